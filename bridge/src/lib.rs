@@ -1,0 +1,1 @@
+//! The bridge: serves the page.

@@ -1,0 +1,13 @@
+//! Angles, poses, lines, segments and covariances: the vocabulary of every other module.
+
+mod angle;
+mod covariance;
+mod line;
+mod pose2;
+mod segment;
+
+pub use angle::{sin_cos, wrap};
+pub use covariance::{CHI2_2DOF_95, CHI2_2DOF_99, Ellipse, PoseEstimate, symmetrize};
+pub use line::Line;
+pub use pose2::Pose2;
+pub use segment::Segment;

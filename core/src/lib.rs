@@ -1,0 +1,22 @@
+//! slamlab's core: a small robot maps a building it has never seen, finds itself in it, plans and drives.
+//!
+//! The modules stand in the order in which data flows; each imports only from those above it, and `tests` holds
+//! that. There is no I/O, no clock, no thread, no global state and no operating-system randomness here: time is an
+//! argument, randomness is a seeded generator that the caller hands in.
+//!
+//! # Conventions, everywhere
+//!
+//! | what | how |
+//! |---|---|
+//! | units | metres, radians, seconds; `f64` (`f32` only in [`robot::Scan`], grids and buffers) |
+//! | frames | right-handed, x forward, y left, angles counter-clockwise (+90° takes the x axis to the y axis) |
+//! | angles | wrapped to (-π, π] by [`geom::wrap`] |
+//! | transforms | `a_from_b * p_in_b = p_in_a`, read right to left: `map_from_scan = map_from_robot * robot_from_scan` |
+//! | frame names | `map`, `odom`, `robot` (ROS `base_link`), `sensor`, as in ROS REP-103 and REP-105 |
+//! | a line | `(alpha, r)`: x cos α + y sin α = r with r ≥ 0 |
+//! | same bits | transcendental functions come from `libm`, so native and browser runs are equal to the bit |
+
+pub mod geom;
+pub mod map;
+pub mod points;
+pub mod robot;

@@ -1,0 +1,54 @@
+//! Names for cells, blocks and what a cell may be.
+
+/// Column and row of a grid cell; cell (0, 0) has its lower left corner at the map's origin. Columns grow with x,
+/// rows with y.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct CellIndex {
+    /// Along x.
+    pub col: i32,
+    /// Along y.
+    pub row: i32,
+}
+
+/// Column and row of a square block of cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct BlockIndex {
+    /// Along x.
+    pub col: i32,
+    /// Along y.
+    pub row: i32,
+}
+
+/// A rectangle of cells, upper bounds excluded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CellRect {
+    /// Lower left cell, inside.
+    pub min: CellIndex,
+    /// Upper right cell, the first outside.
+    pub max: CellIndex,
+}
+
+impl CellRect {
+    /// Number of columns.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        usize::try_from(self.max.col - self.min.col).unwrap_or(0)
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        usize::try_from(self.max.row - self.min.row).unwrap_or(0)
+    }
+}
+
+/// What is believed of a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CellState {
+    /// Never seen, or as likely free as not.
+    Unknown,
+    /// Believed free.
+    Free,
+    /// Believed occupied.
+    Occupied,
+}

@@ -1,0 +1,10 @@
+//! Maps: they own data, queries and insertion. They stand below association, registration and estimation, because
+//! matching reads the map that it later writes.
+
+mod cell;
+mod grid;
+mod ray;
+
+pub use cell::{BlockIndex, CellIndex, CellRect, CellState};
+pub use grid::{BLOCK_CELLS, Grid, GridConfig, GridError};
+pub use ray::cells_on_ray;

@@ -1,0 +1,182 @@
+//! In: a [`Scan`] and the motion during its sweep. Out: [`Points`] in the robot frame at the scan's stamp.
+//!
+//! 1. Invalid beams and those outside the range gate are dropped; no-returns are kept, they say what is free.
+//! 2. Each beam is moved by the part of the sweep's motion that followed it, so that a moving robot's scan is not
+//!    skewed: constant speed and turn rate are assumed during one sweep.
+
+use nalgebra::{Point2, Vector2};
+
+use crate::geom::Pose2;
+use crate::robot::{Scan, Stamp};
+
+/// What is kept of a scan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointConfig {
+    /// Readings nearer than this are dropped, m. Default 0.05: the robot's own body.
+    pub min_range: f64,
+    /// Readings farther than this count as no return, m. Default infinite: the sensor's own limit.
+    pub max_range: f64,
+}
+
+impl Default for PointConfig {
+    fn default() -> Self {
+        Self {
+            min_range: 0.05,
+            max_range: f64::INFINITY,
+        }
+    }
+}
+
+/// The usable beams of one scan, in the robot frame at `stamp`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Points {
+    /// Stamp of the scan.
+    pub stamp: Stamp,
+    /// Position of the sensor at `stamp`.
+    pub sensor_in_robot: Point2<f64>,
+    /// Standard deviation of a bearing, rad.
+    pub bearing_sigma: f64,
+    /// Beams in the order of the scan.
+    pub beams: Vec<Beam>,
+}
+
+/// One usable beam.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beam {
+    /// Number of the beam in the scan.
+    pub beam_idx: usize,
+    /// Where the sensor was when this beam was taken.
+    pub origin_in_robot: Point2<f64>,
+    /// Where the beam ends: on a surface, or where the sensor stops seeing.
+    pub end_in_robot: Point2<f64>,
+    /// Range, m.
+    pub range: f64,
+    /// Standard deviation of the range, m.
+    pub sigma: f64,
+    /// Whether something came back.
+    pub is_hit: bool,
+}
+
+impl Points {
+    /// Converts a scan; `motion` is the robot's motion during the sweep (`robot_at_first_from_robot_at_last`).
+    #[must_use]
+    pub fn from_scan(scan: &Scan, motion: &Pose2, config: &PointConfig) -> Self {
+        let far = config.max_range.min(scan.max_range);
+        let back = motion.inverse();
+        let moved = scan.sweep > 0.0 && *motion != Pose2::identity();
+        let columns = scan.bearings.iter().zip(&scan.ranges).zip(&scan.sigmas);
+        let beams = columns
+            .enumerate()
+            .filter_map(|(beam_idx, ((&bearing, &range), &sigma))| {
+                let range = f64::from(range);
+                if range.is_nan() || range < config.min_range {
+                    return None;
+                }
+                let is_hit = range < far;
+                let range = range.min(far);
+                let robot_from_beam = if moved {
+                    back.fraction(scan.age_fraction(beam_idx)) * scan.robot_from_sensor
+                } else {
+                    scan.robot_from_sensor
+                };
+                let (sin, cos) = crate::geom::sin_cos(bearing);
+                Some(Beam {
+                    beam_idx,
+                    origin_in_robot: robot_from_beam.position(),
+                    end_in_robot: robot_from_beam * Point2::from(Vector2::new(cos, sin) * range),
+                    range,
+                    sigma: f64::from(sigma),
+                    is_hit,
+                })
+            })
+            .collect();
+        Self {
+            stamp: scan.stamp,
+            sensor_in_robot: scan.robot_from_sensor.position(),
+            bearing_sigma: scan.bearing_sigma,
+            beams,
+        }
+    }
+
+    /// Beams on which something came back.
+    pub fn hits(&self) -> impl Iterator<Item = &Beam> {
+        self.beams.iter().filter(|beam| beam.is_hit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    /// A round room of 3 m around the origin, seen by a robot that moves by `motion` during the sweep and ends at the
+    /// origin: each beam measured from where the robot was.
+    fn scan_of_round_room(motion: &Pose2) -> Scan {
+        let n = 120;
+        let mut scan = Scan {
+            stamp: Stamp(1),
+            robot_from_sensor: Pose2::identity(),
+            bearings: (0..n).map(|i| TAU * f64::from(i) / f64::from(n)).collect(),
+            ranges: vec![],
+            sigmas: vec![0.01; n as usize],
+            bearing_sigma: 0.0,
+            max_range: 10.0,
+            sweep: 0.2,
+        };
+        let first_from_last_inverse = motion.inverse();
+        for (i, &bearing) in scan.bearings.iter().enumerate() {
+            let age = (n as usize - 1 - i) as f64 / f64::from(n - 1);
+            let robot = first_from_last_inverse.fraction(age);
+            let direction = robot.rotate(Vector2::new(libm::cos(bearing), libm::sin(bearing)));
+            // |origin + t d| = 3
+            let along = robot.position().coords.dot(&direction);
+            let t = -along + (along * along - robot.position().coords.norm_squared() + 9.0).sqrt();
+            scan.ranges.push(t as f32);
+        }
+        scan
+    }
+
+    #[test]
+    fn moving_robot_sees_a_round_room_round() {
+        for motion in [
+            Pose2::identity(),
+            Pose2::new(0.3, 0.05, 0.4),
+            Pose2::new(-0.2, 0.0, -0.6),
+        ] {
+            let points = Points::from_scan(
+                &scan_of_round_room(&motion),
+                &motion,
+                &PointConfig::default(),
+            );
+            assert_eq!(points.beams.len(), 120);
+            for beam in points.hits() {
+                assert!((beam.end_in_robot.coords.norm() - 3.0).abs() < 1e-5);
+            }
+        }
+    }
+
+    #[test]
+    fn gates_drop_near_and_invalid_and_clear_to_the_limit() {
+        let mut scan = scan_of_round_room(&Pose2::identity());
+        (
+            scan.ranges[0],
+            scan.ranges[1],
+            scan.ranges[2],
+            scan.ranges[3],
+        ) = (f32::NAN, 0.01, f32::INFINITY, 8.0);
+        let config = PointConfig {
+            max_range: 5.0,
+            ..PointConfig::default()
+        };
+        let points = Points::from_scan(&scan, &Pose2::identity(), &config);
+        assert_eq!(points.beams.len(), 118);
+        let misses: Vec<_> = points
+            .beams
+            .iter()
+            .filter(|b| !b.is_hit)
+            .map(|b| (b.beam_idx, b.range))
+            .collect();
+        assert_eq!(misses, [(2, 5.0), (3, 5.0)]);
+    }
+}

@@ -1,0 +1,14 @@
+//! What crosses the border between a robot (real, simulated or recorded) and the rest: stamps, scans, odometry,
+//! commands, and the figures of the robot itself.
+
+mod command;
+mod model;
+mod odometry;
+mod scan;
+mod stamp;
+
+pub use command::Command;
+pub use model::{OdometryNoise, RobotModel};
+pub use odometry::{Odometry, TrackOdometry, Tracks};
+pub use scan::{Scan, ScanError};
+pub use stamp::Stamp;

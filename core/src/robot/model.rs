@@ -1,0 +1,91 @@
+//! The figures of a robot: size, speeds, encoders, and how far its odometry can be trusted.
+
+/// Everything about the chassis that the algorithms need to know.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobotModel {
+    /// Name of the preset.
+    pub name: &'static str,
+    /// Length of the body, m.
+    pub length: f64,
+    /// Width of the body, m.
+    pub width: f64,
+    /// Effective distance of the tracks when turning, m: slip makes it larger than the one a ruler finds.
+    pub track_width: f64,
+    /// Distance of one encoder count, m.
+    pub metres_per_tick: f64,
+    /// Highest forward speed, m/s.
+    pub max_speed: f64,
+    /// Highest turn rate, rad/s.
+    pub max_turn_rate: f64,
+    /// Highest change of forward speed, m/s².
+    pub max_acceleration: f64,
+    /// Highest change of turn rate, rad/s².
+    pub max_turn_acceleration: f64,
+    /// How the odometry errs.
+    pub odometry_noise: OdometryNoise,
+}
+
+/// Growth of the odometry's variance with the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OdometryNoise {
+    /// Variance of a track's distance for each metre it travelled, m²/m.
+    pub per_metre: f64,
+    /// Variance of the sideways slip for each metre of way, m²/m.
+    pub lateral_per_metre: f64,
+    /// Variance of the heading for each radian turned, rad²/rad: tracks slip most when turning on the spot.
+    pub heading_per_radian: f64,
+}
+
+impl RobotModel {
+    /// The tracked RP6: board 113 x 189 mm, 0.24 mm a count, tracks 103 mm apart that turn like 197 mm.
+    ///
+    /// Source: the specification, "Motors and the drive controller" and "RP6 over UART".
+    #[must_use]
+    pub fn rp6() -> Self {
+        Self {
+            name: "rp6",
+            length: 0.189,
+            width: 0.113,
+            track_width: 0.197,
+            metres_per_tick: 0.000_24,
+            max_speed: 0.30,
+            max_turn_rate: 2.0,
+            max_acceleration: 0.6,
+            max_turn_acceleration: 6.0,
+            odometry_noise: OdometryNoise {
+                per_metre: 2.5e-4,
+                lateral_per_metre: 1e-4,
+                heading_per_radian: 2e-3,
+            },
+        }
+    }
+
+    /// A Pioneer 2-DX: the wheeled robot under most of the recorded lidar logs.
+    #[must_use]
+    pub fn pioneer() -> Self {
+        Self {
+            name: "pioneer",
+            length: 0.44,
+            width: 0.38,
+            track_width: 0.33,
+            metres_per_tick: 0.000_1,
+            max_speed: 0.7,
+            max_turn_rate: 1.5,
+            max_acceleration: 0.5,
+            max_turn_acceleration: 2.0,
+            odometry_noise: OdometryNoise {
+                per_metre: 1e-3,
+                lateral_per_metre: 5e-4,
+                heading_per_radian: 5e-3,
+            },
+        }
+    }
+
+    /// Radius of the disc that holds the body, m.
+    ///
+    /// Source: TDK 2016 §5.1, the robot as a disc.
+    #[must_use]
+    pub fn radius(&self) -> f64 {
+        0.5 * libm::hypot(self.length, self.width)
+    }
+}

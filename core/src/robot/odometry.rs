@@ -1,0 +1,272 @@
+//! From distances of the two tracks to a motion with its covariance.
+
+use nalgebra::{Matrix2, Matrix3, SMatrix};
+
+use super::{OdometryNoise, RobotModel, Stamp};
+use crate::geom::{Pose2, sin_cos, symmetrize};
+
+/// The robot's own estimate of its motion between two stamps, in the robot frame at the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Odometry {
+    /// Start of the motion.
+    pub from: Stamp,
+    /// End of the motion.
+    pub to: Stamp,
+    /// `robot_at_from_from_robot_at_to`.
+    pub motion: Pose2,
+    /// Covariance of (x, y, θ) of `motion` in the robot frame at `from`.
+    pub cov: Matrix3<f64>,
+}
+
+impl Odometry {
+    /// No motion, known exactly.
+    #[must_use]
+    pub fn standing(at: Stamp) -> Self {
+        Self {
+            from: at,
+            to: at,
+            motion: Pose2::identity(),
+            cov: Matrix3::zeros(),
+        }
+    }
+
+    /// This motion followed by `next`, covariances composed to first order.
+    #[must_use]
+    pub fn then(&self, next: &Self) -> Self {
+        let (cos, sin) = self.motion.cos_sin();
+        let (dx, dy) = (next.motion.x(), next.motion.y());
+        let by_first = Matrix3::new(
+            1.0,
+            0.0,
+            -sin * dx - cos * dy,
+            0.0,
+            1.0,
+            cos * dx - sin * dy,
+            0.0,
+            0.0,
+            1.0,
+        );
+        let by_second = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let mut cov = by_first * self.cov * by_first.transpose()
+            + by_second * next.cov * by_second.transpose();
+        symmetrize(&mut cov);
+        Self {
+            from: self.from,
+            to: next.to,
+            motion: self.motion * next.motion,
+            cov,
+        }
+    }
+}
+
+/// Distances that the two tracks (or wheels) travelled, m.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tracks {
+    /// Left.
+    pub left: f64,
+    /// Right.
+    pub right: f64,
+}
+
+impl Tracks {
+    /// The motion of the midpoint rule: Δs cos(Δθ/2), Δs sin(Δθ/2), Δθ with Δθ = (Δs_R - Δs_L)/b.
+    ///
+    /// Source: TDK 2016 eq. (2.6), with the erratum of the specification: b is the whole track width.
+    #[must_use]
+    pub fn motion(&self, track_width: f64) -> Pose2 {
+        let advance = 0.5 * (self.right + self.left);
+        let turn = (self.right - self.left) / track_width;
+        let (sin, cos) = sin_cos(0.5 * turn);
+        Pose2::new(advance * cos, advance * sin, turn)
+    }
+
+    /// Covariance of [`Tracks::motion`]: k |Δs| for each track, and lateral slip in proportion to the turn and the way.
+    ///
+    /// Source: TDK 2016 §3.1 (F_u Q F_uᵀ); the variance in proportion to the distance as in Siegwart & Nourbakhsh
+    /// (2004), eq. (5.8).
+    #[must_use]
+    pub fn covariance(&self, track_width: f64, noise: &OdometryNoise) -> Matrix3<f64> {
+        let advance = 0.5 * (self.right + self.left);
+        let turn = (self.right - self.left) / track_width;
+        let (sin, cos) = sin_cos(0.5 * turn);
+        let (along, across) = (
+            advance * sin / (2.0 * track_width),
+            advance * cos / (2.0 * track_width),
+        );
+        #[rustfmt::skip]
+        let by_tracks = SMatrix::<f64, 3, 2>::new(
+            0.5 * cos + along,  0.5 * cos - along,
+            0.5 * sin - across, 0.5 * sin + across,
+            -1.0 / track_width, 1.0 / track_width,
+        );
+        let tracks = Matrix2::new(
+            noise.per_metre * self.left.abs(),
+            0.0,
+            0.0,
+            noise.per_metre * self.right.abs(),
+        );
+        let mut cov = by_tracks * tracks * by_tracks.transpose();
+        cov[(1, 1)] += noise.lateral_per_metre * advance.abs();
+        cov[(2, 2)] += noise.heading_per_radian * turn.abs();
+        symmetrize(&mut cov);
+        cov
+    }
+}
+
+/// Turns encoder counts of the two tracks into odometry; remembers the last counts.
+#[derive(Clone, Debug)]
+pub struct TrackOdometry {
+    metres_per_tick: f64,
+    track_width: f64,
+    noise: OdometryNoise,
+    last: Option<(Stamp, [i64; 2])>,
+}
+
+impl TrackOdometry {
+    /// For the given robot, with the effective track width that slip gives.
+    #[must_use]
+    pub fn new(model: &RobotModel) -> Self {
+        Self {
+            metres_per_tick: model.metres_per_tick,
+            track_width: model.track_width,
+            noise: model.odometry_noise,
+            last: None,
+        }
+    }
+
+    /// The motion since the last call, from counts `[left, right]`; the first call stands still.
+    pub fn update(&mut self, stamp: Stamp, ticks: [i64; 2]) -> Odometry {
+        let Some((from, last)) = self.last.replace((stamp, ticks)) else {
+            return Odometry::standing(stamp);
+        };
+        let metres = |now: i64, then: i64| now.wrapping_sub(then) as f64 * self.metres_per_tick;
+        let tracks = Tracks {
+            left: metres(ticks[0], last[0]),
+            right: metres(ticks[1], last[1]),
+        };
+        Odometry {
+            from,
+            to: stamp,
+            motion: tracks.motion(self.track_width),
+            cov: tracks.covariance(self.track_width, &self.noise),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+
+    #[test]
+    fn opposite_tracks_turn_on_the_spot_and_equal_ones_go_straight() {
+        let turn = Tracks {
+            left: -0.1,
+            right: 0.1,
+        }
+        .motion(0.2);
+        assert!(turn.position().coords.norm() < 1e-12 && (turn.heading() - 1.0).abs() < 1e-12);
+        let straight = Tracks {
+            left: 0.5,
+            right: 0.5,
+        }
+        .motion(0.2);
+        assert!((straight.x() - 0.5).abs() < 1e-12 && straight.heading().abs() < 1e-12);
+    }
+
+    #[test]
+    fn covariance_matches_numeric_propagation() {
+        let (b, noise) = (
+            0.2,
+            OdometryNoise {
+                per_metre: 1e-3,
+                lateral_per_metre: 0.0,
+                heading_per_radian: 0.0,
+            },
+        );
+        for (left, right) in [(0.4, 0.5), (0.5, 0.4), (-0.3, -0.2), (0.2, -0.2)] {
+            let h = 1e-6;
+            let column = |dl: f64, dr: f64| {
+                let plus = Tracks {
+                    left: left + dl,
+                    right: right + dr,
+                }
+                .motion(b);
+                let minus = Tracks {
+                    left: left - dl,
+                    right: right - dr,
+                }
+                .motion(b);
+                Vector3::new(
+                    plus.x() - minus.x(),
+                    plus.y() - minus.y(),
+                    plus.heading() - minus.heading(),
+                ) / (2.0 * h)
+            };
+            let (jl, jr) = (column(h, 0.0), column(0.0, h));
+            let numeric = jl * jl.transpose() * (1e-3 * left.abs())
+                + jr * jr.transpose() * (1e-3 * right.abs());
+            let analytic = Tracks { left, right }.covariance(b, &noise);
+            assert!((numeric - analytic).norm() < 1e-8, "{numeric} {analytic}");
+        }
+    }
+
+    #[test]
+    fn composed_covariance_matches_numeric_propagation() {
+        let step = |x, y, t, s: f64| Odometry {
+            from: Stamp(0),
+            to: Stamp(1),
+            motion: Pose2::new(x, y, t),
+            cov: Matrix3::from_diagonal(&Vector3::new(s, 2.0 * s, 3.0 * s)),
+        };
+        let (a, b) = (step(1.0, 0.2, 0.7, 1e-4), step(0.5, -0.3, -0.4, 2e-4));
+        let h = 1e-6;
+        let mut numeric = Matrix3::zeros();
+        for (first, cov) in [(true, a.cov), (false, b.cov)] {
+            let mut jacobian = Matrix3::zeros();
+            for axis in 0..3 {
+                let nudged = |h: f64| {
+                    let mut d = Vector3::zeros();
+                    d[axis] = h;
+                    let nudge = |o: &Odometry| {
+                        Pose2::new(
+                            o.motion.x() + d[0],
+                            o.motion.y() + d[1],
+                            o.motion.heading() + d[2],
+                        )
+                    };
+                    if first {
+                        nudge(&a) * b.motion
+                    } else {
+                        a.motion * nudge(&b)
+                    }
+                };
+                let (plus, minus) = (nudged(h), nudged(-h));
+                jacobian.set_column(
+                    axis,
+                    &(Vector3::new(
+                        plus.x() - minus.x(),
+                        plus.y() - minus.y(),
+                        plus.heading() - minus.heading(),
+                    ) / (2.0 * h)),
+                );
+            }
+            numeric += jacobian * cov * jacobian.transpose();
+        }
+        assert!((a.then(&b).cov - numeric).norm() < 1e-9);
+    }
+
+    #[test]
+    fn ticks_become_metres() {
+        let model = RobotModel::rp6();
+        let mut odometry = TrackOdometry::new(&model);
+        assert_eq!(
+            odometry.update(Stamp(0), [10, 10]).motion,
+            Pose2::identity()
+        );
+        let moved = odometry.update(Stamp(100), [1010, 1010]);
+        assert!((moved.motion.x() - 1000.0 * model.metres_per_tick).abs() < 1e-12);
+        assert!(moved.cov[(0, 0)] > 0.0);
+    }
+}

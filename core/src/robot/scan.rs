@@ -1,0 +1,177 @@
+//! One revolution, sweep or flash of a range sensor.
+
+use super::Stamp;
+use crate::geom::Pose2;
+
+/// Polar readings of one sweep, in the order in which they were taken.
+///
+/// The three columns have the same length. Beam `i` of `n` was taken `sweep * (n - 1 - i) / (n - 1)` seconds before
+/// `stamp`: the stamp is that of the last beam.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scan {
+    /// When the last beam was taken.
+    pub stamp: Stamp,
+    /// Where the sensor sits on the robot.
+    pub robot_from_sensor: Pose2,
+    /// Direction of each beam in the sensor frame, rad.
+    pub bearings: Vec<f64>,
+    /// Range of each beam, m; `INFINITY` where nothing came back, `NAN` where the reading is invalid.
+    pub ranges: Vec<f32>,
+    /// Standard deviation of each range, m.
+    pub sigmas: Vec<f32>,
+    /// Standard deviation of each bearing, rad.
+    pub bearing_sigma: f64,
+    /// The farthest range the sensor reports, m: what a no-return says is free.
+    pub max_range: f64,
+    /// Duration from the first beam to the last, s; 0 where all were taken at once or the robot stood still.
+    pub sweep: f64,
+}
+
+/// Why a [`Scan`] cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ScanError {
+    /// No beam at all.
+    #[error("scan at {seconds:.3} s has no beams")]
+    Empty {
+        /// Stamp of the scan, s.
+        seconds: f64,
+    },
+    /// The columns differ in length.
+    #[error(
+        "scan has {bearings} bearings, {ranges} ranges and {sigmas} sigmas; expected the same number of each"
+    )]
+    Uneven {
+        /// Number of bearings.
+        bearings: usize,
+        /// Number of ranges.
+        ranges: usize,
+        /// Number of sigmas.
+        sigmas: usize,
+    },
+    /// A value outside of what it may be.
+    #[error("beam {beam}: {field} is {value}, expected {expected}")]
+    Value {
+        /// Number of the beam, from 0.
+        beam: usize,
+        /// The column.
+        field: &'static str,
+        /// What stands there.
+        value: f64,
+        /// What may stand there.
+        expected: &'static str,
+    },
+}
+
+impl Scan {
+    /// Number of beams.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.ranges.len()
+    }
+
+    /// Whether there is no beam.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.ranges.is_empty()
+    }
+
+    /// Checks what the columns promise. A source calls it once where data enters; afterwards the scan is trusted.
+    ///
+    /// # Errors    [`ScanError`], naming the first beam and column that break the promise.
+    pub fn validate(&self) -> Result<(), ScanError> {
+        if self.is_empty() {
+            return Err(ScanError::Empty {
+                seconds: self.stamp.seconds(),
+            });
+        }
+        if self.bearings.len() != self.len() || self.sigmas.len() != self.len() {
+            return Err(ScanError::Uneven {
+                bearings: self.bearings.len(),
+                ranges: self.ranges.len(),
+                sigmas: self.sigmas.len(),
+            });
+        }
+        let columns = self.bearings.iter().zip(&self.ranges).zip(&self.sigmas);
+        for (beam, ((&bearing, &range), &sigma)) in columns.enumerate() {
+            let value = |field, value, expected| {
+                Err(ScanError::Value {
+                    beam,
+                    field,
+                    value,
+                    expected,
+                })
+            };
+            if !bearing.is_finite() {
+                return value("bearing", bearing, "a finite angle");
+            }
+            if range < 0.0 {
+                return value(
+                    "range",
+                    f64::from(range),
+                    "at least 0, infinite for no return, or NaN for invalid",
+                );
+            }
+            if range.is_finite() && !(sigma > 0.0 && sigma.is_finite()) {
+                return value("sigma", f64::from(sigma), "greater than 0 and finite");
+            }
+        }
+        Ok(())
+    }
+
+    /// How far before the last beam the given one was taken, as a fraction of the sweep: 1 for the first, 0 for the last.
+    #[must_use]
+    pub fn age_fraction(&self, beam: usize) -> f64 {
+        let last = self.len().saturating_sub(1);
+        if last == 0 {
+            0.0
+        } else {
+            (last - beam.min(last)) as f64 / last as f64
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scan(ranges: &[f32]) -> Scan {
+        Scan {
+            stamp: Stamp(1_000_000),
+            robot_from_sensor: Pose2::identity(),
+            bearings: (0..ranges.len()).map(|i| i as f64 * 0.1).collect(),
+            ranges: ranges.to_vec(),
+            sigmas: vec![0.01; ranges.len()],
+            bearing_sigma: 0.0,
+            max_range: 6.0,
+            sweep: 0.1,
+        }
+    }
+
+    #[test]
+    fn no_return_and_invalid_are_valid_readings() {
+        assert_eq!(scan(&[1.0, f32::INFINITY, f32::NAN]).validate(), Ok(()));
+    }
+
+    #[test]
+    fn bad_values_are_named_with_their_beam() {
+        let message = |s: &Scan| s.validate().unwrap_err().to_string();
+        assert!(message(&scan(&[])).contains("no beams"));
+        assert!(message(&scan(&[1.0, -2.0])).starts_with("beam 1: range is -2"));
+        let mut uneven = scan(&[1.0, 2.0]);
+        uneven.sigmas.pop();
+        assert!(message(&uneven).contains("2 bearings, 2 ranges and 1 sigmas"));
+        let mut sigma = scan(&[1.0]);
+        sigma.sigmas[0] = 0.0;
+        assert!(message(&sigma).starts_with("beam 0: sigma is 0"));
+    }
+
+    #[test]
+    fn first_beam_is_one_sweep_old() {
+        let s = scan(&[1.0, 1.0, 1.0]);
+        assert_eq!(
+            (s.age_fraction(0), s.age_fraction(1), s.age_fraction(2)),
+            (1.0, 0.5, 0.0)
+        );
+    }
+}
