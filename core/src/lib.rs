@@ -17,6 +17,7 @@
 //! | same bits | transcendental functions come from `libm`, so native and browser runs are equal to the bit |
 
 pub mod geom;
+pub mod hash;
 pub mod map;
 pub mod points;
 pub mod robot;
