@@ -17,6 +17,14 @@
 //! | same bits | transcendental functions come from `libm`, so native and browser runs are equal to the bit |
 
 pub mod geom;
-pub mod map;
-pub mod points;
 pub mod robot;
+
+pub mod points;
+
+pub mod features;
+
+pub mod map;
+
+pub mod association;
+
+pub mod estimation;
