@@ -16,8 +16,10 @@
 //! | a line | `(alpha, r)`: x cos α + y sin α = r with r ≥ 0 |
 //! | same bits | transcendental functions come from `libm`, so native and browser runs are equal to the bit |
 
+pub mod format;
 pub mod geom;
 pub mod robot;
+pub mod sim;
 
 pub mod points;
 

@@ -228,6 +228,9 @@ struct Run {
     /// Sum and number of NEES values of the pose.
     nees: (f64, u32),
     nis: (f64, usize),
+    /// Which wall a landmark is, and how often another one was taken for it.
+    wall_of: Vec<(LandmarkId, usize)>,
+    wrong: u32,
 }
 
 const WIDTH: f64 = 0.2;
@@ -250,6 +253,8 @@ impl Run {
             range,
             nees: (0.0, 0),
             nis: (0.0, 0),
+            wall_of: vec![],
+            wrong: 0,
         }
     }
 
@@ -287,6 +292,14 @@ impl Run {
         self.slam.predict(&odometry(motion, cov)).unwrap();
         let features = self.see();
         let report = self.slam.update(&features).unwrap();
+        for &(feature, id) in &report.added {
+            self.wall_of.push((id, features[feature].first_beam));
+        }
+        for m in &report.matches {
+            let wall = features[m.feature].first_beam;
+            let right = self.wall_of.iter().any(|w| *w == (m.landmark, wall));
+            self.wrong += u32::from(!right);
+        }
         self.nis = (self.nis.0 + report.nis, self.nis.1 + report.matches.len());
         if let Some(nees) = self.slam.estimate().nees(&self.truth) {
             self.nees = (self.nees.0 + nees, self.nees.1 + 1);
@@ -297,7 +310,7 @@ impl Run {
     fn see(&mut self) -> Vec<LineFeature> {
         let robot_from_map = self.truth.inverse();
         let mut seen = vec![];
-        for wall in &self.walls {
+        for (number, wall) in self.walls.iter().enumerate() {
             let local = Segment::new(robot_from_map * wall.a, robot_from_map * wall.b);
             let visible: Vec<Point2<f64>> = (0..=20)
                 .map(|i| local.a + local.vector() * (f64::from(i) / 20.0))
@@ -330,8 +343,8 @@ impl Run {
                 cov,
                 ends: [noisy.project(*a), noisy.project(*b)],
                 seen_from_origin_side: true,
-                first_beam: 0,
-                last_beam: 0,
+                first_beam: number,
+                last_beam: number,
                 n_points: n as usize,
                 chi2: n - 2.0,
             });
@@ -423,6 +436,12 @@ fn average_nees(config: EkfConfig, w: f64, h: f64, seeds: u64) -> (f64, f64) {
     for seed in 0..seeds {
         let run = drive_ring(config, w, h, 1, seed);
         nees += run.nees.0 / f64::from(run.nees.1);
+        println!(
+            "  seed {seed} nees {:.2} wrong {} error {:?}",
+            run.nees.0 / f64::from(run.nees.1),
+            run.wrong,
+            run.error()
+        );
         nis += run.nis.0 / run.nis.1 as f64;
     }
     (nees / seeds as f64, nis / seeds as f64)

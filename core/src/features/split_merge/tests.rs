@@ -148,6 +148,15 @@ fn features_of_a_furnished_flat_are_as_good_as_they_say() {
             let nees = nees(&feature, &walls, &robot);
             count += 1;
             if nees > 18.4 {
+                println!(
+                    "GROSS nees {nees:.0} n {} len {:.2} chi2 {:.1} r {:.2} beams {}..{}",
+                    feature.n_points,
+                    feature.length(),
+                    feature.chi2,
+                    feature.line.r(),
+                    feature.first_beam,
+                    feature.last_beam
+                );
                 gross += 1;
             } else {
                 sum += nees;
