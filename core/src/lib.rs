@@ -16,10 +16,31 @@
 //! | a line | `(alpha, r)`: x cos α + y sin α = r with r ≥ 0 |
 //! | same bits | transcendental functions come from `libm`, so native and browser runs are equal to the bit |
 
-pub mod format;
+// Vocabulary.
 pub mod geom;
+
 pub mod hash;
-pub mod map;
-pub mod points;
+
+// What crosses the border to a robot.
 pub mod robot;
+
+// The stages, in the order of the data.
+pub mod points;
+
+pub mod features;
+
+pub mod map;
+
+pub mod association;
+
+pub mod estimation;
+
+// The stories: estimate and map; decide and drive; the whole loop on a simulated and on a recorded robot.
+pub mod slam;
+
+pub mod experiment;
+
+// Sources and sinks: no stage imports them.
 pub mod sim;
+
+pub mod format;

@@ -1,7 +1,9 @@
-//! From a scan to points in the robot frame.
+//! From a scan to points in the robot frame, and to runs of points that may lie on one surface.
 
 mod cartesian;
 mod deskew;
+mod segmentation;
 
 pub use cartesian::{Beam, PointConfig, Points};
 pub use deskew::MotionHistory;
+pub use segmentation::{Run, SegmentationConfig, segment};
