@@ -16,7 +16,10 @@
 //! | a line | `(alpha, r)`: x cos α + y sin α = r with r ≥ 0 |
 //! | same bits | transcendental functions come from `libm`, so native and browser runs are equal to the bit |
 
+pub mod control;
 pub mod geom;
 pub mod map;
+pub mod pilot;
+pub mod plan;
 pub mod points;
 pub mod robot;
