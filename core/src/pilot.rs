@@ -17,6 +17,8 @@ mod cycle;
 mod errand;
 mod explorer;
 mod status;
+#[cfg(test)]
+mod tests;
 
 use nalgebra::Point2;
 use rand::SeedableRng;
