@@ -17,9 +17,11 @@
 //! | same bits | transcendental functions come from `libm`, so native and browser runs are equal to the bit |
 
 pub mod control;
+pub mod format;
 pub mod geom;
 pub mod map;
 pub mod pilot;
 pub mod plan;
 pub mod points;
 pub mod robot;
+pub mod sim;

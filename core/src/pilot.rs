@@ -61,6 +61,8 @@ pub struct Pilot {
     mode: Mode,
     status: Status,
     wish: (f64, f64),
+    /// Speeds of the last command.
+    told: (f64, f64),
     errand: errand::Errand,
     phase: cycle::Phase,
     hand_scan: cycle::HandScan,
@@ -77,6 +79,7 @@ impl Pilot {
             mode: Mode::Manual,
             status: Status::Idle,
             wish: (0.0, 0.0),
+            told: (0.0, 0.0),
             errand: errand::Errand::default(),
             phase: cycle::Phase::default(),
             hand_scan: cycle::HandScan::default(),
@@ -156,7 +159,7 @@ impl Pilot {
     }
 
     /// The wished speeds, as far as the last scan allows; standing where a continuous sensor has fallen silent.
-    fn safely(&self, wish: (f64, f64), now: &Situation) -> Command {
+    fn safely(&mut self, wish: (f64, f64), now: &Situation) -> Command {
         let age = now
             .points
             .map_or(f64::INFINITY, |p| now.stamp.since(p.stamp));
@@ -166,10 +169,18 @@ impl Pilot {
             }
             Some(points) => {
                 let since = &now.motion_since_scan;
-                limit_speed(wish, points, since, &self.model, &self.config.safe)
+                limit_speed(
+                    wish,
+                    self.told,
+                    points,
+                    since,
+                    &self.model,
+                    &self.config.safe,
+                )
             }
             None => wish,
         };
+        self.told = (forward, turn);
         Command::Velocity { forward, turn }
     }
 

@@ -3,7 +3,8 @@
 //! In: the speeds that are wished, the last scan's points, the motion since. Out: speeds that stop before contact.
 //!
 //! 1. The points are moved into the robot's present frame by odometry.
-//! 2. The robot's disc is swept along the arc of the wished speeds; the first point that it would touch gives the free
+//! 2. The robot's disc is swept along the arc of the wished speeds, along the one it is on, and straight on: the turn
+//!    rate takes time to change, and the robot is somewhere between them. The first point that it would touch gives the free
 //!    distance. Points that the disc moves away from do not count, so that backing off a wall stays possible.
 //! 3. Speed: v t + v²/(2 a) may not exceed the free distance, with reaction time t and braking a. Turning on the spot
 //!    never moves the disc and is never limited.
@@ -19,7 +20,7 @@ use crate::robot::RobotModel;
 /// How cautious safe mode is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafeConfig {
-    /// Distance kept between the robot's disc and obstacles, m. Default 0.015: below what planned paths keep.
+    /// Distance kept between the robot's disc and obstacles, m. Default 0.018: below what planned paths keep.
     pub gap: f64,
     /// Time from a command to its effect, s. Default 0.15: a tick, a scan, and the motors.
     pub reaction: f64,
@@ -32,7 +33,7 @@ pub struct SafeConfig {
 impl Default for SafeConfig {
     fn default() -> Self {
         Self {
-            gap: 0.015,
+            gap: 0.018,
             reaction: 0.15,
             braking: 0.7,
             stale_after: 0.5,
@@ -40,10 +41,12 @@ impl Default for SafeConfig {
     }
 }
 
-/// The speeds (m/s, rad/s) that are safe, along the same arc. `robot_at_scan_from_robot` is the motion since the scan.
+/// The speeds (m/s, rad/s) that are safe, for a robot that was told to run at `before`. `robot_at_scan_from_robot` is
+/// the motion since the scan.
 #[must_use]
 pub fn limit_speed(
     (forward, turn): (f64, f64),
+    before: (f64, f64),
     points: &Points,
     robot_at_scan_from_robot: &Pose2,
     model: &RobotModel,
@@ -63,13 +66,18 @@ pub fn limit_speed(
     }
     let brake = config.braking * model.max_acceleration;
     let longest = forward.abs() * config.reaction + forward * forward / (2.0 * brake);
-    let free = free_distance(
-        (forward, turn),
-        points,
-        robot_at_scan_from_robot,
-        model.radius() + config.gap,
-        longest,
-    );
+    // The turn rate takes time to change: what is swept lies between the old arc, the new one and the straight line.
+    let free = [turn, before.1, 0.0].map(|turn| {
+        let radius = model.radius() + config.gap;
+        free_distance(
+            (forward, turn),
+            points,
+            robot_at_scan_from_robot,
+            radius,
+            longest,
+        )
+    });
+    let free = free.into_iter().fold(longest, f64::min);
     // v t + v²/(2 a) = d
     let at = brake * config.reaction;
     let safe = (at * at + 2.0 * brake * free).sqrt() - at;

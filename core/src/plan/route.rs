@@ -108,9 +108,10 @@ pub fn plan_route<R: Rng>(
         return Err(failure);
     };
     let mut space = GridSpace::new(grid, rect, radius, config.unknown);
-    for &margin in &config.margins {
+    for (at, &margin) in config.margins.iter().enumerate() {
         space = space.with_keep(radius + margin);
-        match plan_in(&space, start, goal, config, rng) {
+        let is_last = at + 1 == config.margins.len();
+        match plan_in(&space, start, goal, is_last, config, rng) {
             Ok(route) => {
                 return Ok(Route {
                     margin,
@@ -133,6 +134,7 @@ fn plan_in<R: Rng>(
     space: &GridSpace,
     start: Point2<f64>,
     goal: Point2<f64>,
+    is_last: bool,
     config: &RouteConfig,
     rng: &mut R,
 ) -> Result<Route, RouteFailure> {
@@ -149,6 +151,10 @@ fn plan_in<R: Rng>(
     };
     let wave = Wavefront::new(space, free_start);
     let aim = aim_at(space, &wave, free_start, goal, config.goal_reach).map_err(fail)?;
+    if aim.cell.is_none() && !is_last {
+        // Neither a way over cells nor a proof that there is none: a tree had better try where walls are thinnest.
+        return Err(fail(NoPath::BudgetSpent { iterations: 0 }));
+    }
     let straight = Segment::new(free_start, aim.point);
     let (raw, by, growth) = if space.leg_is_free(&straight) {
         let path = Path {
