@@ -35,8 +35,14 @@ pub mod association;
 
 pub mod estimation;
 
+pub mod plan;
+
+pub mod control;
+
 // The stories: estimate and map; decide and drive; the whole loop on a simulated and on a recorded robot.
 pub mod slam;
+
+pub mod pilot;
 
 pub mod experiment;
 

@@ -2,9 +2,11 @@
 //! matching reads the map that it later writes.
 
 mod cell;
+mod distance;
 mod grid;
 mod ray;
 
 pub use cell::{BlockIndex, CellIndex, CellRect, CellState};
+pub use distance::DistanceField;
 pub use grid::{BLOCK_CELLS, Grid, GridConfig, GridError};
 pub use ray::cells_on_ray;
