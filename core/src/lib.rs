@@ -16,6 +16,7 @@
 //! | a line | `(alpha, r)`: x cos α + y sin α = r with r ≥ 0 |
 //! | same bits | transcendental functions come from `libm`, so native and browser runs are equal to the bit |
 
+pub mod format;
 pub mod geom;
 pub mod map;
 pub mod points;
