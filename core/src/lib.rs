@@ -18,6 +18,7 @@
 
 pub mod format;
 pub mod geom;
+pub mod hash;
 pub mod map;
 pub mod points;
 pub mod robot;
