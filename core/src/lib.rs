@@ -21,4 +21,5 @@ pub mod geom;
 pub mod hash;
 pub mod map;
 pub mod points;
+pub mod registration;
 pub mod robot;

@@ -3,8 +3,12 @@
 
 mod cell;
 mod grid;
+mod likelihood;
 mod ray;
+mod surfels;
 
 pub use cell::{BlockIndex, CellIndex, CellRect, CellState};
 pub use grid::{BLOCK_CELLS, Grid, GridConfig, GridError};
+pub use likelihood::LikelihoodPyramid;
 pub use ray::cells_on_ray;
+pub use surfels::{Surfel, SurfelConfig, SurfelMap};
