@@ -16,10 +16,12 @@
 //! | a line | `(alpha, r)`: x cos α + y sin α = r with r ≥ 0 |
 //! | same bits | transcendental functions come from `libm`, so native and browser runs are equal to the bit |
 
+pub mod estimation;
 pub mod format;
 pub mod geom;
 pub mod hash;
 pub mod map;
 pub mod points;
 pub mod registration;
+pub mod replay;
 pub mod robot;
