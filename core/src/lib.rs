@@ -33,6 +33,8 @@ pub mod map;
 
 pub mod association;
 
+pub mod registration;
+
 pub mod estimation;
 
 pub mod plan;
@@ -45,6 +47,8 @@ pub mod slam;
 pub mod pilot;
 
 pub mod experiment;
+
+pub mod replay;
 
 // Sources and sinks: no stage imports them.
 pub mod sim;

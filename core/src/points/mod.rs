@@ -2,8 +2,10 @@
 
 mod cartesian;
 mod deskew;
+mod oriented;
 mod segmentation;
 
 pub use cartesian::{Beam, PointConfig, Points};
 pub use deskew::MotionHistory;
+pub use oriented::{OrientedConfig, OrientedPoint, oriented_points};
 pub use segmentation::{Run, SegmentationConfig, segment};
