@@ -1,3 +1,73 @@
-//! The project's commands.
+//! `cargo xtask`: reads the command line and calls the library.
 
-fn main() {}
+use clap::{Args, Parser, Subcommand};
+use xtask::wasm::Profile;
+use xtask::{check, page, serve, tests};
+
+/// slamlab's commands.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Build everything, serve the page and print its address
+    Run {
+        #[command(flatten)]
+        build: Build,
+        /// Port to serve on; 0 takes any free one
+        #[arg(long, default_value_t = 8080)]
+        port: u16,
+        /// Show the page in the default browser
+        #[arg(long)]
+        open: bool,
+    },
+    /// Build the page into www/dist without serving it
+    Build {
+        #[command(flatten)]
+        build: Build,
+    },
+    /// Formatting, lints for native and wasm32, documentation, TypeScript types
+    Check,
+    /// Native tests, tests in headless Chromium, and the page as a user uses it
+    Test {
+        /// Only these suites; all of them if none is named
+        #[arg(value_enum)]
+        suites: Vec<tests::Suite>,
+    },
+}
+
+#[derive(Args)]
+struct Build {
+    /// Compile the module optimised (the default)
+    #[arg(long, conflicts_with = "dev")]
+    release: bool,
+    /// Compile the module quickly, and slow to run
+    #[arg(long)]
+    dev: bool,
+}
+
+impl Build {
+    fn profile(&self) -> Profile {
+        if self.dev && !self.release {
+            Profile::Dev
+        } else {
+            Profile::Release
+        }
+    }
+}
+
+fn main() -> anyhow::Result<()> {
+    match Cli::parse().command {
+        Command::Run { build, port, open } => {
+            page::build(build.profile())?;
+            serve::serve(port, open)
+        }
+        Command::Build { build } => page::build(build.profile()),
+        Command::Check => check::all(),
+        Command::Test { suites } => tests::run(&suites),
+    }
+}
