@@ -17,7 +17,7 @@ enum Command {
     /// Build everything, serve the page and print its address
     Run {
         #[command(flatten)]
-        build: Build,
+        speed: Speed,
         /// Port to serve on; 0 takes any free one
         #[arg(long, default_value_t = 8080)]
         port: u16,
@@ -28,7 +28,7 @@ enum Command {
     /// Build the page into www/dist without serving it
     Build {
         #[command(flatten)]
-        build: Build,
+        speed: Speed,
     },
     /// Formatting, lints for native and wasm32, documentation, TypeScript types
     Check,
@@ -41,7 +41,7 @@ enum Command {
 }
 
 #[derive(Args)]
-struct Build {
+struct Speed {
     /// Compile the module optimised (the default)
     #[arg(long, conflicts_with = "dev")]
     release: bool,
@@ -50,7 +50,7 @@ struct Build {
     dev: bool,
 }
 
-impl Build {
+impl Speed {
     fn profile(&self) -> Profile {
         if self.dev && !self.release {
             Profile::Dev
@@ -62,12 +62,22 @@ impl Build {
 
 fn main() -> anyhow::Result<()> {
     match Cli::parse().command {
-        Command::Run { build, port, open } => {
-            page::build(build.profile())?;
+        Command::Run { speed, port, open } => {
+            page::build(speed.profile())?;
             serve::serve(port, open)
         }
-        Command::Build { build } => page::build(build.profile()),
+        Command::Build { speed } => page::build(speed.profile()),
         Command::Check => check::all(),
         Command::Test { suites } => tests::run(&suites),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        super::Cli::command().debug_assert();
     }
 }
