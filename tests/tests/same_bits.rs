@@ -49,7 +49,7 @@ fn a_long_chain_of_poses_has_the_same_bits_everywhere() {
         seen.extend([pose.x(), pose.y(), pose.heading(), back.x(), back.heading()]);
     }
     assert!(pose.is_finite());
-    assert_eq!(hash(seen), POSES, "{:#018x}", POSES);
+    assert_eq!(hash(seen), POSES);
 }
 
 #[test]
@@ -71,9 +71,9 @@ fn transcendental_functions_have_the_same_bits_everywhere() {
             f64::from(libm::expf(x as f32)),
         ]
     });
-    assert_eq!(hash(values), FUNCTIONS, "{:#018x}", FUNCTIONS);
+    assert_eq!(hash(values), FUNCTIONS);
 }
 
 /// Computed natively on x86-64; the browser must agree.
-const POSES: u64 = 0;
-const FUNCTIONS: u64 = 0;
+const POSES: u64 = 5_761_884_782_168_253_456;
+const FUNCTIONS: u64 = 2_941_073_592_640_755_027;
