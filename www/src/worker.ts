@@ -1,0 +1,4 @@
+import init, { version } from '../pkg/slamlab_web.js';
+
+await init();
+self.postMessage(version());
