@@ -15,6 +15,7 @@ fn bridge(arguments: &[&str], page: &TempDir) -> Command {
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped());
+    command.env("RUST_BACKTRACE", "1");
     command
 }
 
@@ -32,7 +33,13 @@ fn fails(mut command: Command) -> String {
     } = command.output().unwrap();
     assert!(!status.success());
     assert!(stdout.is_empty(), "it must not claim to serve");
-    String::from_utf8(stderr).unwrap()
+    let error = String::from_utf8(stderr).unwrap();
+    assert_eq!(
+        error.lines().count(),
+        1,
+        "one sentence, no backtrace: {error}"
+    );
+    error
 }
 
 #[test]

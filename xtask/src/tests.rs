@@ -41,8 +41,12 @@ pub fn run(suites: &[Suite]) -> Result<()> {
 
 fn native() -> Result<()> {
     // Apart from the rest: together, cargo would join their features and compile the wasm-bindgen tool once more.
-    let rest = tools::run(tools::cargo().args("test --workspace --exclude xtask --no-fail-fast".split(' ')));
-    rest.and(tools::run(tools::cargo().args("test --package xtask".split(' '))))
+    let rest = tools::run(
+        tools::cargo().args("test --workspace --exclude xtask --no-fail-fast".split(' ')),
+    );
+    rest.and(tools::run(
+        tools::cargo().args("test --package xtask".split(' ')),
+    ))
 }
 
 fn wasm() -> Result<()> {
