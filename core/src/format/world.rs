@@ -72,6 +72,16 @@ pub enum WorldFileError {
         /// What was found and what was expected.
         what: String,
     },
+    /// An obstacle that lacks what its shape needs, or has what belongs to another.
+    #[error("world file, line {line}: obstacle {index}: {what}")]
+    Obstacle {
+        /// Line on which it begins, from 1.
+        line: usize,
+        /// Its number, from 0.
+        index: usize,
+        /// What is wrong.
+        what: String,
+    },
     /// Well-formed, but no world that a robot can be in.
     #[error("world file, line {line}: {source}")]
     World {
@@ -92,8 +102,14 @@ pub fn read(bytes: &[u8]) -> Result<World, WorldFileError> {
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(WorldFileError::Empty);
     }
-    let file: WorldFile = serde_json::from_slice(bytes).map_err(syntax)?;
-    let world = World::from(file);
+    let file: WorldFile = serde_json::from_slice(bytes).map_err(|e| syntax(&e))?;
+    let world = file
+        .into_world()
+        .map_err(|(index, what)| WorldFileError::Obstacle {
+            line: line_of_key(bytes, "obstacles", Some(index)).unwrap_or(1),
+            index,
+            what,
+        })?;
     match world.validate(world.robot.model().radius()) {
         Ok(()) => Ok(world),
         Err(source) => Err(WorldFileError::World {
@@ -112,7 +128,7 @@ pub fn write(world: &World) -> String {
     text
 }
 
-fn syntax(error: serde_json::Error) -> WorldFileError {
+fn syntax(error: &serde_json::Error) -> WorldFileError {
     let text = error.to_string();
     // serde_json ends its messages with the place, which stands in front here.
     let place = format!(" at line {} column {}", error.line(), error.column());
@@ -250,7 +266,7 @@ enum ShapeFile {
 /// All shapes in one flat record: a tagged enum would lose the line of what is wrong inside of it.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct ObstacleRecord {
+struct ObstacleFile {
     shape: ShapeFile,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     points: Option<Vec<[f64; 2]>>,
@@ -267,9 +283,6 @@ struct ObstacleRecord {
     #[serde(default, skip_serializing_if = "is_opaque")]
     material: MaterialFile,
 }
-
-/// An obstacle whose record held what its shape needs.
-struct ObstacleFile(Obstacle);
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -309,20 +322,7 @@ fn name<'de, D: Deserializer<'de>>(from: D) -> Result<String, D::Error> {
     )))
 }
 
-impl<'de> Deserialize<'de> for ObstacleFile {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        let record = ObstacleRecord::deserialize(from)?;
-        record.into_obstacle().map(Self).map_err(D::Error::custom)
-    }
-}
-
-impl Serialize for ObstacleFile {
-    fn serialize<S: serde::Serializer>(&self, into: S) -> Result<S::Ok, S::Error> {
-        ObstacleRecord::of(&self.0).serialize(into)
-    }
-}
-
-impl ObstacleRecord {
+impl ObstacleFile {
     fn into_obstacle(self) -> Result<Obstacle, String> {
         self.refuse_strangers()?;
         let material = self.material.into();
@@ -425,24 +425,33 @@ fn pairs(points: &[Point2<f64>]) -> Vec<[f64; 2]> {
     points.iter().map(|p| [p.x, p.y]).collect()
 }
 
-impl From<WorldFile> for World {
-    fn from(file: WorldFile) -> Self {
+impl WorldFile {
+    /// The world, or the number of the obstacle that is none and why.
+    fn into_world(self) -> Result<World, (usize, String)> {
         let mover = |m: MoverFile| Mover {
             waypoints: points(&m.waypoints),
             closed: m.closed,
             speed: m.speed,
             radius: m.radius,
         };
-        Self {
-            name: file.name,
-            obstacles: file.obstacles.into_iter().map(|o| o.0).collect(),
-            movers: file.movers.into_iter().map(mover).collect(),
-            start: Pose2::new(file.start.x, file.start.y, file.start.heading),
-            goal: file.goal.map(|g| Point2::new(g.x, g.y)),
-            robot: file.robot.into(),
-            sensor: file.sensor.into(),
-            seed: file.seed,
-        }
+        let obstacle =
+            |(index, o): (usize, ObstacleFile)| o.into_obstacle().map_err(|e| (index, e));
+        let obstacles: Result<_, _> = self
+            .obstacles
+            .into_iter()
+            .enumerate()
+            .map(obstacle)
+            .collect();
+        Ok(World {
+            name: self.name,
+            obstacles: obstacles?,
+            movers: self.movers.into_iter().map(mover).collect(),
+            start: Pose2::new(self.start.x, self.start.y, self.start.heading),
+            goal: self.goal.map(|g| Point2::new(g.x, g.y)),
+            robot: self.robot.into(),
+            sensor: self.sensor.into(),
+            seed: self.seed,
+        })
     }
 }
 
@@ -466,7 +475,7 @@ impl From<&World> for WorldFile {
             robot: world.robot.into(),
             sensor: world.sensor.into(),
             seed: world.seed,
-            obstacles: world.obstacles.iter().cloned().map(ObstacleFile).collect(),
+            obstacles: world.obstacles.iter().map(ObstacleFile::of).collect(),
             movers: world.movers.iter().map(mover).collect(),
         }
     }
@@ -529,7 +538,7 @@ mod tests {
         check(
             r#""name": "room","#,
             "",
-            &["line 8, column 1", "missing field `name`"],
+            &["line 9, column 1", "missing field `name`"],
         );
         check(
             r#""x": 1.0"#,

@@ -328,8 +328,13 @@ struct Axis {
 impl Axis {
     #[inline]
     fn new(origin: f64, step: f64, count: usize) -> Self {
-        // A ray along the other axis never leaves; a huge quotient says that without dividing by 0.
-        let per_step = if step.abs() < 1e-15 { 1e30 } else { 1.0 / step };
+        // A ray along the other axis stays in its row for good: its step is 0 exactly, or rounding would carry it over
+        // a border that it never leaves by. A huge quotient says so without dividing by 0.
+        let (step, per_step) = if step.abs() < 1e-13 {
+            (0.0, 1e30)
+        } else {
+            (step, 1.0 / step)
+        };
         let (at_low, at_high) = (-origin * per_step, (count as f64 - origin) * per_step);
         let forward = per_step > 0.0;
         Self {
