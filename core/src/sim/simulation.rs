@@ -555,7 +555,6 @@ mod tests {
         };
         for (name, seconds) in [("arena", 120.0), ("doors", 240.0), ("office", 400.0)] {
             let errors = errors(name, seconds);
-            println!("{name} {seconds} s: {errors:.2?}");
             assert!(errors[10] > 0.5, "{name}: median {}", errors[10]);
         }
     }
@@ -706,6 +705,69 @@ mod tests {
         sim.command(Command::Stop);
         sim.advance(3.0);
         assert!(sim.take_scan().is_none() && !sim.is_busy());
+    }
+
+    #[test]
+    fn rangers_tell_the_true_ranges_within_their_sigmas() {
+        let mut sim = simulation("arena", SensorModel::rangers(), 8);
+        let (mut squares, mut count, mut lost) = (0.0, 0.0, 0.0);
+        for _ in 0..60 {
+            finish(&mut sim, Command::Scan);
+            let scan = sim.take_scan().unwrap();
+            for (i, &bearing) in scan.bearings.iter().enumerate() {
+                let angle = sim.truth().heading() + bearing;
+                let direction = nalgebra::Vector2::new(libm::cos(angle), libm::sin(angle));
+                let truth = sim.caster().cast(sim.truth().position(), direction, 1.4);
+                // As for the lidar: the servo's noise matters on slanting walls; 4 sigma from the edge of the range.
+                let Some(truth) = truth.filter(|t| t.distance > 0.25) else {
+                    continue;
+                };
+                let wall = sim.caster().walls()[truth.surface]
+                    .segment
+                    .vector()
+                    .normalize();
+                if wall.perp(&direction).abs() < 0.9 {
+                    continue;
+                }
+                let (range, sigma) = (f64::from(scan.ranges[i]), f64::from(scan.sigmas[i]));
+                if !range.is_finite() {
+                    lost += 1.0;
+                    continue;
+                }
+                let error = (range - truth.distance) / sigma;
+                if error.abs() < 5.0 {
+                    squares += error * error;
+                    count += 1.0;
+                }
+            }
+        }
+        let variance: f64 = squares / count;
+        assert!(
+            count > 2000.0 && (variance - 1.0).abs() < 0.15,
+            "{variance} of {count}"
+        );
+        assert!(lost / count < 0.02, "{lost} of {count}");
+    }
+
+    #[test]
+    fn folding_rangers_take_near_things_for_far_ones() {
+        let near = |folds: bool| {
+            let mut world = worlds::builtin("corridor").unwrap();
+            world.start = Pose2::new(29.0 + 0.85, 1.0, 0.0);
+            let model = super::super::sensors::RangerModel {
+                folds,
+                dropouts: 0.0,
+                ..Default::default()
+            };
+            let mut sim =
+                Simulation::new(world, RobotModel::rp6(), SensorModel::Rangers(model), 1).unwrap();
+            finish(&mut sim, Command::Scan);
+            let scan = sim.take_scan().unwrap();
+            let ahead = scan.bearings.iter().position(|b| b.abs() < 0.02).unwrap();
+            scan.ranges[ahead]
+        };
+        assert!(near(false).is_nan());
+        assert!((near(true) - 0.04 / 0.15).abs() < 0.05);
     }
 
     #[test]
