@@ -196,6 +196,13 @@ impl GridSpace {
         )
     }
 
+    /// Distance of a cell's centre from the nearest wall, m, as [`GridSpace::clearance`].
+    #[inline]
+    #[must_use]
+    pub fn clearance_of(&self, index: usize) -> f64 {
+        self.walls.at(self.cell_of(index)) - 0.5 * self.resolution
+    }
+
     /// Room at the centre of a cell, m: cheaper than at a point.
     #[inline]
     #[must_use]

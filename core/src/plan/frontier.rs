@@ -7,7 +7,7 @@
 //!    exploration"); clusters are connected over eight neighbours.
 //! 2. What a cluster would tell is the unknown area behind it: counted by a flood through unknown cells, as deep as
 //!    `gain_reach`. Walls stop the flood, so the slivers along walls and between beams tell next to nothing and are
-//!    dropped; so are clusters narrower than the robot.
+//!    dropped; so are clusters narrower than the robot, not counting their cells in the lee of a wall.
 //! 3. The goal is the reachable cell from which the frontier is nearest over free floor, the cheapest one of the first
 //!    few.
 //! 4. Score: gain over path cost (with one metre added, so that a crumb at the robot's feet does not win), as in
@@ -24,6 +24,9 @@ use crate::map::{CellIndex, CellState};
 pub struct FrontierConfig {
     /// Clusters shorter than this are dropped, m. Default 0.2: about the robot's width.
     pub min_width: f64,
+    /// Cells nearer to a wall than this do not count in the length of a cluster, m. Default 0.1: noise makes holes in
+    /// walls, and strips of free cells behind them; nothing passes there.
+    pub min_clearance: f64,
     /// Clusters that would tell less than this are dropped, m². Default 0.06.
     pub min_gain: f64,
     /// How deep into the unknown is counted, m. Default 1.
@@ -38,6 +41,7 @@ impl Default for FrontierConfig {
     fn default() -> Self {
         Self {
             min_width: 0.2,
+            min_clearance: 0.1,
             min_gain: 0.06,
             gain_reach: 1.0,
             view_reach: 1.0,
@@ -89,10 +93,12 @@ fn judge(
     cells: &[usize],
 ) -> Option<Frontier> {
     let resolution = space.resolution();
-    if (cells.len() as f64) * resolution < config.min_width {
+    let open = |&&cell: &&usize| space.clearance_of(cell) >= config.min_clearance;
+    let width = cells.iter().filter(open).count() as f64 * resolution;
+    if width < config.min_width {
         return None;
     }
-    let depth = (config.gain_reach / resolution) as usize;
+    let depth = (config.gain_reach / resolution).max(1.0) as usize;
     let mut unknown = 0_usize;
     flood.from(survey, cells, CellState::Unknown, depth, |_, _| {
         unknown += 1;
@@ -127,7 +133,7 @@ fn judge(
         goal,
         cost,
         score: if goal.is_some() {
-            gain / (cost + config.cost_offset)
+            gain / (cost + config.cost_offset).max(1e-3)
         } else {
             0.0
         },
