@@ -10,8 +10,9 @@
 //!    dropped; so are clusters narrower than the robot, not counting their cells in the lee of a wall.
 //! 3. The goal is the reachable cell from which the frontier is nearest over free floor, the cheapest one of the first
 //!    few.
-//! 4. Score: gain over path cost (with one metre added, so that a crumb at the robot's feet does not win), as in
-//!    González-Baños & Latombe (2002) in spirit, without their exponential.
+//! 4. Score: the gain, bounded, times e^(-λ cost), as in González-Baños & Latombe (2002), "Navigation strategies for
+//!    exploring indoor environments", eq. (1). Gain over cost and gain over cost squared were tried: in `office` they
+//!    drive 131 and 108 m on the mean of three seeds, the exponential 97 m.
 
 use nalgebra::Point2;
 
@@ -33,8 +34,10 @@ pub struct FrontierConfig {
     pub gain_reach: f64,
     /// From how far away a frontier may be looked at, m over free floor. Default 1; no farther than the sensor sees.
     pub view_reach: f64,
-    /// Added to the path cost in the score, m. Default 1.
-    pub cost_offset: f64,
+    /// Gains beyond this count no more, m². Default 1.5: a hall is no better than a room round the corner.
+    pub most_gain: f64,
+    /// How fast a gain loses worth with the cost of the way, 1/m. Default 0.25; larger sweeps nearer first.
+    pub cost_decay: f64,
 }
 
 impl Default for FrontierConfig {
@@ -45,7 +48,8 @@ impl Default for FrontierConfig {
             min_gain: 0.06,
             gain_reach: 1.0,
             view_reach: 1.0,
-            cost_offset: 1.0,
+            most_gain: 1.5,
+            cost_decay: 0.25,
         }
     }
 }
@@ -63,7 +67,7 @@ pub struct Frontier {
     pub goal: Option<Point2<f64>>,
     /// Cost of the way there, m of open floor; infinite without a goal.
     pub cost: f64,
-    /// Gain over cost; 0 without a goal.
+    /// What it promises for its way; 0 without a goal.
     pub score: f64,
 }
 
@@ -133,7 +137,7 @@ fn judge(
         goal,
         cost,
         score: if goal.is_some() {
-            gain / (cost + config.cost_offset).max(1e-3)
+            gain.min(config.most_gain) * libm::exp(-config.cost_decay * cost)
         } else {
             0.0
         },
