@@ -128,10 +128,11 @@ impl Pilot {
         self.status = Status::Scanning;
         // A target that is still there stays the target: no dithering between two that promise alike.
         let kept = self.errand.explorer.target.as_ref().and_then(|t| t.goal);
-        if let Some(goal) = kept.filter(|_| !self.errand.explorer.target_has_vanished(now.grid)) {
-            if self.route_to(goal, Unknown::Blocked, now).is_ok() {
-                return true;
-            }
+        if let Some(goal) = kept
+            && !self.errand.explorer.target_has_vanished(now.grid)
+            && self.route_to(goal, Unknown::Blocked, now).is_ok()
+        {
+            return true;
         }
         let found = self.look_for_frontiers(now);
         for attempt in 0..PLAN_ATTEMPTS {

@@ -42,8 +42,7 @@ pub trait ConfigSpace {
         let mut free = 0.0;
         loop {
             let room = self.room(leg.a + along * at);
-            // Written so that a NaN is in the way.
-            if !(room >= 0.0) {
+            if room.is_nan() || room < 0.0 {
                 return free;
             }
             free = at;
