@@ -6,6 +6,6 @@ mod triangle;
 
 pub use ekf_slam::{
     Consistency, EkfConfig, EkfError, EkfSlam, Landmark, LandmarkId, Match, Rejected, Rejection,
-    UpdateReport,
+    SweepTiming, UpdateReport,
 };
 pub use triangle::SymmetricMatrix;

@@ -20,6 +20,12 @@ fn correlated(cov: &Matrix2<f64>, rng: &mut ChaCha8Rng) -> Vector2<f64> {
     l * Vector2::new(normal(rng), normal(rng))
 }
 
+const ONCE: SweepTiming = SweepTiming {
+    stamp: Stamp(1),
+    seconds: 0.0,
+    n_beams: 0,
+};
+
 fn odometry(motion: Pose2, cov: Matrix3<f64>) -> Odometry {
     Odometry {
         from: Stamp(0),
@@ -65,10 +71,12 @@ fn some_state() -> EkfSlam {
     let noise = Matrix3::from_diagonal(&Vector3::new(4e-3, 2e-3, 1e-3));
     slam.predict(&odometry(Pose2::new(1.0, 0.3, 0.4), noise))
         .unwrap();
-    slam.update(&[feature(0.2, 2.0), feature(1.8, 1.0), feature(-2.0, 3.0)])
-        .unwrap();
-    slam.predict(&odometry(Pose2::new(0.5, -0.1, -0.3), noise))
-        .unwrap();
+    slam.update(
+        &[feature(0.2, 2.0), feature(1.8, 1.0), feature(-2.0, 3.0)],
+        &ONCE,
+    )
+    .unwrap();
+    slam.advance(&odometry(Pose2::new(0.5, -0.1, -0.3), noise));
     assert_eq!(slam.landmarks().count(), 3);
     slam
 }
@@ -81,7 +89,7 @@ fn prediction_is_the_dense_one() {
         Pose2::new(0.7, 0.2, 0.5),
         Matrix3::new(2e-3, 1e-4, 2e-4, 1e-4, 1e-3, 3e-4, 2e-4, 3e-4, 5e-3),
     );
-    slam.predict(&motion).unwrap();
+    slam.advance(&motion);
     // Full Jacobians, by central differences.
     let n = before.nrows();
     let compose = |p: Vector3<f64>, u: Vector3<f64>| {
@@ -179,7 +187,7 @@ fn forgetting_leaves_the_marginal_of_the_rest() {
     slam.landmarks[0].sightings = 5;
     slam.landmarks[2].sightings = 5;
     slam.scans += slam.config.patience + 1;
-    let report = slam.update(&[]).unwrap();
+    let report = slam.update(&[], &ONCE).unwrap();
     assert_eq!(report.forgotten, [ids[1]]);
     assert_eq!(dense(&slam), before.remove_rows(5, 2).remove_columns(5, 2));
     assert_eq!(
@@ -196,13 +204,14 @@ fn bad_input_is_named_and_changes_nothing() {
         slam.landmarks.clone(),
         slam.cov.clone(),
         slam.scans,
+        slam.pending.len(),
     );
     let mut bad_cov = feature(0.2, 2.0);
     bad_cov.cov = Matrix2::new(1.0, 2.0, 2.0, 1.0);
     let mut bad_end = feature(0.2, 2.0);
     bad_end.ends[1].x = f64::NAN;
     for bad in [bad_cov, bad_end, feature(f64::NAN, 1.0)] {
-        let error = slam.update(&[feature(0.2, 2.0), bad]).unwrap_err();
+        let error = slam.update(&[feature(0.2, 2.0), bad], &ONCE).unwrap_err();
         assert!(error.to_string().starts_with("feature 1: "), "{error}");
     }
     let nan = odometry(Pose2::new(f64::NAN, 0.0, 0.0), Matrix3::zeros());
@@ -214,7 +223,14 @@ fn bad_input_is_named_and_changes_nothing() {
     );
     let negative = odometry(Pose2::identity(), Matrix3::identity() * -1.0);
     assert!(slam.predict(&negative).is_err());
-    assert_eq!(before, (slam.pose, slam.landmarks, slam.cov, slam.scans));
+    let after = (
+        slam.pose,
+        slam.landmarks,
+        slam.cov,
+        slam.scans,
+        slam.pending.len(),
+    );
+    assert_eq!(before, after);
 }
 
 /// A run through known walls with sightings made straight from the truth.
@@ -291,7 +307,7 @@ impl Run {
             self.truth * Pose2::new(motion.x() + e.x, motion.y() + e.y, motion.heading() + e.z);
         self.slam.predict(&odometry(motion, cov)).unwrap();
         let features = self.see();
-        let report = self.slam.update(&features).unwrap();
+        let report = self.slam.update(&features, &ONCE).unwrap();
         for &(feature, id) in &report.added {
             self.wall_of.push((id, features[feature].first_beam));
         }
@@ -529,10 +545,10 @@ fn wall_through_the_origin_of_the_map_does_not_jump() {
 #[test]
 fn both_faces_of_a_thin_wall_are_two_landmarks() {
     let mut slam = EkfSlam::new(plain());
-    slam.update(&[feature(0.0, 1.0)]).unwrap();
+    slam.update(&[feature(0.0, 1.0)], &ONCE).unwrap();
     let exact = |x: f64| odometry(Pose2::new(x, 0.0, 0.0), Matrix3::identity() * 1e-6);
     slam.predict(&exact(2.0)).unwrap();
-    let report = slam.update(&[feature(PI, 1.0)]).unwrap();
+    let report = slam.update(&[feature(PI, 1.0)], &ONCE).unwrap();
     assert_eq!((report.matches.len(), report.added.len()), (0, 1));
 }
 
@@ -543,9 +559,14 @@ fn wall_seen_in_two_parts_across_a_door_is_two_landmarks_until_the_parts_meet() 
         ends: [Point2::new(1.0, from), Point2::new(1.0, to)],
         ..feature(0.0, 1.0)
     };
-    slam.update(&[part(-2.0, -0.5)]).unwrap();
-    assert_eq!(slam.update(&[part(0.5, 2.0)]).unwrap().added.len(), 1);
-    let report = slam.update(&[part(-2.0, -0.5), part(0.5, 2.0)]).unwrap();
+    slam.update(&[part(-2.0, -0.5)], &ONCE).unwrap();
+    assert_eq!(
+        slam.update(&[part(0.5, 2.0)], &ONCE).unwrap().added.len(),
+        1
+    );
+    let report = slam
+        .update(&[part(-2.0, -0.5), part(0.5, 2.0)], &ONCE)
+        .unwrap();
     assert_eq!(report.matches.len(), 2);
     assert!(report.matches.iter().all(|m| m.d2 < CHI2_2DOF_99));
 }
@@ -557,7 +578,7 @@ proptest! {
         let mut slam = EkfSlam::new(EkfConfig { patience: 1, ..plain() });
         let mut known = vec![];
         for _ in 0..30 {
-            let report = slam.update(&[feature(rng.random_range(-3.0..3.0), rng.random_range(0.2..5.0))]).unwrap();
+            let report = slam.update(&[feature(rng.random_range(-3.0..3.0), rng.random_range(0.2..5.0))], &ONCE).unwrap();
             for (_, id) in report.added {
                 prop_assert!(!known.contains(&id));
                 known.push(id);
