@@ -10,7 +10,7 @@ use slamlab_core::estimation::{Consistency, EkfConfig, EkfSlam, SweepTiming};
 use slamlab_core::features::{LineConfig, LineExtractor};
 use slamlab_core::geom::{Pose2, wrap};
 use slamlab_core::points::{PointConfig, Points};
-use slamlab_core::robot::{Command, Odometry, RobotModel, TrackOdometry};
+use slamlab_core::robot::{Command, RobotModel, TrackOdometry};
 use slamlab_core::sim::{SensorModel, Simulation, worlds};
 
 /// Figures of one run.
@@ -29,31 +29,43 @@ struct Outcome {
 }
 
 /// Lets the robot run `errands` errands in a built-in world.
-fn run(world: &str, seed: u64, errands: usize, config: EkfConfig) -> Outcome {
+fn run(
+    world: &str,
+    seed: u64,
+    errands: usize,
+    config: EkfConfig,
+    line_config: LineConfig,
+) -> Outcome {
     let robot = RobotModel::rp6();
     let world = worlds::builtin(world).unwrap();
     let start = world.start;
     let mut sim = Simulation::new(world, robot, SensorModel::lidar(), seed).unwrap();
     let mut wheels = TrackOdometry::new(&robot);
     let mut slam = EkfSlam::new(config);
-    let mut extractor = LineExtractor::new(LineConfig::default());
-    let (mut lines, mut recent) = (vec![], Odometry::standing(sim.stamp()));
+    let mut extractor = LineExtractor::new(line_config);
+    let mut lines = vec![];
     wheels.update(sim.stamp(), sim.ticks());
     let mut dead_reckoned = Pose2::identity();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (mut nees, mut nis, mut matched, mut seen, mut rejected, mut scans) =
         ((0.0, 0_u32), 0.0, 0, 0, 0, 0_u32);
     let mut distance = 0.0;
+    let mut reasons = [0; 5];
     let mut route = VecDeque::new();
-    let mut left = errands;
+    let (mut left, mut rest) = (errands, 0);
     let mut last = sim.truth().position();
     for _ in 0..40_000 {
-        if route.is_empty() {
-            if left == 0 {
-                break;
-            }
+        if route.is_empty() && left > 0 {
             left -= 1;
             route = errand(&sim, &mut rng);
+        }
+        if route.is_empty() {
+            // Stand still for the last scans.
+            sim.command(Command::Stop);
+            rest += 1;
+            if rest > 20 {
+                break;
+            }
         }
         steer(&mut sim, &mut route);
         sim.advance(0.05);
@@ -66,15 +78,14 @@ fn run(world: &str, seed: u64, errands: usize, config: EkfConfig) -> Outcome {
             let odometry = wheels.update(scan.stamp, ticks);
             slam.predict(&odometry).unwrap();
             dead_reckoned = dead_reckoned * odometry.motion;
-            recent = odometry;
-            let span = recent.to.since(recent.from);
+            let span = odometry.to.since(odometry.from);
             let part = if span > 0.0 {
                 (scan.sweep / span).min(1.0)
             } else {
                 0.0
             };
-            let before = recent.motion.fraction(1.0 - part);
-            let motion = before.inverse() * recent.motion;
+            let before = odometry.motion.fraction(1.0 - part);
+            let motion = before.inverse() * odometry.motion;
             let points = Points::from_scan(&scan, &motion, &PointConfig::default());
             extractor.extract(&points, &mut lines);
             let report = slam.update(&lines, &SweepTiming::of(&scan)).unwrap();
@@ -83,6 +94,9 @@ fn run(world: &str, seed: u64, errands: usize, config: EkfConfig) -> Outcome {
                 matched + report.matches.len(),
                 rejected + report.rejected.len(),
             );
+            for r in &report.rejected {
+                reasons[r.reason as usize] += 1;
+            }
             nis += report.nis;
             scans += 1;
             let truth = start.inverse() * sim.truth_at(scan.stamp).unwrap();
@@ -93,6 +107,7 @@ fn run(world: &str, seed: u64, errands: usize, config: EkfConfig) -> Outcome {
             }
         }
     }
+    println!("  {seed} {reasons:?}");
     let truth = start.inverse() * sim.truth();
     let end = wheels.update(sim.stamp(), sim.ticks());
     slam.predict(&end).unwrap();
@@ -183,42 +198,76 @@ fn steer(sim: &mut Simulation, route: &mut VecDeque<Point2<f64>>) {
     });
 }
 
-fn report(world: &str, seeds: u64, errands: usize, config: EkfConfig) -> Vec<Outcome> {
+fn average(world: &str, seeds: u64, errands: usize, config: EkfConfig, lines: LineConfig) {
     let outcomes: Vec<_> = (0..seeds)
-        .map(|seed| run(world, seed, errands, config))
+        .map(|seed| run(world, seed, errands, config, lines))
         .collect();
-    for (seed, o) in outcomes.iter().enumerate() {
-        println!(
-            "{world} {seed}: {:.0} m, error {:.3} m {:.2} deg (odometry {:.2} m), NEES {:.2}, NIS {:.2}, {} walls, {:.1} lines, {:.1} matched, {:.2} rejected a scan",
-            o.distance,
-            o.position_error,
-            o.heading_error,
-            o.odometry_error,
-            o.nees,
-            o.nis,
-            o.confirmed,
-            o.features_per_scan,
-            o.matches_per_scan,
-            o.rejected_per_scan
-        );
-    }
-    outcomes
+    let mean = |f: &dyn Fn(&Outcome) -> f64| outcomes.iter().map(f).sum::<f64>() / seeds as f64;
+    let max = |f: &dyn Fn(&Outcome) -> f64| outcomes.iter().map(f).fold(0.0, f64::max);
+    println!(
+        "{world}: error {:.3} m (max {:.3}), {:.2} deg (max {:.2}), odometry {:.2} m, NEES {:.2} (max {:.1}), NIS {:.2}, {:.0} walls, {:.1} lines, {:.1} matched, {:.2} rejected a scan, {:.0} m",
+        mean(&|o| o.position_error),
+        max(&|o| o.position_error),
+        mean(&|o| o.heading_error),
+        max(&|o| o.heading_error),
+        mean(&|o| o.odometry_error),
+        mean(&|o| o.nees),
+        max(&|o| o.nees),
+        mean(&|o| o.nis),
+        mean(&|o| o.confirmed as f64),
+        mean(&|o| o.features_per_scan),
+        mean(&|o| o.matches_per_scan),
+        mean(&|o| o.rejected_per_scan),
+        mean(&|o| o.distance),
+    );
 }
 
 #[test]
 fn pose_is_found_in_furnished_rooms() {
-    for world in ["arena", "doors", "office", "loop"] {
-        for consistency in [Consistency::FirstEstimates, Consistency::Plain] {
-            println!("{consistency:?}");
-            report(
-                world,
-                4,
-                4,
-                EkfConfig {
-                    consistency,
-                    ..EkfConfig::default()
-                },
-            );
+    let e = EkfConfig::default();
+    let l = LineConfig::default();
+    let strict = LineConfig {
+        trim: 2,
+        max_chi2_sigmas: 2.5,
+        max_bend_sigmas: 2.0,
+        min_length: 0.4,
+        ..l
+    };
+    let cases = [
+        ("strict", e, strict),
+        (
+            "strict floor",
+            EkfConfig {
+                alpha_sigma: 0.003,
+                r_sigma: 0.005,
+                ..e
+            },
+            strict,
+        ),
+        (
+            "strict long",
+            e,
+            LineConfig {
+                min_length: 0.6,
+                min_points: 8,
+                ..strict
+            },
+        ),
+        (
+            "strict long trim 1",
+            e,
+            LineConfig {
+                min_length: 0.6,
+                min_points: 8,
+                trim: 1,
+                ..strict
+            },
+        ),
+    ];
+    for (name, e, l) in cases {
+        println!("== {name}");
+        for world in ["doors", "office", "loop"] {
+            average(world, 8, 4, e, l);
         }
     }
 }

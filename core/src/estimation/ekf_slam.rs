@@ -724,10 +724,19 @@ fn as_seen(feature: &LineFeature, rest: &Odometry, sweep: &SweepTiming) -> LineF
     let span = sweep.age(feature.first_beam as f64) - sweep.age(feature.last_beam as f64);
     let mut cov = by_line * feature.cov * by_line.transpose();
     if age > 0.0 && span > 0.0 {
-        // A random walk over the span, about its middle: a quarter of what it adds up to is more than the line is turned.
+        // Random walks from the middle beam to either end, half of the span each; a shift moves the line by less than
+        // a quarter of what it adds up to.
+        let part = span / age;
+        let mut shift = rest.cov * (0.25 * part);
+        shift.fill_row(2, 0.0);
+        shift.fill_column(2, 0.0);
         let normal = line.normal();
         let by_pose = Matrix2x3::new(0.0, 0.0, -1.0, -normal.x, -normal.y, 0.0);
-        cov += by_pose * rest.cov * by_pose.transpose() * (0.25 * span / age);
+        cov += by_pose * shift * by_pose.transpose();
+        for by_heading in feature.by_heading {
+            let by_heading = by_line * by_heading;
+            cov += by_heading * by_heading.transpose() * (0.5 * part * rest.cov[(2, 2)]);
+        }
     }
     let mixed = 0.5 * (cov[(0, 1)] + cov[(1, 0)]);
     (cov[(0, 1)], cov[(1, 0)]) = (mixed, mixed);

@@ -48,6 +48,7 @@ fn feature(alpha: f64, r: f64) -> LineFeature {
         last_beam: 20,
         n_points: 21,
         chi2: 19.0,
+        by_heading: [Vector2::zeros(); 2],
     }
 }
 
@@ -363,6 +364,7 @@ impl Run {
                 last_beam: number,
                 n_points: n as usize,
                 chi2: n - 2.0,
+                by_heading: [Vector2::zeros(); 2],
             });
         }
         seen
