@@ -233,35 +233,21 @@ fn pose_is_found_in_furnished_rooms() {
         min_length: 0.4,
         ..l
     };
+    let mid = LineConfig {
+        min_length: 0.5,
+        min_points: 7,
+        ..strict
+    };
     let cases = [
         ("strict", e, strict),
+        ("strict mid", e, mid),
         (
-            "strict floor",
+            "strict mid plain",
             EkfConfig {
-                alpha_sigma: 0.003,
-                r_sigma: 0.005,
+                consistency: Consistency::Plain,
                 ..e
             },
-            strict,
-        ),
-        (
-            "strict long",
-            e,
-            LineConfig {
-                min_length: 0.6,
-                min_points: 8,
-                ..strict
-            },
-        ),
-        (
-            "strict long trim 1",
-            e,
-            LineConfig {
-                min_length: 0.6,
-                min_points: 8,
-                trim: 1,
-                ..strict
-            },
+            mid,
         ),
     ];
     for (name, e, l) in cases {

@@ -1,7 +1,10 @@
 //! In: odometry, and the lines of each scan. Out: the robot's pose and the walls, with one covariance over all of it.
 //!
 //! The state is (x, y, θ, α₁, r₁, α₂, r₂, …) in the map frame, which starts at the robot's first pose. Each line is oriented:
-//! its normal points from the side it was seen from into the wall, and r is signed (`association::gate`).
+//! its normal points from the side it was seen from into the wall, and r is signed (`association::gate`). r counts from an anchor,
+//! a fixed point in the middle of where the wall was first seen. Counted from the origin of the map, as the source has it, an
+//! error of α is a shift of the wall by distance times error, to first order only: ½ · 10 m · (0.05 rad)² is 1 cm that no
+//! covariance knows of, more than the wall is uncertain.
 //!
 //! 1. **Predict**: the pose moves by the odometry; only P_xx and P_xf change. O(n), TDK 2016 eq. (3.18)-(3.20).
 //! 2. **In order of time**: a turning lidar sees each wall at another instant, and tracks slip between two instants of one
@@ -218,11 +221,13 @@ impl SweepTiming {
 #[derive(Clone, Debug, PartialEq)]
 struct Entry {
     id: LandmarkId,
+    /// Where r counts from, map frame; never moves.
+    anchor: Point2<f64>,
     /// (α, r), r signed.
     line: [f64; 2],
     /// α at the first sighting.
     first_alpha: f64,
-    /// From where to where it was seen, m along (-sin α, cos α) from the foot of the perpendicular.
+    /// From where to where it was seen, m along (-sin α, cos α) from the anchor's foot on the line.
     extent: [f64; 2],
     sightings: u32,
     last_seen: u32,
@@ -289,15 +294,10 @@ impl EkfSlam {
     /// All landmarks in the order of the state, those not yet confirmed too.
     pub fn landmarks(&self) -> impl Iterator<Item = Landmark> + '_ {
         self.landmarks.iter().enumerate().map(|(index, entry)| {
-            let [alpha, r] = entry.line;
-            let mut cov = self.block(POSE + 2 * index);
-            if r < 0.0 {
-                cov[(0, 1)] = -cov[(0, 1)];
-                cov[(1, 0)] = -cov[(1, 0)];
-            }
+            let (line, cov) = entry.in_map(&self.block(POSE + 2 * index));
             Landmark {
                 id: entry.id,
-                line: Line::new(alpha, r),
+                line,
                 cov,
                 ends: entry.ends(),
                 sightings: entry.sightings,
@@ -306,7 +306,8 @@ impl EkfSlam {
         })
     }
 
-    /// The covariance of the whole state (x, y, θ, α₁, r₁, …) at the last scan, landmarks in the order of [`Self::landmarks`], r signed.
+    /// The covariance of the whole state (x, y, θ, α₁, r₁, …) at the last scan, landmarks in the order of
+    /// [`Self::landmarks`], r signed and counted from each landmark's anchor.
     #[must_use]
     pub fn covariance(&self) -> &SymmetricMatrix {
         &self.cov
@@ -530,15 +531,16 @@ impl EkfSlam {
         let entry = &self.landmarks[landmark];
         let at = match self.config.consistency {
             Consistency::Plain => Linearisation {
-                robot: self.pose.position(),
+                robot: self.pose.position() - entry.anchor.coords,
                 alpha: entry.line[0],
             },
             Consistency::FirstEstimates => Linearisation {
-                robot: self.predicted,
+                robot: self.predicted - entry.anchor.coords,
                 alpha: entry.first_alpha,
             },
         };
-        let (z, by_pose, by_line) = observe(&self.pose, entry.line, &at);
+        let (z, by_pose, by_line) =
+            observe(&from_anchor(&self.pose, &entry.anchor), entry.line, &at);
         let first = POSE + 2 * landmark;
         let pose_cov = self.pose_cov();
         let cross = Matrix2x3::from_fn(|row, column| self.cov.get(first + row, column));
@@ -621,7 +623,7 @@ impl EkfSlam {
         if let Some(entry) = self.landmarks.get_mut(landmark) {
             let tangent = entry.tangent();
             for end in seen.ends {
-                let along = tangent.dot(&(pose * end).coords);
+                let along = tangent.dot(&(pose * end - entry.anchor));
                 entry.extent = [entry.extent[0].min(along), entry.extent[1].max(along)];
             }
             entry.sightings += 1;
@@ -636,7 +638,12 @@ impl EkfSlam {
             Consistency::Plain => self.pose.position(),
             Consistency::FirstEstimates => self.predicted,
         };
-        let (line, by_pose, by_seen) = place(&self.pose, [oriented.alpha, oriented.r], at);
+        let anchor = self.pose * nalgebra::center(&seen.ends[0], &seen.ends[1]);
+        let (line, by_pose, by_seen) = place(
+            &from_anchor(&self.pose, &anchor),
+            [oriented.alpha, oriented.r],
+            at - anchor.coords,
+        );
         let corner = by_pose * self.pose_cov() * by_pose.transpose()
             + by_seen * oriented.cov * by_seen.transpose();
         // Eq. (3.31): the new rows are G_x times the rows of the pose.
@@ -656,6 +663,7 @@ impl EkfSlam {
         self.next_id += 1;
         self.landmarks.push(Entry {
             id,
+            anchor,
             line,
             first_alpha: line[0],
             extent: [f64::INFINITY, f64::NEG_INFINITY],
@@ -689,9 +697,20 @@ impl Entry {
 
     fn ends(&self) -> [Point2<f64>; 2] {
         let tangent = self.tangent();
-        let foot = Vector2::new(tangent.y, -tangent.x) * self.line[1];
-        self.extent
-            .map(|along| Point2::from(foot + tangent * along))
+        let foot = self.anchor + Vector2::new(tangent.y, -tangent.x) * self.line[1];
+        self.extent.map(|along| foot + tangent * along)
+    }
+
+    /// The line and its covariance with r counted from the origin of the map, r ≥ 0.
+    fn in_map(&self, cov: &Matrix2<f64>) -> (Line, Matrix2<f64>) {
+        let tangent = self.tangent();
+        let normal = Vector2::new(tangent.y, -tangent.x);
+        let r = self.line[1] + normal.dot(&self.anchor.coords);
+        let sign = if r < 0.0 { -1.0 } else { 1.0 };
+        let jacobian = Matrix2::new(1.0, 0.0, sign * tangent.dot(&self.anchor.coords), sign);
+        let mut cov = jacobian * cov * jacobian.transpose();
+        symmetrize(&mut cov);
+        (Line::new(self.line[0], r), cov)
     }
 }
 
@@ -699,6 +718,12 @@ impl UpdateReport {
     fn reject(&mut self, feature: usize, reason: Rejection) {
         self.rejected.push(Rejected { feature, reason });
     }
+}
+
+/// The pose with its position counted from `anchor`.
+fn from_anchor(pose: &Pose2, anchor: &Point2<f64>) -> Pose2 {
+    let from = pose.position() - anchor;
+    Pose2::new(from.x, from.y, pose.heading())
 }
 
 /// Indices of the lines in the order in which they were seen; those seen at once, the longest first.

@@ -153,9 +153,13 @@ fn augmentation_is_the_dense_one() {
     let (before, pose) = (dense(&slam), slam.pose);
     let seen = feature(2.9, 4.0);
     slam.augment(&seen);
+    let anchor = slam.landmarks[3].anchor;
     // y' = g(y, z), its Jacobians by central differences.
     let n = before.nrows();
-    let g = |p: [f64; 3], z: [f64; 2]| place(&Pose2::new(p[0], p[1], p[2]), z, Point2::origin()).0;
+    let g = |p: [f64; 3], z: [f64; 2]| {
+        let pose = Pose2::new(p[0] - anchor.x, p[1] - anchor.y, p[2]);
+        place(&pose, z, Point2::origin()).0
+    };
     let (p, z) = ([pose.x(), pose.y(), pose.heading()], [2.9, 4.0]);
     let mut by_state = DMatrix::zeros(n + 2, n);
     by_state.view_mut((0, 0), (n, n)).fill_with_identity();
@@ -178,6 +182,33 @@ fn augmentation_is_the_dense_one() {
     let r = DMatrix::from_fn(2, 2, |i, j| seen.cov[(i, j)]);
     let expect = &by_state * before * by_state.transpose() + &by_seen * r * by_seen.transpose();
     assert!((dense(&slam) - expect).norm() < 1e-8);
+}
+
+#[test]
+fn landmark_in_the_map_has_the_covariance_of_numeric_propagation() {
+    let slam = some_state();
+    for (index, landmark) in slam.landmarks().enumerate() {
+        let entry = &slam.landmarks[index];
+        let in_map = |da: f64, dr: f64| {
+            let mut moved = entry.clone();
+            moved.line = [entry.line[0] + da, entry.line[1] + dr];
+            moved.in_map(&Matrix2::zeros()).0
+        };
+        let h = 1e-6;
+        let column = |da: f64, dr: f64| {
+            let (plus, minus) = (in_map(da, dr), in_map(-da, -dr));
+            Vector2::new(wrap(plus.alpha() - minus.alpha()), plus.r() - minus.r()) / (2.0 * h)
+        };
+        let jacobian = Matrix2::from_columns(&[column(h, 0.0), column(0.0, h)]);
+        let expect = jacobian * slam.block(POSE + 2 * index) * jacobian.transpose();
+        assert!((landmark.cov - expect).norm() < 1e-9);
+        assert!(
+            landmark
+                .ends
+                .iter()
+                .all(|end| landmark.line.signed_distance(*end).abs() < 1e-9)
+        );
+    }
 }
 
 #[test]
