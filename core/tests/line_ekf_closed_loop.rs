@@ -238,16 +238,53 @@ fn pose_is_found_in_furnished_rooms() {
         min_points: 7,
         ..strict
     };
+    let mid = LineConfig {
+        min_length: 0.5,
+        min_points: 7,
+        ..strict
+    };
     let cases = [
-        ("strict", e, strict),
-        ("strict mid", e, mid),
         (
-            "strict mid plain",
+            "mid settle 3",
             EkfConfig {
-                consistency: Consistency::Plain,
+                settle_sightings: 3,
                 ..e
             },
             mid,
+        ),
+        (
+            "mid settle 8",
+            EkfConfig {
+                settle_sightings: 8,
+                ..e
+            },
+            mid,
+        ),
+        (
+            "mid alpha 0.04",
+            e,
+            LineConfig {
+                max_alpha_sigma: 0.04,
+                ..mid
+            },
+        ),
+        (
+            "mid alpha 0.04 trim 1",
+            e,
+            LineConfig {
+                max_alpha_sigma: 0.04,
+                trim: 1,
+                ..mid
+            },
+        ),
+        (
+            "mid alpha 0.04 short",
+            e,
+            LineConfig {
+                max_alpha_sigma: 0.03,
+                min_length: 0.4,
+                ..mid
+            },
         ),
     ];
     for (name, e, l) in cases {
