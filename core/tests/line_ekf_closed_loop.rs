@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use nalgebra::{Point2, Vector2};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use slamlab_core::estimation::{Consistency, EkfConfig, EkfSlam, SweepTiming};
+use slamlab_core::estimation::{EkfConfig, EkfSlam, SweepTiming};
 use slamlab_core::features::{LineConfig, LineExtractor};
 use slamlab_core::geom::{Pose2, wrap};
 use slamlab_core::points::{PointConfig, Points};
@@ -50,7 +50,6 @@ fn run(
     let (mut nees, mut nis, mut matched, mut seen, mut rejected, mut scans) =
         ((0.0, 0_u32), 0.0, 0, 0, 0, 0_u32);
     let mut distance = 0.0;
-    let mut reasons = [0; 5];
     let mut route = VecDeque::new();
     let (mut left, mut rest) = (errands, 0);
     let mut last = sim.truth().position();
@@ -94,9 +93,6 @@ fn run(
                 matched + report.matches.len(),
                 rejected + report.rejected.len(),
             );
-            for r in &report.rejected {
-                reasons[r.reason as usize] += 1;
-            }
             nis += report.nis;
             scans += 1;
             let truth = start.inverse() * sim.truth_at(scan.stamp).unwrap();
@@ -107,7 +103,6 @@ fn run(
             }
         }
     }
-    println!("  {seed} {reasons:?}");
     let truth = start.inverse() * sim.truth();
     let end = wheels.update(sim.stamp(), sim.ticks());
     slam.predict(&end).unwrap();
@@ -198,10 +193,8 @@ fn steer(sim: &mut Simulation, route: &mut VecDeque<Point2<f64>>) {
     });
 }
 
-fn average(world: &str, seeds: u64, errands: usize, config: EkfConfig, lines: LineConfig) {
-    let outcomes: Vec<_> = (0..seeds)
-        .map(|seed| run(world, seed, errands, config, lines))
-        .collect();
+fn summarize(world: &str, outcomes: &[Outcome]) {
+    let seeds = outcomes.len();
     let mean = |f: &dyn Fn(&Outcome) -> f64| outcomes.iter().map(f).sum::<f64>() / seeds as f64;
     let max = |f: &dyn Fn(&Outcome) -> f64| outcomes.iter().map(f).fold(0.0, f64::max);
     println!(
@@ -223,74 +216,28 @@ fn average(world: &str, seeds: u64, errands: usize, config: EkfConfig, lines: Li
 }
 
 #[test]
-fn pose_is_found_in_furnished_rooms() {
-    let e = EkfConfig::default();
-    let l = LineConfig::default();
-    let strict = LineConfig {
-        trim: 2,
-        max_chi2_sigmas: 2.5,
-        max_bend_sigmas: 2.0,
-        min_length: 0.4,
-        ..l
-    };
-    let mid = LineConfig {
-        min_length: 0.5,
-        min_points: 7,
-        ..strict
-    };
-    let mid = LineConfig {
-        min_length: 0.5,
-        min_points: 7,
-        ..strict
-    };
-    let cases = [
-        (
-            "mid settle 3",
-            EkfConfig {
-                settle_sightings: 3,
-                ..e
-            },
-            mid,
-        ),
-        (
-            "mid settle 8",
-            EkfConfig {
-                settle_sightings: 8,
-                ..e
-            },
-            mid,
-        ),
-        (
-            "mid alpha 0.04",
-            e,
-            LineConfig {
-                max_alpha_sigma: 0.04,
-                ..mid
-            },
-        ),
-        (
-            "mid alpha 0.04 trim 1",
-            e,
-            LineConfig {
-                max_alpha_sigma: 0.04,
-                trim: 1,
-                ..mid
-            },
-        ),
-        (
-            "mid alpha 0.04 short",
-            e,
-            LineConfig {
-                max_alpha_sigma: 0.03,
-                min_length: 0.4,
-                ..mid
-            },
-        ),
-    ];
-    for (name, e, l) in cases {
-        println!("== {name}");
-        for world in ["doors", "office", "loop"] {
-            average(world, 8, 4, e, l);
+fn pose_is_found_to_ten_centimetres_and_two_degrees_with_honest_covariance() {
+    for world in ["arena", "doors", "office", "loop"] {
+        let outcomes: Vec<_> = (0..5)
+            .map(|seed| run(world, seed, 4, EkfConfig::default(), LineConfig::default()))
+            .collect();
+        summarize(world, &outcomes);
+        for (seed, outcome) in outcomes.iter().enumerate() {
+            assert!(
+                outcome.position_error < 0.10,
+                "{world} {seed}: {} m",
+                outcome.position_error
+            );
+            assert!(
+                outcome.heading_error < 2.0,
+                "{world} {seed}: {} degrees",
+                outcome.heading_error
+            );
         }
+        let nees = outcomes.iter().map(|o| o.nees).sum::<f64>() / outcomes.len() as f64;
+        assert!(
+            (1.0..4.0).contains(&nees),
+            "{world}: NEES {nees}, 3 is honest"
+        );
     }
 }

@@ -469,7 +469,7 @@ fn bend(samples: &[Sample], feature: &LineFeature) -> f64 {
         s3 += wt * t * t;
     }
     let determinant = s0 * s2 - s1 * s1;
-    if !(determinant > 0.0) {
+    if determinant.is_nan() || determinant <= 0.0 {
         return 0.0;
     }
     let (constant, slope) = (
