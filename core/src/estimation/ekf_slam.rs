@@ -176,8 +176,10 @@ pub enum EkfError {
 /// When the beams of a scan were taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SweepTiming {
-    /// Stamp of the last beam.
+    /// The instant whose robot frame the lines stand in.
     pub stamp: Stamp,
+    /// Seconds from the last beam to `stamp`: scans arrive a little late.
+    pub lag: f64,
     /// Seconds from the first beam to the last; 0 where all were taken at once or the robot stood still.
     pub seconds: f64,
     /// Number of beams.
@@ -185,11 +187,22 @@ pub struct SweepTiming {
 }
 
 impl SweepTiming {
-    /// The timing of `scan`.
+    /// The timing of `scan`, whose lines stand in the robot frame at `stamp`, at the last beam or later.
+    #[must_use]
+    pub fn at(stamp: Stamp, scan: &Scan) -> Self {
+        Self {
+            stamp,
+            lag: stamp.since(scan.stamp).max(0.0),
+            ..Self::of(scan)
+        }
+    }
+
+    /// The timing of `scan`, whose lines stand in the robot frame at its last beam.
     #[must_use]
     pub fn of(scan: &Scan) -> Self {
         Self {
             stamp: scan.stamp,
+            lag: 0.0,
             seconds: scan.sweep,
             n_beams: scan.len(),
         }
@@ -200,21 +213,22 @@ impl SweepTiming {
     pub fn at_once(stamp: Stamp) -> Self {
         Self {
             stamp,
+            lag: 0.0,
             seconds: 0.0,
             n_beams: 0,
         }
     }
 
-    /// Seconds from a beam to the last one.
+    /// Seconds from a beam to `stamp`.
     fn age(&self, beam: f64) -> f64 {
         let last = self.n_beams.saturating_sub(1);
         if last == 0 {
-            return 0.0;
+            return self.lag;
         }
-        self.seconds * (1.0 - beam / last as f64).clamp(0.0, 1.0)
+        self.lag + self.seconds * (1.0 - beam / last as f64).clamp(0.0, 1.0)
     }
 
-    /// Seconds from the middle of a line to the last beam.
+    /// Seconds from the middle of a line to `stamp`.
     fn age_of(&self, feature: &LineFeature) -> f64 {
         self.age(0.5 * (feature.first_beam + feature.last_beam) as f64)
     }

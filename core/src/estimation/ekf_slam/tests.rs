@@ -21,6 +21,7 @@ fn correlated(cov: &Matrix2<f64>, rng: &mut ChaCha8Rng) -> Vector2<f64> {
 }
 
 const ONCE: SweepTiming = SweepTiming {
+    lag: 0.0,
     stamp: Stamp(1),
     seconds: 0.0,
     n_beams: 0,
