@@ -1,6 +1,8 @@
 //! Line EKF-SLAM against the simulator: rolling lidar scans, slipping tracks, a robot steered by the truth along random
 //! errands. The filter sees only ticks and scans.
 
+#![allow(clippy::unwrap_used)] // Helpers of tests may panic as tests do.
+
 use std::collections::VecDeque;
 
 use nalgebra::{Point2, Vector2};
