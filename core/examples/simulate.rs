@@ -4,6 +4,11 @@
 //! cargo run --release -p slamlab-core --example simulate -- --world office --sensor lidar --seed 7 --mode explore --json
 //! ```
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "an example reads files and the clock; the core does not"
+)]
+
 use std::process::ExitCode;
 use std::time::Instant;
 

@@ -250,7 +250,7 @@ impl Experiment {
             .integer(left as u64)
             .integer(right as u64);
         hash.pose(&self.sim.truth()).pose(&self.dead_reckoning);
-        self.slam.hash(&mut hash);
+        self.slam.add_to(&mut hash);
         hash.finish()
     }
 }

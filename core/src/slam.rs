@@ -196,7 +196,7 @@ impl Slam {
     }
 
     /// Adds pose, walls and map to a hash.
-    pub fn hash(&self, hash: &mut StateHash) {
+    pub fn add_to(&self, hash: &mut StateHash) {
         hash.estimate(&self.estimate());
         for landmark in self.landmarks() {
             hash.integer(u64::from(landmark.id.0))

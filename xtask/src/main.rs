@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use xtask::wasm::Profile;
-use xtask::{check, page, serve, tests};
+use xtask::{check, page, serve, suites};
 
 /// slamlab's commands.
 #[derive(Parser)]
@@ -38,7 +38,7 @@ enum Command {
     Test {
         /// Only these suites; all of them if none is named
         #[arg(value_enum)]
-        suites: Vec<tests::Suite>,
+        suites: Vec<suites::Suite>,
     },
 }
 
@@ -81,7 +81,7 @@ fn obey(command: Command) -> anyhow::Result<()> {
         }
         Command::Build { speed } => page::build(speed.profile()),
         Command::Check => check::all(),
-        Command::Test { suites } => tests::run(&suites),
+        Command::Test { suites } => suites::run(&suites),
     }
 }
 

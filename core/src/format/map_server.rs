@@ -28,7 +28,7 @@ pub enum MapServerError {
 pub struct MapFiles {
     /// Binary PGM (P5).
     pub pgm: Vec<u8>,
-    /// YAML; it names the image as given to [`write`].
+    /// YAML; it names the image as given to [`write()`].
     pub yaml: String,
     /// Columns of the image.
     pub width: usize,

@@ -17,8 +17,8 @@ pub(super) enum Estimator {
         grid: Grid,
     },
     Lines {
-        ekf: EkfSlam,
-        extractor: LineExtractor,
+        ekf: Box<EkfSlam>,
+        extractor: Box<LineExtractor>,
         features: Vec<LineFeature>,
         report: UpdateReport,
         track: Vec<(Stamp, Pose2)>,
@@ -39,8 +39,8 @@ impl Estimator {
                 grid: Grid::new(config.grid)?,
             },
             Method::LineEkf => Self::Lines {
-                ekf: EkfSlam::new(config.ekf),
-                extractor: LineExtractor::new(config.lines),
+                ekf: Box::new(EkfSlam::new(config.ekf)),
+                extractor: Box::new(LineExtractor::new(config.lines)),
                 features: vec![],
                 report: UpdateReport::default(),
                 track: vec![],
