@@ -76,7 +76,7 @@ startKeyboard({
 });
 
 async function savePicture(): Promise<void> {
-  const blob = await mapPicture(scene.tiles, readPalette(map).css.unknown);
+  const blob = await mapPicture(scene.tiles, readPalette().css.unknown);
   if (blob) download(blob, `${store.title.replace(/[^\w-]+/g, "-") || "map"}.png`);
   else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot look around first." } });
 }

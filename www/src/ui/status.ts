@@ -3,7 +3,7 @@
 import { css, html, type TemplateResult } from "lit";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
-import { clock, DASH, degrees, fixed, length, percent } from "./format.js";
+import { clock, DASH, degrees, fixed, length } from "./format.js";
 import { shared } from "./style.js";
 
 export class SlamStatus extends SlamElement {
@@ -42,10 +42,10 @@ export class SlamStatus extends SlamElement {
       <h2>Status</h2>
       <div class="big">
         ${sim
-          ? html`<div title="Part of the reachable area that the map knows"><b data-testid="explored">${percent(s?.explored ?? NaN)}</b><span>explored</span>
+          ? html`<div title="Part of the reachable area that the map knows"><b data-testid="explored">${whole(s?.explored)}<small>%</small></b><span>explored</span>
               <meter max="1" .value=${finite(s?.explored)} aria-label="explored"></meter></div>
             <div title="Distance between where the robot believes to be and where it is"><b data-testid="position-error">${error.value}<small>${error.unit}</small></b><span>position error</span><br><span>wheels alone ${wheels.value} ${wheels.unit}</span></div>`
-          : html`<div><b data-testid="progress-percent">${percent(s?.progress ?? NaN)}</b><span>of the recording</span><meter max="1" .value=${finite(s?.progress)} aria-label="progress"></meter></div>
+          : html`<div><b data-testid="progress-percent">${whole(s?.progress)}<small>%</small></b><span>of the recording</span><meter max="1" .value=${finite(s?.progress)} aria-label="progress"></meter></div>
             <div><b data-testid="scans">${s?.scans ?? DASH}</b><span>scans mapped</span></div>`}
       </div>
       <dl>
@@ -61,6 +61,10 @@ export class SlamStatus extends SlamElement {
       </dl>
     `;
   }
+}
+
+function whole(fraction: number | undefined): string {
+  return Number.isFinite(fraction) ? String(Math.floor((fraction ?? 0) * 100)) : DASH;
 }
 
 function finite(value: number | undefined): number {

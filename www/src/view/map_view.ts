@@ -40,6 +40,9 @@ export class SlamMap extends LitElement {
         #hover { display: none; }
         #tools { right: 10px; top: 10px; }
       }
+      @media (pointer: coarse) and (max-width: 760px) {
+        #tools .pinch { display: none; }
+      }
     `,
   ];
 
@@ -104,8 +107,8 @@ export class SlamMap extends LitElement {
       ></div>
       <svg id="cross" viewBox="0 0 25 25" aria-hidden="true"><path d="M12.5 1v8m0 7v8M1 12.5h8m7 0h8" stroke="currentColor" stroke-width="2"/></svg>
       <div id="tools" role="group" aria-label="View">
-        <button class="icon" title="Zoom in (+)" aria-label="Zoom in" @click=${() => this.zoom(1.5)}>${icons.plus}</button>
-        <button class="icon" title="Zoom out (−)" aria-label="Zoom out" @click=${() => this.zoom(1 / 1.5)}>${icons.minus}</button>
+        <button class="icon pinch" title="Zoom in (+)" aria-label="Zoom in" @click=${() => this.zoom(1.5)}>${icons.plus}</button>
+        <button class="icon pinch" title="Zoom out (−)" aria-label="Zoom out" @click=${() => this.zoom(1 / 1.5)}>${icons.minus}</button>
         <button class="icon" title="Show everything (0)" aria-label="Show everything" @click=${() => this.fit()}>${icons.fit}</button>
         <button class="icon" title="Follow the robot (F)" aria-label="Follow the robot" aria-pressed=${follow} @click=${() => this.toggleFollow()}>${icons.follow}</button>
       </div>
@@ -245,9 +248,9 @@ export class SlamMap extends LitElement {
 
   #paint(time: number): void {
     const { camera, scene, store } = this;
-    const palette = (this.#palette ??= readPalette(this));
+    const palette = (this.#palette ??= readPalette());
     scene.tiles.colour(palette, store.threeTones);
-    const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, JSON.stringify(store.layers)].join();
+    const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.threeTones, JSON.stringify(store.layers)].join();
     const ground = `${view},${scene.tiles.version}`;
     const alive = store.playing && !this.#still.matches;
     const overlays = `${view},${scene.version},${alive ? time : 0}`;

@@ -17,10 +17,10 @@ export interface Palette {
 }
 
 /** Resolves the custom properties `--map-…` in the present theme. */
-export function readPalette(host: HTMLElement): Palette {
+export function readPalette(): Palette {
   const probe = document.createElement("i");
   probe.hidden = true;
-  host.append(probe);
+  document.body.append(probe);
   const resolve = (name: PaletteName): string => {
     probe.style.setProperty("color", `var(--map-${name})`);
     return getComputedStyle(probe).color;
