@@ -16,7 +16,41 @@
 //! | a line | `(alpha, r)`: x cos α + y sin α = r with r ≥ 0 |
 //! | same bits | transcendental functions come from `libm`, so native and browser runs are equal to the bit |
 
+// Vocabulary.
 pub mod geom;
-pub mod map;
-pub mod points;
+
+pub mod hash;
+
+// What crosses the border to a robot.
 pub mod robot;
+
+// The stages, in the order of the data.
+pub mod points;
+
+pub mod features;
+
+pub mod map;
+
+pub mod association;
+
+pub mod registration;
+
+pub mod estimation;
+
+pub mod plan;
+
+pub mod control;
+
+// The stories: estimate and map; decide and drive; the whole loop on a simulated and on a recorded robot.
+pub mod slam;
+
+pub mod pilot;
+
+pub mod experiment;
+
+pub mod replay;
+
+// Sources and sinks: no stage imports them.
+pub mod sim;
+
+pub mod format;

@@ -2,9 +2,15 @@
 //! matching reads the map that it later writes.
 
 mod cell;
+mod distance;
 mod grid;
+mod likelihood;
 mod ray;
+mod surfels;
 
 pub use cell::{BlockIndex, CellIndex, CellRect, CellState};
+pub use distance::DistanceField;
 pub use grid::{BLOCK_CELLS, Grid, GridConfig, GridError};
+pub use likelihood::LikelihoodPyramid;
 pub use ray::cells_on_ray;
+pub use surfels::{Surfel, SurfelConfig, SurfelMap};

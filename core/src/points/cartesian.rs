@@ -1,11 +1,13 @@
 //! In: a [`Scan`] and the motion during its sweep. Out: [`Points`] in the robot frame at the scan's stamp.
 //!
 //! 1. Invalid beams and those outside the range gate are dropped; no-returns are kept, they say what is free.
-//! 2. Each beam is moved by the part of the sweep's motion that followed it, so that a moving robot's scan is not
-//!    skewed: constant speed and turn rate are assumed during one sweep.
+//! 2. Each beam is moved by the motion that followed it, so that a moving robot's scan is not skewed: from the
+//!    odometry of the last moments ([`Points::from_rolling_scan`]) where it is at hand, else under constant speed and
+//!    turn rate during the sweep ([`Points::from_scan`]).
 
 use nalgebra::{Point2, Vector2};
 
+use super::MotionHistory;
 use crate::geom::Pose2;
 use crate::robot::{Scan, Stamp};
 
@@ -30,9 +32,9 @@ impl Default for PointConfig {
 /// The usable beams of one scan, in the robot frame at `stamp`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Points {
-    /// Stamp of the scan.
+    /// The instant whose robot frame the points stand in.
     pub stamp: Stamp,
-    /// Position of the sensor at `stamp`.
+    /// Position of the sensor when the last beam was taken.
     pub sensor_in_robot: Point2<f64>,
     /// Standard deviation of a bearing, rad.
     pub bearing_sigma: f64,
@@ -59,11 +61,43 @@ pub struct Beam {
 
 impl Points {
     /// Converts a scan; `motion` is the robot's motion during the sweep (`robot_at_first_from_robot_at_last`).
+    /// The points stand in the robot frame at the stamp of the scan.
     #[must_use]
     pub fn from_scan(scan: &Scan, motion: &Pose2, config: &PointConfig) -> Self {
-        let far = config.max_range.min(scan.max_range);
         let back = motion.inverse();
         let moved = scan.sweep > 0.0 && *motion != Pose2::identity();
+        Self::collect(scan, scan.stamp, config, &Pose2::identity(), |beam| {
+            if moved {
+                back.fraction(scan.age_fraction(beam))
+            } else {
+                Pose2::identity()
+            }
+        })
+    }
+
+    /// Converts a scan that was taken while the robot moved as `history` tells. The points stand in the robot frame
+    /// of now, which is the end of the newest odometry reading and may be a little later than the scan's stamp.
+    #[must_use]
+    pub fn from_rolling_scan(scan: &Scan, history: &MotionHistory, config: &PointConfig) -> Self {
+        let now = history.now().unwrap_or(scan.stamp);
+        let end = scan.stamp.seconds();
+        let instants = (0..scan.len())
+            .map(|beam| Stamp::from_seconds(end - scan.sweep * scan.age_fraction(beam)));
+        let poses = history.poses_at(instants);
+        let last = poses.last().copied().unwrap_or_default();
+        Self::collect(scan, now, config, &last, |beam| {
+            poses.get(beam).copied().unwrap_or_default()
+        })
+    }
+
+    fn collect(
+        scan: &Scan,
+        stamp: Stamp,
+        config: &PointConfig,
+        robot_from_robot_at_stamp: &Pose2,
+        robot_from_robot_at: impl Fn(usize) -> Pose2,
+    ) -> Self {
+        let far = config.max_range.min(scan.max_range);
         let columns = scan.bearings.iter().zip(&scan.ranges).zip(&scan.sigmas);
         let beams = columns
             .enumerate()
@@ -72,14 +106,10 @@ impl Points {
                 if range.is_nan() || range < config.min_range {
                     return None;
                 }
+                let robot_from_beam = robot_from_robot_at(beam_idx) * scan.robot_from_sensor;
+                let (sin, cos) = crate::geom::sin_cos(bearing);
                 let is_hit = range < far;
                 let range = range.min(far);
-                let robot_from_beam = if moved {
-                    back.fraction(scan.age_fraction(beam_idx)) * scan.robot_from_sensor
-                } else {
-                    scan.robot_from_sensor
-                };
-                let (sin, cos) = crate::geom::sin_cos(bearing);
                 Some(Beam {
                     beam_idx,
                     origin_in_robot: robot_from_beam.position(),
@@ -91,8 +121,8 @@ impl Points {
             })
             .collect();
         Self {
-            stamp: scan.stamp,
-            sensor_in_robot: scan.robot_from_sensor.position(),
+            stamp,
+            sensor_in_robot: (*robot_from_robot_at_stamp * scan.robot_from_sensor).position(),
             bearing_sigma: scan.bearing_sigma,
             beams,
         }
@@ -109,6 +139,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
+    use crate::robot::Odometry;
 
     /// A round room of 3 m around the origin, seen by a robot that moves by `motion` during the sweep and ends at the
     /// origin: each beam measured from where the robot was.
@@ -153,6 +184,49 @@ mod tests {
             for beam in points.hits() {
                 assert!((beam.end_in_robot.coords.norm() - 3.0).abs() < 1e-5);
             }
+        }
+    }
+
+    #[test]
+    fn history_of_the_motion_does_what_constant_speed_does_where_the_speed_is_constant() {
+        let motion = Pose2::new(0.3, 0.05, 0.4);
+        let mut scan = scan_of_round_room(&motion);
+        scan.stamp = Stamp(1_200_000);
+        let mut history = MotionHistory::new(1.0);
+        for i in 0..10 {
+            let step = motion.fraction(0.1);
+            let (from, to) = (Stamp(1_000_000 + i * 20_000), Stamp(1_020_000 + i * 20_000));
+            history.push(&Odometry {
+                from,
+                to,
+                motion: step,
+                cov: nalgebra::Matrix3::zeros(),
+            });
+        }
+        let config = PointConfig::default();
+        let (rolling, constant) = (
+            Points::from_rolling_scan(&scan, &history, &config),
+            Points::from_scan(&scan, &motion, &config),
+        );
+        for (a, b) in rolling.beams.iter().zip(&constant.beams) {
+            // Stamps are whole microseconds: 2 rad/s in half of one is a micrometre at 3 m.
+            assert!(
+                (a.end_in_robot - b.end_in_robot).norm() < 1e-5,
+                "{a:?} {b:?}"
+            );
+        }
+        // Read 100 ms later, after a step back of 0.1 m, everything is 0.1 m farther ahead.
+        let (from, to) = (Stamp(1_200_000), Stamp(1_300_000));
+        history.push(&Odometry {
+            from,
+            to,
+            motion: Pose2::new(-0.1, 0.0, 0.0),
+            cov: nalgebra::Matrix3::zeros(),
+        });
+        let late = Points::from_rolling_scan(&scan, &history, &config);
+        assert_eq!(late.stamp, to);
+        for (a, b) in late.beams.iter().zip(&constant.beams) {
+            assert!((a.end_in_robot - b.end_in_robot - Vector2::new(0.1, 0.0)).norm() < 1e-5);
         }
     }
 

@@ -1,5 +1,11 @@
-//! From a scan to points in the robot frame.
+//! From a scan to points in the robot frame, and to runs of points that may lie on one surface.
 
 mod cartesian;
+mod deskew;
+mod oriented;
+mod segmentation;
 
 pub use cartesian::{Beam, PointConfig, Points};
+pub use deskew::MotionHistory;
+pub use oriented::{OrientedConfig, OrientedPoint, oriented_points};
+pub use segmentation::{Run, SegmentationConfig, segment};

@@ -18,6 +18,12 @@ impl Stamp {
         self.0 as f64 * 1e-6
     }
 
+    /// The stamp `seconds` later.
+    #[must_use]
+    pub fn plus(self, seconds: f64) -> Self {
+        Self(self.0.saturating_add(Self::from_seconds(seconds).0))
+    }
+
     /// Seconds from `earlier` to this stamp; negative where `earlier` is later.
     #[must_use]
     pub fn since(self, earlier: Self) -> f64 {

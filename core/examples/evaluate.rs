@@ -1,0 +1,200 @@
+//! Replays a recorded CARMEN log and prints how well and how fast it was mapped.
+//!
+//! `cargo run --release -p slamlab-core --example evaluate -- --log FILE [--relations FILE] [--method NAME]
+//! [--tum OUT] [--map OUT.pgm] [--json]`
+//!
+//! The core has no files and no clock; this program does the reading, the writing and the timing.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "the edge: files and the clock are here and nowhere below"
+)]
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::{Context, bail};
+use clap::Parser;
+use serde_json::{Value, json};
+use slamlab_core::estimation::{RelationErrors, ScanMatcherConfig, relation_errors};
+use slamlab_core::format::carmen::{CarmenLog, CarmenReader};
+use slamlab_core::format::relations::{self, Relation};
+use slamlab_core::format::{map_server, tum};
+use slamlab_core::geom::Pose2;
+use slamlab_core::replay::{Replay, ReplayMethod};
+
+/// Relations over at least this time show whether loops close, s.
+const LONG: f64 = 20.0;
+
+/// Replays a recorded log and measures the result.
+#[derive(Parser)]
+struct Arguments {
+    /// CARMEN log (.log, .clf).
+    #[arg(long)]
+    log: PathBuf,
+    /// Reference relations (.relations).
+    #[arg(long)]
+    relations: Option<PathBuf>,
+    /// odometry or scan-matching.
+    #[arg(long, default_value = "scan-matching")]
+    method: String,
+    /// Write the trajectory of the robot's base here, in TUM format.
+    #[arg(long)]
+    tum: Option<PathBuf>,
+    /// Write the map here as PGM, and a YAML beside it.
+    #[arg(long)]
+    map: Option<PathBuf>,
+    /// Print one JSON object on one line.
+    #[arg(long)]
+    json: bool,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    match evaluate(&arguments) {
+        Ok(figures) => {
+            if arguments.json {
+                println!("{figures}");
+            } else {
+                println!("{figures:#}");
+            }
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn evaluate(arguments: &Arguments) -> anyhow::Result<Value> {
+    let Some(method) = ReplayMethod::from_name(&arguments.method) else {
+        let names: Vec<_> = ReplayMethod::ALL.iter().map(|(name, _)| *name).collect();
+        bail!(
+            "--method is \"{}\", expected one of: {}",
+            arguments.method,
+            names.join(", ")
+        );
+    };
+    let truth = arguments
+        .relations
+        .as_deref()
+        .map(read_relations)
+        .transpose()?;
+    let start = Instant::now();
+    let log = read_log(&arguments.log)?;
+    let (scans, log_seconds) = (log.scans.len(), log.duration());
+    let mut replay = Replay::new(log, method, ScanMatcherConfig::default())?;
+    let mut scan_ms = Vec::with_capacity(scans);
+    loop {
+        let began = Instant::now();
+        let more = replay.step();
+        if !more {
+            break;
+        }
+        scan_ms.push(began.elapsed().as_secs_f64() * 1e3);
+    }
+    let wall_seconds = start.elapsed().as_secs_f64();
+    let trajectory = replay.trajectory();
+    if let Some(path) = &arguments.tum {
+        write(path, tum::write(trajectory.iter().copied()).as_bytes())?;
+    }
+    if let Some(path) = &arguments.map {
+        write_map(path, &replay)?;
+    }
+    let name = ReplayMethod::ALL
+        .iter()
+        .find(|(_, m)| *m == method)
+        .map(|(name, _)| *name);
+    Ok(json!({
+        "log": arguments.log.display().to_string(),
+        "method": name,
+        "scans": scans,
+        "log_seconds": log_seconds,
+        "wall_seconds": wall_seconds,
+        "real_time_factor": log_seconds / wall_seconds,
+        "scan_ms": { "median": quantile(&mut scan_ms, 0.5), "p99": quantile(&mut scan_ms, 0.99) },
+        "peak_memory_mb": peak_memory_mb(),
+        "loop_closures": replay.matcher().loop_closures(),
+        "relations": truth.map(|truth| measure(&truth, &trajectory)),
+        "state_hash": format!("{:016x}", replay.state_hash()),
+    }))
+}
+
+/// Reads in chunks, so that the text is never in memory as a whole.
+fn read_log(path: &Path) -> anyhow::Result<CarmenLog> {
+    use std::io::Read;
+    let name = || format!("log {}", path.display());
+    let mut file = std::fs::File::open(path).with_context(name)?;
+    let mut reader = CarmenReader::default();
+    let mut chunk = vec![0; 1 << 16];
+    loop {
+        let count = file.read(&mut chunk).with_context(name)?;
+        if count == 0 {
+            break;
+        }
+        reader
+            .push(chunk.get(..count).unwrap_or(&[]))
+            .with_context(name)?;
+    }
+    reader.finish().with_context(name)
+}
+
+fn read_relations(path: &Path) -> anyhow::Result<Vec<Relation>> {
+    let name = || format!("relations {}", path.display());
+    relations::parse(&std::fs::read(path).with_context(name)?).with_context(name)
+}
+
+fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    std::fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+}
+
+fn write_map(path: &Path, replay: &Replay) -> anyhow::Result<()> {
+    let name = path
+        .file_name()
+        .map_or_else(|| "map.pgm".into(), |n| n.to_string_lossy());
+    let files = map_server::write(replay.grid(), &name)
+        .with_context(|| format!("cannot write {}", path.display()))?;
+    write(path, &files.pgm)?;
+    write(&path.with_extension("yaml"), files.yaml.as_bytes())
+}
+
+fn measure(truth: &[Relation], trajectory: &[(f64, Pose2)]) -> Value {
+    let chosen = |long: bool| {
+        let relations = truth
+            .iter()
+            .filter(move |r| !long || (r.to_seconds - r.from_seconds).abs() >= LONG)
+            .map(|r| (r.from_seconds, r.to_seconds, r.motion));
+        figures(&relation_errors(relations, trajectory))
+    };
+    json!({ "all": chosen(false), "long": chosen(true) })
+}
+
+fn figures(errors: &RelationErrors) -> Value {
+    let degrees = 1.0_f64.to_degrees();
+    json!({
+        "count": errors.count,
+        "trans_abs_mean_m": errors.trans_abs_mean,
+        "trans_abs_std_m": errors.trans_abs_std,
+        "trans_sq_mean_m2": errors.trans_sq_mean,
+        "rot_abs_mean_deg": errors.rot_abs_mean * degrees,
+        "rot_abs_std_deg": errors.rot_abs_std * degrees,
+        "rot_sq_mean_deg2": errors.rot_sq_mean * degrees * degrees,
+    })
+}
+
+fn quantile(values: &mut [f64], fraction: f64) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().checked_sub(1)?;
+    values
+        .get((last as f64 * fraction).round() as usize)
+        .copied()
+}
+
+/// High-water mark of the resident memory, MB; `None` where the system does not tell.
+fn peak_memory_mb() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    let kilobytes: f64 = line.split_ascii_whitespace().nth(1)?.parse().ok()?;
+    Some(kilobytes / 1024.0)
+}

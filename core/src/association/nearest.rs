@@ -1,0 +1,162 @@
+//! In: the landmarks that one sighting may be. Out: which one it is, or that nobody can tell.
+//!
+//! 1. Inside the gate, a landmark whose known part overlaps the seen part goes before one across a gap; then the nearer one in
+//!    standard deviations wins.
+//! 2. A second landmark at another place that explains the sighting nearly as well makes it ambiguous: it is dropped.
+//! 3. Outside of the gate but not far outside, it is dropped too. Only what is far from everything is new.
+//!
+//! Why so shy: a wrong match cannot be undone by an EKF, a lost sighting costs next to nothing; the next scan shows
+//! the wall again. Joint compatibility (Neira & Tardós 2001) is the alternative for walls that are close and alike.
+
+use crate::geom::CHI2_2DOF_99;
+
+/// How near is near.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AssociationConfig {
+    /// Largest d² of a match. Default 9.21, 99 % of χ² with 2 degrees of freedom. Growing: more matches, more wrong ones.
+    pub gate: f64,
+    /// Smallest d² to every landmark of a new one. Default 25. Growing: fewer duplicates, new walls found later.
+    pub new_gate: f64,
+    /// A second candidate must be this much worse in d². Default 4: e² times less likely.
+    pub ambiguity: f64,
+    /// Largest free distance between the seen and the known part of one wall, m. Default 0.5: less than a door.
+    pub max_gap: f64,
+    /// Candidates closer than this (m, and rad) to each other are the same place: then no ambiguity. Default 0.03.
+    pub same_place: f64,
+}
+
+impl Default for AssociationConfig {
+    fn default() -> Self {
+        Self {
+            gate: CHI2_2DOF_99,
+            new_gate: 25.0,
+            ambiguity: 4.0,
+            max_gap: 0.5,
+            same_place: 0.03,
+        }
+    }
+}
+
+/// A landmark that a sighting may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Candidate {
+    /// Index of the landmark.
+    pub index: usize,
+    /// Squared Mahalanobis distance.
+    pub d2: f64,
+    /// Free distance along the wall, m; 0 or less where the parts overlap.
+    pub gap: f64,
+    /// Where the landmark is expected: α, rad, and signed r, m.
+    pub expected: [f64; 2],
+}
+
+/// What a sighting is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Choice {
+    /// This landmark.
+    Match(Candidate),
+    /// One of several that cannot be told apart.
+    Ambiguous,
+    /// Near a landmark, but not near enough.
+    Near,
+    /// Nothing known.
+    New,
+}
+
+/// Picks the landmark that a sighting is.
+///
+/// # Units    `gap`s in m, compared with `config.max_gap` by the caller's slack already taken off.
+/// # Source   TDK 2016 §3.2 (gate); the rest as the module says.
+#[must_use]
+pub fn choose(candidates: &[Candidate], config: &AssociationConfig) -> Choice {
+    let near = || {
+        candidates
+            .iter()
+            .filter(|c| c.gap <= config.max_gap && c.d2 <= config.new_gate)
+    };
+    let mut best: Option<&Candidate> = None;
+    for candidate in near().filter(|c| c.d2 <= config.gate) {
+        let rank = |c: &Candidate| (c.gap > 0.0, c.d2);
+        if best.is_none_or(|b| rank(candidate) < rank(b)) {
+            best = Some(candidate);
+        }
+    }
+    let Some(best) = best else {
+        return if near().next().is_some() {
+            Choice::Near
+        } else {
+            Choice::New
+        };
+    };
+    let is_rival = |c: &&Candidate| {
+        let apart = c.expected.iter().zip(&best.expected);
+        c.index != best.index
+            && c.d2 - best.d2 < config.ambiguity
+            && apart
+                .into_iter()
+                .any(|(a, b)| (a - b).abs() > config.same_place)
+    };
+    if near().any(|c| is_rival(&c)) {
+        return Choice::Ambiguous;
+    }
+    Choice::Match(*best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn candidate(index: usize, d2: f64, gap: f64, r: f64) -> Candidate {
+        Candidate {
+            index,
+            d2,
+            gap,
+            expected: [0.0, r],
+        }
+    }
+
+    fn check(candidates: &[Candidate], expect: Choice) {
+        assert_eq!(choose(candidates, &AssociationConfig::default()), expect);
+    }
+
+    #[test]
+    fn nothing_near_is_new() {
+        check(&[], Choice::New);
+        check(&[candidate(0, 30.0, -1.0, 1.0)], Choice::New);
+    }
+
+    #[test]
+    fn collinear_wall_beyond_a_door_is_new() {
+        check(&[candidate(0, 0.1, 0.9, 1.0)], Choice::New);
+    }
+
+    #[test]
+    fn between_the_gates_nothing_is_decided() {
+        check(&[candidate(0, 15.0, -1.0, 1.0)], Choice::Near);
+    }
+
+    #[test]
+    fn nearest_wins_where_it_is_clear() {
+        let (a, b) = (candidate(0, 8.0, -1.0, 1.0), candidate(1, 1.0, -1.0, 1.5));
+        check(&[a, b], Choice::Match(b));
+    }
+
+    #[test]
+    fn two_explanations_are_none() {
+        check(
+            &[candidate(0, 2.0, -1.0, 1.0), candidate(1, 1.0, -1.0, 1.5)],
+            Choice::Ambiguous,
+        );
+        // Also where the second is outside of its own gate.
+        check(
+            &[candidate(0, 10.0, -1.0, 1.0), candidate(1, 7.0, -1.0, 1.5)],
+            Choice::Ambiguous,
+        );
+    }
+
+    #[test]
+    fn of_two_walls_on_one_line_the_overlapping_one_is_meant() {
+        let (a, b) = (candidate(0, 0.1, 0.3, 1.0), candidate(1, 0.2, -0.4, 1.01));
+        check(&[a, b], Choice::Match(b));
+    }
+}

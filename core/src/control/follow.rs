@@ -1,0 +1,184 @@
+//! Turn-and-go: following straight legs with velocities.
+//!
+//! In: the path, and the pose estimate at every tick. Out: forward speed and turn rate, until the last leg ends.
+//!
+//! 1. Turn on the spot until the robot looks along the leg.
+//! 2. Drive. A point a little ahead on the leg is aimed at, so that the robot comes back to the line it has drifted from
+//!    (pure pursuit, Coulter 1992); the speed falls with the heading error.
+//! 3. Both speeds end in a braking curve, v = √(2 a d) at a part of the robot's acceleration, linear close to the end:
+//!    a robot that obeys its model arrives without overshoot.
+//! 4. A corner that is nearly straight is not stopped at.
+
+use nalgebra::Point2;
+
+use crate::geom::{Pose2, Segment, wrap};
+use crate::plan::Path;
+use crate::robot::RobotModel;
+
+/// How a path is followed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FollowConfig {
+    /// Part of the robot's highest speeds that is used. Default 1.
+    pub pace: f64,
+    /// Part of the robot's acceleration that braking counts on. Default 0.6; more is faster and overshoots sooner.
+    pub braking: f64,
+    /// A leg ends this near to its end, m. Default 0.02.
+    pub tolerance: f64,
+    /// How far ahead on the leg to aim, m. Default 0.25; shorter returns to the line sooner and swings sooner.
+    pub look_ahead: f64,
+    /// Driving begins below this heading error, rad. Default 0.05.
+    pub aligned: f64,
+    /// Driving is given up for turning on the spot above this heading error, rad. Default 0.6.
+    pub astray: f64,
+    /// Turn rate for a radian of heading error, 1/s. Default 2.5.
+    pub turn_gain: f64,
+    /// Corners that turn less than this are taken without a stop, rad. Default 0.35.
+    pub soft_corner: f64,
+}
+
+impl Default for FollowConfig {
+    fn default() -> Self {
+        Self {
+            pace: 1.0,
+            braking: 0.6,
+            tolerance: 0.02,
+            look_ahead: 0.25,
+            aligned: 0.05,
+            astray: 0.6,
+            turn_gain: 2.5,
+            soft_corner: 0.35,
+        }
+    }
+}
+
+/// What to do now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Steering {
+    /// Drive with these speeds, m/s and rad/s.
+    Velocity {
+        /// Forward speed, m/s.
+        forward: f64,
+        /// Turn rate, rad/s.
+        turn: f64,
+    },
+    /// The path has been driven.
+    Arrived,
+}
+
+/// Follows one path.
+#[derive(Clone, Debug)]
+pub struct Follower {
+    legs: Vec<Segment>,
+    current: usize,
+    is_turning: bool,
+}
+
+impl Follower {
+    /// For a path; legs without length are left out.
+    #[must_use]
+    pub fn new(path: &Path) -> Self {
+        Self {
+            legs: path.legs().filter(|leg| leg.length() > 1e-6).collect(),
+            current: 0,
+            is_turning: true,
+        }
+    }
+
+    /// The legs that are still to be driven, the current one from where the robot is.
+    #[must_use]
+    pub fn remaining(&self, position: Point2<f64>) -> Path {
+        let legs = self.legs.get(self.current..).unwrap_or_default();
+        let here = legs.first().map(|leg| leg.closest_point(position));
+        Path {
+            points: here
+                .into_iter()
+                .chain(legs.iter().map(|leg| leg.b))
+                .collect(),
+        }
+    }
+
+    /// The speeds for this tick.
+    pub fn steer(&mut self, pose: &Pose2, model: &RobotModel, config: &FollowConfig) -> Steering {
+        while let Some(&leg) = self.legs.get(self.current) {
+            if !has_ended(&leg, pose.position(), config) {
+                return self.along(&leg, pose, model, config);
+            }
+            self.current += 1;
+            self.is_turning |= self.corner() > config.soft_corner;
+        }
+        Steering::Arrived
+    }
+
+    fn along(
+        &mut self,
+        leg: &Segment,
+        pose: &Pose2,
+        model: &RobotModel,
+        config: &FollowConfig,
+    ) -> Steering {
+        let length = leg.length();
+        let direction = leg.vector() / length;
+        let done = (pose.position() - leg.a).dot(&direction);
+        let left = length - done;
+        // Aiming beyond the end keeps the heading steady when the end is near.
+        let aim = leg.a + direction * (done.max(0.0) + config.look_ahead);
+        let to_aim = aim - pose.position();
+        let error = wrap(libm::atan2(to_aim.y, to_aim.x) - pose.heading());
+        if error.abs() > config.astray {
+            self.is_turning = true;
+        } else if error.abs() < config.aligned {
+            self.is_turning = false;
+        }
+        let turn = turn_rate(error, model, config);
+        if self.is_turning {
+            return Steering::Velocity { forward: 0.0, turn };
+        }
+        let brake = config.braking * model.max_acceleration;
+        let next = self.legs.get(self.current + 1);
+        let at_end = match next {
+            // A soft corner is taken at a speed that the turn can follow.
+            Some(next) if turn_between(leg, next) <= config.soft_corner => 0.4 * model.max_speed,
+            _ => 0.0,
+        };
+        let left = left.max(0.0);
+        let by_braking = (at_end * at_end + 2.0 * brake * left).sqrt();
+        // The last centimetres: proportional, no faster than the braking curve.
+        let by_distance = at_end + 2.0 * left + 0.01;
+        let by_heading = model.max_speed * (1.0 - error.abs() / config.astray).max(0.0);
+        Steering::Velocity {
+            forward: (config.pace * model.max_speed)
+                .min(by_braking)
+                .min(by_distance)
+                .min(by_heading),
+            turn,
+        }
+    }
+
+    /// Angle between the leg before the current one and the current one; π where there is none.
+    fn corner(&self) -> f64 {
+        let before = self.current.checked_sub(1).and_then(|i| self.legs.get(i));
+        match (before, self.legs.get(self.current)) {
+            (Some(before), Some(leg)) => turn_between(before, leg),
+            _ => std::f64::consts::PI,
+        }
+    }
+}
+
+/// Turn rate for a heading error: proportional near zero, a braking curve farther out, the model's limit beyond.
+fn turn_rate(error: f64, model: &RobotModel, config: &FollowConfig) -> f64 {
+    let by_braking = (2.0 * config.braking * model.max_turn_acceleration * error.abs()).sqrt();
+    let rate = (config.turn_gain * error.abs())
+        .min(by_braking)
+        .min(config.pace * model.max_turn_rate);
+    rate.copysign(error)
+}
+
+fn has_ended(leg: &Segment, position: Point2<f64>, config: &FollowConfig) -> bool {
+    let direction = leg.vector() / leg.length();
+    (leg.b - position).dot(&direction) <= config.tolerance
+}
+
+fn turn_between(a: &Segment, b: &Segment) -> f64 {
+    let (a, b) = (a.vector(), b.vector());
+    libm::atan2(a.perp(&b), a.dot(&b)).abs()
+}

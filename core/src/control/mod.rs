@@ -1,0 +1,9 @@
+//! From a path to commands, and from any command to a safe one.
+
+mod follow;
+mod safe;
+mod watch;
+
+pub use follow::{FollowConfig, Follower, Steering};
+pub use safe::{SafeConfig, free_distance, limit_speed};
+pub use watch::ProgressWatch;

@@ -1,0 +1,17 @@
+//! From odometry and matches to a pose with covariance, the map that belongs to it, and measures of both.
+
+mod ekf_slam;
+mod line_model;
+mod measures;
+mod relations;
+mod scan_matching;
+mod triangle;
+
+pub use ekf_slam::{
+    Consistency, EkfConfig, EkfError, EkfSlam, Landmark, LandmarkId, Match, Rejected, Rejection,
+    UpdateReport,
+};
+pub use measures::{align, ate_rmse};
+pub use relations::{RelationErrors, relation_errors};
+pub use scan_matching::{MatchReport, ScanMatcher, ScanMatcherConfig, ScanMatcherError};
+pub use triangle::SymmetricMatrix;

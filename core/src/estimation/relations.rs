@@ -1,0 +1,174 @@
+//! How far a trajectory is from reference motions between its scans.
+//!
+//! In: a trajectory stamped in seconds, reference motions. Out: [`RelationErrors`].
+//!
+//! The error of a relation is the motion from the true to the estimated motion, δ*⁻¹ δ: its length and its turn. A
+//! measure over relations does not punish one wrong turn early in the run over and over, as one over absolute poses does.
+//!
+//! Source: Kümmerle et al. (2009), "On measuring the accuracy of SLAM algorithms", Autonomous Robots 27, eq. (3)-(5).
+
+use crate::geom::Pose2;
+
+/// Errors over a set of relations: absolute and squared, of the shift and of the turn.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RelationErrors {
+    /// Relations whose two scans are both in the trajectory.
+    pub count: usize,
+    /// Mean length of the error, m.
+    pub trans_abs_mean: f64,
+    /// Standard deviation of the length, m.
+    pub trans_abs_std: f64,
+    /// Mean squared length, m².
+    pub trans_sq_mean: f64,
+    /// Mean size of the turn, rad.
+    pub rot_abs_mean: f64,
+    /// Standard deviation of the size of the turn, rad.
+    pub rot_abs_std: f64,
+    /// Mean squared turn, rad².
+    pub rot_sq_mean: f64,
+}
+
+/// How far apart two stamps of the same scan may be, s: both are written with six digits.
+const SAME_STAMP: f64 = 2e-6;
+
+/// Measures a trajectory, sorted by stamp, at relations `(from_seconds, to_seconds, true motion)`. Relations of which one
+/// scan is missing are left out and not counted.
+#[must_use]
+pub fn relation_errors(
+    relations: impl IntoIterator<Item = (f64, f64, Pose2)>,
+    trajectory: &[(f64, Pose2)],
+) -> RelationErrors {
+    let errors: Vec<(f64, f64)> = relations
+        .into_iter()
+        .filter_map(|(from, to, truth)| {
+            let motion = pose_at(trajectory, from)?.delta_to(&pose_at(trajectory, to)?);
+            let error = truth.delta_to(&motion);
+            Some((error.position().coords.norm(), error.heading().abs()))
+        })
+        .collect();
+    let (trans_abs_mean, trans_abs_std, trans_sq_mean) = moments(errors.iter().map(|e| e.0));
+    let (rot_abs_mean, rot_abs_std, rot_sq_mean) = moments(errors.iter().map(|e| e.1));
+    RelationErrors {
+        count: errors.len(),
+        trans_abs_mean,
+        trans_abs_std,
+        trans_sq_mean,
+        rot_abs_mean,
+        rot_abs_std,
+        rot_sq_mean,
+    }
+}
+
+fn pose_at(trajectory: &[(f64, Pose2)], seconds: f64) -> Option<Pose2> {
+    let after = trajectory.partition_point(|&(stamp, _)| stamp < seconds);
+    let near = trajectory.iter().skip(after.saturating_sub(1)).take(2);
+    let (stamp, pose) =
+        near.min_by(|a, b| (a.0 - seconds).abs().total_cmp(&(b.0 - seconds).abs()))?;
+    ((stamp - seconds).abs() <= SAME_STAMP).then_some(*pose)
+}
+
+/// Mean, standard deviation and mean square; zeros of nothing.
+fn moments(values: impl Iterator<Item = f64> + Clone) -> (f64, f64, f64) {
+    let count = values.clone().count().max(1) as f64;
+    let mean = values.clone().sum::<f64>() / count;
+    let square = values.clone().map(|v| v * v).sum::<f64>() / count;
+    let variance = values.map(|v| (v - mean) * (v - mean)).sum::<f64>() / count;
+    (mean, variance.sqrt(), square)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_errors_give_known_figures() {
+        // Two relations: one off by (3, 4) cm, one by a turn of 0.2 rad the other way round.
+        let trajectory = [
+            (1.0, Pose2::new(0.0, 0.0, 1.0)),
+            (2.0, Pose2::new(0.0, 0.0, 1.0) * Pose2::new(1.03, 0.04, 0.0)),
+            (
+                3.0,
+                Pose2::new(0.0, 0.0, 1.0) * Pose2::new(1.03, 0.04, -0.2),
+            ),
+        ];
+        let truth = [
+            (1.0, 2.0, Pose2::new(1.0, 0.0, 0.0)),
+            (2.0, 3.0, Pose2::identity()),
+            (2.0, 9.0, Pose2::identity()),
+        ];
+        let e = relation_errors(truth, &trajectory);
+        assert_eq!(e.count, 2);
+        for (got, expect) in [
+            (e.trans_abs_mean, 0.025),
+            (e.trans_abs_std, 0.025),
+            (e.trans_sq_mean, 0.00125),
+            (e.rot_abs_mean, 0.1),
+            (e.rot_abs_std, 0.1),
+            (e.rot_sq_mean, 0.02),
+        ] {
+            assert!((got - expect).abs() < 1e-9, "{e:?}");
+        }
+    }
+
+    #[test]
+    fn moving_the_whole_trajectory_changes_nothing_and_nothing_gives_zeros() {
+        let trajectory: Vec<_> = (0..10)
+            .map(|i| {
+                (
+                    f64::from(i),
+                    Pose2::new(f64::from(i), 0.3, 0.1 * f64::from(i)),
+                )
+            })
+            .collect();
+        let moved: Vec<_> = trajectory
+            .iter()
+            .map(|&(t, p)| (t, Pose2::new(5.0, -2.0, 2.0) * p))
+            .collect();
+        let truth = [
+            (1.0, 4.0, Pose2::new(3.1, 0.0, 0.2)),
+            (2.0, 3.0, Pose2::identity()),
+        ];
+        let (a, b) = (
+            relation_errors(truth, &trajectory),
+            relation_errors(truth, &moved),
+        );
+        assert!((a.trans_abs_mean - b.trans_abs_mean).abs() < 1e-12);
+        assert!((a.rot_sq_mean - b.rot_sq_mean).abs() < 1e-12);
+        assert_eq!(relation_errors([], &trajectory), RelationErrors::default());
+    }
+
+    /// Raw odometry of the Intel log against its reference: the figures that the data's own description states.
+    #[test]
+    fn raw_odometry_of_intel_gives_the_stated_figures() {
+        use crate::format::{carmen::CarmenLog, relations};
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/intel/");
+        #[expect(
+            clippy::disallowed_methods,
+            reason = "a test of recorded data reads it"
+        )]
+        let read = |name: &str| std::fs::read(format!("{folder}{name}"));
+        let (Ok(log), Ok(truth)) = (read("intel.clf"), read("intel.relations")) else {
+            eprintln!("skipped: {folder} is absent");
+            return;
+        };
+        let log = CarmenLog::parse(&log).unwrap();
+        assert_eq!((log.scans.len(), log.backward_stamps > 0), (13_631, true));
+        let trajectory: Vec<_> = log
+            .scans
+            .iter()
+            .map(|s| (s.ipc_seconds, s.odom_from_robot))
+            .collect();
+        let truth = relations::parse(&truth).unwrap();
+        let part = |long: bool| {
+            let chosen = truth
+                .iter()
+                .filter(|r| ((r.to_seconds - r.from_seconds).abs() >= 20.0) == long)
+                .map(|r| (r.from_seconds, r.to_seconds, r.motion));
+            relation_errors(chosen, &trajectory)
+        };
+        let (short, long) = (part(false), part(true));
+        assert_eq!(short.count + long.count, truth.len());
+        assert!((short.trans_abs_mean - 0.0235).abs() < 0.0005, "{short:?}");
+        assert!((long.trans_abs_mean - 18.1).abs() < 0.1, "{long:?}");
+    }
+}

@@ -1,0 +1,314 @@
+use std::f64::consts::TAU;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::*;
+use crate::geom::{Line, Pose2, Segment, wrap};
+use crate::points::Beam;
+use crate::robot::Stamp;
+
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    let (u, v): (f64, f64) = (rng.random(), rng.random());
+    (-2.0 * libm::log(1.0 - u)).sqrt() * libm::cos(TAU * v)
+}
+
+/// A revolution of `n` beams from `robot` against `walls`, with σ = 0.01 m + 0.005 ρ.
+fn look(walls: &[Segment], robot: &Pose2, n: usize, rng: &mut ChaCha8Rng) -> Points {
+    let beams = (0..n).filter_map(|i| {
+        let bearing = TAU * i as f64 / n as f64;
+        let direction = Vector2::new(libm::cos(bearing), libm::sin(bearing));
+        let range = walls
+            .iter()
+            .filter_map(|w| w.hit_by_ray(robot.position(), robot.rotate(direction)))
+            .fold(f64::INFINITY, f64::min);
+        let sigma = 0.01 + 0.005 * range;
+        let noisy = (range + sigma * normal(rng)).clamp(0.05, 12.0);
+        Some(Beam {
+            beam_idx: i,
+            origin_in_robot: Point2::origin(),
+            end_in_robot: Point2::from(direction * noisy),
+            range: noisy,
+            sigma: if range.is_finite() { sigma } else { 0.05 },
+            is_hit: range < 12.0,
+        })
+    });
+    Points {
+        stamp: Stamp(0),
+        sensor_in_robot: Point2::origin(),
+        bearing_sigma: 0.0,
+        beams: beams.collect(),
+    }
+}
+
+fn wall(ax: f64, ay: f64, bx: f64, by: f64) -> Segment {
+    Segment::new(Point2::new(ax, ay), Point2::new(bx, by))
+}
+
+fn polygon(points: &[(f64, f64)]) -> Vec<Segment> {
+    let next = points.iter().cycle().skip(1);
+    points
+        .iter()
+        .zip(next)
+        .map(|(a, b)| wall(a.0, a.1, b.0, b.1))
+        .collect()
+}
+
+/// Rooms with corners that stick in, a recess, a slanted wall and boxes.
+fn flat() -> Vec<Segment> {
+    let mut walls = polygon(&[
+        (-3.0, -2.0),
+        (4.0, -2.0),
+        (4.0, 0.5),
+        (3.0, 2.5),
+        (0.5, 2.5),
+        (0.5, 2.35),
+        (-0.5, 2.35),
+        (-0.5, 2.5),
+        (-3.0, 2.5),
+    ]);
+    walls.extend(polygon(&[
+        (-2.0, -1.0),
+        (-1.4, -1.0),
+        (-1.4, -0.6),
+        (-2.0, -0.6),
+    ]));
+    walls.extend(polygon(&[(1.9, 0.2), (2.3, 0.4), (2.1, 0.8), (1.7, 0.6)]));
+    walls
+}
+
+fn circle(x: f64, y: f64, radius: f64) -> Vec<Segment> {
+    let corner = |i: usize| {
+        let angle = TAU * i as f64 / 64.0;
+        (x + radius * libm::cos(angle), y + radius * libm::sin(angle))
+    };
+    polygon(&(0..64).map(corner).collect::<Vec<_>>())
+}
+
+fn lines(points: &Points, config: LineConfig) -> Vec<LineFeature> {
+    let mut lines = vec![];
+    LineExtractor::new(config).extract(points, &mut lines);
+    lines
+}
+
+/// The wall under a feature and the feature's NEES against it.
+fn nees(feature: &LineFeature, walls: &[Segment], robot: &Pose2) -> f64 {
+    let middle = *robot * nalgebra::center(&feature.ends[0], &feature.ends[1]);
+    let nearest = walls
+        .iter()
+        .min_by(|a, b| a.distance(middle).total_cmp(&b.distance(middle)))
+        .unwrap();
+    let (truth, _) = Line::through(nearest.a, nearest.b)
+        .unwrap()
+        .transformed(&robot.inverse());
+    let error = Vector2::new(
+        wrap(feature.line.alpha() - truth.alpha()),
+        feature.line.r() - truth.r(),
+    );
+    error.dot(&feature.cov.cholesky().unwrap().solve(&error))
+}
+
+#[test]
+fn box_room_has_four_walls_with_their_corners() {
+    let walls = polygon(&[(-2.0, -1.5), (3.0, -1.5), (3.0, 2.0), (-2.0, 2.0)]);
+    for seed in 0..20 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let found = lines(
+            &look(&walls, &Pose2::identity(), 360, &mut rng),
+            LineConfig::default(),
+        );
+        assert_eq!(found.len(), 4, "seed {seed}: {found:?}");
+        let lengths: f64 = found.iter().map(LineFeature::length).sum();
+        assert!(
+            (15.5..17.1).contains(&lengths),
+            "seed {seed}: {lengths} m of 17 m"
+        );
+    }
+}
+
+#[test]
+fn features_of_a_furnished_flat_are_as_good_as_they_say() {
+    let walls = flat();
+    let config = LineConfig::default();
+    let (mut sum, mut count, mut gross, mut scans) = (0.0, 0_u32, 0_u32, 0_u32);
+    for seed in 0..400_u64 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let robot = Pose2::new(
+            rng.random_range(-2.7..1.5),
+            rng.random_range(-0.4..2.0),
+            rng.random_range(-3.1..3.1),
+        );
+        let points = look(&walls, &robot, 360, &mut rng);
+        // Not inside of a wall.
+        if points.hits().any(|b| b.range < 0.2) {
+            continue;
+        }
+        scans += 1;
+        for feature in lines(&points, config) {
+            let nees = nees(&feature, &walls, &robot);
+            count += 1;
+            if nees > 18.4 {
+                println!(
+                    "GROSS nees {nees:.0} n {} len {:.2} chi2 {:.1} r {:.2} beams {}..{}",
+                    feature.n_points,
+                    feature.length(),
+                    feature.chi2,
+                    feature.line.r(),
+                    feature.first_beam,
+                    feature.last_beam
+                );
+                gross += 1;
+            } else {
+                sum += nees;
+            }
+        }
+    }
+    let (mean, gross_share) = (
+        sum / f64::from(count - gross),
+        f64::from(gross) / f64::from(count),
+    );
+    println!(
+        "{scans} scans, {:.1} features a scan, NEES {mean:.2}, {gross} of {count} beyond 1e-4",
+        f64::from(count) / f64::from(scans)
+    );
+    assert!(mean < 2.4, "mean NEES {mean}");
+    assert!(gross_share < 0.004, "{gross} of {count} features are wrong");
+    assert!(count > 4 * scans, "{count} features in {scans} scans");
+}
+
+#[test]
+fn split_rate_of_a_true_wall_falls_with_k_as_stated() {
+    // The sum of step 2 alone, without the test of the worst point.
+    let rate = |k: f64| {
+        let config = LineConfig {
+            split_k: k,
+            max_residual: f64::INFINITY,
+            ..LineConfig::default()
+        };
+        let (mut splits, trials) = (0, 6_000_u32);
+        for seed in 0..trials {
+            let mut rng = ChaCha8Rng::seed_from_u64(u64::from(seed));
+            let n = rng.random_range(10..100);
+            let half = 0.004 * f64::from(n);
+            let beams = (0..n).map(|i| {
+                let y = -half + 2.0 * half * f64::from(i) / f64::from(n - 1);
+                let range = libm::hypot(1.0, y);
+                let noisy = range + 0.01 * normal(&mut rng);
+                Beam {
+                    beam_idx: i as usize,
+                    origin_in_robot: Point2::origin(),
+                    end_in_robot: Point2::new(noisy / range, y * noisy / range),
+                    range: noisy,
+                    sigma: 0.01,
+                    is_hit: true,
+                }
+            });
+            let mut extractor = LineExtractor::new(config);
+            extractor.samples = beams.map(|b| Sample::new(&b, 0.0, 0.0)).collect();
+            let mut sum = Moments::default();
+            for sample in &extractor.samples {
+                sum = sum.plus(&Moments::of(sample));
+            }
+            let whole = Piece {
+                start: 0,
+                end: extractor.samples.len(),
+                moments: sum,
+            };
+            splits += u32::from(!extractor.examine(&whole).is_line);
+        }
+        f64::from(splits) / f64::from(trials)
+    };
+    let rates = [1.0, 2.0, 3.0].map(rate);
+    println!("split rates {rates:?}");
+    assert!((0.08..0.2).contains(&rates[0]));
+    assert!((0.005..0.03).contains(&rates[1]));
+    assert!(rates[2] < 0.004);
+}
+
+#[test]
+fn recess_of_fifteen_centimetres_is_not_part_of_the_wall() {
+    let walls = flat();
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let robot = Pose2::new(0.0, 0.5, 0.0);
+    for feature in lines(&look(&walls, &robot, 720, &mut rng), LineConfig::default()) {
+        assert!(nees(&feature, &walls, &robot) < 18.4, "{feature:?}");
+    }
+}
+
+#[test]
+fn people_and_pillars_are_not_walls() {
+    let mut found = 0;
+    for seed in 0..200 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut scene = circle(1.5, 0.0, 0.2);
+        scene.extend(circle(-1.2, 1.0, 0.35));
+        scene.extend(circle(0.0, -2.0, 0.6));
+        found += lines(
+            &look(&scene, &Pose2::identity(), 360, &mut rng),
+            LineConfig::default(),
+        )
+        .len();
+    }
+    println!("{found} lines on 600 round things");
+    assert!(found < 12, "{found} lines on 600 round things");
+}
+
+#[test]
+fn lost_and_wild_beams_do_not_tear_a_wall() {
+    for seed in 0..30 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut points = look(
+            &[wall(2.0, -1.5, 2.0, 1.5)],
+            &Pose2::identity(),
+            360,
+            &mut rng,
+        );
+        for _ in 0..3 {
+            let index = rng.random_range(0..30);
+            points.beams[index].is_hit = false;
+            let wild = &mut points.beams[rng.random_range(330..355)];
+            wild.end_in_robot = Point2::from(wild.end_in_robot.coords * 0.7);
+            wild.range *= 0.7;
+        }
+        let found = lines(&points, LineConfig::default());
+        assert!(
+            (1..=2).contains(&found.len()),
+            "seed {seed}: {}",
+            found.len()
+        );
+        for feature in found {
+            assert!(nees(&feature, &[wall(2.0, -1.5, 2.0, 1.5)], &Pose2::identity()) < 18.4);
+        }
+    }
+}
+
+#[test]
+fn walls_on_both_sides_of_a_door_stay_two() {
+    let walls = [wall(1.5, -2.0, 1.5, -0.45), wall(1.5, 0.45, 1.5, 2.0)];
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let found = lines(
+        &look(&walls, &Pose2::identity(), 360, &mut rng),
+        LineConfig::default(),
+    );
+    assert_eq!(found.len(), 2);
+}
+
+#[test]
+fn extraction_repeats_to_the_bit_with_used_buffers() {
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let points = look(&flat(), &Pose2::new(0.3, 0.5, 1.0), 360, &mut rng);
+    let mut extractor = LineExtractor::new(LineConfig::default());
+    let (mut first, mut second) = (vec![], vec![]);
+    extractor.extract(&points, &mut first);
+    extractor.extract(&points, &mut second);
+    assert!(!first.is_empty());
+    assert_eq!(first, second);
+}
+
+#[test]
+fn chi2_limits_are_those_of_the_tables() {
+    // 99.9 % quantiles.
+    for (dof, quantile) in [(4, 18.467), (10, 29.588), (50, 86.661)] {
+        assert!((chi2_limit(dof, 3.0902) - quantile).abs() < 0.02 * quantile);
+    }
+}

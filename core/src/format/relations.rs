@@ -1,0 +1,121 @@
+//! `.relations`: reference motions between scans, made by hand-checked scan alignment.
+//!
+//! In: bytes. Out: [`Relation`]s. Lines are `t1 t2 x y z roll pitch yaw`: the pose at t2 in the frame of the pose at t1,
+//! metres and radians, `#` starts a comment.
+//!
+//! Source: Kümmerle et al. (2009), "On measuring the accuracy of SLAM algorithms", Autonomous Robots 27.
+
+use crate::geom::Pose2;
+
+/// The true motion between two scans.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Relation {
+    /// `ipc_timestamp` of the first scan, s.
+    pub from_seconds: f64,
+    /// `ipc_timestamp` of the second scan, s.
+    pub to_seconds: f64,
+    /// `robot_at_from_from_robot_at_to`.
+    pub motion: Pose2,
+}
+
+/// Why bytes are no relations.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RelationsError {
+    /// A line with a wrong number of fields.
+    #[error("line {line}: found {found} fields, expected 8: t1 t2 x y z roll pitch yaw")]
+    Count {
+        /// Line, from 1.
+        line: usize,
+        /// Number of fields.
+        found: usize,
+    },
+    /// A field that is no number.
+    #[error("line {line}, field {field} is \"{found}\", expected a finite number")]
+    Field {
+        /// Line, from 1.
+        line: usize,
+        /// Field, from 1.
+        field: usize,
+        /// What stands there.
+        found: String,
+    },
+    /// No line at all.
+    #[error("no relation in the file; expected lines of t1 t2 x y z roll pitch yaw")]
+    Empty,
+}
+
+/// Reads relations.
+///
+/// # Errors   [`RelationsError`], with line and field.
+pub fn parse(bytes: &[u8]) -> Result<Vec<Relation>, RelationsError> {
+    let text = String::from_utf8_lossy(bytes);
+    let mut relations = vec![];
+    for (line, text) in text.lines().enumerate() {
+        let text = text.split('#').next().unwrap_or("");
+        let words: Vec<_> = text.split_ascii_whitespace().collect();
+        if words.is_empty() {
+            continue;
+        }
+        let line = line + 1;
+        let mut numbers = [0.0; 8];
+        if words.len() != numbers.len() {
+            return Err(RelationsError::Count {
+                line,
+                found: words.len(),
+            });
+        }
+        for (field, (word, number)) in words.iter().zip(&mut numbers).enumerate() {
+            *number = word
+                .parse()
+                .ok()
+                .filter(|n: &f64| n.is_finite())
+                .ok_or_else(|| RelationsError::Field {
+                    line,
+                    field: field + 1,
+                    found: word.chars().take(24).collect(),
+                })?;
+        }
+        let [from_seconds, to_seconds, x, y, _, _, _, yaw] = numbers;
+        relations.push(Relation {
+            from_seconds,
+            to_seconds,
+            motion: Pose2::new(x, y, yaw),
+        });
+    }
+    if relations.is_empty() {
+        Err(RelationsError::Empty)
+    } else {
+        Ok(relations)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_planar_motions_and_skips_comments() {
+        let text = b"# made by hand\n10.5 12.25 1 2 0 0 0 -0.5 # sure\r\n\n";
+        let relations = parse(text).unwrap();
+        assert_eq!(relations.len(), 1);
+        assert!((relations[0].to_seconds - 12.25).abs() < 1e-12);
+        assert!((relations[0].motion.heading() + 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bad_lines_are_named() {
+        let message = |text: &[u8]| parse(text).unwrap_err().to_string();
+        assert!(message(b"").starts_with("no relation"));
+        assert_eq!(
+            message(b"1 2 3\n"),
+            "line 1: found 3 fields, expected 8: t1 t2 x y z roll pitch yaw"
+        );
+        assert_eq!(
+            message(b"1 2 3 4 5 6 7 8\n1 2 x 4 5 6 7 8\n"),
+            "line 2, field 3 is \"x\", expected a finite number"
+        );
+        assert!(message(b"1 2 3 4 5 6 7 NaN\n").contains("field 8"));
+        assert!(message(b"\xff\xd8\xff\x00").contains("line 1"));
+    }
+}

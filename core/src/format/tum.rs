@@ -1,0 +1,134 @@
+//! TUM trajectories: lines of `seconds x y z qx qy qz qw`, the form that evaluation tools read.
+//!
+//! In: stamped poses. Out: text, and back. A planar heading θ is the quaternion (0, 0, sin θ/2, cos θ/2).
+
+use std::fmt::Write as _;
+
+use crate::geom::{Pose2, sin_cos};
+
+/// Why bytes are no TUM trajectory.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TumError {
+    /// A line with a wrong number of fields.
+    #[error("line {line}: found {found} fields, expected 8: seconds x y z qx qy qz qw")]
+    Count {
+        /// Line, from 1.
+        line: usize,
+        /// Number of fields.
+        found: usize,
+    },
+    /// A field that is no number.
+    #[error("line {line}, field {field} is \"{found}\", expected a finite number")]
+    Field {
+        /// Line, from 1.
+        line: usize,
+        /// Field, from 1.
+        field: usize,
+        /// What stands there.
+        found: String,
+    },
+}
+
+/// Writes poses with their stamps in seconds: six digits of the second, nine of the metre.
+#[must_use]
+pub fn write(poses: impl IntoIterator<Item = (f64, Pose2)>) -> String {
+    let mut text = String::from("# seconds x y z qx qy qz qw\n");
+    for (seconds, pose) in poses {
+        let (sin, cos) = sin_cos(0.5 * pose.heading());
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "{seconds:.6} {:.9} {:.9} 0 0 0 {sin:.12} {cos:.12}",
+            pose.x(),
+            pose.y()
+        );
+    }
+    text
+}
+
+/// Reads stamped poses; z, roll and pitch are dropped.
+///
+/// # Errors   [`TumError`], with line and field.
+pub fn parse(bytes: &[u8]) -> Result<Vec<(f64, Pose2)>, TumError> {
+    let text = String::from_utf8_lossy(bytes);
+    let mut poses = vec![];
+    for (line, text) in text.lines().enumerate() {
+        let words: Vec<_> = text
+            .split('#')
+            .next()
+            .unwrap_or("")
+            .split_ascii_whitespace()
+            .collect();
+        if words.is_empty() {
+            continue;
+        }
+        let line = line + 1;
+        let mut numbers = [0.0; 8];
+        if words.len() != numbers.len() {
+            return Err(TumError::Count {
+                line,
+                found: words.len(),
+            });
+        }
+        for (field, (word, number)) in words.iter().zip(&mut numbers).enumerate() {
+            *number = word
+                .parse()
+                .ok()
+                .filter(|n: &f64| n.is_finite())
+                .ok_or_else(|| TumError::Field {
+                    line,
+                    field: field + 1,
+                    found: word.chars().take(24).collect(),
+                })?;
+        }
+        let [seconds, x, y, _, qx, qy, qz, qw] = numbers;
+        let heading = libm::atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz));
+        poses.push((seconds, Pose2::new(x, y, heading)));
+    }
+    Ok(poses)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::wrap;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn written_poses_read_back(x in -1e3..1e3_f64, y in -1e3..1e3_f64, t in -4.0..4.0_f64, s in 0.0..1e9_f64) {
+            let pose = Pose2::new(x, y, t);
+            let back = parse(write([(s, pose)]).as_bytes()).unwrap();
+            prop_assert!((back[0].0 - s).abs() <= 1e-6);
+            prop_assert!((back[0].1.position() - pose.position()).norm() < 1e-8);
+            prop_assert!(wrap(back[0].1.heading() - t).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn quarter_turn_is_the_known_quaternion() {
+        let text = write([(1.5, Pose2::new(1.0, 2.0, std::f64::consts::FRAC_PI_2))]);
+        let line = text.lines().nth(1).unwrap();
+        assert_eq!(
+            line,
+            "1.500000 1.000000000 2.000000000 0 0 0 0.707106781187 0.707106781187"
+        );
+    }
+
+    #[test]
+    fn bad_lines_are_named() {
+        assert!(
+            parse(b"1 2\n")
+                .unwrap_err()
+                .to_string()
+                .starts_with("line 1: found 2 fields")
+        );
+        assert!(
+            parse(b"1 2 3 4 5 6 7 inf\n")
+                .unwrap_err()
+                .to_string()
+                .contains("field 8")
+        );
+    }
+}

@@ -1,0 +1,238 @@
+//! The second story: from a map and a pose to commands.
+//!
+//! In: a [`Situation`] at every tick. Out: a [`Command`], or `None` where the robot should carry on with the last one.
+//!
+//! 1. By hand: the wished speeds, made safe.
+//! 2. Else a goal: the one that was given, or the frontier that promises most for its way.
+//! 3. A way to it: straight, by trees, or over cells; shortened to straight legs.
+//! 4. Continuous sensors: follow the legs by turn-and-go, every speed made safe. The way is compared with the map twice
+//!    a second, and planned anew when something stands in it or the frontier has vanished. A sensor on a servo: scan,
+//!    plan, one turn and one leg over what has been seen, again.
+//! 5. A robot that does not get on backs off, tries again, and in the end says that it is stuck.
+//!
+//! Planning happens on these events only, never at the rate of the ticks.
+
+mod config;
+mod cycle;
+mod errand;
+mod explorer;
+mod status;
+#[cfg(test)]
+mod tests;
+
+use nalgebra::Point2;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::control::{Steering, limit_speed};
+use crate::geom::{Pose2, PoseEstimate, Segment};
+use crate::map::Grid;
+use crate::plan::{Frontier, Path, Planner};
+use crate::points::Points;
+use crate::robot::{Command, RobotModel, Stamp};
+pub use config::PilotConfig;
+pub use status::{Failure, Finish, Mode, Status};
+
+/// What the pilot knows at a tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Situation<'a> {
+    /// Now.
+    pub stamp: Stamp,
+    /// Where the robot is, map frame.
+    pub estimate: &'a PoseEstimate,
+    /// The map.
+    pub grid: &'a Grid,
+    /// The last scan, robot frame at its stamp.
+    pub points: Option<&'a Points>,
+    /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.
+    pub motion_since_scan: Pose2,
+    /// Whether the robot is still at the last command (a turn, a leg, a sweep).
+    pub robot_is_busy: bool,
+    /// Whether the sensor scans only when told to, the robot standing.
+    pub scans_on_command: bool,
+}
+
+/// Drives one robot.
+#[derive(Clone, Debug)]
+pub struct Pilot {
+    model: RobotModel,
+    config: PilotConfig,
+    rng: ChaCha8Rng,
+    mode: Mode,
+    status: Status,
+    wish: (f64, f64),
+    /// Speeds of the last command.
+    told: (f64, f64),
+    errand: errand::Errand,
+    phase: cycle::Phase,
+    hand_scan: cycle::HandScan,
+}
+
+impl Pilot {
+    /// A pilot that stands in [`Mode::Manual`].
+    #[must_use]
+    pub fn new(model: RobotModel, config: PilotConfig, seed: u64) -> Self {
+        Self {
+            model,
+            config,
+            rng: ChaCha8Rng::seed_from_u64(seed),
+            mode: Mode::Manual,
+            status: Status::Idle,
+            wish: (0.0, 0.0),
+            told: (0.0, 0.0),
+            errand: errand::Errand::default(),
+            phase: cycle::Phase::default(),
+            hand_scan: cycle::HandScan::default(),
+        }
+    }
+
+    /// Begins a new errand; the old one is forgotten.
+    pub fn set_mode(&mut self, mode: Mode) {
+        self.mode = mode;
+        self.status = Status::Idle;
+        self.wish = (0.0, 0.0);
+        self.errand = errand::Errand::default();
+        self.phase = cycle::Phase::default();
+    }
+
+    /// By hand: drive with these speeds (m/s, rad/s) until told otherwise. Takes over from any errand.
+    pub fn drive(&mut self, forward: f64, turn: f64) {
+        if self.mode != Mode::Manual {
+            self.set_mode(Mode::Manual);
+        }
+        self.wish = (forward, turn);
+    }
+
+    /// Stand still and forget the errand.
+    pub fn stop(&mut self) {
+        self.set_mode(Mode::Manual);
+    }
+
+    /// What to tell the robot now; `None`: nothing new, it carries on.
+    pub fn steer(&mut self, now: &Situation) -> Option<Command> {
+        match self.mode {
+            Mode::Manual => self.by_hand(now),
+            _ if self.status.is_over() => Some(Command::Stop),
+            _ if now.robot_is_busy => None,
+            _ if now.scans_on_command => self.in_cycle(now),
+            _ => Some(self.continuously(now)),
+        }
+    }
+
+    fn by_hand(&mut self, now: &Situation) -> Option<Command> {
+        if self.wish != (0.0, 0.0) {
+            self.status = Status::Driving;
+            return Some(self.safely(self.wish, now));
+        }
+        let was_driving = std::mem::replace(&mut self.status, Status::Idle) == Status::Driving;
+        if was_driving || !now.scans_on_command {
+            return Some(Command::Stop);
+        }
+        let is_due = !now.robot_is_busy && self.hand_scan.is_due(now);
+        is_due.then_some(Command::Scan)
+    }
+
+    fn continuously(&mut self, now: &Situation) -> Command {
+        if let Some(until) = self.errand.backing_until {
+            if now.stamp < until {
+                return self.safely((-0.3 * self.model.max_speed, 0.0), now);
+            }
+            self.errand.backing_until = None;
+        }
+        if now.points.is_none() || !self.has_way(now) {
+            return Command::Stop;
+        }
+        if self.errand.watch.idle_for(now.stamp, &now.estimate.pose) > self.config.patience {
+            self.get_unstuck(now);
+            return Command::Stop;
+        }
+        let pose = &now.estimate.pose;
+        let follower = self.errand.follower.as_mut();
+        match follower.map(|f| f.steer(pose, &self.model, &self.config.follow)) {
+            Some(Steering::Velocity { forward, turn }) => self.safely((forward, turn), now),
+            Some(Steering::Arrived) => {
+                self.arrive(now);
+                Command::Stop
+            }
+            None => Command::Stop,
+        }
+    }
+
+    /// The wished speeds, as far as the last scan allows; standing where a continuous sensor has fallen silent.
+    fn safely(&mut self, wish: (f64, f64), now: &Situation) -> Command {
+        let age = now
+            .points
+            .map_or(f64::INFINITY, |p| now.stamp.since(p.stamp));
+        let (forward, turn) = match now.points {
+            _ if !now.scans_on_command && age > self.config.safe.stale_after => {
+                return Command::Stop;
+            }
+            Some(points) => {
+                let since = &now.motion_since_scan;
+                limit_speed(
+                    wish,
+                    self.told,
+                    points,
+                    since,
+                    &self.model,
+                    &self.config.safe,
+                )
+            }
+            None => wish,
+        };
+        self.told = (forward, turn);
+        Command::Velocity { forward, turn }
+    }
+
+    /// What it is to do.
+    #[must_use]
+    pub fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// What it is doing.
+    #[must_use]
+    pub fn status(&self) -> &Status {
+        &self.status
+    }
+
+    /// The path it follows.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        self.errand.route.as_ref().map(|route| &route.path)
+    }
+
+    /// The same path before it was shortened.
+    #[must_use]
+    pub fn raw_path(&self) -> Option<&Path> {
+        self.errand.route.as_ref().map(|route| &route.raw)
+    }
+
+    /// Who planned the path.
+    #[must_use]
+    pub fn planner(&self) -> Option<Planner> {
+        self.errand.route.as_ref().map(|route| route.by)
+    }
+
+    /// Legs of the trees of the last plan.
+    #[must_use]
+    pub fn tree(&self) -> &[Segment] {
+        &self.errand.tree
+    }
+
+    /// Frontiers at the last look, best first.
+    #[must_use]
+    pub fn frontiers(&self) -> &[Frontier] {
+        &self.errand.explorer.frontiers
+    }
+
+    /// Where it is going.
+    #[must_use]
+    pub fn goal(&self) -> Option<Point2<f64>> {
+        match self.mode {
+            Mode::Manual => None,
+            Mode::GoTo(goal) => Some(goal),
+            Mode::Explore => self.errand.goal.filter(|_| !self.status.is_over()),
+        }
+    }
+}

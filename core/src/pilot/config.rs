@@ -1,0 +1,52 @@
+//! The pilot's figures.
+
+use crate::control::{FollowConfig, SafeConfig};
+use crate::plan::{FrontierConfig, RouteConfig};
+
+/// How the pilot plans, drives and gives up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PilotConfig {
+    /// Planning. The middle margin grows with the uncertainty of the pose.
+    pub route: RouteConfig,
+    /// Following.
+    pub follow: FollowConfig,
+    /// Safe mode.
+    pub safe: SafeConfig,
+    /// Exploration.
+    pub frontier: FrontierConfig,
+    /// How often the path and the frontier are compared with the map, s. Default 0.5.
+    pub review_period: f64,
+    /// How much of the path ahead is compared, m. Default 4.
+    pub review_reach: f64,
+    /// Without progress for this long the robot backs off, s. Default 3.
+    pub patience: f64,
+    /// How long it backs off, s. Default 1.
+    pub back_off: f64,
+    /// How often it backs off on the way to one goal. Default 3.
+    pub attempts: usize,
+    /// Looks without a frontier, a review period apart, before exploration is over. Default 3.
+    pub last_looks: usize,
+    /// How often one place may be the goal of exploration. Default 4.
+    pub visits: usize,
+    /// Longest leg between two scans of a sensor that scans on command, m. Default 0.7.
+    pub longest_leg: f64,
+}
+
+impl Default for PilotConfig {
+    fn default() -> Self {
+        Self {
+            route: RouteConfig::default(),
+            follow: FollowConfig::default(),
+            safe: SafeConfig::default(),
+            frontier: FrontierConfig::default(),
+            review_period: 0.5,
+            review_reach: 4.0,
+            patience: 3.0,
+            back_off: 1.0,
+            attempts: 3,
+            last_looks: 3,
+            visits: 4,
+            longest_leg: 0.7,
+        }
+    }
+}

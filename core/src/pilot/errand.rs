@@ -1,0 +1,279 @@
+//! The parts of an errand: where to, by which way, and whether that way still holds.
+
+use nalgebra::Point2;
+
+use super::explorer::Explorer;
+use super::{Failure, Finish, Mode, Pilot, Situation, Status};
+use crate::control::{Follower, ProgressWatch};
+use crate::geom::Segment;
+use crate::map::{CellIndex, CellRect, Grid};
+use crate::plan::{
+    ConfigSpace, GridSpace, NoPath, Path, Route, Unknown, Wavefront, find_frontiers, plan_route,
+    rect_around,
+};
+use crate::robot::Stamp;
+
+/// State of one errand; a new mode begins with a new one.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Errand {
+    pub(super) route: Option<Route>,
+    pub(super) tree: Vec<Segment>,
+    pub(super) follower: Option<Follower>,
+    pub(super) explorer: Explorer,
+    pub(super) goal: Option<Point2<f64>>,
+    pub(super) watch: ProgressWatch,
+    pub(super) backing_until: Option<Stamp>,
+    pub(super) stuck: usize,
+    /// Not planned or reviewed again before.
+    pub(super) next_review: Stamp,
+    /// Standing at an exploration goal since.
+    pub(super) arrived: Option<Stamp>,
+    empty_looks: usize,
+    failed_plans: usize,
+    last_look: u64,
+}
+
+/// Ways that fail for reasons that may pass are tried so often.
+const PLAN_ATTEMPTS: usize = 4;
+
+impl Errand {
+    fn drop_route(&mut self) {
+        self.route = None;
+        self.follower = None;
+    }
+}
+
+impl Pilot {
+    /// Makes sure there is a way that holds; otherwise the status says why the robot stands.
+    pub(super) fn has_way(&mut self, now: &Situation) -> bool {
+        let is_due = now.stamp >= self.errand.next_review;
+        if is_due {
+            self.errand.next_review = now.stamp.plus(self.config.review_period);
+            self.review(now);
+        }
+        if self.errand.follower.is_some() {
+            self.status = Status::Driving;
+            return true;
+        }
+        if !is_due {
+            return false;
+        }
+        match self.mode {
+            Mode::Manual => false,
+            Mode::GoTo(goal) => self.plan_to(goal, now),
+            Mode::Explore => self.plan_exploration(now),
+        }
+    }
+
+    /// Drops a way that the map no longer allows, or that leads to what is already seen.
+    fn review(&mut self, now: &Situation) {
+        let here = now.estimate.pose.position();
+        if let (Some(follower), Some(route)) = (&self.errand.follower, &self.errand.route) {
+            let ahead = follower.remaining(here);
+            let keep = self.model.radius() + 0.5 * route.margin;
+            if is_blocked(now.grid, &ahead, keep, self.config.review_reach) {
+                self.errand.drop_route();
+            }
+        }
+        if self.mode == Mode::Explore && self.errand.explorer.target_has_vanished(now.grid) {
+            self.errand.drop_route();
+            self.errand.arrived = None;
+        }
+    }
+
+    /// The path has been driven.
+    pub(super) fn arrive(&mut self, now: &Situation) {
+        self.errand.drop_route();
+        self.errand.stuck = 0;
+        self.errand.watch.reset();
+        match self.mode {
+            Mode::GoTo(goal) => {
+                let off = (goal - now.estimate.pose.position()).norm();
+                self.status = Status::Finished(Finish::GoalReached { off });
+            }
+            Mode::Explore => {
+                self.status = Status::Scanning;
+                self.errand.arrived = Some(now.stamp);
+                self.errand.next_review = now.stamp.plus(self.config.review_period);
+            }
+            Mode::Manual => {}
+        }
+    }
+
+    /// Plans to a point; `false` where the robot has to stand.
+    pub(super) fn plan_to(&mut self, goal: Point2<f64>, now: &Situation) -> bool {
+        match self.route_to(goal, Unknown::Free, now) {
+            Ok(()) => true,
+            Err(reason) => {
+                // A robot pushed against a wall by an error of its pose may be free after the next scans.
+                let may_pass = matches!(
+                    reason,
+                    NoPath::StartBlocked { .. } | NoPath::BudgetSpent { .. }
+                );
+                self.errand.failed_plans += 1;
+                if !may_pass || self.errand.failed_plans >= PLAN_ATTEMPTS {
+                    self.status = Status::Failed(Failure::NoPath(reason));
+                }
+                false
+            }
+        }
+    }
+
+    /// Chooses a frontier and plans to it; `false` where the robot has to stand.
+    pub(super) fn plan_exploration(&mut self, now: &Situation) -> bool {
+        if self.errand.arrived.take().is_some() {
+            // Looked at from the best place, and it is still there.
+            self.errand.explorer.give_up();
+        }
+        self.status = Status::Scanning;
+        // A target that is still there stays the target: no dithering between two that promise alike.
+        let kept = self.errand.explorer.target.as_ref().and_then(|t| t.goal);
+        if let Some(goal) = kept.filter(|_| !self.errand.explorer.target_has_vanished(now.grid)) {
+            if self.route_to(goal, Unknown::Blocked, now).is_ok() {
+                return true;
+            }
+        }
+        let found = self.look_for_frontiers(now);
+        for attempt in 0..PLAN_ATTEMPTS {
+            let known = if attempt == 0 {
+                found.clone()
+            } else {
+                std::mem::take(&mut self.errand.explorer.frontiers)
+            };
+            let Some(goal) = self.errand.explorer.choose(known, self.config.visits) else {
+                self.end_exploration(now);
+                return false;
+            };
+            self.errand.empty_looks = 0;
+            match self.route_to(goal, Unknown::Blocked, now) {
+                Ok(()) => return true,
+                Err(_) => self.errand.explorer.give_up(),
+            }
+        }
+        false
+    }
+
+    fn look_for_frontiers(&mut self, now: &Situation) -> Vec<crate::plan::Frontier> {
+        let here = now.estimate.pose.position();
+        let narrowest = self.config.route.margins.last().copied().unwrap_or(0.0);
+        let keep = self.model.radius() + narrowest;
+        let Some(rect) = rect_around(now.grid, &[here], 2, i32::MAX) else {
+            return vec![];
+        };
+        let space = GridSpace::new(now.grid, rect, keep, Unknown::Blocked);
+        let reach = keep + self.config.route.escape_reach;
+        let start = space.escape(here, reach).unwrap_or(here);
+        let wave = Wavefront::new(&space, start);
+        find_frontiers(&space, &wave, &self.config.frontier)
+    }
+
+    /// Exploration is over when several looks at a map that goes on changing show nothing new.
+    fn end_exploration(&mut self, now: &Situation) {
+        let is_news = now.grid.revision() != self.errand.last_look && now.points.is_some();
+        self.errand.last_look = now.grid.revision();
+        self.errand.empty_looks += usize::from(is_news);
+        if self.errand.empty_looks >= self.config.last_looks {
+            let unreached = self.errand.explorer.unreached();
+            self.status = Status::Finished(Finish::Explored { unreached });
+        }
+    }
+
+    fn route_to(
+        &mut self,
+        goal: Point2<f64>,
+        unknown: Unknown,
+        now: &Situation,
+    ) -> Result<(), NoPath> {
+        let start = now.estimate.pose.position();
+        let mut config = self.config.route.clone();
+        config.unknown = unknown;
+        // The middle margin holds the robot off walls even when the pose errs by two standard deviations.
+        let variance = now.estimate.cov[(0, 0)]
+            .max(now.estimate.cov[(1, 1)])
+            .max(0.0);
+        if let [widest, middle, _] = config.margins.as_mut_slice() {
+            *middle = (*middle + 2.0 * variance.sqrt()).min(*widest);
+        }
+        self.errand.goal = Some(goal);
+        let radius = self.model.radius();
+        match plan_route(now.grid, start, goal, radius, &config, &mut self.rng) {
+            Ok(route) => {
+                self.errand.follower = Some(Follower::new(&route.path));
+                self.errand.tree.clone_from(&route.tree);
+                self.errand.route = Some(route);
+                self.errand.failed_plans = 0;
+                self.errand.watch.reset();
+                self.status = Status::Driving;
+                Ok(())
+            }
+            Err(failure) => {
+                self.errand.drop_route();
+                self.errand.tree = failure.tree;
+                Err(failure.reason)
+            }
+        }
+    }
+
+    /// The robot does not move: back off, or give the goal up.
+    pub(super) fn get_unstuck(&mut self, now: &Situation) {
+        self.errand.watch.reset();
+        self.errand.stuck += 1;
+        self.errand.drop_route();
+        if self.errand.stuck <= self.config.attempts {
+            self.errand.backing_until = Some(now.stamp.plus(self.config.back_off));
+            return;
+        }
+        let attempts = std::mem::take(&mut self.errand.stuck) - 1;
+        if self.mode == Mode::Explore {
+            self.errand.explorer.give_up();
+        } else {
+            let (x, y) = (now.estimate.pose.x(), now.estimate.pose.y());
+            self.status = Status::Failed(Failure::Stuck { x, y, attempts });
+        }
+    }
+}
+
+/// Whether a wall stands in the next `reach` metres of a path. The first decimetres do not count: the robot stands
+/// there, and may be leaving a place that is too near to a wall.
+fn is_blocked(grid: &Grid, ahead: &Path, keep: f64, reach: f64) -> bool {
+    let mut left = reach;
+    let mut skip = 0.15;
+    for leg in ahead.legs() {
+        let length = leg.length();
+        if length <= skip {
+            skip -= length;
+            continue;
+        }
+        let along = leg.vector() / length;
+        let part = Segment::new(
+            leg.a + along * skip,
+            leg.a + along * length.min(skip + left),
+        );
+        skip = 0.0;
+        let space = GridSpace::new(grid, rect_of(grid, &part, keep), keep, Unknown::Free);
+        if !space.leg_is_free(&part) {
+            return true;
+        }
+        left -= part.length();
+        if left <= 0.0 {
+            break;
+        }
+    }
+    false
+}
+
+/// The cells around a leg.
+fn rect_of(grid: &Grid, leg: &Segment, spare: f64) -> CellRect {
+    let (a, b) = (grid.cell_at(leg.a), grid.cell_at(leg.b));
+    let spare = (spare / grid.resolution()).ceil() as i32 + 2;
+    CellRect {
+        min: CellIndex {
+            col: a.col.min(b.col) - spare,
+            row: a.row.min(b.row) - spare,
+        },
+        max: CellIndex {
+            col: a.col.max(b.col) + spare + 1,
+            row: a.row.max(b.row) + spare + 1,
+        },
+    }
+}

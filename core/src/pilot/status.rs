@@ -1,0 +1,110 @@
+//! What the pilot is doing, and how its errand ended.
+
+use nalgebra::Point2;
+
+use crate::plan::NoPath;
+
+/// What the pilot is to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mode {
+    /// Drive as told by [`super::Pilot::drive`], in safe mode.
+    Manual,
+    /// Go to this point of the map, m.
+    GoTo(Point2<f64>),
+    /// See everything that can be reached.
+    Explore,
+}
+
+/// What the pilot is doing.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Status {
+    /// Nothing: it stands and waits.
+    Idle,
+    /// On its way.
+    Driving,
+    /// Standing to look: during a sweep, or until the map has settled.
+    Scanning,
+    /// Done.
+    Finished(Finish),
+    /// Given up.
+    Failed(Failure),
+}
+
+impl Status {
+    /// Whether the errand is over, well or not.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        matches!(self, Self::Finished(_) | Self::Failed(_))
+    }
+}
+
+impl std::fmt::Display for Status {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Idle => f.write_str("idle"),
+            Self::Driving => f.write_str("driving"),
+            Self::Scanning => f.write_str("looking"),
+            Self::Finished(finish) => finish.fmt(f),
+            Self::Failed(failure) => failure.fmt(f),
+        }
+    }
+}
+
+/// How an errand ended well.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Finish {
+    /// At the goal, or at the nearest place to it where the robot fits.
+    GoalReached {
+        /// What is left to the goal, m.
+        off: f64,
+    },
+    /// No reachable frontier is left.
+    Explored {
+        /// Centres of the frontiers that could not be reached, or did not vanish when looked at.
+        unreached: Vec<Point2<f64>>,
+    },
+}
+
+impl std::fmt::Display for Finish {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::GoalReached { off } if *off < 0.1 => f.write_str("goal reached"),
+            Self::GoalReached { off } => {
+                write!(f, "as near to the goal as the robot fits: {off:.2} m away")
+            }
+            Self::Explored { unreached } if unreached.is_empty() => {
+                f.write_str("explored: nothing unknown is left within reach")
+            }
+            Self::Explored { unreached } => {
+                let count = unreached.len();
+                write!(
+                    f,
+                    "explored: {count} unknown places could not be reached, the first"
+                )?;
+                match unreached.first() {
+                    Some(p) => write!(f, " at ({:.2}, {:.2}) m", p.x, p.y),
+                    None => Ok(()),
+                }
+            }
+        }
+    }
+}
+
+/// Why an errand was given up.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Failure {
+    /// There is no way.
+    #[error(transparent)]
+    NoPath(#[from] NoPath),
+    /// The robot does not move although it should, and backing off did not help.
+    #[error("stuck at ({x:.2}, {y:.2}) m: backing off {attempts} times did not help")]
+    Stuck {
+        /// x, m.
+        x: f64,
+        /// y, m.
+        y: f64,
+        /// How often it backed off.
+        attempts: usize,
+    },
+}

@@ -1,0 +1,287 @@
+//! Closed loops against a plain world of segments, seen and moved in exactly.
+
+use std::f64::consts::TAU;
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::geom::sin_cos;
+use crate::map::{CellIndex, CellState, GridConfig};
+use crate::points::Beam;
+use nalgebra::{Matrix3, Vector2};
+
+const TICK: f64 = 0.05;
+
+/// Walls, a robot that obeys its model, and a lidar without noise.
+struct Toy {
+    walls: Vec<Segment>,
+    pose: Pose2,
+    speeds: (f64, f64),
+    model: RobotModel,
+    grid: Grid,
+    points: Points,
+    scanned_at: Pose2,
+    nearest: f64,
+    driven: f64,
+    tick: u64,
+}
+
+impl Toy {
+    fn new(walls: Vec<Segment>, pose: Pose2, model: RobotModel) -> Self {
+        let mut toy = Self {
+            points: look(&walls, &pose, Stamp(0), 8.0),
+            walls,
+            scanned_at: pose,
+            pose,
+            speeds: (0.0, 0.0),
+            model,
+            grid: Grid::new(GridConfig::default()).unwrap(),
+            nearest: f64::INFINITY,
+            driven: 0.0,
+            tick: 0,
+        };
+        toy.scan();
+        toy
+    }
+
+    fn stamp(&self) -> Stamp {
+        Stamp(self.tick * 50_000)
+    }
+
+    fn scan(&mut self) {
+        self.points = look(&self.walls, &self.pose, self.stamp(), 8.0);
+        self.scanned_at = self.pose;
+        self.grid.insert(&self.points, &self.pose);
+    }
+
+    /// One tick: the speeds follow the wish as fast as the model may.
+    fn step(&mut self, command: Option<Command>) {
+        let wish = match command {
+            Some(Command::Velocity { forward, turn }) => (forward, turn),
+            Some(Command::Stop) => (0.0, 0.0),
+            _ => self.speeds,
+        };
+        let towards = |now: f64, wish: f64, most: f64| now + (wish - now).clamp(-most, most);
+        let (v, w) = self.speeds;
+        let v = towards(v, wish.0, self.model.max_acceleration * TICK);
+        let w = towards(w, wish.1, self.model.max_turn_acceleration * TICK);
+        self.speeds = (v, w);
+        let (sin, cos) = sin_cos(0.5 * w * TICK);
+        self.pose = self.pose * Pose2::new(v * TICK * cos, v * TICK * sin, w * TICK);
+        self.driven += v.abs() * TICK;
+        let here = self.pose.position();
+        let near = self.walls.iter().map(|s| s.distance(here));
+        self.nearest = near.fold(self.nearest, f64::min);
+        self.tick += 1;
+        if self.tick % 4 == 0 {
+            self.scan();
+        }
+    }
+
+    fn run(&mut self, pilot: &mut Pilot, seconds: f64) {
+        while self.stamp().seconds() < seconds && !pilot.status().is_over() {
+            let estimate = PoseEstimate {
+                pose: self.pose,
+                cov: Matrix3::identity() * 1e-6,
+            };
+            let command = pilot.steer(&Situation {
+                stamp: self.stamp(),
+                estimate: &estimate,
+                grid: &self.grid,
+                points: Some(&self.points),
+                motion_since_scan: self.scanned_at.delta_to(&self.pose),
+                robot_is_busy: false,
+                scans_on_command: false,
+            });
+            self.step(command);
+        }
+    }
+
+    /// Part of the cells that the robot could stand on, by a flood over exact distances, that are known to be free.
+    fn explored(&self, start: Point2<f64>) -> f64 {
+        let keep = self.model.radius() + 0.03;
+        let first = self.grid.cell_at(start);
+        let mut seen = std::collections::BTreeSet::from([first]);
+        let mut todo = vec![first];
+        let mut known = 0;
+        while let Some(cell) = todo.pop() {
+            known += usize::from(self.grid.state(cell) == CellState::Free);
+            for (dc, dr) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
+                let next = CellIndex {
+                    col: cell.col + dc,
+                    row: cell.row + dr,
+                };
+                let centre = self.grid.centre_of(next);
+                let free = self.walls.iter().all(|s| s.distance(centre) > keep);
+                if free && seen.insert(next) {
+                    todo.push(next);
+                }
+            }
+        }
+        known as f64 / seen.len() as f64
+    }
+}
+
+fn look(walls: &[Segment], pose: &Pose2, stamp: Stamp, max_range: f64) -> Points {
+    let beams = 360;
+    let beams = (0..beams)
+        .map(|beam_idx| {
+            let bearing = TAU * beam_idx as f64 / beams as f64;
+            let (sin, cos) = sin_cos(bearing);
+            let direction = Vector2::new(cos, sin);
+            let (origin, ray) = (pose.position(), pose.rotate(direction));
+            let hits = walls.iter().filter_map(|s| s.hit_by_ray(origin, ray));
+            let range = hits.fold(max_range, f64::min);
+            Beam {
+                beam_idx,
+                origin_in_robot: Point2::origin(),
+                end_in_robot: Point2::from(direction * range),
+                range,
+                sigma: 0.01,
+                is_hit: range < max_range,
+            }
+        })
+        .collect();
+    Points {
+        stamp,
+        sensor_in_robot: Point2::origin(),
+        bearing_sigma: 0.0,
+        beams,
+    }
+}
+
+fn wall(ax: f64, ay: f64, bx: f64, by: f64) -> Segment {
+    Segment::new(Point2::new(ax, ay), Point2::new(bx, by))
+}
+
+fn room(x: f64, y: f64, width: f64, height: f64) -> Vec<Segment> {
+    vec![
+        wall(x, y, x + width, y),
+        wall(x + width, y, x + width, y + height),
+        wall(x + width, y + height, x, y + height),
+        wall(x, y + height, x, y),
+    ]
+}
+
+/// Two rooms and a corridor, joined by doors 0.8 m wide, with a table in one.
+fn flat() -> Vec<Segment> {
+    let mut walls = room(-1.0, -1.0, 9.0, 6.0);
+    walls.extend([
+        wall(3.0, -1.0, 3.0, 0.5),
+        wall(3.0, 1.3, 3.0, 3.0),
+        wall(-1.0, 3.0, 5.5, 3.0),
+        wall(6.3, 3.0, 8.0, 3.0),
+    ]);
+    walls.extend(room(5.0, 0.5, 1.0, 0.6));
+    walls
+}
+
+fn pilot(model: RobotModel, mode: Mode, seed: u64) -> Pilot {
+    let mut pilot = Pilot::new(model, PilotConfig::default(), seed);
+    pilot.set_mode(mode);
+    pilot
+}
+
+#[test]
+fn exploration_of_a_flat_ends_by_itself_with_everything_seen_and_nothing_touched() {
+    for seed in 0..4 {
+        let start = Pose2::new(0.0, 0.0, seed as f64);
+        let mut toy = Toy::new(flat(), start, RobotModel::rp6());
+        let mut pilot = pilot(toy.model, Mode::Explore, seed);
+        toy.run(&mut pilot, 600.0);
+        assert!(
+            matches!(pilot.status(), Status::Finished(Finish::Explored { .. })),
+            "seed {seed}: {}",
+            pilot.status()
+        );
+        let explored = toy.explored(Point2::origin());
+        assert!(explored > 0.95, "seed {seed}: {explored}");
+        assert!(
+            toy.nearest > toy.model.radius(),
+            "seed {seed}: {}",
+            toy.nearest
+        );
+    }
+}
+
+#[test]
+fn a_goal_behind_doors_that_were_never_seen_is_reached() {
+    let goal = Point2::new(0.0, 4.0);
+    for seed in 0..4 {
+        let mut toy = Toy::new(flat(), Pose2::identity(), RobotModel::rp6());
+        let mut pilot = pilot(toy.model, Mode::GoTo(goal), seed);
+        toy.run(&mut pilot, 300.0);
+        assert!(
+            matches!(pilot.status(), Status::Finished(Finish::GoalReached { off }) if *off < 0.05),
+            "seed {seed}: {}",
+            pilot.status()
+        );
+        assert!((toy.pose.position() - goal).norm() < 0.05);
+        assert!(toy.nearest > toy.model.radius());
+    }
+}
+
+#[test]
+fn a_goal_in_a_closed_room_is_reported_as_unreachable() {
+    let mut walls = room(-1.0, -1.0, 5.0, 4.0);
+    walls.extend(room(2.0, 0.0, 1.0, 1.0));
+    let mut toy = Toy::new(walls, Pose2::identity(), RobotModel::rp6());
+    let mut pilot = pilot(toy.model, Mode::GoTo(Point2::new(2.5, 0.5)), 1);
+    toy.run(&mut pilot, 300.0);
+    let said = pilot.status().to_string();
+    assert!(
+        said.contains("closed off") || said.contains("no path found"),
+        "{said}"
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+    #[test]
+    fn driving_by_hand_like_mad_touches_nothing(
+        wishes in proptest::collection::vec((-1.0..1.0_f64, -3.0..3.0_f64, 5..40_u32), 10..30), heading in -3.0..3.0_f64,
+    ) {
+        for model in [RobotModel::rp6(), RobotModel::pioneer()] {
+            let mut toy = Toy::new(flat(), Pose2::new(0.5, 0.5, heading), model);
+            let mut pilot = Pilot::new(model, PilotConfig::default(), 0);
+            for &(forward, turn, ticks) in &wishes {
+                pilot.drive(forward, turn);
+                toy.run(&mut pilot, toy.stamp().seconds() + f64::from(ticks) * TICK);
+            }
+            // The toy's lidar sees walls every degree: corners may hide between beams by a millimetre or two.
+            prop_assert!(toy.nearest > model.radius() - 0.002, "{} {}", model.name, toy.nearest);
+        }
+    }
+}
+
+#[test]
+fn a_silent_lidar_holds_the_robot() {
+    let mut toy = Toy::new(flat(), Pose2::identity(), RobotModel::rp6());
+    let mut pilot = Pilot::new(toy.model, PilotConfig::default(), 0);
+    pilot.drive(0.3, 0.0);
+    let estimate = PoseEstimate::exact(toy.pose);
+    toy.points.stamp = Stamp(1_000_000);
+    for (age, holds) in [(0.1, false), (0.45, false), (0.55, true), (9.0, true)] {
+        let command = pilot.steer(&Situation {
+            stamp: toy.points.stamp.plus(age),
+            estimate: &estimate,
+            grid: &toy.grid,
+            points: Some(&toy.points),
+            motion_since_scan: Pose2::identity(),
+            robot_is_busy: false,
+            scans_on_command: false,
+        });
+        assert_eq!(command == Some(Command::Stop), holds, "{age}: {command:?}");
+    }
+}
+
+#[test]
+fn same_seed_drives_the_same_way_to_the_bit() {
+    let end = |seed| {
+        let mut toy = Toy::new(flat(), Pose2::identity(), RobotModel::rp6());
+        let mut pilot = pilot(toy.model, Mode::Explore, seed);
+        toy.run(&mut pilot, 60.0);
+        (toy.pose.x().to_bits(), toy.pose.y().to_bits(), toy.tick)
+    };
+    assert_eq!(end(5), end(5));
+}

@@ -1,0 +1,266 @@
+//! Frontiers: where what is known to be free meets what is unknown.
+//!
+//! In: a snapshot of the grid, and what can be reached in it. Out: clusters of frontier cells with a goal from which
+//! each can be looked at, scored.
+//!
+//! 1. A frontier cell is free and has an unknown neighbour (Yamauchi 1997, "A frontier-based approach for autonomous
+//!    exploration"); clusters are connected over eight neighbours.
+//! 2. What a cluster would tell is the unknown area behind it: counted by a flood through unknown cells, as deep as
+//!    `gain_reach`. Walls stop the flood, so the slivers along walls and between beams tell next to nothing and are
+//!    dropped; so are clusters narrower than the robot.
+//! 3. The goal is the reachable cell from which the frontier is nearest over free floor, the cheapest one of the first
+//!    few.
+//! 4. Score: gain over path cost (with one metre added, so that a crumb at the robot's feet does not win), as in
+//!    González-Baños & Latombe (2002) in spirit, without their exponential.
+
+use nalgebra::Point2;
+
+use super::cspace::GridSpace;
+use super::wavefront::Wavefront;
+use crate::map::{CellIndex, CellState};
+
+/// Which frontiers count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrontierConfig {
+    /// Clusters shorter than this are dropped, m. Default 0.2: about the robot's width.
+    pub min_width: f64,
+    /// Clusters that would tell less than this are dropped, m². Default 0.06.
+    pub min_gain: f64,
+    /// How deep into the unknown is counted, m. Default 1.
+    pub gain_reach: f64,
+    /// From how far away a frontier may be looked at, m over free floor. Default 1; no farther than the sensor sees.
+    pub view_reach: f64,
+    /// Added to the path cost in the score, m. Default 1.
+    pub cost_offset: f64,
+}
+
+impl Default for FrontierConfig {
+    fn default() -> Self {
+        Self {
+            min_width: 0.2,
+            min_gain: 0.06,
+            gain_reach: 1.0,
+            view_reach: 1.0,
+            cost_offset: 1.0,
+        }
+    }
+}
+
+/// One cluster of frontier cells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frontier {
+    /// Its cells.
+    pub cells: Vec<CellIndex>,
+    /// The cell nearest to their mean, map frame, m.
+    pub centre: Point2<f64>,
+    /// Unknown area behind it, m², as deep as was counted.
+    pub gain: f64,
+    /// Where to look at it from; `None` where no reachable place is near.
+    pub goal: Option<Point2<f64>>,
+    /// Cost of the way there, m of open floor; infinite without a goal.
+    pub cost: f64,
+    /// Gain over cost; 0 without a goal.
+    pub score: f64,
+}
+
+/// All frontiers that count, best first; those that cannot be reached come last, without a goal.
+#[must_use]
+pub fn find_frontiers(
+    space: &GridSpace,
+    wave: &Wavefront,
+    config: &FrontierConfig,
+) -> Vec<Frontier> {
+    let survey = Survey::new(space);
+    let mut flood = Flood::new(space);
+    let mut frontiers: Vec<Frontier> = clusters(&survey)
+        .into_iter()
+        .filter_map(|cells| judge(space, wave, config, &survey, &mut flood, &cells))
+        .collect();
+    frontiers.sort_by(|a, b| b.score.total_cmp(&a.score));
+    frontiers
+}
+
+fn judge(
+    space: &GridSpace,
+    wave: &Wavefront,
+    config: &FrontierConfig,
+    survey: &Survey,
+    flood: &mut Flood,
+    cells: &[usize],
+) -> Option<Frontier> {
+    let resolution = space.resolution();
+    if (cells.len() as f64) * resolution < config.min_width {
+        return None;
+    }
+    let depth = (config.gain_reach / resolution) as usize;
+    let mut unknown = 0_usize;
+    flood.from(survey, cells, CellState::Unknown, depth, |_, _| {
+        unknown += 1;
+        true
+    });
+    let gain = unknown as f64 * resolution * resolution;
+    if gain < config.min_gain {
+        return None;
+    }
+    // The first reachable cells, and those up to two rings farther: the cheapest of them.
+    let depth = (config.view_reach / resolution) as usize;
+    let (mut first_ring, mut best) = (None, None::<(f64, usize)>);
+    flood.from(survey, cells, CellState::Free, depth, |cell, ring| {
+        if first_ring.is_some_and(|first| ring > first + 2) {
+            return false;
+        }
+        if let Some(cost) = wave.cost(cell) {
+            first_ring.get_or_insert(ring);
+            if best.is_none_or(|(least, _)| cost < least) {
+                best = Some((cost, cell));
+            }
+        }
+        true
+    });
+    let (goal, cost) = best.map_or((None, f64::INFINITY), |(cost, cell)| {
+        (Some(space.centre_of(cell)), cost)
+    });
+    Some(Frontier {
+        centre: middle(space, cells)?,
+        cells: cells.iter().map(|&i| space.cell_of(i)).collect(),
+        gain,
+        goal,
+        cost,
+        score: if goal.is_some() {
+            gain / (cost + config.cost_offset)
+        } else {
+            0.0
+        },
+    })
+}
+
+/// The cell centre nearest to the mean of all.
+fn middle(space: &GridSpace, cells: &[usize]) -> Option<Point2<f64>> {
+    let centres = || cells.iter().map(|&i| space.centre_of(i));
+    let sum = centres().fold(nalgebra::Vector2::zeros(), |sum, c| sum + c.coords);
+    let mean = Point2::from(sum / cells.len() as f64);
+    centres().min_by(|a, b| {
+        (a - mean)
+            .norm_squared()
+            .total_cmp(&(b - mean).norm_squared())
+    })
+}
+
+/// Connected frontier cells.
+fn clusters(survey: &Survey) -> Vec<Vec<usize>> {
+    let is_frontier = |i: usize| {
+        survey.states[i] == CellState::Free
+            && survey
+                .neighbours(i)
+                .any(|n| survey.states[n] == CellState::Unknown)
+    };
+    let mut open: Vec<bool> = (0..survey.states.len()).map(is_frontier).collect();
+    let mut clusters = vec![];
+    for seed in 0..open.len() {
+        if !open[seed] {
+            continue;
+        }
+        open[seed] = false;
+        let mut cells = vec![seed];
+        let mut next = 0;
+        while next < cells.len() {
+            for to in survey.neighbours_8(cells[next]) {
+                if open[to] {
+                    open[to] = false;
+                    cells.push(to);
+                }
+            }
+            next += 1;
+        }
+        clusters.push(cells);
+    }
+    clusters
+}
+
+/// The states with their neighbourhoods.
+struct Survey<'a> {
+    states: &'a [CellState],
+    width: usize,
+}
+
+impl<'a> Survey<'a> {
+    fn new(space: &'a GridSpace) -> Self {
+        Self {
+            states: space.states(),
+            width: space.rect().width(),
+        }
+    }
+
+    fn neighbours(&self, at: usize) -> impl Iterator<Item = usize> + '_ {
+        let col = at % self.width;
+        let east = (col + 1 < self.width).then_some(at + 1);
+        let west = (col > 0).then(|| at - 1);
+        let north = Some(at + self.width).filter(|&n| n < self.states.len());
+        let south = at.checked_sub(self.width);
+        [east, west, north, south].into_iter().flatten()
+    }
+
+    fn neighbours_8(&self, at: usize) -> impl Iterator<Item = usize> + '_ {
+        let (col, row) = (at % self.width, at / self.width);
+        let height = self.states.len() / self.width;
+        let cols = col.saturating_sub(1)..(col + 2).min(self.width);
+        (row.saturating_sub(1)..(row + 2).min(height))
+            .flat_map(move |r| cols.clone().map(move |c| r * self.width + c))
+            .filter(move |&n| n != at)
+    }
+}
+
+/// A breadth-first flood whose marks are reused.
+struct Flood {
+    marks: Vec<u32>,
+    mark: u32,
+    queue: Vec<usize>,
+}
+
+impl Flood {
+    fn new(space: &GridSpace) -> Self {
+        Self {
+            marks: vec![0; space.states().len()],
+            mark: 0,
+            queue: vec![],
+        }
+    }
+
+    /// Floods from `seeds` through cells in `state`, showing each with its ring; seeds in that state are ring 0.
+    /// Ends beyond `depth` rings or when `visit` says false.
+    fn from(
+        &mut self,
+        survey: &Survey,
+        seeds: &[usize],
+        state: CellState,
+        depth: usize,
+        mut visit: impl FnMut(usize, usize) -> bool,
+    ) {
+        self.mark += 1;
+        self.queue.clear();
+        self.queue.extend(seeds);
+        for &seed in seeds {
+            self.marks[seed] = self.mark;
+            if survey.states[seed] == state && !visit(seed, 0) {
+                return;
+            }
+        }
+        let mut begin = 0;
+        for ring in 1..=depth {
+            let end = self.queue.len();
+            for at in begin..end {
+                for to in survey.neighbours(self.queue[at]) {
+                    if self.marks[to] == self.mark || survey.states[to] != state {
+                        continue;
+                    }
+                    self.marks[to] = self.mark;
+                    if !visit(to, ring) {
+                        return;
+                    }
+                    self.queue.push(to);
+                }
+            }
+            begin = end;
+        }
+    }
+}

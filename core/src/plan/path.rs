@@ -1,0 +1,79 @@
+//! What planners hand on: a path of straight legs, or the reason why there is none.
+
+use nalgebra::Point2;
+
+use crate::geom::Segment;
+
+/// Corners of a path, from the robot to the goal.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Path {
+    /// The corners, map frame, m.
+    pub points: Vec<Point2<f64>>,
+}
+
+impl Path {
+    /// Length, m.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.legs().map(|leg| leg.length()).sum()
+    }
+
+    /// The straight legs in order.
+    pub fn legs(&self) -> impl Iterator<Item = Segment> + '_ {
+        self.points
+            .iter()
+            .zip(self.points.iter().skip(1))
+            .map(|(&a, &b)| Segment::new(a, b))
+    }
+}
+
+/// Which planner found the path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Planner {
+    /// The straight line was free.
+    Straight,
+    /// One tree with goal bias (TDK 2016 §5.2).
+    Rrt,
+    /// Two trees that grow towards each other (Kuffner & LaValle 2000).
+    RrtConnect,
+    /// The cells of the grid, when the trees had spent their budget and the grid proved that there is a way.
+    Wavefront,
+}
+
+/// Why there is no path.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NoPath {
+    /// The robot is enclosed where it stands.
+    #[error("the robot at ({x:.2}, {y:.2}) m is enclosed: no free place within reach")]
+    StartBlocked {
+        /// x of the start, m.
+        x: f64,
+        /// y of the start, m.
+        y: f64,
+    },
+    /// The goal, and everything near it, is inside an obstacle or off the map.
+    #[error(
+        "the goal at ({x:.2}, {y:.2}) m is inside an obstacle, too near to one, or off the map"
+    )]
+    GoalBlocked {
+        /// x of the goal, m.
+        x: f64,
+        /// y of the goal, m.
+        y: f64,
+    },
+    /// Proved: no chain of cells, even of those that are only partly free, leads there.
+    #[error("no way leads to ({x:.2}, {y:.2}) m: the map proves it is closed off")]
+    Unreachable {
+        /// x of the goal, m.
+        x: f64,
+        /// y of the goal, m.
+        y: f64,
+    },
+    /// Nothing found, nothing proved.
+    #[error("no path found within {iterations} iterations")]
+    BudgetSpent {
+        /// Iterations used.
+        iterations: usize,
+    },
+}

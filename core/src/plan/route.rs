@@ -1,0 +1,299 @@
+//! From "go there" to a path of straight legs, with everything a planner may have to say.
+//!
+//! In: the grid, start, goal, the robot's radius, a seeded generator. Out: a [`Route`], or the typed reason.
+//!
+//! 1. The distance to walls is wished wide and accepted narrow: the margins are tried in order, so that a robot keeps to
+//!    the middle of a hall and still passes a tight door.
+//! 2. A wavefront from the start tells what can be reached. A goal too near to a wall moves to the nearest place that
+//!    can; where even a lenient flood does not arrive, that is a proof.
+//! 3. The straight line if it is free; else a tree (RRT-Connect, or the source's RRT) that draws its points where the
+//!    wavefront arrived.
+//! 4. A tree that spent its budget although the wavefront arrived hands over to the wavefront's own path, and the route
+//!    says so ([`Planner::Wavefront`]).
+//! 5. Dijkstra shortening over the path's chords, once over its corners, once over points set densely between them.
+
+use nalgebra::Point2;
+use rand::{Rng, RngExt};
+
+use super::cspace::{ConfigSpace, GridSpace, Unknown, rect_around};
+use super::path::{NoPath, Path, Planner};
+use super::rrt::{Growth, RrtConfig, rrt, rrt_connect};
+use super::shorten::{densify, shorten};
+use super::wavefront::{Wavefront, may_reach};
+use crate::geom::Segment;
+use crate::map::Grid;
+
+/// How routes are planned.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RouteConfig {
+    /// Distances to keep between the robot's disc and walls, m, tried in order. Default 0.12, 0.06, 0.02.
+    pub margins: Vec<f64>,
+    /// What to make of the unknown. Default free.
+    pub unknown: Unknown,
+    /// Whether one tree grows, as in the source, instead of two. Default false.
+    pub single_tree: bool,
+    /// How trees grow.
+    pub rrt: RrtConfig,
+    /// How far the goal may be moved off a wall, m. Default 0.3.
+    pub goal_reach: f64,
+    /// How far a robot too near to a wall looks for a free place, m, beyond the distance it keeps. Default 0.3.
+    pub escape_reach: f64,
+}
+
+impl Default for RouteConfig {
+    fn default() -> Self {
+        Self {
+            margins: vec![0.12, 0.06, 0.02],
+            unknown: Unknown::Free,
+            single_tree: false,
+            rrt: RrtConfig::default(),
+            goal_reach: 0.3,
+            escape_reach: 0.3,
+        }
+    }
+}
+
+/// A path and where it came from.
+#[derive(Clone, Debug)]
+pub struct Route {
+    /// Straight legs from where the robot stands.
+    pub path: Path,
+    /// The path before shortening.
+    pub raw: Path,
+    /// Legs of the trees.
+    pub tree: Vec<Segment>,
+    /// Who found it.
+    pub by: Planner,
+    /// Random points drawn.
+    pub iterations: usize,
+    /// Distance kept between the robot's disc and walls, m.
+    pub margin: f64,
+}
+
+/// Why there is no route, and what was tried.
+#[derive(Clone, Debug)]
+pub struct RouteFailure {
+    /// The reason.
+    pub reason: NoPath,
+    /// Random points drawn.
+    pub iterations: usize,
+    /// Legs of the trees.
+    pub tree: Vec<Segment>,
+}
+
+/// A goal farther than this off the map is no goal, m.
+const FARTHEST_OFF: f64 = 50.0;
+
+/// Plans from `start` to `goal` for a robot of the given radius.
+///
+/// # Errors    [`RouteFailure`] with the reason at the narrowest margin.
+pub fn plan_route<R: Rng>(
+    grid: &Grid,
+    start: Point2<f64>,
+    goal: Point2<f64>,
+    radius: f64,
+    config: &RouteConfig,
+    rng: &mut R,
+) -> Result<Route, RouteFailure> {
+    let mut failure = RouteFailure {
+        reason: NoPath::GoalBlocked {
+            x: goal.x,
+            y: goal.y,
+        },
+        iterations: 0,
+        tree: vec![],
+    };
+    let farthest = (FARTHEST_OFF / grid.resolution()) as i32;
+    let Some(rect) = rect_around(grid, &[start, goal], 20, farthest) else {
+        return Err(failure);
+    };
+    let mut space = GridSpace::new(grid, rect, radius, config.unknown);
+    for (at, &margin) in config.margins.iter().enumerate() {
+        space = space.with_keep(radius + margin);
+        let is_last = at + 1 == config.margins.len();
+        match plan_in(&space, start, goal, is_last, config, rng) {
+            Ok(route) => {
+                return Ok(Route {
+                    margin,
+                    iterations: route.iterations + failure.iterations,
+                    ..route
+                });
+            }
+            Err(narrower) => {
+                failure.reason = narrower.reason;
+                failure.iterations += narrower.iterations;
+                failure.tree = narrower.tree;
+            }
+        }
+    }
+    Err(failure)
+}
+
+/// Plans at one margin.
+fn plan_in<R: Rng>(
+    space: &GridSpace,
+    start: Point2<f64>,
+    goal: Point2<f64>,
+    is_last: bool,
+    config: &RouteConfig,
+    rng: &mut R,
+) -> Result<Route, RouteFailure> {
+    let fail = |reason| RouteFailure {
+        reason,
+        iterations: 0,
+        tree: vec![],
+    };
+    let Some(free_start) = space.escape(start, space.keep() + config.escape_reach) else {
+        return Err(fail(NoPath::StartBlocked {
+            x: start.x,
+            y: start.y,
+        }));
+    };
+    let wave = Wavefront::new(space, free_start);
+    let aim = aim_at(space, &wave, free_start, goal, config.goal_reach).map_err(fail)?;
+    if aim.cell.is_none() && !is_last {
+        // Neither a way over cells nor a proof that there is none: a tree had better try where walls are thinnest.
+        return Err(fail(NoPath::BudgetSpent { iterations: 0 }));
+    }
+    let straight = Segment::new(free_start, aim.point);
+    let (raw, by, growth) = if space.leg_is_free(&straight) {
+        let path = Path {
+            points: vec![free_start, aim.point],
+        };
+        (path, Planner::Straight, None)
+    } else {
+        let growth = grow(space, &wave, free_start, aim.point, config, rng);
+        let by_tree = if config.single_tree {
+            Planner::Rrt
+        } else {
+            Planner::RrtConnect
+        };
+        match (&growth.path, aim.cell.and_then(|c| wave.path_to(space, c))) {
+            (Some(path), _) => (path.clone(), by_tree, Some(growth)),
+            (None, Some(mut path)) => {
+                join_ends(&mut path, space, free_start, aim.point);
+                (path, Planner::Wavefront, Some(growth))
+            }
+            (None, None) => {
+                return Err(RouteFailure {
+                    reason: NoPath::BudgetSpent {
+                        iterations: growth.iterations,
+                    },
+                    iterations: growth.iterations,
+                    tree: growth.tree,
+                });
+            }
+        }
+    };
+    let corners = shorten(&raw, space);
+    let mut path = shorten(&densify(&corners, spacing_for(&corners)), space);
+    let mut raw = raw;
+    if free_start != start {
+        path.points.insert(0, start);
+        raw.points.insert(0, start);
+    }
+    let (iterations, tree) = growth.map_or((0, vec![]), |g| (g.iterations, g.tree));
+    Ok(Route {
+        path,
+        raw,
+        tree,
+        by,
+        iterations,
+        margin: 0.0,
+    })
+}
+
+/// Keeps the graph of chords small however long the path is.
+fn spacing_for(path: &Path) -> f64 {
+    (path.length() / 60.0).max(0.15)
+}
+
+/// Where to go, and the cell of it that the wavefront reached.
+struct Aim {
+    point: Point2<f64>,
+    cell: Option<usize>,
+}
+
+fn aim_at(
+    space: &GridSpace,
+    wave: &Wavefront,
+    start: Point2<f64>,
+    goal: Point2<f64>,
+    reach: f64,
+) -> Result<Aim, NoPath> {
+    let reached = |point| {
+        space
+            .index_at(point)
+            .filter(|&cell| wave.cost(cell).is_some())
+    };
+    if space.is_free(goal) {
+        if let Some(cell) = reached(goal) {
+            return Ok(Aim {
+                point: goal,
+                cell: Some(cell),
+            });
+        }
+    }
+    let near = space.free_cells_near(goal, reach);
+    if let Some((point, cell)) = near.iter().find_map(|&p| reached(p).map(|cell| (p, cell))) {
+        return Ok(Aim {
+            point,
+            cell: Some(cell),
+        });
+    }
+    let (x, y) = (goal.x, goal.y);
+    let Some(&nearest) = near.first() else {
+        return Err(NoPath::GoalBlocked { x, y });
+    };
+    let point = if space.is_free(goal) { goal } else { nearest };
+    if may_reach(space, start, point) {
+        Ok(Aim { point, cell: None })
+    } else {
+        Err(NoPath::Unreachable { x, y })
+    }
+}
+
+/// Grows the configured kind of tree, with points drawn from the cells that the wavefront reached, each moved by up to
+/// half a cell.
+fn grow<R: Rng>(
+    space: &GridSpace,
+    wave: &Wavefront,
+    start: Point2<f64>,
+    goal: Point2<f64>,
+    config: &RouteConfig,
+    rng: &mut R,
+) -> Growth {
+    let reached = wave.reached();
+    let draw = |rng: &mut R| {
+        let at = (rng.random::<f64>() * reached.len() as f64) as usize;
+        let centre = reached.get(at).map_or(goal, |&cell| space.centre_of(cell));
+        let shift = |u: f64| (u - 0.5) * space.resolution();
+        let (dx, dy) = (shift(rng.random()), shift(rng.random()));
+        Point2::new(centre.x + dx, centre.y + dy)
+    };
+    if config.single_tree {
+        rrt(space, start, goal, &config.rrt, rng, draw)
+    } else {
+        rrt_connect(space, start, goal, &config.rrt, rng, draw)
+    }
+}
+
+/// Puts the true ends on a path over cell centres.
+fn join_ends(path: &mut Path, space: &GridSpace, start: Point2<f64>, goal: Point2<f64>) {
+    for (at_start, end) in [(true, start), (false, goal)] {
+        let neighbour = if at_start {
+            path.points.first()
+        } else {
+            path.points.last()
+        };
+        let Some(&neighbour) = neighbour else {
+            continue;
+        };
+        // Within one cell; where a corner of wall is between, the centre of the cell is near enough for a goal.
+        let is_free = space.leg_is_free(&Segment::new(neighbour, end));
+        if end != neighbour && (is_free || at_start) {
+            let at = if at_start { 0 } else { path.points.len() };
+            path.points.insert(at, end);
+        }
+    }
+}

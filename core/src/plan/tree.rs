@@ -1,0 +1,275 @@
+//! A tree of straight legs with a spatial index.
+//!
+//! In: legs, one after another. Out: the point of the tree nearest to any other, on a vertex or on an edge.
+//!
+//! Edges are registered in all cells of a coarse raster that they cross; the nearest edge is looked for in growing
+//! rings of that raster, and the search ends when no ring farther out can hold a nearer one. An edge that is split
+//! leaves its old entries behind: they point to its shortened rest, which is measured as it is now, so they cost a
+//! little time and no truth.
+
+use nalgebra::Point2;
+
+use crate::geom::Segment;
+use crate::map::cells_on_ray;
+
+/// A point of the tree, and where it hangs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Vertex {
+    point: Point2<f64>,
+    /// The root is its own parent.
+    parent: usize,
+}
+
+/// A growing tree of legs.
+#[derive(Clone, Debug)]
+pub struct Tree {
+    vertices: Vec<Vertex>,
+    raster: Raster,
+}
+
+/// The place in a tree nearest to a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// The nearest point.
+    pub point: Point2<f64>,
+    /// The edge that it lies on, named by its outer vertex.
+    pub edge: usize,
+    /// Distance, m.
+    pub distance: f64,
+}
+
+impl Tree {
+    /// A tree of one point; what grows outside of `bounds` is found more slowly.
+    #[must_use]
+    pub fn new(root: Point2<f64>, bounds: (Point2<f64>, Point2<f64>)) -> Self {
+        let mut tree = Self {
+            vertices: vec![Vertex {
+                point: root,
+                parent: 0,
+            }],
+            raster: Raster::new(bounds),
+        };
+        tree.raster.register(0, root, root);
+        tree
+    }
+
+    /// Number of vertices.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.vertices.len()
+    }
+
+    /// Never: the root is always there.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.vertices.is_empty()
+    }
+
+    /// The legs of the tree, to be drawn.
+    pub fn edges(&self) -> impl Iterator<Item = Segment> + '_ {
+        self.vertices.iter().skip(1).map(|v| self.edge_of(v))
+    }
+
+    fn edge_of(&self, vertex: &Vertex) -> Segment {
+        Segment::new(self.vertices[vertex.parent].point, vertex.point)
+    }
+
+    /// The point of the tree nearest to `point`.
+    #[must_use]
+    pub fn nearest(&self, point: Point2<f64>) -> Nearest {
+        let mut best = Nearest {
+            point: self.vertices[0].point,
+            edge: 0,
+            distance: f64::INFINITY,
+        };
+        self.raster.search(point, |edge| {
+            let on_edge = self.edge_of(&self.vertices[edge]).closest_point(point);
+            let distance = (on_edge - point).norm();
+            // Ties go to the older edge, whatever the order of the search.
+            if distance < best.distance || (distance == best.distance && edge < best.edge) {
+                best = Nearest {
+                    point: on_edge,
+                    edge,
+                    distance,
+                };
+            }
+            best.distance
+        });
+        best
+    }
+
+    /// Makes a vertex of a place found by [`Tree::nearest`], splitting its edge where it lies inside of one.
+    pub fn split(&mut self, at: &Nearest) -> usize {
+        let outer = self.vertices[at.edge];
+        if at.point == outer.point {
+            return at.edge;
+        }
+        if at.point == self.vertices[outer.parent].point {
+            return outer.parent;
+        }
+        let middle = self.vertices.len();
+        self.vertices.push(Vertex {
+            point: at.point,
+            parent: outer.parent,
+        });
+        self.vertices[at.edge].parent = middle;
+        let start = self.vertices[outer.parent].point;
+        self.raster.register(middle, start, at.point);
+        middle
+    }
+
+    /// Adds a leg from a vertex; gives the new vertex.
+    pub fn grow(&mut self, parent: usize, point: Point2<f64>) -> usize {
+        let vertex = self.vertices.len();
+        self.vertices.push(Vertex { point, parent });
+        self.raster
+            .register(vertex, self.vertices[parent].point, point);
+        vertex
+    }
+
+    /// Where a vertex is.
+    #[must_use]
+    pub fn branch_end(&self, vertex: usize) -> Point2<f64> {
+        self.vertices[vertex].point
+    }
+
+    /// The points from the root to a vertex.
+    #[must_use]
+    pub fn branch(&self, vertex: usize) -> Vec<Point2<f64>> {
+        let mut points = vec![self.vertices[vertex].point];
+        let mut at = vertex;
+        while self.vertices[at].parent != at {
+            at = self.vertices[at].parent;
+            points.push(self.vertices[at].point);
+        }
+        points.reverse();
+        points
+    }
+}
+
+/// Edges by the coarse cells that they cross.
+#[derive(Clone, Debug)]
+struct Raster {
+    low: Point2<f64>,
+    side: f64,
+    cols: i32,
+    rows: i32,
+    cells: Vec<Vec<u32>>,
+}
+
+/// Cells along the longer side of the raster.
+const RASTER_CELLS: f64 = 48.0;
+
+impl Raster {
+    fn new((low, high): (Point2<f64>, Point2<f64>)) -> Self {
+        let extent = high - low;
+        let side = (extent.max() / RASTER_CELLS).max(0.05);
+        let count = |length: f64| (length / side).ceil().clamp(1.0, RASTER_CELLS) as i32;
+        let (cols, rows) = (count(extent.x), count(extent.y));
+        Self {
+            low,
+            side,
+            cols,
+            rows,
+            cells: vec![vec![]; (cols * rows) as usize],
+        }
+    }
+
+    /// Where a point lies, in raster cells; points outside are drawn to the border.
+    fn at(&self, point: Point2<f64>) -> Point2<f64> {
+        let at = (point - self.low) / self.side;
+        Point2::new(
+            at.x.clamp(0.0, f64::from(self.cols) - 1e-9),
+            at.y.clamp(0.0, f64::from(self.rows) - 1e-9),
+        )
+    }
+
+    fn register(&mut self, edge: usize, a: Point2<f64>, b: Point2<f64>) {
+        let (a, b) = (self.at(a), self.at(b));
+        let (cols, cells) = (self.cols, &mut self.cells);
+        cells_on_ray(a, b, |cell| {
+            if let Some(edges) = cells.get_mut((cell.row * cols + cell.col) as usize) {
+                edges.push(edge as u32);
+            }
+        });
+    }
+
+    /// Shows edges ring by ring around `point` to `visit`, which answers with the least distance so far.
+    fn search(&self, point: Point2<f64>, mut visit: impl FnMut(usize) -> f64) {
+        let at = self.at(point);
+        let (col, row) = (at.x.floor() as i32, at.y.floor() as i32);
+        let mut least = f64::INFINITY;
+        for ring in 0..self.cols.max(self.rows) {
+            // Whatever the rings so far do not hold lies at least this far away.
+            let covered = f64::from(ring - 1) * self.side
+                + self.side * border_distance(at.x).min(border_distance(at.y));
+            if least <= covered {
+                return;
+            }
+            for r in (row - ring).max(0)..=(row + ring).min(self.rows - 1) {
+                let is_full_row = (r - row).abs() == ring;
+                let step = if is_full_row { 1 } else { (2 * ring).max(1) };
+                let mut c = col - ring;
+                while c <= col + ring {
+                    if (0..self.cols).contains(&c) {
+                        for &edge in &self.cells[(r * self.cols + c) as usize] {
+                            least = visit(edge as usize);
+                        }
+                    }
+                    c += step;
+                }
+            }
+        }
+    }
+}
+
+/// Distance from the nearer border of the raster cell, in cells.
+fn border_distance(at: f64) -> f64 {
+    let inside = at - at.floor();
+    inside.min(1.0 - inside)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn index_finds_what_a_scan_of_all_edges_finds(
+            points in proptest::collection::vec((0.0..10.0_f64, 0.0..6.0_f64), 1..80),
+            queries in proptest::collection::vec((0.0..10.0_f64, 0.0..6.0_f64), 20),
+        ) {
+            let bounds = (Point2::new(0.0, 0.0), Point2::new(10.0, 6.0));
+            let mut tree = Tree::new(Point2::new(5.0, 3.0), bounds);
+            for &(x, y) in &points {
+                let nearest = tree.nearest(Point2::new(x, y));
+                let vertex = tree.split(&nearest);
+                tree.grow(vertex, Point2::new(x, y));
+            }
+            for &(x, y) in &queries {
+                let q = Point2::new(x, y);
+                let brute = tree.edges().map(|e| e.distance(q)).fold(f64::INFINITY, f64::min);
+                prop_assert!((tree.nearest(q).distance - brute).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn splitting_keeps_every_branch_connected_to_the_root() {
+        let bounds = (Point2::new(0.0, 0.0), Point2::new(4.0, 4.0));
+        let mut tree = Tree::new(Point2::new(1.0, 1.0), bounds);
+        let end = tree.grow(0, Point2::new(3.0, 1.0));
+        let nearest = tree.nearest(Point2::new(2.0, 2.0));
+        let middle = tree.split(&nearest);
+        let top = tree.grow(middle, Point2::new(2.0, 2.0));
+        let xs = |v: usize| {
+            tree.branch(v)
+                .iter()
+                .map(|p| (p.x, p.y))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(xs(end), [(1.0, 1.0), (2.0, 1.0), (3.0, 1.0)]);
+        assert_eq!(xs(top), [(1.0, 1.0), (2.0, 1.0), (2.0, 2.0)]);
+    }
+}

@@ -1,0 +1,423 @@
+//! From what the tracks did to what the robot did.
+//!
+//! In: the way that each track ran in one time step. Out: the true pose, contacts and bumpers.
+//!
+//! 1. Slip: each track grips a little more or less than it ran, variance k |Δs| (white along the way); the body drifts
+//!    sideways with the way and turns a little more or less with the turn. These are the very terms of
+//!    [`Tracks::covariance`], so the covariance of dead reckoning is honest by construction; encoders count what the
+//!    tracks ran, not what came of it.
+//! 2. Collision: the disc of the body is swept along the motion; the first touch of a wall grown by the radius
+//!    (a stadium around each segment) ends the motion there, and the rest of it slides along the wall. Swept, not
+//!    sampled: no speed and no time step lets it through a wall.
+//! 3. Where room is known to be free in a whole circle, nothing is swept until the circle is left.
+//!
+//! Source for the sweep: ray against an offset shape, Ericson (2005), "Real-Time Collision Detection", §5.5.7.
+
+use nalgebra::{Point2, Vector2};
+use rand::Rng;
+
+use super::noise::gaussian_pair;
+use super::{Caster, Disc};
+use crate::geom::{Pose2, Segment, sin_cos, wrap};
+use crate::robot::{OdometryNoise, RobotModel, Tracks};
+
+/// The body stops this far before a touch, m, so that rounding never puts it inside of a wall.
+const SKIN: f64 = 1e-5;
+/// Within this distance of a touch the bumpers stay pressed, m.
+const TOUCH: f64 = 1e-3;
+/// How often one step may slide off another wall: two walls of a corner, and a mover.
+const MOST_SLIDES: usize = 4;
+/// How far around the body free room is looked for, m.
+const LOOKOUT: f64 = 0.4;
+
+/// Which bumpers are pressed.
+///
+/// The RP6 has two in front; a push from behind presses neither, but is a contact all the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Bumpers {
+    /// Front left.
+    pub left: bool,
+    /// Front right.
+    pub right: bool,
+}
+
+/// The robot's body in the world.
+#[derive(Clone, Debug)]
+pub(super) struct Body {
+    radius: f64,
+    track_width: f64,
+    noise: OdometryNoise,
+    position: Point2<f64>,
+    heading: f64,
+    /// Around this point no wall is nearer than this, m.
+    free: (Point2<f64>, f64),
+    contacts: u32,
+    /// Direction from the body to what it touches, world frame.
+    touching: Option<Vector2<f64>>,
+}
+
+impl Body {
+    pub(super) fn new(model: &RobotModel, world_from_robot: &Pose2) -> Self {
+        Self {
+            radius: model.radius(),
+            track_width: model.track_width,
+            noise: model.odometry_noise,
+            position: world_from_robot.position(),
+            heading: world_from_robot.heading(),
+            free: (world_from_robot.position(), 0.0),
+            contacts: 0,
+            touching: None,
+        }
+    }
+
+    pub(super) fn pose(&self) -> Pose2 {
+        Pose2::new(self.position.x, self.position.y, self.heading)
+    }
+
+    pub(super) fn position(&self) -> Point2<f64> {
+        self.position
+    }
+
+    pub(super) fn heading(&self) -> f64 {
+        self.heading
+    }
+
+    pub(super) fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    pub(super) fn contacts(&self) -> u32 {
+        self.contacts
+    }
+
+    pub(super) fn bumpers(&self) -> Bumpers {
+        let Some(touched) = self.touching else {
+            return Bumpers::default();
+        };
+        let bearing = wrap(libm::atan2(touched.y, touched.x) - self.heading);
+        let front = bearing.abs() < std::f64::consts::FRAC_PI_2;
+        // Straight ahead presses both.
+        Bumpers {
+            left: front && bearing > -0.2,
+            right: front && bearing < 0.2,
+        }
+    }
+
+    /// Moves by one step of the tracks.
+    pub(super) fn step(
+        &mut self,
+        tracks: &Tracks,
+        caster: &Caster,
+        movers: &[Disc],
+        rng: &mut impl Rng,
+    ) {
+        if tracks.left != 0.0 || tracks.right != 0.0 {
+            let (way, turn) = self.slipped(tracks, rng);
+            self.move_by(way, caster, movers);
+            self.heading = wrap(self.heading + turn);
+        }
+        self.feel(caster, movers);
+    }
+
+    /// The motion in the world frame that comes of the tracks' way, and the turn.
+    fn slipped(&self, tracks: &Tracks, rng: &mut impl Rng) -> (Vector2<f64>, f64) {
+        let (left, right) = gaussian_pair(rng);
+        let (sideways, heading) = gaussian_pair(rng);
+        let grip = |ran: f64, g: f64| ran + (self.noise.per_metre * ran.abs()).sqrt() * g;
+        let gripped = Tracks {
+            left: grip(tracks.left, left),
+            right: grip(tracks.right, right),
+        };
+        let advance = 0.5 * (gripped.left + gripped.right);
+        let turn = (gripped.right - gripped.left) / self.track_width;
+        let asked_advance = 0.5 * (tracks.left + tracks.right).abs();
+        let asked_turn = (tracks.right - tracks.left).abs() / self.track_width;
+        let drift = (self.noise.lateral_per_metre * asked_advance).sqrt() * sideways;
+        let turn = turn + (self.noise.heading_per_radian * asked_turn).sqrt() * heading;
+        let (sin, cos) = sin_cos(self.heading + 0.5 * turn);
+        (
+            Vector2::new(advance * cos - drift * sin, advance * sin + drift * cos),
+            turn,
+        )
+    }
+
+    /// Moves the disc, sliding along what it meets; it never ends inside of anything.
+    fn move_by(&mut self, way: Vector2<f64>, caster: &Caster, movers: &[Disc]) {
+        let aim = self.position + way;
+        let in_free_room = (aim - self.free.0).norm() <= self.free.1;
+        if in_free_room && movers.is_empty() {
+            self.position = aim;
+            return;
+        }
+        let mut rest = way;
+        for _ in 0..MOST_SLIDES {
+            let length = rest.norm();
+            if length < 1e-12 {
+                break;
+            }
+            let Some((reach, normal)) = self.first_touch(rest / length, length, caster, movers)
+            else {
+                self.position += rest;
+                break;
+            };
+            let moved = rest * ((reach - SKIN).max(0.0) / length);
+            self.position += moved;
+            rest -= moved;
+            // What leads into the wall is lost to slipping tracks.
+            rest -= normal * normal.dot(&rest).min(0.0);
+        }
+        let clearance = caster.clearance(self.position, self.radius + LOOKOUT) - self.radius;
+        self.free = (self.position, clearance - TOUCH);
+    }
+
+    /// Distance to the first touch along `direction`, and the surface's normal there.
+    fn first_touch(
+        &self,
+        direction: Vector2<f64>,
+        length: f64,
+        caster: &Caster,
+        movers: &[Disc],
+    ) -> Option<(f64, Vector2<f64>)> {
+        let mut first: Option<(f64, Vector2<f64>)> = None;
+        let mut take = |touch: Option<(f64, Vector2<f64>)>| {
+            if let Some((reach, _)) = touch
+                && reach <= length + SKIN
+                && first.is_none_or(|(best, _)| reach < best)
+            {
+                first = touch;
+            }
+        };
+        let middle = self.position + direction * (0.5 * length);
+        caster.near(middle, self.radius + 0.5 * length + SKIN, |_, wall| {
+            take(touch_of_segment(
+                &wall.segment,
+                self.position,
+                direction,
+                self.radius,
+            ));
+        });
+        for mover in movers {
+            take(touch_of_disc(
+                mover.centre,
+                self.position,
+                direction,
+                self.radius + mover.radius,
+            ));
+        }
+        first
+    }
+
+    /// Counts a contact when one begins.
+    fn feel(&mut self, caster: &Caster, movers: &[Disc]) {
+        let reach = self.radius + TOUCH;
+        let mut nearest: Option<Vector2<f64>> = None;
+        let mut take = |to: Vector2<f64>| {
+            if nearest.is_none_or(|n| to.norm_squared() < n.norm_squared()) {
+                nearest = Some(to);
+            }
+        };
+        if (self.position - self.free.0).norm() > self.free.1 {
+            caster.near(self.position, reach, |_, wall| {
+                take(wall.segment.closest_point(self.position) - self.position);
+            });
+        }
+        for mover in movers {
+            let to = mover.centre - self.position;
+            let distance = to.norm();
+            take(to * ((distance - mover.radius) / distance.max(1e-9)));
+        }
+        let touching = nearest.filter(|to| to.norm() <= reach);
+        if touching.is_some() && self.touching.is_none() {
+            self.contacts = self.contacts.saturating_add(1);
+        }
+        self.touching = touching;
+    }
+}
+
+/// Where a disc of `radius` moving from `from` along the unit `direction` first touches the segment.
+fn touch_of_segment(
+    segment: &Segment,
+    from: Point2<f64>,
+    direction: Vector2<f64>,
+    radius: f64,
+) -> Option<(f64, Vector2<f64>)> {
+    let away = from - segment.closest_point(from);
+    let distance = away.norm();
+    if distance <= radius {
+        // Already there (by rounding): only motion away from it is free.
+        let normal = away / distance.max(1e-12);
+        return (direction.dot(&normal) < 0.0).then_some((0.0, normal));
+    }
+    let along = segment.vector();
+    let length = along.norm();
+    let mut first = [segment.a, segment.b]
+        .into_iter()
+        .filter_map(|end| touch_of_disc(end, from, direction, radius))
+        .min_by(|p, q| p.0.total_cmp(&q.0));
+    if length > 0.0 {
+        let along = along / length;
+        let mut normal = Vector2::new(-along.y, along.x);
+        if normal.dot(&(from - segment.a)) < 0.0 {
+            normal = -normal;
+        }
+        let closing = -normal.dot(&direction);
+        let height = normal.dot(&(from - segment.a)) - radius;
+        if closing > 0.0 && height >= 0.0 {
+            let reach = height / closing;
+            let foot = along.dot(&(from + direction * reach - segment.a));
+            if (0.0..=length).contains(&foot) && first.is_none_or(|(best, _)| reach < best) {
+                first = Some((reach, normal));
+            }
+        }
+    }
+    first
+}
+
+/// Where a point moving along the unit `direction` first comes within `radius` of `centre`.
+fn touch_of_disc(
+    centre: Point2<f64>,
+    from: Point2<f64>,
+    direction: Vector2<f64>,
+    radius: f64,
+) -> Option<(f64, Vector2<f64>)> {
+    let away = from - centre;
+    let closing = -away.dot(&direction);
+    if closing <= 0.0 {
+        return None;
+    }
+    let outside = away.norm_squared() - radius * radius;
+    if outside <= 0.0 {
+        return Some((0.0, away / away.norm().max(1e-12)));
+    }
+    let root = closing * closing - outside;
+    if root < 0.0 {
+        return None;
+    }
+    // The nearer root of t² - 2 closing t + outside = 0, in the form that loses no digits.
+    let reach = outside / (closing + root.sqrt());
+    let normal = away + direction * reach;
+    Some((reach, normal / normal.norm().max(1e-12)))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::sim::{Material, Wall};
+
+    fn caster(segments: &[Segment]) -> Caster {
+        let wall = |&segment: &Segment| Wall {
+            segment,
+            material: Material::Opaque,
+        };
+        Caster::new(segments.iter().map(wall).collect())
+    }
+
+    fn segment() -> impl Strategy<Value = Segment> {
+        (-3.0..3.0_f64, -3.0..3.0_f64, -2.0..2.0_f64, -2.0..2.0_f64)
+            .prop_map(|(x, y, dx, dy)| Segment::new(Point2::new(x, y), Point2::new(x + dx, y + dy)))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(500))]
+
+        #[test]
+        fn touch_is_where_the_distance_first_falls_to_the_radius(s in segment(), angle in -3.2..3.2_f64, radius in 0.05..0.5_f64) {
+            let from = Point2::origin();
+            prop_assume!(s.distance(from) > radius);
+            let direction = Vector2::new(libm::cos(angle), libm::sin(angle));
+            let step = 1e-3;
+            let sampled = (0..8000).map(|i| f64::from(i) * step).find(|t| s.distance(from + direction * *t) < radius);
+            match (touch_of_segment(&s, from, direction, radius), sampled) {
+                (Some((reach, normal)), Some(t)) => {
+                    prop_assert!(reach <= t && t - reach < 1.5 * step, "{reach} {t}");
+                    prop_assert!((s.distance(from + direction * reach) - radius).abs() < 1e-9);
+                    prop_assert!((normal.norm() - 1.0).abs() < 1e-9 && normal.dot(&direction) <= 0.0);
+                }
+                // A nick between two samples is no contradiction.
+                (Some((reach, _)), None) => prop_assert!(s.distance(from + direction * (reach + step)) > radius - step || reach > 7.9),
+                (None, Some(t)) => prop_assert!(false, "touches at {t}"),
+                (None, None) => {}
+            }
+        }
+
+        #[test]
+        fn never_inside_of_a_wall_and_never_through_it_at_any_speed(
+            walls in proptest::collection::vec(segment(), 1..25),
+            ways in proptest::collection::vec((-3.2..3.2_f64, 0.0..1.0_f64), 1..40),
+            fastest in 0.001..5.0_f64,
+        ) {
+            let model = RobotModel::rp6();
+            let room = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)].map(|(x, y)| Point2::new(x, y));
+            let mut segments: Vec<Segment> = walls;
+            segments.extend((0..4).map(|i| Segment::new(room[i], room[(i + 1) % 4])));
+            segments.retain(|s| s.distance(Point2::origin()) > model.radius());
+            let caster = caster(&segments);
+            let mut body = Body::new(&model, &Pose2::identity());
+            for (angle, part) in ways {
+                let before = body.position;
+                body.move_by(Vector2::new(libm::cos(angle), libm::sin(angle)) * (part * fastest), &caster, &[]);
+                for s in &segments {
+                    prop_assert!(s.distance(body.position) >= model.radius() - 1e-9, "inside by {}", model.radius() - s.distance(body.position));
+                }
+                prop_assert!((body.position - before).norm() <= part * fastest + 1e-9);
+                prop_assert!(body.position.x.abs() < 4.0 && body.position.y.abs() < 4.0);
+            }
+        }
+    }
+
+    #[test]
+    fn slides_along_a_wall_and_stops_in_a_corner() {
+        let model = RobotModel::rp6();
+        let caster = caster(&[
+            Segment::new(Point2::new(1.0, -5.0), Point2::new(1.0, 1.0)),
+            Segment::new(Point2::new(1.0, 1.0), Point2::new(-5.0, 1.0)),
+        ]);
+        let mut body = Body::new(&model, &Pose2::identity());
+        body.move_by(Vector2::new(2.0, 0.5), &caster, &[]);
+        assert!((body.position - Point2::new(1.0 - model.radius(), 0.5)).norm() < 1e-4);
+        body.move_by(Vector2::new(2.0, 3.0), &caster, &[]);
+        let corner = Point2::new(1.0 - model.radius(), 1.0 - model.radius());
+        assert!((body.position - corner).norm() < 1e-4, "{}", body.position);
+    }
+
+    #[test]
+    fn a_long_touch_is_one_contact_and_presses_the_bumper_on_its_side() {
+        let model = RobotModel::rp6();
+        let caster = caster(&[Segment::new(Point2::new(0.3, -5.0), Point2::new(0.3, 5.0))]);
+        let mut rng = ChaCha8Rng::seed_from_u64(0);
+        for (heading, expect) in [
+            (0.0, (true, true)),
+            (0.5, (false, true)),
+            (-0.5, (true, false)),
+        ] {
+            let mut body = Body::new(&model, &Pose2::new(0.0, 0.0, heading));
+            for _ in 0..200 {
+                let way = Tracks {
+                    left: 0.001_5,
+                    right: 0.001_5,
+                };
+                body.step(&way, &caster, &[], &mut rng);
+            }
+            assert_eq!(body.contacts(), 1);
+            let bumpers = body.bumpers();
+            assert_eq!(
+                (bumpers.left, bumpers.right),
+                expect,
+                "at {heading}: {}",
+                body.heading
+            );
+            for _ in 0..20 {
+                let way = Tracks {
+                    left: -0.001_5,
+                    right: -0.001_5,
+                };
+                body.step(&way, &caster, &[], &mut rng);
+            }
+            assert_eq!(body.bumpers(), Bumpers::default());
+        }
+    }
+}

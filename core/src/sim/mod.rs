@@ -1,0 +1,34 @@
+//! The simulated robot in a simulated building: eats [`crate::robot::Command`], gives encoder ticks and
+//! [`crate::robot::Scan`], exactly as a real one does, and knows the truth besides.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `world` | what stands in the building, where the robot starts |
+//! | `worlds/` | the built-in worlds, one file each |
+//! | `cast` | rays and distances to walls through a grid |
+//! | `drive` | from commands to track motion within the limits of speed and acceleration |
+//! | `body` | from track motion to true motion: slip, collision, contacts, bumpers |
+//! | `movers` | discs that walk along way-points |
+//! | `sensors/` | lidar, infra-red rangers on a servo |
+//! | `reachable` | what can be explored at all: the denominator of "explored fraction" |
+//!
+//! One seed, one world and one list of commands give the same bits everywhere. Motion and sensors draw from separate
+//! streams of ChaCha8, so that changing the sensor does not change how the tracks slip.
+
+mod body;
+mod cast;
+mod drive;
+mod movers;
+mod noise;
+mod reachable;
+pub mod sensors;
+mod simulation;
+mod world;
+pub mod worlds;
+
+pub use body::Bumpers;
+pub use cast::{Caster, Hit};
+pub use reachable::{ReachableArea, reachable_area};
+pub use sensors::{SensorKind, SensorModel};
+pub use simulation::{SimError, Simulation, TIME_STEP};
+pub use world::{Disc, Material, Mover, Obstacle, RobotKind, Shape, Wall, World, WorldError};

@@ -1,0 +1,255 @@
+//! What can be explored at all.
+//!
+//! In: a world and the robot's radius. Out: a bitmap of the floor that the robot can stand on or look at, the
+//! denominator of "explored fraction".
+//!
+//! 1. Flood from the start over cells whose middle is at least the radius away from every wall: where the robot's
+//!    middle can be.
+//! 2. From a lattice of those cells look all round; the cells that the rays cross before they meet a wall can be seen.
+//! 3. Cells with a wall in or at them count for nothing: whether a map calls them free or occupied is chance.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Point2, Vector2};
+
+use super::{Caster, World};
+use crate::geom::sin_cos;
+
+/// Rays from each look-out.
+const RAYS: usize = 720;
+/// Distance between look-outs, m.
+const LOOKOUT_SPACING: f64 = 0.5;
+/// Bound on the cells of the bitmap; beyond, the cells become larger.
+const MOST_CELLS: f64 = 16e6;
+
+/// A bitmap of the floor in the world frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReachableArea {
+    /// Lower corner of the bitmap, world frame.
+    pub low: Point2<f64>,
+    /// Side of a cell, m.
+    pub resolution: f64,
+    /// Cells along x.
+    pub cols: usize,
+    /// Cells along y.
+    pub rows: usize,
+    /// Row by row from the lower corner: whether the robot can stand in or look at the cell.
+    pub cells: Vec<bool>,
+    /// Row by row: whether the robot's middle can be in the cell.
+    pub standing: Vec<bool>,
+}
+
+/// The cells that a robot of `robot_radius` (m) can reach from the start of `world` or look at from there.
+///
+/// # Units    `resolution`: side of a cell, m; made larger where the world would need more than 16 million cells.
+#[must_use]
+pub fn reachable_area(world: &World, robot_radius: f64, resolution: f64) -> ReachableArea {
+    let caster = Caster::new(world.walls());
+    let mut area = ReachableArea::empty(world, resolution);
+    area.flood(world.start.position(), robot_radius, &caster);
+    area.look_round(&caster);
+    area.leave_out_walls(&caster);
+    area
+}
+
+impl ReachableArea {
+    /// Area, m².
+    #[must_use]
+    pub fn square_metres(&self) -> f64 {
+        self.count() as f64 * self.resolution * self.resolution
+    }
+
+    /// Number of cells that count.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.cells.iter().filter(|c| **c).count()
+    }
+
+    /// Middles of the cells that count, world frame.
+    pub fn centres(&self) -> impl Iterator<Item = Point2<f64>> {
+        self.cells
+            .iter()
+            .enumerate()
+            .filter(|(_, counts)| **counts)
+            .map(|(index, _)| self.centre(index))
+    }
+
+    /// Part of the area of which `is_known` says so, asked with the middle of each cell in the world frame; 1 where
+    /// nothing can be reached.
+    #[must_use]
+    pub fn known_fraction(&self, mut is_known: impl FnMut(Point2<f64>) -> bool) -> f64 {
+        let (mut all, mut known) = (0_u64, 0_u64);
+        for centre in self.centres() {
+            all += 1;
+            known += u64::from(is_known(centre));
+        }
+        if all == 0 {
+            1.0
+        } else {
+            known as f64 / all as f64
+        }
+    }
+
+    fn empty(world: &World, resolution: f64) -> Self {
+        let (low, high) = world.bounds();
+        let extent = high - low;
+        let least = (extent.x.max(0.1) * extent.y.max(0.1) / MOST_CELLS).sqrt();
+        let resolution = if resolution.is_finite() {
+            resolution.max(least).max(1e-3)
+        } else {
+            least.max(0.05)
+        };
+        let along = |metres: f64| (metres / resolution).ceil() as usize + 2;
+        let (cols, rows) = (along(extent.x), along(extent.y));
+        Self {
+            low: low - Vector2::new(resolution, resolution),
+            resolution,
+            cols,
+            rows,
+            cells: vec![false; cols * rows],
+            standing: vec![false; cols * rows],
+        }
+    }
+
+    fn flood(&mut self, start: Point2<f64>, radius: f64, caster: &Caster) {
+        let mut front: Vec<usize> = self.index_of(start).into_iter().collect();
+        // The start itself is free (the world was checked), whatever the middle of its cell is.
+        for index in &front {
+            if let Some(stands) = self.standing.get_mut(*index) {
+                *stands = true;
+            }
+        }
+        while let Some(index) = front.pop() {
+            for next in self.neighbours(index) {
+                let free = caster.clearance(self.centre(next), radius) >= radius;
+                match self.standing.get_mut(next) {
+                    Some(stands) if free && !*stands => {
+                        *stands = true;
+                        front.push(next);
+                    }
+                    _ => {}
+                }
+            }
+        }
+        self.cells.clone_from(&self.standing);
+    }
+
+    fn look_round(&mut self, caster: &Caster) {
+        let spacing = ((LOOKOUT_SPACING / self.resolution) as usize).max(1);
+        let far = (self.cols + self.rows) as f64 * self.resolution;
+        for row in (0..self.rows).step_by(spacing) {
+            for col in (0..self.cols).step_by(spacing) {
+                let index = row * self.cols + col;
+                if self.standing.get(index) == Some(&true) {
+                    self.look_from(self.centre(index), far, caster);
+                }
+            }
+        }
+    }
+
+    fn look_from(&mut self, eye: Point2<f64>, far: f64, caster: &Caster) {
+        for ray in 0..RAYS {
+            let (sin, cos) = sin_cos(TAU * ray as f64 / RAYS as f64);
+            let direction = Vector2::new(cos, sin);
+            // No wall, no floor: outside of the building nothing counts.
+            let Some(hit) = caster.cast(eye, direction, far) else {
+                continue;
+            };
+            for step in 1..(hit.distance / self.resolution) as usize {
+                let seen = self.index_of(eye + direction * (step as f64 * self.resolution));
+                if let Some(cell) = seen.and_then(|index| self.cells.get_mut(index)) {
+                    *cell = true;
+                }
+            }
+        }
+    }
+
+    fn leave_out_walls(&mut self, caster: &Caster) {
+        for index in 0..self.cells.len() {
+            let centre = self.centre(index);
+            if let Some(cell) = self.cells.get_mut(index)
+                && *cell
+            {
+                *cell = caster.clearance(centre, self.resolution) >= self.resolution;
+            }
+        }
+    }
+
+    fn centre(&self, index: usize) -> Point2<f64> {
+        let (row, col) = (index / self.cols, index % self.cols);
+        self.low + Vector2::new(col as f64 + 0.5, row as f64 + 0.5) * self.resolution
+    }
+
+    fn index_of(&self, point: Point2<f64>) -> Option<usize> {
+        let at = (point - self.low) / self.resolution;
+        let inside =
+            at.x >= 0.0 && at.y >= 0.0 && at.x < self.cols as f64 && at.y < self.rows as f64;
+        inside.then(|| at.y as usize * self.cols + at.x as usize)
+    }
+
+    fn neighbours(&self, index: usize) -> impl Iterator<Item = usize> + use<> {
+        let (cols, rows) = (self.cols, self.rows);
+        let (row, col) = (index / cols, index % cols);
+        let around = [
+            (row, col.wrapping_sub(1)),
+            (row, col + 1),
+            (row.wrapping_sub(1), col),
+            (row + 1, col),
+        ];
+        around
+            .into_iter()
+            .filter(move |&(r, c)| r < rows && c < cols)
+            .map(move |(r, c)| r * cols + c)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Pose2;
+
+    fn square(half: f64) -> World {
+        World::new("square", Pose2::identity()).with_room(&[
+            (-half, -half),
+            (half, -half),
+            (half, half),
+            (-half, half),
+        ])
+    }
+
+    #[test]
+    fn an_empty_room_counts_but_for_its_rim() {
+        let area = reachable_area(&square(2.0), 0.11, 0.05);
+        // All but the cells nearer than one cell to the wall.
+        assert!(
+            (area.square_metres() - 3.9 * 3.9).abs() < 0.3,
+            "{}",
+            area.square_metres()
+        );
+        assert_eq!(area.known_fraction(|_| true), 1.0);
+        assert!((area.known_fraction(|p| p.x > 0.0) - 0.5).abs() < 0.02);
+    }
+
+    #[test]
+    fn what_is_behind_closed_walls_does_not_count_and_what_is_seen_through_a_gap_does() {
+        let closed = square(2.0).with_walls(&[(1.0, -2.0), (1.0, 2.0)]);
+        let area = reachable_area(&closed, 0.11, 0.05);
+        assert!(area.centres().all(|p| p.x < 1.0 && p.x > -2.0));
+        // A slit of 0.1 m lets no robot through, but light.
+        let slit = square(2.0)
+            .with_walls(&[(1.0, -2.0), (1.0, -0.05)])
+            .with_walls(&[(1.0, 0.05), (1.0, 2.0)]);
+        let area = reachable_area(&slit, 0.11, 0.05);
+        let behind = area.centres().filter(|p| p.x > 1.05).count();
+        assert!(behind > 200, "{behind}");
+        let standing = area.standing.iter().enumerate().filter(|(_, s)| **s);
+        assert!(standing.map(|(i, _)| area.centre(i)).all(|p| p.x < 1.0));
+    }
+
+    #[test]
+    fn a_world_without_walls_is_only_its_bitmap() {
+        let area = reachable_area(&World::new("void", Pose2::identity()), 0.11, 0.05);
+        assert!(area.count() <= area.cells.len());
+        let _ = reachable_area(&square(2.0), 0.11, f64::NAN);
+    }
+}

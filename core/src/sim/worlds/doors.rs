@@ -1,0 +1,26 @@
+//! `doors`, 8 x 6 m: four rooms whose partitions stand in line with one another across the door gaps.
+
+use nalgebra::Point2;
+
+use super::{partition_along_x, partition_along_y};
+use crate::geom::Pose2;
+use crate::sim::World;
+
+pub(super) fn world() -> World {
+    let world = World::new("doors", Pose2::new(1.0, 1.0, 0.0)).with_room(&[
+        (0.0, 0.0),
+        (8.0, 0.0),
+        (8.0, 6.0),
+        (0.0, 6.0),
+    ]);
+    let world = partition_along_y(world, 3.2, 0.0, 6.0, &[(1.0, 1.9), (4.1, 5.0)]);
+    let world = partition_along_x(world, 3.0, 0.0, 3.15, &[(1.2, 2.1)]);
+    let world = partition_along_x(world, 3.4, 3.25, 8.0, &[(5.4, 6.3)]);
+    let mut world = world
+        .with_box((0.0, 4.6), (0.5, 5.6))
+        .with_box((4.4, 0.0), (5.6, 0.5))
+        .with_box((7.4, 1.6), (8.0, 2.6))
+        .with_turned_box((7.0, 5.0), (0.8, 0.5), 0.6);
+    world.goal = Some(Point2::new(7.3, 4.1));
+    world
+}
