@@ -113,8 +113,9 @@ export interface GridChange {
   cells: Uint8Array;
 }
 
-/** Numbers for each landmark in `Frame.lines`: alpha, r, var alpha, cov alpha r, var r, x1, y1, x2, y2, matched in the last scan (0 or 1). */
-export const LINE_STRIDE = 10;
+/** Numbers for each landmark in `Frame.lines`: alpha, r, var alpha, cov alpha r, var r, x1, y1, x2, y2, matched in the last
+ * scan (0 or 1), seen often enough to be a wall (0 or 1). */
+export const LINE_STRIDE = 11;
 /** Numbers for each point in `Frame.trail`: truth x y, odometry x y, estimate x y. */
 export const TRAIL_STRIDE = 6;
 /** Numbers for each sample in `Frame.samples`, one for each scan. */
@@ -138,11 +139,15 @@ export interface Frame {
   seq: number;
   status: Status;
   grid: GridChange | null;
+  /** All blocks so far are worth nothing: the map was drawn anew. */
+  gridAnew: boolean;
   /** x y of what the last scan hit. */
   scan: Float32Array | null;
   lines: Float64Array | null;
-  /** x1 y1 x2 y2 of the true walls, and of what moves. */
+  /** x1 y1 x2 y2 of the true walls. */
   truth: Float32Array | null;
+  /** x y radius of what walks about. */
+  movers: Float32Array | null;
   /** x y of the legs still to drive. */
   path: Float32Array | null;
   /** x y of the path as the planner found it, before it was shortened. */
@@ -180,7 +185,7 @@ export type Answer =
 /** The arrays of a frame that change hands. */
 export function transferables(frame: Frame): ArrayBuffer[] {
   const arrays = [
-    frame.grid?.index, frame.grid?.cells, frame.scan, frame.lines, frame.truth, frame.path, frame.rawPath, frame.tree,
+    frame.grid?.index, frame.grid?.cells, frame.scan, frame.lines, frame.truth, frame.movers, frame.path, frame.rawPath, frame.tree,
     frame.frontiers, frame.trail, frame.samples,
   ];
   const buffers = new Set<ArrayBuffer>();

@@ -1,6 +1,7 @@
 // A recorded log through the same SLAM. It knows no truth, takes no commands, and ends.
 
-import { type Change, GridFeed, type MapHandle, type Moment, type Note, mapFiles, Samples, type Source } from "./source.js";
+import { LINE_STRIDE, TRAIL_STRIDE } from "../protocol.js";
+import { type Change, GridFeed, headingSigma3, type MapHandle, type Moment, type Note, mapFiles, Samples, sigma3, Slow, type Source, Trail } from "./source.js";
 
 /** The numbers of a replay as the module hands them over. */
 export interface ReplayStatusHandle {
@@ -17,12 +18,7 @@ export interface ReplayStatusHandle {
   odometry_x: number;
   odometry_y: number;
   odometry_heading: number;
-  known_area: number;
-  features: number;
   loop_closures: number;
-  distance: number;
-  half_length: number;
-  half_width: number;
   free(): void;
 }
 
@@ -52,10 +48,17 @@ export class ReplaySource implements Source {
   #notes: Note[] = [];
   #closures = 0;
   #cancelled = false;
+  #knownArea: Slow;
+  #half: Float64Array;
+  #features = 0;
+  #distance = 0;
+  #wheels: [number, number] | null = null;
 
   constructor(run: ReplayHandle, name: string) {
     this.#run = run;
     this.title = name;
+    this.#half = run.half_size();
+    this.#knownArea = new Slow(() => run.known_area());
     this.#notes.push({ time: 0, level: "info", text: `Opened ${name}: ${run.summary()}` });
   }
 
@@ -67,12 +70,14 @@ export class ReplaySource implements Source {
     const s = this.#run.status();
     this.time = s.time;
     this.scans = s.scans;
+    if (this.#wheels) this.#distance += Math.hypot(s.odometry_x - this.#wheels[0], s.odometry_y - this.#wheels[1]);
+    this.#wheels = [s.odometry_x, s.odometry_y];
     this.#samples.add({
       time: s.time,
       positionError: NaN,
-      positionSigma3: 3 * Math.sqrt(Math.max(0, s.cov_xx + s.cov_yy)),
+      positionSigma3: sigma3(s.cov_xx, s.cov_xy, s.cov_yy),
       headingError: NaN,
-      headingSigma3: (3 * Math.sqrt(Math.max(0, s.cov_heading)) * 180) / Math.PI,
+      headingSigma3: headingSigma3(s.cov_heading),
       scanMillis: millis,
       explored: NaN,
     });
@@ -93,6 +98,7 @@ export class ReplaySource implements Source {
 
   moment(): Moment {
     const s = this.#run.status();
+    const [halfLength = 0.2, halfWidth = 0.2] = this.#half;
     const moment: Moment = {
       source: this.kind, time: s.time, scans: s.scans, progress: s.progress,
       mode: "manual", finished: this.finished, reason: this.#reason(), activity: "",
@@ -102,8 +108,8 @@ export class ReplaySource implements Source {
       truthX: NaN, truthY: NaN, truthHeading: NaN,
       odometryX: s.odometry_x, odometryY: s.odometry_y, odometryHeading: s.odometry_heading,
       positionError: NaN, headingError: NaN, odometryError: NaN,
-      explored: NaN, knownArea: s.known_area, features: s.features, distance: s.distance, contacts: NaN,
-      halfLength: s.half_length, halfWidth: s.half_width,
+      explored: NaN, knownArea: this.#knownArea.value, features: this.#features, distance: this.#distance, contacts: NaN,
+      halfLength, halfWidth,
     };
     s.free();
     return moment;
@@ -113,16 +119,19 @@ export class ReplaySource implements Source {
     const now = performance.now();
     const trail = this.finished || now - this.#trailAt >= TRAIL_PERIOD;
     if (trail) this.#trailAt = now;
+    const lines = this.#run.lines();
+    this.#features = lines.length / LINE_STRIDE;
     return {
-      grid: this.#grid.next(this.#run),
+      ...this.#grid.next(this.#run),
       scan: this.#run.scan(),
-      lines: this.#run.lines(),
+      lines,
       truth: null,
+      movers: null,
       path: null,
       rawPath: null,
       tree: null,
       frontiers: null,
-      trail: trail ? this.#run.trail() : null,
+      trail: trail ? thinned(this.#run.trail()) : null,
       trailAnew: trail,
       samples: this.#samples.take(),
     };
@@ -153,4 +162,14 @@ export class ReplaySource implements Source {
     if (!this.finished) return "";
     return this.#cancelled ? "cancelled" : "end of the recording";
   }
+}
+
+/** One point for every few centimetres: a robot that stands still for an hour leaves one. */
+function thinned(points: Float32Array): Float32Array | null {
+  const trail = new Trail();
+  for (let i = 0; i + TRAIL_STRIDE <= points.length; i += TRAIL_STRIDE) {
+    const [truthX = NaN, truthY = NaN, odometryX = NaN, odometryY = NaN, x = NaN, y = NaN] = points.subarray(i, i + TRAIL_STRIDE);
+    trail.add([truthX, truthY, odometryX, odometryY, x, y]);
+  }
+  return trail.take();
 }

@@ -1,7 +1,8 @@
 // A simulated run: world, robot, sensors, SLAM and pilot in one deterministic loop of the module.
 
-import type { ModeName, Setup } from "../protocol.js";
-import { type Change, GridFeed, type MapHandle, type Moment, type Note, mapFiles, Samples, type Source, Trail } from "./source.js";
+import { LINE_STRIDE, type ModeName, type Setup } from "../protocol.js";
+import { errand } from "./errand.js";
+import { type Change, GridFeed, headingSigma3, type MapHandle, type Moment, type Note, mapFiles, Samples, sigma3, Slow, type Source, Trail } from "./source.js";
 
 /** The numbers of a simulated run as the module hands them over. */
 export interface ExperimentStatusHandle {
@@ -20,16 +21,8 @@ export interface ExperimentStatusHandle {
   odometry_x: number;
   odometry_y: number;
   odometry_heading: number;
-  position_error: number;
-  heading_error: number;
-  odometry_error: number;
-  explored: number;
-  known_area: number;
-  features: number;
   distance: number;
   contacts: number;
-  half_length: number;
-  half_width: number;
   goal_x: number;
   goal_y: number;
   finished: boolean;
@@ -41,13 +34,15 @@ export interface ExperimentHandle extends MapHandle {
   status(): ExperimentStatusHandle;
   mode(): string;
   activity(): string;
-  reason(): string;
+  planner(): string;
+  explored(): number;
   explore(): void;
   manual(): void;
   go_to(x: number, y: number): void;
   drive(forward: number, turn: number): void;
   stop(): void;
   truth(): Float32Array;
+  movers(): Float32Array;
   path(): Float32Array;
   raw_path(): Float32Array;
   tree(): Float32Array;
@@ -68,15 +63,24 @@ export class SimSource implements Source {
   #grid = new GridFeed();
   #samples = new Samples();
   #trail = new Trail();
+  #explored: Slow;
+  #knownArea: Slow;
+  #half: Float64Array;
+  #features = 0;
+  #truthSent = false;
   #planAt = -Infinity;
-  #activity = "";
-  #wasFinished = false;
-  #contacts = 0;
+  #told = { goal: "", end: "", contacts: 0 };
+  #notes: Note[] = [];
 
   constructor(run: ExperimentHandle, setup: Setup) {
     this.#run = run;
     this.title = setup.world;
+    this.#half = run.half_size();
+    this.#explored = new Slow(() => run.explored());
+    this.#knownArea = new Slow(() => run.known_area());
     this.#look(0);
+    const sensor = setup.sensor === "lidar" ? "a lidar" : "four infra-red rangers";
+    this.#notes.push({ time: 0, level: "info", text: `A robot with ${sensor} wakes up in ${setup.world}, seed ${setup.seed}` });
   }
 
   step(): void {
@@ -87,40 +91,48 @@ export class SimSource implements Source {
 
   explore(): void {
     this.#run.explore();
-    this.#planAt = -Infinity;
+    this.#commanded();
   }
 
   manual(): void {
     this.#run.manual();
+    this.#commanded();
   }
 
   goTo(x: number, y: number): void {
     this.#run.go_to(x, y);
-    this.#planAt = -Infinity;
+    this.#commanded();
   }
 
   drive(forward: number, turn: number): void {
     this.#run.drive(forward, turn);
+    this.#commanded();
   }
 
   stop(): void {
     this.#run.stop();
-    this.#planAt = -Infinity;
+    this.#notes.push({ time: this.time, level: "info", text: "Stop" });
+    this.#commanded();
   }
 
   moment(): Moment {
     const s = this.#run.status();
+    const mode = this.#run.mode() as ModeName;
+    const activity = this.#run.activity();
+    const [halfLength = 0.1, halfWidth = 0.1] = this.#half;
     const moment: Moment = {
       source: this.kind, time: s.time, scans: s.scans, progress: NaN,
-      mode: this.#run.mode() as ModeName, finished: s.finished, reason: this.#run.reason(), activity: this.#run.activity(),
+      mode, finished: s.finished, reason: s.finished ? activity : "",
+      activity: s.finished ? "" : errand(mode, activity, s.x, s.y, s.goal_x, s.goal_y),
       goalX: s.goal_x, goalY: s.goal_y,
       x: s.x, y: s.y, heading: s.heading,
       covXx: s.cov_xx, covXy: s.cov_xy, covYy: s.cov_yy, covHeading: s.cov_heading,
       truthX: s.truth_x, truthY: s.truth_y, truthHeading: s.truth_heading,
       odometryX: s.odometry_x, odometryY: s.odometry_y, odometryHeading: s.odometry_heading,
-      positionError: s.position_error, headingError: s.heading_error, odometryError: s.odometry_error,
-      explored: s.explored, knownArea: s.known_area, features: s.features, distance: s.distance, contacts: s.contacts,
-      halfLength: s.half_length, halfWidth: s.half_width,
+      positionError: Math.hypot(s.x - s.truth_x, s.y - s.truth_y), headingError: turnBetween(s.heading, s.truth_heading),
+      odometryError: Math.hypot(s.odometry_x - s.truth_x, s.odometry_y - s.truth_y),
+      explored: this.#explored.value, knownArea: this.#knownArea.value, features: this.#features,
+      distance: s.distance, contacts: s.contacts, halfLength, halfWidth,
     };
     s.free();
     return moment;
@@ -130,11 +142,16 @@ export class SimSource implements Source {
     const now = performance.now();
     const plan = now - this.#planAt >= PLAN_PERIOD;
     if (plan) this.#planAt = now;
+    const truth = this.#truthSent ? null : this.#run.truth();
+    this.#truthSent = true;
+    const lines = this.#run.lines();
+    this.#features = countWalls(lines);
     return {
-      grid: this.#grid.next(this.#run),
+      ...this.#grid.next(this.#run),
       scan: this.#run.scan(),
-      lines: this.#run.lines(),
-      truth: this.#run.truth(),
+      lines,
+      truth,
+      movers: this.#run.movers(),
       path: this.#run.path(),
       rawPath: plan ? this.#run.raw_path() : null,
       tree: plan ? this.#run.tree() : null,
@@ -146,13 +163,7 @@ export class SimSource implements Source {
   }
 
   notes(): Note[] {
-    const notes: Note[] = [];
-    const activity = this.#run.activity();
-    if (activity !== this.#activity && activity !== "") notes.push({ time: this.time, level: "info", text: activity });
-    this.#activity = activity;
-    if (this.finished && !this.#wasFinished) notes.push({ time: this.time, level: "good", text: this.#run.reason() });
-    this.#wasFinished = this.finished;
-    return notes;
+    return this.#notes.splice(0);
   }
 
   hash(): string {
@@ -160,32 +171,69 @@ export class SimSource implements Source {
   }
 
   files(): ReturnType<typeof mapFiles> {
-    return mapFiles(this.#run, this.title.replace(/[^\w-]+/g, "-"));
+    return mapFiles(this.#run, this.title.replace(/\.[a-z]+$/i, "").replace(/[^\w-]+/g, "-"));
   }
 
   close(): void {
     this.#run.free();
   }
 
-  /** Keeps what plots and trails need of the step just made. */
+  /** After a command: what it changed is shown and told at once, and a run that had ended is alive again. */
+  #commanded(): void {
+    this.#planAt = -Infinity;
+    this.#look(0);
+  }
+
+  /** Keeps what plots, trails and log need of the step just made. */
   #look(millis: number): void {
     const s = this.#run.status();
     this.time = s.time;
     this.finished = s.finished;
     this.#trail.add([s.truth_x, s.truth_y, s.odometry_x, s.odometry_y, s.x, s.y]);
-    this.#contacts = Math.max(this.#contacts, s.contacts);
     if (s.scans > this.scans) {
       this.scans = s.scans;
       this.#samples.add({
         time: s.time,
-        positionError: s.position_error,
-        positionSigma3: 3 * Math.sqrt(Math.max(0, s.cov_xx + s.cov_yy)),
-        headingError: (Math.abs(s.heading_error) * 180) / Math.PI,
-        headingSigma3: (3 * Math.sqrt(Math.max(0, s.cov_heading)) * 180) / Math.PI,
+        positionError: Math.hypot(s.x - s.truth_x, s.y - s.truth_y),
+        positionSigma3: sigma3(s.cov_xx, s.cov_xy, s.cov_yy),
+        headingError: (Math.abs(turnBetween(s.heading, s.truth_heading)) * 180) / Math.PI,
+        headingSigma3: headingSigma3(s.cov_heading),
         scanMillis: millis,
-        explored: s.explored,
+        explored: this.#explored.value,
       });
     }
+    this.#tell(s);
     s.free();
   }
+
+  #tell(s: ExperimentStatusHandle): void {
+    const note = (level: Note["level"], text: string): void => void this.#notes.push({ time: s.time, level, text });
+    const goal = Number.isFinite(s.goal_x) ? `(${s.goal_x.toFixed(2)}, ${s.goal_y.toFixed(2)}) m` : "";
+    if (goal !== this.#told.goal && goal !== "") {
+      const by = this.#run.planner();
+      note("info", `Goal ${goal}${by ? `, way found by ${PLANNERS[by] ?? by}` : ""}`);
+    }
+    const end = s.finished ? this.#run.activity() : "";
+    if (end !== this.#told.end && end !== "") {
+      this.#explored.refresh();
+      note(/^(goal|explored)/.test(end) ? "good" : "warn", end.charAt(0).toUpperCase() + end.slice(1));
+    }
+    if (s.contacts > this.#told.contacts) note("warn", "Touched something");
+    this.#told = { goal, end, contacts: s.contacts };
+  }
+}
+
+const PLANNERS: Readonly<Record<string, string>> = {
+  Straight: "a straight line", Rrt: "RRT", RrtConnect: "RRT-Connect", Wavefront: "a wave over the grid",
+};
+
+function countWalls(lines: Float64Array): number {
+  let count = 0;
+  for (let i = LINE_STRIDE - 1; i < lines.length; i += LINE_STRIDE) count += lines[i] ? 1 : 0;
+  return count;
+}
+
+/** From `b` to `a`, in (-π, π]. */
+function turnBetween(a: number, b: number): number {
+  return Math.atan2(Math.sin(a - b), Math.cos(a - b));
 }

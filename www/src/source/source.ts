@@ -46,7 +46,11 @@ export interface BlocksHandle {
 /** What a run in the module tells of its map, simulated or recorded. */
 export interface MapHandle {
   grid_since(revision: number): BlocksHandle;
+  /** Changes when the grid was drawn anew and old blocks are worth nothing. */
+  grid_generation(): number;
   grid_resolution(): number;
+  known_area(): number;
+  half_size(): Float64Array;
   scan(): Float32Array;
   lines(): Float64Array;
   state_hash(): string;
@@ -61,14 +65,55 @@ export const BLOCK_CELLS = 64;
 /** Remembers how far the page knows the grid. */
 export class GridFeed {
   #revision = 0;
+  #generation = 0;
 
-  next(map: MapHandle): GridChange | null {
-    const blocks = map.grid_since(this.#revision);
+  next(map: MapHandle): { grid: GridChange | null; gridAnew: boolean } {
+    const generation = map.grid_generation();
+    const gridAnew = generation !== this.#generation;
+    const blocks = map.grid_since(gridAnew ? 0 : this.#revision);
+    this.#generation = generation;
     this.#revision = blocks.revision;
     const { index, cells } = blocks;
     blocks.free();
-    return index.length === 0 ? null : { resolution: map.grid_resolution(), blockCells: BLOCK_CELLS, index, cells };
+    const grid = index.length === 0 ? null : { resolution: map.grid_resolution(), blockCells: BLOCK_CELLS, index, cells };
+    return { grid, gridAnew };
   }
+}
+
+/** A number that costs more than a step, asked for a few times a second only. */
+export class Slow {
+  static readonly PERIOD = 300;
+  readonly #ask: () => number;
+  #at = -Infinity;
+  #value = NaN;
+
+  constructor(ask: () => number) {
+    this.#ask = ask;
+  }
+
+  get value(): number {
+    const now = performance.now();
+    if (now - this.#at > Slow.PERIOD) {
+      this.#value = this.#ask();
+      this.#at = performance.now();
+    }
+    return this.#value;
+  }
+
+  /** Asks again at the next look. */
+  refresh(): void {
+    this.#at = -Infinity;
+  }
+}
+
+/** Three standard deviations of the position along its most uncertain direction, m. */
+export function sigma3(xx: number, xy: number, yy: number): number {
+  return 3 * Math.sqrt(Math.max(0, (xx + yy) / 2 + Math.hypot((xx - yy) / 2, xy)));
+}
+
+/** Three standard deviations of the heading, °. */
+export function headingSigma3(variance: number): number {
+  return (3 * Math.sqrt(Math.max(0, variance)) * 180) / Math.PI;
 }
 
 /** Collects numbers until a frame takes them. */

@@ -15,6 +15,7 @@ export class Scene {
   scan: Float32Array = EMPTY;
   lines: Float64Array = new Float64Array(0);
   truth: Float32Array = EMPTY;
+  movers: Float32Array = EMPTY;
   path: Float32Array = EMPTY;
   rawPath: Float32Array = EMPTY;
   tree: Float32Array = EMPTY;
@@ -28,7 +29,7 @@ export class Scene {
   clear(): void {
     this.tiles.clear();
     this.status = null;
-    this.scan = this.truth = this.path = this.rawPath = this.tree = this.frontiers = EMPTY;
+    this.scan = this.truth = this.movers = this.path = this.rawPath = this.tree = this.frontiers = EMPTY;
     this.lines = new Float64Array(0);
     this.trailLength = 0;
     this.version += 1;
@@ -36,10 +37,12 @@ export class Scene {
 
   take(frame: Frame): void {
     this.status = frame.status;
+    if (frame.gridAnew) this.tiles.clear();
     if (frame.grid) this.tiles.take(frame.grid);
     this.scan = frame.scan ?? this.scan;
     this.lines = frame.lines ?? this.lines;
     this.truth = frame.truth ?? this.truth;
+    this.movers = frame.movers ?? this.movers;
     this.path = frame.path ?? this.path;
     this.rawPath = frame.rawPath ?? this.rawPath;
     this.tree = frame.tree ?? this.tree;

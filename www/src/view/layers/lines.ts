@@ -16,9 +16,9 @@ export function draw({ context, camera, palette, scene }: Brush): void {
   for (let i = 0; i + LINE_STRIDE <= lines.length; i += LINE_STRIDE) {
     context.beginPath();
     addBand(context, lines.subarray(i, i + LINE_STRIDE), camera.px(1));
-    context.globalAlpha = lines[i + 9] ? 0.42 : 0.2;
+    context.globalAlpha = lines[i + 10] ? (lines[i + 9] ? 0.42 : 0.2) : 0.1;
     context.fill();
-    context.globalAlpha = lines[i + 9] ? 0.9 : 0.45;
+    context.globalAlpha = lines[i + 10] ? (lines[i + 9] ? 0.9 : 0.45) : 0.3;
     context.stroke();
   }
   context.globalAlpha = 1;

@@ -10,4 +10,14 @@ export function draw({ context, camera, palette, scene }: Brush): void {
   addSegments(context, scene.truth);
   context.stroke();
   context.setLineDash([]);
+  context.fillStyle = palette.css.truth;
+  context.globalAlpha = 0.35;
+  const { movers } = scene;
+  for (let i = 0; i + 2 < movers.length; i += 3) {
+    context.beginPath();
+    context.arc(movers[i] ?? 0, movers[i + 1] ?? 0, movers[i + 2] ?? 0, 0, 2 * Math.PI);
+    context.fill();
+    context.stroke();
+  }
+  context.globalAlpha = 1;
 }

@@ -10,6 +10,7 @@ export function draw({ context, camera, palette, scene }: Brush): void {
   context.lineCap = "round";
   context.beginPath();
   for (let i = 0; i + LINE_STRIDE <= lines.length; i += LINE_STRIDE) {
+    if (!lines[i + 10]) continue;
     context.moveTo(lines[i + 5] ?? 0, lines[i + 6] ?? 0);
     context.lineTo(lines[i + 7] ?? 0, lines[i + 8] ?? 0);
   }
