@@ -1,3 +1,83 @@
-//! The project's commands.
+//! `cargo xtask`: reads the command line and calls the library.
 
-fn main() {}
+use clap::{Args, Parser, Subcommand};
+use xtask::wasm::Profile;
+use xtask::{check, page, serve, tests};
+
+/// slamlab's commands.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Build everything, serve the page and print its address
+    Run {
+        #[command(flatten)]
+        speed: Speed,
+        /// Port to serve on; 0 takes any free one
+        #[arg(long, default_value_t = 8080)]
+        port: u16,
+        /// Show the page in the default browser
+        #[arg(long)]
+        open: bool,
+    },
+    /// Build the page into www/dist without serving it
+    Build {
+        #[command(flatten)]
+        speed: Speed,
+    },
+    /// Formatting, lints for native and wasm32, documentation, TypeScript types
+    Check,
+    /// Native tests, tests in headless Chromium, and the page as a user uses it
+    Test {
+        /// Only these suites; all of them if none is named
+        #[arg(value_enum)]
+        suites: Vec<tests::Suite>,
+    },
+}
+
+#[derive(Args)]
+struct Speed {
+    /// Compile the module optimised (the default)
+    #[arg(long, conflicts_with = "dev")]
+    release: bool,
+    /// Compile the module quickly, and slow to run
+    #[arg(long)]
+    dev: bool,
+}
+
+impl Speed {
+    fn profile(&self) -> Profile {
+        if self.dev && !self.release {
+            Profile::Dev
+        } else {
+            Profile::Release
+        }
+    }
+}
+
+fn main() -> anyhow::Result<()> {
+    match Cli::parse().command {
+        Command::Run { speed, port, open } => {
+            page::build(speed.profile())?;
+            serve::serve(port, open)
+        }
+        Command::Build { speed } => page::build(speed.profile()),
+        Command::Check => check::all(),
+        Command::Test { suites } => tests::run(&suites),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        super::Cli::command().debug_assert();
+    }
+}

@@ -12,7 +12,11 @@ use crate::geom::Pose2;
 #[must_use]
 pub fn ate_rmse(truth: &[Point2<f64>], estimate: &[Point2<f64>]) -> Option<f64> {
     let truth_from_estimate = align(truth, estimate)?;
-    let squares: f64 = truth.iter().zip(estimate).map(|(t, e)| (t - truth_from_estimate * *e).norm_squared()).sum();
+    let squares: f64 = truth
+        .iter()
+        .zip(estimate)
+        .map(|(t, e)| (t - truth_from_estimate * *e).norm_squared())
+        .sum();
     Some((squares / truth.len().min(estimate.len()) as f64).sqrt())
 }
 
@@ -25,7 +29,14 @@ pub fn align(target: &[Point2<f64>], source: &[Point2<f64>]) -> Option<Pose2> {
     if n < 2 {
         return None;
     }
-    let mean = |points: &[Point2<f64>]| points.iter().take(n).map(|p| p.coords).sum::<Vector2<f64>>() / n as f64;
+    let mean = |points: &[Point2<f64>]| {
+        points
+            .iter()
+            .take(n)
+            .map(|p| p.coords)
+            .sum::<Vector2<f64>>()
+            / n as f64
+    };
     let (target_mean, source_mean) = (mean(target), mean(source));
     let cross: Matrix2<f64> = target
         .iter()
@@ -44,7 +55,10 @@ mod tests {
     use proptest::prelude::*;
 
     fn points() -> impl Strategy<Value = Vec<Point2<f64>>> {
-        prop::collection::vec((-9.0..9.0_f64, -9.0..9.0_f64).prop_map(|(x, y)| Point2::new(x, y)), 3..20)
+        prop::collection::vec(
+            (-9.0..9.0_f64, -9.0..9.0_f64).prop_map(|(x, y)| Point2::new(x, y)),
+            3..20,
+        )
     }
 
     proptest! {
@@ -74,7 +88,13 @@ mod tests {
     fn bent_line_has_the_error_of_its_bend() {
         // Truth: three points on the x axis. Estimate: the middle one lifted by 0.3 m. After alignment the residuals
         // are 0.1, 0.2, 0.1 m across.
-        let line = |y: f64| [Point2::new(-1.0, 0.0), Point2::new(0.0, y), Point2::new(1.0, 0.0)];
+        let line = |y: f64| {
+            [
+                Point2::new(-1.0, 0.0),
+                Point2::new(0.0, y),
+                Point2::new(1.0, 0.0),
+            ]
+        };
         let expect = ((0.01 + 0.04 + 0.01) / 3.0_f64).sqrt();
         assert!((ate_rmse(&line(0.0), &line(0.3)).unwrap() - expect).abs() < 1e-12);
     }

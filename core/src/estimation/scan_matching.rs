@@ -235,11 +235,16 @@ impl ScanMatcher {
         } else {
             Points::from_scan(scan, &Pose2::identity(), &self.config.points)
         };
-        let surfaces = oriented_points(&points, &self.config.oriented);
+        self.update(&points)
+    }
+
+    /// Takes the points of a scan, in the robot frame at the end of the newest odometry.
+    pub fn update(&mut self, points: &Points) -> MatchReport {
+        let surfaces = oriented_points(points, &self.config.oriented);
         let moved = self
             .pending
             .take()
-            .unwrap_or_else(|| Odometry::standing(scan.stamp));
+            .unwrap_or_else(|| Odometry::standing(points.stamp));
         let predicted = self.submap_from_robot * moved.motion;
         let registration = if self.running.surfels().is_empty() {
             self.submap_from_robot = predicted;
@@ -262,14 +267,14 @@ impl ScanMatcher {
         };
         let keyframe = self.is_new_place();
         if keyframe {
-            self.add_keyframe(&points, surfaces);
+            self.add_keyframe(points, surfaces);
         }
         self.track.push(TrackPoint {
-            stamp: scan.stamp,
+            stamp: points.stamp,
             submap: self.submaps.len() - 1,
             submap_from_robot: self.submap_from_robot,
         });
-        self.last_points = Some(points);
+        self.last_points = Some(points.clone());
         MatchReport {
             registration,
             keyframe,

@@ -1,0 +1,81 @@
+//! The headers of every answer: what the page may do, and what may be kept.
+
+use axum::http::HeaderMap;
+use axum::http::header::{self, HeaderName, HeaderValue};
+
+/// The page loads everything from here and nothing from elsewhere; scripts and styles stand in files, never inline.
+/// `wasm-unsafe-eval` allows compiling WebAssembly, not evaluating strings.
+pub const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; \
+    worker-src 'self'; connect-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; \
+    manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// Same for every answer, errors too. Opener and embedder policy make the page cross-origin isolated, which gives its
+/// clocks their full resolution.
+const FENCE: [(HeaderName, &str); 7] = [
+    (header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY),
+    (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+    (header::REFERRER_POLICY, "no-referrer"),
+    (
+        HeaderName::from_static("permissions-policy"),
+        "camera=(), microphone=(), geolocation=(), payment=(), usb=(), serial=(self), gamepad=(self)",
+    ),
+    (
+        HeaderName::from_static("cross-origin-opener-policy"),
+        "same-origin",
+    ),
+    (
+        HeaderName::from_static("cross-origin-embedder-policy"),
+        "require-corp",
+    ),
+    (
+        HeaderName::from_static("cross-origin-resource-policy"),
+        "same-origin",
+    ),
+];
+
+/// Adds the fence and the caching rule for the answer to a request of `path`.
+pub(crate) fn add(headers: &mut HeaderMap, path: &str, success: bool) {
+    for (name, value) in FENCE {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    let caching = match (success, has_content_hash(path)) {
+        (false, _) => "no-store",
+        (true, true) => "public, max-age=31536000, immutable",
+        // Kept, but asked about at each load: a rebuilt page is seen at once, an unchanged one costs a 304.
+        (true, false) => "no-cache",
+    };
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static(caching));
+}
+
+/// Whether the file's name carries a hash of its content, as esbuild writes it: `main-Q3KX7ABC.js`.
+fn has_content_hash(path: &str) -> bool {
+    let name = path.rsplit('/').next().unwrap_or(path);
+    let stem = name.split('.').next().unwrap_or(name);
+    stem.rsplit_once('-').is_some_and(|(_, hash)| {
+        hash.len() == 8
+            && hash
+                .bytes()
+                .all(|b| b.is_ascii_uppercase() || b.is_ascii_digit())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_names_with_a_hash_are_immutable() {
+        for path in ["/main-Q3KX7ABC.js", "/chunks/a-b-22222222.js.map"] {
+            assert!(has_content_hash(path), "{path}");
+        }
+        for path in [
+            "/",
+            "/main.js",
+            "/slamlab_web_bg.wasm",
+            "/uplot-min.css",
+            "/a-Q3KX7ab.js",
+        ] {
+            assert!(!has_content_hash(path), "{path}");
+        }
+    }
+}

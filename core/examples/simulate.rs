@@ -1,0 +1,166 @@
+//! Runs one experiment in the simulated world and prints its figures.
+//!
+//! ```text
+//! cargo run --release -p slamlab-core --example simulate -- --world office --sensor lidar --seed 7 --mode explore --json
+//! ```
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use clap::Parser;
+use nalgebra::Point2;
+use slamlab_core::experiment::{Experiment, ExperimentConfig, Figures};
+use slamlab_core::format::world;
+use slamlab_core::pilot::{Mode, Status};
+use slamlab_core::robot::RobotModel;
+use slamlab_core::sim::{SensorModel, World, reachable_area, worlds};
+use slamlab_core::slam::Method;
+
+/// A robot in a simulated world: it maps, finds itself, plans and drives.
+#[derive(Parser)]
+struct Args {
+    /// A built-in world, or the path of a world file (JSON).
+    #[arg(long, default_value = "office")]
+    world: String,
+    /// What the robot sees with.
+    #[arg(long, default_value = "lidar", value_parser = ["lidar", "rangers"])]
+    sensor: String,
+    /// The same seed gives the same run, to the bit.
+    #[arg(long, default_value_t = 7)]
+    seed: u64,
+    /// What the robot does.
+    #[arg(long, default_value = "explore", value_parser = ["explore", "goto"])]
+    mode: String,
+    /// Goal of `--mode goto` in the world, as `x,y` in metres; the world's own goal by default.
+    #[arg(long)]
+    goal: Option<String>,
+    /// How the robot estimates its pose.
+    #[arg(long, default_value = "line-ekf")]
+    method: String,
+    /// Simulated seconds after which the run is given up.
+    #[arg(long, default_value_t = 3600.0)]
+    max_seconds: f64,
+    /// Print one JSON object instead of a table.
+    #[arg(long)]
+    json: bool,
+}
+
+fn main() -> ExitCode {
+    match run(&Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("simulate: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(args: &Args) -> Result<()> {
+    let method: Method = args.method.parse()?;
+    let world = load_world(&args.world)?;
+    let mode = match args.mode.as_str() {
+        "explore" => Mode::Explore,
+        _ => Mode::GoTo(goal_in_map(args, &world)?),
+    };
+    let sensor = match args.sensor.as_str() {
+        "lidar" => SensorModel::lidar(),
+        _ => SensorModel::rangers(),
+    };
+    let robot = RobotModel::rp6();
+    let area = reachable_area(&world, robot.radius(), 0.05);
+    let world_name = world.name.clone();
+    let config = ExperimentConfig {
+        method,
+        mode,
+        ..ExperimentConfig::new(world, robot, sensor, args.seed)
+    };
+    let mut experiment = Experiment::new(config)?;
+    let begin = Instant::now();
+    while !experiment.status().is_over() && experiment.seconds() < args.max_seconds {
+        experiment.step()?;
+    }
+    let wall_seconds = begin.elapsed().as_secs_f64();
+    let figures = experiment.figures(&area);
+    let finished = matches!(experiment.status(), Status::Finished(_));
+    let reason = match experiment.status().is_over() {
+        true => experiment.status().to_string(),
+        false => format!("given up after {} simulated seconds", args.max_seconds),
+    };
+    let report = report(args, &world_name, &figures, wall_seconds, finished, &reason);
+    if args.json {
+        println!("{report}");
+    } else {
+        for (key, value) in report.as_object().into_iter().flatten() {
+            println!("{key:>20}  {value}");
+        }
+    }
+    Ok(())
+}
+
+fn load_world(name: &str) -> Result<World> {
+    if let Some(world) = worlds::builtin(name) {
+        return Ok(world);
+    }
+    if !std::path::Path::new(name).exists() {
+        bail!(
+            "there is no world `{name}`; built in are {}, or give the path of a world file",
+            worlds::NAMES.join(", ")
+        );
+    }
+    let text = std::fs::read(name).with_context(|| format!("reading {name}"))?;
+    world::read(&text).with_context(|| format!("{name} is not a world"))
+}
+
+/// The map begins at the robot's start, so the goal moves from the world's frame into that one.
+fn goal_in_map(args: &Args, world: &World) -> Result<Point2<f64>> {
+    let in_world = match &args.goal {
+        Some(text) => {
+            let numbers: Vec<f64> = text
+                .split(',')
+                .map(|number| number.trim().parse::<f64>())
+                .collect::<Result<_, _>>()
+                .with_context(|| format!("--goal is `{text}`, expected `x,y` in metres"))?;
+            let &[x, y] = numbers.as_slice() else {
+                bail!("--goal is `{text}`, expected two numbers `x,y`")
+            };
+            Point2::new(x, y)
+        }
+        None => world.goal.with_context(|| {
+            format!("world `{}` has no goal; give one by --goal x,y", world.name)
+        })?,
+    };
+    Ok(world.start.inverse() * in_world)
+}
+
+fn report(
+    args: &Args,
+    world: &str,
+    figures: &Figures,
+    wall_seconds: f64,
+    finished: bool,
+    reason: &str,
+) -> serde_json::Value {
+    serde_json::json!({
+        "world": world,
+        "sensor": args.sensor,
+        "seed": args.seed,
+        "mode": args.mode,
+        "method": args.method,
+        "finished": finished,
+        "reason": reason,
+        "sim_seconds": figures.sim_seconds,
+        "wall_seconds": wall_seconds,
+        "real_time_factor": figures.sim_seconds / wall_seconds,
+        "explored_fraction": figures.explored_fraction,
+        "contacts": figures.contacts,
+        "position_error_m": figures.position_error,
+        "heading_error_deg": figures.heading_error.to_degrees(),
+        "odometry_error_m": figures.odometry_error,
+        "ate_rmse_m": figures.ate_rmse,
+        "nees_mean": figures.nees_mean,
+        "features": figures.features,
+        "distance_m": figures.distance,
+        "state_hash": format!("{:016x}", figures.state_hash),
+    })
+}

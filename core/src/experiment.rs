@@ -1,0 +1,246 @@
+//! The whole laboratory in one deterministic loop: a simulated robot senses, [`Slam`] estimates and maps, [`Pilot`]
+//! decides, the robot drives.
+//!
+//! ```text
+//!   Simulation ── ticks, scans ──> Slam ── estimate, grid, points ──> Pilot ── command ──> Simulation
+//! ```
+//!
+//! The same configuration gives the same bits natively and in the browser; [`Experiment::state_hash`] shows it.
+
+mod figures;
+
+use crate::geom::{Pose2, PoseEstimate};
+use crate::hash::StateHash;
+use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation};
+use crate::robot::{RobotModel, TrackOdometry};
+use crate::sim::{SensorKind, SensorModel, SimError, Simulation, World};
+use crate::slam::{Method, Slam, SlamConfig, SlamError};
+pub use figures::{Figures, Record, Sample};
+
+/// Simulated time of one step, s: how often the pilot decides.
+pub const CONTROL_PERIOD: f64 = 0.05;
+/// Odometry readings in one step. A turning sensor is de-skewed by them, so they come faster than decisions.
+const READINGS: u32 = 5;
+
+/// What makes a run; the same configuration makes the same run.
+#[derive(Clone, Debug)]
+pub struct ExperimentConfig {
+    /// Where the robot is.
+    pub world: World,
+    /// What it is.
+    pub robot: RobotModel,
+    /// What it sees with.
+    pub sensor: SensorModel,
+    /// Of all noise.
+    pub seed: u64,
+    /// How it estimates.
+    pub method: Method,
+    /// What it does at first.
+    pub mode: Mode,
+    /// Settings of the estimation.
+    pub slam: SlamConfig,
+    /// Settings of planning and driving.
+    pub pilot: PilotConfig,
+}
+
+impl ExperimentConfig {
+    /// The default settings, for the given world, sensor and seed.
+    #[must_use]
+    pub fn new(world: World, robot: RobotModel, sensor: SensorModel, seed: u64) -> Self {
+        Self {
+            world,
+            robot,
+            sensor,
+            seed,
+            method: Method::LineEkf,
+            mode: Mode::Explore,
+            slam: SlamConfig::default(),
+            pilot: PilotConfig::default(),
+        }
+    }
+}
+
+/// Why an experiment cannot begin.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExperimentError {
+    /// The world or the robot in it.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// A setting of the estimation.
+    #[error(transparent)]
+    Slam(#[from] SlamError),
+}
+
+/// A simulated robot that maps, finds itself, plans and drives.
+#[derive(Clone, Debug)]
+pub struct Experiment {
+    sim: Simulation,
+    slam: Slam,
+    pilot: Pilot,
+    track_odometry: TrackOdometry,
+    dead_reckoning: Pose2,
+    map_from_world: Pose2,
+    record: Record,
+}
+
+impl Experiment {
+    /// Puts the robot at the start of its world. The map's frame begins there.
+    ///
+    /// # Errors    [`ExperimentError`] naming what cannot be.
+    pub fn new(config: ExperimentConfig) -> Result<Self, ExperimentError> {
+        let map_from_world = config.world.start.inverse();
+        let sim = Simulation::new(config.world, config.robot, config.sensor, config.seed)?;
+        // The pilot draws its own numbers: what it decides must not change the noise of the sensors.
+        let mut pilot = Pilot::new(
+            config.robot,
+            config.pilot,
+            config.seed ^ 0x9E37_79B9_7F4A_7C15,
+        );
+        pilot.set_mode(config.mode);
+        let mut track_odometry = TrackOdometry::new(&config.robot);
+        track_odometry.update(sim.stamp(), sim.ticks());
+        Ok(Self {
+            sim,
+            slam: Slam::new(config.method, config.slam)?,
+            pilot,
+            track_odometry,
+            dead_reckoning: Pose2::identity(),
+            map_from_world,
+            record: Record::default(),
+        })
+    }
+
+    /// One control period: the pilot decides, the robot moves, odometry and scans are taken in. Tells whether a scan was.
+    ///
+    /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors make none such.
+    pub fn step(&mut self) -> Result<bool, SlamError> {
+        let estimate = self.slam.estimate();
+        let command = self.pilot.steer(&Situation {
+            stamp: self.sim.stamp(),
+            estimate: &estimate,
+            grid: self.slam.grid(),
+            points: self.slam.points(),
+            motion_since_scan: self.slam.motion_since_scan(),
+            robot_is_busy: self.sim.is_busy(),
+            scans_on_command: self.sim.sensor().kind() == SensorKind::Rangers,
+        });
+        if let Some(command) = command {
+            self.sim.command(command);
+        }
+        let mut has_scanned = false;
+        for _ in 0..READINGS {
+            self.sim.advance(CONTROL_PERIOD / f64::from(READINGS));
+            has_scanned |= self.sense()?;
+        }
+        Ok(has_scanned)
+    }
+
+    fn sense(&mut self) -> Result<bool, SlamError> {
+        let odometry = self
+            .track_odometry
+            .update(self.sim.stamp(), self.sim.ticks());
+        self.dead_reckoning = self.dead_reckoning * odometry.motion;
+        self.slam.odometry(&odometry)?;
+        let Some(scan) = self.sim.take_scan() else {
+            return Ok(false);
+        };
+        self.slam.scan(&scan)?;
+        self.record.push(Sample {
+            stamp: self.sim.stamp(),
+            truth: self.truth(),
+            estimate: self.slam.estimate(),
+            odometry: self.dead_reckoning,
+        });
+        Ok(true)
+    }
+
+    /// Gives the robot another errand.
+    pub fn set_mode(&mut self, mode: Mode) {
+        self.pilot.set_mode(mode);
+    }
+
+    /// Drives by hand with these speeds, m/s and rad/s, until told otherwise.
+    pub fn drive(&mut self, forward: f64, turn: f64) {
+        self.pilot.drive(forward, turn);
+    }
+
+    /// Stops the robot at once; it forgets its errand.
+    pub fn stop(&mut self) {
+        self.pilot.stop();
+        self.sim.command(crate::robot::Command::Stop);
+    }
+
+    /// The simulated robot in its world.
+    #[must_use]
+    pub fn sim(&self) -> &Simulation {
+        &self.sim
+    }
+
+    /// What the robot believes.
+    #[must_use]
+    pub fn slam(&self) -> &Slam {
+        &self.slam
+    }
+
+    /// What the robot intends.
+    #[must_use]
+    pub fn pilot(&self) -> &Pilot {
+        &self.pilot
+    }
+
+    /// What was so far.
+    #[must_use]
+    pub fn record(&self) -> &Record {
+        &self.record
+    }
+
+    /// How the errand goes.
+    #[must_use]
+    pub fn status(&self) -> &pilot::Status {
+        self.pilot.status()
+    }
+
+    /// Simulated time, s.
+    #[must_use]
+    pub fn seconds(&self) -> f64 {
+        self.sim.stamp().seconds()
+    }
+
+    /// The true pose, map frame.
+    #[must_use]
+    pub fn truth(&self) -> Pose2 {
+        self.map_from_world * self.sim.truth()
+    }
+
+    /// The pose by odometry alone, map frame.
+    #[must_use]
+    pub fn odometry_pose(&self) -> Pose2 {
+        self.dead_reckoning
+    }
+
+    /// The motion that takes the world's frame to the map's.
+    #[must_use]
+    pub fn map_from_world(&self) -> Pose2 {
+        self.map_from_world
+    }
+
+    /// Where the robot believes to be.
+    #[must_use]
+    pub fn estimate(&self) -> PoseEstimate {
+        self.slam.estimate()
+    }
+
+    /// Hash of the bits of the whole state: world, estimate and map.
+    #[must_use]
+    pub fn state_hash(&self) -> u64 {
+        let mut hash = StateHash::new();
+        let [left, right] = self.sim.ticks();
+        hash.integer(self.sim.stamp().0)
+            .integer(left as u64)
+            .integer(right as u64);
+        hash.pose(&self.sim.truth()).pose(&self.dead_reckoning);
+        self.slam.hash(&mut hash);
+        hash.finish()
+    }
+}

@@ -1,0 +1,246 @@
+//! The first story: from odometry and scans to a pose and a map.
+//!
+//! ```text
+//!   odometry ─────────────> predict ─┐
+//!   scan ─> points ─> lines ─> match ─> correct ─> estimate ─> grid
+//! ```
+//!
+//! Every source (simulation, bridge, recorded log) feeds the same two verbs, and every method answers alike, so that
+//! they can be swapped and compared on the same run.
+
+mod estimator;
+
+use std::str::FromStr;
+
+use crate::estimation::{
+    EkfConfig, EkfError, Landmark, Match, ScanMatcherConfig, ScanMatcherError,
+};
+use crate::features::{LineConfig, LineFeature};
+use crate::geom::{Pose2, PoseEstimate};
+use crate::hash::StateHash;
+use crate::map::{Grid, GridConfig, GridError};
+use crate::points::{MotionHistory, PointConfig, Points};
+use crate::robot::{Odometry, Scan, ScanError, Stamp};
+use estimator::Estimator;
+
+/// How the pose is estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Odometry alone: the yardstick.
+    Odometry,
+    /// Kalman filter over walls (TDK 2016 §3.4).
+    LineEkf,
+    /// Scans matched to submaps, loops closed in a pose graph.
+    ScanMatching,
+}
+
+/// Settings of every stage.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SlamConfig {
+    /// What is kept of a scan.
+    pub points: PointConfig,
+    /// How lines are found.
+    pub lines: LineConfig,
+    /// The filter over lines.
+    pub ekf: EkfConfig,
+    /// The scan matcher, with the grid that it draws anew after closing a loop.
+    pub matcher: ScanMatcherConfig,
+    /// The grid of the other methods.
+    pub grid: GridConfig,
+}
+
+/// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SlamError {
+    /// The scan breaks its promises.
+    #[error(transparent)]
+    Scan(#[from] ScanError),
+    /// What the filter over lines refuses.
+    #[error(transparent)]
+    Ekf(#[from] EkfError),
+    /// A setting of the grid.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    /// A setting of the scan matcher.
+    #[error(transparent)]
+    Matcher(#[from] ScanMatcherError),
+}
+
+/// Estimates the robot's pose and builds the map. The map's frame begins where the robot does.
+#[derive(Clone, Debug)]
+pub struct Slam {
+    method: Method,
+    config: SlamConfig,
+    history: MotionHistory,
+    estimator: Estimator,
+    points: Option<Points>,
+    motion_since_scan: Pose2,
+}
+
+impl Slam {
+    /// Begins at the origin of the map.
+    ///
+    /// # Errors    [`SlamError`] naming the first setting out of range.
+    pub fn new(method: Method, config: SlamConfig) -> Result<Self, SlamError> {
+        Ok(Self {
+            method,
+            estimator: Estimator::new(method, &config)?,
+            // The slowest sweep is that of a ranger on a servo, a few seconds.
+            history: MotionHistory::new(5.0),
+            config,
+            points: None,
+            motion_since_scan: Pose2::identity(),
+        })
+    }
+
+    /// Takes the motion since the last call. Readings come in order of time.
+    ///
+    /// # Errors    [`SlamError::Ekf`] for a motion that is not finite.
+    pub fn odometry(&mut self, odometry: &Odometry) -> Result<(), SlamError> {
+        self.estimator.predict(odometry)?;
+        self.history.push(odometry);
+        self.motion_since_scan = self.motion_since_scan * odometry.motion;
+        Ok(())
+    }
+
+    /// Takes a scan, whose last beam was taken at or before the end of the newest odometry.
+    ///
+    /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises, [`SlamError::Ekf`] for one that the filter refuses.
+    pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
+        scan.validate()?;
+        let points = Points::from_rolling_scan(scan, &self.history, &self.config.points);
+        self.estimator.correct(&points)?;
+        self.points = Some(points);
+        self.motion_since_scan = Pose2::identity();
+        Ok(())
+    }
+
+    /// Completes all work that was put off, at the end of a log.
+    pub fn finish(&mut self) {
+        if let Estimator::Matching { matcher, .. } = &mut self.estimator {
+            matcher.finish();
+        }
+    }
+
+    /// How the pose is estimated.
+    #[must_use]
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
+    /// Where the robot is now, map frame, the odometry since the last scan included.
+    #[must_use]
+    pub fn estimate(&self) -> PoseEstimate {
+        self.estimator.estimate()
+    }
+
+    /// The occupancy grid.
+    #[must_use]
+    pub fn grid(&self) -> &Grid {
+        self.estimator.grid()
+    }
+
+    /// Walls of the line map; empty for methods without one.
+    #[must_use]
+    pub fn landmarks(&self) -> Vec<Landmark> {
+        match &self.estimator {
+            Estimator::Lines { ekf, .. } => ekf.landmarks().collect(),
+            _ => vec![],
+        }
+    }
+
+    /// Lines of the last scan, robot frame; empty for methods without.
+    #[must_use]
+    pub fn features(&self) -> &[LineFeature] {
+        match &self.estimator {
+            Estimator::Lines { features, .. } => features,
+            _ => &[],
+        }
+    }
+
+    /// Which lines of the last scan were recognised as which walls.
+    #[must_use]
+    pub fn matches(&self) -> &[Match] {
+        match &self.estimator {
+            Estimator::Lines { report, .. } => &report.matches,
+            _ => &[],
+        }
+    }
+
+    /// Points of the last scan, in the robot frame when it came.
+    #[must_use]
+    pub fn points(&self) -> Option<&Points> {
+        self.points.as_ref()
+    }
+
+    /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.
+    #[must_use]
+    pub fn motion_since_scan(&self) -> Pose2 {
+        self.motion_since_scan
+    }
+
+    /// The pose at each scan, as known now: a closed loop changes earlier ones.
+    #[must_use]
+    pub fn trajectory(&self) -> Vec<(Stamp, Pose2)> {
+        self.estimator.trajectory()
+    }
+
+    /// Number of loops closed by the pose graph.
+    #[must_use]
+    pub fn loop_closures(&self) -> usize {
+        match &self.estimator {
+            Estimator::Matching { matcher, .. } => matcher.loop_closures(),
+            _ => 0,
+        }
+    }
+
+    /// Adds pose, walls and map to a hash.
+    pub fn hash(&self, hash: &mut StateHash) {
+        hash.estimate(&self.estimate());
+        for landmark in self.landmarks() {
+            hash.integer(u64::from(landmark.id.0))
+                .number(landmark.line.alpha())
+                .number(landmark.line.r());
+        }
+        for (block, cells) in self.grid().blocks_since(0) {
+            hash.integer(block.col as u64)
+                .integer(block.row as u64)
+                .singles(cells);
+        }
+    }
+}
+
+impl Method {
+    /// All methods, with the names used by commands and pages.
+    pub const ALL: [(&'static str, Self); 3] = [
+        ("odometry", Self::Odometry),
+        ("line-ekf", Self::LineEkf),
+        ("scan-matching", Self::ScanMatching),
+    ];
+
+    /// The name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Self::ALL
+            .iter()
+            .find(|(_, method)| *method == self)
+            .map_or("", |(name, _)| name)
+    }
+}
+
+/// There is no method of that name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no method `{0}`; expected odometry, line-ekf or scan-matching")]
+pub struct UnknownMethod(String);
+
+impl FromStr for Method {
+    type Err = UnknownMethod;
+
+    fn from_str(name: &str) -> Result<Self, UnknownMethod> {
+        let found = Self::ALL.iter().find(|(known, _)| *known == name);
+        found
+            .map(|(_, method)| *method)
+            .ok_or_else(|| UnknownMethod(name.to_owned()))
+    }
+}

@@ -1,0 +1,154 @@
+//! The methods behind [`super::Slam`], each with the map it fills.
+
+use super::{Method, SlamConfig, SlamError};
+use crate::estimation::{EkfSlam, ScanMatcher, UpdateReport};
+use crate::features::{LineExtractor, LineFeature};
+use crate::geom::{Pose2, PoseEstimate};
+use crate::map::Grid;
+use crate::points::Points;
+use crate::robot::{Odometry, Stamp};
+
+/// A method and its state.
+#[derive(Clone, Debug)]
+pub(super) enum Estimator {
+    Odometry {
+        motion: Option<Odometry>,
+        track: Vec<(Stamp, Pose2)>,
+        grid: Grid,
+    },
+    Lines {
+        ekf: EkfSlam,
+        extractor: LineExtractor,
+        features: Vec<LineFeature>,
+        report: UpdateReport,
+        track: Vec<(Stamp, Pose2)>,
+        grid: Grid,
+    },
+    Matching {
+        matcher: Box<ScanMatcher>,
+        since_scan: Option<Odometry>,
+    },
+}
+
+impl Estimator {
+    pub(super) fn new(method: Method, config: &SlamConfig) -> Result<Self, SlamError> {
+        Ok(match method {
+            Method::Odometry => Self::Odometry {
+                motion: None,
+                track: vec![],
+                grid: Grid::new(config.grid)?,
+            },
+            Method::LineEkf => Self::Lines {
+                ekf: EkfSlam::new(config.ekf),
+                extractor: LineExtractor::new(config.lines),
+                features: vec![],
+                report: UpdateReport::default(),
+                track: vec![],
+                grid: Grid::new(config.grid)?,
+            },
+            Method::ScanMatching => Self::Matching {
+                matcher: Box::new(ScanMatcher::new(config.matcher)?),
+                since_scan: None,
+            },
+        })
+    }
+
+    pub(super) fn predict(&mut self, odometry: &Odometry) -> Result<(), SlamError> {
+        let then = |so_far: &Option<Odometry>| Some(so_far.map_or(*odometry, |o| o.then(odometry)));
+        match self {
+            Self::Odometry { motion, .. } => *motion = then(motion),
+            Self::Lines { ekf, .. } => ekf.predict(odometry)?,
+            Self::Matching {
+                matcher,
+                since_scan,
+            } => {
+                matcher.odometry(odometry);
+                *since_scan = then(since_scan);
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn correct(&mut self, points: &Points) -> Result<(), SlamError> {
+        match self {
+            Self::Odometry {
+                grid,
+                track,
+                motion,
+            } => {
+                let pose = motion.map_or_else(Pose2::identity, |o| o.motion);
+                grid.insert(points, &pose);
+                track.push((points.stamp, pose));
+            }
+            Self::Lines {
+                ekf,
+                extractor,
+                features,
+                report,
+                track,
+                grid,
+            } => {
+                extractor.extract(points, features);
+                *report = ekf.update(features)?;
+                let pose = ekf.estimate().pose;
+                grid.insert(points, &pose);
+                track.push((points.stamp, pose));
+            }
+            Self::Matching {
+                matcher,
+                since_scan,
+            } => {
+                matcher.update(points);
+                *since_scan = None;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn estimate(&self) -> PoseEstimate {
+        match self {
+            Self::Odometry { motion: None, .. } => PoseEstimate::exact(Pose2::identity()),
+            Self::Odometry {
+                motion: Some(o), ..
+            } => PoseEstimate {
+                pose: o.motion,
+                cov: o.cov,
+            },
+            Self::Lines { ekf, .. } => ekf.estimate(),
+            Self::Matching {
+                matcher,
+                since_scan,
+            } => {
+                let at_scan = matcher.estimate();
+                let Some(since) = since_scan else {
+                    return at_scan;
+                };
+                let map_from_scan = Odometry {
+                    from: since.from,
+                    to: since.from,
+                    motion: at_scan.pose,
+                    cov: at_scan.cov,
+                };
+                let now = map_from_scan.then(since);
+                PoseEstimate {
+                    pose: now.motion,
+                    cov: now.cov,
+                }
+            }
+        }
+    }
+
+    pub(super) fn grid(&self) -> &Grid {
+        match self {
+            Self::Odometry { grid, .. } | Self::Lines { grid, .. } => grid,
+            Self::Matching { matcher, .. } => matcher.grid(),
+        }
+    }
+
+    pub(super) fn trajectory(&self) -> Vec<(Stamp, Pose2)> {
+        match self {
+            Self::Odometry { track, .. } | Self::Lines { track, .. } => track.clone(),
+            Self::Matching { matcher, .. } => matcher.trajectory().collect(),
+        }
+    }
+}

@@ -1,0 +1,28 @@
+// What every test of the page gets: a page that fails the test when anything went wrong inside it.
+//
+// Errors on the console, uncaught exceptions, failed requests and refusals by the content security policy all count;
+// a test that provokes one on purpose empties `problems` before it ends.
+import { test as base, expect } from '@playwright/test';
+
+export { expect };
+
+export const test = base.extend<{ problems: string[] }>({
+  baseURL: async ({}, use) => {
+    const url = process.env.SLAMLAB_URL;
+    if (!url) throw new Error('SLAMLAB_URL is not set: the bridge was not started');
+    await use(url);
+  },
+  problems: [async ({ page }, use) => {
+    const problems: string[] = [];
+    page.on('console', (message) => {
+      if (message.type() === 'error') problems.push(`console: ${message.text()}`);
+    });
+    page.on('pageerror', (error) => problems.push(`exception: ${error.stack ?? error.message}`));
+    page.on('requestfailed', (request) => problems.push(`request: ${request.url()} ${request.failure()?.errorText}`));
+    page.on('response', (response) => {
+      if (response.status() >= 400) problems.push(`response: ${response.status()} ${response.url()}`);
+    });
+    await use(problems);
+    expect(problems, 'nothing goes wrong inside the page').toEqual([]);
+  }, { auto: true }],
+});

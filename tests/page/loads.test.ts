@@ -1,0 +1,41 @@
+// The page comes up whole, fenced in, and fits the screen. What can be done with it is tested beside this file.
+import { expect, test } from './fixture.ts';
+
+test('the page loads without an error and names itself', async ({ page, problems }) => {
+  await page.goto('/');
+  await expect(page).toHaveTitle(/slamlab/i);
+  await expect(page.locator('body')).toBeVisible();
+  await page.waitForLoadState('networkidle');
+  expect(problems).toEqual([]);
+});
+
+test('the page is cross-origin isolated and may not run inline scripts', async ({ page, problems }) => {
+  const answer = await page.goto('/');
+  const policy = answer?.headers()['content-security-policy'] ?? '';
+  expect(policy).toContain("default-src 'none'");
+  expect(policy).not.toContain("'unsafe-inline'");
+  expect(await page.evaluate(() => globalThis.crossOriginIsolated)).toBe(true);
+  const ran = await page.evaluate(() => {
+    const script = document.createElement('script');
+    script.textContent = 'globalThis.inlineRan = true';
+    document.head.append(script);
+    return 'inlineRan' in globalThis;
+  });
+  expect(ran).toBe(false);
+  problems.length = 0; // the refusal is reported on the console, as it should be
+});
+
+test('nothing sticks out sideways', async ({ page }) => {
+  await page.goto('/');
+  await page.waitForLoadState('networkidle');
+  const excess = await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
+  expect(excess).toBeLessThanOrEqual(0);
+});
+
+test('the module arrives compressed and typed', async ({ page }) => {
+  const module = page.waitForResponse((response) => response.url().endsWith('.wasm'));
+  await page.goto('/');
+  const headers = await (await module).allHeaders();
+  expect(headers['content-type']).toBe('application/wasm');
+  expect(headers['content-encoding']).toMatch(/^(br|gzip)$/);
+});

@@ -1,0 +1,33 @@
+// The page as a user uses it: the built page, served by the real bridge, in an installed Chromium, at desktop and at
+// phone size. `cargo xtask test page` builds both and sets CHROME and SLAMLAB_BRIDGE; no browser is ever downloaded.
+import { defineConfig } from '@playwright/test';
+
+export default defineConfig({
+  testDir: '.',
+  testMatch: '*.test.ts',
+  outputDir: 'results',
+  globalSetup: './bridge.ts',
+  forbidOnly: !!process.env.CI,
+  retries: 0,
+  // Two cores: two pages that simulate at once would starve each other and make times meaningless.
+  workers: 1,
+  timeout: 120_000,
+  expect: { timeout: 15_000 },
+  reporter: [['list']],
+  use: {
+    browserName: 'chromium',
+    launchOptions: {
+      executablePath: process.env.CHROME ?? 'chromium',
+      args: [
+        '--no-sandbox', '--disable-gpu', '--disable-quic', '--disable-dev-shm-usage', '--no-first-run',
+        '--disable-background-networking', '--disable-component-update', '--disable-sync',
+      ],
+    },
+    screenshot: 'only-on-failure',
+    trace: 'retain-on-failure',
+  },
+  projects: [
+    { name: 'desktop', use: { viewport: { width: 1280, height: 800 } } },
+    { name: 'phone', use: { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true } },
+  ],
+});

@@ -1,0 +1,79 @@
+//! The same computation gives the same bits natively and in the browser: this file runs in both.
+#![allow(missing_docs)] // a test binary has no public interface
+
+use slamlab_core::geom::{Pose2, wrap};
+#[cfg(target_family = "wasm")]
+use wasm_bindgen_test::wasm_bindgen_test as test;
+
+#[cfg(target_family = "wasm")]
+wasm_bindgen_test::wasm_bindgen_test_configure!(run_in_dedicated_worker);
+
+/// FNV-1a, 64 bits, over the bits of each number.
+struct Hash(u64);
+
+impl Hash {
+    fn add(&mut self, value: f64) {
+        for byte in value.to_bits().to_le_bytes() {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+}
+
+fn hash(values: impl IntoIterator<Item = f64>) -> u64 {
+    let mut hash = Hash(0xcbf2_9ce4_8422_2325);
+    values.into_iter().for_each(|value| hash.add(value));
+    hash.0
+}
+
+/// Numbers in [0, 1) without any crate: a 64-bit linear congruential generator (Knuth, MMIX).
+fn numbers() -> impl Iterator<Item = f64> {
+    let mut state = 1_u64;
+    std::iter::repeat_with(move || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    })
+}
+
+#[test]
+fn a_long_chain_of_poses_has_the_same_bits_everywhere() {
+    let mut numbers = numbers();
+    let mut next = || numbers.next().unwrap_or(0.0);
+    let mut pose = Pose2::identity();
+    let mut seen = Vec::new();
+    for _ in 0..20_000 {
+        let step = Pose2::new(0.2 * next(), 0.02 * next() - 0.01, 0.6 * next() - 0.3);
+        pose = pose * step.fraction(next());
+        let back = pose.inverse() * step;
+        seen.extend([pose.x(), pose.y(), pose.heading(), back.x(), back.heading()]);
+    }
+    assert!(pose.is_finite());
+    assert_eq!(hash(seen), POSES);
+}
+
+#[test]
+fn transcendental_functions_have_the_same_bits_everywhere() {
+    let values = numbers().take(50_000).flat_map(|u| {
+        let x = 40.0 * u - 20.0;
+        [
+            libm::sin(x),
+            libm::cos(x),
+            libm::tan(x),
+            libm::atan2(x, 1.0 - u),
+            libm::exp(x),
+            libm::log(u + 1e-9),
+            libm::pow(u + 0.5, x),
+            libm::hypot(x, u),
+            libm::sqrt(u),
+            wrap(x),
+            f64::from(libm::sinf(x as f32)),
+            f64::from(libm::expf(x as f32)),
+        ]
+    });
+    assert_eq!(hash(values), FUNCTIONS);
+}
+
+/// Computed natively on x86-64; the browser must agree.
+const POSES: u64 = 5_761_884_782_168_253_456;
+const FUNCTIONS: u64 = 2_941_073_592_640_755_027;

@@ -1,0 +1,38 @@
+//! What must hold before a change is handed over, apart from tests.
+
+use anyhow::Result;
+
+use crate::report::Report;
+use crate::{page, tools};
+
+/// Formatting, lints natively and for wasm32, documentation, TypeScript types.
+///
+/// # Errors
+/// If one of them fails; the others run all the same.
+pub fn all() -> Result<()> {
+    let mut report = Report::default();
+    report.step("formatting", || cargo("fmt --all --check"));
+    report.step("lints, native", || {
+        cargo("clippy --workspace --all-targets --all-features -- -D warnings")
+    });
+    report.step("lints, wasm32", || {
+        tools::need_wasm_target()?;
+        cargo("clippy --package slamlab-core --package slamlab-web --target wasm32-unknown-unknown -- -D warnings")
+    });
+    report.step("documentation", || {
+        let mut doc = tools::cargo();
+        doc.env("RUSTDOCFLAGS", "-D warnings");
+        tools::run(doc.args(["doc", "--workspace", "--no-deps"]))
+    });
+    report.step("types of the page", page::check_types);
+    report.step("types of the page's tests", || {
+        let folder = tools::root().join("tests/page");
+        page::install(&folder)?;
+        tools::run(tools::npm(&folder)?.args(["run", "--silent", "types"]))
+    });
+    report.finish()
+}
+
+fn cargo(words: &str) -> Result<()> {
+    tools::run(tools::cargo().args(words.split(' ')))
+}

@@ -1,0 +1,48 @@
+//! Builds the bridge, and becomes it: signals reach it directly, and it prints the address.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use anyhow::Result;
+
+use crate::tools;
+
+/// Serves `www/dist` on `port` of this machine, until stopped.
+///
+/// # Errors
+/// If the bridge does not compile or cannot serve.
+pub fn serve(port: u16, open: bool) -> Result<()> {
+    let mut bridge = Command::new(build_bridge()?);
+    bridge
+        .current_dir(tools::root())
+        .args(["--page", "www/dist", "--port", &port.to_string()]);
+    if open {
+        bridge.arg("--open");
+    }
+    become_program(&mut bridge)
+}
+
+/// Compiles the bridge and returns its program.
+///
+/// # Errors
+/// If it does not compile.
+pub fn build_bridge() -> Result<PathBuf> {
+    tools::run(tools::cargo().args(["build", "--package", "slamlab-bridge"]))?;
+    Ok(tools::target_dir()
+        .join("debug")
+        .join("slamlab-bridge")
+        .with_extension(std::env::consts::EXE_EXTENSION))
+}
+
+#[cfg(unix)]
+fn become_program(program: &mut Command) -> Result<()> {
+    use std::os::unix::process::CommandExt;
+    // Returns only if the program cannot be started.
+    Err(program.exec().into())
+}
+
+#[cfg(not(unix))]
+fn become_program(program: &mut Command) -> Result<()> {
+    let status = program.status()?;
+    std::process::exit(status.code().unwrap_or(1))
+}

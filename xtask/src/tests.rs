@@ -1,0 +1,78 @@
+//! All tests: natively, in a browser, and the page as a user uses it.
+
+use anyhow::Result;
+use clap::ValueEnum;
+
+use crate::report::Report;
+use crate::wasm::Profile;
+use crate::{page, serve, tools};
+
+/// A group of tests that runs by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Suite {
+    /// Unit, integration, property and documentation tests, compiled for this machine
+    Native,
+    /// Tests compiled for wasm32, in headless Chromium
+    Wasm,
+    /// The page in headless Chromium, served by the bridge, at desktop and phone size
+    Page,
+}
+
+/// Runs the named suites, or all of them if none is named.
+///
+/// # Errors
+/// If a suite fails; the others run all the same.
+pub fn run(suites: &[Suite]) -> Result<()> {
+    let suites = if suites.is_empty() {
+        Suite::value_variants()
+    } else {
+        suites
+    };
+    let mut report = Report::default();
+    for suite in suites {
+        match suite {
+            Suite::Native => report.step("native tests", native),
+            Suite::Wasm => report.step("tests in the browser", wasm),
+            Suite::Page => report.step("the page", the_page),
+        }
+    }
+    report.finish()
+}
+
+fn native() -> Result<()> {
+    // Apart from the rest: together, cargo would join their features and compile the wasm-bindgen tool once more.
+    let rest = tools::run(
+        tools::cargo().args("test --workspace --exclude xtask --no-fail-fast".split(' ')),
+    );
+    rest.and(tools::run(
+        tools::cargo().args("test --package xtask".split(' ')),
+    ))
+}
+
+fn wasm() -> Result<()> {
+    tools::need_wasm_target()?;
+    tools::run(
+        tools::cargo()
+            .env("CHROME", tools::chrome()?)
+            .env("CHROMEDRIVER", tools::chromedriver()?)
+            .args(
+                "test --package slamlab-tests --package slamlab-web --tests --no-fail-fast"
+                    .split(' '),
+            )
+            .args(["--target", "wasm32-unknown-unknown"]),
+    )
+}
+
+fn the_page() -> Result<()> {
+    let chrome = tools::chrome()?;
+    page::build(Profile::Release)?;
+    let bridge = serve::build_bridge()?;
+    let folder = tools::root().join("tests/page");
+    page::install(&folder)?;
+    tools::run(
+        tools::npm(&folder)?
+            .env("CHROME", chrome)
+            .env("SLAMLAB_BRIDGE", bridge)
+            .args(["run", "--silent", "test"]),
+    )
+}
