@@ -14,7 +14,7 @@ export class SlamStick extends SlamElement {
     css`
       :host { display: none; }
       :host([shown]) { display: block; }
-      #base { width: 128px; height: 128px; border-radius: 50%; background: var(--glass); border: 1.5px solid var(--line-strong); backdrop-filter: blur(8px); touch-action: none; position: relative; cursor: grab; box-shadow: var(--shadow); }
+      #base { width: 128px; height: 128px; border-radius: 50%; background: var(--glass); border: 1.5px solid var(--line-strong); touch-action: none; position: relative; cursor: grab; box-shadow: var(--shadow); }
       #base::before { content: ""; position: absolute; inset: 14px; border-radius: 50%; border: 1px dashed var(--line-strong); }
       #knob { position: absolute; left: 50%; top: 50%; width: 56px; height: 56px; margin: -28px; border-radius: 50%; background: var(--accent); box-shadow: 0 3px 10px #0006; pointer-events: none; }
     `,

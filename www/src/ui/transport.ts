@@ -14,7 +14,7 @@ export class SlamTransport extends SlamElement {
   static override styles = [
     shared,
     css`
-      :host { display: flex; align-items: center; gap: 10px; padding: 8px; border: 1px solid var(--line); border-radius: 16px; background: var(--glass); backdrop-filter: blur(14px); box-shadow: var(--shadow); }
+      :host { display: flex; align-items: center; gap: 10px; padding: 8px; border: 1px solid var(--line); border-radius: 16px; background: var(--glass); box-shadow: var(--shadow); }
       .time { display: flex; gap: 6px; align-items: center; }
       .play { width: 44px; height: 44px; border-radius: 12px; background: var(--ink); color: var(--surface); border-color: transparent; }
       .play:hover { background: var(--ink); opacity: .88; }

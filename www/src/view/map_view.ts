@@ -28,7 +28,7 @@ export class SlamMap extends LitElement {
       #cross { position: absolute; width: 25px; height: 25px; margin: -13px 0 0 -13px; pointer-events: none; color: var(--map-path); display: none; }
       #pad:focus-visible ~ #cross { display: block; }
       #tools { position: absolute; right: 14px; top: 14px; display: flex; flex-direction: column; gap: 6px; }
-      #tools button { background: var(--glass); backdrop-filter: blur(10px); }
+      #tools button { background: var(--glass); }
       #tools button[aria-pressed="true"] { background: var(--accent); color: var(--on-accent); border-color: transparent; }
       #foot { position: absolute; left: 16px; bottom: 14px; display: flex; flex-direction: column; gap: 8px; pointer-events: none; font: 500 12px/1.3 var(--mono); color: var(--ink); }
       #hover { background: var(--glass); border: 1px solid var(--line); border-radius: 6px; padding: 4px 8px; width: max-content; }
