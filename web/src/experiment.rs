@@ -32,7 +32,10 @@ pub enum SetupError {
 /// The numbers of the moment; poses in the map frame, m and rad.
 #[wasm_bindgen]
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(missing_docs, reason = "names and units as in `Status` of www/src/protocol.ts")]
+#[expect(
+    missing_docs,
+    reason = "names and units as in `Status` of www/src/protocol.ts"
+)]
 pub struct ExperimentStatus {
     pub time: f64,
     pub scans: u32,
@@ -71,7 +74,14 @@ impl WebExperiment {
     ///
     /// # Errors    A sentence on the first thing that cannot be.
     #[wasm_bindgen(constructor)]
-    pub fn new(world: &str, is_file: bool, sensor: &str, seed: u32, method: &str, mode: &str) -> Result<Self, JsError> {
+    pub fn new(
+        world: &str,
+        is_file: bool,
+        sensor: &str,
+        seed: u32,
+        method: &str,
+        mode: &str,
+    ) -> Result<Self, JsError> {
         let world = load_world(world, is_file)?;
         let sensor = match sensor {
             "lidar" => SensorKind::Lidar,
@@ -108,8 +118,15 @@ impl WebExperiment {
     #[must_use]
     pub fn status(&self) -> ExperimentStatus {
         let (experiment, sim) = (&self.experiment, self.experiment.sim());
-        let (estimate, truth, odometry) = (experiment.estimate(), experiment.truth(), experiment.odometry_pose());
-        let goal = experiment.pilot().goal().unwrap_or(Point2::new(f64::NAN, f64::NAN));
+        let (estimate, truth, odometry) = (
+            experiment.estimate(),
+            experiment.truth(),
+            experiment.odometry_pose(),
+        );
+        let goal = experiment
+            .pilot()
+            .goal()
+            .unwrap_or(Point2::new(f64::NAN, f64::NAN));
         ExperimentStatus {
             time: sim.stamp().seconds(),
             scans: experiment.record().samples().len() as u32,
@@ -154,7 +171,11 @@ impl WebExperiment {
     /// Which planner found the path; empty without a path.
     #[must_use]
     pub fn planner(&self) -> String {
-        self.experiment.pilot().planner().map(|planner| format!("{planner:?}")).unwrap_or_default()
+        self.experiment
+            .pilot()
+            .planner()
+            .map(|planner| format!("{planner:?}"))
+            .unwrap_or_default()
     }
 
     /// Part of the reachable area that is known, 0 to 1. Costs more than a step.
@@ -181,7 +202,8 @@ impl WebExperiment {
     /// Drive by hand; fractions of the robot's highest speeds in [-1, 1], forward and to the left.
     pub fn drive(&mut self, forward: f64, turn: f64) {
         let robot = *self.experiment.sim().robot();
-        self.experiment.drive(forward * robot.max_speed, turn * robot.max_turn_rate);
+        self.experiment
+            .drive(forward * robot.max_speed, turn * robot.max_turn_rate);
     }
 
     /// Stop at once.
@@ -200,7 +222,10 @@ impl WebExperiment {
     #[must_use]
     pub fn truth(&self) -> Vec<f32> {
         let walls = self.experiment.sim().caster().walls();
-        view::segments(walls.iter().map(|wall| &wall.segment), &self.experiment.map_from_world())
+        view::segments(
+            walls.iter().map(|wall| &wall.segment),
+            &self.experiment.map_from_world(),
+        )
     }
 
     /// x y radius of what walks about.
@@ -219,13 +244,21 @@ impl WebExperiment {
     /// x y of the corners of the path.
     #[must_use]
     pub fn path(&self) -> Vec<f32> {
-        self.experiment.pilot().path().map(|path| view::polyline(&path.points)).unwrap_or_default()
+        self.experiment
+            .pilot()
+            .path()
+            .map(|path| view::polyline(&path.points))
+            .unwrap_or_default()
     }
 
     /// The same before it was shortened.
     #[must_use]
     pub fn raw_path(&self) -> Vec<f32> {
-        self.experiment.pilot().raw_path().map(|path| view::polyline(&path.points)).unwrap_or_default()
+        self.experiment
+            .pilot()
+            .raw_path()
+            .map(|path| view::polyline(&path.points))
+            .unwrap_or_default()
     }
 
     /// x1 y1 x2 y2 of the edges of the planner's trees.
@@ -238,7 +271,12 @@ impl WebExperiment {
     #[must_use]
     pub fn frontiers(&self) -> Vec<f32> {
         let grid = self.experiment.slam().grid();
-        let cells = self.experiment.pilot().frontiers().iter().flat_map(|frontier| &frontier.cells);
+        let cells = self
+            .experiment
+            .pilot()
+            .frontiers()
+            .iter()
+            .flat_map(|frontier| &frontier.cells);
         let centres: Vec<_> = cells.map(|&cell| grid.centre_of(cell)).collect();
         view::polyline(&centres)
     }

@@ -13,7 +13,10 @@ use crate::view::{self, GridBlocks};
 /// The numbers of the moment; poses in the map frame, m and rad.
 #[wasm_bindgen]
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(missing_docs, reason = "names and units as in `Status` of www/src/protocol.ts")]
+#[expect(
+    missing_docs,
+    reason = "names and units as in `Status` of www/src/protocol.ts"
+)]
 pub struct ReplayStatus {
     pub time: f64,
     pub progress: f64,
@@ -45,8 +48,13 @@ impl WebReplay {
     /// # Errors    A sentence on what is wrong with the log, with its line.
     #[wasm_bindgen(constructor)]
     pub fn new(bytes: &[u8], method: &str) -> Result<Self, JsError> {
-        let method = ReplayMethod::from_name(method).ok_or_else(|| SetupError::Method(method.to_owned()))?;
-        let replay = Replay::new(CarmenLog::parse(bytes)?, method, ScanMatcherConfig::default())?;
+        let method =
+            ReplayMethod::from_name(method).ok_or_else(|| SetupError::Method(method.to_owned()))?;
+        let replay = Replay::new(
+            CarmenLog::parse(bytes)?,
+            method,
+            ScanMatcherConfig::default(),
+        )?;
         Ok(Self { replay })
     }
 
@@ -59,7 +67,11 @@ impl WebReplay {
     #[must_use]
     pub fn status(&self) -> ReplayStatus {
         let (estimate, odometry) = (self.replay.estimate(), self.odometry());
-        let last = self.replay.scans_done().checked_sub(1).and_then(|last| self.replay.log().scans.get(last));
+        let last = self
+            .replay
+            .scans_done()
+            .checked_sub(1)
+            .and_then(|last| self.replay.log().scans.get(last));
         ReplayStatus {
             time: last.map_or(0.0, |scan| self.replay.log().stamp(scan).seconds()),
             progress: self.replay.progress(),
@@ -83,7 +95,11 @@ impl WebReplay {
     pub fn summary(&self) -> String {
         let log = self.replay.log();
         let beams = log.scans.first().map_or(0, |scan| log.readings(scan).len());
-        format!("{} scans of {beams} beams in {:.0} s", log.scans.len(), log.duration())
+        format!(
+            "{} scans of {beams} beams in {:.0} s",
+            log.scans.len(),
+            log.duration()
+        )
     }
 
     /// For each scan so far: NaN NaN (no truth), odometry x y, estimate x y.
@@ -95,7 +111,15 @@ impl WebReplay {
             .zip(self.replay.trajectory())
             .flat_map(|(scan, (_, pose))| {
                 let odometry = map_from_odom * scan.odom_from_robot;
-                [f64::NAN, f64::NAN, odometry.x(), odometry.y(), pose.x(), pose.y()].map(|number| number as f32)
+                [
+                    f64::NAN,
+                    f64::NAN,
+                    odometry.x(),
+                    odometry.y(),
+                    pose.x(),
+                    pose.y(),
+                ]
+                .map(|number| number as f32)
             })
             .collect()
     }
@@ -110,7 +134,10 @@ impl WebReplay {
     /// x y of what the last scan hit.
     #[must_use]
     pub fn scan(&self) -> Vec<f32> {
-        view::hits(self.replay.matcher().last_points(), &self.replay.estimate().pose)
+        view::hits(
+            self.replay.matcher().last_points(),
+            &self.replay.estimate().pose,
+        )
     }
 
     /// The matcher keeps no lines.
@@ -164,11 +191,21 @@ impl WebReplay {
     }
 
     fn map_from_odom(&self) -> Pose2 {
-        self.replay.log().scans.first().map_or_else(Pose2::identity, |scan| scan.odom_from_robot.inverse())
+        self.replay
+            .log()
+            .scans
+            .first()
+            .map_or_else(Pose2::identity, |scan| scan.odom_from_robot.inverse())
     }
 
     fn odometry(&self) -> Pose2 {
-        let last = self.replay.scans_done().checked_sub(1).and_then(|last| self.replay.log().scans.get(last));
-        last.map_or_else(Pose2::identity, |scan| self.map_from_odom() * scan.odom_from_robot)
+        let last = self
+            .replay
+            .scans_done()
+            .checked_sub(1)
+            .and_then(|last| self.replay.log().scans.get(last));
+        last.map_or_else(Pose2::identity, |scan| {
+            self.map_from_odom() * scan.odom_from_robot
+        })
     }
 }

@@ -45,7 +45,11 @@ impl GridBlocks {
     /// The blocks of `grid` that changed after `since`.
     #[must_use]
     pub fn since(grid: &Grid, since: f64) -> Self {
-        let mut blocks = Self { revision: grid.revision(), index: vec![], cells: vec![] };
+        let mut blocks = Self {
+            revision: grid.revision(),
+            index: vec![],
+            cells: vec![],
+        };
         for (block, log_odds) in grid.blocks_since(since as u64) {
             blocks.index.extend([block.col, block.row]);
             blocks.cells.extend(log_odds.iter().map(|&l| tone(l)));
@@ -76,7 +80,8 @@ pub(crate) fn free_area(grid: &Grid) -> f64 {
 /// x y of what the scan hit, map frame.
 pub(crate) fn hits(points: Option<&Points>, map_from_robot: &Pose2) -> Vec<f32> {
     let hits = points.into_iter().flat_map(Points::hits);
-    hits.flat_map(|beam| flat(*map_from_robot * beam.end_in_robot)).collect()
+    hits.flat_map(|beam| flat(*map_from_robot * beam.end_in_robot))
+        .collect()
 }
 
 /// For each wall: alpha, r, var alpha, cov alpha r, var r, x1, y1, x2, y2, matched in the last scan, confirmed.
@@ -85,16 +90,29 @@ pub(crate) fn lines(slam: &Slam) -> Vec<f64> {
     let mut numbers = vec![];
     for wall in slam.landmarks() {
         let [a, b] = wall.ends;
-        numbers.extend([wall.line.alpha(), wall.line.r(), wall.cov[(0, 0)], wall.cov[(0, 1)], wall.cov[(1, 1)]]);
+        numbers.extend([
+            wall.line.alpha(),
+            wall.line.r(),
+            wall.cov[(0, 0)],
+            wall.cov[(0, 1)],
+            wall.cov[(1, 1)],
+        ]);
         numbers.extend([a.x, a.y, b.x, b.y]);
-        numbers.extend([is_matched(wall.id), wall.is_confirmed].map(|yes| f64::from(u8::from(yes))));
+        numbers
+            .extend([is_matched(wall.id), wall.is_confirmed].map(|yes| f64::from(u8::from(yes))));
     }
     numbers
 }
 
 /// x1 y1 x2 y2 of each segment, moved into the map frame.
-pub(crate) fn segments<'a>(segments: impl Iterator<Item = &'a Segment>, map_from: &Pose2) -> Vec<f32> {
-    segments.flat_map(|s| [flat(*map_from * s.a), flat(*map_from * s.b)]).flatten().collect()
+pub(crate) fn segments<'a>(
+    segments: impl Iterator<Item = &'a Segment>,
+    map_from: &Pose2,
+) -> Vec<f32> {
+    segments
+        .flat_map(|s| [flat(*map_from * s.a), flat(*map_from * s.b)])
+        .flatten()
+        .collect()
 }
 
 /// x y of each point.

@@ -1,6 +1,6 @@
 // The page's end of the wire to the worker: sends commands, hands frames to scene and store.
 
-import type { Answer, Command, Setup } from "./protocol.js";
+import type { Answer, Command, Setup, SourceKind } from "./protocol.js";
 import { downloadAll } from "./save.js";
 import type { Store } from "./store.js";
 import type { Scene } from "./view/scene.js";
@@ -11,6 +11,7 @@ export class Client {
   readonly #scene: Scene;
   #run = 0;
   #undrawn = false;
+  #simSpeed = 1;
   /** Called when a run begins, before its first frame. */
   onStart: () => void = () => {};
 
@@ -30,7 +31,6 @@ export class Client {
   /** Starts a simulated run with the present setup, changed by `patch`. */
   start(patch: Partial<Setup> = {}): void {
     this.send({ kind: "start", setup: { ...this.#store.setup, ...patch }, play: true });
-    this.setSpeed(this.#store.speed);
   }
 
   setSpeed(factor: number): void {
@@ -67,7 +67,7 @@ export class Client {
 
   stop(): void {
     this.#store.set("run", { aiming: false });
-    this.send({ kind: "stop" });
+    this.send({ kind: this.#store.source === "sim" ? "stop" : "cancel" });
   }
 
   async open(file: File): Promise<void> {
@@ -79,8 +79,6 @@ export class Client {
         this.start({ world: file.name, worldJson, mode: "explore" });
       } else {
         store.note({ time: 0, level: "info", text: `Reading ${file.name}…` });
-        this.send({ kind: "speed", factor: Infinity });
-        store.set("run", { speed: Infinity });
         this.send({ kind: "replay", name: file.name, bytes, method: "scan-matching" }, [bytes]);
       }
     } catch (error) {
@@ -96,6 +94,13 @@ export class Client {
     this.send({ kind: "drawn" });
   }
 
+  /** A recording goes as fast as it can; the simulation after it as fast as the one before. */
+  #pace(next: SourceKind): void {
+    if (next === "replay" && this.#store.source === "sim") this.#simSpeed = this.#store.speed;
+    if (next === "sim" && this.#store.source === "replay") this.#store.speed = this.#simSpeed;
+    this.setSpeed(next === "replay" ? Infinity : this.#store.speed);
+  }
+
   /** A command to the robot means that it should move: a paused run goes on. */
   #wake(): void {
     if (!this.#store.playing) this.send({ kind: "play" });
@@ -108,6 +113,7 @@ export class Client {
         break;
       case "started":
         this.#run = answer.run;
+        this.#pace(answer.source);
         this.#scene.clear();
         store.history.clear();
         store.log = [];

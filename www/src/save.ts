@@ -3,8 +3,11 @@
 import type { SavedFile } from "./protocol.js";
 import type { Tiles } from "./view/tiles.js";
 
+/** Wall milliseconds between two downloads: browsers give up the first when the second comes at once. */
+const SPACING = 250;
+
 export function downloadAll(files: readonly SavedFile[]): void {
-  for (const file of files) download(new Blob([file.bytes], { type: file.mime }), file.name);
+  files.forEach((file, i) => setTimeout(() => download(new Blob([file.bytes], { type: file.mime }), file.name), i * SPACING));
 }
 
 export function download(blob: Blob, name: string): void {

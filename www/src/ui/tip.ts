@@ -24,7 +24,7 @@ export class SlamTip extends SlamElement {
 
   override render(): TemplateResult | typeof nothing {
     const { status, source } = this.store;
-    if (this.#seen || source !== "sim" || !status || status.time < 8) return nothing;
+    if (this.#seen || source !== "sim" || !status || status.time < 8 || status.finished) return nothing;
     if (status.mode !== "explore") {
       this.dismiss();
       return nothing;

@@ -51,7 +51,7 @@ export class SlamTransport extends SlamElement {
     return html`
       <div class="time" role="group" aria-label="Time">
         <button class="play" data-testid="play" aria-label=${store.playing ? "Pause" : "Play"} title="${store.playing ? "Pause" : "Play"} (P)"
-          ?disabled=${finished && store.source === "replay"}
+          ?disabled=${finished}
           @click=${(e: Event) => { client.send({ kind: store.playing ? "pause" : "play" }); this.giveBackFocus(e); }}>${store.playing ? icons.pause : icons.play}</button>
         <button class="icon" data-testid="step" aria-label="Step one scan" title="Step one scan (N)" ?disabled=${finished}
           @click=${(e: Event) => { client.send({ kind: "step" }); this.giveBackFocus(e); }}>${icons.step}</button>

@@ -19,8 +19,10 @@ export function draw({ context, camera, palette, scene }: Brush): void {
     }
     context.stroke();
   };
+  context.globalAlpha = 0.8;
   trail(2, palette.css.odometry, 1.5, [1.5, 3.5]);
   trail(0, palette.css.truth, 2, [6, 4]);
   trail(4, palette.css.estimate, 2, []);
+  context.globalAlpha = 1;
   context.setLineDash([]);
 }
