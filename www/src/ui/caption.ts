@@ -16,7 +16,7 @@ export function caption(store: Store): Caption {
     const left = Number.isFinite(status.remaining) ? `${clock(status.remaining)} left` : "";
     return { doing: `${playing ? "Mapping" : "Paused in"} ${title}`, more: [percent(status.progress), left].filter(Boolean).join(", ") };
   }
-  const known = Number.isFinite(status.explored) ? `${percent(status.explored)} of the building known` : "";
+  const known = Number.isFinite(status.explored) ? `${percent(status.explored)} known` : "";
   if (status.finished) return { doing: sentence(status.reason) || "Finished", more: known };
   if (store.aiming) return { doing: "Click the map where the robot should go", more: "" };
   const doing = { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode];

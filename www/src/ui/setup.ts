@@ -49,8 +49,9 @@ export class SlamSetup extends SlamElement {
       <div class="grid" role="group" aria-labelledby="run">
         <label class="wide">World
           <select data-testid="world" @change=${(e: Event) => this.#restart({ world: value(e), worldJson: null })}>
-            ${own ? html`<option selected value=${setup.world}>${setup.world}</option>` : ""}
-            ${WORLDS.map((w) => html`<option value=${w} .selected=${!own && w === setup.world}>${WORLD_WORDS[w] ?? w}</option>`)}
+            ${source === "replay" ? html`<option selected value="">Recording: ${title}</option>` : ""}
+            ${own ? html`<option .selected=${source === "sim"} value=${setup.world} disabled>${setup.world}</option>` : ""}
+            ${WORLDS.map((w) => html`<option value=${w} .selected=${source === "sim" && !own && w === setup.world}>${WORLD_WORDS[w] ?? w}</option>`)}
           </select>
         </label>
         <label>Sensor
@@ -87,7 +88,7 @@ export class SlamSetup extends SlamElement {
         <button data-testid="save-map" title="Save the map as PGM and YAML (M)" @click=${() => this.client.send({ kind: "save" })}>${icons.save} Map</button>
         <button data-testid="save-png" title="Save the map as a picture" @click=${() => this.dispatchEvent(new CustomEvent("save-picture", { bubbles: true, composed: true }))}>${icons.image} PNG</button>
       </div>
-      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to simulate again.` : "Drop a CARMEN log (.clf, .log) or a world (.json) anywhere on the page."}</p>
+      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : "Drop a CARMEN log (.clf, .log) or a world (.json) anywhere on the page."}</p>
     `;
   }
 

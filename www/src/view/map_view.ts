@@ -16,6 +16,9 @@ import type { Scene } from "./scene.js";
 const EASE = 6;
 const REFIT_MILLIS = 300;
 
+/** The panels that a phone shows as a sheet over the map. */
+const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", layers: "#legend", log: "#log-panel" } as const;
+
 export class SlamMap extends LitElement {
   static override styles = [
     shared,
@@ -68,6 +71,7 @@ export class SlamMap extends LitElement {
     super.connectedCallback();
     new Listening(this, this.store, "view", "run");
     this.store.on("theme", () => (this.#palette = null));
+    this.store.on("tab", () => requestAnimationFrame(() => this.#resize()));
     requestAnimationFrame((now) => this.#tick(now));
   }
 
@@ -191,15 +195,19 @@ export class SlamMap extends LitElement {
     Object.assign(this.camera, { width: clientWidth, height: clientHeight, ratio });
     const phone = matchMedia("(max-width: 760px)").matches;
     const dock = parseFloat(getComputedStyle(this).getPropertyValue("--dock")) || 0;
+    // An open sheet covers the lower part of the map: what is fitted goes above it.
+    const sheet = phone && this.store.tab !== "" ? document.querySelector(SHEETS[this.store.tab])?.getBoundingClientRect() : undefined;
+    const covered = sheet && sheet.height > 0 ? this.getBoundingClientRect().bottom - sheet.top : dock;
     const legend = matchMedia("(min-width: 1180px)").matches ? 238 : 14;
     this.camera.inset = phone
-      ? { top: 12, right: 12, bottom: dock + 12, left: 12 }
+      ? { top: 12, right: 12, bottom: covered + 12, left: 12 }
       : { top: 24, right: 62, bottom: 92, left: legend };
     for (const id of ["ground", "overlays"]) {
       const canvas = this.#element(id) as HTMLCanvasElement;
       canvas.width = Math.round(clientWidth * ratio);
       canvas.height = Math.round(clientHeight * ratio);
     }
+
     this.#drawn = { ground: "", overlays: "" };
     this.#fitAt = -Infinity;
     const cross = this.#element("cross");
