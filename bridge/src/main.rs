@@ -2,6 +2,7 @@
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 use clap::Parser;
 
@@ -26,8 +27,18 @@ struct Flags {
 }
 
 #[tokio::main]
-async fn main() -> anyhow::Result<()> {
-    let mut flags = Flags::parse();
+async fn main() -> ExitCode {
+    match serve(Flags::parse()).await {
+        Ok(()) => ExitCode::SUCCESS,
+        // One sentence, also where RUST_BACKTRACE is set.
+        Err(error) => {
+            eprintln!("slamlab-bridge: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+async fn serve(mut flags: Flags) -> anyhow::Result<()> {
     tracing_subscriber::fmt()
         .with_writer(std::io::stderr)
         .with_target(false)

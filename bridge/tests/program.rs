@@ -1,5 +1,6 @@
 //! The program itself: it says where it is, stops when asked, and fails with a sentence.
 #![allow(missing_docs)] // a test binary has no public interface
+#![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -15,6 +16,7 @@ fn bridge(arguments: &[&str], page: &TempDir) -> Command {
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped());
+    command.env("RUST_BACKTRACE", "1");
     command
 }
 
@@ -32,7 +34,13 @@ fn fails(mut command: Command) -> String {
     } = command.output().unwrap();
     assert!(!status.success());
     assert!(stdout.is_empty(), "it must not claim to serve");
-    String::from_utf8(stderr).unwrap()
+    let error = String::from_utf8(stderr).unwrap();
+    assert_eq!(
+        error.lines().count(),
+        1,
+        "one sentence, no backtrace: {error}"
+    );
+    error
 }
 
 #[test]

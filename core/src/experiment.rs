@@ -11,9 +11,10 @@ mod figures;
 
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
+use crate::map::GridConfig;
 use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation};
 use crate::robot::{RobotModel, TrackOdometry};
-use crate::sim::{SensorKind, SensorModel, SimError, Simulation, World};
+use crate::sim::{SensorModel, SimError, Simulation, World};
 use crate::slam::{Method, Slam, SlamConfig, SlamError};
 pub use figures::{Figures, Record, Sample};
 
@@ -44,9 +45,15 @@ pub struct ExperimentConfig {
 }
 
 impl ExperimentConfig {
-    /// The default settings, for the given world, sensor and seed.
+    /// The settings for the given world, robot, sensor and seed: the line filter explores. A sensor that scans only on
+    /// command sees each cell a few times at most, so its grid takes Celej's quicker figures.
     #[must_use]
     pub fn new(world: World, robot: RobotModel, sensor: SensorModel, seed: u64) -> Self {
+        let grid = if sensor.scans_on_command() {
+            GridConfig::celej()
+        } else {
+            GridConfig::default()
+        };
         Self {
             world,
             robot,
@@ -54,7 +61,10 @@ impl ExperimentConfig {
             seed,
             method: Method::LineEkf,
             mode: Mode::Explore,
-            slam: SlamConfig::default(),
+            slam: SlamConfig {
+                grid,
+                ..SlamConfig::default()
+            },
             pilot: PilotConfig::default(),
         }
     }
@@ -123,7 +133,7 @@ impl Experiment {
             points: self.slam.points(),
             motion_since_scan: self.slam.motion_since_scan(),
             robot_is_busy: self.sim.is_busy(),
-            scans_on_command: self.sim.sensor().kind() == SensorKind::Rangers,
+            scans_on_command: self.sim.sensor().scans_on_command(),
         });
         if let Some(command) = command {
             self.sim.command(command);

@@ -110,7 +110,7 @@ impl Slam {
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         scan.validate()?;
         let points = Points::from_rolling_scan(scan, &self.history, &self.config.points);
-        self.estimator.correct(&points)?;
+        self.estimator.correct(&points, scan)?;
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
         Ok(())

@@ -11,7 +11,7 @@ export default defineConfig({
   retries: 0,
   // Two cores: two pages that simulate at once would starve each other and make times meaningless.
   workers: 1,
-  timeout: 120_000,
+  timeout: 60_000,
   expect: { timeout: 15_000 },
   reporter: [['list']],
   use: {

@@ -1,6 +1,7 @@
 //! The bridge as a browser meets it: files, their types, what fences the page in, and what is refused.
 #![cfg(not(target_family = "wasm"))] // opens sockets
 #![allow(missing_docs)] // a test binary has no public interface
+#![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
 
 use std::fs;
 use std::net::SocketAddr;

@@ -1,5 +1,7 @@
 //! `cargo xtask`: reads the command line and calls the library.
 
+use std::process::ExitCode;
+
 use clap::{Args, Parser, Subcommand};
 use xtask::wasm::Profile;
 use xtask::{check, page, serve, tests};
@@ -60,8 +62,19 @@ impl Speed {
     }
 }
 
-fn main() -> anyhow::Result<()> {
-    match Cli::parse().command {
+fn main() -> ExitCode {
+    match obey(Cli::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        // One sentence, also where RUST_BACKTRACE is set.
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn obey(command: Command) -> anyhow::Result<()> {
+    match command {
         Command::Run { speed, port, open } => {
             page::build(speed.profile())?;
             serve::serve(port, open)

@@ -121,6 +121,7 @@ mod tests {
             last_beam: 9,
             n_points: 10,
             chi2: 8.0,
+            by_heading: [Vector2::zeros(); 2],
         }
     }
 

@@ -2,6 +2,8 @@
 
 mod follow;
 mod safe;
+#[cfg(test)]
+mod tests;
 mod watch;
 
 pub use follow::{FollowConfig, Follower, Steering};

@@ -78,13 +78,13 @@ pub fn limit_speed(
         )
     });
     let free = free.into_iter().fold(longest, f64::min);
+    if free >= longest {
+        return (forward, turn);
+    }
     // v t + v²/(2 a) = d
     let at = brake * config.reaction;
     let safe = (at * at + 2.0 * brake * free).sqrt() - at;
-    if safe >= forward.abs() {
-        return (forward, turn);
-    }
-    (safe.copysign(forward), turn)
+    (safe.min(forward.abs()).copysign(forward), turn)
 }
 
 /// How far a disc of `radius` moves along the arc of the given speeds before it touches a point of the scan, m; `most`
@@ -104,7 +104,7 @@ pub fn free_distance(
         .map(|beam| robot_from_scan * beam.end_in_robot)
         .filter(|p| p.coords.norm_squared() < near * near)
         .collect();
-    if obstacles.is_empty() || forward == 0.0 || !(most > 0.0) {
+    if obstacles.is_empty() || forward == 0.0 || most.is_nan() || most <= 0.0 {
         return most.max(0.0);
     }
     let steps = (most / STEP).ceil().clamp(1.0, 1e3) as usize;

@@ -9,7 +9,7 @@ mod triangle;
 
 pub use ekf_slam::{
     Consistency, EkfConfig, EkfError, EkfSlam, Landmark, LandmarkId, Match, Rejected, Rejection,
-    UpdateReport,
+    SweepTiming, UpdateReport,
 };
 pub use measures::{align, ate_rmse};
 pub use relations::{RelationErrors, relation_errors};

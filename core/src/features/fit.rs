@@ -36,6 +36,9 @@ pub struct LineFeature {
     pub n_points: usize,
     /// Σ d²/σ_d² of the residuals: χ² with `n_points - 2` degrees of freedom on a flat wall.
     pub chi2: f64,
+    /// How (α, r) change when the heading was off by 1 rad at the first beam, and at the last, fading to none at the middle
+    /// one: what slipping tracks do to a wall while a turning lidar sweeps over it. rad/rad, m/rad.
+    pub by_heading: [Vector2<f64>; 2],
 }
 
 impl LineFeature {
@@ -213,18 +216,29 @@ pub(super) fn fit_samples(samples: &[Sample]) -> Result<LineFeature, FitError> {
     );
     let (mean_t, r) = (tangent.dot(&mean), line.r());
     let (mut aa, mut ar, mut rr, mut chi2) = (0.0, 0.0, 0.0, 0.0);
+    let mut by_heading = [Vector2::zeros(); 2];
+    let middle = 0.5 * (first.beam_idx + last.beam_idx) as f64;
+    let half = (last.beam_idx as f64 - middle).abs().max(0.5);
+    let effect = |s: &Sample, n: f64, t: f64, dn: f64, dt: f64| {
+        let by_alpha = -s.weight * (t * dn + n * dt) / spread;
+        Vector2::new(by_alpha, s.weight / total * dn + mean_t * by_alpha)
+    };
     for s in kept() {
         let n = normal.dot(&s.point.coords) - r;
         let t = tangent.dot(&s.point.coords) - mean_t;
         let (un, ut) = (normal.dot(&s.along), tangent.dot(&s.along));
         // The range moves the point along u, the bearing across it: (n, t) by (un, ut) and by (-ut, un).
         for (dn, dt, variance) in [(un, ut, s.var_along), (-ut, un, s.var_across)] {
-            let by_alpha = -s.weight * (t * dn + n * dt) / spread;
-            let by_r = s.weight / total * dn + mean_t * by_alpha;
+            let by = effect(s, n, t, dn, dt);
+            let (by_alpha, by_r) = (by.x, by.y);
             aa += by_alpha * by_alpha * variance;
             ar += by_alpha * by_r * variance;
             rr += by_r * by_r * variance;
         }
+        // A turn about the robot moves the point by its distance, at right angles.
+        let from_middle = ((s.beam_idx as f64 - middle) / half).clamp(-1.0, 1.0);
+        by_heading[usize::from(from_middle > 0.0)] +=
+            effect(s, n, t, -(t + mean_t), r + n) * from_middle.abs();
         chi2 += n * n / s.variance_across(&normal);
     }
     Ok(LineFeature {
@@ -236,6 +250,7 @@ pub(super) fn fit_samples(samples: &[Sample]) -> Result<LineFeature, FitError> {
         last_beam: last.beam_idx,
         n_points,
         chi2,
+        by_heading,
     })
 }
 

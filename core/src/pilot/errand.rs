@@ -6,10 +6,10 @@ use super::explorer::Explorer;
 use super::{Failure, Finish, Mode, Pilot, Situation, Status};
 use crate::control::{Follower, ProgressWatch};
 use crate::geom::Segment;
-use crate::map::{CellIndex, CellRect, Grid};
+use crate::map::{CellIndex, CellRect, CellState, Grid};
 use crate::plan::{
-    ConfigSpace, GridSpace, NoPath, Path, Route, Unknown, Wavefront, find_frontiers, plan_route,
-    rect_around,
+    ConfigSpace, Frontier, GridSpace, NoPath, Path, Route, Unknown, Wavefront, find_frontiers,
+    plan_route, rect_around,
 };
 use crate::robot::Stamp;
 
@@ -128,12 +128,19 @@ impl Pilot {
         self.status = Status::Scanning;
         // A target that is still there stays the target: no dithering between two that promise alike.
         let kept = self.errand.explorer.target.as_ref().and_then(|t| t.goal);
-        if let Some(goal) = kept.filter(|_| !self.errand.explorer.target_has_vanished(now.grid)) {
-            if self.route_to(goal, Unknown::Blocked, now).is_ok() {
-                return true;
-            }
+        if let Some(goal) = kept
+            && !self.errand.explorer.target_has_vanished(now.grid)
+            && self.route_to(goal, Unknown::Blocked, now).is_ok()
+        {
+            return true;
         }
-        let found = self.look_for_frontiers(now);
+        let found = match self.look_for_frontiers(now) {
+            Ok(found) => found,
+            Err(reason) => {
+                self.wriggle_free(reason, now);
+                return false;
+            }
+        };
         for attempt in 0..PLAN_ATTEMPTS {
             let known = if attempt == 0 {
                 found.clone()
@@ -147,24 +154,46 @@ impl Pilot {
             self.errand.empty_looks = 0;
             match self.route_to(goal, Unknown::Blocked, now) {
                 Ok(()) => return true,
+                Err(reason @ NoPath::StartBlocked { .. }) => {
+                    // Says nothing about the frontier.
+                    self.wriggle_free(reason, now);
+                    return false;
+                }
                 Err(_) => self.errand.explorer.give_up(),
             }
         }
         false
     }
 
-    fn look_for_frontiers(&mut self, now: &Situation) -> Vec<crate::plan::Frontier> {
+    /// The map says that the robot is enclosed where it stands: an error of pose or map that backing off and the next
+    /// scans may mend.
+    fn wriggle_free(&mut self, reason: NoPath, now: &Situation) {
+        self.errand.failed_plans += 1;
+        self.errand.backing_until = Some(now.stamp.plus(self.config.back_off));
+        if self.errand.failed_plans >= 2 * PLAN_ATTEMPTS {
+            self.status = Status::Failed(Failure::NoPath(reason));
+        }
+    }
+
+    /// # Errors    [`NoPath::StartBlocked`] where the robot is enclosed.
+    fn look_for_frontiers(&self, now: &Situation) -> Result<Vec<Frontier>, NoPath> {
         let here = now.estimate.pose.position();
         let narrowest = self.config.route.margins.last().copied().unwrap_or(0.0);
         let keep = self.model.radius() + narrowest;
         let Some(rect) = rect_around(now.grid, &[here], 2, i32::MAX) else {
-            return vec![];
+            return Ok(vec![]);
         };
         let space = GridSpace::new(now.grid, rect, keep, Unknown::Blocked);
         let reach = keep + self.config.route.escape_reach;
-        let start = space.escape(here, reach).unwrap_or(here);
+        // Before the first scans have told anything everything is unknown: that is no wall around the robot.
+        let is_blank = !space.states().contains(&CellState::Free);
+        let Some(start) = space.escape(here, reach) else {
+            let (x, y) = (here.x, here.y);
+            let blocked = NoPath::StartBlocked { x, y };
+            return if is_blank { Ok(vec![]) } else { Err(blocked) };
+        };
         let wave = Wavefront::new(&space, start);
-        find_frontiers(&space, &wave, &self.config.frontier)
+        Ok(find_frontiers(&space, &wave, &self.config.frontier))
     }
 
     /// Exploration is over when several looks at a map that goes on changing show nothing new.

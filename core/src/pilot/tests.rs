@@ -73,7 +73,7 @@ impl Toy {
         let near = self.walls.iter().map(|s| s.distance(here));
         self.nearest = near.fold(self.nearest, f64::min);
         self.tick += 1;
-        if self.tick % 4 == 0 {
+        if self.tick.is_multiple_of(4) {
             self.scan();
         }
     }

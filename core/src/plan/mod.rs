@@ -6,6 +6,8 @@ mod path;
 mod route;
 mod rrt;
 mod shorten;
+#[cfg(test)]
+mod tests;
 mod tree;
 mod wavefront;
 

@@ -226,13 +226,13 @@ fn aim_at(
             .index_at(point)
             .filter(|&cell| wave.cost(cell).is_some())
     };
-    if space.is_free(goal) {
-        if let Some(cell) = reached(goal) {
-            return Ok(Aim {
-                point: goal,
-                cell: Some(cell),
-            });
-        }
+    if space.is_free(goal)
+        && let Some(cell) = reached(goal)
+    {
+        return Ok(Aim {
+            point: goal,
+            cell: Some(cell),
+        });
     }
     let near = space.free_cells_near(goal, reach);
     if let Some((point, cell)) = near.iter().find_map(|&p| reached(p).map(|cell| (p, cell))) {

@@ -7,7 +7,7 @@
 //!    so that the order of the beams does not matter, σ² the sum of both variances.
 //! 3. If asked, runs are broken where the distance exceeds ν times the mean of the run (TDK 2016 §4.2, for doors that
 //!    the ranger sees with evenly spaced points).
-//! 4. On a full circle the last run is joined to the first by the same test. A circle without any break starts at the
+//! 4. On a full circle, if the robot stood, the last run is joined to the first by the same test. A circle without any break starts at the
 //!    farthest beam: along a straight wall the range has no inner maximum, so that is a corner.
 //!
 //! Angles between beams come from cross and dot products: no transcendental call per beam.
@@ -138,7 +138,9 @@ fn close_circle(beams: &[Beam], limits: &Limits, runs: &mut Vec<Run>) {
         (a.end_in_robot - a.origin_in_robot).perp(&(b.end_in_robot - b.origin_in_robot))
     };
     let goes_on = turn(last_beam, first_beam) * turn(first_beam, second) > 0.0;
-    if beams.len() < 3 || !goes_on || !limits.joins(last_beam, first_beam) {
+    // A moving robot saw both sides of the seam a whole sweep apart: no wall is known that well across it.
+    let stood = (last_beam.origin_in_robot - first_beam.origin_in_robot).norm() < 1e-3;
+    if beams.len() < 3 || !goes_on || !stood || !limits.joins(last_beam, first_beam) {
         return;
     }
     match runs.as_mut_slice() {

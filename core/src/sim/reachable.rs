@@ -16,7 +16,7 @@ use super::{Caster, World};
 use crate::geom::sin_cos;
 
 /// Rays from each look-out.
-const RAYS: usize = 720;
+const RAYS: usize = 360;
 /// Distance between look-outs, m.
 const LOOKOUT_SPACING: f64 = 0.5;
 /// Bound on the cells of the bitmap; beyond, the cells become larger.
@@ -121,13 +121,14 @@ impl ReachableArea {
         }
         while let Some(index) = front.pop() {
             for next in self.neighbours(index) {
-                let free = caster.clearance(self.centre(next), radius) >= radius;
-                match self.standing.get_mut(next) {
-                    Some(stands) if free && !*stands => {
-                        *stands = true;
-                        front.push(next);
-                    }
-                    _ => {}
+                if self.standing.get(next) != Some(&false)
+                    || caster.clearance(self.centre(next), radius) < radius
+                {
+                    continue;
+                }
+                if let Some(stands) = self.standing.get_mut(next) {
+                    *stands = true;
+                    front.push(next);
                 }
             }
         }
@@ -136,23 +137,32 @@ impl ReachableArea {
 
     fn look_round(&mut self, caster: &Caster) {
         let spacing = ((LOOKOUT_SPACING / self.resolution) as usize).max(1);
+        let direction = |ray: usize| {
+            let (sin, cos) = sin_cos(TAU * ray as f64 / RAYS as f64);
+            Vector2::new(cos, sin)
+        };
+        let directions: Vec<_> = (0..RAYS).map(direction).collect();
         let far = (self.cols + self.rows) as f64 * self.resolution;
         for row in (0..self.rows).step_by(spacing) {
             for col in (0..self.cols).step_by(spacing) {
                 let index = row * self.cols + col;
                 if self.standing.get(index) == Some(&true) {
-                    self.look_from(self.centre(index), far, caster);
+                    self.look_from(self.centre(index), &directions, far, caster);
                 }
             }
         }
     }
 
-    fn look_from(&mut self, eye: Point2<f64>, far: f64, caster: &Caster) {
-        for ray in 0..RAYS {
-            let (sin, cos) = sin_cos(TAU * ray as f64 / RAYS as f64);
-            let direction = Vector2::new(cos, sin);
+    fn look_from(
+        &mut self,
+        eye: Point2<f64>,
+        directions: &[Vector2<f64>],
+        far: f64,
+        caster: &Caster,
+    ) {
+        for direction in directions {
             // No wall, no floor: outside of the building nothing counts.
-            let Some(hit) = caster.cast(eye, direction, far) else {
+            let Some(hit) = caster.cast(eye, *direction, far) else {
                 continue;
             };
             for step in 1..(hit.distance / self.resolution) as usize {

@@ -1,12 +1,12 @@
 //! The methods behind [`super::Slam`], each with the map it fills.
 
 use super::{Method, SlamConfig, SlamError};
-use crate::estimation::{EkfSlam, ScanMatcher, UpdateReport};
+use crate::estimation::{EkfSlam, ScanMatcher, SweepTiming, UpdateReport};
 use crate::features::{LineExtractor, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::map::Grid;
 use crate::points::Points;
-use crate::robot::{Odometry, Stamp};
+use crate::robot::{Odometry, Scan, Stamp};
 
 /// A method and its state.
 #[derive(Clone, Debug)]
@@ -69,7 +69,7 @@ impl Estimator {
         Ok(())
     }
 
-    pub(super) fn correct(&mut self, points: &Points) -> Result<(), SlamError> {
+    pub(super) fn correct(&mut self, points: &Points, scan: &Scan) -> Result<(), SlamError> {
         match self {
             Self::Odometry {
                 grid,
@@ -89,7 +89,7 @@ impl Estimator {
                 grid,
             } => {
                 extractor.extract(points, features);
-                *report = ekf.update(features)?;
+                *report = ekf.update(features, &SweepTiming::at(points.stamp, scan))?;
                 let pose = ekf.estimate().pose;
                 grid.insert(points, &pose);
                 track.push((points.stamp, pose));

@@ -17,6 +17,7 @@ pub(super) use view::{Span, View};
 
 use rand::Rng;
 
+use crate::geom::Pose2;
 use crate::robot::Scan;
 
 /// The sensors that a world file or a command line can name.
@@ -68,6 +69,30 @@ impl SensorModel {
         match self {
             Self::Lidar(_) => SensorKind::Lidar,
             Self::Rangers(_) => SensorKind::Rangers,
+        }
+    }
+
+    /// Whether it looks round only on [`crate::robot::Command::Scan`].
+    #[must_use]
+    pub fn scans_on_command(&self) -> bool {
+        matches!(self, Self::Rangers(_))
+    }
+
+    /// Where it sits on the robot.
+    #[must_use]
+    pub fn robot_from_sensor(&self) -> Pose2 {
+        match self {
+            Self::Lidar(model) => model.robot_from_sensor,
+            Self::Rangers(model) => model.robot_from_sensor,
+        }
+    }
+
+    /// The farthest range it reports, m.
+    #[must_use]
+    pub fn max_range(&self) -> f64 {
+        match self {
+            Self::Lidar(model) => model.max_range,
+            Self::Rangers(model) => model.max_range,
         }
     }
 

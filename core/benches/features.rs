@@ -1,0 +1,38 @@
+//! Line extraction from one revolution of the simulated lidar in the office: 360 beams.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use slamlab_core::features::{LineConfig, LineExtractor};
+use slamlab_core::geom::Pose2;
+use slamlab_core::points::{PointConfig, Points, SegmentationConfig, segment};
+use slamlab_core::robot::RobotModel;
+use slamlab_core::sim::{SensorModel, Simulation, worlds};
+
+fn office_points() -> Option<Points> {
+    let world = worlds::builtin("office")?;
+    let mut sim = Simulation::new(world, RobotModel::rp6(), SensorModel::lidar(), 1).ok()?;
+    sim.advance(1.0);
+    let scan = sim.take_scan()?;
+    Some(Points::from_scan(
+        &scan,
+        &Pose2::identity(),
+        &PointConfig::default(),
+    ))
+}
+
+fn extraction(c: &mut Criterion) {
+    let Some(points) = office_points() else {
+        return;
+    };
+    let mut runs = vec![];
+    c.bench_function("breakpoints of 360 beams", |b| {
+        b.iter(|| segment(&points, &SegmentationConfig::default(), &mut runs));
+    });
+    let mut extractor = LineExtractor::new(LineConfig::default());
+    let mut lines = vec![];
+    c.bench_function("lines of 360 beams", |b| {
+        b.iter(|| extractor.extract(&points, &mut lines));
+    });
+}
+
+criterion_group!(benches, extraction);
+criterion_main!(benches);

@@ -1,0 +1,70 @@
+//! Planning on a floor of 16 x 12 m in rooms, cells of 5 cm.
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use nalgebra::Point2;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use slamlab_core::geom::Pose2;
+use slamlab_core::map::{Grid, GridConfig};
+use slamlab_core::plan::{
+    FrontierConfig, GridSpace, RouteConfig, Unknown, Wavefront, find_frontiers, plan_route,
+    rect_around,
+};
+use slamlab_core::points::{PointConfig, Points};
+use slamlab_core::sim::{SensorModel, Simulation, worlds};
+
+const RADIUS: f64 = 0.11;
+
+/// What a lidar sees of `office` from a few places; `None` where the world cannot be built.
+fn office() -> Option<Grid> {
+    let mut world = worlds::builtin("office")?;
+    let start = world.start;
+    let mut grid = Grid::new(GridConfig::default()).ok()?;
+    for (x, y) in [(1.0, 6.0), (4.0, 6.0), (7.0, 6.0), (11.0, 6.0), (14.5, 6.0)] {
+        world.start = Pose2::new(x, y, 0.0);
+        let robot = world.robot.model();
+        let mut sim = Simulation::new(world.clone(), robot, SensorModel::lidar(), 1).ok()?;
+        sim.advance(1.0);
+        while let Some(scan) = sim.take_scan() {
+            let seen = Points::from_scan(&scan, &Pose2::identity(), &PointConfig::default());
+            grid.insert(&seen, &(start.inverse() * world.start));
+        }
+    }
+    Some(grid)
+}
+
+fn plan(c: &mut Criterion) {
+    let Some(grid) = office() else {
+        return;
+    };
+    let (start, goal) = (Point2::origin(), Point2::new(13.0, 0.2));
+    let Some(rect) = rect_around(&grid, &[start], 2, i32::MAX) else {
+        return;
+    };
+    c.bench_function("plan/config_space", |b| {
+        b.iter(|| GridSpace::new(black_box(&grid), rect, RADIUS, Unknown::Blocked));
+    });
+    let space = GridSpace::new(&grid, rect, RADIUS, Unknown::Blocked);
+    c.bench_function("plan/wavefront", |b| {
+        b.iter(|| Wavefront::new(black_box(&space), start));
+    });
+    let wave = Wavefront::new(&space, start);
+    c.bench_function("plan/frontiers", |b| {
+        b.iter(|| find_frontiers(black_box(&space), &wave, &FrontierConfig::default()));
+    });
+    for (name, single_tree) in [("plan/route_rrt_connect", false), ("plan/route_rrt", true)] {
+        let config = RouteConfig {
+            single_tree,
+            ..RouteConfig::default()
+        };
+        c.bench_function(name, |b| {
+            let mut rng = ChaCha8Rng::seed_from_u64(1);
+            b.iter(|| plan_route(black_box(&grid), start, goal, RADIUS, &config, &mut rng).is_ok());
+        });
+    }
+}
+
+criterion_group!(benches, plan);
+criterion_main!(benches);

@@ -1,0 +1,287 @@
+//! Planning on random floors, held against brute force.
+
+use nalgebra::Point2;
+use proptest::prelude::*;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::*;
+use crate::geom::{Pose2, Segment};
+use crate::map::{CellIndex, CellRect, CellState, Grid, GridConfig};
+use crate::points::{Beam, Points};
+use crate::robot::Stamp;
+
+const SIDE: i32 = 60;
+const RESOLUTION: f64 = 0.05;
+const RADIUS: f64 = 0.11;
+
+/// A floor 3 m square with the given boxes (column, row, width, height) in it, walled all round, drawn by beams: the
+/// last ones that a cell gets decide what it is.
+fn floor(boxes: &[(i32, i32, i32, i32)]) -> Grid {
+    let mut grid = Grid::new(GridConfig {
+        hit: 0.98,
+        miss: 0.02,
+        ..GridConfig::default()
+    })
+    .unwrap();
+    let centre = |col: i32, row: i32| {
+        let at = |cell: i32| (f64::from(cell) + 0.5) * RESOLUTION;
+        Point2::new(at(col), at(row))
+    };
+    let is_wall = |col: i32, row: i32| {
+        let border = col == 0 || row == 0 || col == SIDE - 1 || row == SIDE - 1;
+        border
+            || boxes
+                .iter()
+                .any(|&(c, r, w, h)| col >= c && col < c + w && row >= r && row < r + h)
+    };
+    let beam = |a: Point2<f64>, b: Point2<f64>, is_hit| Beam {
+        beam_idx: 0,
+        origin_in_robot: a,
+        end_in_robot: b,
+        range: (b - a).norm(),
+        sigma: 0.01,
+        is_hit,
+    };
+    let mut beams: Vec<Beam> = (0..SIDE)
+        .map(|row| beam(centre(0, row), centre(SIDE - 1, row), false))
+        .collect();
+    for row in 0..SIDE {
+        for col in (0..SIDE).filter(|&col| is_wall(col, row)) {
+            beams.push(beam(centre(col, row), centre(col, row), true));
+        }
+    }
+    let points = Points {
+        stamp: Stamp(0),
+        sensor_in_robot: Point2::origin(),
+        bearing_sigma: 0.0,
+        beams,
+    };
+    grid.insert(&points, &Pose2::identity());
+    grid
+}
+
+fn walls_of(grid: &Grid) -> Vec<Point2<f64>> {
+    let cells = (0..SIDE).flat_map(|row| (0..SIDE).map(move |col| CellIndex { col, row }));
+    cells
+        .filter(|&cell| grid.state(cell) == CellState::Occupied)
+        .map(|cell| grid.centre_of(cell))
+        .collect()
+}
+
+/// Distance of the nearest wall cell from densely sampled points of the path: knows nothing of distance transforms.
+fn nearest_wall(path: &Path, walls: &[Point2<f64>]) -> f64 {
+    let mut nearest = f64::INFINITY;
+    for leg in path.legs() {
+        let pieces = (leg.length() / 0.005).ceil() as usize + 1;
+        for i in 0..=pieces {
+            let at = leg.a + leg.vector() * (i as f64 / pieces as f64);
+            nearest = walls
+                .iter()
+                .map(|w| (w - at).norm())
+                .fold(nearest, f64::min);
+        }
+    }
+    nearest
+}
+
+/// Brute-force flood from cell to cell with the exact distance to every wall.
+fn floods(walls: &[Point2<f64>], start: Point2<f64>, goal: Point2<f64>, keep: f64) -> bool {
+    let cell = |p: Point2<f64>| {
+        (
+            (p.x / RESOLUTION).floor() as i32,
+            (p.y / RESOLUTION).floor() as i32,
+        )
+    };
+    let free = |(c, r): (i32, i32)| {
+        let at = Point2::new(
+            (f64::from(c) + 0.5) * RESOLUTION,
+            (f64::from(r) + 0.5) * RESOLUTION,
+        );
+        (0..SIDE).contains(&c)
+            && (0..SIDE).contains(&r)
+            && walls.iter().all(|w| (w - at).norm() >= keep)
+    };
+    let mut seen = std::collections::BTreeSet::from([cell(start)]);
+    let mut todo = vec![cell(start)];
+    while let Some((c, r)) = todo.pop() {
+        if (c, r) == cell(goal) {
+            return true;
+        }
+        for next in [(c + 1, r), (c - 1, r), (c, r + 1), (c, r - 1)] {
+            if free(next) && seen.insert(next) {
+                todo.push(next);
+            }
+        }
+    }
+    false
+}
+
+fn boxes() -> impl Strategy<Value = Vec<(i32, i32, i32, i32)>> {
+    proptest::collection::vec((8..SIDE - 8, 1..SIDE - 1, 1..14_i32, 1..40_i32), 0..6)
+}
+
+fn whole() -> CellRect {
+    CellRect {
+        min: CellIndex { col: 0, row: 0 },
+        max: CellIndex {
+            col: SIDE,
+            row: SIDE,
+        },
+    }
+}
+
+const START: Point2<f64> = Point2::new(0.225, 0.225);
+const GOAL: Point2<f64> = Point2::new(2.775, 2.775);
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn routes_never_collide_and_exist_where_a_flood_says_so(boxes in boxes(), seed in 0_u64..1000, single_tree: bool) {
+        let grid = floor(&boxes);
+        let walls = walls_of(&grid);
+        let margin = 0.03;
+        let config = RouteConfig { margins: vec![margin], single_tree, goal_reach: 0.0, ..RouteConfig::default() };
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        // Half a cell: walls may be anywhere in their cells.
+        let keep = RADIUS + margin + 0.5 * RESOLUTION;
+        let goal_is_free = walls.iter().all(|w| (w - GOAL).norm() >= keep);
+        let start_is_free = walls.iter().all(|w| (w - START).norm() >= keep);
+        prop_assume!(start_is_free && goal_is_free);
+        match plan_route(&grid, START, GOAL, RADIUS, &config, &mut rng) {
+            Ok(route) => {
+                prop_assert_eq!(route.path.points.first(), Some(&START));
+                prop_assert_eq!(route.path.points.last(), Some(&GOAL));
+                // Bilinear distances err by up to 4 mm here (see the distance transform).
+                let nearest = nearest_wall(&route.path, &walls);
+                prop_assert!(nearest > keep - 0.005, "{} to a wall, by {:?}", nearest, route.by);
+                prop_assert!(route.path.length() <= route.raw.length() + 1e-9);
+            }
+            Err(failure) => {
+                prop_assert!(!floods(&walls, START, GOAL, keep + 1e-4), "{}", failure.reason);
+                if matches!(failure.reason, NoPath::Unreachable { .. }) {
+                    prop_assert!(!floods(&walls, START, GOAL, keep - 0.5 * RESOLUTION), "a false proof");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn source_rrt_finds_collision_free_paths_by_itself(boxes in boxes(), seed in 0_u64..1000) {
+        let grid = floor(&boxes);
+        let space = GridSpace::new(&grid, whole(), RADIUS, Unknown::Free);
+        prop_assume!(space.is_free(START) && space.is_free(GOAL));
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let draw = anywhere(&space);
+        let growth = rrt(&space, START, GOAL, &RrtConfig { max_iterations: 800, ..RrtConfig::default() }, &mut rng, draw);
+        let reachable = may_reach(&space, START, GOAL);
+        prop_assert!(growth.path.is_none() || reachable, "the proof of no path is wrong");
+        if let Some(path) = growth.path {
+            prop_assert!(nearest_wall(&path, &walls_of(&grid)) > RADIUS + 0.5 * RESOLUTION - 0.005);
+            prop_assert!(growth.iterations <= 800);
+        }
+    }
+
+    #[test]
+    fn wavefront_ways_are_free_no_longer_than_their_cost_and_found_where_a_flood_says_so(boxes in boxes()) {
+        let grid = floor(&boxes);
+        let space = GridSpace::new(&grid, whole(), RADIUS, Unknown::Free);
+        prop_assume!(space.is_free(START));
+        let wave = Wavefront::new(&space, START);
+        for cell in wave.reached() {
+            // Every way is free, and as long as the cost says or shorter: walls make cost, never length.
+            let path = wave.path_to(&space, cell).unwrap();
+            prop_assert!(path.legs().all(|leg| space.leg_is_free(&leg)));
+            prop_assert!(path.length() <= wave.cost(cell).unwrap() * 1.02 + 1e-9);
+        }
+        let by_flood = floods(&walls_of(&grid), START, GOAL, RADIUS + 0.5 * RESOLUTION + 1e-4);
+        let goal = space.index_at(GOAL).unwrap();
+        prop_assert!(!by_flood || wave.cost(goal).is_some());
+    }
+}
+
+#[test]
+fn shortest_chords_round_a_box_touch_its_corner_only() {
+    // A wall from (1, 0) to (1, 1): the shortest way from (0, 0.5) to (2, 0.5) bends round its end.
+    let wall = Segment::new(Point2::new(1.0, 0.0), Point2::new(1.0, 1.0));
+    let bounds = (Point2::new(-1.0, 0.0), Point2::new(3.0, 3.0));
+    let space = SegmentSpace::new(vec![wall], 0.1, bounds);
+    let points = [
+        (0.0, 0.5),
+        (0.0, 2.0),
+        (1.0, 2.0),
+        (1.0, 1.2),
+        (2.0, 2.0),
+        (2.0, 0.5),
+    ];
+    let path = Path {
+        points: points.map(|(x, y)| Point2::new(x, y)).to_vec(),
+    };
+    let short = shorten(&path, &space);
+    let corners: Vec<_> = short.points.iter().map(|p| (p.x, p.y)).collect();
+    assert_eq!(corners, [(0.0, 0.5), (1.0, 1.2), (2.0, 0.5)]);
+}
+
+#[test]
+fn a_leg_past_a_segment_is_judged_by_the_exact_capsule() {
+    let wall = Segment::new(Point2::new(0.0, 0.0), Point2::new(1.0, 0.0));
+    let bounds = (Point2::new(-2.0, -2.0), Point2::new(3.0, 2.0));
+    for (keep, free) in [(0.2 - 1e-9, true), (0.2 + 1e-9, false)] {
+        let space = SegmentSpace::new(vec![wall], keep, bounds);
+        let leg = Segment::new(Point2::new(-1.0, 0.2), Point2::new(2.0, 0.2));
+        assert_eq!(space.leg_is_free(&leg), free);
+        let marched = space.free_length(&leg);
+        assert!(
+            free == (marched >= leg.length()) && marched > 0.5,
+            "{marched}"
+        );
+    }
+}
+
+#[test]
+fn both_spaces_at_once_are_as_tight_as_the_tighter() {
+    let grid = floor(&[]);
+    let space = GridSpace::new(&grid, whole(), RADIUS, Unknown::Free);
+    let wall = Segment::new(Point2::new(1.5, 0.0), Point2::new(1.5, 3.0));
+    let bounds = space.bounds();
+    let leg = Segment::new(Point2::new(1.0, 1.5), Point2::new(2.0, 1.5));
+    assert!(space.leg_is_free(&leg));
+    let both = Both(space, SegmentSpace::new(vec![wall], RADIUS, bounds));
+    assert!(!both.leg_is_free(&leg) && both.is_free(leg.a));
+}
+
+#[test]
+fn a_robot_too_near_to_a_wall_gets_out_and_an_enclosed_one_says_so() {
+    let grid = floor(&[(30, 1, 4, 58)]);
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let config = RouteConfig::default();
+    let plan = |start: Point2<f64>, goal: Point2<f64>, rng: &mut ChaCha8Rng| {
+        plan_route(&grid, start, goal, RADIUS, &config, rng)
+    };
+    let out = plan(Point2::new(0.12, 1.5), Point2::new(1.0, 1.5), &mut rng).unwrap();
+    assert_eq!(out.path.points[0], Point2::new(0.12, 1.5));
+    let other_side = plan(Point2::new(0.5, 1.5), Point2::new(2.5, 1.5), &mut rng).unwrap_err();
+    assert!(matches!(other_side.reason, NoPath::Unreachable { .. }));
+    let outside = plan(Point2::new(0.5, 1.5), Point2::new(1.6, 9.0), &mut rng).unwrap_err();
+    assert!(matches!(outside.reason, NoPath::Unreachable { .. }));
+    for nonsense in [f64::NAN, f64::INFINITY, 1e9] {
+        let failure =
+            plan(Point2::new(0.5, 1.5), Point2::new(nonsense, 0.0), &mut rng).unwrap_err();
+        assert!(matches!(failure.reason, NoPath::GoalBlocked { .. }));
+    }
+    let cell = floor(&[(1, 1, 58, 58)]);
+    let enclosed = plan_route(
+        &cell,
+        Point2::new(1.5, 1.5),
+        GOAL,
+        RADIUS,
+        &config,
+        &mut rng,
+    );
+    let said = enclosed.unwrap_err().reason.to_string();
+    assert!(
+        said.contains("(1.50, 1.50)") && said.contains("enclosed"),
+        "{said}"
+    );
+}

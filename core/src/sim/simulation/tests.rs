@@ -1,0 +1,516 @@
+//! The simulated robot against closed forms, χ² and its own truth.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use nalgebra::Vector3;
+
+use super::*;
+use crate::robot::{Odometry, TrackOdometry};
+use crate::sim::{Material, worlds};
+
+fn simulation(name: &str, sensor: SensorModel, seed: u64) -> Simulation {
+    let world = worlds::builtin(name).unwrap();
+    Simulation::new(world, RobotModel::rp6(), sensor, seed).unwrap()
+}
+
+fn finish(sim: &mut Simulation, command: Command) {
+    sim.command(command);
+    while sim.is_busy() {
+        sim.advance(TIME_STEP);
+        assert!(sim.stamp().seconds() < 1e4);
+    }
+}
+
+/// Drives like a cleaning robot: ahead until it touches something, then a turn; gives dead reckoning at the end.
+fn bounce(sim: &mut Simulation, seconds: f64) -> Pose2 {
+    let mut odometry = TrackOdometry::new(sim.robot());
+    let mut reckoned = sim.world().start;
+    odometry.update(sim.stamp(), sim.ticks());
+    let mut leg = 0_u32;
+    while sim.stamp().seconds() < seconds {
+        let clear = sim
+            .caster()
+            .clearance(sim.truth() * nalgebra::Point2::new(0.25, 0.0), 0.2)
+            >= 0.2;
+        if clear {
+            sim.command(Command::Velocity {
+                forward: 0.25,
+                turn: 0.0,
+            });
+            sim.advance(0.05);
+        } else {
+            leg += 1;
+            let turn = 1.3 + 0.37 * f64::from(leg % 5);
+            finish(sim, Command::Turn(turn));
+        }
+        reckoned = reckoned * odometry.update(sim.stamp(), sim.ticks()).motion;
+    }
+    reckoned
+}
+
+#[test]
+fn same_seed_same_bits_and_sensor_does_not_change_the_motion() {
+    let run = |sensor: SensorModel, seed| {
+        let mut sim = simulation("arena", sensor, seed);
+        sim.command(Command::Velocity {
+            forward: 0.3,
+            turn: 0.2,
+        });
+        sim.advance(3.0);
+        let truth = sim.truth();
+        (
+            truth.x().to_bits(),
+            truth.y().to_bits(),
+            truth.heading().to_bits(),
+            sim,
+        )
+    };
+    let (mut first, mut again) = (run(SensorModel::lidar(), 5), run(SensorModel::lidar(), 5));
+    assert_eq!((first.0, first.1, first.2), (again.0, again.1, again.2));
+    let mut scans = 0;
+    while let Some(scan) = first.3.take_scan() {
+        let other = again.3.take_scan().unwrap();
+        assert!(
+            scan.ranges
+                .iter()
+                .zip(&other.ranges)
+                .all(|(a, b)| a.to_bits() == b.to_bits())
+        );
+        scans += 1;
+    }
+    assert_eq!(scans, 16);
+    let rangers = run(SensorModel::rangers(), 5);
+    assert_eq!(
+        (first.0, first.1, first.2),
+        (rangers.0, rangers.1, rangers.2)
+    );
+    let other = run(SensorModel::lidar(), 6);
+    assert_ne!(first.0, other.0);
+}
+
+#[test]
+fn how_time_is_cut_does_not_matter() {
+    let run = |part: f64, times: usize| {
+        let mut sim = simulation("office", SensorModel::lidar(), 1);
+        sim.command(Command::Velocity {
+            forward: 0.2,
+            turn: -0.1,
+        });
+        for _ in 0..times {
+            sim.advance(part);
+        }
+        (sim.stamp(), sim.ticks(), sim.truth())
+    };
+    let whole = run(2.0, 1);
+    assert_eq!(whole.0, Stamp(2_000_000));
+    assert_eq!(whole, run(0.05, 40));
+    assert_eq!(whole, run(0.001, 2000));
+    let mut sim = simulation("office", SensorModel::lidar(), 1);
+    for seconds in [f64::NAN, -1.0, f64::INFINITY] {
+        sim.advance(seconds);
+    }
+    assert_eq!(sim.stamp(), Stamp(0));
+}
+
+#[test]
+fn forward_and_turn_end_at_the_count_that_was_asked_for() {
+    let mut sim = simulation("office", SensorModel::lidar(), 3);
+    let tick = sim.robot().metres_per_tick;
+    finish(&mut sim, Command::Forward(0.6));
+    let count = (0.6 / tick).round() as i64;
+    assert_eq!(sim.ticks(), [count, count]);
+    finish(&mut sim, Command::Turn(-FRAC_PI_2));
+    let [left, right] = sim.ticks();
+    let turned = (right - left) as f64 * tick / sim.robot().track_width;
+    assert!((turned + FRAC_PI_2).abs() <= 2.0 * tick / sim.robot().track_width);
+    assert_eq!(sim.contacts(), 0);
+}
+
+#[test]
+fn dead_reckoning_is_honest_about_its_error() {
+    // Odometry over a small displacement, composed as it comes in, many seeds: NEES is χ² with 3 degrees of freedom.
+    for (forward, turn) in [
+        (0.25, 0.0),
+        (0.2, 0.5),
+        (-0.2, 0.3),
+        (0.1, -1.0),
+        (0.02, 1.2),
+    ] {
+        let runs = 600;
+        let (mut sum, mut outer_five_percent) = (0.0, 0);
+        for seed in 0..runs {
+            let mut sim = simulation("office", SensorModel::rangers(), seed);
+            let mut odometry = TrackOdometry::new(sim.robot());
+            sim.command(Command::Velocity { forward, turn });
+            // Up to speed first; then the odometry starts anew.
+            sim.advance(0.7);
+            odometry.update(sim.stamp(), sim.ticks());
+            let before = sim.truth();
+            let mut reckoned = Odometry::standing(sim.stamp());
+            for _ in 0..8 {
+                sim.advance(0.05);
+                reckoned = reckoned.then(&odometry.update(sim.stamp(), sim.ticks()));
+            }
+            let truth = before.delta_to(&sim.truth());
+            let error = Vector3::new(
+                truth.x() - reckoned.motion.x(),
+                truth.y() - reckoned.motion.y(),
+                truth.heading() - reckoned.motion.heading(),
+            );
+            let nees = error.dot(&reckoned.cov.cholesky().unwrap().solve(&error));
+            sum += nees;
+            // 95 % quantile of χ² with 3 degrees of freedom.
+            outer_five_percent += u32::from(nees > 7.815);
+        }
+        let n = runs as f64;
+        // The mean of χ²(3) is 3, its variance 6; the part beyond the quantile is binomial.
+        let mean = sum / n;
+        assert!(
+            (mean - 3.0).abs() < 4.0 * (6.0 / n).sqrt(),
+            "{forward} {turn}: mean NEES {mean}"
+        );
+        let beyond = f64::from(outer_five_percent) / n;
+        assert!(
+            (beyond - 0.05).abs() < 4.0 * (0.05 * 0.95 / n).sqrt(),
+            "{forward} {turn}: {beyond} beyond 95 %"
+        );
+    }
+}
+
+#[test]
+fn dead_reckoning_is_lost_after_a_few_tens_of_metres() {
+    let errors = |name: &str, seconds: f64| {
+        let mut errors: Vec<f64> = (0..20)
+            .map(|seed| {
+                let mut sim = simulation(name, SensorModel::rangers(), seed);
+                let reckoned = bounce(&mut sim, seconds);
+                (reckoned.position() - sim.truth().position()).norm()
+            })
+            .collect();
+        errors.sort_by(f64::total_cmp);
+        errors
+    };
+    for (name, seconds) in [("arena", 120.0), ("doors", 240.0), ("office", 400.0)] {
+        let errors = errors(name, seconds);
+        assert!(errors[10] > 0.5, "{name}: median {}", errors[10]);
+    }
+}
+
+#[test]
+fn driving_at_the_wall_makes_one_contact_and_no_hole() {
+    let mut sim = simulation("corridor", SensorModel::lidar(), 2);
+    sim.command(Command::Turn(FRAC_PI_2));
+    sim.advance(3.0);
+    sim.command(Command::Velocity {
+        forward: 0.3,
+        turn: 0.0,
+    });
+    sim.advance(10.0);
+    assert_eq!(sim.contacts(), 1);
+    assert!(sim.bumpers().left || sim.bumpers().right);
+    let touch = 2.0 - sim.robot().radius();
+    assert!(
+        sim.truth().y() <= touch && sim.truth().y() > touch - 1e-3,
+        "{:?}",
+        sim.truth()
+    );
+    // The encoders know nothing of it.
+    assert!(sim.ticks()[0] as f64 * sim.robot().metres_per_tick > 2.0);
+}
+
+#[test]
+fn standing_lidar_tells_the_true_ranges_within_its_sigmas() {
+    let mut sim = simulation("office", SensorModel::lidar(), 9);
+    sim.advance(9.0);
+    let (mut squares, mut count, mut lost, mut wild) = (0.0, 0.0, 0.0, 0.0);
+    while let Some(scan) = sim.take_scan() {
+        assert_eq!(scan.validate(), Ok(()));
+        assert!(scan.bearings.windows(2).all(|w| w[1] > w[0]));
+        for (i, &bearing) in scan.bearings.iter().enumerate() {
+            let angle = sim.truth().heading() + bearing;
+            let direction = nalgebra::Vector2::new(libm::cos(angle), libm::sin(angle));
+            let truth = sim.caster().cast(sim.truth().position(), direction, 12.0);
+            let (range, sigma) = (f64::from(scan.ranges[i]), f64::from(scan.sigmas[i]));
+            let Some(truth) = truth.filter(|t| t.distance < 11.5) else {
+                continue;
+            };
+            if range.is_nan() {
+                lost += 1.0;
+                continue;
+            }
+            // What the bearing's noise does to the range depends on the slant: only fairly square beams count.
+            let wall = sim.caster().walls()[truth.surface]
+                .segment
+                .vector()
+                .normalize();
+            if wall.perp(&direction).abs() < 0.7 {
+                continue;
+            }
+            let error = (range - truth.distance) / sigma;
+            if error.abs() > 5.0 {
+                wild += 1.0;
+            } else {
+                squares += error * error;
+                count += 1.0;
+            }
+        }
+    }
+    let variance: f64 = squares / count;
+    assert!(
+        count > 3000.0 && (variance - 1.0).abs() < 0.1,
+        "{variance} of {count}"
+    );
+    assert!(
+        lost / count < 0.03 && wild / count < 0.01,
+        "{lost} {wild} of {count}"
+    );
+}
+
+#[test]
+fn moving_lidar_takes_each_beam_from_where_it_was() {
+    // Driving at a wall: the beam straight ahead is in the middle of the revolution, half a sweep old.
+    let quiet = super::super::sensors::LidarModel {
+        sigma: 1e-6,
+        sigma_per_metre: 0.0,
+        bearing_sigma: 0.0,
+        dropouts: 0.0,
+        outliers: 0.0,
+        ..Default::default()
+    };
+    let mut robot = RobotModel::rp6();
+    robot.odometry_noise = crate::robot::OdometryNoise {
+        per_metre: 0.0,
+        lateral_per_metre: 0.0,
+        heading_per_radian: 0.0,
+    };
+    let mut world = worlds::builtin("corridor").unwrap();
+    world.start = Pose2::new(25.0, 1.0, 0.0);
+    let mut sim = Simulation::new(world, robot, SensorModel::Lidar(quiet), 0).unwrap();
+    sim.command(Command::Velocity {
+        forward: 0.3,
+        turn: 0.0,
+    });
+    sim.advance(1.8);
+    let scan = std::iter::from_fn(|| sim.take_scan()).last().unwrap();
+    assert_eq!(scan.stamp, sim.stamp());
+    assert_eq!(sim.truth_at(scan.stamp), Some(sim.truth()));
+    for (i, &range) in scan.ranges.iter().enumerate() {
+        let x = sim.truth().x() - 0.3 * scan.sweep * scan.age_fraction(i);
+        let ahead = libm::cos(scan.bearings[i]);
+        if ahead > 0.98 {
+            let expect = (30.0 - x) / ahead;
+            assert!(
+                (f64::from(range) - expect).abs() < 1e-4,
+                "beam {i}: {range} against {expect}"
+            );
+        }
+    }
+}
+
+#[test]
+fn rangers_look_round_once_when_told_and_the_robot_stands_meanwhile() {
+    let mut sim = simulation("arena", SensorModel::rangers(), 4);
+    sim.advance(5.0);
+    assert_eq!(sim.take_scan(), None);
+    sim.command(Command::Velocity {
+        forward: 0.3,
+        turn: 0.0,
+    });
+    sim.advance(1.0);
+    let began = sim.stamp();
+    finish(&mut sim, Command::Scan);
+    let scan = sim.take_scan().unwrap();
+    assert_eq!(scan.validate(), Ok(()));
+    assert_eq!((scan.len(), scan.sweep), (180, 0.0));
+    assert!(
+        scan.bearings
+            .windows(2)
+            .all(|w| (w[1] - w[0] - TAU / 180.0).abs() < 1e-9)
+    );
+    let seconds = sim.stamp().since(began);
+    assert!(
+        seconds > 45.0 * 0.038 && seconds < 45.0 * 0.038 + 0.6,
+        "{seconds}"
+    );
+    assert!(
+        scan.ranges.iter().any(|r| r.is_finite()) && scan.ranges.iter().any(|r| r.is_infinite())
+    );
+    // A command in the middle gives the sweep up.
+    sim.command(Command::Scan);
+    sim.advance(1.0);
+    sim.command(Command::Stop);
+    sim.advance(3.0);
+    assert!(sim.take_scan().is_none() && !sim.is_busy());
+}
+
+#[test]
+fn rangers_tell_the_true_ranges_within_their_sigmas() {
+    let mut sim = simulation("arena", SensorModel::rangers(), 8);
+    let (mut squares, mut count, mut lost) = (0.0, 0.0, 0.0);
+    for _ in 0..60 {
+        finish(&mut sim, Command::Scan);
+        let scan = sim.take_scan().unwrap();
+        for (i, &bearing) in scan.bearings.iter().enumerate() {
+            let angle = sim.truth().heading() + bearing;
+            let direction = nalgebra::Vector2::new(libm::cos(angle), libm::sin(angle));
+            let truth = sim.caster().cast(sim.truth().position(), direction, 1.4);
+            // As for the lidar: the servo's noise matters on slanting walls; 4 sigma from the edge of the range.
+            let Some(truth) = truth.filter(|t| t.distance > 0.25) else {
+                continue;
+            };
+            let wall = sim.caster().walls()[truth.surface]
+                .segment
+                .vector()
+                .normalize();
+            if wall.perp(&direction).abs() < 0.9 {
+                continue;
+            }
+            let (range, sigma) = (f64::from(scan.ranges[i]), f64::from(scan.sigmas[i]));
+            if !range.is_finite() {
+                lost += 1.0;
+                continue;
+            }
+            let error = (range - truth.distance) / sigma;
+            if error.abs() < 5.0 {
+                squares += error * error;
+                count += 1.0;
+            }
+        }
+    }
+    let variance: f64 = squares / count;
+    assert!(
+        count > 2000.0 && (variance - 1.0).abs() < 0.15,
+        "{variance} of {count}"
+    );
+    assert!(lost / count < 0.02, "{lost} of {count}");
+}
+
+#[test]
+fn folding_rangers_take_near_things_for_far_ones() {
+    let near = |folds: bool| {
+        let mut world = worlds::builtin("corridor").unwrap();
+        world.start = Pose2::new(29.0 + 0.85, 1.0, 0.0);
+        let model = super::super::sensors::RangerModel {
+            folds,
+            dropouts: 0.0,
+            ..Default::default()
+        };
+        let mut sim =
+            Simulation::new(world, RobotModel::rp6(), SensorModel::Rangers(model), 1).unwrap();
+        finish(&mut sim, Command::Scan);
+        let scan = sim.take_scan().unwrap();
+        let ahead = scan.bearings.iter().position(|b| b.abs() < 0.02).unwrap();
+        scan.ranges[ahead]
+    };
+    assert!(near(false).is_nan());
+    assert!((near(true) - 0.04 / 0.15).abs() < 0.05);
+}
+
+#[test]
+fn lidar_answers_scan_with_one_revolution_taken_standing() {
+    let mut sim = simulation("arena", SensorModel::lidar(), 4);
+    sim.command(Command::Velocity {
+        forward: 0.3,
+        turn: 0.0,
+    });
+    sim.advance(1.0);
+    while sim.take_scan().is_some() {}
+    finish(&mut sim, Command::Scan);
+    let scan = std::iter::from_fn(|| sim.take_scan()).last().unwrap();
+    assert_eq!(
+        sim.truth_at(Stamp(scan.stamp.0 - 175_000)),
+        Some(sim.truth())
+    );
+}
+
+#[test]
+fn mover_is_seen_waits_for_the_robot_and_is_not_driven_through() {
+    let mut world = worlds::builtin("corridor").unwrap();
+    world.movers.push(super::super::Mover {
+        waypoints: vec![
+            nalgebra::Point2::new(5.0, 1.0),
+            nalgebra::Point2::new(0.5, 1.0),
+        ],
+        closed: false,
+        speed: 0.5,
+        radius: 0.25,
+    });
+    let mut sim = Simulation::new(world, RobotModel::rp6(), SensorModel::lidar(), 1).unwrap();
+    sim.advance(10.0);
+    let gap = |sim: &Simulation| {
+        let mover = sim.movers()[0];
+        (mover.centre - sim.truth().position()).norm() - mover.radius - sim.robot().radius()
+    };
+    assert!(gap(&sim) > 0.09 && sim.contacts() == 0, "{}", gap(&sim));
+    let scan = std::iter::from_fn(|| sim.take_scan()).last().unwrap();
+    assert!(
+        scan.ranges.iter().any(|r| *r < 0.3),
+        "the mover is not seen"
+    );
+    sim.command(Command::Velocity {
+        forward: 0.3,
+        turn: 0.0,
+    });
+    sim.advance(3.0);
+    assert!(
+        gap(&sim) > -1e-6 && sim.contacts() == 1,
+        "{} {}",
+        gap(&sim),
+        sim.contacts()
+    );
+}
+
+#[test]
+fn counts_and_truth_of_the_past_are_those_that_were() {
+    let mut sim = simulation("office", SensorModel::lidar(), 1);
+    sim.command(Command::Velocity {
+        forward: 0.3,
+        turn: 0.4,
+    });
+    sim.advance(1.0);
+    let (stamp, ticks, truth) = (sim.stamp(), sim.ticks(), sim.truth());
+    sim.advance(1.5);
+    assert_eq!(sim.ticks_at(stamp), Some(ticks));
+    let then = sim.truth_at(stamp).unwrap();
+    assert!((then.position() - truth.position()).norm() < 1e-12);
+    assert_eq!(sim.ticks_at(sim.stamp()), Some(sim.ticks()));
+    assert_eq!(sim.ticks_at(Stamp(0)), None);
+    assert_eq!(sim.ticks_at(Stamp(sim.stamp().0 + 1)), None);
+    let between = sim.truth_at(Stamp(stamp.0 + 2_500)).unwrap();
+    assert!((between.position() - truth.position()).norm() < 0.3 * 0.005);
+}
+
+#[test]
+fn dark_walls_are_lost_from_afar_and_bad_figures_are_refused() {
+    let mut world = worlds::builtin("corridor").unwrap();
+    world.obstacles[0].material = Material::Dark;
+    let mut sim = Simulation::new(world, RobotModel::rp6(), SensorModel::lidar(), 1).unwrap();
+    sim.advance(0.2);
+    let scan = sim.take_scan().unwrap();
+    assert!(scan.ranges.iter().all(|r| !r.is_finite() || *r < 3.2));
+
+    let error = |robot: RobotModel, sensor: SensorModel, start: Pose2| {
+        let mut world = worlds::builtin("arena").unwrap();
+        world.start = start;
+        Simulation::new(world, robot, sensor, 0)
+            .unwrap_err()
+            .to_string()
+    };
+    let fine = Pose2::new(0.6, 0.7, 0.0);
+    let inside = error(
+        RobotModel::rp6(),
+        SensorModel::lidar(),
+        Pose2::new(1.5, 1.3, 0.0),
+    );
+    assert!(inside.contains("world \"arena\": start: a robot of radius 0.1101 m at (1.5, 1.3) stands in obstacle 1 (a rectangle)"), "{inside}");
+    let mut robot = RobotModel::rp6();
+    robot.track_width = 0.0;
+    assert!(error(robot, SensorModel::lidar(), fine).contains("track_width is 0"));
+    let sensor = super::super::sensors::LidarModel {
+        beams: 0,
+        ..Default::default()
+    };
+    assert!(
+        error(RobotModel::rp6(), SensorModel::Lidar(sensor), fine).contains("lidar: beams is 0")
+    );
+}

@@ -1,0 +1,245 @@
+//! Line EKF-SLAM against the simulator: rolling lidar scans, slipping tracks, a robot steered by the truth along random
+//! errands. The filter sees only ticks and scans.
+
+#![allow(clippy::unwrap_used)] // Helpers of tests may panic as tests do.
+
+use std::collections::VecDeque;
+
+use nalgebra::{Point2, Vector2};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use slamlab_core::estimation::{EkfConfig, EkfSlam, SweepTiming};
+use slamlab_core::features::{LineConfig, LineExtractor};
+use slamlab_core::geom::{Pose2, wrap};
+use slamlab_core::points::{PointConfig, Points};
+use slamlab_core::robot::{Command, RobotModel, TrackOdometry};
+use slamlab_core::sim::{SensorModel, Simulation, worlds};
+
+/// Figures of one run.
+struct Outcome {
+    position_error: f64,
+    heading_error: f64,
+    odometry_error: f64,
+    /// Mean NEES of the pose over the scans after the first metre.
+    nees: f64,
+    nis: f64,
+    confirmed: usize,
+    features_per_scan: f64,
+    matches_per_scan: f64,
+    rejected_per_scan: f64,
+    distance: f64,
+}
+
+/// Lets the robot run `errands` errands in a built-in world.
+fn run(
+    world: &str,
+    seed: u64,
+    errands: usize,
+    config: EkfConfig,
+    line_config: LineConfig,
+) -> Outcome {
+    let robot = RobotModel::rp6();
+    let world = worlds::builtin(world).unwrap();
+    let start = world.start;
+    let mut sim = Simulation::new(world, robot, SensorModel::lidar(), seed).unwrap();
+    let mut wheels = TrackOdometry::new(&robot);
+    let mut slam = EkfSlam::new(config);
+    let mut extractor = LineExtractor::new(line_config);
+    let mut lines = vec![];
+    wheels.update(sim.stamp(), sim.ticks());
+    let mut dead_reckoned = Pose2::identity();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let (mut nees, mut nis, mut matched, mut seen, mut rejected, mut scans) =
+        ((0.0, 0_u32), 0.0, 0, 0, 0, 0_u32);
+    let mut distance = 0.0;
+    let mut route = VecDeque::new();
+    let (mut left, mut rest) = (errands, 0);
+    let mut last = sim.truth().position();
+    for _ in 0..40_000 {
+        if route.is_empty() && left > 0 {
+            left -= 1;
+            route = errand(&sim, &mut rng);
+        }
+        if route.is_empty() {
+            // Stand still for the last scans.
+            sim.command(Command::Stop);
+            rest += 1;
+            if rest > 20 {
+                break;
+            }
+        }
+        steer(&mut sim, &mut route);
+        sim.advance(0.05);
+        distance += (sim.truth().position() - last).norm();
+        last = sim.truth().position();
+        while let Some(scan) = sim.take_scan() {
+            let Some(ticks) = sim.ticks_at(scan.stamp) else {
+                continue;
+            };
+            let odometry = wheels.update(scan.stamp, ticks);
+            slam.predict(&odometry).unwrap();
+            dead_reckoned = dead_reckoned * odometry.motion;
+            let span = odometry.to.since(odometry.from);
+            let part = if span > 0.0 {
+                (scan.sweep / span).min(1.0)
+            } else {
+                0.0
+            };
+            let before = odometry.motion.fraction(1.0 - part);
+            let motion = before.inverse() * odometry.motion;
+            let points = Points::from_scan(&scan, &motion, &PointConfig::default());
+            extractor.extract(&points, &mut lines);
+            let report = slam.update(&lines, &SweepTiming::of(&scan)).unwrap();
+            (seen, matched, rejected) = (
+                seen + lines.len(),
+                matched + report.matches.len(),
+                rejected + report.rejected.len(),
+            );
+            nis += report.nis;
+            scans += 1;
+            let truth = start.inverse() * sim.truth_at(scan.stamp).unwrap();
+            if distance > 1.0
+                && let Some(value) = slam.estimate().nees(&truth)
+            {
+                nees = (nees.0 + value, nees.1 + 1);
+            }
+        }
+    }
+    let truth = start.inverse() * sim.truth();
+    let end = wheels.update(sim.stamp(), sim.ticks());
+    slam.predict(&end).unwrap();
+    let pose = slam.estimate().pose;
+    let per_scan = |count: usize| count as f64 / f64::from(scans);
+    Outcome {
+        position_error: (pose.position() - truth.position()).norm(),
+        heading_error: wrap(pose.heading() - truth.heading()).abs().to_degrees(),
+        odometry_error: ((dead_reckoned * end.motion).position() - truth.position()).norm(),
+        nees: nees.0 / f64::from(nees.1),
+        nis: nis / matched as f64,
+        confirmed: slam.landmarks().filter(|l| l.is_confirmed).count(),
+        features_per_scan: per_scan(seen),
+        matches_per_scan: per_scan(matched),
+        rejected_per_scan: per_scan(rejected),
+        distance,
+    }
+}
+
+const CELL: f64 = 0.1;
+
+/// A way to a random place, by breadth-first search over cells with room for the robot; world frame.
+fn errand(sim: &Simulation, rng: &mut ChaCha8Rng) -> VecDeque<Point2<f64>> {
+    let (low, high) = sim.world().bounds();
+    let (columns, rows) = (
+        ((high.x - low.x) / CELL) as usize + 1,
+        ((high.y - low.y) / CELL) as usize + 1,
+    );
+    let centre = |i: usize| {
+        Point2::new(
+            low.x + (i % columns) as f64 * CELL,
+            low.y + (i / columns) as f64 * CELL,
+        )
+    };
+    let cell = |p: Point2<f64>| {
+        ((p.y - low.y) / CELL).round() as usize * columns + ((p.x - low.x) / CELL).round() as usize
+    };
+    let start = cell(sim.truth().position());
+    let room = |i: usize| i == start || sim.caster().clearance(centre(i), 1.0) > 0.24;
+    let mut from = vec![usize::MAX; columns * rows];
+    from[start] = start;
+    let (mut queue, mut reached) = (VecDeque::from([start]), vec![]);
+    while let Some(i) = queue.pop_front() {
+        reached.push(i);
+        for next in [
+            i + 1,
+            i.wrapping_sub(1),
+            i + columns,
+            i.wrapping_sub(columns),
+        ] {
+            if next < from.len() && from[next] == usize::MAX && room(next) {
+                from[next] = i;
+                queue.push_back(next);
+            }
+        }
+    }
+    let mut at = reached[rng.random_range(0..reached.len())];
+    let mut route = VecDeque::from([centre(at)]);
+    while at != start {
+        at = from[at];
+        route.push_front(centre(at));
+    }
+    route
+}
+
+/// Heads for a point of the route some way ahead, by the true pose.
+fn steer(sim: &mut Simulation, route: &mut VecDeque<Point2<f64>>) {
+    let pose = sim.truth();
+    while route.len() > 1
+        && route
+            .front()
+            .is_some_and(|p| (p - pose.position()).norm() < 0.25)
+    {
+        route.pop_front();
+    }
+    let Some(&goal) = route.front() else { return };
+    if (goal - pose.position()).norm() < 0.1 {
+        route.pop_front();
+        sim.command(Command::Stop);
+        return;
+    }
+    let ahead: Vector2<f64> = (pose.inverse() * goal).coords;
+    let error = libm::atan2(ahead.y, ahead.x);
+    let forward = if error.abs() > 0.6 { 0.0 } else { 0.25 };
+    sim.command(Command::Velocity {
+        forward,
+        turn: (2.5 * error).clamp(-1.0, 1.0),
+    });
+}
+
+fn summarize(world: &str, outcomes: &[Outcome]) {
+    let seeds = outcomes.len();
+    let mean = |f: &dyn Fn(&Outcome) -> f64| outcomes.iter().map(f).sum::<f64>() / seeds as f64;
+    let max = |f: &dyn Fn(&Outcome) -> f64| outcomes.iter().map(f).fold(0.0, f64::max);
+    println!(
+        "{world}: error {:.3} m (max {:.3}), {:.2} deg (max {:.2}), odometry {:.2} m, NEES {:.2} (max {:.1}), NIS {:.2}, {:.0} walls, {:.1} lines, {:.1} matched, {:.2} rejected a scan, {:.0} m",
+        mean(&|o| o.position_error),
+        max(&|o| o.position_error),
+        mean(&|o| o.heading_error),
+        max(&|o| o.heading_error),
+        mean(&|o| o.odometry_error),
+        mean(&|o| o.nees),
+        max(&|o| o.nees),
+        mean(&|o| o.nis),
+        mean(&|o| o.confirmed as f64),
+        mean(&|o| o.features_per_scan),
+        mean(&|o| o.matches_per_scan),
+        mean(&|o| o.rejected_per_scan),
+        mean(&|o| o.distance),
+    );
+}
+
+#[test]
+fn pose_is_found_to_ten_centimetres_and_two_degrees_with_honest_covariance() {
+    for world in ["arena", "doors", "office", "loop"] {
+        let outcomes: Vec<_> = (0..5)
+            .map(|seed| run(world, seed, 4, EkfConfig::default(), LineConfig::default()))
+            .collect();
+        summarize(world, &outcomes);
+        for (seed, outcome) in outcomes.iter().enumerate() {
+            assert!(
+                outcome.position_error < 0.10,
+                "{world} {seed}: {} m",
+                outcome.position_error
+            );
+            assert!(
+                outcome.heading_error < 2.0,
+                "{world} {seed}: {} degrees",
+                outcome.heading_error
+            );
+        }
+        let nees = outcomes.iter().map(|o| o.nees).sum::<f64>() / outcomes.len() as f64;
+        assert!(
+            (1.0..4.0).contains(&nees),
+            "{world}: NEES {nees}, 3 is honest"
+        );
+    }
+}
