@@ -4,6 +4,7 @@ import { TRAIL_STRIDE } from "../../protocol.js";
 import type { Brush } from "./layer.js";
 
 export function draw({ context, camera, palette, scene }: Brush): void {
+  const pixel = camera.px(1.5);
   const trail = (offset: number, colour: string, width: number, dash: number[]): void => {
     context.strokeStyle = colour;
     context.lineWidth = camera.px(width);
@@ -11,11 +12,18 @@ export function draw({ context, camera, palette, scene }: Brush): void {
     context.setLineDash(dash.map((length) => camera.px(length)));
     context.beginPath();
     let pen = false;
+    let [lastX, lastY] = [NaN, NaN];
     for (let i = offset; i + 1 < scene.trailLength; i += TRAIL_STRIDE) {
       const [x = NaN, y = NaN] = [scene.trail[i], scene.trail[i + 1]];
-      if (Number.isNaN(x)) pen = false;
-      else if (pen) context.lineTo(x, y);
-      else context.moveTo(x, y), (pen = true);
+      if (Number.isNaN(x)) {
+        pen = false;
+        continue;
+      }
+      // Points that fall on the same pixel cost as much as others and show nothing.
+      if (pen && Math.abs(x - lastX) + Math.abs(y - lastY) < pixel) continue;
+      if (pen) context.lineTo(x, y);
+      else context.moveTo(x, y);
+      [pen, lastX, lastY] = [true, x, y];
     }
     context.stroke();
   };
