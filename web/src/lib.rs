@@ -1,4 +1,15 @@
-//! Bindings of the core for the page.
+//! Bindings of the core for the page: they convert, call, and convert. Nothing is decided here.
+//!
+//! Numbers cross as plain fields, bulk data as typed arrays in the map frame (m, rad); the page's side of it stands in
+//! `www/src/source`. An error becomes a JavaScript `Error` with the core's own sentence, a panic a thrown string.
+
+mod experiment;
+mod replay;
+mod view;
+
+pub use experiment::{ExperimentStatus, SetupError, WebExperiment};
+pub use replay::{ReplayStatus, WebReplay};
+pub use view::GridBlocks;
 
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -7,4 +18,11 @@ use wasm_bindgen::prelude::wasm_bindgen;
 #[must_use]
 pub fn version() -> String {
     env!("CARGO_PKG_VERSION").to_owned()
+}
+
+/// A panic is thrown with its text, so that the page can say what happened instead of "unreachable executed".
+#[cfg(target_arch = "wasm32")]
+#[wasm_bindgen(start)]
+fn start() {
+    std::panic::set_hook(Box::new(|info| wasm_bindgen::throw_str(&info.to_string())));
 }

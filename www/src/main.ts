@@ -1,4 +1,101 @@
-const worker = new Worker('worker.js', { type: 'module' });
-worker.onmessage = (event: MessageEvent<string>) => {
-  document.querySelector('#version')!.textContent = `slamlab ${event.data}`;
-};
+// Composes the page: store, scene, client, components, keys. Nothing is decided here.
+
+import { Client } from "./client.js";
+import { startKeyboard } from "./keyboard.js";
+import { download, mapPicture } from "./save.js";
+import { Store } from "./store.js";
+import { startTheme, switchTheme } from "./theme.js";
+import "./ui/drop.js";
+import type { SlamElement } from "./ui/element.js";
+import "./ui/header.js";
+import { SlamHelp } from "./ui/help.js";
+import "./ui/legend.js";
+import "./ui/log.js";
+import "./ui/plots.js";
+import "./ui/setup.js";
+import "./ui/status.js";
+import "./ui/stick.js";
+import "./ui/tabs.js";
+import "./ui/tip.js";
+import "./ui/toast.js";
+import { SlamTransport } from "./ui/transport.js";
+import { SlamMap } from "./view/map_view.js";
+import { readPalette } from "./view/palette.js";
+import { Scene } from "./view/scene.js";
+
+const store = new Store();
+const scene = new Scene();
+const client = new Client(store, scene);
+startTheme(store);
+
+/** Makes a component where index.html has its place. */
+function place<T extends SlamElement | SlamMap>(tag: string): T {
+  const slot = document.querySelector(`[data-place="${tag}"]`);
+  const element = document.createElement(tag) as T;
+  Object.assign(element, { store, client });
+  if (element instanceof SlamMap) element.scene = scene;
+  slot?.append(element);
+  return element;
+}
+
+const map = place<SlamMap>("slam-map");
+const transport = place<SlamTransport>("slam-transport");
+const help = place<SlamHelp>("slam-help");
+for (const tag of ["slam-header", "slam-setup", "slam-status", "slam-plots", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
+  place(tag);
+}
+
+client.onStart = () => map.restart();
+
+addEventListener("show-help", () => help.show());
+addEventListener("focus-map", () => map.renderRoot.querySelector<HTMLElement>("#pad")?.focus({ preventScroll: true }));
+addEventListener("save-picture", () => void savePicture());
+
+startKeyboard({
+  drive: (forward, turn) => store.source === "sim" && client.drive(forward, turn),
+  stop: () => client.stop(),
+  busy: () => help.shown,
+  once: {
+    p: () => client.send({ kind: store.playing ? "pause" : "play" }),
+    n: () => client.send({ kind: "step" }),
+    "[": () => transport.shift(-1),
+    "]": () => transport.shift(1),
+    1: () => client.manual(),
+    2: () => client.aim(),
+    3: () => client.explore(),
+    "+": () => map.zoom(1.25),
+    "=": () => map.zoom(1.25),
+    "-": () => map.zoom(0.8),
+    0: () => map.fit(),
+    f: () => map.toggleFollow(),
+    r: () => client.start({ mode: "explore" }),
+    m: () => client.send({ kind: "save" }),
+    t: () => switchTheme(store),
+    "?": () => help.show(),
+  },
+});
+
+async function savePicture(): Promise<void> {
+  const blob = await mapPicture(scene.tiles, readPalette().css.unknown);
+  if (blob) download(blob, `${store.title.replace(/[^\w-]+/g, "-") || "map"}.png`);
+  else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot look around first." } });
+}
+
+/** The latest numbers, for tests and for the curious at the console. */
+Object.defineProperty(window, "slamlab", {
+  value: Object.freeze({
+    get status() { return store.status; },
+    get hash() { return store.hash; },
+    get playing() { return store.playing; },
+    get source() { return store.source; },
+    get setup() { return store.setup; },
+    get seq() { return store.seq; },
+    get framesPerSecond() { return map.frames; },
+    get blocks() { return scene.tiles.size; },
+    get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }; },
+    /** Pixels of the canvas at which a map point is drawn. */
+    toScreen: (x: number, y: number) => map.camera.toScreen(x, y),
+  }),
+});
+
+client.start();

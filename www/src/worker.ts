@@ -1,4 +1,217 @@
-import init, { version } from '../pkg/slamlab_web.js';
+// Runs the core for the page: the only file that knows the WebAssembly module.
+//
+// It paces the source (simulated seconds for each second), works in slices short enough that every message is heard within
+// about 30 ms, and sends a frame only when the page has drawn the one before.
 
-await init({ module_or_path: new URL('slamlab_web_bg.wasm', import.meta.url) });
-self.postMessage(version());
+import init, { WebExperiment, WebReplay } from "../pkg/slamlab_web.js";
+import { type Answer, type Command, transferables } from "./protocol.js";
+import { ReplaySource } from "./source/replay.js";
+import { SimSource } from "./source/sim.js";
+import type { Source } from "./source/source.js";
+
+const post = (answer: Answer, transfer: Transferable[] = []): void => {
+  (self as unknown as { postMessage(message: Answer, transfer: Transferable[]): void }).postMessage(answer, transfer);
+};
+
+/** Wall milliseconds between two looks when there is nothing to do yet. */
+const IDLE_MILLIS = 6;
+const HASH_MILLIS = 500;
+
+let source: Source | null = null;
+let run = 0;
+let seq = 0;
+let playing = false;
+let speed = 1;
+/** The page has drawn the last frame and can take another. */
+let pageReady = true;
+/** Something changed that no frame has shown. */
+let stale = false;
+/** Wall ms and source s from which the pace counts. */
+let anchor = { wall: 0, time: 0 };
+/** The pace over the last second. */
+let pace = { wall: 0, time: 0, factor: NaN };
+let hashAt = 0;
+let scheduled = false;
+const immediate = new MessageChannel();
+immediate.port1.onmessage = () => turn();
+
+function schedule(now: boolean): void {
+  if (scheduled || !playing) return;
+  scheduled = true;
+  if (now) immediate.port2.postMessage(null);
+  else setTimeout(turn, IDLE_MILLIS);
+}
+
+function rebase(): void {
+  const wall = performance.now();
+  anchor = { wall, time: source?.time ?? 0 };
+  pace = { wall, time: anchor.time, factor: NaN };
+}
+
+/** One slice of work. */
+function turn(): void {
+  scheduled = false;
+  if (!source || !playing) return;
+  try {
+    const begin = performance.now();
+    const target = speed === Infinity ? Infinity : anchor.time + ((begin - anchor.wall) / 1000) * speed;
+    let behind = false;
+    while (source.time < target && !source.finished) {
+      source.step();
+      stale = true;
+      behind = performance.now() - begin >= source.sliceMillis;
+      if (behind) break;
+    }
+    // A slower machine falls behind; it must not race when the load ends.
+    if (behind && speed !== Infinity && target - source.time > 0.25 * speed) anchor = { wall: begin, time: source.time };
+    measurePace();
+    if (source.finished) setPlaying(false);
+    show();
+    schedule(behind);
+  } catch (error) {
+    fail(error);
+  }
+}
+
+function measurePace(): void {
+  const wall = performance.now();
+  if (!source || wall - pace.wall < 700) return;
+  pace = { wall, time: source.time, factor: ((source.time - pace.time) * 1000) / (wall - pace.wall) };
+}
+
+function setPlaying(next: boolean): void {
+  if (next !== playing) {
+    playing = next;
+    post({ kind: "playing", playing });
+  }
+  rebase();
+  hashAt = 0;
+  stale = true;
+  schedule(true);
+}
+
+/** Sends a frame if the page can take one. */
+function show(): void {
+  if (!source) return;
+  for (const note of source.notes()) post({ kind: "event", run, ...note });
+  const now = performance.now();
+  if (now - hashAt >= HASH_MILLIS) {
+    hashAt = now;
+    post({ kind: "hash", run, text: source.hash() });
+  }
+  if (!pageReady || !stale) return;
+  pageReady = false;
+  stale = false;
+  seq += 1;
+  const moment = source.moment();
+  const elapsed = source.kind === "replay" ? (performance.now() - began) / 1000 : NaN;
+  const remaining = moment.progress > 0.005 ? (elapsed * (1 - moment.progress)) / moment.progress : NaN;
+  const status = { ...moment, realTimeFactor: playing ? pace.factor : NaN, remaining };
+  const frame = { kind: "frame", run, seq, status, ...source.change() } as const;
+  post(frame, transferables(frame));
+}
+
+/** Wall ms at which the present run began. */
+let began = 0;
+
+/** Takes a new source only once it exists: a setup that fails leaves the old run as it is. */
+function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, "kind" | "run" | "source" | "title">): void {
+  source?.close();
+  source = next;
+  run += 1;
+  seq = 0;
+  stale = true;
+  hashAt = 0;
+  began = performance.now();
+  playing = answer.playing;
+  post({ kind: "started", run, source: next.kind, title: next.title, ...answer });
+  rebase();
+  pageReady = true;
+  show();
+  schedule(true);
+}
+
+function handle(command: Command): void {
+  const sim = source instanceof SimSource ? source : null;
+  switch (command.kind) {
+    case "start": {
+      const { setup } = command;
+      const world = setup.worldJson ?? setup.world;
+      const experiment = new WebExperiment(world, setup.worldJson !== null, setup.sensor, setup.seed, setup.method, setup.mode);
+      begin(new SimSource(experiment, setup), { setup, playing: command.play });
+      break;
+    }
+    case "replay": {
+      const replay = new WebReplay(new Uint8Array(command.bytes), command.method);
+      begin(new ReplaySource(replay, command.name), { setup: null, playing: true });
+      break;
+    }
+    case "play":
+      if (source && !source.finished) setPlaying(true);
+      break;
+    case "pause":
+      setPlaying(false);
+      show();
+      break;
+    case "step": {
+      setPlaying(false);
+      const scans = source?.scans ?? 0;
+      for (let i = 0; source && i < 400 && source.scans === scans && !source.finished; i += 1) source.step();
+      show();
+      break;
+    }
+    case "speed":
+      speed = command.factor;
+      rebase();
+      schedule(true);
+      break;
+    case "explore":
+    case "manual":
+    case "goto":
+    case "drive":
+    case "stop":
+      if (!sim) break;
+      if (command.kind === "explore") sim.explore();
+      else if (command.kind === "manual") sim.manual();
+      else if (command.kind === "goto") sim.goTo(command.x, command.y);
+      else if (command.kind === "drive") sim.drive(command.forward, command.turn);
+      else sim.stop();
+      stale = true;
+      show();
+      break;
+    case "cancel":
+      if (source instanceof ReplaySource) {
+        source.cancel();
+        setPlaying(false);
+        show();
+      }
+      break;
+    case "save":
+      if (source) post({ kind: "saved", files: source.files() });
+      break;
+    case "drawn":
+      pageReady = true;
+      if (stale) show();
+      break;
+  }
+}
+
+function fail(error: unknown): void {
+  console.error(error);
+  post({ kind: "failed", text: error instanceof Error ? error.message : String(error) });
+}
+
+const module = init({ module_or_path: new URL("slamlab_web_bg.wasm", self.location.href) });
+
+self.onmessage = async (event: MessageEvent<Command>) => {
+  try {
+    await module;
+    handle(event.data);
+  } catch (error) {
+    fail(error);
+  }
+};
+
+module.then(() => post({ kind: "ready" }), (error: unknown) => {
+  fail(new Error(`The simulator could not be loaded: ${error instanceof Error ? error.message : String(error)}. Reload the page.`));
+});

@@ -8,7 +8,7 @@ mod scan;
 mod stamp;
 
 pub use command::Command;
-pub use model::{OdometryNoise, RobotModel};
+pub use model::{OdometryBias, OdometryNoise, RobotModel};
 pub use odometry::{Odometry, TrackOdometry, Tracks};
 pub use scan::{Scan, ScanError};
 pub use stamp::Stamp;

@@ -14,12 +14,12 @@
 //! Source for the sweep: ray against an offset shape, Ericson (2005), "Real-Time Collision Detection", §5.5.7.
 
 use nalgebra::{Point2, Vector2};
-use rand::Rng;
+use rand::{Rng, RngExt};
 
 use super::noise::gaussian_pair;
 use super::{Caster, Disc};
 use crate::geom::{Pose2, Segment, sin_cos, wrap};
-use crate::robot::{OdometryNoise, RobotModel, Tracks};
+use crate::robot::{OdometryBias, OdometryNoise, RobotModel, Tracks};
 
 /// The body stops this far before a touch, m, so that rounding never puts it inside of a wall.
 const SKIN: f64 = 1e-5;
@@ -47,6 +47,8 @@ pub(super) struct Body {
     radius: f64,
     track_width: f64,
     noise: OdometryNoise,
+    /// This robot's own systematic errors, with their signs.
+    bias: OdometryBias,
     position: Point2<f64>,
     heading: f64,
     /// Around this point no wall is nearer than this, m.
@@ -57,8 +59,16 @@ pub(super) struct Body {
 }
 
 impl Body {
-    pub(super) fn new(model: &RobotModel, world_from_robot: &Pose2) -> Self {
+    pub(super) fn new(model: &RobotModel, world_from_robot: &Pose2, rng: &mut impl Rng) -> Self {
+        let mut own = |size: f64| {
+            let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+            sign * size * rng.random_range(0.5..1.5)
+        };
         Self {
+            bias: OdometryBias {
+                track_mismatch: own(model.odometry_bias.track_mismatch),
+                track_width: own(model.odometry_bias.track_width),
+            },
             radius: model.radius(),
             track_width: model.track_width,
             noise: model.odometry_noise,
@@ -124,12 +134,14 @@ impl Body {
         let (left, right) = gaussian_pair(rng);
         let (sideways, heading) = gaussian_pair(rng);
         let grip = |ran: f64, g: f64| ran + (self.noise.per_metre * ran.abs()).sqrt() * g;
+        let longer = 0.5 * self.bias.track_mismatch;
         let gripped = Tracks {
-            left: grip(tracks.left, left),
-            right: grip(tracks.right, right),
+            left: grip(tracks.left, left) * (1.0 - longer),
+            right: grip(tracks.right, right) * (1.0 + longer),
         };
         let advance = 0.5 * (gripped.left + gripped.right);
-        let turn = (gripped.right - gripped.left) / self.track_width;
+        let turn =
+            (gripped.right - gripped.left) / (self.track_width * (1.0 + self.bias.track_width));
         let asked_advance = 0.5 * (tracks.left + tracks.right).abs();
         let asked_turn = (tracks.right - tracks.left).abs() / self.track_width;
         let drift = (self.noise.lateral_per_metre * asked_advance).sqrt() * sideways;
@@ -356,7 +368,7 @@ mod tests {
             segments.extend((0..4).map(|i| Segment::new(room[i], room[(i + 1) % 4])));
             segments.retain(|s| s.distance(Point2::origin()) > model.radius());
             let caster = caster(&segments);
-            let mut body = Body::new(&model, &Pose2::identity());
+            let mut body = Body::new(&model, &Pose2::identity(), &mut ChaCha8Rng::seed_from_u64(0));
             for (angle, part) in ways {
                 let before = body.position;
                 body.move_by(Vector2::new(libm::cos(angle), libm::sin(angle)) * (part * fastest), &caster, &[]);
@@ -376,7 +388,11 @@ mod tests {
             Segment::new(Point2::new(1.0, -5.0), Point2::new(1.0, 1.0)),
             Segment::new(Point2::new(1.0, 1.0), Point2::new(-5.0, 1.0)),
         ]);
-        let mut body = Body::new(&model, &Pose2::identity());
+        let mut body = Body::new(
+            &model,
+            &Pose2::identity(),
+            &mut ChaCha8Rng::seed_from_u64(0),
+        );
         body.move_by(Vector2::new(2.0, 0.5), &caster, &[]);
         assert!((body.position - Point2::new(1.0 - model.radius(), 0.5)).norm() < 1e-4);
         body.move_by(Vector2::new(2.0, 3.0), &caster, &[]);
@@ -394,7 +410,11 @@ mod tests {
             (0.5, (false, true)),
             (-0.5, (true, false)),
         ] {
-            let mut body = Body::new(&model, &Pose2::new(0.0, 0.0, heading));
+            let mut body = Body::new(
+                &model,
+                &Pose2::new(0.0, 0.0, heading),
+                &mut ChaCha8Rng::seed_from_u64(0),
+            );
             for _ in 0..200 {
                 let way = Tracks {
                     left: 0.001_5,

@@ -121,7 +121,7 @@ impl Simulation {
             movers: walkers.iter().map(Walker::disc).collect(),
             walkers,
             drive: Drive::new(&robot),
-            body: Body::new(&robot, &world.start),
+            body: Body::new(&robot, &world.start, &mut motion_rng),
             sensor: Sensor::new(&sensor),
             motion_rng,
             sensor_rng,

@@ -1,0 +1,156 @@
+// The page's end of the wire to the worker: sends commands, hands frames to scene and store.
+
+import type { Answer, Command, Setup, SourceKind } from "./protocol.js";
+import { downloadAll } from "./save.js";
+import type { Store } from "./store.js";
+import type { Scene } from "./view/scene.js";
+
+export class Client {
+  readonly #worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: "slamlab" });
+  readonly #store: Store;
+  readonly #scene: Scene;
+  #run = 0;
+  #undrawn = false;
+  #simSpeed = 1;
+  /** Called when a run begins, before its first frame. */
+  onStart: () => void = () => {};
+
+  constructor(store: Store, scene: Scene) {
+    this.#store = store;
+    this.#scene = scene;
+    this.#worker.onmessage = (event: MessageEvent<Answer>) => this.#take(event.data);
+    this.#worker.onerror = (event) => {
+      store.set("toast", { toast: { level: "warn", text: `The simulation stopped: ${event.message || "the worker could not be started"}. Reload the page.` } });
+    };
+  }
+
+  send(command: Command, transfer: Transferable[] = []): void {
+    this.#worker.postMessage(command, transfer);
+  }
+
+  /** Starts a simulated run with the present setup, changed by `patch`. */
+  start(patch: Partial<Setup> = {}): void {
+    this.send({ kind: "start", setup: { ...this.#store.setup, ...patch }, play: true });
+  }
+
+  setSpeed(factor: number): void {
+    this.#store.set("run", { speed: factor });
+    this.send({ kind: "speed", factor });
+  }
+
+  explore(): void {
+    this.#store.set("run", { aiming: false });
+    this.send({ kind: "explore" });
+    this.#wake();
+  }
+
+  manual(): void {
+    this.#store.set("run", { aiming: false });
+    this.send({ kind: "manual" });
+    this.#wake();
+  }
+
+  /** The next click on the map chooses the goal. */
+  aim(): void {
+    this.#store.set("run", { aiming: true });
+  }
+
+  goTo(x: number, y: number): void {
+    this.send({ kind: "goto", x, y });
+    this.#wake();
+  }
+
+  drive(forward: number, turn: number): void {
+    this.send({ kind: "drive", forward, turn });
+    if (forward !== 0 || turn !== 0) this.#wake();
+  }
+
+  stop(): void {
+    this.#store.set("run", { aiming: false });
+    this.send({ kind: this.#store.source === "sim" ? "stop" : "cancel" });
+  }
+
+  async open(file: File): Promise<void> {
+    const store = this.#store;
+    try {
+      const bytes = await file.arrayBuffer();
+      if (/\.json$/i.test(file.name)) {
+        const worldJson = new TextDecoder().decode(bytes);
+        this.start({ world: file.name, worldJson, mode: "explore" });
+      } else {
+        store.note({ time: 0, level: "info", text: `Reading ${file.name}…` });
+        this.send({ kind: "replay", name: file.name, bytes, method: "scan-matching" }, [bytes]);
+      }
+    } catch (error) {
+      const why = error instanceof Error ? error.message : String(error);
+      store.set("toast", { toast: { level: "warn", text: `${file.name} could not be read: ${why}` } });
+    }
+  }
+
+  /** The last frame is on the screen: the worker may send another. */
+  drawn(): void {
+    if (!this.#undrawn) return;
+    this.#undrawn = false;
+    this.send({ kind: "drawn" });
+  }
+
+  /** A recording goes as fast as it can; the simulation after it as fast as the one before. */
+  #pace(next: SourceKind): void {
+    if (next === "replay" && this.#store.source === "sim") this.#simSpeed = this.#store.speed;
+    if (next === "sim" && this.#store.source === "replay") this.#store.speed = this.#simSpeed;
+    this.setSpeed(next === "replay" ? Infinity : this.#store.speed);
+  }
+
+  /** A command to the robot means that it should move: a paused run goes on. */
+  #wake(): void {
+    if (!this.#store.playing) this.send({ kind: "play" });
+  }
+
+  #take(answer: Answer): void {
+    const store = this.#store;
+    switch (answer.kind) {
+      case "ready":
+        break;
+      case "started":
+        this.#run = answer.run;
+        this.#pace(answer.source);
+        this.#scene.clear();
+        store.history.clear();
+        store.log = [];
+        store.status = null;
+        store.hash = "";
+        store.toast = null;
+        store.set("run", {
+          source: answer.source, title: answer.title, playing: answer.playing, setup: answer.setup ?? store.setup, aiming: false,
+        });
+        store.tell("toast");
+        store.tell("log");
+        this.onStart();
+        break;
+      case "frame":
+        if (answer.run !== this.#run) break;
+        this.#undrawn = true;
+        this.#scene.take(answer);
+        store.take(answer);
+        break;
+      case "playing":
+        store.set("run", { playing: answer.playing });
+        store.tell("moment");
+        break;
+      case "hash":
+        if (answer.run === this.#run) store.hash = answer.text;
+        break;
+      case "event":
+        if (answer.run === this.#run) store.note(answer);
+        break;
+      case "saved":
+        downloadAll(answer.files);
+        store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(" and ")}` });
+        break;
+      case "failed":
+        store.note({ time: store.status?.time ?? 0, level: "warn", text: answer.text });
+        store.set("toast", { toast: { level: "warn", text: answer.text } });
+        break;
+    }
+  }
+}

@@ -1,0 +1,40 @@
+// Samples of the run for the plots: columns that thin themselves out, so that an hour costs no more than a minute.
+
+import { SAMPLE_STRIDE } from "./protocol.js";
+
+const MOST = 6000;
+
+export class History {
+  /** One column for each number of a sample, see SAMPLE. */
+  columns: number[][] = [];
+  version = 0;
+  /** Every `#keep`-th sample is kept. */
+  #keep = 1;
+  #count = 0;
+
+  constructor() {
+    this.clear();
+  }
+
+  clear(): void {
+    this.columns = Array.from({ length: SAMPLE_STRIDE }, () => []);
+    this.#keep = 1;
+    this.#count = 0;
+    this.version += 1;
+  }
+
+  append(samples: Float64Array): void {
+    for (let i = 0; i + SAMPLE_STRIDE <= samples.length; i += SAMPLE_STRIDE) {
+      this.#count += 1;
+      if (this.#count % this.#keep !== 0) continue;
+      this.columns.forEach((column, k) => column.push(samples[i + k] ?? NaN));
+      if ((this.columns[0]?.length ?? 0) > MOST) this.#thin();
+    }
+    this.version += 1;
+  }
+
+  #thin(): void {
+    this.#keep *= 2;
+    this.columns = this.columns.map((column) => column.filter((_, i) => i % 2 === 0));
+  }
+}

@@ -1,0 +1,71 @@
+// Every key of the page. Driving keys count only while they are held.
+
+export interface KeyActions {
+  drive(forward: number, turn: number): void;
+  stop(): void;
+  /** Keys that act once, by the lower-case key. */
+  once: Readonly<Record<string, () => void>>;
+  /** Something modal is open and owns the keys. */
+  busy(): boolean;
+}
+
+const FORWARD: Readonly<Record<string, number>> = { ArrowUp: 1, KeyW: 1, ArrowDown: -1, KeyS: -1 };
+const TURN: Readonly<Record<string, number>> = { ArrowLeft: 1, KeyA: 1, ArrowRight: -1, KeyD: -1 };
+
+export function startKeyboard(actions: KeyActions): void {
+  const held = new Set<string>();
+
+  const drive = (): void => {
+    let [forward, turn] = [0, 0];
+    for (const code of held) {
+      forward += FORWARD[code] ?? 0;
+      turn += TURN[code] ?? 0;
+    }
+    actions.drive(Math.sign(forward), Math.sign(turn));
+  };
+
+  const release = (): void => {
+    if (held.size === 0) return;
+    held.clear();
+    drive();
+  };
+
+  addEventListener("keydown", (event) => {
+    if (event.defaultPrevented || actions.busy()) return;
+    if (event.key === "Escape") {
+      release();
+      actions.stop();
+      return;
+    }
+    const kind = focusKind(event);
+    if (kind === "field" || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.code === "Space" && kind !== "button") {
+      event.preventDefault();
+      release();
+      actions.stop();
+    } else if (!event.shiftKey && (event.code in FORWARD || event.code in TURN)) {
+      event.preventDefault();
+      if (held.has(event.code)) return;
+      held.add(event.code);
+      drive();
+    } else {
+      const action = actions.once[event.key.toLowerCase()];
+      if (!action || event.repeat) return;
+      event.preventDefault();
+      action();
+    }
+  });
+
+  addEventListener("keyup", (event) => {
+    if (held.delete(event.code)) drive();
+  });
+  addEventListener("blur", release);
+  document.addEventListener("visibilitychange", release);
+}
+
+/** What the key would act on, through the shadow roots. */
+function focusKind(event: KeyboardEvent): "field" | "button" | "page" {
+  const target = event.composedPath()[0];
+  if (target instanceof HTMLSelectElement || (target instanceof HTMLInputElement && target.type !== "checkbox")) return "field";
+  return target instanceof HTMLButtonElement || target instanceof HTMLInputElement ? "button" : "page";
+}

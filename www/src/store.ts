@@ -1,0 +1,105 @@
+// What the page knows, and who wants to hear of changes. Components read it and send commands; nothing is computed here.
+
+import type { ReactiveController, ReactiveControllerHost } from "lit";
+import { type Frame, type LogLevel, type Setup, type SourceKind, type Status } from "./protocol.js";
+import { LAYERS, type LayerName } from "./view/scene.js";
+import { History } from "./history.js";
+
+export type Theme = "system" | "light" | "dark";
+export type Tab = "run" | "status" | "plots" | "layers" | "log" | "";
+
+/** `moment` is told at most ten times a second; the rest at once. */
+export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme";
+
+export interface LogEntry {
+  time: number;
+  level: LogLevel;
+  text: string;
+}
+
+export interface Toast {
+  level: LogLevel;
+  text: string;
+}
+
+export class Store {
+  status: Status | null = null;
+  hash = "";
+  seq = 0;
+  source: SourceKind = "sim";
+  title = "";
+  playing = false;
+  speed = 4;
+  setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore" };
+  /** Go to is chosen, and the next click on the map says where. */
+  aiming = false;
+  follow = false;
+  threeTones = false;
+  layers: Record<LayerName, boolean> = Object.fromEntries(
+    LAYERS.map((name) => [name, name !== "tree" && name !== "rawPath"]),
+  ) as Record<LayerName, boolean>;
+  theme: Theme = "system";
+  tab: Tab = "";
+  log: LogEntry[] = [];
+  toast: Toast | null = null;
+  readonly history = new History();
+
+  #listeners = new Map<Topic, Set<() => void>>();
+  #told = -Infinity;
+
+  on(topic: Topic, listener: () => void): () => void {
+    const set = this.#listeners.get(topic) ?? new Set();
+    this.#listeners.set(topic, set.add(listener));
+    return () => set.delete(listener);
+  }
+
+  tell(topic: Topic): void {
+    for (const listener of this.#listeners.get(topic) ?? []) listener();
+  }
+
+  set<K extends keyof Store>(topic: Topic, patch: Pick<Store, K>): void {
+    Object.assign(this, patch);
+    this.tell(topic);
+  }
+
+  take(frame: Frame): void {
+    const before = this.status;
+    this.status = frame.status;
+    this.seq = frame.seq;
+    if (frame.samples) this.history.append(frame.samples);
+    const now = performance.now();
+    const turned = before?.finished !== frame.status.finished || before.mode !== frame.status.mode;
+    if (turned || !this.playing || now - this.#told >= 100) {
+      this.#told = now;
+      this.tell("moment");
+    }
+  }
+
+  note(entry: LogEntry): void {
+    this.log = [...this.log.slice(-299), entry];
+    this.tell("log");
+  }
+}
+
+/** Renders its host again when one of the topics is told. */
+export class Listening implements ReactiveController {
+  readonly #host: ReactiveControllerHost;
+  readonly #topics: readonly Topic[];
+  readonly #store: Store;
+  #stop: (() => void)[] = [];
+
+  constructor(host: ReactiveControllerHost, store: Store, ...topics: Topic[]) {
+    this.#host = host;
+    this.#topics = topics;
+    this.#store = store;
+    host.addController(this);
+  }
+
+  hostConnected(): void {
+    this.#stop = this.#topics.map((topic) => this.#store.on(topic, () => this.#host.requestUpdate()));
+  }
+
+  hostDisconnected(): void {
+    for (const stop of this.#stop) stop();
+  }
+}

@@ -1,0 +1,29 @@
+// One sentence on what is happening.
+
+import type { Store } from "../store.js";
+import { clock, percent } from "./format.js";
+
+export interface Caption {
+  doing: string;
+  more: string;
+}
+
+export function caption(store: Store): Caption {
+  const { status, playing, source, title } = store;
+  if (!status) return { doing: "Starting…", more: "" };
+  if (source === "replay") {
+    if (status.finished) return { doing: `Mapped ${title}`, more: status.reason };
+    const left = Number.isFinite(status.remaining) ? `${clock(status.remaining)} left` : "";
+    return { doing: `${playing ? "Mapping" : "Paused in"} ${title}`, more: [percent(status.progress), left].filter(Boolean).join(", ") };
+  }
+  const known = Number.isFinite(status.explored) ? `${percent(status.explored)} known` : "";
+  if (status.finished) return { doing: sentence(status.reason) || "Finished", more: known };
+  if (store.aiming) return { doing: "Click the map where the robot should go", more: "" };
+  const doing = { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode];
+  const hint = status.mode === "manual" ? "arrow keys, WASD or the stick" : "";
+  return { doing: playing ? doing : `Paused · ${doing.toLowerCase()}`, more: [status.activity || hint, known].filter(Boolean).join(" · ") };
+}
+
+function sentence(text: string): string {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}

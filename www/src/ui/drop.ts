@@ -1,0 +1,57 @@
+// Files dropped anywhere on the page.
+
+import { css, html, nothing, type TemplateResult } from "lit";
+import type { Topic } from "../store.js";
+import { SlamElement } from "./element.js";
+import { icons } from "./icons.js";
+import { shared } from "./style.js";
+
+export class SlamDrop extends SlamElement {
+  static override styles = [
+    shared,
+    css`
+      div { position: fixed; inset: 12px; z-index: 50; display: grid; place-content: center; justify-items: center; gap: 14px; text-align: center; border: 3px dashed var(--accent); border-radius: 24px; background: color-mix(in srgb, var(--surface) 88%, transparent); pointer-events: none; }
+      svg { width: 56px; height: 56px; color: var(--accent-ink); }
+      b { font-size: 22px; font-weight: 600; }
+    `,
+  ];
+
+  protected override readonly topics: readonly Topic[] = [];
+  #over = false;
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    let depth = 0;
+    const carriesFiles = (event: DragEvent): boolean => event.dataTransfer?.types.includes("Files") ?? false;
+    addEventListener("dragenter", (event) => {
+      if (!carriesFiles(event)) return;
+      event.preventDefault();
+      depth += 1;
+      this.#show(true);
+    });
+    addEventListener("dragover", (event) => carriesFiles(event) && event.preventDefault());
+    addEventListener("dragleave", () => {
+      depth = Math.max(0, depth - 1);
+      if (depth === 0) this.#show(false);
+    });
+    addEventListener("drop", (event) => {
+      event.preventDefault();
+      depth = 0;
+      this.#show(false);
+      const file = event.dataTransfer?.files[0];
+      if (file) void this.client.open(file);
+    });
+  }
+
+  override render(): TemplateResult | typeof nothing {
+    return this.#over ? html`<div>${icons.open}<b>Drop it here</b><span>a recorded CARMEN log (.clf, .log) or a world (.json)</span></div>` : nothing;
+  }
+
+  #show(over: boolean): void {
+    if (over === this.#over) return;
+    this.#over = over;
+    this.requestUpdate();
+  }
+}
+
+customElements.define("slam-drop", SlamDrop);

@@ -1,0 +1,31 @@
+// Numbers in words that people read.
+
+export const DASH = "–";
+
+export function fixed(value: number, digits: number): string {
+  if (!Number.isFinite(value)) return DASH;
+  return (value < 0 ? "−" : "") + Math.abs(value).toFixed(digits);
+}
+
+/** 83 s is 1:23. */
+export function clock(seconds: number): string {
+  if (!Number.isFinite(seconds)) return DASH;
+  const whole = Math.floor(Math.max(0, seconds));
+  const [h, m, s] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60, whole % 60];
+  const two = (n: number): string => String(n).padStart(2, "0");
+  return h > 0 ? `${h}:${two(m)}:${two(s)}` : `${m}:${two(s)}`;
+}
+
+export function percent(fraction: number): string {
+  return Number.isFinite(fraction) ? `${Math.floor(fraction * 100)} %` : DASH;
+}
+
+export function degrees(radians: number): number {
+  return (radians * 180) / Math.PI;
+}
+
+/** 4.2 cm reads better than 0.04 m. */
+export function length(metres: number): { value: string; unit: string } {
+  if (!Number.isFinite(metres)) return { value: DASH, unit: "" };
+  return metres < 1 ? { value: fixed(metres * 100, 1), unit: "cm" } : { value: fixed(metres, 2), unit: "m" };
+}

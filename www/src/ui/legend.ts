@@ -1,0 +1,88 @@
+// Every layer with its sign, what it means, and a switch.
+
+import { css, html, svg, type TemplateResult } from "lit";
+import type { Topic } from "../store.js";
+import type { LayerName } from "../view/scene.js";
+import { SlamElement } from "./element.js";
+import { shared } from "./style.js";
+
+interface Entry {
+  name: LayerName;
+  label: string;
+  meaning: string;
+  sign: TemplateResult<2>;
+  simOnly?: boolean;
+}
+
+const stroke = (colour: string, dash = "", width = 2.5): TemplateResult<2> =>
+  svg`<path d="M2 9h24" stroke="var(--map-${colour})" stroke-width=${width} stroke-dasharray=${dash}/>`;
+
+const ENTRIES: readonly Entry[] = [
+  { name: "robot", label: "Robot", meaning: "Where it believes to be. It is inside the ellipse with 95 % probability; the wedge is its heading.",
+    sign: svg`<ellipse cx="14" cy="9" rx="11" ry="7" fill="var(--map-estimate)" fill-opacity=".25" stroke="var(--map-estimate)" stroke-width="1.5"/><path d="m20 9-9 4 2-4-2-4z" fill="var(--map-robot)" stroke="none"/>` },
+  { name: "trails", label: "Trails", meaning: "Solid: the estimate. Dashed: the truth. Dotted: the wheels alone, drifting away.",
+    sign: svg`<path d="M2 4h24" stroke="var(--map-estimate)" stroke-width="2.2"/><path d="M2 9h24" stroke="var(--map-truth)" stroke-width="2.2" stroke-dasharray="5 4"/><path d="M2 14h24" stroke="var(--map-odometry)" stroke-width="2" stroke-dasharray=".5 4"/>` },
+  { name: "grid", label: "Occupancy grid", meaning: "Free, occupied or unknown, from all scans together; hover shows the probability.",
+    sign: svg`<rect x="2" y="2" width="8" height="14" fill="var(--map-free)" stroke="var(--line-strong)" stroke-width="1"/><rect x="10" y="2" width="8" height="14" fill="var(--map-unknown)" stroke="var(--line-strong)" stroke-width="1"/><rect x="18" y="2" width="8" height="14" fill="var(--map-occupied)" stroke="none"/>` },
+  { name: "scan", label: "Current scan", meaning: "What the sensor sees just now.",
+    sign: svg`<path d="M4 14h.01M8 10h.01M13 7h.01M18 6h.01M23 8h.01" stroke="var(--map-scan)" stroke-width="3.4"/>` },
+  { name: "walls", label: "Walls", meaning: "Segments of the line map: the walls the filter believes in.", sign: stroke("walls", "", 3) },
+  { name: "lines", label: "Line uncertainty", meaning: "The wall lies in this band with 95 % probability; it narrows as the wall is seen again.",
+    sign: svg`<path d="M2 3c8 4 16 4 24 0v12c-8-4-16-4-24 0z" fill="var(--map-lines)" fill-opacity=".35" stroke="var(--map-lines)" stroke-width="1"/>` },
+  { name: "frontiers", label: "Frontiers", meaning: "Where known free space meets the unknown: the places worth a visit.",
+    sign: svg`<path d="M3 12h.01M7 9h.01M11 8h.01M15 9h.01M19 11h.01M23 10h.01" stroke="var(--map-frontiers)" stroke-width="4" stroke-linecap="square"/>`, simOnly: true },
+  { name: "path", label: "Path", meaning: "The legs that it will drive, after shortening, with the goal.", sign: stroke("path", "", 3), simOnly: true },
+  { name: "rawPath", label: "Path as found", meaning: "Before shortening, as the random tree found it.", sign: stroke("path", "1 5", 2), simOnly: true },
+  { name: "tree", label: "Search tree", meaning: "All that the planner (RRT) tried.",
+    sign: svg`<path d="M3 14 9 9l5 4m-5-4 4-6m0 0 6 3m-6-3 4 7 7 2" stroke="var(--map-tree)" stroke-width="1.6"/>`, simOnly: true },
+  { name: "truth", label: "Truth", meaning: "The real walls and the real pose. Only the simulator knows them.", sign: stroke("truth", "5 4", 2), simOnly: true },
+];
+
+export class SlamLegend extends SlamElement {
+  static override styles = [
+    shared,
+    css`
+      :host { display: block; }
+      h2 { margin-bottom: 8px; }
+      ul { list-style: none; margin: 0; padding: 0; }
+      label { display: grid; grid-template-columns: 28px 1fr auto; align-items: center; gap: 9px; padding: 4px 0; cursor: pointer; font-size: 13px; min-height: 28px; }
+      label:hover span { text-decoration: underline; text-decoration-color: var(--line-strong); text-underline-offset: 3px; }
+      svg { width: 28px; height: 18px; }
+      .off svg { opacity: .35; }
+      .off span { color: var(--muted); }
+      input { appearance: none; width: 28px; height: 16px; margin: 0; border-radius: 8px; background: var(--line-strong); position: relative; cursor: pointer; transition: background .15s; }
+      input::after { content: ""; position: absolute; left: 2px; top: 2px; width: 12px; height: 12px; border-radius: 50%; background: var(--surface); transition: left .15s; }
+      input:checked { background: var(--accent); }
+      input:checked::after { left: 14px; }
+      small { display: none; color: var(--muted); font-size: 12.5px; line-height: 1.35; grid-column: 2 / -1; margin: -4px 0 4px; }
+      .tones { margin-top: 6px; padding-top: 8px; border-top: 1px solid var(--line); }
+      @media (max-width: 760px) { small { display: block; } label { min-height: 40px; font-size: 14px; } li { border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); } }
+    `,
+  ];
+
+  protected override readonly topics: readonly Topic[] = ["view", "run"];
+
+  override render(): TemplateResult {
+    const { store } = this;
+    return html`
+      <h2>Layers</h2>
+      <ul>
+        ${ENTRIES.filter((e) => store.source === "sim" || !e.simOnly).map(
+          (e) => html`<li><label class=${store.layers[e.name] ? "" : "off"} title=${e.meaning}>
+            <svg viewBox="0 0 28 18" aria-hidden="true">${e.sign}</svg><span>${e.label}</span>
+            <input type="checkbox" role="switch" data-testid="layer-${e.name}" aria-label=${e.label} aria-description=${e.meaning} .checked=${store.layers[e.name]} @change=${() => this.toggle(e.name)}>
+            <small>${e.meaning}</small></label></li>`,
+        )}
+        <li class="tones"><label title="Show the grid in three tones only, as it is saved, instead of by probability">
+          <svg viewBox="0 0 28 18" aria-hidden="true"><path d="M2 9h24" stroke="var(--muted)" stroke-width="8" stroke-dasharray="8 0.01" stroke-opacity=".5"/></svg><span>Three tones</span>
+          <input type="checkbox" role="switch" data-testid="three-tones" aria-label="Three tones" .checked=${store.threeTones} @change=${() => store.set("view", { threeTones: !store.threeTones })}></label></li>
+      </ul>
+    `;
+  }
+
+  toggle(name: LayerName): void {
+    this.store.set("view", { layers: { ...this.store.layers, [name]: !this.store.layers[name] } });
+  }
+}
+
+customElements.define("slam-legend", SlamLegend);

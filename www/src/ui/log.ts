@@ -1,0 +1,35 @@
+// What was decided, and why, with the time of the run.
+
+import { css, html, type TemplateResult } from "lit";
+import type { Topic } from "../store.js";
+import { SlamElement } from "./element.js";
+import { clock } from "./format.js";
+import { shared } from "./style.js";
+
+export class SlamLog extends SlamElement {
+  static override styles = [
+    shared,
+    css`
+      :host { display: flex; flex-direction: column; min-height: 120px; }
+      h2 { margin-bottom: 10px; }
+      ol { list-style: none; margin: 0; padding: 0; overflow-y: auto; flex: 1; font-size: 12.5px; line-height: 1.4; }
+      li { display: grid; grid-template-columns: 42px 1fr; gap: 8px; padding: 3px 0; }
+      time { font-family: var(--mono); color: var(--muted); }
+      .good { color: var(--good-ink); }
+      .warn { color: var(--warn-ink); }
+    `,
+  ];
+
+  protected override readonly topics: readonly Topic[] = ["log"];
+
+  override render(): TemplateResult {
+    const entries = [...this.store.log].reverse();
+    return html`<h2>Log</h2>
+      <ol data-testid="log" tabindex="0" aria-label="Log, newest first">
+        ${entries.length === 0 ? html`<li><time></time><span class="muted">Nothing yet.</span></li>` : ""}
+        ${entries.map((e) => html`<li class=${e.level}><time>${clock(e.time)}</time><span>${e.text}</span></li>`)}
+      </ol>`;
+  }
+}
+
+customElements.define("slam-log", SlamLog);

@@ -1,0 +1,112 @@
+// What a run starts from: world, sensor, seed, method; files in and out.
+
+import { css, html, type TemplateResult } from "lit";
+import { type MethodName, type SensorName, WORLDS } from "../protocol.js";
+import type { Topic } from "../store.js";
+import { SlamElement } from "./element.js";
+import { icons } from "./icons.js";
+import { shared } from "./style.js";
+
+export const WORLD_WORDS: Readonly<Record<string, string>> = {
+  office: "Office: rooms off a corridor",
+  arena: "Arena: walls and boxes",
+  doors: "Doors: rooms and narrow gaps",
+  corridor: "Corridor: 30 m, hardly a feature",
+  loop: "Loop: a long ring",
+};
+
+export class SlamSetup extends SlamElement {
+  static override styles = [
+    shared,
+    css`
+      :host { display: block; }
+      h2 { margin-bottom: 12px; }
+      .grid { display: grid; grid-template-columns: 1fr 1fr; gap: 10px; }
+      label { display: grid; gap: 4px; font-size: 12.5px; color: var(--muted); }
+      label > * { color: var(--ink); font-size: 14px; }
+      .wide { grid-column: 1 / -1; }
+      .seed { display: flex; gap: 6px; }
+      .files { display: flex; gap: 8px; margin-top: 12px; }
+      .files > * { flex: 1; padding: 0 8px; }
+      input[type="file"] { position: absolute; width: 1px; height: 1px; opacity: 0; }
+      input[type="file"]:focus-visible + .button { outline: 2px solid var(--focus); outline-offset: 2px; }
+      .button:hover { border-color: var(--line-strong); background: var(--hover); }
+      p { margin: 10px 0 0; font-size: 12.5px; }
+      .files label { display: contents; }
+      .files label .button { flex: 1.35; padding: 0 8px; }
+      @media (pointer: coarse) { .button { min-height: 44px; } }
+    `,
+  ];
+
+  protected override readonly topics: readonly Topic[] = ["run"];
+
+  override render(): TemplateResult {
+    const { setup, source, title } = this.store;
+    const own = setup.worldJson !== null;
+    const value = (e: Event): string => (e.target as HTMLSelectElement).value;
+    return html`
+      <h2 id="run">Run</h2>
+      <div class="grid" role="group" aria-labelledby="run">
+        <label class="wide">World
+          <select data-testid="world" @change=${(e: Event) => this.#restart({ world: value(e), worldJson: null })}>
+            ${source === "replay" ? html`<option selected value="">Recording: ${title}</option>` : ""}
+            ${own ? html`<option .selected=${source === "sim"} value=${setup.world} disabled>${setup.world}</option>` : ""}
+            ${WORLDS.map((w) => html`<option value=${w} .selected=${source === "sim" && !own && w === setup.world}>${WORLD_WORDS[w] ?? w}</option>`)}
+          </select>
+        </label>
+        <label>Sensor
+          <select data-testid="sensor" @change=${(e: Event) => this.#restart({ sensor: value(e) as SensorName })}>
+            <option value="lidar" .selected=${setup.sensor === "lidar"}>Lidar, 360°</option>
+            <option value="rangers" .selected=${setup.sensor === "rangers"}>4 IR rangers</option>
+          </select>
+        </label>
+        <label>Method
+          <select data-testid="method" @change=${(e: Event) => this.#restart({ method: value(e) as MethodName })}>
+            <option value="line-ekf" .selected=${setup.method === "line-ekf"}>Line EKF-SLAM</option>
+            <option value="scan-matching" .selected=${setup.method === "scan-matching"}>Scan matching</option>
+          </select>
+        </label>
+        <label>Seed
+          <span class="seed">
+            <input type="number" inputmode="numeric" min="0" max="4294967295" step="1" data-testid="seed" .value=${String(setup.seed)}
+              @change=${(e: Event) => this.#restart({ seed: seedOf((e.target as HTMLInputElement).value) })}>
+          </span>
+        </label>
+        <label><span class="muted">&nbsp;</span>
+          <span class="seed">
+            <button class="icon" title="Another seed" aria-label="Another seed" data-testid="dice"
+              @click=${() => this.#restart({ seed: Math.floor(Math.random() * 100_000) })}>${icons.dice}</button>
+            <button data-testid="restart" title="Start again (R)" @click=${() => this.#restart({})}>${icons.again} Restart</button>
+          </span>
+        </label>
+      </div>
+      <div class="files">
+        <label>
+          <input type="file" accept=".clf,.log,.json" data-testid="file" aria-label="Open a recording (.clf, .log) or a world (.json)" @change=${this.#open}>
+          <span class="button">${icons.open} Open file…</span>
+        </label>
+        <button data-testid="save-map" title="Save the map as PGM and YAML (M)" @click=${() => this.client.send({ kind: "save" })}>${icons.save} Map</button>
+        <button data-testid="save-png" title="Save the map as a picture" @click=${() => this.dispatchEvent(new CustomEvent("save-picture", { bubbles: true, composed: true }))}>${icons.image} PNG</button>
+      </div>
+      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : "Drop a CARMEN log (.clf, .log) or a world (.json) anywhere on the page."}</p>
+    `;
+  }
+
+  #restart(patch: Partial<typeof this.store.setup>): void {
+    this.client.start({ mode: "explore", ...patch });
+  }
+
+  #open(event: Event): void {
+    const input = event.target as HTMLInputElement;
+    const file = input.files?.[0];
+    if (file) void this.client.open(file);
+    input.value = "";
+  }
+}
+
+function seedOf(text: string): number {
+  const value = Math.trunc(Number(text));
+  return Number.isFinite(value) ? Math.min(Math.max(value, 0), 4_294_967_295) : 0;
+}
+
+customElements.define("slam-setup", SlamSetup);

@@ -1,0 +1,74 @@
+// The figures of the moment.
+
+import { css, html, type TemplateResult } from "lit";
+import type { Topic } from "../store.js";
+import { SlamElement } from "./element.js";
+import { clock, DASH, degrees, fixed, length } from "./format.js";
+import { shared } from "./style.js";
+
+export class SlamStatus extends SlamElement {
+  static override styles = [
+    shared,
+    css`
+      :host { display: block; }
+      h2 { margin-bottom: 12px; }
+      .big { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; margin-bottom: 12px; }
+      .big div { padding: 10px 12px; border-radius: 12px; background: var(--sunk); border: 1px solid var(--line); }
+      .big b { display: block; font: 500 25px/1.15 var(--mono); letter-spacing: -.03em; white-space: nowrap; }
+      .big b small { font-size: 14px; color: var(--muted); margin-left: 3px; }
+      .big span { font-size: 12px; color: var(--muted); }
+      meter { display: block; appearance: none; width: 100%; height: 4px; margin-top: 7px; border: 0; border-radius: 2px; overflow: hidden; background: var(--line); }
+      meter::-webkit-meter-bar { background: var(--line); border: 0; height: 4px; border-radius: 2px; }
+      meter::-webkit-meter-optimum-value { background: var(--accent); }
+      meter::-moz-meter-bar { background: var(--accent); }
+      dl { display: grid; grid-template-columns: 1fr 1fr; column-gap: 20px; margin: 0; font-size: 13px; }
+      dl div { display: flex; justify-content: space-between; gap: 8px; padding: 4px 0; border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); }
+      dt { color: var(--muted); }
+      dd { margin: 0; }
+      .hash { grid-column: 1 / -1; }
+    `,
+  ];
+
+  protected override readonly topics: readonly Topic[] = ["moment", "run"];
+
+  override render(): TemplateResult {
+    const s = this.store.status;
+    const sim = this.store.source === "sim";
+    const error = length(s?.positionError ?? NaN);
+    const wheels = length(s?.odometryError ?? NaN);
+    const row = (name: string, value: string, id: string, title = ""): TemplateResult =>
+      html`<div title=${title}><dt>${name}</dt><dd class="num" data-testid=${id}>${value}</dd></div>`;
+    return html`
+      <h2>Status</h2>
+      <div class="big">
+        ${sim
+          ? html`<div title="Part of the reachable area that the map knows"><b data-testid="explored">${whole(s?.explored)}<small>%</small></b><span>explored</span>
+              <meter max="1" .value=${finite(s?.explored)} aria-label="explored"></meter></div>
+            <div title="Distance between where the robot believes to be and where it is"><b data-testid="position-error">${error.value}<small>${error.unit}</small></b><span>position error</span><br><span>wheels alone ${wheels.value} ${wheels.unit}</span></div>`
+          : html`<div><b data-testid="progress-percent">${whole(s?.progress)}<small>%</small></b><span>of the recording</span><meter max="1" .value=${finite(s?.progress)} aria-label="progress"></meter></div>
+            <div><b data-testid="scans">${s?.scans ?? DASH}</b><span>scans mapped</span></div>`}
+      </div>
+      <dl>
+        ${row(sim ? "Sim time" : "Log time", clock(s?.time ?? NaN), "time")}
+        ${row("Pace", Number.isFinite(s?.realTimeFactor) ? `${fixed(s?.realTimeFactor ?? NaN, (s?.realTimeFactor ?? 0) < 10 ? 1 : 0)} ×` : "paused", "pace", "Seconds of simulation for each second of the clock")}
+        ${row("Distance", `${fixed(s?.distance ?? NaN, 1)} m`, "distance")}
+        ${row("Features", String(s?.features ?? DASH), "features", "Lines in the filter's map")}
+        ${row("Known", `${fixed(s?.knownArea ?? NaN, 0)} m²`, "known-area", "Area known to be free")}
+        ${sim ? row("Heading err.", `${fixed(Math.abs(degrees(s?.headingError ?? NaN)), 1)}°`, "heading-error") : row("Scans", String(s?.scans ?? DASH), "scans-row")}
+        ${sim ? row("Contacts", fixed(s?.contacts ?? NaN, 0), "contacts", "How often the robot touched a wall") : ""}
+        ${sim ? row("Scans", String(s?.scans ?? DASH), "scans") : ""}
+        <div class="hash" title="A fingerprint of the whole state. The same run gives the same one here and on the command line."><dt>State hash</dt><dd class="num" data-testid="hash">${this.store.hash || DASH}</dd></div>
+      </dl>
+    `;
+  }
+}
+
+function whole(fraction: number | undefined): string {
+  return Number.isFinite(fraction) ? String(Math.floor((fraction ?? 0) * 100)) : DASH;
+}
+
+function finite(value: number | undefined): number {
+  return value !== undefined && Number.isFinite(value) ? value : 0;
+}
+
+customElements.define("slam-status", SlamStatus);

@@ -1,0 +1,29 @@
+// What all components look like: buttons, fields, panels. Colours and fonts are custom properties of style.css.
+
+import { css } from "lit";
+
+export const shared = css`
+  *, *::before, *::after { box-sizing: border-box; }
+  :host { font: 400 14px/1.45 var(--sans); color: var(--ink); }
+  :focus-visible { outline: 2px solid var(--focus); outline-offset: 2px; }
+  button, select, input { font: inherit; color: inherit; }
+  button, .button {
+    display: inline-flex; align-items: center; justify-content: center; gap: 7px; min-height: 36px; padding: 0 12px;
+    border: 1px solid var(--line); border-radius: 9px; background: var(--raised); cursor: pointer; font-weight: 550;
+    transition: background .12s, border-color .12s, transform .08s; white-space: nowrap; user-select: none;
+  }
+  button:hover { border-color: var(--line-strong); background: var(--hover); }
+  button:active { transform: translateY(1px); }
+  button:disabled { opacity: .45; cursor: default; transform: none; }
+  button.icon { width: 36px; padding: 0; }
+  svg { width: 18px; height: 18px; flex: none; fill: none; stroke: currentColor; stroke-width: 1.8; stroke-linecap: round; stroke-linejoin: round; }
+  select, input[type="number"], input[type="text"] {
+    min-height: 36px; width: 100%; padding: 0 10px; border: 1px solid var(--line); border-radius: 9px; background: var(--raised);
+  }
+  h2 { margin: 0; font: 600 11px/1 var(--sans); letter-spacing: .09em; text-transform: uppercase; color: var(--muted); }
+  .num { font-family: var(--mono); font-variant-numeric: tabular-nums; }
+  .muted { color: var(--muted); }
+  .sr { position: absolute; width: 1px; height: 1px; overflow: hidden; clip-path: inset(50%); white-space: nowrap; }
+  @media (pointer: coarse) { button, select, input[type="number"] { min-height: 44px; } button.icon { width: 44px; } }
+  @media (prefers-reduced-motion: reduce) { * { transition: none !important; animation: none !important; } }
+`;

@@ -1,0 +1,54 @@
+// One hint for the first visit; gone at the first deed, and for good.
+
+import { css, html, nothing, type TemplateResult } from "lit";
+import type { Topic } from "../store.js";
+import { SlamElement } from "./element.js";
+import { icons } from "./icons.js";
+import { shared } from "./style.js";
+
+const KEY = "slamlab-tip-seen";
+
+export class SlamTip extends SlamElement {
+  static override styles = [
+    shared,
+    css`
+      div { display: flex; align-items: center; gap: 8px; padding: 4px 4px 4px 14px; border-radius: 999px; background: var(--ink); color: var(--surface); font-size: 13.5px; box-shadow: var(--shadow); animation: in .4s ease-out; }
+      button { border: 0; background: transparent; border-radius: 50%; min-height: 32px; width: 32px; }
+      button:hover { background: #8883; }
+      @keyframes in { from { opacity: 0; transform: translateY(6px); } }
+    `,
+  ];
+
+  protected override readonly topics: readonly Topic[] = ["run", "moment"];
+  #seen = seen();
+
+  override render(): TemplateResult | typeof nothing {
+    const { status, source } = this.store;
+    if (this.#seen || source !== "sim" || !status || status.time < 8 || status.finished) return nothing;
+    if (status.mode !== "explore") {
+      this.dismiss();
+      return nothing;
+    }
+    return html`<div data-testid="tip"><span>Click anywhere on the map: the robot drives there</span><button class="icon" aria-label="Close the hint" @click=${() => this.dismiss()}>${icons.close}</button></div>`;
+  }
+
+  dismiss(): void {
+    this.#seen = true;
+    try {
+      localStorage.setItem(KEY, "1");
+    } catch {
+      // Without storage the hint comes again with the next visit.
+    }
+    this.requestUpdate();
+  }
+}
+
+function seen(): boolean {
+  try {
+    return localStorage.getItem(KEY) !== null;
+  } catch {
+    return false;
+  }
+}
+
+customElements.define("slam-tip", SlamTip);

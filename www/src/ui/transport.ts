@@ -1,0 +1,103 @@
+// Time and purpose: play, step, speed, what the robot should do, and Stop.
+
+import { css, html, type TemplateResult } from "lit";
+import type { ModeName } from "../protocol.js";
+import type { Topic } from "../store.js";
+import { SlamElement } from "./element.js";
+import { clock, percent } from "./format.js";
+import { icons } from "./icons.js";
+import { shared } from "./style.js";
+
+const SPEEDS = [0.25, 0.5, 1, 2, 4, 10, 20, Infinity];
+
+export class SlamTransport extends SlamElement {
+  static override styles = [
+    shared,
+    css`
+      :host { display: flex; align-items: center; gap: 10px; padding: 8px; border: 1px solid var(--line); border-radius: 16px; background: var(--glass); box-shadow: var(--shadow); }
+      .time { display: flex; gap: 6px; align-items: center; }
+      .play { width: 44px; height: 44px; border-radius: 12px; background: var(--ink); color: var(--surface); border-color: transparent; }
+      .play:hover { background: var(--ink); opacity: .88; }
+      select { width: auto; min-width: 78px; min-height: 44px; }
+      .time .icon { height: 44px; width: 40px; }
+      .modes { display: flex; padding: 3px; gap: 2px; border-radius: 12px; background: var(--sunk); border: 1px solid var(--line); }
+      .modes button { border: 0; background: transparent; min-height: 36px; border-radius: 9px; }
+      .modes button:hover { background: var(--hover); }
+      .modes button[aria-pressed="true"] { background: var(--accent); color: var(--on-accent); }
+      .stop { min-height: 44px; padding: 0 18px; border-radius: 12px; border-color: transparent; background: var(--danger); color: #fff; font-weight: 700; letter-spacing: .04em; }
+      .stop:hover { background: var(--danger-hover); border-color: transparent; }
+      .progress { display: flex; flex-direction: column; gap: 5px; min-width: 190px; font-size: 12.5px; }
+      .progress div { display: flex; justify-content: space-between; gap: 12px; }
+      progress { appearance: none; width: 100%; height: 6px; border: 0; border-radius: 3px; overflow: hidden; background: var(--sunk); }
+      progress::-webkit-progress-bar { background: var(--sunk); }
+      progress::-webkit-progress-value { background: var(--accent); }
+      progress::-moz-progress-bar { background: var(--accent); }
+      @media (max-width: 760px) {
+        :host { flex-wrap: wrap; gap: 8px; border-radius: 0; border-width: 1px 0 0; box-shadow: none; padding: 8px 10px; }
+        .modes, .progress { order: -1; flex: 1 0 100%; }
+        .modes button { flex: 1; padding: 0 6px; min-height: 40px; }
+        .time { flex: 1; }
+        select { flex: 1; }
+        .stop { flex: 1; }
+      }
+    `,
+  ];
+
+  protected override readonly topics: readonly Topic[] = ["moment", "run"];
+
+  override render(): TemplateResult {
+    const { store, client } = this;
+    const finished = store.status?.finished ?? false;
+    return html`
+      <div class="time" role="group" aria-label="Time">
+        <button class="play" data-testid="play" aria-label=${store.playing ? "Pause" : "Play"} title="${store.playing ? "Pause" : "Play"} (P)"
+          ?disabled=${finished}
+          @click=${(e: Event) => { client.send({ kind: store.playing ? "pause" : "play" }); this.giveBackFocus(e); }}>${store.playing ? icons.pause : icons.play}</button>
+        <button class="icon" data-testid="step" aria-label="Step one scan" title="Step one scan (N)" ?disabled=${finished}
+          @click=${(e: Event) => { client.send({ kind: "step" }); this.giveBackFocus(e); }}>${icons.step}</button>
+        <select data-testid="speed" aria-label="Speed" title="Speed ([ and ])"
+          @change=${(e: Event) => { client.setSpeed(Number((e.target as HTMLSelectElement).value)); (e.target as HTMLSelectElement).blur(); }}>
+          ${SPEEDS.map((s) => html`<option value=${String(s)} .selected=${s === store.speed}>${s === Infinity ? "max" : `${s} ×`}</option>`)}
+        </select>
+      </div>
+      ${store.source === "sim" ? this.#modes() : this.#progress()}
+      <button class="stop" data-testid="stop" title="Stop the robot (Esc or space)" @click=${(e: Event) => { client.stop(); this.giveBackFocus(e); }}>${icons.stop} STOP</button>
+    `;
+  }
+
+  /** One speed up or down. */
+  shift(by: 1 | -1): void {
+    const at = SPEEDS.indexOf(this.store.speed);
+    const next = SPEEDS[Math.min(Math.max(at + by, 0), SPEEDS.length - 1)];
+    if (next !== undefined) this.client.setSpeed(next);
+  }
+
+  #modes(): TemplateResult {
+    const { store, client } = this;
+    const now: ModeName = store.aiming ? "goto" : (store.status?.mode ?? store.setup.mode);
+    const mode = (name: ModeName, label: string, key: string, icon: TemplateResult, act: () => void): TemplateResult => html`
+      <button data-testid="mode-${name}" aria-pressed=${now === name} title="${label} (${key})"
+        @click=${(e: Event) => { act(); this.giveBackFocus(e); }}>${icon}${label}</button>`;
+    return html`<div class="modes" role="group" aria-label="Mode">
+      ${mode("manual", "Manual", "1", icons.hand, () => client.manual())}
+      ${mode("goto", "Go to", "2", icons.pin, () => client.aim())}
+      ${mode("explore", "Explore", "3", icons.compass, () => client.explore())}
+    </div>`;
+  }
+
+  #progress(): TemplateResult {
+    const { store, client } = this;
+    const status = store.status;
+    const done = Number.isFinite(status?.progress) ? (status?.progress ?? 0) : 0;
+    const left = status?.finished ? status.reason : Number.isFinite(status?.remaining) ? `${clock(status?.remaining ?? NaN)} left` : "";
+    return html`<div class="progress" data-testid="progress">
+        <div class="num"><span>${percent(done)}</span><span class="muted">${left}</span></div>
+        <progress max="1" .value=${done} aria-label="Recording done"></progress>
+      </div>
+      ${status?.finished
+        ? html`<button data-testid="to-simulation" @click=${() => client.start({ mode: "explore" })}>${icons.again} Simulation</button>`
+        : html`<button data-testid="cancel" @click=${() => client.send({ kind: "cancel" })}>${icons.close} Cancel</button>`}`;
+  }
+}
+
+customElements.define("slam-transport", SlamTransport);

@@ -1,0 +1,54 @@
+// Draws the layers that are switched on, from the ground up.
+
+import type { LayerName } from "./scene.js";
+import * as frontiers from "./layers/frontiers.js";
+import * as grid from "./layers/grid.js";
+import type { Brush } from "./layers/layer.js";
+import * as lines from "./layers/lines.js";
+import * as path from "./layers/path.js";
+import * as robot from "./layers/robot.js";
+import * as scan from "./layers/scan.js";
+import * as trails from "./layers/trails.js";
+import * as tree from "./layers/tree.js";
+import * as truth from "./layers/truth.js";
+import * as walls from "./layers/walls.js";
+
+export type Switches = Readonly<Record<LayerName, boolean>>;
+
+/** The ground: changes only with the map and the camera. */
+export function drawGround(brush: Brush, on: Switches): void {
+  clear(brush);
+  brush.camera.applyTo(brush.context);
+  if (on.grid) grid.draw(brush);
+  grid.drawRules(brush);
+}
+
+const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
+  ["truth", truth.draw],
+  ["frontiers", frontiers.draw],
+  ["lines", lines.draw],
+  ["walls", walls.draw],
+  ["tree", tree.draw],
+  ["scan", scan.draw],
+  ["rawPath", path.drawRaw],
+  ["path", path.draw],
+  ["trails", trails.draw],
+  ["robot", robot.draw],
+];
+
+/** Everything that moves. */
+export function drawOverlays(brush: Brush, on: Switches): void {
+  clear(brush);
+  for (const [name, draw] of OVERLAYS) {
+    if (!on[name]) continue;
+    brush.context.save();
+    brush.camera.applyTo(brush.context);
+    draw(brush);
+    brush.context.restore();
+  }
+}
+
+function clear({ context }: Brush): void {
+  context.resetTransform();
+  context.clearRect(0, 0, context.canvas.width, context.canvas.height);
+}

@@ -1,0 +1,77 @@
+// Pointer, wheel and pinch on the map, told as intentions: pan, zoom, tap, hover.
+
+export interface GestureHandlers {
+  pan(dx: number, dy: number): void;
+  zoom(factor: number, x: number, y: number): void;
+  tap(x: number, y: number): void;
+  hover(x: number, y: number): void;
+  leave(): void;
+}
+
+/** A press that moves less than this is a tap, CSS pixels. */
+const SLOP = 6;
+
+/** Listens on `element` until `signal` aborts. */
+export function listenToGestures(element: HTMLElement, on: GestureHandlers, signal: AbortSignal): void {
+  const pointers = new Map<number, { x: number; y: number }>();
+  let moved = 0;
+  let hadTwo = false;
+
+  const at = (event: MouseEvent): { x: number; y: number } => {
+    const box = element.getBoundingClientRect();
+    return { x: event.clientX - box.left, y: event.clientY - box.top };
+  };
+
+  const down = (event: PointerEvent): void => {
+    if (event.button !== 0 && event.button !== 1) return;
+    if (pointers.size === 0) {
+      moved = 0;
+      hadTwo = false;
+    }
+    pointers.set(event.pointerId, at(event));
+    if (pointers.size > 1) hadTwo = true;
+    element.setPointerCapture(event.pointerId);
+  };
+
+  const move = (event: PointerEvent): void => {
+    const now = at(event);
+    const before = pointers.get(event.pointerId);
+    if (!before) {
+      if (event.pointerType !== "touch") on.hover(now.x, now.y);
+      return;
+    }
+    const [dx, dy] = [now.x - before.x, now.y - before.y];
+    const other = [...pointers].find(([id]) => id !== event.pointerId)?.[1];
+    pointers.set(event.pointerId, now);
+    if (other) {
+      const spread = (p: { x: number; y: number }): number => Math.hypot(p.x - other.x, p.y - other.y);
+      on.pan(dx / 2, dy / 2);
+      on.zoom(spread(now) / Math.max(spread(before), 1), (now.x + other.x) / 2, (now.y + other.y) / 2);
+    } else {
+      const wasTap = moved < SLOP;
+      moved += Math.hypot(dx, dy);
+      if (wasTap && moved < SLOP) return;
+      on.pan(dx, dy);
+    }
+  };
+
+  const up = (event: PointerEvent): void => {
+    const point = pointers.get(event.pointerId);
+    if (!pointers.delete(event.pointerId) || !point) return;
+    if (event.type === "pointerup" && pointers.size === 0 && !hadTwo && moved < SLOP && event.button === 0) on.tap(point.x, point.y);
+  };
+
+  const wheel = (event: WheelEvent): void => {
+    event.preventDefault();
+    const { x, y } = at(event);
+    const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
+    on.zoom(Math.exp(-event.deltaY * lines * (event.ctrlKey ? 0.01 : 0.0016)), x, y);
+  };
+
+  element.addEventListener("pointerdown", down, { signal });
+  element.addEventListener("pointermove", move, { signal });
+  element.addEventListener("pointerup", up, { signal });
+  element.addEventListener("pointercancel", up, { signal });
+  element.addEventListener("pointerleave", () => on.leave(), { signal });
+  element.addEventListener("wheel", wheel, { passive: false, signal });
+}

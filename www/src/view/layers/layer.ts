@@ -1,0 +1,31 @@
+// What every layer is given.
+
+import type { Camera } from "../camera.js";
+import type { Palette } from "../palette.js";
+import type { Scene } from "../scene.js";
+
+/** The context draws in map metres, y up. */
+export interface Brush {
+  readonly context: CanvasRenderingContext2D;
+  readonly camera: Camera;
+  readonly palette: Palette;
+  readonly scene: Scene;
+  /** Seconds since the page opened, for what breathes; stands still where reduced motion is asked for. */
+  readonly time: number;
+}
+
+/** Adds x1 y1 x2 y2 … as separate strokes to the path. */
+export function addSegments(context: CanvasRenderingContext2D, data: Float32Array): void {
+  for (let i = 0; i + 3 < data.length; i += 4) {
+    context.moveTo(data[i] ?? 0, data[i + 1] ?? 0);
+    context.lineTo(data[i + 2] ?? 0, data[i + 3] ?? 0);
+  }
+}
+
+/** Adds x y, x y, … as one stroke to the path. */
+export function addPolyline(context: CanvasRenderingContext2D, data: Float32Array): void {
+  for (let i = 0; i + 1 < data.length; i += 2) {
+    if (i === 0) context.moveTo(data[0] ?? 0, data[1] ?? 0);
+    else context.lineTo(data[i] ?? 0, data[i + 1] ?? 0);
+  }
+}

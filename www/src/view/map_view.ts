@@ -1,0 +1,297 @@
+// The map: two canvases (ground and overlays) with a camera that can be panned, zoomed, fitted, and tied to the robot.
+
+import { css, html, LitElement, type TemplateResult } from "lit";
+import type { Client } from "../client.js";
+import { Listening, type Store } from "../store.js";
+import { icons } from "../ui/icons.js";
+import { shared } from "../ui/style.js";
+import { Camera } from "./camera.js";
+import { drawGround, drawOverlays } from "./draw.js";
+import { listenToGestures } from "./gestures.js";
+import { ruleStep } from "./layers/grid.js";
+import { type Palette, readPalette } from "./palette.js";
+import type { Scene } from "./scene.js";
+
+/** Fraction of the way to its target that the camera goes in a second, as 1 - e^-rate. */
+const EASE = 6;
+const REFIT_MILLIS = 300;
+
+/** The panels that a phone shows as a sheet over the map. */
+const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", layers: "#legend", log: "#log-panel" } as const;
+
+export class SlamMap extends LitElement {
+  static override styles = [
+    shared,
+    css`
+      :host { display: block; position: absolute; inset: 0; overflow: hidden; background: var(--map-unknown); }
+      canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; }
+      #pad { position: absolute; inset: 0; cursor: crosshair; touch-action: none; outline-offset: -3px; }
+      #pad.plain { cursor: grab; }
+      #pad:active { cursor: grabbing; }
+      #cross { position: absolute; width: 25px; height: 25px; margin: -13px 0 0 -13px; pointer-events: none; color: var(--map-path); display: none; }
+      #pad:focus-visible ~ #cross { display: block; }
+      #tools { position: absolute; right: 14px; top: 14px; display: flex; flex-direction: column; gap: 6px; }
+      #tools button { background: var(--glass); }
+      #tools button[aria-pressed="true"] { background: var(--accent); color: var(--on-accent); border-color: transparent; }
+      #foot { position: absolute; left: 16px; bottom: 14px; display: flex; flex-direction: column; gap: 8px; pointer-events: none; font: 500 12px/1.3 var(--mono); color: var(--ink); }
+      #hover { background: var(--glass); border: 1px solid var(--line); border-radius: 6px; padding: 4px 8px; width: max-content; }
+      #hover[hidden] { display: none; }
+      #scale { display: flex; align-items: end; gap: 8px; }
+      #bar { height: 6px; border: 1.5px solid var(--ink); border-top: 0; opacity: .8; }
+      @media (max-width: 760px) {
+        #foot { bottom: calc(var(--dock) + 10px); left: 12px; }
+        #hover { display: none; }
+        #tools { right: 10px; top: 10px; }
+      }
+      @media (pointer: coarse) and (max-width: 760px) {
+        #tools .pinch { display: none; }
+      }
+    `,
+  ];
+
+  store!: Store;
+  scene!: Scene;
+  client!: Client;
+  readonly camera = new Camera();
+
+  /** The view keeps showing everything that is known. */
+  #auto = true;
+  #fitAt = -Infinity;
+  #target: { x: number; y: number; scale: number } | null = null;
+  #palette: Palette | null = null;
+  #drawn = { ground: "", overlays: "" };
+  #lastTick = 0;
+  #abort = new AbortController();
+  #still = matchMedia("(prefers-reduced-motion: reduce)");
+  /** Pictures drawn in the last second, for the curious and for tests. */
+  frames = 0;
+  #frameTimes: number[] = [];
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    new Listening(this, this.store, "view", "run");
+    this.store.on("theme", () => (this.#palette = null));
+    this.store.on("tab", () => requestAnimationFrame(() => this.#resize()));
+    requestAnimationFrame((now) => this.#tick(now));
+  }
+
+  override firstUpdated(): void {
+    const pad = this.#element("pad");
+    listenToGestures(
+      pad,
+      {
+        pan: (dx, dy) => {
+          this.#release();
+          this.camera.panBy(dx, dy);
+        },
+        zoom: (factor, x, y) => {
+          if (this.store.follow) [x, y] = this.camera.toScreen(this.camera.x, this.camera.y);
+          else this.#release();
+          this.camera.zoomAt(factor, x, y);
+        },
+        tap: (x, y) => this.#choose(...this.camera.toMap(x, y)),
+        hover: (x, y) => this.#hover(x, y),
+        leave: () => this.#element("hover").toggleAttribute("hidden", true),
+      },
+      this.#abort.signal,
+    );
+    new ResizeObserver(() => this.#resize()).observe(this);
+    this.#resize();
+  }
+
+  override render(): TemplateResult {
+    const { follow, source } = this.store;
+    return html`
+      <canvas id="ground"></canvas>
+      <canvas id="overlays"></canvas>
+      <div
+        id="pad" class=${source === "sim" ? "" : "plain"} tabindex="0" role="application" data-testid="map"
+        aria-label="Map. Arrow keys drive the robot, Shift with arrow keys moves the view, plus and minus zoom, Enter sends the robot to the middle of the view."
+        @keydown=${this.#key}
+      ></div>
+      <svg id="cross" viewBox="0 0 25 25" aria-hidden="true"><path d="M12.5 1v8m0 7v8M1 12.5h8m7 0h8" stroke="currentColor" stroke-width="2"/></svg>
+      <div id="tools" role="group" aria-label="View">
+        <button class="icon pinch" title="Zoom in (+)" aria-label="Zoom in" @click=${() => this.zoom(1.5)}>${icons.plus}</button>
+        <button class="icon pinch" title="Zoom out (−)" aria-label="Zoom out" @click=${() => this.zoom(1 / 1.5)}>${icons.minus}</button>
+        <button class="icon" title="Show everything (0)" aria-label="Show everything" @click=${() => this.fit()}>${icons.fit}</button>
+        <button class="icon" title="Follow the robot (F)" aria-label="Follow the robot" aria-pressed=${follow} @click=${() => this.toggleFollow()}>${icons.follow}</button>
+      </div>
+      <div id="foot"><div id="hover" data-testid="hover" hidden></div><div id="scale"><div id="bar"></div><span id="length"></span></div></div>
+    `;
+  }
+
+  zoom(factor: number): void {
+    if (!this.store.follow) this.#auto = false;
+    this.#target = null;
+    const [x, y] = this.camera.toScreen(this.camera.x, this.camera.y);
+    this.camera.zoomAt(factor, x, y);
+  }
+
+  /** Shows everything, and keeps doing so while the map grows. */
+  fit(): void {
+    this.store.set("view", { follow: false });
+    this.#auto = true;
+    this.#fitAt = -Infinity;
+  }
+
+  toggleFollow(): void {
+    const follow = !this.store.follow;
+    this.store.set("view", { follow });
+    this.#auto = false;
+    this.#target = null;
+    if (follow && this.camera.scale < 60) this.#target = { x: this.camera.x, y: this.camera.y, scale: 80 };
+  }
+
+  /** A new run: forget the old view at once. */
+  restart(): void {
+    if (!this.store.follow) this.#auto = true;
+    this.#fitAt = -Infinity;
+    this.#jump = true;
+  }
+
+  #jump = true;
+
+  #release(): void {
+    this.#auto = false;
+    this.#target = null;
+    if (this.store.follow) this.store.set("view", { follow: false });
+  }
+
+  #choose(x: number, y: number): void {
+    if (this.store.source === "sim") this.client.goTo(x, y);
+  }
+
+  #key(event: KeyboardEvent): void {
+    const step = 60;
+    const pans: Record<string, [number, number]> = {
+      ArrowLeft: [step, 0], ArrowRight: [-step, 0], ArrowUp: [0, step], ArrowDown: [0, -step],
+    };
+    const pan = event.shiftKey ? pans[event.key] : undefined;
+    if (pan) {
+      this.#release();
+      this.camera.panBy(...pan);
+    } else if (event.key === "Enter") {
+      this.#choose(this.camera.x, this.camera.y);
+    } else {
+      return;
+    }
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  #hover(screenX: number, screenY: number): void {
+    const [x, y] = this.camera.toMap(screenX, screenY);
+    const p = this.scene.tiles.probabilityAt(x, y);
+    const what = p === null ? "unknown" : p >= 0.5 ? `${Math.round(p * 100)} % obstacle` : `${Math.round((1 - p) * 100)} % free`;
+    const readout = this.#element("hover");
+    readout.textContent = `x ${metres(x)}  y ${metres(y)} m · ${what}`;
+    readout.toggleAttribute("hidden", false);
+  }
+
+  #resize(): void {
+    const { clientWidth, clientHeight } = this;
+    if (clientWidth === 0 || clientHeight === 0) return;
+    const ratio = Math.min(devicePixelRatio || 1, 2);
+    Object.assign(this.camera, { width: clientWidth, height: clientHeight, ratio });
+    const phone = matchMedia("(max-width: 760px)").matches;
+    const dock = parseFloat(getComputedStyle(this).getPropertyValue("--dock")) || 0;
+    // An open sheet covers the lower part of the map: what is fitted goes above it.
+    const sheet = phone && this.store.tab !== "" ? document.querySelector(SHEETS[this.store.tab])?.getBoundingClientRect() : undefined;
+    const covered = sheet && sheet.height > 0 ? this.getBoundingClientRect().bottom - sheet.top : dock;
+    const legend = matchMedia("(min-width: 1180px)").matches ? 238 : 14;
+    this.camera.inset = phone
+      ? { top: 12, right: 12, bottom: covered + 12, left: 12 }
+      : { top: 24, right: 62, bottom: 92, left: legend };
+    for (const id of ["ground", "overlays"]) {
+      const canvas = this.#element(id) as HTMLCanvasElement;
+      canvas.width = Math.round(clientWidth * ratio);
+      canvas.height = Math.round(clientHeight * ratio);
+    }
+
+    this.#drawn = { ground: "", overlays: "" };
+    this.#fitAt = -Infinity;
+    const cross = this.#element("cross");
+    const [x, y] = this.camera.toScreen(this.camera.x, this.camera.y);
+    cross.style.setProperty("left", `${x}px`);
+    cross.style.setProperty("top", `${y}px`);
+  }
+
+  #tick(now: number): void {
+    requestAnimationFrame((now) => this.#tick(now));
+    const seconds = Math.min((now - this.#lastTick) / 1000, 0.1);
+    this.#lastTick = now;
+    this.#frameTimes.push(now);
+    while ((this.#frameTimes[0] ?? now) < now - 1000) this.#frameTimes.shift();
+    this.frames = this.#frameTimes.length;
+    if (!this.hasUpdated) return;
+    this.#steer(seconds, now);
+    this.#paint(now / 1000);
+    this.client.drawn();
+  }
+
+  /** Moves the camera towards what it should show. */
+  #steer(seconds: number, now: number): void {
+    const { store, scene, camera } = this;
+    if (this.#auto && now - this.#fitAt > REFIT_MILLIS && scene.status) {
+      this.#fitAt = now;
+      const box = scene.bounds(store.layers.truth);
+      if (box) this.#target = camera.fitted(box);
+    }
+    if (store.follow && scene.status) {
+      this.#target = { x: scene.status.x, y: scene.status.y, scale: this.#target?.scale ?? camera.scale };
+    }
+    if (!this.#target) return;
+    const jump = this.#jump || this.#still.matches;
+    const k = jump ? 1 : 1 - Math.exp(-EASE * seconds);
+    this.#jump = false;
+    camera.x += (this.#target.x - camera.x) * k;
+    camera.y += (this.#target.y - camera.y) * k;
+    camera.scale *= (this.#target.scale / camera.scale) ** k;
+    const close = Math.hypot(this.#target.x - camera.x, this.#target.y - camera.y) * camera.scale < 0.3 && Math.abs(this.#target.scale / camera.scale - 1) < 1e-3;
+    if (close) {
+      Object.assign(camera, this.#target);
+      this.#target = null;
+    }
+  }
+
+  #paint(time: number): void {
+    const { camera, scene, store } = this;
+    const palette = (this.#palette ??= readPalette());
+    scene.tiles.colour(palette, store.threeTones);
+    const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.threeTones, JSON.stringify(store.layers)].join();
+    const ground = `${view},${scene.tiles.version}`;
+    const alive = store.playing && !this.#still.matches;
+    const overlays = `${view},${scene.version},${alive ? time : 0}`;
+    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, time: this.#still.matches ? 0 : time });
+    if (ground !== this.#drawn.ground) {
+      drawGround(brush("ground"), store.layers);
+      this.#scaleBar();
+    }
+    if (overlays !== this.#drawn.overlays) drawOverlays(brush("overlays"), store.layers);
+    this.#drawn = { ground, overlays };
+  }
+
+  #scaleBar(): void {
+    const length = ruleStep(this.camera.scale / 3);
+    this.#element("bar").style.setProperty("width", `${length * this.camera.scale}px`);
+    this.#element("length").textContent = length >= 1 ? `${length} m` : `${Math.round(length * 100)} cm`;
+  }
+
+  #context(id: string): CanvasRenderingContext2D {
+    const context = (this.#element(id) as HTMLCanvasElement).getContext("2d");
+    if (!context) throw new Error("this browser gives no 2D canvas");
+    return context;
+  }
+
+  #element(id: string): HTMLElement {
+    const element = this.renderRoot.querySelector<HTMLElement>(`#${id}`);
+    if (!element) throw new Error(`no #${id} in the map`);
+    return element;
+  }
+}
+
+function metres(value: number): string {
+  return (value < 0 ? "−" : "") + Math.abs(value).toFixed(2);
+}
+
+customElements.define("slam-map", SlamMap);

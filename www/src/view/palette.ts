@@ -1,0 +1,36 @@
+// The colours of the map, read from the style sheet so that page, legend and canvas cannot disagree.
+// Hues from Okabe & Ito (2008), safe for the common kinds of colour blindness; line styles differ as well.
+
+const NAMES = [
+  "unknown", "free", "occupied", "gridline", "truth", "odometry", "estimate", "robot", "scan", "walls", "lines", "path", "tree",
+  "frontiers", "ink",
+] as const;
+
+export type PaletteName = (typeof NAMES)[number];
+export type Rgb = readonly [number, number, number];
+
+export interface Palette {
+  /** CSS colours. */
+  readonly css: Readonly<Record<PaletteName, string>>;
+  /** The tones of the grid, for its pixels. */
+  readonly tones: { readonly unknown: Rgb; readonly free: Rgb; readonly occupied: Rgb };
+}
+
+/** Resolves the custom properties `--map-…` in the present theme. */
+export function readPalette(): Palette {
+  const probe = document.createElement("i");
+  probe.hidden = true;
+  document.body.append(probe);
+  const resolve = (name: PaletteName): string => {
+    probe.style.setProperty("color", `var(--map-${name})`);
+    return getComputedStyle(probe).color;
+  };
+  const css = Object.fromEntries(NAMES.map((name) => [name, resolve(name)])) as Record<PaletteName, string>;
+  probe.remove();
+  return { css, tones: { unknown: rgb(css.unknown), free: rgb(css.free), occupied: rgb(css.occupied) } };
+}
+
+function rgb(css: string): Rgb {
+  const [r = 128, g = 128, b = 128] = (css.match(/[\d.]+/g) ?? []).map(Number);
+  return [r, g, b];
+}

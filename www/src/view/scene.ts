@@ -1,0 +1,79 @@
+// What there is to draw: the latest of everything, taken from frames as they come.
+
+import { type Frame, type Status, TRAIL_STRIDE } from "../protocol.js";
+import type { Box } from "./camera.js";
+import { Tiles } from "./tiles.js";
+
+export const LAYERS = ["grid", "truth", "walls", "lines", "scan", "frontiers", "tree", "rawPath", "path", "trails", "robot"] as const;
+export type LayerName = (typeof LAYERS)[number];
+
+const EMPTY = new Float32Array(0);
+
+export class Scene {
+  readonly tiles = new Tiles();
+  status: Status | null = null;
+  scan: Float32Array = EMPTY;
+  lines: Float64Array = new Float64Array(0);
+  truth: Float32Array = EMPTY;
+  movers: Float32Array = EMPTY;
+  path: Float32Array = EMPTY;
+  rawPath: Float32Array = EMPTY;
+  tree: Float32Array = EMPTY;
+  frontiers: Float32Array = EMPTY;
+  /** Flat points, see TRAIL_STRIDE. */
+  trail: Float32Array = EMPTY;
+  trailLength = 0;
+  /** Grows with every frame taken. */
+  version = 0;
+
+  clear(): void {
+    this.tiles.clear();
+    this.status = null;
+    this.scan = this.truth = this.movers = this.path = this.rawPath = this.tree = this.frontiers = EMPTY;
+    this.lines = new Float64Array(0);
+    this.trailLength = 0;
+    this.version += 1;
+  }
+
+  take(frame: Frame): void {
+    this.status = frame.status;
+    if (frame.gridAnew) this.tiles.clear();
+    if (frame.grid) this.tiles.take(frame.grid);
+    this.scan = frame.scan ?? this.scan;
+    this.lines = frame.lines ?? this.lines;
+    this.truth = frame.truth ?? this.truth;
+    this.movers = frame.movers ?? this.movers;
+    this.path = frame.path ?? this.path;
+    this.rawPath = frame.rawPath ?? this.rawPath;
+    this.tree = frame.tree ?? this.tree;
+    this.frontiers = frame.frontiers ?? this.frontiers;
+    if (frame.trailAnew) this.trailLength = 0;
+    if (frame.trail) this.#append(frame.trail);
+    this.version += 1;
+  }
+
+  /** Everything worth showing when the view is fitted. */
+  bounds(withTruth: boolean): Box | null {
+    let box = this.tiles.bounds();
+    const grow = (x: number, y: number): void => {
+      if (!Number.isFinite(x) || !Number.isFinite(y)) return;
+      box = box === null
+        ? { minX: x, minY: y, maxX: x, maxY: y }
+        : { minX: Math.min(box.minX, x), minY: Math.min(box.minY, y), maxX: Math.max(box.maxX, x), maxY: Math.max(box.maxY, y) };
+    };
+    if (withTruth) for (let i = 0; i + 1 < this.truth.length; i += 2) grow(this.truth[i] ?? NaN, this.truth[i + 1] ?? NaN);
+    for (let i = 0; i + 5 < this.trailLength; i += TRAIL_STRIDE) grow(this.trail[i + 4] ?? NaN, this.trail[i + 5] ?? NaN);
+    return box;
+  }
+
+  #append(points: Float32Array): void {
+    const needed = this.trailLength + points.length;
+    if (needed > this.trail.length) {
+      const grown = new Float32Array(Math.max(needed, this.trail.length * 2, 4096));
+      grown.set(this.trail.subarray(0, this.trailLength));
+      this.trail = grown;
+    }
+    this.trail.set(points, this.trailLength);
+    this.trailLength = needed;
+  }
+}

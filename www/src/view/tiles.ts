@@ -1,0 +1,156 @@
+// Grid cells as pictures: dirty blocks are painted into tiles of 8 x 8 blocks, which the grid layer then only stretches.
+
+import type { GridChange } from "../protocol.js";
+import type { Box } from "./camera.js";
+import type { Palette } from "./palette.js";
+
+const BLOCKS_PER_TILE = 8;
+
+export interface Tile {
+  readonly col: number;
+  readonly row: number;
+  readonly canvas: OffscreenCanvas;
+}
+
+interface Block {
+  readonly col: number;
+  readonly row: number;
+  readonly cells: Uint8Array;
+}
+
+export class Tiles {
+  resolution = 0.05;
+  blockCells = 64;
+  /** Grows with every change of a pixel. */
+  version = 0;
+  #blocks = new Map<string, Block>();
+  #tiles = new Map<string, Tile>();
+  #colours: Uint32Array = new Uint32Array(256);
+  #key = "";
+  #image: ImageData | null = null;
+
+  clear(): void {
+    this.#blocks.clear();
+    this.#tiles.clear();
+    this.version += 1;
+  }
+
+  get size(): number {
+    return this.#blocks.size;
+  }
+
+  /** Pixels along a side of a tile. */
+  get tileCells(): number {
+    return this.blockCells * BLOCKS_PER_TILE;
+  }
+
+  all(): Iterable<Tile> {
+    return this.#tiles.values();
+  }
+
+  take(change: GridChange): void {
+    this.resolution = change.resolution;
+    this.blockCells = change.blockCells;
+    const area = change.blockCells * change.blockCells;
+    for (let i = 0; i * 2 + 1 < change.index.length; i += 1) {
+      const block = {
+        col: change.index[i * 2] ?? 0,
+        row: change.index[i * 2 + 1] ?? 0,
+        cells: change.cells.subarray(i * area, (i + 1) * area).slice(),
+      };
+      this.#blocks.set(`${block.col},${block.row}`, block);
+      this.#paint(block);
+    }
+    this.version += 1;
+  }
+
+  /** Chooses colours; repaints everything where they differ from the present ones. */
+  colour(palette: Palette, threeTones: boolean): void {
+    const key = JSON.stringify([palette.tones, threeTones]);
+    if (key === this.#key) return;
+    this.#key = key;
+    this.#colours = colourTable(palette, threeTones);
+    for (const block of this.#blocks.values()) this.#paint(block);
+    this.version += 1;
+  }
+
+  /** Probability of an obstacle at a map point; null where nothing is known. */
+  probabilityAt(x: number, y: number): number | null {
+    const side = this.blockCells;
+    const [col, row] = [Math.floor(x / this.resolution), Math.floor(y / this.resolution)];
+    const block = this.#blocks.get(`${Math.floor(col / side)},${Math.floor(row / side)}`);
+    const value = block?.cells[modulo(row, side) * side + modulo(col, side)] ?? 0;
+    return value === 0 ? null : (value - 1) / 254;
+  }
+
+  /** The rectangle of everything known, to a cell; null while nothing is. */
+  bounds(): Box | null {
+    const side = this.blockCells;
+    let box: Box | null = null;
+    for (const { col, row, cells } of this.#blocks.values()) {
+      let [minC, minR, maxC, maxR] = [side, side, -1, -1];
+      for (let i = 0; i < cells.length; i += 1) {
+        if (cells[i] === 0) continue;
+        const c = i % side;
+        const r = (i - c) / side;
+        if (c < minC) minC = c;
+        if (c > maxC) maxC = c;
+        if (r < minR) minR = r;
+        if (r > maxR) maxR = r;
+      }
+      if (maxC < 0) continue;
+      const part = {
+        minX: (col * side + minC) * this.resolution,
+        minY: (row * side + minR) * this.resolution,
+        maxX: (col * side + maxC + 1) * this.resolution,
+        maxY: (row * side + maxR + 1) * this.resolution,
+      };
+      box = box === null ? part : {
+        minX: Math.min(box.minX, part.minX),
+        minY: Math.min(box.minY, part.minY),
+        maxX: Math.max(box.maxX, part.maxX),
+        maxY: Math.max(box.maxY, part.maxY),
+      };
+    }
+    return box;
+  }
+
+  #paint(block: Block): void {
+    const side = this.blockCells;
+    const [tileCol, tileRow] = [Math.floor(block.col / BLOCKS_PER_TILE), Math.floor(block.row / BLOCKS_PER_TILE)];
+    const key = `${tileCol},${tileRow}`;
+    let tile = this.#tiles.get(key);
+    if (!tile) {
+      tile = { col: tileCol, row: tileRow, canvas: new OffscreenCanvas(this.tileCells, this.tileCells) };
+      this.#tiles.set(key, tile);
+    }
+    if (this.#image?.width !== side) this.#image = new ImageData(side, side);
+    const pixels = new Uint32Array(this.#image.data.buffer);
+    // Tiles hold rows from the top, blocks from the bottom: the camera's one flip of y would leave every tile upside down.
+    for (let row = 0; row < side; row += 1) {
+      const from = (side - 1 - row) * side;
+      for (let col = 0; col < side; col += 1) pixels[row * side + col] = this.#colours[block.cells[from + col] ?? 0] ?? 0;
+    }
+    const x = (block.col - tileCol * BLOCKS_PER_TILE) * side;
+    const y = (BLOCKS_PER_TILE - 1 - (block.row - tileRow * BLOCKS_PER_TILE)) * side;
+    tile.canvas.getContext("2d")?.putImageData(this.#image, x, y);
+  }
+}
+
+function colourTable(palette: Palette, threeTones: boolean): Uint32Array {
+  const { unknown, free, occupied } = palette.tones;
+  const table = new Uint32Array(256);
+  for (let value = 1; value < 256; value += 1) {
+    const p = (value - 1) / 254;
+    // Full tone where the state is decided, so that a room looks the same after two sightings and after twenty.
+    const certainty = threeTones ? (p > 0.65 || p < 0.35 ? 1 : 0) : Math.min(1, Math.abs(p - 0.5) * 2.6);
+    const tone = p > 0.5 ? occupied : free;
+    const mix = (i: 0 | 1 | 2): number => Math.round(unknown[i] + (tone[i] - unknown[i]) * certainty);
+    table[value] = ((255 << 24) | (mix(2) << 16) | (mix(1) << 8) | mix(0)) >>> 0;
+  }
+  return table;
+}
+
+function modulo(a: number, n: number): number {
+  return ((a % n) + n) % n;
+}
