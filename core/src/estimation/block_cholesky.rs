@@ -42,8 +42,11 @@ impl BlockPattern {
                 neighbours[b].insert(a);
             }
         }
-        let mut waiting: BTreeSet<_> =
-            neighbours.iter().enumerate().map(|(block, n)| (n.len(), block)).collect();
+        let mut waiting: BTreeSet<_> = neighbours
+            .iter()
+            .enumerate()
+            .map(|(block, n)| (n.len(), block))
+            .collect();
         let mut place = vec![0; size];
         let mut columns = Vec::with_capacity(size);
         while let Some((_, block)) = waiting.pop_first() {
@@ -82,18 +85,34 @@ impl BlockPattern {
     pub(super) fn zeros(&self) -> BlockMatrix {
         BlockMatrix {
             diagonal: vec![Matrix3::zeros(); self.rows.len()],
-            below: self.rows.iter().map(|rows| vec![Matrix3::zeros(); rows.len()]).collect(),
+            below: self
+                .rows
+                .iter()
+                .map(|rows| vec![Matrix3::zeros(); rows.len()])
+                .collect(),
         }
     }
 
     /// Adds to the block at (`row`, `column`), and so to its mirror image; pairs outside of the pattern are left out.
-    pub(super) fn add(&self, matrix: &mut BlockMatrix, row: usize, column: usize, value: &Matrix3<f64>) {
-        let (Some(&r), Some(&c)) = (self.place.get(row), self.place.get(column)) else { return };
+    pub(super) fn add(
+        &self,
+        matrix: &mut BlockMatrix,
+        row: usize,
+        column: usize,
+        value: &Matrix3<f64>,
+    ) {
+        let (Some(&r), Some(&c)) = (self.place.get(row), self.place.get(column)) else {
+            return;
+        };
         if r == c {
             matrix.diagonal[r] += value;
             return;
         }
-        let (low, high, value) = if r > c { (c, r, *value) } else { (r, c, value.transpose()) };
+        let (low, high, value) = if r > c {
+            (c, r, *value)
+        } else {
+            (r, c, value.transpose())
+        };
         if let Ok(at) = self.rows[low].binary_search(&high) {
             matrix.below[low][at] += value;
         }
@@ -112,7 +131,9 @@ impl BlockPattern {
     #[must_use]
     pub(super) fn factor(&self, matrix: &mut BlockMatrix) -> bool {
         for (column, rows) in self.rows.iter().enumerate() {
-            let Some(cholesky) = matrix.diagonal[column].cholesky() else { return false };
+            let Some(cholesky) = matrix.diagonal[column].cholesky() else {
+                return false;
+            };
             let l = cholesky.l();
             matrix.diagonal[column] = l;
             let mut values = std::mem::take(&mut matrix.below[column]);
@@ -122,8 +143,10 @@ impl BlockPattern {
             for (j, (&row_j, value_j)) in rows.iter().zip(&values).enumerate() {
                 matrix.diagonal[row_j] -= value_j * value_j.transpose();
                 // The rows after j stand in column j too: both lists rise, so one walk finds them all.
-                let mut targets =
-                    self.rows[row_j].iter().zip(matrix.below[row_j].iter_mut()).peekable();
+                let mut targets = self.rows[row_j]
+                    .iter()
+                    .zip(matrix.below[row_j].iter_mut())
+                    .peekable();
                 for (&row_i, value_i) in rows.iter().zip(&values).skip(j + 1) {
                     while targets.next_if(|(row, _)| **row < row_i).is_some() {}
                     if let Some((_, target)) = targets.next_if(|(row, _)| **row == row_i) {

@@ -98,7 +98,11 @@ impl Kernel {
             Self::None => (chi2, 1.0),
             Self::Huber { k } => {
                 let chi = chi2.sqrt();
-                if chi <= k { (chi2, 1.0) } else { (2.0 * k * chi - k * k, k / chi) }
+                if chi <= k {
+                    (chi2, 1.0)
+                } else {
+                    (2.0 * k * chi - k * k, k / chi)
+                }
             }
             Self::Cauchy { c } => {
                 let scaled = chi2 / (c * c);
@@ -185,8 +189,12 @@ impl PoseGraph {
     /// Moves the poses to the least cost, in at most `max_iterations` steps.
     pub fn optimize(&mut self, max_iterations: usize) -> GraphReport {
         let chi2_before = self.chi2();
-        let mut report =
-            GraphReport { chi2_before, chi2: chi2_before, iterations: 0, converged: true };
+        let mut report = GraphReport {
+            chi2_before,
+            chi2: chi2_before,
+            iterations: 0,
+            converged: true,
+        };
         if self.poses.len() < 2 || self.edges.is_empty() {
             return report;
         }
@@ -257,19 +265,26 @@ impl PoseGraph {
 
     /// Pose i is block i - 1: the first pose is fixed.
     fn pattern(&self) -> BlockPattern {
-        let pairs = self.edges.iter().filter_map(|e| Some((e.from.checked_sub(1)?, e.to.checked_sub(1)?)));
+        let pairs = self
+            .edges
+            .iter()
+            .filter_map(|e| Some((e.from.checked_sub(1)?, e.to.checked_sub(1)?)));
         BlockPattern::new(self.poses.len() - 1, pairs)
     }
 
     fn cost(&self) -> f64 {
-        self.edges.iter().map(|edge| edge.kernel.of(self.chi2_of(edge)).0).sum()
+        self.edges
+            .iter()
+            .map(|edge| edge.kernel.of(self.chi2_of(edge)).0)
+            .sum()
     }
 
     fn normal_equations(&self, pattern: &BlockPattern) -> (BlockMatrix, Vec<Vector3<f64>>) {
         let mut matrix = pattern.zeros();
         let mut gradient = vec![Vector3::zeros(); self.poses.len() - 1];
         for edge in &self.edges {
-            let (Some(from), Some(to)) = (self.poses.get(edge.from), self.poses.get(edge.to)) else {
+            let (Some(from), Some(to)) = (self.poses.get(edge.from), self.poses.get(edge.to))
+            else {
                 continue;
             };
             let error = edge.error(from, to);
@@ -279,15 +294,30 @@ impl PoseGraph {
             let (from, to) = (edge.from.checked_sub(1), edge.to.checked_sub(1));
             let by_error = information * error;
             if let Some(i) = from {
-                pattern.add(&mut matrix, i, i, &(by_from.transpose() * information * by_from));
+                pattern.add(
+                    &mut matrix,
+                    i,
+                    i,
+                    &(by_from.transpose() * information * by_from),
+                );
                 gradient[i] += by_from.transpose() * by_error;
             }
             if let Some(j) = to {
-                pattern.add(&mut matrix, j, j, &(by_to.transpose() * information * by_to));
+                pattern.add(
+                    &mut matrix,
+                    j,
+                    j,
+                    &(by_to.transpose() * information * by_to),
+                );
                 gradient[j] += by_to.transpose() * by_error;
             }
             if let (Some(i), Some(j)) = (from, to) {
-                pattern.add(&mut matrix, i, j, &(by_from.transpose() * information * by_to));
+                pattern.add(
+                    &mut matrix,
+                    i,
+                    j,
+                    &(by_from.transpose() * information * by_to),
+                );
             }
         }
         (matrix, gradient)
@@ -317,7 +347,13 @@ mod tests {
     use super::*;
 
     fn edge(from: usize, to: usize, motion: Pose2) -> Edge {
-        Edge { from, to, motion, information: Matrix3::identity() * 100.0, kernel: Kernel::None }
+        Edge {
+            from,
+            to,
+            motion,
+            information: Matrix3::identity() * 100.0,
+            kernel: Kernel::None,
+        }
     }
 
     fn pose() -> impl Strategy<Value = Pose2> {
@@ -349,7 +385,11 @@ mod tests {
     fn square() -> (PoseGraph, Vec<Pose2>) {
         let truth: Vec<_> = (0..40)
             .scan(Pose2::identity(), |at, i| {
-                let turn = if i % 5 == 4 { std::f64::consts::FRAC_PI_2 } else { 0.0 };
+                let turn = if i % 5 == 4 {
+                    std::f64::consts::FRAC_PI_2
+                } else {
+                    0.0
+                };
                 let here = *at;
                 *at = *at * Pose2::new(1.0, 0.0, turn);
                 Some(here)
@@ -362,10 +402,14 @@ mod tests {
         }
         graph.poses[0] = truth[0];
         for i in 1..40 {
-            graph.add_edge(edge(i - 1, i, truth[i - 1].delta_to(&truth[i]))).unwrap();
+            graph
+                .add_edge(edge(i - 1, i, truth[i - 1].delta_to(&truth[i])))
+                .unwrap();
         }
         for i in 20..40 {
-            graph.add_edge(edge(i - 20, i, truth[i - 20].delta_to(&truth[i]))).unwrap();
+            graph
+                .add_edge(edge(i - 20, i, truth[i - 20].delta_to(&truth[i])))
+                .unwrap();
         }
         (graph, truth)
     }
@@ -383,7 +427,10 @@ mod tests {
     #[test]
     fn a_false_closure_does_not_bend_a_map_of_robust_edges() {
         let (mut graph, truth) = square();
-        let lie = Edge { kernel: Kernel::Cauchy { c: 1.0 }, ..edge(3, 33, Pose2::new(4.0, 1.0, 2.0)) };
+        let lie = Edge {
+            kernel: Kernel::Cauchy { c: 1.0 },
+            ..edge(3, 33, Pose2::new(4.0, 1.0, 2.0))
+        };
         graph.add_edge(lie).unwrap();
         graph.optimize(100);
         for (found, truth) in graph.poses().iter().zip(&truth) {
@@ -407,7 +454,8 @@ mod tests {
             let carry = Matrix3::new(1.0, 0.0, -dy, 0.0, 1.0, dx, 0.0, 0.0, 1.0);
             let (cos, sin) = end.cos_sin();
             let turn = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
-            cov = carry * cov * carry.transpose() + turn * (Matrix3::identity() / 100.0) * turn.transpose();
+            cov = carry * cov * carry.transpose()
+                + turn * (Matrix3::identity() / 100.0) * turn.transpose();
             at = end;
         }
         let marginal = graph.marginal(4).unwrap();
@@ -419,10 +467,20 @@ mod tests {
     fn impossible_edges_are_refused() {
         let mut graph = PoseGraph::default();
         graph.add_pose(Pose2::identity());
-        let message = graph.add_edge(edge(0, 3, Pose2::identity())).unwrap_err().to_string();
-        assert_eq!(message, "edge from pose 0 to pose 3: expected two different poses below 1");
+        let message = graph
+            .add_edge(edge(0, 3, Pose2::identity()))
+            .unwrap_err()
+            .to_string();
+        assert_eq!(
+            message,
+            "edge from pose 0 to pose 3: expected two different poses below 1"
+        );
         graph.add_pose(Pose2::identity());
-        assert!(graph.add_edge(edge(0, 1, Pose2::new(f64::NAN, 0.0, 0.0))).is_err());
+        assert!(
+            graph
+                .add_edge(edge(0, 1, Pose2::new(f64::NAN, 0.0, 0.0)))
+                .is_err()
+        );
         assert_eq!(graph.optimize(5).iterations, 0);
     }
 
@@ -431,7 +489,10 @@ mod tests {
     fn public_graphs_converge_to_a_stationary_point() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/posegraphs/");
         for name in ["intel.g2o", "m3500.g2o"] {
-            #[expect(clippy::disallowed_methods, reason = "a test of recorded data reads it")]
+            #[expect(
+                clippy::disallowed_methods,
+                reason = "a test of recorded data reads it"
+            )]
             let Ok(text) = std::fs::read_to_string(format!("{folder}{name}")) else {
                 eprintln!("skipped: {folder}{name} is absent");
                 continue;
@@ -441,13 +502,17 @@ mod tests {
                 let words: Vec<_> = line.split_ascii_whitespace().collect();
                 let v: Vec<f64> = words[1..].iter().map(|w| w.parse().unwrap()).collect();
                 match words[0] {
-                    "VERTEX_SE2" => { graph.add_pose(Pose2::new(v[1], v[2], v[3])); }
+                    "VERTEX_SE2" => {
+                        graph.add_pose(Pose2::new(v[1], v[2], v[3]));
+                    }
                     "EDGE_SE2" => graph
                         .add_edge(Edge {
                             from: v[0] as usize,
                             to: v[1] as usize,
                             motion: Pose2::new(v[2], v[3], v[4]),
-                            information: Matrix3::new(v[5], v[6], v[7], v[6], v[8], v[9], v[7], v[9], v[10]),
+                            information: Matrix3::new(
+                                v[5], v[6], v[7], v[6], v[8], v[9], v[7], v[9], v[10],
+                            ),
                             kernel: Kernel::None,
                         })
                         .unwrap(),
@@ -456,7 +521,10 @@ mod tests {
             }
             let report = graph.optimize(100);
             eprintln!("{name}: {report:?}");
-            assert!(report.converged && report.chi2 < report.chi2_before, "{name} {report:?}");
+            assert!(
+                report.converged && report.chi2 < report.chi2_before,
+                "{name} {report:?}"
+            );
             let (_, gradient) = graph.normal_equations(&graph.pattern());
             let largest = gradient.iter().map(|g| g.amax()).fold(0.0, f64::max);
             assert!(largest < 1e-2 * report.chi2.sqrt(), "{name}: {largest}");

@@ -7,11 +7,17 @@
 //! 2. After some way or turn the scan becomes a keyframe: it is added to the submap and drawn into the grid.
 //! 3. After some keyframes the submap is closed and a new one begun, seeded with the last keyframes, so that there is
 //!    always a map to match to. Poses are kept relative to their submap: moving a submap moves all that was seen in it.
+//! 4. A closed submap is compared with earlier ones that may show the same place, one at each scan. Those that do are
+//!    joined by an edge, and the poses of all submaps are optimised ([`PoseGraph`]).
+//! 5. Where the map moved, it is drawn anew beside the old one, some keyframes at each scan, and takes its place when
+//!    it is complete: no scan has to wait for it.
 
 use std::collections::VecDeque;
 
 use nalgebra::{Matrix3, Point2, Vector3};
 
+use super::pose_graph::{Edge, Kernel, PoseGraph, differs, information_at_end};
+use super::submap::{ClosedSubmap, ClosureConfig, Doubt};
 use crate::geom::{Pose2, PoseEstimate, symmetrize};
 use crate::map::{Grid, GridConfig, GridError, SurfelConfig, SurfelMap};
 use crate::points::{
@@ -42,6 +48,12 @@ pub struct ScanMatcherConfig {
     pub submap_keyframes: usize,
     /// Keyframes that the next submap takes over from the last. Default 15.
     pub overlap_keyframes: usize,
+    /// When two submaps are one place.
+    pub closure: ClosureConfig,
+    /// Whether loops are closed. Default true.
+    pub close_loops: bool,
+    /// Keyframes that are drawn anew at each scan after a loop closure, at least. Default 8.
+    pub redraw_keyframes: usize,
     /// How far a beam without a return is believed to be free, m. Default 5: glass and black walls return nothing
     /// either.
     pub no_return_clears: f64,
@@ -63,6 +75,9 @@ impl Default for ScanMatcherConfig {
             keyframe_turn: 0.2,
             submap_keyframes: 30,
             overlap_keyframes: 15,
+            closure: ClosureConfig::default(),
+            close_loops: true,
+            redraw_keyframes: 8,
             no_return_clears: 5.0,
             odometry_sigma: 0.02,
             odometry_turn_sigma: 0.02,
@@ -114,6 +129,17 @@ pub struct ScanMatcher {
     track: Vec<TrackPoint>,
     last_points: Option<Points>,
     grid: Grid,
+    grid_version: u64,
+    redraw: Option<Redraw>,
+    graph: PoseGraph,
+    /// Covariance of the way through the running submap, so far.
+    way_cov: Matrix3<f64>,
+    /// Covariance of the running submap in the map.
+    submap_cov: Matrix3<f64>,
+    /// Pairs of submaps, the older first, yet to be compared.
+    jobs: VecDeque<(usize, usize)>,
+    closures: usize,
+    graph_changed: bool,
 }
 
 /// A stretch of the way with its own map.
@@ -122,6 +148,14 @@ struct Submap {
     map_from_submap: Pose2,
     /// Keyframes of its own, overlap not counted.
     own_keyframes: usize,
+    closed: ClosedSubmap,
+}
+
+/// A grid in the making.
+#[derive(Clone, Debug)]
+struct Redraw {
+    grid: Grid,
+    next: usize,
 }
 
 /// A keyframe whose surfaces may yet seed the next submap.
@@ -199,13 +233,20 @@ impl ScanMatcher {
             1e4,
             "from 2 to 10000",
         )?;
+        let mut graph = PoseGraph::default();
+        graph.add_pose(Pose2::identity());
         Ok(Self {
+            graph,
+            grid_version: 0,
+            redraw: None,
+            way_cov: Matrix3::zeros(),
+            submap_cov: Matrix3::zeros(),
+            jobs: VecDeque::new(),
+            closures: 0,
+            graph_changed: false,
             history: MotionHistory::new(1.0),
             pending: None,
-            submaps: vec![Submap {
-                map_from_submap: Pose2::identity(),
-                own_keyframes: 0,
-            }],
+            submaps: vec![Submap::begun_at(Pose2::identity())],
             running: SurfelMap::new(config.surfels),
             submap_from_robot: Pose2::identity(),
             local_cov: Matrix3::zeros(),
@@ -270,6 +311,7 @@ impl ScanMatcher {
             submap_from_robot: self.submap_from_robot,
         });
         self.last_points = Some(points);
+        self.work_off(1);
         MatchReport {
             registration,
             keyframe,
@@ -277,7 +319,9 @@ impl ScanMatcher {
     }
 
     /// Completes all work that was put off.
-    pub fn finish(&mut self) {}
+    pub fn finish(&mut self) {
+        self.work_off(usize::MAX);
+    }
 
     /// The pose in the map, with its covariance.
     #[must_use]
@@ -285,7 +329,11 @@ impl ScanMatcher {
         let map_from_submap = self.map_from_running();
         let (cos, sin) = map_from_submap.cos_sin();
         let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
-        let mut cov = turned * self.local_cov * turned.transpose();
+        let local = turned * (self.local_cov + self.way_cov) * turned.transpose();
+        // The submap's error turns what lies ahead of its origin.
+        let ahead = map_from_submap.rotate(self.submap_from_robot.position().coords);
+        let carry = Matrix3::new(1.0, 0.0, -ahead.y, 0.0, 1.0, ahead.x, 0.0, 0.0, 1.0);
+        let mut cov = carry * self.submap_cov * carry.transpose() + local;
         symmetrize(&mut cov);
         PoseEstimate {
             pose: map_from_submap * self.submap_from_robot,
@@ -316,7 +364,19 @@ impl ScanMatcher {
     /// Number of loop closures found.
     #[must_use]
     pub fn loop_closures(&self) -> usize {
-        0
+        self.closures
+    }
+
+    /// Grows by one whenever the grid was drawn anew: what was shown of the old one is void then.
+    #[must_use]
+    pub fn grid_version(&self) -> u64 {
+        self.grid_version
+    }
+
+    /// The submaps' poses and the motions between them.
+    #[must_use]
+    pub fn graph(&self) -> &PoseGraph {
+        &self.graph
     }
 
     /// Number of submaps.
@@ -375,6 +435,7 @@ impl ScanMatcher {
         keyframe.draw(&mut self.grid, &map_from_robot);
         self.keyframes.push(keyframe);
         self.last_keyframe = Some(at);
+        self.way_cov += self.local_cov;
         if let Some(submap) = self.submaps.last_mut() {
             submap.own_keyframes += 1;
         }
@@ -384,17 +445,211 @@ impl ScanMatcher {
         let old_from_new = self.submap_from_robot;
         let map_from_submap = self.map_from_running() * old_from_new;
         let new_from_old = old_from_new.inverse();
-        self.running = SurfelMap::new(self.config.surfels);
+        let begun = SurfelMap::new(self.config.surfels);
+        let surfels = std::mem::replace(&mut self.running, begun).into_surfels();
         for recent in &mut self.recent {
             recent.submap_from_robot = new_from_old * recent.submap_from_robot;
             self.running
                 .insert(moved(&recent.surfaces, recent.submap_from_robot));
         }
-        self.submaps.push(Submap {
-            map_from_submap,
-            own_keyframes: 0,
-        });
+        let old = self.submaps.len() - 1;
+        let own = self.keyframes.iter().rev().take_while(|k| k.submap == old);
+        let closed = ClosedSubmap::new(surfels, own.flat_map(Keyframe::rays));
+        if let Some(submap) = self.submaps.last_mut() {
+            submap.closed = closed;
+        }
+        self.join_to_next(old, &old_from_new, map_from_submap);
+        self.submaps.push(Submap::begun_at(map_from_submap));
         self.submap_from_robot = Pose2::identity();
+        if self.config.close_loops {
+            self.plan_comparisons(old);
+        }
+    }
+
+    /// The edge from a submap to the one that follows it.
+    fn join_to_next(&mut self, old: usize, old_from_new: &Pose2, map_from_new: Pose2) {
+        let floor = Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-4, 2.5e-5));
+        let cov = self.way_cov + floor;
+        let information = cov.try_inverse().unwrap_or_else(Matrix3::identity);
+        let new = self.graph.add_pose(map_from_new);
+        // Both ends exist, and a match that is not finite was never accepted.
+        let _ = self.graph.add_edge(Edge {
+            from: old,
+            to: new,
+            motion: *old_from_new,
+            information: information_at_end(old_from_new, &information),
+            kernel: Kernel::None,
+        });
+        let (cos, sin) = self.map_from_running().cos_sin();
+        let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let from = self.map_from_running().position();
+        let ahead = map_from_new.position() - from;
+        let carry = Matrix3::new(1.0, 0.0, -ahead.y, 0.0, 1.0, ahead.x, 0.0, 0.0, 1.0);
+        self.submap_cov =
+            carry * self.submap_cov * carry.transpose() + turned * cov * turned.transpose();
+        symmetrize(&mut self.submap_cov);
+        self.way_cov = Matrix3::zeros();
+    }
+
+    /// Lists the earlier submaps that may show the same place as submap `new`, nearest first.
+    fn plan_comparisons(&mut self, new: usize) {
+        let doubts = self.doubts(new);
+        let Some(this) = self.submaps.get(new) else {
+            return;
+        };
+        let centre = this.map_from_submap * this.closed.centre;
+        let mut near: Vec<(f64, usize)> = self
+            .submaps
+            .iter()
+            .zip(&doubts)
+            .enumerate()
+            .take(new.saturating_sub(1))
+            .filter_map(|(old, (submap, doubt))| {
+                let distance = (submap.map_from_submap * submap.closed.centre - centre).norm();
+                let reach = submap.closed.radius.max(this.closed.radius)
+                    + (3.0 * doubt.shift).min(self.config.closure.max_shift);
+                (distance < reach && !self.are_joined(old, new)).then_some((distance, old))
+            })
+            .collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let chosen = near.into_iter().take(self.config.closure.candidates);
+        self.jobs.extend(chosen.map(|(_, old)| (old, new)));
+    }
+
+    fn are_joined(&self, a: usize, b: usize) -> bool {
+        self.graph
+            .edges()
+            .iter()
+            .any(|e| (e.from == a && e.to == b) || (e.from == b && e.to == a))
+    }
+
+    /// How well each submap's pose is known relative to submap `from`: along the best way through the graph.
+    fn doubts(&self, from: usize) -> Vec<Doubt> {
+        let poses = self.graph.poses();
+        let mut ways: Vec<Vec<(usize, f64, f64)>> = vec![vec![]; poses.len()];
+        for edge in self.graph.edges() {
+            let Some(cov) = edge.information.try_inverse() else {
+                continue;
+            };
+            let (shift, turn) = (0.5 * (cov[(0, 0)] + cov[(1, 1)]), cov[(2, 2)]);
+            ways[edge.from].push((edge.to, shift, turn));
+            ways[edge.to].push((edge.from, shift, turn));
+        }
+        let mut known = vec![(f64::INFINITY, f64::INFINITY); poses.len()];
+        let mut done = vec![false; poses.len()];
+        let Some(here) = poses.get(from).map(Pose2::position) else {
+            return vec![];
+        };
+        known[from] = (0.0, 0.0);
+        // Dijkstra without a heap: a few hundred submaps.
+        while let Some(at) = (0..poses.len())
+            .filter(|&i| !done[i] && known[i].0.is_finite())
+            .min_by(|&a, &b| known[a].0.total_cmp(&known[b].0))
+        {
+            done[at] = true;
+            for &(next, shift, turn) in &ways[at] {
+                // An error of the heading here moves all that lies at a distance.
+                let lever = (poses[at].position() - here).norm_squared();
+                let way = known[at].0 + shift + turn * lever;
+                if way < known[next].0 {
+                    known[next] = (way, known[at].1 + turn);
+                }
+            }
+        }
+        known
+            .into_iter()
+            .map(|(s, t)| Doubt {
+                shift: s.sqrt(),
+                turn: t.sqrt(),
+            })
+            .collect()
+    }
+
+    /// Compares up to `count` pairs of submaps; then optimises, if something was found, and goes on with drawing.
+    fn work_off(&mut self, count: usize) {
+        for _ in 0..count {
+            let Some((old, new)) = self.jobs.pop_front() else {
+                break;
+            };
+            self.compare(old, new);
+            if self.jobs.front().is_none_or(|next| next.1 != new) && self.graph_changed {
+                self.optimize();
+            }
+        }
+        let budget = match count {
+            usize::MAX => count,
+            _ => self.config.redraw_keyframes.max(self.keyframes.len() / 100),
+        };
+        self.draw_on(budget);
+    }
+
+    fn compare(&mut self, old: usize, new: usize) {
+        let doubts = self.doubts(new);
+        let (Some(a), Some(b), Some(doubt)) = (
+            self.submaps.get(old),
+            self.submaps.get(new),
+            doubts.get(old),
+        ) else {
+            return;
+        };
+        let guess = a.map_from_submap.delta_to(&b.map_from_submap);
+        let found = a.closed.find(
+            &b.closed,
+            &guess,
+            doubt,
+            &self.config.surfels,
+            &self.config.matching,
+            &self.config.closure,
+        );
+        let Some(closure) = found else { return };
+        let added = self.graph.add_edge(Edge {
+            from: old,
+            to: new,
+            motion: closure.motion,
+            information: closure.information,
+            kernel: Kernel::Cauchy { c: 3.0 },
+        });
+        if added.is_ok() {
+            self.closures += 1;
+            self.graph_changed = true;
+        }
+    }
+
+    fn optimize(&mut self) {
+        self.graph_changed = false;
+        self.graph.optimize(30);
+        let mut moved = false;
+        for (submap, pose) in self.submaps.iter_mut().zip(self.graph.poses()) {
+            moved |= differs(&submap.map_from_submap, pose, 0.01, 0.002);
+            submap.map_from_submap = *pose;
+        }
+        if let Some(cov) = self.graph.marginal(self.submaps.len() - 1) {
+            self.submap_cov = cov;
+        }
+        if moved && let Ok(grid) = Grid::new(self.config.grid) {
+            self.redraw = Some(Redraw { grid, next: 0 });
+        }
+    }
+
+    fn draw_on(&mut self, budget: usize) {
+        let Some(redraw) = &mut self.redraw else {
+            return;
+        };
+        for keyframe in self.keyframes.iter().skip(redraw.next).take(budget) {
+            if let Some(submap) = self.submaps.get(keyframe.submap) {
+                keyframe.draw(
+                    &mut redraw.grid,
+                    &(submap.map_from_submap * keyframe.submap_from_robot),
+                );
+            }
+            redraw.next += 1;
+        }
+        if redraw.next >= self.keyframes.len()
+            && let Some(redraw) = self.redraw.take()
+        {
+            self.grid = redraw.grid;
+            self.grid_version += 1;
+        }
     }
 
     fn keyframe_of(&self, points: &Points) -> Keyframe {
@@ -430,7 +685,26 @@ fn moved(
     })
 }
 
+impl Submap {
+    fn begun_at(map_from_submap: Pose2) -> Self {
+        Self {
+            map_from_submap,
+            own_keyframes: 0,
+            closed: ClosedSubmap::default(),
+        }
+    }
+}
+
 impl Keyframe {
+    /// The beams, from the sensor to their ends, in the submap.
+    fn rays(&self) -> impl Iterator<Item = (Point2<f64>, Point2<f64>)> + '_ {
+        let at = self.submap_from_robot;
+        self.ends.iter().map(move |end| {
+            let end = Point2::new(f64::from(end[0]), f64::from(end[1]));
+            (at * self.origin, at * end)
+        })
+    }
+
     fn draw(&self, grid: &mut Grid, map_from_robot: &Pose2) {
         let beams =
             self.ends
