@@ -19,11 +19,13 @@ use nalgebra::{Matrix3, Point2, Vector3};
 use super::pose_graph::{Edge, Kernel, PoseGraph, differs, information_at_end};
 use super::submap::{ClosedSubmap, ClosureConfig, Doubt};
 use crate::geom::{Pose2, PoseEstimate, symmetrize};
-use crate::map::{Grid, GridConfig, GridError, SurfelConfig, SurfelMap};
+use crate::map::{Grid, GridConfig, GridError, LikelihoodPyramid, SurfelConfig, SurfelMap};
 use crate::points::{
     Beam, MotionHistory, OrientedConfig, OrientedPoint, PointConfig, Points, oriented_points,
 };
-use crate::registration::{MatchConfig, Prior, Registration, Verdict, match_to_surfels};
+use crate::registration::{
+    MatchConfig, Prior, Registration, SearchWindow, Verdict, match_to_surfels, search,
+};
 use crate::robot::{Odometry, Scan, Stamp};
 
 /// How scan matching works.
@@ -43,6 +45,14 @@ pub struct ScanMatcherConfig {
     pub keyframe_distance: f64,
     /// A scan becomes a keyframe after this turn, rad. Default 0.2.
     pub keyframe_turn: f64,
+    /// A scan of which a smaller part than this lies on the map becomes a keyframe after three tenths of that way and turn.
+    /// Default 0.6.
+    pub new_below: f64,
+    /// Where a smaller part of a scan than this lies on the map, odometry is doubted and the pose is searched for.
+    /// Default 0.55.
+    pub lost_below: f64,
+    /// How far. Default 0.6 m and 0.2 rad.
+    pub lost_window: SearchWindow,
     /// Keyframes of one submap, those of the overlap not counted. Default 30; larger drifts more inside, smaller makes
     /// more work.
     pub submap_keyframes: usize,
@@ -52,8 +62,10 @@ pub struct ScanMatcherConfig {
     pub closure: ClosureConfig,
     /// Whether loops are closed. Default true.
     pub close_loops: bool,
-    /// Keyframes that are drawn anew at each scan after a loop closure, at least. Default 8.
+    /// Keyframes that are drawn anew at each scan after a loop closure, at least. Default 3.
     pub redraw_keyframes: usize,
+    /// The map is drawn anew when a submap has moved by this, m. Default 0.04.
+    pub redraw_shift: f64,
     /// How far a beam without a return is believed to be free, m. Default 5: glass and black walls return nothing
     /// either.
     pub no_return_clears: f64,
@@ -73,11 +85,18 @@ impl Default for ScanMatcherConfig {
             grid: GridConfig::default(),
             keyframe_distance: 0.25,
             keyframe_turn: 0.2,
+            new_below: 0.6,
+            lost_below: 0.55,
+            lost_window: SearchWindow {
+                shift: 0.6,
+                turn: 0.2,
+            },
             submap_keyframes: 30,
             overlap_keyframes: 15,
             closure: ClosureConfig::default(),
             close_loops: true,
-            redraw_keyframes: 8,
+            redraw_keyframes: 3,
+            redraw_shift: 0.04,
             no_return_clears: 5.0,
             odometry_sigma: 0.02,
             odometry_turn_sigma: 0.02,
@@ -146,6 +165,8 @@ pub struct ScanMatcher {
 #[derive(Clone, Debug)]
 struct Submap {
     map_from_submap: Pose2,
+    /// Where it lies in the grid that is drawn, or being drawn.
+    drawn_at: Pose2,
     /// Keyframes of its own, overlap not counted.
     own_keyframes: usize,
     closed: ClosedSubmap,
@@ -287,13 +308,7 @@ impl ScanMatcher {
             None
         } else {
             let prior = self.prior(&predicted, &moved);
-            let found = match_to_surfels(
-                &surfaces,
-                &self.running,
-                &predicted,
-                &prior,
-                &self.config.matching,
-            );
+            let found = self.match_running(&surfaces, &predicted, &prior);
             self.local_cov = found.estimate.cov;
             self.submap_from_robot = match found.verdict {
                 Verdict::TooFewPoints { .. } => predicted,
@@ -301,7 +316,7 @@ impl ScanMatcher {
             };
             Some(found)
         };
-        let keyframe = self.is_new_place();
+        let keyframe = self.is_new_place(registration.map_or(1.0, |r| r.overlap));
         if keyframe {
             self.add_keyframe(&points, surfaces);
         }
@@ -391,6 +406,44 @@ impl ScanMatcher {
             .map_or_else(Pose2::identity, |s| s.map_from_submap)
     }
 
+    /// Matches to the running submap; where too little fits, looks around for a pose that fits better: odometry may
+    /// have slipped.
+    fn match_running(
+        &self,
+        surfaces: &[OrientedPoint],
+        predicted: &Pose2,
+        prior: &Prior,
+    ) -> Registration {
+        let config = &self.config;
+        let found = match_to_surfels(surfaces, &self.running, predicted, prior, &config.matching);
+        if found.overlap >= config.lost_below {
+            return found;
+        }
+        let places = self.running.surfels().iter().map(|s| s.position);
+        let points: Vec<_> = surfaces.iter().map(|s| s.position).collect();
+        let candidate = LikelihoodPyramid::new(places, 0.05, 0.05, 5)
+            .and_then(|map| search(&points, &map, predicted, &config.lost_window, 0.2));
+        let Some(candidate) = candidate else {
+            return found;
+        };
+        let weak = Prior {
+            pose: candidate.pose,
+            information: prior.information * 0.01,
+        };
+        let again = match_to_surfels(
+            surfaces,
+            &self.running,
+            &candidate.pose,
+            &weak,
+            &config.matching,
+        );
+        if again.overlap > found.overlap + 0.1 && again.inliers >= config.matching.min_points {
+            again
+        } else {
+            found
+        }
+    }
+
     fn prior(&self, predicted: &Pose2, moved: &Odometry) -> Prior {
         let (cos, sin) = self.submap_from_robot.cos_sin();
         let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
@@ -405,11 +458,17 @@ impl ScanMatcher {
         }
     }
 
-    fn is_new_place(&self) -> bool {
+    /// Where little of the scan is known already, as behind a door, the map must grow sooner.
+    fn is_new_place(&self, overlap: f64) -> bool {
+        let part = if overlap < self.config.new_below {
+            0.3
+        } else {
+            1.0
+        };
         self.last_keyframe.is_none_or(|last| {
             let moved = last.delta_to(&self.submap_from_robot);
-            moved.position().coords.norm() > self.config.keyframe_distance
-                || moved.heading().abs() > self.config.keyframe_turn
+            moved.position().coords.norm() > part * self.config.keyframe_distance
+                || moved.heading().abs() > part * self.config.keyframe_turn
         })
     }
 
@@ -578,9 +637,17 @@ impl ScanMatcher {
         }
         let budget = match count {
             usize::MAX => count,
-            _ => self.config.redraw_keyframes.max(self.keyframes.len() / 100),
+            _ => self.config.redraw_keyframes.max(self.keyframes.len() / 500),
         };
+        if self.redraw.is_none() {
+            self.begin_redraw();
+        }
         self.draw_on(budget);
+        if count == usize::MAX {
+            // What moved since the drawing began.
+            self.begin_redraw();
+            self.draw_on(budget);
+        }
     }
 
     fn compare(&mut self, old: usize, new: usize) {
@@ -618,15 +685,28 @@ impl ScanMatcher {
     fn optimize(&mut self) {
         self.graph_changed = false;
         self.graph.optimize(30);
-        let mut moved = false;
         for (submap, pose) in self.submaps.iter_mut().zip(self.graph.poses()) {
-            moved |= differs(&submap.map_from_submap, pose, 0.01, 0.002);
             submap.map_from_submap = *pose;
         }
         if let Some(cov) = self.graph.marginal(self.submaps.len() - 1) {
             self.submap_cov = cov;
         }
+    }
+
+    /// Begins to draw the map anew if the submaps have moved since it was drawn.
+    fn begin_redraw(&mut self) {
+        let moved = self.submaps.iter().any(|s| {
+            differs(
+                &s.map_from_submap,
+                &s.drawn_at,
+                self.config.redraw_shift,
+                0.005,
+            )
+        });
         if moved && let Ok(grid) = Grid::new(self.config.grid) {
+            for submap in &mut self.submaps {
+                submap.drawn_at = submap.map_from_submap;
+            }
             self.redraw = Some(Redraw { grid, next: 0 });
         }
     }
@@ -639,7 +719,7 @@ impl ScanMatcher {
             if let Some(submap) = self.submaps.get(keyframe.submap) {
                 keyframe.draw(
                     &mut redraw.grid,
-                    &(submap.map_from_submap * keyframe.submap_from_robot),
+                    &(submap.drawn_at * keyframe.submap_from_robot),
                 );
             }
             redraw.next += 1;
@@ -689,6 +769,7 @@ impl Submap {
     fn begun_at(map_from_submap: Pose2) -> Self {
         Self {
             map_from_submap,
+            drawn_at: map_from_submap,
             own_keyframes: 0,
             closed: ClosedSubmap::default(),
         }

@@ -34,6 +34,9 @@ pub struct MatchConfig {
     pub min_cosine: f64,
     /// Fewer matched points than this are too few. Default 12.
     pub min_points: usize,
+    /// Where fewer of the points than this part lie on the map, the points' say is lowered with the square of the part:
+    /// what little matches there may match by chance. Default 0.5.
+    pub full_overlap: f64,
     /// A direction is degenerate where it gets less than this part of the points' say. Default 0.02.
     pub min_share: f64,
 }
@@ -48,6 +51,7 @@ impl Default for MatchConfig {
             redundancy: 3.0,
             min_cosine: 0.7,
             min_points: 12,
+            full_overlap: 0.5,
             min_share: 0.02,
         }
     }
@@ -118,7 +122,12 @@ pub fn match_to_surfels(
     prior: &Prior,
     config: &MatchConfig,
 ) -> Registration {
-    let weight = 1.0 / (config.sigma * config.sigma * config.redundancy);
+    let full = 1.0 / (config.sigma * config.sigma * config.redundancy);
+    let weight_of = |sums: &Sums| {
+        let overlap = sums.inliers as f64 / points.len().max(1) as f64;
+        let part = (overlap / config.full_overlap).min(1.0);
+        full * part * part
+    };
     let mut pose = *start;
     let mut kernel = config.first_kernel.max(config.last_kernel);
     let mut settled = false;
@@ -129,6 +138,7 @@ pub fn match_to_surfels(
         if sums.matched < config.min_points {
             break;
         }
+        let weight = weight_of(&sums);
         let off = Vector3::new(
             pose.x() - prior.pose.x(),
             pose.y() - prior.pose.y(),
@@ -150,7 +160,7 @@ pub fn match_to_surfels(
         kernel = (0.5 * kernel).max(config.last_kernel);
     }
     let sums = accumulate(points, map, &pose, config.last_kernel, config);
-    let information = sums.hessian * weight;
+    let information = sums.hessian * weight_of(&sums);
     let verdict = if sums.matched < config.min_points {
         Verdict::TooFewPoints {
             found: sums.matched,
