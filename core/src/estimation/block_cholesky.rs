@@ -75,6 +75,7 @@ impl BlockPattern {
     }
 
     /// Blocks of the factor below the diagonal.
+    #[cfg(test)]
     #[must_use]
     pub(super) fn fill(&self) -> usize {
         self.rows.iter().map(Vec::len).sum()

@@ -64,7 +64,7 @@ pub struct ScanMatcherConfig {
     pub close_loops: bool,
     /// Keyframes that are drawn anew at each scan after a loop closure, at least. Default 3.
     pub redraw_keyframes: usize,
-    /// The map is drawn anew when a submap has moved by this, m. Default 0.04.
+    /// The map is drawn anew when a submap has moved by this, m. Default 0.1; at the end, by a fifth of it.
     pub redraw_shift: f64,
     /// How far a beam without a return is believed to be free, m. Default 5: glass and black walls return nothing
     /// either.
@@ -96,7 +96,7 @@ impl Default for ScanMatcherConfig {
             closure: ClosureConfig::default(),
             close_loops: true,
             redraw_keyframes: 3,
-            redraw_shift: 0.04,
+            redraw_shift: 0.1,
             no_return_clears: 5.0,
             odometry_sigma: 0.02,
             odometry_turn_sigma: 0.02,
@@ -639,13 +639,14 @@ impl ScanMatcher {
             usize::MAX => count,
             _ => self.config.redraw_keyframes.max(self.keyframes.len() / 500),
         };
+        let shift = self.config.redraw_shift;
         if self.redraw.is_none() {
-            self.begin_redraw();
+            self.begin_redraw(shift);
         }
         self.draw_on(budget);
         if count == usize::MAX {
             // What moved since the drawing began.
-            self.begin_redraw();
+            self.begin_redraw(0.2 * shift);
             self.draw_on(budget);
         }
     }
@@ -694,15 +695,11 @@ impl ScanMatcher {
     }
 
     /// Begins to draw the map anew if the submaps have moved since it was drawn.
-    fn begin_redraw(&mut self) {
-        let moved = self.submaps.iter().any(|s| {
-            differs(
-                &s.map_from_submap,
-                &s.drawn_at,
-                self.config.redraw_shift,
-                0.005,
-            )
-        });
+    fn begin_redraw(&mut self, shift: f64) {
+        let moved = self
+            .submaps
+            .iter()
+            .any(|s| differs(&s.map_from_submap, &s.drawn_at, shift, 0.1 * shift));
         if moved && let Ok(grid) = Grid::new(self.config.grid) {
             for submap in &mut self.submaps {
                 submap.drawn_at = submap.map_from_submap;
