@@ -76,7 +76,7 @@ pub enum Verdict {
         /// The direction.
         direction: Vector2<f64>,
     },
-    /// Too few points found a surface.
+    /// Too few points lie on a surface.
     TooFewPoints {
         /// How many did.
         found: usize,
@@ -92,7 +92,7 @@ pub struct Registration {
     pub estimate: PoseEstimate,
     /// What the points alone say: the inverse of their covariance.
     pub information: Matrix3<f64>,
-    /// Points within two of the last kernel's scales from their surface.
+    /// Points within two of the kernel's scales from their surface.
     pub inliers: usize,
     /// Inliers as a part of all points.
     pub overlap: f64,
@@ -161,9 +161,9 @@ pub fn match_to_surfels(
     }
     let sums = accumulate(points, map, &pose, config.last_kernel, config);
     let information = sums.hessian * weight_of(&sums);
-    let verdict = if sums.matched < config.min_points {
+    let verdict = if sums.inliers < config.min_points {
         Verdict::TooFewPoints {
-            found: sums.matched,
+            found: sums.inliers,
         }
     } else if let Some(direction) = degenerate_direction(&sums.hessian, config.min_share) {
         Verdict::Degenerate { direction }
@@ -203,7 +203,7 @@ fn accumulate(
     };
     let (cos, sin) = pose.cos_sin();
     let scale = 1.0 / (kernel * kernel);
-    let limit = 2.0 * config.last_kernel;
+    let limit = 2.0 * kernel;
     let (mut xx, mut xy, mut yy, mut xt, mut yt, mut tt) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     let (mut gx, mut gy, mut gt) = (0.0, 0.0, 0.0);
     for point in points {
@@ -340,8 +340,7 @@ mod tests {
             let (points, map, config) = (room(), map_of(&room()), MatchConfig::default());
             let cost = |dx: f64, dy: f64, dt: f64| {
                 let pose = Pose2::new(x + dx, y + dy, t + dt);
-                let limit = MatchConfig { last_kernel: 1e3, ..config };
-                0.5 * accumulate(&points, &map, &pose, 1e6, &limit).squares
+                0.5 * accumulate(&points, &map, &pose, 1e6, &config).squares
             };
             let sums = accumulate(&points, &map, &Pose2::new(x, y, t), 1e6, &config);
             let h = 1e-7;
