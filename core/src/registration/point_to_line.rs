@@ -265,8 +265,10 @@ mod tests {
     use super::*;
     use crate::map::SurfelConfig;
 
+    type Corner = (f64, f64);
+
     /// Points every 5 cm along segments, normals to the left of their direction.
-    fn walls(segments: &[((f64, f64), (f64, f64))]) -> Vec<OrientedPoint> {
+    fn walls(segments: &[(Corner, Corner)]) -> Vec<OrientedPoint> {
         let mut points = vec![];
         for &((ax, ay), (bx, by)) in segments {
             let (a, b) = (Point2::new(ax, ay), Point2::new(bx, by));
