@@ -186,6 +186,15 @@ impl Slam {
         self.estimator.trajectory()
     }
 
+    /// Grows when the grid is replaced by one drawn anew: its revisions begin again.
+    #[must_use]
+    pub fn grid_version(&self) -> u64 {
+        match &self.estimator {
+            Estimator::Matching { matcher, .. } => matcher.grid_version(),
+            _ => 0,
+        }
+    }
+
     /// Number of loops closed by the pose graph.
     #[must_use]
     pub fn loop_closures(&self) -> usize {
@@ -242,5 +251,23 @@ impl FromStr for Method {
         found
             .map(|(_, method)| *method)
             .ok_or_else(|| UnknownMethod(name.to_owned()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn methods_are_found_by_name() {
+        for (name, method) in Method::ALL {
+            assert_eq!(name.parse(), Ok(method));
+            assert_eq!(method.name(), name);
+        }
+        let error = "teleport".parse::<Method>().unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "there is no method `teleport`; expected odometry, line-ekf or scan-matching"
+        );
     }
 }

@@ -24,9 +24,6 @@ pub enum SetupError {
     /// No mode of that name to start with.
     #[error("there is no mode `{0}` to start with; expected manual or explore")]
     Mode(String),
-    /// No method of that name for recordings.
-    #[error("there is no method `{0}` for recordings; expected odometry or scan-matching")]
-    Method(String),
 }
 
 /// The numbers of the moment; poses in the map frame, m and rad.
@@ -304,7 +301,7 @@ impl WebExperiment {
     /// Changes when the grid was drawn anew and old blocks are worth nothing.
     #[must_use]
     pub fn grid_generation(&self) -> u32 {
-        self.experiment.slam().loop_closures() as u32
+        self.experiment.slam().grid_version() as u32
     }
 
     /// Side of a cell, m.
