@@ -2,7 +2,7 @@
 //!
 //! Each run is held to one number: the hash of all the state it ends in. When the algorithms change, so do the numbers;
 //! the failure says the new one, natively, and the browser must then agree with it.
-#![allow(missing_docs)] // a test binary has no public interface
+#![allow(missing_docs, clippy::unwrap_used)] // a test binary has no public interface, and failing is its trade
 
 use slamlab_core::estimation::ScanMatcherConfig;
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
