@@ -1,10 +1,13 @@
 //! From odometry and matches to a pose with covariance, the map that belongs to it, and measures of both.
 
+mod block_cholesky;
 mod ekf_slam;
 mod line_model;
 mod measures;
+mod pose_graph;
 mod relations;
 mod scan_matching;
+mod submap;
 mod triangle;
 
 pub use ekf_slam::{
@@ -12,6 +15,8 @@ pub use ekf_slam::{
     SweepTiming, UpdateReport,
 };
 pub use measures::{align, ate_rmse};
+pub use pose_graph::{Edge, GraphError, GraphReport, Kernel, PoseGraph, information_at_end};
 pub use relations::{RelationErrors, relation_errors};
 pub use scan_matching::{MatchReport, ScanMatcher, ScanMatcherConfig, ScanMatcherError};
+pub use submap::ClosureConfig;
 pub use triangle::SymmetricMatrix;

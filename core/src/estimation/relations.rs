@@ -140,15 +140,11 @@ mod tests {
     /// Raw odometry of the Intel log against its reference: the figures that the data's own description states.
     #[test]
     fn raw_odometry_of_intel_gives_the_stated_figures() {
-        use crate::format::{carmen::CarmenLog, relations};
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/intel/");
-        #[expect(
-            clippy::disallowed_methods,
-            reason = "a test of recorded data reads it"
-        )]
-        let read = |name: &str| std::fs::read(format!("{folder}{name}"));
-        let (Ok(log), Ok(truth)) = (read("intel.clf"), read("intel.relations")) else {
-            eprintln!("skipped: {folder} is absent");
+        use crate::format::{carmen::CarmenLog, recorded, relations};
+        let (Some(log), Some(truth)) = (
+            recorded("intel/intel.clf"),
+            recorded("intel/intel.relations"),
+        ) else {
             return;
         };
         let log = CarmenLog::parse(&log).unwrap();

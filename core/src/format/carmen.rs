@@ -125,7 +125,11 @@ impl BeamFan {
     /// 0.5°); an odd number has both ends (181: -90° to 90°).
     #[must_use]
     pub fn half_circle(beams: usize) -> Self {
-        let gaps = if beams % 2 == 0 { beams } else { beams - 1 };
+        let gaps = if beams.is_multiple_of(2) {
+            beams
+        } else {
+            beams - 1
+        };
         Self {
             first: -std::f64::consts::FRAC_PI_2,
             step: std::f64::consts::PI / gaps.max(1) as f64,

@@ -5,3 +5,20 @@ pub mod map_server;
 pub mod relations;
 pub mod tum;
 pub mod world;
+
+/// Recorded data for tests: a file under the data folder beside the repository, or under `SLAMLAB_DATA` where that is
+/// set. `None`, said plainly, where it is absent.
+#[cfg(test)]
+pub(crate) fn recorded(name: &str) -> Option<Vec<u8>> {
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data");
+    let folder = std::env::var("SLAMLAB_DATA").unwrap_or_else(|_| beside.into());
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "a test of recorded data reads it"
+    )]
+    let read = std::fs::read(format!("{folder}/{name}"));
+    if read.is_err() {
+        eprintln!("skipped: {folder}/{name} is absent");
+    }
+    read.ok()
+}

@@ -270,9 +270,27 @@ impl Grid {
                 self.odds.hit,
             );
         }
+        // Neighbouring cells of a ray nearly always lie in one block: look it up only where it changes.
+        let (miss, limit, touched, revision) =
+            (self.odds.miss, self.odds.limit, self.touched, self.revision);
+        let max_blocks = self.config.max_blocks;
         for beam in &points.beams {
             let (start, end) = (in_cells(beam.origin_in_robot), in_cells(beam.end_in_robot));
-            cells_on_ray(start, end, |cell| self.write(cell, self.odds.miss));
+            let mut at: Option<(BlockIndex, Option<usize>)> = None;
+            cells_on_ray(start, end, |cell| {
+                let (index, offset) = split(cell);
+                let slot = match at {
+                    Some((known, slot)) if known == index => slot,
+                    _ => {
+                        let slot = self.directory.slot_or_create(index, max_blocks);
+                        at = Some((index, slot));
+                        slot
+                    }
+                };
+                if let Some(block) = slot.and_then(|slot| self.directory.blocks[slot].as_mut()) {
+                    block.write(offset, miss, limit, touched, revision);
+                }
+            });
         }
     }
 
@@ -343,11 +361,23 @@ impl Grid {
         let Some(block) = self.directory.get_or_create(block, self.config.max_blocks) else {
             return;
         };
-        if block.written[offset] != self.touched {
-            block.written[offset] = self.touched;
-            block.cells[offset] =
-                (block.cells[offset] + change).clamp(-self.odds.limit, self.odds.limit);
-            block.revision = self.revision;
+        block.write(offset, change, self.odds.limit, self.touched, self.revision);
+    }
+}
+
+impl Block {
+    /// Once per scan and cell: the first one wins.
+    #[inline]
+    fn write(&mut self, offset: usize, change: f32, limit: f32, touched: u32, revision: u64) {
+        let (Some(written), Some(cell)) =
+            (self.written.get_mut(offset), self.cells.get_mut(offset))
+        else {
+            return;
+        };
+        if *written != touched {
+            *written = touched;
+            *cell = (*cell + change).clamp(-limit, limit);
+            self.revision = revision;
         }
     }
 }
@@ -379,6 +409,11 @@ impl Directory {
     }
 
     fn get_or_create(&mut self, index: BlockIndex, max_blocks: usize) -> Option<&mut Block> {
+        let slot = self.slot_or_create(index, max_blocks)?;
+        self.blocks[slot].as_mut()
+    }
+
+    fn slot_or_create(&mut self, index: BlockIndex, max_blocks: usize) -> Option<usize> {
         let slot = match self.slot(index) {
             Some(slot) => slot,
             None => {
@@ -398,7 +433,7 @@ impl Directory {
                 revision: 0,
             });
         }
-        entry.as_mut()
+        Some(slot)
     }
 
     /// Lays the directory anew so that it holds `index`, with room to spare on the side that grew.

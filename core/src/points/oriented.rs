@@ -34,7 +34,7 @@ pub struct OrientedConfig {
     pub spacing: f64,
     /// Half of the piece of surface that gives a direction, m. Default 0.12; larger smooths noise and rounds corners.
     pub reach: f64,
-    /// A surface counts as a line while the scatter across is less than this part of that along. Default 0.05.
+    /// A surface counts as a line while the scatter across is less than this part of that along. Default 0.1.
     pub max_flatness: f64,
 }
 
@@ -44,7 +44,7 @@ impl Default for OrientedConfig {
             max_range: 40.0,
             spacing: 0.04,
             reach: 0.12,
-            max_flatness: 0.05,
+            max_flatness: 0.1,
         }
     }
 }

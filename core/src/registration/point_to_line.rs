@@ -34,6 +34,9 @@ pub struct MatchConfig {
     pub min_cosine: f64,
     /// Fewer matched points than this are too few. Default 12.
     pub min_points: usize,
+    /// Where fewer of the points than this part lie on the map, the points' say is lowered with the square of the part:
+    /// what little matches there may match by chance. Default 0.5.
+    pub full_overlap: f64,
     /// A direction is degenerate where it gets less than this part of the points' say. Default 0.02.
     pub min_share: f64,
 }
@@ -48,6 +51,7 @@ impl Default for MatchConfig {
             redundancy: 3.0,
             min_cosine: 0.7,
             min_points: 12,
+            full_overlap: 0.5,
             min_share: 0.02,
         }
     }
@@ -72,7 +76,7 @@ pub enum Verdict {
         /// The direction.
         direction: Vector2<f64>,
     },
-    /// Too few points found a surface.
+    /// Too few points lie on a surface.
     TooFewPoints {
         /// How many did.
         found: usize,
@@ -88,7 +92,7 @@ pub struct Registration {
     pub estimate: PoseEstimate,
     /// What the points alone say: the inverse of their covariance.
     pub information: Matrix3<f64>,
-    /// Points within two of the last kernel's scales from their surface.
+    /// Points within two of the kernel's scales from their surface.
     pub inliers: usize,
     /// Inliers as a part of all points.
     pub overlap: f64,
@@ -118,7 +122,12 @@ pub fn match_to_surfels(
     prior: &Prior,
     config: &MatchConfig,
 ) -> Registration {
-    let weight = 1.0 / (config.sigma * config.sigma * config.redundancy);
+    let full = 1.0 / (config.sigma * config.sigma * config.redundancy);
+    let weight_of = |sums: &Sums| {
+        let overlap = sums.inliers as f64 / points.len().max(1) as f64;
+        let part = (overlap / config.full_overlap).min(1.0);
+        full * part * part
+    };
     let mut pose = *start;
     let mut kernel = config.first_kernel.max(config.last_kernel);
     let mut settled = false;
@@ -129,6 +138,7 @@ pub fn match_to_surfels(
         if sums.matched < config.min_points {
             break;
         }
+        let weight = weight_of(&sums);
         let off = Vector3::new(
             pose.x() - prior.pose.x(),
             pose.y() - prior.pose.y(),
@@ -150,10 +160,10 @@ pub fn match_to_surfels(
         kernel = (0.5 * kernel).max(config.last_kernel);
     }
     let sums = accumulate(points, map, &pose, config.last_kernel, config);
-    let information = sums.hessian * weight;
-    let verdict = if sums.matched < config.min_points {
+    let information = sums.hessian * weight_of(&sums);
+    let verdict = if sums.inliers < config.min_points {
         Verdict::TooFewPoints {
-            found: sums.matched,
+            found: sums.inliers,
         }
     } else if let Some(direction) = degenerate_direction(&sums.hessian, config.min_share) {
         Verdict::Degenerate { direction }
@@ -193,7 +203,7 @@ fn accumulate(
     };
     let (cos, sin) = pose.cos_sin();
     let scale = 1.0 / (kernel * kernel);
-    let limit = 2.0 * config.last_kernel;
+    let limit = 2.0 * kernel;
     let (mut xx, mut xy, mut yy, mut xt, mut yt, mut tt) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     let (mut gx, mut gy, mut gt) = (0.0, 0.0, 0.0);
     for point in points {
@@ -255,8 +265,10 @@ mod tests {
     use super::*;
     use crate::map::SurfelConfig;
 
+    type Corner = (f64, f64);
+
     /// Points every 5 cm along segments, normals to the left of their direction.
-    fn walls(segments: &[((f64, f64), (f64, f64))]) -> Vec<OrientedPoint> {
+    fn walls(segments: &[(Corner, Corner)]) -> Vec<OrientedPoint> {
         let mut points = vec![];
         for &((ax, ay), (bx, by)) in segments {
             let (a, b) = (Point2::new(ax, ay), Point2::new(bx, by));
@@ -330,8 +342,7 @@ mod tests {
             let (points, map, config) = (room(), map_of(&room()), MatchConfig::default());
             let cost = |dx: f64, dy: f64, dt: f64| {
                 let pose = Pose2::new(x + dx, y + dy, t + dt);
-                let limit = MatchConfig { last_kernel: 1e3, ..config };
-                0.5 * accumulate(&points, &map, &pose, 1e6, &limit).squares
+                0.5 * accumulate(&points, &map, &pose, 1e6, &config).squares
             };
             let sums = accumulate(&points, &map, &Pose2::new(x, y, t), 1e6, &config);
             let h = 1e-7;

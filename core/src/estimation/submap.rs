@@ -1,0 +1,323 @@
+//! A stretch of the way with its own map, and whether two of them show the same place.
+//!
+//! In: two closed submaps and how well their relative pose is known. Out: a [`Closure`], or nothing.
+//!
+//! 1. Where the relative pose is known to within the reach of matching, the surfaces of one are matched to the other at
+//!    once; else branch and bound looks through the whole window of three standard deviations first.
+//! 2. The match must hold both ways: surfaces of one must lie on surfaces of the other, and must not stand where the
+//!    other looked through. What the other never saw says nothing.
+//! 3. A window wide enough to need a search must end in a pose that is fixed in all directions: a corridor fits itself
+//!    anywhere.
+
+use nalgebra::{Matrix3, Point2, Vector3};
+
+use super::pose_graph::information_at_end;
+use crate::geom::Pose2;
+use crate::map::{LikelihoodPyramid, Surfel, SurfelConfig, SurfelMap, cells_on_ray};
+use crate::points::OrientedPoint;
+use crate::registration::{MatchConfig, Prior, SearchWindow, Verdict, match_to_surfels, search};
+
+/// When two submaps are one place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClosureConfig {
+    /// Widest search to either side, m. Default 8.
+    pub max_shift: f64,
+    /// Widest search to either side, rad. Default 0.6.
+    pub max_turn: f64,
+    /// Least mean likelihood of a searched pose. Default 0.45.
+    pub min_score: f64,
+    /// Least number of surfaces that agree. Default 80.
+    pub min_agreeing: usize,
+    /// Least part that agrees, of all that could. Default 0.75.
+    pub min_agreement: f64,
+    /// The same where the pose had to be searched for. Default 0.85.
+    pub min_agreement_searched: f64,
+    /// A closure is never believed better than this, m. Default 0.015.
+    pub sigma: f64,
+    /// A closure is never believed better than this, rad. Default 0.003.
+    pub turn_sigma: f64,
+    /// Earlier submaps that are tried for each new one. Default 10.
+    pub candidates: usize,
+}
+
+impl Default for ClosureConfig {
+    fn default() -> Self {
+        Self {
+            max_shift: 8.0,
+            max_turn: 0.6,
+            min_score: 0.45,
+            min_agreeing: 80,
+            min_agreement: 0.75,
+            min_agreement_searched: 0.85,
+            sigma: 0.015,
+            turn_sigma: 0.003,
+            candidates: 10,
+        }
+    }
+}
+
+/// What is kept of a submap that is closed.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ClosedSubmap {
+    surfels: Vec<Surfel>,
+    free: FreeCells,
+    /// Mean of the surfels, in the submap.
+    pub(super) centre: Point2<f64>,
+    /// Root mean square distance of the surfels from their mean, m.
+    pub(super) radius: f64,
+}
+
+/// Two submaps show the same place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Closure {
+    /// `old_from_new`.
+    pub(super) motion: Pose2,
+    /// In the frame of the new submap, as an edge of a pose graph takes it.
+    pub(super) information: Matrix3<f64>,
+}
+
+/// How well a relative pose is known beforehand.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Doubt {
+    /// Standard deviation, m.
+    pub(super) shift: f64,
+    /// Standard deviation, rad.
+    pub(super) turn: f64,
+}
+
+impl ClosedSubmap {
+    /// Closes a submap; `rays` are the beams that drew it, in its frame.
+    pub(super) fn new(
+        surfels: Vec<Surfel>,
+        rays: impl Iterator<Item = (Point2<f64>, Point2<f64>)>,
+    ) -> Self {
+        let count = surfels.len().max(1) as f64;
+        let mean = surfels
+            .iter()
+            .fold(Vector3::zeros().xy(), |sum, s| sum + s.position.coords)
+            / count;
+        let centre = Point2::from(mean);
+        let squares: f64 = surfels
+            .iter()
+            .map(|s| (s.position - centre).norm_squared())
+            .sum();
+        let free = FreeCells::new(&surfels, rays);
+        Self {
+            surfels,
+            free,
+            centre,
+            radius: (squares / count).sqrt(),
+        }
+    }
+
+    /// Looks for the new submap `other` in this one; `guess` is `self_from_other`.
+    pub(super) fn find(
+        &self,
+        other: &Self,
+        guess: &Pose2,
+        doubt: &Doubt,
+        surfels: &SurfelConfig,
+        matching: &MatchConfig,
+        config: &ClosureConfig,
+    ) -> Option<Closure> {
+        let window = SearchWindow {
+            shift: (3.0 * doubt.shift).min(config.max_shift),
+            turn: (3.0 * doubt.turn).min(config.max_turn),
+        };
+        let searched = window.shift > 0.3 || window.turn > 0.06;
+        let start = if searched {
+            self.search(other, guess, &window, config)?
+        } else {
+            *guess
+        };
+        let prior = if searched {
+            Prior {
+                pose: start,
+                information: Matrix3::from_diagonal_element(10.0),
+            }
+        } else {
+            let (shift, turn) = (doubt.shift.max(0.02), doubt.turn.max(0.005));
+            let shift = 1.0 / (shift * shift);
+            Prior {
+                pose: start,
+                information: Matrix3::from_diagonal(&Vector3::new(
+                    shift,
+                    shift,
+                    1.0 / (turn * turn),
+                )),
+            }
+        };
+        let map = SurfelMap::from_surfels(*surfels, self.surfels.clone());
+        let points = other.points();
+        let found = match_to_surfels(&points, &map, &start, &prior, matching);
+        match found.verdict {
+            Verdict::Converged => {}
+            Verdict::Degenerate { .. } if !searched => {}
+            _ => return None,
+        }
+        let motion = found.estimate.pose;
+        let least = if searched {
+            config.min_agreement_searched
+        } else {
+            config.min_agreement
+        };
+        let reverse = SurfelMap::from_surfels(*surfels, other.surfels.clone());
+        let there = self.agreement(&map, other, &motion);
+        let back = other.agreement(&reverse, self, &motion.inverse());
+        if !there.holds(least, config) || !back.holds(least, config) {
+            return None;
+        }
+        let floor = Vector3::new(
+            config.sigma * config.sigma,
+            config.sigma * config.sigma,
+            config.turn_sigma * config.turn_sigma,
+        );
+        let weak = Matrix3::from_diagonal_element(1e-2);
+        let cov = (found.information + weak).try_inverse()? + Matrix3::from_diagonal(&floor);
+        Some(Closure {
+            motion,
+            information: information_at_end(&motion, &cov.try_inverse()?),
+        })
+    }
+
+    fn search(
+        &self,
+        other: &Self,
+        guess: &Pose2,
+        window: &SearchWindow,
+        config: &ClosureConfig,
+    ) -> Option<Pose2> {
+        let places = self.surfels.iter().map(|s| s.position);
+        let pyramid = LikelihoodPyramid::new(places, 0.1, 0.1, 7)?;
+        // Turned around its own centre, a cloud needs fewer turns.
+        let centre = Pose2::new(other.centre.x, other.centre.y, 0.0);
+        let stride = other.surfels.len() / 300 + 1;
+        let points: Vec<_> = other
+            .surfels
+            .iter()
+            .step_by(stride)
+            .map(|s| s.position - other.centre.coords)
+            .collect();
+        let found = search(
+            &points,
+            &pyramid,
+            &(*guess * centre),
+            window,
+            config.min_score,
+        )?;
+        Some(found.pose * centre.inverse())
+    }
+
+    fn points(&self) -> Vec<OrientedPoint> {
+        self.surfels
+            .iter()
+            .map(|s| OrientedPoint {
+                position: s.position,
+                normal: s.normal,
+            })
+            .collect()
+    }
+
+    /// Compares the surfels of `other` with what this submap, indexed in `map`, saw there.
+    fn agreement(&self, map: &SurfelMap, other: &Self, self_from_other: &Pose2) -> Agreement {
+        let mut agreement = Agreement {
+            agree: 0,
+            contradict: 0,
+        };
+        for surfel in &other.surfels {
+            let place = *self_from_other * surfel.position;
+            let on_surface = map.nearest(place).is_some_and(|s| {
+                s.normal.dot(&(place - s.position)).abs() < 0.08
+                    && s.normal.dot(&self_from_other.rotate(surfel.normal)) > 0.5
+            });
+            if on_surface {
+                agreement.agree += 1;
+            } else if self.free.contains(place) {
+                agreement.contradict += 1;
+            }
+        }
+        agreement
+    }
+}
+
+struct Agreement {
+    agree: usize,
+    contradict: usize,
+}
+
+impl Agreement {
+    fn holds(&self, least: f64, config: &ClosureConfig) -> bool {
+        let all = (self.agree + self.contradict) as f64;
+        self.agree >= config.min_agreeing && self.agree as f64 >= least * all
+    }
+}
+
+/// Places that beams went through, in cells of 0.2 m, one bit each.
+#[derive(Clone, Debug, Default)]
+struct FreeCells {
+    low: (i32, i32),
+    cols: i32,
+    rows: i32,
+    bits: Vec<u64>,
+}
+
+const FREE_CELL: f64 = 0.2;
+/// Most cells along a side: 100 m.
+const FREE_SIDE: i32 = 512;
+
+impl FreeCells {
+    fn new(surfels: &[Surfel], rays: impl Iterator<Item = (Point2<f64>, Point2<f64>)>) -> Self {
+        let half = FREE_SIDE / 2;
+        let size = (FREE_SIDE * FREE_SIDE) as usize;
+        let mut cells = Self {
+            low: (-half, -half),
+            cols: FREE_SIDE,
+            rows: FREE_SIDE,
+            bits: vec![0; size / 64],
+        };
+        for (from, to) in rays {
+            let way = to - from;
+            let length = way.norm();
+            // The last half metre may belong to the wall, or to a beam that touches an edge.
+            let part = (length - 0.3) / length;
+            if part.is_nan() || part <= 0.0 {
+                continue;
+            }
+            let end = from + way * part;
+            cells_on_ray(from / FREE_CELL, end / FREE_CELL, |cell| {
+                if let Some((word, bit)) = cells.bit((cell.col, cell.row)) {
+                    cells.bits[word] |= bit;
+                }
+            });
+        }
+        for surfel in surfels {
+            let (col, row) = Self::cell_of(surfel.position);
+            for (dc, dr) in [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)] {
+                if let Some((word, bit)) = cells.bit((col + dc, row + dr)) {
+                    cells.bits[word] &= !bit;
+                }
+            }
+        }
+        cells
+    }
+
+    fn cell_of(place: Point2<f64>) -> (i32, i32) {
+        let at = |v: f64| (v / FREE_CELL).floor().clamp(-1e6, 1e6) as i32;
+        (at(place.x), at(place.y))
+    }
+
+    fn bit(&self, (col, row): (i32, i32)) -> Option<(usize, u64)> {
+        let (c, r) = (col - self.low.0, row - self.low.1);
+        if c < 0 || r < 0 || c >= self.cols || r >= self.rows {
+            return None;
+        }
+        let at = (r * self.cols + c) as usize;
+        Some((at / 64, 1 << (at % 64)))
+    }
+
+    fn contains(&self, place: Point2<f64>) -> bool {
+        self.bit(Self::cell_of(place))
+            .and_then(|(word, bit)| Some(self.bits.get(word)? & bit != 0))
+            .unwrap_or(false)
+    }
+}
