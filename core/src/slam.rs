@@ -195,6 +195,15 @@ impl Slam {
         }
     }
 
+    /// Grows by one whenever the grid was drawn anew: what was shown of the old one is void then.
+    #[must_use]
+    pub fn grid_version(&self) -> u64 {
+        match &self.estimator {
+            Estimator::Matching { matcher, .. } => matcher.grid_version(),
+            _ => 0,
+        }
+    }
+
     /// Adds pose, walls and map to a hash.
     pub fn add_to(&self, hash: &mut StateHash) {
         hash.estimate(&self.estimate());

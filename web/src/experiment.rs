@@ -304,7 +304,7 @@ impl WebExperiment {
     /// Changes when the grid was drawn anew and old blocks are worth nothing.
     #[must_use]
     pub fn grid_generation(&self) -> u32 {
-        self.experiment.slam().loop_closures() as u32
+        self.experiment.slam().grid_version() as u32
     }
 
     /// Side of a cell, m.

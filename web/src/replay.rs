@@ -1,7 +1,7 @@
 //! A recorded log, for the page.
 
 use slamlab_core::estimation::ScanMatcherConfig;
-use slamlab_core::format::{carmen::CarmenLog, map_server};
+use slamlab_core::format::{carmen::CarmenReader, map_server};
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::{Replay, ReplayMethod};
 use slamlab_core::robot::RobotModel;
@@ -34,6 +34,46 @@ pub struct ReplayStatus {
     pub loop_closures: u32,
 }
 
+/// A CARMEN log that is being read.
+#[wasm_bindgen]
+#[derive(Debug)]
+pub struct WebLogReader {
+    reader: CarmenReader,
+    method: ReplayMethod,
+}
+
+#[wasm_bindgen]
+impl WebLogReader {
+    /// For a replay by the given method.
+    ///
+    /// # Errors    A sentence on a method that does not exist.
+    #[wasm_bindgen(constructor)]
+    pub fn new(method: &str) -> Result<Self, JsError> {
+        let method =
+            ReplayMethod::from_name(method).ok_or_else(|| SetupError::Method(method.to_owned()))?;
+        Ok(Self {
+            reader: CarmenReader::default(),
+            method,
+        })
+    }
+
+    /// Takes the next bytes, as many as there are.
+    ///
+    /// # Errors    A sentence on what is wrong with the log, with its line.
+    pub fn push(&mut self, bytes: &[u8]) -> Result<(), JsError> {
+        Ok(self.reader.push(bytes)?)
+    }
+
+    /// The log is all there: it can be replayed.
+    ///
+    /// # Errors    A sentence on what is wrong with the log, with its line.
+    pub fn finish(self) -> Result<WebReplay, JsError> {
+        let log = self.reader.finish()?;
+        let replay = Replay::new(log, self.method, ScanMatcherConfig::default())?;
+        Ok(WebReplay { replay })
+    }
+}
+
 /// A log that is being mapped.
 #[wasm_bindgen]
 #[derive(Debug)]
@@ -43,21 +83,6 @@ pub struct WebReplay {
 
 #[wasm_bindgen]
 impl WebReplay {
-    /// From the bytes of a CARMEN log.
-    ///
-    /// # Errors    A sentence on what is wrong with the log, with its line.
-    #[wasm_bindgen(constructor)]
-    pub fn new(bytes: &[u8], method: &str) -> Result<Self, JsError> {
-        let method =
-            ReplayMethod::from_name(method).ok_or_else(|| SetupError::Method(method.to_owned()))?;
-        let replay = Replay::new(
-            CarmenLog::parse(bytes)?,
-            method,
-            ScanMatcherConfig::default(),
-        )?;
-        Ok(Self { replay })
-    }
-
     /// Takes the next scan; false when there was none left.
     pub fn step(&mut self) -> bool {
         self.replay.step()
@@ -155,7 +180,7 @@ impl WebReplay {
     /// Changes when the grid was drawn anew and old blocks are worth nothing.
     #[must_use]
     pub fn grid_generation(&self) -> u32 {
-        self.replay.matcher().loop_closures() as u32
+        self.replay.matcher().grid_version() as u32
     }
 
     /// Side of a cell, m.
