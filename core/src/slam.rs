@@ -186,20 +186,20 @@ impl Slam {
         self.estimator.trajectory()
     }
 
-    /// Grows when the grid is replaced by one drawn anew: its revisions begin again.
-    #[must_use]
-    pub fn grid_version(&self) -> u64 {
-        match &self.estimator {
-            Estimator::Matching { matcher, .. } => matcher.grid_version(),
-            _ => 0,
-        }
-    }
-
     /// Number of loops closed by the pose graph.
     #[must_use]
     pub fn loop_closures(&self) -> usize {
         match &self.estimator {
             Estimator::Matching { matcher, .. } => matcher.loop_closures(),
+            _ => 0,
+        }
+    }
+
+    /// Grows by one whenever the grid was drawn anew: what was shown of the old one is void then.
+    #[must_use]
+    pub fn grid_version(&self) -> u64 {
+        match &self.estimator {
+            Estimator::Matching { matcher, .. } => matcher.grid_version(),
             _ => 0,
         }
     }

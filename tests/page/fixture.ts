@@ -3,10 +3,12 @@
 // Errors on the console, uncaught exceptions, failed requests and refusals by the content security policy all count;
 // a test that provokes one on purpose empties `problems` before it ends.
 import { test as base, expect } from '@playwright/test';
+import { Lab } from './lab.ts';
 
 export { expect };
 
-export const test = base.extend<{ problems: string[] }>({
+export const test = base.extend<{ problems: string[]; lab: Lab }>({
+  lab: async ({ page }, use) => use(new Lab(page)),
   baseURL: async ({}, use) => {
     const url = process.env.SLAMLAB_URL;
     if (!url) throw new Error('SLAMLAB_URL is not set: the bridge was not started');

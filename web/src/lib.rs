@@ -8,7 +8,7 @@ mod replay;
 mod view;
 
 pub use experiment::{ExperimentStatus, SetupError, WebExperiment};
-pub use replay::{ReplayStatus, WebReplay};
+pub use replay::{ReplayStatus, WebLogReader, WebReplay};
 pub use view::GridBlocks;
 
 use wasm_bindgen::prelude::wasm_bindgen;

@@ -1,6 +1,6 @@
 //! A recorded log, for the page.
 
-use slamlab_core::format::{carmen::CarmenLog, map_server};
+use slamlab_core::format::{carmen::CarmenReader, map_server};
 use slamlab_core::replay::Replay;
 use slamlab_core::robot::RobotModel;
 use slamlab_core::slam::{Method, SlamConfig};
@@ -32,6 +32,44 @@ pub struct ReplayStatus {
     pub loop_closures: u32,
 }
 
+/// A CARMEN log that is being read.
+#[wasm_bindgen]
+#[derive(Debug)]
+pub struct WebLogReader {
+    reader: CarmenReader,
+    method: Method,
+}
+
+#[wasm_bindgen]
+impl WebLogReader {
+    /// For a replay by the given method.
+    ///
+    /// # Errors    A sentence on a method that does not exist.
+    #[wasm_bindgen(constructor)]
+    pub fn new(method: &str) -> Result<Self, JsError> {
+        Ok(Self {
+            reader: CarmenReader::default(),
+            method: method.parse()?,
+        })
+    }
+
+    /// Takes the next bytes, as many as there are.
+    ///
+    /// # Errors    A sentence on what is wrong with the log, with its line.
+    pub fn push(&mut self, bytes: &[u8]) -> Result<(), JsError> {
+        Ok(self.reader.push(bytes)?)
+    }
+
+    /// The log is all there: it can be replayed.
+    ///
+    /// # Errors    A sentence on what is wrong with the log, with its line.
+    pub fn finish(self) -> Result<WebReplay, JsError> {
+        let log = self.reader.finish()?;
+        let replay = Replay::new(log, self.method, SlamConfig::default())?;
+        Ok(WebReplay { replay })
+    }
+}
+
 /// A log that is being mapped.
 #[wasm_bindgen]
 #[derive(Debug)]
@@ -41,16 +79,6 @@ pub struct WebReplay {
 
 #[wasm_bindgen]
 impl WebReplay {
-    /// From the bytes of a CARMEN log.
-    ///
-    /// # Errors    A sentence on what is wrong with the log, with its line.
-    #[wasm_bindgen(constructor)]
-    pub fn new(bytes: &[u8], method: &str) -> Result<Self, JsError> {
-        let method: Method = method.parse()?;
-        let replay = Replay::new(CarmenLog::parse(bytes)?, method, SlamConfig::default())?;
-        Ok(Self { replay })
-    }
-
     /// Takes the next scan; false when there was none left.
     ///
     /// # Errors    A sentence on a scan that cannot be used.

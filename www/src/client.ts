@@ -56,6 +56,7 @@ export class Client {
   }
 
   goTo(x: number, y: number): void {
+    this.#store.set("run", { aiming: false });
     this.send({ kind: "goto", x, y });
     this.#wake();
   }
@@ -67,7 +68,7 @@ export class Client {
 
   stop(): void {
     this.#store.set("run", { aiming: false });
-    this.send({ kind: this.#store.source === "sim" ? "stop" : "cancel" });
+    this.send({ kind: this.#store.source === "sim" && !this.#store.reading ? "stop" : "cancel" });
   }
 
   async open(file: File): Promise<void> {
@@ -78,7 +79,7 @@ export class Client {
         const worldJson = new TextDecoder().decode(bytes);
         this.start({ world: file.name, worldJson, mode: "explore" });
       } else {
-        store.note({ time: 0, level: "info", text: `Reading ${file.name}…` });
+        store.set("run", { reading: { name: file.name, done: 0 } });
         this.send({ kind: "replay", name: file.name, bytes, method: "scan-matching" }, [bytes]);
       }
     } catch (error) {
@@ -132,6 +133,9 @@ export class Client {
         this.#undrawn = true;
         this.#scene.take(answer);
         store.take(answer);
+        break;
+      case "reading":
+        store.set("run", { reading: answer.done === null ? null : { name: answer.name, done: answer.done } });
         break;
       case "playing":
         store.set("run", { playing: answer.playing });

@@ -88,6 +88,7 @@ Object.defineProperty(window, "slamlab", {
     get hash() { return store.hash; },
     get playing() { return store.playing; },
     get source() { return store.source; },
+    get title() { return store.title; },
     get setup() { return store.setup; },
     get seq() { return store.seq; },
     get framesPerSecond() { return map.frames; },

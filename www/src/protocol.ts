@@ -40,7 +40,7 @@ export type Command =
   /** Fractions of the robot's highest speeds in [-1, 1], until changed; forward and to the left. */
   | { kind: "drive"; forward: number; turn: number }
   | { kind: "stop" }
-  /** Ends a replay where it stands; what was mapped stays. */
+  /** Ends reading a log, and a replay where it stands; what was mapped stays. */
   | { kind: "cancel" }
   | { kind: "save" }
   | { kind: "drawn" };
@@ -175,6 +175,8 @@ export type Answer =
   | { kind: "ready" }
   | { kind: "started"; run: number; source: SourceKind; title: string; setup: Setup | null; playing: boolean }
   | Frame
+  /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands still meanwhile. */
+  | { kind: "reading"; name: string; done: number | null }
   | { kind: "playing"; playing: boolean }
   | { kind: "hash"; run: number; text: string }
   | { kind: "event"; run: number; time: number; level: LogLevel; text: string }

@@ -29,6 +29,8 @@ export class Store {
   source: SourceKind = "sim";
   title = "";
   playing = false;
+  /** A log that is being read, and how much of it is (0 to 1). */
+  reading: { name: string; done: number } | null = null;
   speed = 4;
   setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore" };
   /** Go to is chosen, and the next click on the map says where. */

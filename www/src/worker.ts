@@ -1,9 +1,9 @@
 // Runs the core for the page: the only file that knows the WebAssembly module.
 //
 // It paces the source (simulated seconds for each second), works in slices short enough that every message is heard within
-// about 30 ms, and sends a frame only when the page has drawn the one before.
+// about 20 ms, and sends a frame only when the page has drawn the one before.
 
-import init, { WebExperiment, WebReplay } from "../pkg/slamlab_web.js";
+import init, { WebExperiment, WebLogReader } from "../pkg/slamlab_web.js";
 import { type Answer, type Command, transferables } from "./protocol.js";
 import { ReplaySource } from "./source/replay.js";
 import { SimSource } from "./source/sim.js";
@@ -15,7 +15,23 @@ const post = (answer: Answer, transfer: Transferable[] = []): void => {
 
 /** Wall milliseconds between two looks when there is nothing to do yet. */
 const IDLE_MILLIS = 6;
+/** Wall milliseconds that one turn may take before it looks for messages. */
+const SLICE_MILLIS = 12;
 const HASH_MILLIS = 500;
+/** Bytes of a log that are read at a time, and wall milliseconds between two reports on it. */
+const CHUNK = 1 << 16;
+const READING_MILLIS = 50;
+
+/** A log on its way into the module. */
+interface Reading {
+  readonly name: string;
+  readonly bytes: Uint8Array;
+  readonly reader: WebLogReader;
+  at: number;
+  toldAt: number;
+}
+
+let reading: Reading | null = null;
 
 let source: Source | null = null;
 let run = 0;
@@ -36,7 +52,7 @@ const immediate = new MessageChannel();
 immediate.port1.onmessage = () => turn();
 
 function schedule(now: boolean): void {
-  if (scheduled || !playing) return;
+  if (scheduled || !(playing || reading)) return;
   scheduled = true;
   if (now) immediate.port2.postMessage(null);
   else setTimeout(turn, IDLE_MILLIS);
@@ -51,6 +67,10 @@ function rebase(): void {
 /** One slice of work. */
 function turn(): void {
   scheduled = false;
+  if (reading) {
+    readOn(reading);
+    return;
+  }
   if (!source || !playing) return;
   try {
     const begin = performance.now();
@@ -59,7 +79,7 @@ function turn(): void {
     while (source.time < target && !source.finished) {
       source.step();
       stale = true;
-      behind = performance.now() - begin >= source.sliceMillis;
+      behind = performance.now() - begin >= SLICE_MILLIS;
       if (behind) break;
     }
     // A slower machine falls behind; it must not race when the load ends.
@@ -71,6 +91,40 @@ function turn(): void {
   } catch (error) {
     fail(error);
   }
+}
+
+/** One slice of reading; at the end of the log its replay begins. */
+function readOn(log: Reading): void {
+  try {
+    const begun = performance.now();
+    while (log.at < log.bytes.length && performance.now() - begun < SLICE_MILLIS) {
+      log.reader.push(log.bytes.subarray(log.at, log.at + CHUNK));
+      log.at += CHUNK;
+    }
+    if (log.at >= log.bytes.length) {
+      reading = null;
+      const replay = log.reader.finish();
+      post({ kind: "reading", name: log.name, done: null });
+      begin(new ReplaySource(replay, log.name), { setup: null, playing: true });
+    } else if (begun - log.toldAt >= READING_MILLIS) {
+      log.toldAt = begun;
+      post({ kind: "reading", name: log.name, done: log.at / log.bytes.length });
+    }
+  } catch (error) {
+    stopReading();
+    refuse(log.name, error);
+  }
+  schedule(true);
+}
+
+function stopReading(): void {
+  if (reading) {
+    reading.reader.free();
+    reading = null;
+  }
+  post({ kind: "reading", name: "", done: null });
+  rebase();
+  schedule(true);
 }
 
 function measurePace(): void {
@@ -135,17 +189,22 @@ function handle(command: Command): void {
   const sim = source instanceof SimSource ? source : null;
   switch (command.kind) {
     case "start": {
+      if (reading) stopReading();
       const { setup } = command;
-      const world = setup.worldJson ?? setup.world;
-      const experiment = new WebExperiment(world, setup.worldJson !== null, setup.sensor, setup.seed, setup.method, setup.mode);
-      begin(new SimSource(experiment, setup), { setup, playing: command.play });
+      try {
+        const world = setup.worldJson ?? setup.world;
+        const experiment = new WebExperiment(world, setup.worldJson !== null, setup.sensor, setup.seed, setup.method, setup.mode);
+        begin(new SimSource(experiment, setup), { setup, playing: command.play });
+      } catch (error) {
+        refuse(setup.worldJson === null ? "" : setup.world, error);
+      }
       break;
     }
-    case "replay": {
-      const replay = new WebReplay(new Uint8Array(command.bytes), command.method);
-      begin(new ReplaySource(replay, command.name), { setup: null, playing: true });
+    case "replay":
+      if (reading) stopReading();
+      reading = { name: command.name, bytes: new Uint8Array(command.bytes), reader: new WebLogReader(command.method), at: 0, toldAt: -Infinity };
+      schedule(true);
       break;
-    }
     case "play":
       if (source && !source.finished) setPlaying(true);
       break;
@@ -180,7 +239,9 @@ function handle(command: Command): void {
       show();
       break;
     case "cancel":
-      if (source instanceof ReplaySource) {
+      if (reading) {
+        stopReading();
+      } else if (source instanceof ReplaySource) {
         source.cancel();
         setPlaying(false);
         show();
@@ -196,9 +257,19 @@ function handle(command: Command): void {
   }
 }
 
+/** What was given cannot be used: that is the giver's to mend, and no fault of the page. */
+function refuse(name: string, error: unknown): void {
+  console.warn(error);
+  post({ kind: "failed", text: `${name === "" ? "" : `${name}: `}${wordsOf(error)}` });
+}
+
 function fail(error: unknown): void {
   console.error(error);
-  post({ kind: "failed", text: error instanceof Error ? error.message : String(error) });
+  post({ kind: "failed", text: wordsOf(error) });
+}
+
+function wordsOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
 }
 
 const module = init({ module_or_path: new URL("slamlab_web_bg.wasm", self.location.href) });
@@ -213,5 +284,5 @@ self.onmessage = async (event: MessageEvent<Command>) => {
 };
 
 module.then(() => post({ kind: "ready" }), (error: unknown) => {
-  fail(new Error(`The simulator could not be loaded: ${error instanceof Error ? error.message : String(error)}. Reload the page.`));
+  fail(new Error(`The simulator could not be loaded: ${wordsOf(error)}. Reload the page.`));
 });

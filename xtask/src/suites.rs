@@ -1,5 +1,7 @@
 //! All tests: natively, in a browser, and the page as a user uses it.
 
+use std::path::PathBuf;
+
 use anyhow::Result;
 use clap::ValueEnum;
 
@@ -67,12 +69,22 @@ fn the_page() -> Result<()> {
     let chrome = tools::chrome()?;
     page::build(Profile::Release)?;
     let bridge = serve::build_bridge()?;
+    let simulate = build_simulate()?;
     let folder = tools::root().join("tests/page");
     page::install(&folder)?;
     tools::run(
         tools::npm(&folder)?
             .env("CHROME", chrome)
             .env("SLAMLAB_BRIDGE", bridge)
+            .env("SLAMLAB_SIMULATE", simulate)
             .args(["run", "--silent", "test"]),
     )
+}
+
+/// The run on the command line whose bits those in the page must equal.
+fn build_simulate() -> Result<PathBuf> {
+    tools::run(tools::cargo().args("build --package slamlab-core --example simulate".split(' ')))?;
+    Ok(tools::target_dir()
+        .join("debug/examples/simulate")
+        .with_extension(std::env::consts::EXE_EXTENSION))
 }

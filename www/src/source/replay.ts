@@ -37,7 +37,6 @@ const TRAIL_PERIOD = 250;
 export class ReplaySource implements Source {
   readonly kind = "replay";
   readonly title: string;
-  readonly sliceMillis = 24;
   time = 0;
   scans = 0;
   finished = false;

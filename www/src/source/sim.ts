@@ -55,7 +55,6 @@ const PLAN_PERIOD = 120;
 export class SimSource implements Source {
   readonly kind = "sim";
   readonly title: string;
-  readonly sliceMillis = 12;
   time = 0;
   scans = 0;
   finished = false;

@@ -22,8 +22,6 @@ export interface Source {
   readonly finished: boolean;
   /** Scans processed so far. */
   readonly scans: number;
-  /** Milliseconds that one turn of the worker may take before it looks for messages. */
-  readonly sliceMillis: number;
   /** The smallest step forward. */
   step(): void;
   moment(): Moment;

@@ -9,7 +9,8 @@ export interface Caption {
 }
 
 export function caption(store: Store): Caption {
-  const { status, playing, source, title } = store;
+  const { status, playing, source, title, reading } = store;
+  if (reading) return { doing: `Reading ${reading.name}`, more: percent(reading.done) };
   if (!status) return { doing: "Starting…", more: "" };
   if (source === "replay") {
     if (status.finished) return { doing: `Mapped ${title}`, more: status.reason };

@@ -60,7 +60,7 @@ export class SlamTransport extends SlamElement {
           ${SPEEDS.map((s) => html`<option value=${String(s)} .selected=${s === store.speed}>${s === Infinity ? "max" : `${s} ×`}</option>`)}
         </select>
       </div>
-      ${store.source === "sim" ? this.#modes() : this.#progress()}
+      ${store.source === "sim" && !store.reading ? this.#modes() : this.#progress()}
       <button class="stop" data-testid="stop" title="Stop the robot (Esc or space)" @click=${(e: Event) => { client.stop(); this.giveBackFocus(e); }}>${icons.stop} STOP</button>
     `;
   }
@@ -87,14 +87,14 @@ export class SlamTransport extends SlamElement {
 
   #progress(): TemplateResult {
     const { store, client } = this;
-    const status = store.status;
-    const done = Number.isFinite(status?.progress) ? (status?.progress ?? 0) : 0;
-    const left = status?.finished ? status.reason : Number.isFinite(status?.remaining) ? `${clock(status?.remaining ?? NaN)} left` : "";
+    const { reading, status } = store;
+    const done = reading?.done ?? (Number.isFinite(status?.progress) ? (status?.progress ?? 0) : 0);
+    const left = reading ? "reading" : status?.finished ? status.reason : Number.isFinite(status?.remaining) ? `${clock(status?.remaining ?? NaN)} left` : "";
     return html`<div class="progress" data-testid="progress">
         <div class="num"><span>${percent(done)}</span><span class="muted">${left}</span></div>
-        <progress max="1" .value=${done} aria-label="Recording done"></progress>
+        <progress max="1" .value=${done} aria-label="Part of the recording that is done"></progress>
       </div>
-      ${status?.finished
+      ${status?.finished && !reading
         ? html`<button data-testid="to-simulation" @click=${() => client.start({ mode: "explore" })}>${icons.again} Simulation</button>`
         : html`<button data-testid="cancel" @click=${() => client.send({ kind: "cancel" })}>${icons.close} Cancel</button>`}`;
   }

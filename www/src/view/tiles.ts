@@ -16,6 +16,8 @@ interface Block {
   readonly col: number;
   readonly row: number;
   readonly cells: Uint8Array;
+  /** The rectangle of what is known in it, m; null while nothing is. */
+  readonly box: Box | null;
 }
 
 export class Tiles {
@@ -53,11 +55,9 @@ export class Tiles {
     this.blockCells = change.blockCells;
     const area = change.blockCells * change.blockCells;
     for (let i = 0; i * 2 + 1 < change.index.length; i += 1) {
-      const block = {
-        col: change.index[i * 2] ?? 0,
-        row: change.index[i * 2 + 1] ?? 0,
-        cells: change.cells.subarray(i * area, (i + 1) * area).slice(),
-      };
+      const [col, row] = [change.index[i * 2] ?? 0, change.index[i * 2 + 1] ?? 0];
+      const cells = change.cells.slice(i * area, (i + 1) * area);
+      const block = { col, row, cells, box: this.#boxOf(col, row, cells) };
       this.#blocks.set(`${block.col},${block.row}`, block);
       this.#paint(block);
     }
@@ -85,34 +85,38 @@ export class Tiles {
 
   /** The rectangle of everything known, to a cell; null while nothing is. */
   bounds(): Box | null {
+    let all: Box | null = null;
+    for (const { box } of this.#blocks.values()) {
+      if (box === null) continue;
+      all = all === null ? box : {
+        minX: Math.min(all.minX, box.minX),
+        minY: Math.min(all.minY, box.minY),
+        maxX: Math.max(all.maxX, box.maxX),
+        maxY: Math.max(all.maxY, box.maxY),
+      };
+    }
+    return all;
+  }
+
+  #boxOf(col: number, row: number, cells: Uint8Array): Box | null {
     const side = this.blockCells;
-    let box: Box | null = null;
-    for (const { col, row, cells } of this.#blocks.values()) {
-      let [minC, minR, maxC, maxR] = [side, side, -1, -1];
-      for (let i = 0; i < cells.length; i += 1) {
+    let [minC, minR, maxC, maxR] = [side, side, -1, -1];
+    for (let r = 0, i = 0; r < side; r += 1) {
+      for (let c = 0; c < side; c += 1, i += 1) {
         if (cells[i] === 0) continue;
-        const c = i % side;
-        const r = (i - c) / side;
         if (c < minC) minC = c;
         if (c > maxC) maxC = c;
         if (r < minR) minR = r;
-        if (r > maxR) maxR = r;
+        maxR = r;
       }
-      if (maxC < 0) continue;
-      const part = {
-        minX: (col * side + minC) * this.resolution,
-        minY: (row * side + minR) * this.resolution,
-        maxX: (col * side + maxC + 1) * this.resolution,
-        maxY: (row * side + maxR + 1) * this.resolution,
-      };
-      box = box === null ? part : {
-        minX: Math.min(box.minX, part.minX),
-        minY: Math.min(box.minY, part.minY),
-        maxX: Math.max(box.maxX, part.maxX),
-        maxY: Math.max(box.maxY, part.maxY),
-      };
     }
-    return box;
+    if (maxC < 0) return null;
+    return {
+      minX: (col * side + minC) * this.resolution,
+      minY: (row * side + minR) * this.resolution,
+      maxX: (col * side + maxC + 1) * this.resolution,
+      maxY: (row * side + maxR + 1) * this.resolution,
+    };
   }
 
   #paint(block: Block): void {

@@ -1,0 +1,51 @@
+// What cannot be read is refused with a sentence that says what and where, and the page keeps what it shows.
+import { expect, test } from './fixture.ts';
+import { drop } from './lab.ts';
+import { record } from './recording.ts';
+
+const log = record(5).text;
+const lines = log.split('\n');
+const scan = lines.at(-2)!;
+const jpeg = Buffer.from([0xff, 0xd8, 0xff, 0xe0, 0, 16, 0x4a, 0x46, 0x49, 0x46, 0, 1, 1, 0, 0, 1, 0, 1, 0, 0, 0xff, 0xdb, 10, 13, 0]);
+const world = (x: number) => JSON.stringify({
+  slamlab_world: 1, name: 'walled', start: { x, y: 1 }, obstacles: [{ shape: 'polyline', closed: true, points: [[0, 0], [4, 0], [4, 3], [0, 3]] }],
+});
+
+const CASES: readonly [what: string, file: string, bytes: string | Buffer, says: RegExp][] = [
+  ['an empty log', 'empty.log', '', /empty\.log.*empty.*expected a CARMEN log/is],
+  ['a JPEG named .log', 'photo.log', jpeg, /photo\.log.*line 1.*0xff.*not text/is],
+  ['a log that is cut off', 'cut.log', log.slice(0, -scan.length / 2), /cut\.log.*line 7.*cut off/is],
+  ['a log with NaN', 'nan.log', log.replace(scan, scan.replace(/ \d+\.\d+/, ' nan')), /nan\.log.*line 7, field 3.*"nan"/is],
+  ['a text without a scan', 'notes.log', 'ODOM 0 0 0 0 0 0 1 host 1\nhello\n', /notes\.log.*no laser message/is],
+  ['a world whose robot stands in a wall', 'walled.json', world(0.05), /walled\.json.*(start|robot)/is],
+  ['a world that is no JSON', 'broken.json', '{ "slamlab_world": 1,', /broken\.json.*line 1/is],
+];
+
+test('bad files are refused in words, and the map stays', async ({ lab, page }) => {
+  await lab.open();
+  await lab.enter('arena', '4');
+  await lab.watch((s) => s.distance, 'there is a map').toBeGreaterThan(0.3);
+  await lab.pause();
+  const before = await lab.state();
+  for (const [what, file, bytes, says] of CASES) {
+    await test.step(what, async () => {
+      await drop(page, file, Buffer.from(bytes));
+      await expect(lab.at('toast')).toHaveText(says);
+      const after = await lab.state();
+      expect(after.blocks).toBe(before.blocks);
+      expect(after.hash).toBe(before.hash);
+      expect(after.setup).toEqual(before.setup);
+      await page.getByRole('button', { name: 'Close the message' }).click();
+      await expect(lab.at('toast')).toBeHidden();
+    });
+  }
+  await lab.at('play').click();
+  await lab.watch((s) => s.time, 'the run goes on').toBeGreaterThan((before.status?.time ?? 0) + 0.5);
+});
+
+test('a good world file is entered', async ({ lab, page }) => {
+  await lab.open();
+  await drop(page, 'room.json', Buffer.from(world(1)));
+  await expect.poll(async () => (await lab.state()).title).toBe('room.json');
+  await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(0);
+});

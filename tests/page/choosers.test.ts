@@ -1,0 +1,83 @@
+// Every chooser does what it says, for the eye and for the hand on the keyboard.
+import { expect, test } from './fixture.ts';
+import type { Setup } from '../../www/src/protocol.ts';
+
+test('world, sensor, method and seed start the run again', async ({ lab, page }) => {
+  await lab.open();
+  await lab.speed('20');
+  await lab.show('run');
+  const restarts = async (change: () => Promise<unknown>, setup: Partial<Setup>): Promise<void> => {
+    await lab.watch((s) => s.time, 'the run has gone on').toBeGreaterThan(2);
+    await change();
+    await expect.poll(async () => (await lab.state()).setup, 'the setup').toMatchObject(setup);
+    await lab.watch((s) => s.scans, 'it runs').toBeGreaterThan(0);
+  };
+  await restarts(() => lab.at('world').selectOption('doors'), { world: 'doors' });
+  await restarts(() => lab.at('sensor').selectOption('rangers'), { world: 'doors', sensor: 'rangers' });
+  await restarts(() => lab.at('sensor').selectOption('lidar'), { sensor: 'lidar' });
+  await restarts(() => lab.at('method').selectOption('scan-matching'), { method: 'scan-matching' });
+  await restarts(async () => {
+    await lab.at('seed').fill('12');
+    await page.keyboard.press('Enter');
+  }, { seed: 12 });
+  const begun = (await lab.status()).time;
+  await lab.at('restart').click();
+  await lab.watch((s) => s.time, 'from the beginning').toBeLessThan(begun + 2);
+});
+
+test('the run pauses, steps one scan, and changes pace', async ({ lab }) => {
+  await lab.open();
+  await lab.pause();
+  await expect(lab.at('caption')).toContainText('Paused');
+  const { scans, time } = await lab.status();
+  await lab.at('step').click();
+  await lab.watch((s) => s.scans, 'one scan more').toBe(scans + 1);
+  await lab.at('step').click();
+  await lab.watch((s) => s.scans, 'and one more').toBe(scans + 2);
+  expect((await lab.state()).playing).toBe(false);
+  expect((await lab.status()).time).toBeLessThan(time + 2);
+  await lab.speed('2');
+  await lab.at('play').click();
+  await lab.watch((s) => s.time, 'it goes on').toBeGreaterThan(time + 2);
+});
+
+test('layers are switched on and off', async ({ lab, page }) => {
+  await lab.open();
+  await lab.pause();
+  await lab.stillCamera();
+  await lab.show('layers');
+  /** Opaque pixels of both canvases. */
+  const ink = () => page.evaluate(() => {
+    const canvases = document.querySelector('slam-map')?.shadowRoot?.querySelectorAll('canvas') ?? [];
+    let count = 0;
+    for (const canvas of canvases) {
+      const pixels = canvas.getContext('2d')!.getImageData(0, 0, canvas.width, canvas.height).data;
+      for (let i = 3; i < pixels.length; i += 4) count += pixels[i]! > 8 ? 1 : 0;
+    }
+    return count;
+  });
+  await lab.stillCamera();
+  const full = await ink();
+  const switches = ['grid', 'scan', 'walls', 'lines', 'truth', 'trails', 'robot', 'frontiers', 'path'];
+  for (const name of switches) {
+    await lab.at(`layer-${name}`).uncheck();
+    await expect(lab.at(`layer-${name}`)).not.toBeChecked();
+  }
+  await lab.stillCamera();
+  await expect.poll(ink, 'nearly nothing is drawn').toBeLessThan(full / 3);
+  for (const name of switches) await lab.at(`layer-${name}`).check();
+  await lab.stillCamera();
+  await expect.poll(ink, 'all is back').toBeGreaterThan(full * 0.95);
+});
+
+test('the theme changes and is remembered', async ({ lab, page }) => {
+  await page.emulateMedia({ colorScheme: 'light' });
+  await lab.open();
+  const colour = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  const light = await colour();
+  await lab.at('theme').click();
+  await expect.poll(colour).not.toBe(light);
+  const dark = await colour();
+  await page.reload();
+  await expect.poll(colour, 'after a reload').toBe(dark);
+});

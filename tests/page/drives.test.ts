@@ -1,0 +1,109 @@
+// The robot obeys: a click on the map, keys, the stick of a phone, and Stop above all.
+import { expect, test } from './fixture.ts';
+import type { Lab } from './lab.ts';
+
+test('a click on the map sends the robot there', async ({ lab, hasTouch }) => {
+  await lab.open();
+  await lab.enter('arena', '10');
+  await lab.at('mode-goto').click();
+  await expect(lab.at('caption')).toContainText(/click the map/i);
+  // Behind the first box of the arena, in the frame of the robot's start.
+  const goal = { x: 1.6, y: 1.2 };
+  await lab.pointAt(goal.x, goal.y, hasTouch);
+  await lab.watch((s) => s.mode, 'it has an errand').toBe('goto');
+  await expect(lab.at('caption')).not.toContainText(/click the map/i);
+  await lab.watch((s) => s.reason, 'it arrives').toContain('goal reached');
+  await expect(lab.at('caption')).toContainText('Goal reached');
+  const status = await lab.status();
+  expect(Math.hypot(status.truthX - goal.x, status.truthY - goal.y), 'the true pose is at the goal').toBeLessThan(0.2);
+  expect(status.contacts).toBe(0);
+});
+
+test('the robot drives while a key is held', async ({ lab, page, hasTouch }) => {
+  test.skip(hasTouch, 'a phone has no keys');
+  await lab.open();
+  await lab.enter('arena', '1');
+  await lab.at('mode-manual').click();
+  await lab.watch((s) => s.mode, 'the hand takes over').toBe('manual');
+  await lab.standsStill();
+  for (const key of ['ArrowUp', 'w']) {
+    const { distance } = await lab.status();
+    await page.keyboard.down(key);
+    await lab.watch((s) => s.distance, `${key} drives`).toBeGreaterThan(distance + 0.15);
+    await page.keyboard.up(key);
+    await lab.standsStill();
+  }
+  for (const [key, sign] of [['ArrowLeft', 1], ['d', -1]] as const) {
+    const { truthHeading } = await lab.status();
+    await page.keyboard.down(key);
+    await lab.watch((s) => sign * turnBetween(s.truthHeading, truthHeading), `${key} turns`).toBeGreaterThan(0.3);
+    await page.keyboard.up(key);
+    await lab.standsStill();
+  }
+});
+
+test('the stick drives under the thumb', async ({ lab, page, hasTouch }) => {
+  test.skip(!hasTouch, 'the stick is for the thumb');
+  await lab.open();
+  await lab.enter('arena', '1');
+  await lab.at('mode-manual').tap();
+  await lab.standsStill();
+  const { distance } = await lab.status();
+  const box = await lab.at('stick').boundingBox();
+  if (!box) throw new Error('the stick is not shown');
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  const touch = await page.context().newCDPSession(page);
+  await touch.send('Input.dispatchTouchEvent', { type: 'touchStart', touchPoints: [{ x, y }] });
+  await touch.send('Input.dispatchTouchEvent', { type: 'touchMove', touchPoints: [{ x, y: y - 60 }] });
+  await lab.watch((s) => s.distance, 'it drives').toBeGreaterThan(distance + 0.15);
+  await touch.send('Input.dispatchTouchEvent', { type: 'touchEnd', touchPoints: [] });
+  await lab.standsStill();
+});
+
+test('full speed at a wall ends before the wall', async ({ lab, page, hasTouch }) => {
+  test.skip(hasTouch, 'a phone has no keys');
+  await lab.open();
+  await lab.enter('arena', '10');
+  await lab.at('mode-manual').click();
+  await lab.standsStill();
+  for (const key of ['ArrowUp', 'ArrowDown']) {
+    await page.keyboard.down(key);
+    await lab.standsStill();
+    await page.keyboard.up(key);
+  }
+  const status = await lab.status();
+  expect(status.distance, 'it did drive').toBeGreaterThan(0.5);
+  expect(status.contacts).toBe(0);
+});
+
+test('the button stops the robot', async ({ lab }) => {
+  await exploring(lab);
+  await lab.at('stop').click();
+  await stopped(lab);
+});
+
+for (const key of ['Escape', 'Space']) {
+  test(`${key} stops the robot`, async ({ lab, page, hasTouch }) => {
+    test.skip(hasTouch, 'a phone has no keys');
+    await exploring(lab);
+    await page.keyboard.press(key);
+    await stopped(lab);
+  });
+}
+
+async function exploring(lab: Lab): Promise<void> {
+  await lab.open();
+  await lab.watch((s) => s.distance, 'it drives').toBeGreaterThan(0.1);
+}
+
+async function stopped(lab: Lab): Promise<void> {
+  await lab.standsStill();
+  const status = await lab.status();
+  expect(status.mode, 'it has forgotten its errand').toBe('manual');
+  await lab.at('mode-explore').click();
+  await lab.watch((s) => s.distance, 'it can be sent again').toBeGreaterThan(status.distance + 0.1);
+}
+
+function turnBetween(a: number, b: number): number {
+  return Math.atan2(Math.sin(a - b), Math.cos(a - b));
+}

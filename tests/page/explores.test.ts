@@ -1,0 +1,47 @@
+// The first thing a visitor sees: a robot that explores by itself, to the end, with nobody's help.
+import { execFileSync } from 'node:child_process';
+import { fileURLToPath } from 'node:url';
+import { expect, test } from './fixture.ts';
+
+test('the robot explores by itself and the map grows', async ({ lab }, info) => {
+  const begin = Date.now();
+  await lab.open();
+  info.annotations.push({ type: 'first picture', description: `${Date.now() - begin} ms` });
+  const { blocks, status } = await lab.state();
+  expect(status?.mode).toBe('explore');
+  await lab.watch((s) => s.distance, 'it drives').toBeGreaterThan(0.5);
+  await expect(lab.at('caption')).toContainText('Exploring');
+  await expect.poll(async () => (await lab.state()).blocks, 'the map grows').toBeGreaterThan(blocks);
+  await lab.watch((s) => s.explored, 'more becomes known').toBeGreaterThan(status?.explored ?? 0);
+  info.annotations.push({ type: 'frames per second', description: String((await lab.state()).framesPerSecond) });
+});
+
+test('arena is explored to the end, with the same bits as natively', async ({ lab }) => {
+  await lab.open();
+  await lab.enter('arena');
+  await lab.watch((s) => s.finished, 'exploration ends by itself', 60_000).toBe(true);
+  await expect(lab.at('caption')).toContainText(/explored/i);
+  const status = await lab.status();
+  expect(status.explored).toBeGreaterThan(0.95);
+  expect(status.contacts).toBe(0);
+  expect(status.positionError).toBeLessThan(0.1);
+  expect(status.positionError).toBeLessThan(status.odometryError);
+
+  await lab.show('status');
+  const { setup } = await lab.state();
+  const native = simulate(setup.world, setup.sensor, setup.seed);
+  await expect(lab.at('hash')).toHaveText(native.state_hash);
+  expect(native.sim_seconds).toBeCloseTo(status.time, 9);
+});
+
+interface Figures {
+  state_hash: string;
+  sim_seconds: number;
+}
+
+/** The same run on the command line. */
+function simulate(world: string, sensor: string, seed: number): Figures {
+  const program = process.env.SLAMLAB_SIMULATE ?? fileURLToPath(new URL('../../target/debug/examples/simulate', import.meta.url));
+  const options = ['--world', world, '--sensor', sensor, '--seed', String(seed), '--mode', 'explore', '--json'];
+  return JSON.parse(execFileSync(program, options, { encoding: 'utf8' })) as Figures;
+}

@@ -1,0 +1,143 @@
+// The page in a user's hands: what the tests do and see, in the user's words.
+//
+// What the page shows is asserted where a user sees it; `window.slamlab` tells the numbers to wait for.
+import { expect, type Locator, type Page } from '@playwright/test';
+import type { Setup, Status } from '../../www/src/protocol.ts';
+
+interface Window {
+  slamlab: {
+    status: Status | null;
+    hash: string;
+    playing: boolean;
+    source: string;
+    title: string;
+    setup: Setup;
+    seq: number;
+    blocks: number;
+    framesPerSecond: number;
+    camera: { x: number; y: number; scale: number };
+    toScreen(x: number, y: number): [number, number];
+  };
+}
+
+export type Panel = 'run' | 'status' | 'plots' | 'layers' | 'log';
+
+/** What can be read of the page without a function call. */
+export type State = Omit<Window['slamlab'], 'toScreen'>;
+
+export class Lab {
+  constructor(readonly page: Page) {}
+
+  /** Opens the page and waits until the robot has looked around. */
+  async open(): Promise<void> {
+    await this.page.goto('/');
+    await expect.poll(async () => (await this.state()).status?.scans ?? 0, 'the robot scans').toBeGreaterThan(0);
+  }
+
+  at(id: string): Locator {
+    return this.page.getByTestId(id);
+  }
+
+  state(): Promise<State> {
+    return this.page.evaluate(() => {
+      const { slamlab: s } = window as unknown as Window;
+      return {
+        status: s.status, hash: s.hash, playing: s.playing, source: s.source, title: s.title, setup: s.setup, seq: s.seq, blocks: s.blocks,
+        framesPerSecond: s.framesPerSecond, camera: s.camera,
+      };
+    });
+  }
+
+  async status(): Promise<Status> {
+    const { status } = await this.state();
+    if (!status) throw new Error('the page has shown nothing yet');
+    return status;
+  }
+
+  /** Polls a number or a word of the state. */
+  watch<T>(read: (status: Status) => T, message: string, timeout = 30_000) {
+    return expect.poll(async () => read(await this.status()), { message, timeout, intervals: [50, 100, 200] });
+  }
+
+  /** On a phone the panels are behind tabs; on a wide screen all are open. */
+  async show(panel: Panel): Promise<void> {
+    const tab = this.at(`tab-${panel}`);
+    if ((await tab.isVisible()) && (await tab.getAttribute('aria-pressed')) !== 'true') await tab.click();
+  }
+
+  /** Shuts the sheet of a phone, so that the map is free. */
+  async hidePanels(): Promise<void> {
+    const open = this.page.locator('slam-tabs [aria-pressed="true"]');
+    if (await open.isVisible()) await open.click();
+  }
+
+  /** Starts a run in another world, as fast as it goes or at the given speed. */
+  async enter(world: string, speed = 'Infinity'): Promise<void> {
+    await this.at('speed').selectOption(speed);
+    await this.show('run');
+    await this.at('world').selectOption(world);
+    await expect.poll(async () => (await this.state()).setup.world).toBe(world);
+    await this.watch((s) => s.scans, 'the run begins').toBeGreaterThan(0);
+    await this.hidePanels();
+  }
+
+  async speed(factor: string): Promise<void> {
+    await this.at('speed').selectOption(factor);
+  }
+
+  /** Pauses, and waits until the last frame has come. */
+  async pause(): Promise<void> {
+    if ((await this.state()).playing) await this.at('play').click();
+    await expect.poll(async () => (await this.state()).playing).toBe(false);
+  }
+
+  /** Clicks or taps the place of the map at which the point lies, map frame, m. */
+  async pointAt(x: number, y: number, touch: boolean): Promise<void> {
+    await this.stillCamera();
+    const box = await this.at('map').boundingBox();
+    if (!box) throw new Error('the map is not shown');
+    const [screenX, screenY] = await this.page.evaluate(
+      ([x, y]) => (window as unknown as Window).slamlab.toScreen(x!, y!),
+      [x, y],
+    );
+    if (touch) await this.page.touchscreen.tap(box.x + screenX, box.y + screenY);
+    else await this.page.mouse.click(box.x + screenX, box.y + screenY);
+  }
+
+  /** The view glides while the map grows: waits until it stands. */
+  async stillCamera(): Promise<void> {
+    let before = '';
+    await expect.poll(async () => {
+      const now = JSON.stringify((await this.state()).camera);
+      const still = now === before;
+      before = now;
+      return still;
+    }, { message: 'the view stands still', intervals: [150] }).toBe(true);
+  }
+
+  /** The robot stands: it makes no way in a simulated second. */
+  async standsStill(): Promise<void> {
+    let before = { time: -Infinity, distance: NaN };
+    await this.watch((s) => {
+      if (s.time < before.time + 1) return false;
+      const still = s.distance - before.distance < 0.005;
+      before = { time: s.time, distance: s.distance };
+      return still;
+    }, 'the robot stands still').toBe(true);
+  }
+}
+
+/** Drops files on the page with the events that a browser sends. */
+export async function drop(page: Page, name: string, bytes: Uint8Array): Promise<void> {
+  const text = Buffer.from(bytes).toString('base64');
+  const transfer = await page.evaluateHandle(([name, text]) => {
+    const data = new DataTransfer();
+    data.items.add(new File([Uint8Array.from(atob(text!), (c) => c.charCodeAt(0))], name!));
+    return data;
+  }, [name, text]);
+  await page.dispatchEvent('body', 'dragenter', { dataTransfer: transfer });
+  await expect(page.getByText('Drop it here')).toBeVisible();
+  await page.dispatchEvent('body', 'dragover', { dataTransfer: transfer });
+  await page.dispatchEvent('body', 'drop', { dataTransfer: transfer });
+  await expect(page.getByText('Drop it here')).toBeHidden();
+}

@@ -1,0 +1,106 @@
+// A CARMEN log with known truth: a robot drives laps in a room of 8 x 6 m with two boxes, and its wheels err.
+
+interface Pose {
+  x: number;
+  y: number;
+  heading: number;
+}
+
+export interface Recording {
+  text: string;
+  /** Where the robot really ends, in the frame of its first pose. */
+  end: Pose;
+  /** Where its wheels believe that it ends, in the same frame. */
+  wheelsEnd: Pose;
+}
+
+const BEAMS = 180;
+const RATE = 5;
+/** Way between two scans, m, and turn in a corner, rad. */
+const STEP = 0.09;
+const TURN = Math.PI / 30;
+
+type Wall = readonly [number, number, number, number];
+
+const box = (x1: number, y1: number, x2: number, y2: number): Wall[] => [
+  [x1, y1, x2, y1], [x2, y1, x2, y2], [x2, y2, x1, y2], [x1, y2, x1, y1],
+];
+const WALLS: Wall[] = [...box(0, 0, 8, 6), ...box(3, 2.4, 4.4, 3.6), ...box(6.9, 0, 8, 0.7), ...box(0, 5.1, 1.6, 6), ...box(4.5, 5.6, 5.2, 6)];
+
+/** The same number of scans gives the same text. */
+export function record(scans: number): Recording {
+  const random = generator(7);
+  const lines = ['# message_name [message contents] ipc_timestamp ipc_hostname logger_timestamp', 'PARAM robot_front_laser_max 81.90'];
+  let truth: Pose = { x: 1.2, y: 1.2, heading: 0 };
+  let wheels: Pose = { ...truth };
+  const start = { ...truth };
+  const motions = laps();
+  for (let i = 0; i < scans; i += 1) {
+    if (i > 0) {
+      const [forward, turn] = motions.next().value;
+      truth = move(truth, forward, turn);
+      // The wheels take each way for too long and veer to the left.
+      wheels = move(wheels, forward * 1.03, turn + forward * 0.012 + 0.002 * random());
+    }
+    const ranges = Array.from({ length: BEAMS }, (_, k) => {
+      const range = cast(truth, -Math.PI / 2 + (k * Math.PI) / BEAMS) + 0.01 * random();
+      return range.toFixed(2);
+    });
+    const pose = `${wheels.x.toFixed(6)} ${wheels.y.toFixed(6)} ${wheels.heading.toFixed(6)}`;
+    const time = (1000 + i / RATE).toFixed(6);
+    lines.push(`FLASER ${BEAMS} ${ranges.join(' ')} ${pose} ${pose} ${time} robot ${(i / RATE).toFixed(6)}`);
+  }
+  return { text: `${lines.join('\n')}\n`, end: relative(start, truth), wheelsEnd: relative(start, wheels) };
+}
+
+/** Motions along a rectangle around the middle box: straight legs, quarter turns. */
+function* laps(): Generator<[number, number], never> {
+  for (;;) {
+    for (const leg of [5.4, 3.6, 5.4, 3.6]) {
+      const steps = Math.round(leg / STEP);
+      for (let i = 0; i < steps; i += 1) yield [leg / steps, 0];
+      for (let i = 0; i < 15; i += 1) yield [0, TURN];
+    }
+  }
+}
+
+function move(pose: Pose, forward: number, turn: number): Pose {
+  const middle = pose.heading + turn / 2;
+  return { x: pose.x + forward * Math.cos(middle), y: pose.y + forward * Math.sin(middle), heading: wrap(pose.heading + turn) };
+}
+
+function relative(from: Pose, to: Pose): Pose {
+  const [dx, dy] = [to.x - from.x, to.y - from.y];
+  const [c, s] = [Math.cos(from.heading), Math.sin(from.heading)];
+  return { x: c * dx + s * dy, y: -s * dx + c * dy, heading: wrap(to.heading - from.heading) };
+}
+
+function wrap(angle: number): number {
+  return Math.atan2(Math.sin(angle), Math.cos(angle));
+}
+
+/** Distance to the nearest wall in a direction of the robot. */
+function cast(pose: Pose, bearing: number): number {
+  const [dx, dy] = [Math.cos(pose.heading + bearing), Math.sin(pose.heading + bearing)];
+  let nearest = Infinity;
+  for (const [x1, y1, x2, y2] of WALLS) {
+    const [ex, ey] = [x2 - x1, y2 - y1];
+    const cross = dx * ey - dy * ex;
+    if (Math.abs(cross) < 1e-12) continue;
+    const [px, py] = [x1 - pose.x, y1 - pose.y];
+    const t = (px * ey - py * ex) / cross;
+    const along = (px * dy - py * dx) / cross;
+    if (t > 0 && along >= 0 && along <= 1) nearest = Math.min(nearest, t);
+  }
+  return nearest;
+}
+
+/** Standard normal numbers, the same for the same seed. */
+function generator(seed: number): () => number {
+  let state = seed;
+  const uniform = (): number => {
+    state = (Math.imul(state, 1_664_525) + 1_013_904_223) >>> 0;
+    return (state + 0.5) / 2 ** 32;
+  };
+  return () => Math.sqrt(-2 * Math.log(uniform())) * Math.cos(2 * Math.PI * uniform());
+}

@@ -1,0 +1,91 @@
+// A recorded log becomes a map: dropped, chosen, cancelled; and a real building where its recording is at hand.
+import { existsSync } from 'node:fs';
+import { fileURLToPath } from 'node:url';
+import { expect, test } from './fixture.ts';
+import { drop } from './lab.ts';
+import { record } from './recording.ts';
+
+test('a dropped log becomes the map of its room', async ({ lab, page }) => {
+  const recording = record(420);
+  await lab.open();
+  await drop(page, 'laps.log', Buffer.from(recording.text));
+  await expect.poll(async () => (await lab.state()).source, 'the recording is shown').toBe('replay');
+  await expect(lab.at('progress')).toBeVisible();
+  await lab.watch((s) => s.finished, 'the recording ends').toBe(true);
+  await expect(lab.at('caption')).toContainText('Mapped laps.log');
+  await expect(lab.at('progress')).toContainText('100 %');
+  const status = await lab.status();
+  expect(status.scans).toBe(420);
+  const { end, wheelsEnd } = recording;
+  expect(Math.hypot(wheelsEnd.x - end.x, wheelsEnd.y - end.y), 'the wheels alone err').toBeGreaterThan(0.4);
+  expect(Math.hypot(status.x - end.x, status.y - end.y), 'the estimate does not').toBeLessThan(0.1);
+  // The free floor that a half circle of beams sees on these laps: the room of 48 m² less its boxes.
+  expect(status.knownArea).toBeGreaterThan(40);
+  expect(status.knownArea).toBeLessThan(48);
+
+  await lab.at('to-simulation').click();
+  await expect.poll(async () => (await lab.state()).source, 'the simulation comes back').toBe('sim');
+  await lab.watch((s) => s.scans, 'and runs').toBeGreaterThan(0);
+});
+
+test('a chosen log can be cancelled, and the map so far stays', async ({ lab }) => {
+  await lab.open();
+  await lab.show('run');
+  await lab.at('file').setInputFiles({ name: 'long.clf', mimeType: 'text/plain', buffer: Buffer.from(record(5000).text) });
+  await expect.poll(async () => (await lab.state()).source, { message: 'the recording is shown', timeout: 30_000 }).toBe('replay');
+  await lab.speed('4');
+  await lab.watch((s) => s.scans, 'scans are mapped').toBeGreaterThan(20);
+  await lab.hidePanels();
+  await lab.at('cancel').click();
+  await lab.watch((s) => s.reason, 'it ends here').toBe('cancelled');
+  const { scans } = await lab.status();
+  expect(scans).toBeLessThan(5000);
+  expect((await lab.state()).blocks, 'the map stays').toBeGreaterThan(0);
+  await lab.show('log');
+  await expect(lab.at('log')).toContainText('the map so far stays');
+});
+
+const INTEL = 'intel/intel.clf';
+const folder = process.env.SLAMLAB_DATA ?? fileURLToPath(new URL('../../../shared/data', import.meta.url));
+
+test(`the recording ${INTEL} becomes a map in less than a minute, and the page lives`, async ({ lab, page, hasTouch }, info) => {
+  const file = `${folder}/${INTEL}`;
+  test.skip(!existsSync(file), `${file} is absent`);
+  test.skip(hasTouch, 'once is enough');
+  test.setTimeout(120_000);
+  await lab.open();
+  await page.evaluate(() => {
+    const gaps = { longest: 0, count: 0 };
+    Object.assign(window, { gaps });
+    let last = performance.now();
+    const tick = (now: number): void => {
+      gaps.longest = Math.max(gaps.longest, now - last);
+      gaps.count += 1;
+      last = now;
+      requestAnimationFrame(tick);
+    };
+    requestAnimationFrame(tick);
+  });
+  const begin = Date.now();
+  await lab.at('file').setInputFiles(file);
+  await expect.poll(async () => (await lab.state()).source, { timeout: 30_000 }).toBe('replay');
+  const opened = Date.now();
+  let [frames, seq] = [0, 0];
+  await expect.poll(async () => {
+    const state = await lab.state();
+    if (!state.status?.finished) {
+      frames += 1;
+      expect(state.seq, 'frames keep coming').toBeGreaterThan(seq);
+    }
+    seq = state.seq;
+    return state.status?.finished;
+  }, { timeout: 90_000, intervals: [1000] }).toBe(true);
+  const seconds = (Date.now() - begin) / 1000;
+  const gaps = await page.evaluate(() => (window as unknown as { gaps: { longest: number; count: number } }).gaps);
+  const said = `${seconds.toFixed(1)} s (opened after ${((opened - begin) / 1000).toFixed(1)} s), ${(gaps.count / seconds).toFixed(0)} pictures a second, longest gap ${gaps.longest.toFixed(0)} ms, ${seq} frames`;
+  info.annotations.push({ type: INTEL, description: said });
+  console.log(`${INTEL}: ${said}`);
+  expect(frames).toBeGreaterThan(0);
+  expect(seconds).toBeLessThan(60);
+  expect((await lab.status()).scans).toBe(13631);
+});

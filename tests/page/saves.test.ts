@@ -1,0 +1,42 @@
+// The map leaves the page as files that other programs read.
+import { readFile } from 'node:fs/promises';
+import type { Download } from '@playwright/test';
+import { expect, test } from './fixture.ts';
+
+test('the map is saved as PGM and YAML', async ({ lab, page }) => {
+  await lab.open();
+  await lab.pause();
+  await lab.show('run');
+  const downloads: Download[] = [];
+  page.on('download', (download) => downloads.push(download));
+  await lab.at('save-map').click();
+  await expect.poll(() => downloads.length, 'two files come').toBe(2);
+  const files = new Map(await Promise.all(downloads.map(async (d) => [d.suggestedFilename(), await readFile(await d.path())] as const)));
+  const pgm = files.get('office.pgm');
+  const header = /^P5\s(?:#[^\n]*\n)*(\d+) (\d+)\s255\s/.exec(pgm?.subarray(0, 200).toString('latin1') ?? '');
+  expect(header, 'a binary PGM with 256 tones').not.toBeNull();
+  const [all = '', width, height] = header ?? [];
+  expect(pgm?.length, 'one byte for each cell').toBe(all.length + Number(width) * Number(height));
+  const tones = new Set(pgm?.subarray(all.length));
+  for (const tone of [0, 205, 254]) expect([...tones], 'occupied, unknown and free').toContain(tone);
+
+  const yaml = files.get('office.yaml')?.toString() ?? '';
+  const value = (key: string): string => new RegExp(`^${key}: *(.+)$`, 'm').exec(yaml)?.[1] ?? '';
+  expect(value('image')).toBe('office.pgm');
+  expect(Number(value('resolution'))).toBeCloseTo(0.05);
+  expect(JSON.parse(value('origin'))).toHaveLength(3);
+  expect(value('negate')).toBe('0');
+  expect(Number(value('occupied_thresh'))).toBeGreaterThan(Number(value('free_thresh')));
+});
+
+test('the map is saved as a picture', async ({ lab, page }) => {
+  await lab.open();
+  await lab.show('run');
+  const coming = page.waitForEvent('download');
+  await lab.at('save-png').click();
+  const download = await coming;
+  expect(download.suggestedFilename()).toBe('office.png');
+  const png = await readFile(await download.path());
+  expect(png.subarray(1, 4).toString()).toBe('PNG');
+  expect(png.readUInt32BE(16), 'wide enough to see').toBeGreaterThan(50);
+});
