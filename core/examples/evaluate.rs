@@ -13,15 +13,16 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::Parser;
 use serde_json::{Value, json};
-use slamlab_core::estimation::{RelationErrors, ScanMatcherConfig, relation_errors};
+use slamlab_core::estimation::{RelationErrors, relation_errors};
 use slamlab_core::format::carmen::{CarmenLog, CarmenReader};
 use slamlab_core::format::relations::{self, Relation};
 use slamlab_core::format::{map_server, tum};
 use slamlab_core::geom::Pose2;
-use slamlab_core::replay::{Replay, ReplayMethod};
+use slamlab_core::replay::Replay;
+use slamlab_core::slam::{Method, SlamConfig};
 
 /// Relations over at least this time show whether loops close, s.
 const LONG: f64 = 20.0;
@@ -35,7 +36,7 @@ struct Arguments {
     /// Reference relations (.relations).
     #[arg(long)]
     relations: Option<PathBuf>,
-    /// odometry or scan-matching.
+    /// odometry, line-ekf or scan-matching.
     #[arg(long, default_value = "scan-matching")]
     method: String,
     /// Write the trajectory of the robot's base here, in TUM format.
@@ -68,14 +69,7 @@ fn main() -> ExitCode {
 }
 
 fn evaluate(arguments: &Arguments) -> anyhow::Result<Value> {
-    let Some(method) = ReplayMethod::from_name(&arguments.method) else {
-        let names: Vec<_> = ReplayMethod::ALL.iter().map(|(name, _)| *name).collect();
-        bail!(
-            "--method is \"{}\", expected one of: {}",
-            arguments.method,
-            names.join(", ")
-        );
-    };
+    let method: Method = arguments.method.parse().context("--method")?;
     let truth = arguments
         .relations
         .as_deref()
@@ -84,11 +78,11 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<Value> {
     let start = Instant::now();
     let log = read_log(&arguments.log)?;
     let (scans, log_seconds) = (log.scans.len(), log.duration());
-    let mut replay = Replay::new(log, method, ScanMatcherConfig::default())?;
+    let mut replay = Replay::new(log, method, SlamConfig::default())?;
     let mut scan_ms = Vec::with_capacity(scans);
     loop {
         let began = Instant::now();
-        let more = replay.step();
+        let more = replay.step()?;
         if !more {
             break;
         }
@@ -102,20 +96,16 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<Value> {
     if let Some(path) = &arguments.map {
         write_map(path, &replay)?;
     }
-    let name = ReplayMethod::ALL
-        .iter()
-        .find(|(_, m)| *m == method)
-        .map(|(name, _)| *name);
     Ok(json!({
         "log": arguments.log.display().to_string(),
-        "method": name,
+        "method": method.name(),
         "scans": scans,
         "log_seconds": log_seconds,
         "wall_seconds": wall_seconds,
         "real_time_factor": log_seconds / wall_seconds,
         "scan_ms": { "median": quantile(&mut scan_ms, 0.5), "p99": quantile(&mut scan_ms, 0.99) },
         "peak_memory_mb": peak_memory_mb(),
-        "loop_closures": replay.matcher().loop_closures(),
+        "loop_closures": replay.slam().loop_closures(),
         "relations": truth.map(|truth| measure(&truth, &trajectory)),
         "state_hash": format!("{:016x}", replay.state_hash()),
     }))
@@ -153,7 +143,7 @@ fn write_map(path: &Path, replay: &Replay) -> anyhow::Result<()> {
     let name = path
         .file_name()
         .map_or_else(|| "map.pgm".into(), |n| n.to_string_lossy());
-    let files = map_server::write(replay.grid(), &name)
+    let files = map_server::write(replay.slam().grid(), &name)
         .with_context(|| format!("cannot write {}", path.display()))?;
     write(path, &files.pgm)?;
     write(&path.with_extension("yaml"), files.yaml.as_bytes())

@@ -4,92 +4,53 @@
 //!
 //! The odometry that stands in each laser message is turned into motions between scans, with the noise of a Pioneer.
 
-use crate::estimation::{ScanMatcher, ScanMatcherConfig, ScanMatcherError};
-use crate::format::carmen::CarmenLog;
-use crate::geom::{Pose2, PoseEstimate};
+use crate::format::carmen::{CarmenLog, CarmenScan};
+use crate::geom::Pose2;
 use crate::hash::StateHash;
-use crate::map::Grid;
 use crate::robot::{Odometry, RobotModel, Stamp, Tracks};
-
-/// How a log is replayed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ReplayMethod {
-    /// Odometry as recorded, nothing else: the yardstick.
-    Odometry,
-    /// Scan matching to submaps.
-    ScanMatching,
-}
+use crate::slam::{Method, Slam, SlamConfig, SlamError};
 
 /// A log that is being replayed.
 #[derive(Clone, Debug)]
 pub struct Replay {
     log: CarmenLog,
-    method: ReplayMethod,
     robot: RobotModel,
     next: usize,
-    matcher: ScanMatcher,
-}
-
-impl ReplayMethod {
-    /// All methods with their names.
-    pub const ALL: [(&'static str, Self); 2] = [
-        ("odometry", Self::Odometry),
-        ("scan-matching", Self::ScanMatching),
-    ];
-
-    /// The method of a name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|(n, _)| *n == name)
-            .map(|(_, method)| method)
-    }
+    slam: Slam,
 }
 
 impl Replay {
     /// Begins at the first scan.
     ///
-    /// # Errors   [`ScanMatcherError`] for a configuration out of range.
-    pub fn new(
-        log: CarmenLog,
-        method: ReplayMethod,
-        config: ScanMatcherConfig,
-    ) -> Result<Self, ScanMatcherError> {
+    /// # Errors   [`SlamError`] for a setting out of range.
+    pub fn new(log: CarmenLog, method: Method, config: SlamConfig) -> Result<Self, SlamError> {
         Ok(Self {
             log,
-            method,
             robot: RobotModel::pioneer(),
             next: 0,
-            matcher: ScanMatcher::new(config)?,
+            slam: Slam::new(method, config)?,
         })
     }
 
     /// Takes the next scan; `false` when there is none left, and then all work that was put off is done.
-    pub fn step(&mut self) -> bool {
+    ///
+    /// # Errors   [`SlamError`] for a scan that cannot be used; it is passed over by the next call.
+    pub fn step(&mut self) -> Result<bool, SlamError> {
         let Some(scan) = self.log.scans.get(self.next) else {
-            self.matcher.finish();
-            return false;
+            self.slam.finish();
+            return Ok(false);
         };
         let stamp = self.log.stamp(scan);
-        if let Some(last) = self
-            .next
-            .checked_sub(1)
-            .and_then(|last| self.log.scans.get(last))
-        {
+        let last = self.last();
+        let odometry = last.map_or(Odometry::standing(stamp), |last| {
             let motion = last.odom_from_robot.delta_to(&scan.odom_from_robot);
-            self.matcher.odometry(&recorded_odometry(
-                &self.robot,
-                self.log.stamp(last),
-                stamp,
-                motion,
-            ));
-        }
-        if self.method == ReplayMethod::ScanMatching {
-            self.matcher.scan(&self.log.scan(scan));
-        }
+            recorded_odometry(&self.robot, self.log.stamp(last), stamp, motion)
+        });
+        let scan = self.log.scan(scan);
         self.next += 1;
-        true
+        self.slam.odometry(&odometry)?;
+        self.slam.scan(&scan)?;
+        Ok(true)
     }
 
     /// The part that is done, 0 to 1.
@@ -104,6 +65,14 @@ impl Replay {
         self.next
     }
 
+    /// The scan taken last.
+    #[must_use]
+    pub fn last(&self) -> Option<&CarmenScan> {
+        self.next
+            .checked_sub(1)
+            .and_then(|last| self.log.scans.get(last))
+    }
+
     /// The log.
     #[must_use]
     pub fn log(&self) -> &CarmenLog {
@@ -112,49 +81,33 @@ impl Replay {
 
     /// What does the work.
     #[must_use]
-    pub fn matcher(&self) -> &ScanMatcher {
-        &self.matcher
+    pub fn slam(&self) -> &Slam {
+        &self.slam
     }
 
-    /// The map. Raw odometry draws none.
+    /// The pose by odometry alone at the last scan; the map's frame begins at the first.
     #[must_use]
-    pub fn grid(&self) -> &Grid {
-        self.matcher.grid()
+    pub fn odometry_pose(&self) -> Pose2 {
+        self.last().map_or_else(Pose2::identity, |scan| {
+            self.map_from_odom() * scan.odom_from_robot
+        })
     }
 
-    /// The pose at the last scan; the map's frame begins at the first.
+    /// The motion that takes the log's odometry frame to the map's.
     #[must_use]
-    pub fn estimate(&self) -> PoseEstimate {
-        match self.method {
-            ReplayMethod::ScanMatching => self.matcher.estimate(),
-            ReplayMethod::Odometry => {
-                let last = self
-                    .next
-                    .checked_sub(1)
-                    .and_then(|last| self.log.scans.get(last));
-                PoseEstimate::exact(last.map_or_else(Pose2::identity, |s| {
-                    self.map_from_odom() * s.odom_from_robot
-                }))
-            }
-        }
+    pub fn map_from_odom(&self) -> Pose2 {
+        let first = self.log.scans.first();
+        first.map_or_else(Pose2::identity, |scan| scan.odom_from_robot.inverse())
     }
 
     /// The pose of the robot's base at each scan taken so far, with the `ipc_timestamp`, as known now.
     #[must_use]
     pub fn trajectory(&self) -> Vec<(f64, Pose2)> {
-        let scans = self.log.scans.iter().take(self.next);
-        match self.method {
-            ReplayMethod::Odometry => {
-                let map_from_odom = self.map_from_odom();
-                scans
-                    .map(|s| (s.ipc_seconds, map_from_odom * s.odom_from_robot))
-                    .collect()
-            }
-            ReplayMethod::ScanMatching => scans
-                .zip(self.matcher.trajectory())
-                .map(|(scan, (_, pose))| (scan.ipc_seconds, pose))
-                .collect(),
-        }
+        let scans = self.log.scans.iter();
+        scans
+            .zip(self.slam.trajectory())
+            .map(|(scan, (_, pose))| (scan.ipc_seconds, pose))
+            .collect()
     }
 
     /// The hash of the whole trajectory: equal bits natively and in the browser.
@@ -165,13 +118,6 @@ impl Replay {
             hash.number(seconds).pose(&pose);
         }
         hash.finish()
-    }
-
-    fn map_from_odom(&self) -> Pose2 {
-        self.log
-            .scans
-            .first()
-            .map_or_else(Pose2::identity, |s| s.odom_from_robot.inverse())
     }
 }
 
@@ -224,15 +170,15 @@ mod tests {
         CarmenLog::parse(text.as_bytes()).unwrap()
     }
 
-    fn replay(log: CarmenLog, method: ReplayMethod) -> Replay {
-        let mut replay = Replay::new(log, method, ScanMatcherConfig::default()).unwrap();
-        while replay.step() {}
+    fn replay(log: CarmenLog, method: Method) -> Replay {
+        let mut replay = Replay::new(log, method, SlamConfig::default()).unwrap();
+        while replay.step().unwrap() {}
         replay
     }
 
     #[test]
     fn matching_finds_the_way_of_the_base_where_odometry_is_wrong() {
-        let matched = replay(small_log(), ReplayMethod::ScanMatching);
+        let matched = replay(small_log(), Method::ScanMatching);
         let trajectory = matched.trajectory();
         assert_eq!((trajectory.len(), matched.progress()), (40, 1.0));
         assert!((trajectory[39].0 - 139.5).abs() < 1e-9);
@@ -242,18 +188,10 @@ mod tests {
             trajectory[39]
         );
         assert!(trajectory[39].1.y().abs() < 0.01);
-        let raw = replay(small_log(), ReplayMethod::Odometry);
-        assert!((raw.estimate().pose.x() - 1.1 * 1.95).abs() < 1e-6);
+        let raw = replay(small_log(), Method::Odometry);
+        assert!((raw.odometry_pose().x() - 1.1 * 1.95).abs() < 1e-6);
+        assert!((raw.trajectory()[39].1.x() - 1.1 * 1.95).abs() < 1e-6);
         assert_ne!(raw.state_hash(), matched.state_hash());
-    }
-
-    #[test]
-    fn methods_are_found_by_name() {
-        assert_eq!(
-            ReplayMethod::from_name("odometry"),
-            Some(ReplayMethod::Odometry)
-        );
-        assert_eq!(ReplayMethod::from_name("teleport"), None);
     }
 
     /// The buildings that others are measured on, with the same parameters for all.
@@ -266,7 +204,7 @@ mod tests {
             ) else {
                 continue;
             };
-            let done = replay(CarmenLog::parse(&log).unwrap(), ReplayMethod::ScanMatching);
+            let done = replay(CarmenLog::parse(&log).unwrap(), Method::ScanMatching);
             let trajectory = done.trajectory();
             let truth = relations::parse(&truth).unwrap();
             let error = |least: f64| {

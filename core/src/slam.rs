@@ -253,3 +253,21 @@ impl FromStr for Method {
             .ok_or_else(|| UnknownMethod(name.to_owned()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn methods_are_found_by_name() {
+        for (name, method) in Method::ALL {
+            assert_eq!(name.parse(), Ok(method));
+            assert_eq!(method.name(), name);
+        }
+        let error = "teleport".parse::<Method>().unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "there is no method `teleport`; expected odometry, line-ekf or scan-matching"
+        );
+    }
+}

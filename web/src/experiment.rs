@@ -24,9 +24,6 @@ pub enum SetupError {
     /// No mode of that name to start with.
     #[error("there is no mode `{0}` to start with; expected manual or explore")]
     Mode(String),
-    /// No method of that name for recordings.
-    #[error("there is no method `{0}` for recordings; expected odometry or scan-matching")]
-    Method(String),
 }
 
 /// The numbers of the moment; poses in the map frame, m and rad.

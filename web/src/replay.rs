@@ -1,13 +1,11 @@
 //! A recorded log, for the page.
 
-use slamlab_core::estimation::ScanMatcherConfig;
 use slamlab_core::format::{carmen::CarmenReader, map_server};
-use slamlab_core::geom::Pose2;
-use slamlab_core::replay::{Replay, ReplayMethod};
+use slamlab_core::replay::Replay;
 use slamlab_core::robot::RobotModel;
+use slamlab_core::slam::{Method, SlamConfig};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
-use crate::SetupError;
 use crate::view::{self, GridBlocks};
 
 /// The numbers of the moment; poses in the map frame, m and rad.
@@ -39,7 +37,7 @@ pub struct ReplayStatus {
 #[derive(Debug)]
 pub struct WebLogReader {
     reader: CarmenReader,
-    method: ReplayMethod,
+    method: Method,
 }
 
 #[wasm_bindgen]
@@ -49,11 +47,9 @@ impl WebLogReader {
     /// # Errors    A sentence on a method that does not exist.
     #[wasm_bindgen(constructor)]
     pub fn new(method: &str) -> Result<Self, JsError> {
-        let method =
-            ReplayMethod::from_name(method).ok_or_else(|| SetupError::Method(method.to_owned()))?;
         Ok(Self {
             reader: CarmenReader::default(),
-            method,
+            method: method.parse()?,
         })
     }
 
@@ -69,7 +65,7 @@ impl WebLogReader {
     /// # Errors    A sentence on what is wrong with the log, with its line.
     pub fn finish(self) -> Result<WebReplay, JsError> {
         let log = self.reader.finish()?;
-        let replay = Replay::new(log, self.method, ScanMatcherConfig::default())?;
+        let replay = Replay::new(log, self.method, SlamConfig::default())?;
         Ok(WebReplay { replay })
     }
 }
@@ -84,19 +80,17 @@ pub struct WebReplay {
 #[wasm_bindgen]
 impl WebReplay {
     /// Takes the next scan; false when there was none left.
-    pub fn step(&mut self) -> bool {
-        self.replay.step()
+    ///
+    /// # Errors    A sentence on a scan that cannot be used.
+    pub fn step(&mut self) -> Result<bool, JsError> {
+        Ok(self.replay.step()?)
     }
 
     /// The numbers of the moment.
     #[must_use]
     pub fn status(&self) -> ReplayStatus {
-        let (estimate, odometry) = (self.replay.estimate(), self.odometry());
-        let last = self
-            .replay
-            .scans_done()
-            .checked_sub(1)
-            .and_then(|last| self.replay.log().scans.get(last));
+        let (estimate, odometry) = (self.replay.slam().estimate(), self.replay.odometry_pose());
+        let last = self.replay.last();
         ReplayStatus {
             time: last.map_or(0.0, |scan| self.replay.log().stamp(scan).seconds()),
             progress: self.replay.progress(),
@@ -111,7 +105,7 @@ impl WebReplay {
             odometry_x: odometry.x(),
             odometry_y: odometry.y(),
             odometry_heading: odometry.heading(),
-            loop_closures: self.replay.matcher().loop_closures() as u32,
+            loop_closures: self.replay.slam().loop_closures() as u32,
         }
     }
 
@@ -131,7 +125,7 @@ impl WebReplay {
     #[must_use]
     pub fn trail(&self) -> Vec<f32> {
         let scans = self.replay.log().scans.iter();
-        let map_from_odom = self.map_from_odom();
+        let map_from_odom = self.replay.map_from_odom();
         scans
             .zip(self.replay.trajectory())
             .flat_map(|(scan, (_, pose))| {
@@ -159,40 +153,38 @@ impl WebReplay {
     /// x y of what the last scan hit.
     #[must_use]
     pub fn scan(&self) -> Vec<f32> {
-        view::hits(
-            self.replay.matcher().last_points(),
-            &self.replay.estimate().pose,
-        )
+        let slam = self.replay.slam();
+        view::hits(slam.points(), &slam.estimate().pose)
     }
 
-    /// The matcher keeps no lines.
+    /// The walls of the line map, see `LINE_STRIDE` of www/src/protocol.ts.
     #[must_use]
     pub fn lines(&self) -> Vec<f64> {
-        vec![]
+        view::lines(self.replay.slam())
     }
 
     /// Blocks of the grid that changed after a revision.
     #[must_use]
     pub fn grid_since(&self, revision: f64) -> GridBlocks {
-        GridBlocks::since(self.replay.grid(), revision)
+        GridBlocks::since(self.replay.slam().grid(), revision)
     }
 
     /// Changes when the grid was drawn anew and old blocks are worth nothing.
     #[must_use]
     pub fn grid_generation(&self) -> u32 {
-        self.replay.matcher().grid_version() as u32
+        self.replay.slam().grid_version() as u32
     }
 
     /// Side of a cell, m.
     #[must_use]
     pub fn grid_resolution(&self) -> f64 {
-        self.replay.grid().resolution()
+        self.replay.slam().grid().resolution()
     }
 
     /// Area known to be free, m². Costs more than a step.
     #[must_use]
     pub fn known_area(&self) -> f64 {
-        view::free_area(self.replay.grid())
+        view::free_area(self.replay.slam().grid())
     }
 
     /// Fingerprint of the whole trajectory, 16 hexadecimal digits.
@@ -205,32 +197,13 @@ impl WebReplay {
     ///
     /// # Errors    An empty map.
     pub fn map_pgm(&self) -> Result<Vec<u8>, JsError> {
-        Ok(map_server::write(self.replay.grid(), "")?.pgm)
+        Ok(map_server::write(self.replay.slam().grid(), "")?.pgm)
     }
 
     /// The YAML of map_server that goes with the PGM of the given name.
     ///
     /// # Errors    An empty map.
     pub fn map_yaml(&self, image: &str) -> Result<String, JsError> {
-        Ok(map_server::write(self.replay.grid(), image)?.yaml)
-    }
-
-    fn map_from_odom(&self) -> Pose2 {
-        self.replay
-            .log()
-            .scans
-            .first()
-            .map_or_else(Pose2::identity, |scan| scan.odom_from_robot.inverse())
-    }
-
-    fn odometry(&self) -> Pose2 {
-        let last = self
-            .replay
-            .scans_done()
-            .checked_sub(1)
-            .and_then(|last| self.replay.log().scans.get(last));
-        last.map_or_else(Pose2::identity, |scan| {
-            self.map_from_odom() * scan.odom_from_robot
-        })
+        Ok(map_server::write(self.replay.slam().grid(), image)?.yaml)
     }
 }

@@ -20,26 +20,23 @@ use super::pose_graph::{Edge, Kernel, PoseGraph, differs, information_at_end};
 use super::submap::{ClosedSubmap, ClosureConfig, Doubt};
 use crate::geom::{Pose2, PoseEstimate, symmetrize};
 use crate::map::{Grid, GridConfig, GridError, LikelihoodPyramid, SurfelConfig, SurfelMap};
-use crate::points::{
-    Beam, MotionHistory, OrientedConfig, OrientedPoint, PointConfig, Points, oriented_points,
-};
+use crate::points::{Beam, OrientedConfig, OrientedPoint, Points, oriented_points};
 use crate::registration::{
     MatchConfig, Prior, Registration, SearchWindow, Verdict, match_to_surfels, search,
 };
-use crate::robot::{Odometry, Scan, Stamp};
+use crate::robot::{Odometry, Stamp};
 
 /// How scan matching works.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScanMatcherConfig {
-    /// What is kept of a scan.
-    pub points: PointConfig,
     /// How surfaces are found in it.
     pub oriented: OrientedConfig,
     /// How submaps are kept.
     pub surfels: SurfelConfig,
     /// How scans are matched to them.
     pub matching: MatchConfig,
-    /// The map that is drawn.
+    /// The map that is drawn. By default a crossing beam counts for more than elsewhere (`miss` 0.3): keyframes are few,
+    /// and what one of them saw through is to be free.
     pub grid: GridConfig,
     /// A scan becomes a keyframe after this way, m. Default 0.25.
     pub keyframe_distance: f64,
@@ -78,11 +75,13 @@ pub struct ScanMatcherConfig {
 impl Default for ScanMatcherConfig {
     fn default() -> Self {
         Self {
-            points: PointConfig::default(),
             oriented: OrientedConfig::default(),
             surfels: SurfelConfig::default(),
             matching: MatchConfig::default(),
-            grid: GridConfig::default(),
+            grid: GridConfig {
+                miss: 0.3,
+                ..GridConfig::default()
+            },
             keyframe_distance: 0.25,
             keyframe_turn: 0.2,
             new_below: 0.6,
@@ -136,7 +135,6 @@ pub struct MatchReport {
 #[derive(Clone, Debug)]
 pub struct ScanMatcher {
     config: ScanMatcherConfig,
-    history: MotionHistory,
     pending: Option<Odometry>,
     submaps: Vec<Submap>,
     running: SurfelMap,
@@ -146,7 +144,6 @@ pub struct ScanMatcher {
     keyframes: Vec<Keyframe>,
     last_keyframe: Option<Pose2>,
     track: Vec<TrackPoint>,
-    last_points: Option<Points>,
     grid: Grid,
     grid_version: u64,
     redraw: Option<Redraw>,
@@ -265,7 +262,6 @@ impl ScanMatcher {
             jobs: VecDeque::new(),
             closures: 0,
             graph_changed: false,
-            history: MotionHistory::new(1.0),
             pending: None,
             submaps: vec![Submap::begun_at(Pose2::identity())],
             running: SurfelMap::new(config.surfels),
@@ -275,7 +271,6 @@ impl ScanMatcher {
             keyframes: vec![],
             last_keyframe: None,
             track: vec![],
-            last_points: None,
             grid: Grid::new(config.grid)?,
             config,
         })
@@ -283,21 +278,10 @@ impl ScanMatcher {
 
     /// Takes the motion since the last call. Readings come in order of time.
     pub fn odometry(&mut self, odometry: &Odometry) {
-        self.history.push(odometry);
         self.pending = Some(match self.pending {
             Some(so_far) => so_far.then(odometry),
             None => *odometry,
         });
-    }
-
-    /// Takes a scan, which was taken at or before the end of the newest odometry.
-    pub fn scan(&mut self, scan: &Scan) -> MatchReport {
-        let points = if scan.sweep > 0.0 || self.history.now().is_some_and(|now| now > scan.stamp) {
-            Points::from_rolling_scan(scan, &self.history, &self.config.points)
-        } else {
-            Points::from_scan(scan, &Pose2::identity(), &self.config.points)
-        };
-        self.update(&points)
     }
 
     /// Takes the points of a scan, in the robot frame at the end of the newest odometry.
@@ -330,7 +314,6 @@ impl ScanMatcher {
             submap: self.submaps.len() - 1,
             submap_from_robot: self.submap_from_robot,
         });
-        self.last_points = Some(points.clone());
         self.work_off(1);
         MatchReport {
             registration,
@@ -365,12 +348,6 @@ impl ScanMatcher {
     #[must_use]
     pub fn grid(&self) -> &Grid {
         &self.grid
-    }
-
-    /// The last scan's points, in the robot frame.
-    #[must_use]
-    pub fn last_points(&self) -> Option<&Points> {
-        self.last_points.as_ref()
     }
 
     /// The pose at each scan, as known now: earlier ones change when a loop closes.
@@ -823,6 +800,8 @@ mod tests {
     use super::*;
     use crate::geom::{Segment, sin_cos, wrap};
     use crate::map::CellState;
+    use crate::points::PointConfig;
+    use crate::robot::Scan;
 
     /// A ring of corridors, 2 m wide, around a block of 8 m x 6 m, with niches that tell its sides apart.
     fn ring() -> Vec<Segment> {
@@ -853,6 +832,10 @@ mod tests {
     fn normal(rng: &mut impl Rng) -> f64 {
         let (u, v): (f64, f64) = (rng.random(), rng.random());
         (-2.0 * libm::log(1.0 - u)).sqrt() * libm::cos(std::f64::consts::TAU * v)
+    }
+
+    fn points_of(scan: &Scan) -> Points {
+        Points::from_scan(scan, &Pose2::identity(), &PointConfig::default())
     }
 
     fn scan_at(walls: &[Segment], pose: &Pose2, stamp: Stamp, rng: &mut impl Rng) -> Scan {
@@ -908,7 +891,7 @@ mod tests {
                 motion: measured,
                 cov: Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-4, 1e-4)),
             });
-            matcher.scan(&scan_at(&walls, pose, stamp, rng));
+            matcher.update(&points_of(&scan_at(&walls, pose, stamp, rng)));
             truth.push(start.delta_to(pose));
         };
         visit(&pose, Pose2::identity(), &mut rng);
@@ -1006,7 +989,12 @@ mod tests {
                 motion: Pose2::new(0.1, 0.0, 0.0),
                 cov: Matrix3::identity() * 1e-4,
             });
-            matcher.scan(&scan_at(&[], &Pose2::identity(), stamp, &mut rng));
+            matcher.update(&points_of(&scan_at(
+                &[],
+                &Pose2::identity(),
+                stamp,
+                &mut rng,
+            )));
         }
         assert!((matcher.estimate().pose.x() - 2.0).abs() < 1e-9);
     }

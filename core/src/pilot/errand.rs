@@ -30,7 +30,7 @@ pub(super) struct Errand {
     pub(super) arrived: Option<Stamp>,
     empty_looks: usize,
     failed_plans: usize,
-    last_look: u64,
+    last_look: Option<Stamp>,
 }
 
 /// Ways that fail for reasons that may pass are tried so often.
@@ -196,10 +196,11 @@ impl Pilot {
         Ok(find_frontiers(&space, &wave, &self.config.frontier))
     }
 
-    /// Exploration is over when several looks at a map that goes on changing show nothing new.
+    /// Exploration is over when several scans in a row show nothing new.
     fn end_exploration(&mut self, now: &Situation) {
-        let is_news = now.grid.revision() != self.errand.last_look && now.points.is_some();
-        self.errand.last_look = now.grid.revision();
+        let look = now.points.map(|points| points.stamp);
+        let is_news = look.is_some() && look != self.errand.last_look;
+        self.errand.last_look = look;
         self.errand.empty_looks += usize::from(is_news);
         if self.errand.empty_looks >= self.config.last_looks {
             let unreached = self.errand.explorer.unreached();

@@ -80,6 +80,9 @@ impl Points {
     #[must_use]
     pub fn from_rolling_scan(scan: &Scan, history: &MotionHistory, config: &PointConfig) -> Self {
         let now = history.now().unwrap_or(scan.stamp);
+        if scan.sweep <= 0.0 && now == scan.stamp {
+            return Self::from_scan(scan, &Pose2::identity(), config);
+        }
         let end = scan.stamp.seconds();
         let instants = (0..scan.len())
             .map(|beam| Stamp::from_seconds(end - scan.sweep * scan.age_fraction(beam)));
