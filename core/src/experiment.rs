@@ -9,6 +9,8 @@
 
 mod figures;
 
+use crate::estimation::EkfConfig;
+use crate::features::LineConfig;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::GridConfig;
@@ -45,14 +47,22 @@ pub struct ExperimentConfig {
 }
 
 impl ExperimentConfig {
-    /// The settings for the given world, robot, sensor and seed: the line filter explores. A sensor that scans only on
-    /// command sees each cell a few times at most, so its grid takes Celej's quicker figures.
+    /// The settings for the given world, robot, sensor and seed: the line filter explores.
+    ///
+    /// A sensor that scans only on command sees each cell a few times at most, little of each wall, and from afar in terms
+    /// of odometry: it takes Celej's quicker grid, and the `short_range` figures of lines, filter and pilot.
     #[must_use]
     pub fn new(world: World, robot: RobotModel, sensor: SensorModel, seed: u64) -> Self {
-        let grid = if sensor.scans_on_command() {
-            GridConfig::celej()
+        let (slam, pilot) = if sensor.scans_on_command() {
+            let slam = SlamConfig {
+                grid: GridConfig::celej(),
+                lines: LineConfig::short_range(),
+                ekf: EkfConfig::short_range(),
+                ..SlamConfig::default()
+            };
+            (slam, PilotConfig::short_range())
         } else {
-            GridConfig::default()
+            (SlamConfig::default(), PilotConfig::default())
         };
         Self {
             world,
@@ -61,11 +71,8 @@ impl ExperimentConfig {
             seed,
             method: Method::LineEkf,
             mode: Mode::Explore,
-            slam: SlamConfig {
-                grid,
-                ..SlamConfig::default()
-            },
-            pilot: PilotConfig::default(),
+            slam,
+            pilot,
         }
     }
 }

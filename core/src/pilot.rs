@@ -24,7 +24,7 @@ use nalgebra::Point2;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::control::{Steering, limit_speed};
+use crate::control::{SafeConfig, Steering, limit_speed};
 use crate::geom::{Pose2, PoseEstimate, Segment};
 use crate::map::Grid;
 use crate::plan::{Frontier, Path, Planner};
@@ -122,7 +122,7 @@ impl Pilot {
     fn by_hand(&mut self, now: &Situation) -> Option<Command> {
         if self.wish != (0.0, 0.0) {
             self.status = Status::Driving;
-            return Some(self.safely(self.wish, now));
+            return Some(self.safely(self.wish, now, self.config.safe.by_hand()));
         }
         let was_driving = std::mem::replace(&mut self.status, Status::Idle) == Status::Driving;
         if was_driving || !now.scans_on_command {
@@ -135,7 +135,7 @@ impl Pilot {
     fn continuously(&mut self, now: &Situation) -> Command {
         if let Some(until) = self.errand.backing_until {
             if now.stamp < until {
-                return self.safely((-0.3 * self.model.max_speed, 0.0), now);
+                return self.safely((-0.3 * self.model.max_speed, 0.0), now, self.config.safe);
             }
             self.errand.backing_until = None;
         }
@@ -149,7 +149,9 @@ impl Pilot {
         let pose = &now.estimate.pose;
         let follower = self.errand.follower.as_mut();
         match follower.map(|f| f.steer(pose, &self.model, &self.config.follow)) {
-            Some(Steering::Velocity { forward, turn }) => self.safely((forward, turn), now),
+            Some(Steering::Velocity { forward, turn }) => {
+                self.safely((forward, turn), now, self.config.safe)
+            }
             Some(Steering::Arrived) => {
                 self.arrive(now);
                 Command::Stop
@@ -159,24 +161,17 @@ impl Pilot {
     }
 
     /// The wished speeds, as far as the last scan allows; standing where a continuous sensor has fallen silent.
-    fn safely(&mut self, wish: (f64, f64), now: &Situation) -> Command {
+    fn safely(&mut self, wish: (f64, f64), now: &Situation, config: SafeConfig) -> Command {
         let age = now
             .points
             .map_or(f64::INFINITY, |p| now.stamp.since(p.stamp));
         let (forward, turn) = match now.points {
-            _ if !now.scans_on_command && age > self.config.safe.stale_after => {
+            _ if !now.scans_on_command && age > config.stale_after => {
                 return Command::Stop;
             }
             Some(points) => {
                 let since = &now.motion_since_scan;
-                limit_speed(
-                    wish,
-                    self.told,
-                    points,
-                    since,
-                    &self.model,
-                    &self.config.safe,
-                )
+                limit_speed(wish, self.told, points, since, &self.model, &config)
             }
             None => wish,
         };

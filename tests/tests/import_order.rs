@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 
 /// What each module of `core` may import, beside itself. `sim`, `wire` and `format` are sources and sinks that no stage
 /// imports, so a real robot, the simulator and a recording can stand in for each other.
-const MAY_IMPORT: [(&str, &[&str]); 19] = [
+const MAY_IMPORT: [(&str, &[&str]); 20] = [
     ("geom", &[]),
+    ("hash", &["geom"]),
     ("robot", &["geom"]),
     ("points", &["geom", "robot"]),
     ("features", &["geom", "robot", "points"]),
@@ -42,6 +43,7 @@ const BELOW_ESTIMATION: &[&str] = &[
 ];
 const STAGES: &[&str] = &[
     "geom",
+    "hash",
     "robot",
     "points",
     "features",
@@ -56,6 +58,7 @@ const STAGES: &[&str] = &[
 ];
 const EVERYTHING: &[&str] = &[
     "geom",
+    "hash",
     "robot",
     "points",
     "features",

@@ -41,6 +41,18 @@ impl Default for SafeConfig {
     }
 }
 
+impl SafeConfig {
+    /// For driving by hand: nobody steers through gaps by the millimetre, and whoever leans on the key at a wall must not
+    /// creep into it scan by scan. With the robot's radius, the gap is more than the 0.15 m within which a lidar is blind.
+    #[must_use]
+    pub fn by_hand(self) -> Self {
+        Self {
+            gap: self.gap.max(0.05),
+            ..self
+        }
+    }
+}
+
 /// The speeds (m/s, rad/s) that are safe, for a robot that was told to run at `before`. `robot_at_scan_from_robot` is
 /// the motion since the scan.
 #[must_use]

@@ -74,6 +74,24 @@ impl Default for LineConfig {
     }
 }
 
+impl LineConfig {
+    /// For few, noisy readings of a short reach: 180 of four infra-red rangers, over at most 1.5 m.
+    ///
+    /// With the figures for lidars a sweep shows one line or none, as half of a wall lies out of sight, and the sides of boxes
+    /// are shorter than 0.5 m: the robot then reached its goal in 4 of 20 runs in `arena`, with these in all 20. People
+    /// become walls by them, for a scan or two; a robot that sees 1.5 m meets few.
+    #[must_use]
+    pub fn short_range() -> Self {
+        Self {
+            min_length: 0.2,
+            min_points: 5,
+            trim: 1,
+            max_alpha_sigma: 0.1,
+            ..Self::default()
+        }
+    }
+}
+
 /// Extracts lines; keeps its buffers between scans.
 #[derive(Clone, Debug, Default)]
 pub struct LineExtractor {

@@ -30,6 +30,10 @@ pub struct PilotConfig {
     pub visits: usize,
     /// Longest leg between two scans of a sensor that scans on command, m. Default 0.7.
     pub longest_leg: f64,
+    /// How uncertain odometry may make the heading between two scans of a sensor that scans on command, rad. Default
+    /// 0.05, 3°. Growing: fewer scans, more walls that are not recognised: of 40 errands of the rp6 in `arena` 38 arrive at
+    /// 0.06, and 11 of 20 at 0.12.
+    pub leg_heading_sigma: f64,
 }
 
 impl Default for PilotConfig {
@@ -47,6 +51,19 @@ impl Default for PilotConfig {
             last_looks: 3,
             visits: 4,
             longest_leg: 0.7,
+            leg_heading_sigma: 0.05,
+        }
+    }
+}
+
+impl PilotConfig {
+    /// For a sensor that scans on command and sees little: frontiers creep on by decimetres, so that one place is the
+    /// goal more often before it is known.
+    #[must_use]
+    pub fn short_range() -> Self {
+        Self {
+            visits: 8,
+            ..Self::default()
         }
     }
 }

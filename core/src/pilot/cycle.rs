@@ -1,7 +1,12 @@
 //! The sense-plan-act cycle for sensors that scan on command, the robot standing still.
 //!
+//! 1. Scan, plan, turn, drive one leg, again.
+//! 2. A leg ends where the map does, and where odometry would have lost the heading: tracks slip by degrees in a turn or
+//!    a metre, and the next scan has to find walls where the filter's first order still holds. A turn that uses all of
+//!    that up is followed by a scan, then by the leg.
+//!
 //! Source: TDK 2016 §6.3: scan, plan, truncate the path to what has been seen (first turn and first leg, the leg no
-//! longer than the sensor sees), command, repeat.
+//! longer than the sensor sees), command, repeat. Step 2 is ours.
 
 use nalgebra::Point2;
 
@@ -9,7 +14,7 @@ use super::{Pilot, Situation, Status};
 use crate::control::free_distance;
 use crate::geom::{Pose2, Segment, wrap};
 use crate::map::CellState;
-use crate::robot::{Command, Stamp};
+use crate::robot::{Command, RobotModel, Stamp, Tracks};
 
 /// Where the cycle stands.
 #[derive(Clone, Copy, Debug, Default)]
@@ -23,6 +28,10 @@ pub(super) enum Phase {
     Leg(Point2<f64>, usize),
     /// A leg was begun here.
     Going(Point2<f64>),
+    /// A turn was begun that is to be followed by a scan.
+    Turning,
+    /// That scan was asked for at this time.
+    LookingAfterTurn(Stamp),
 }
 
 /// Turns smaller than this are left to the next leg, rad.
@@ -41,7 +50,12 @@ impl Pilot {
                 self.status = Status::Scanning;
                 Some(Command::Scan)
             }
-            Phase::Looking(since) => {
+            Phase::Turning => {
+                self.phase = Phase::LookingAfterTurn(now.stamp);
+                self.status = Status::Scanning;
+                Some(Command::Scan)
+            }
+            Phase::Looking(since) | Phase::LookingAfterTurn(since) => {
                 let has_seen = now.points.is_some_and(|points| points.stamp > since);
                 if !has_seen {
                     if now.stamp.since(since) > SCAN_TIMEOUT {
@@ -49,7 +63,8 @@ impl Pilot {
                     }
                     return None;
                 }
-                self.plan_leg(now)
+                let has_turned = matches!(self.phase, Phase::LookingAfterTurn(_));
+                self.plan_leg(has_turned, now)
             }
             Phase::Leg(to, turns) => self.begin_leg(to, turns, now),
             Phase::Going(from) => {
@@ -65,7 +80,7 @@ impl Pilot {
     }
 
     /// Plans anew after each scan and takes the first leg.
-    fn plan_leg(&mut self, now: &Situation) -> Option<Command> {
+    fn plan_leg(&mut self, has_turned: bool, now: &Situation) -> Option<Command> {
         self.phase = Phase::Look;
         self.errand.next_review = now.stamp;
         self.errand.follower = None;
@@ -81,7 +96,18 @@ impl Pilot {
             return None;
         };
         let leg = Segment::new(here, leg.b);
-        let length = self.seen_length(&leg, now).min(self.config.longest_leg);
+        let way = leg.vector();
+        let turn = wrap(libm::atan2(way.y, way.x) - now.estimate.pose.heading());
+        let trusted = trusted_length(turn, &self.model, self.config.leg_heading_sigma);
+        // Once for each leg: where two ways are alike, the robot must not turn to and fro.
+        if trusted < 2.0 * SHORT_LEG && !has_turned {
+            self.phase = Phase::Turning;
+            return Some(Command::Turn(turn));
+        }
+        let length = self
+            .seen_length(&leg, now)
+            .min(self.config.longest_leg)
+            .min(trusted.max(2.0 * SHORT_LEG));
         let to = here + leg.vector() * (length / leg.length()).min(1.0);
         self.begin_leg(to, 0, now)
     }
@@ -119,6 +145,23 @@ impl Pilot {
             });
         unseen.map_or(length, |at| (at - self.model.radius()).max(2.0 * SHORT_LEG))
     }
+}
+
+/// The longest leg after a turn for which odometry keeps the heading to `sigma`, m; negative where the turn alone is
+/// too much.
+fn trusted_length(turn: f64, model: &RobotModel, sigma: f64) -> f64 {
+    let variance =
+        |tracks: Tracks| tracks.covariance(model.track_width, &model.odometry_noise)[(2, 2)];
+    let half = 0.5 * turn.abs() * model.track_width;
+    let by_turn = variance(Tracks {
+        left: -half,
+        right: half,
+    });
+    let per_metre = variance(Tracks {
+        left: 1.0,
+        right: 1.0,
+    });
+    (sigma * sigma - by_turn) / per_metre.max(f64::MIN_POSITIVE)
 }
 
 /// A scan when the robot has been driven by hand and stands again.
