@@ -1,6 +1,11 @@
 // The page as a user uses it: the built page, served by the real bridge, in an installed Chromium, at desktop and at
 // phone size. `cargo xtask test page` builds both and sets CHROME and SLAMLAB_BRIDGE; no browser is ever downloaded.
+import { existsSync } from 'node:fs';
+import { delimiter, join } from 'node:path';
 import { defineConfig } from '@playwright/test';
+
+const inPath = (name: string) => (process.env.PATH ?? '').split(delimiter).map((folder) => join(folder, name)).find(existsSync);
+
 
 export default defineConfig({
   testDir: '.',
@@ -17,7 +22,7 @@ export default defineConfig({
   use: {
     browserName: 'chromium',
     launchOptions: {
-      executablePath: process.env.CHROME ?? 'chromium',
+      executablePath: process.env.CHROME ?? inPath('chromium') ?? 'chromium',
       args: [
         '--no-sandbox', '--disable-gpu', '--disable-quic', '--disable-dev-shm-usage', '--no-first-run',
         '--disable-background-networking', '--disable-component-update', '--disable-sync',

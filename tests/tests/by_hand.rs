@@ -14,7 +14,7 @@ fn contacts_by_hand(world: &str, explored_steps: usize) -> u32 {
         ..ExperimentConfig::new(world, robot, SensorModel::lidar(), 7)
     };
     let mut experiment = Experiment::new(config).expect("a good setup");
-    let mut run = |experiment: &mut Experiment, steps: usize| {
+    let run = |experiment: &mut Experiment, steps: usize| {
         for _ in 0..steps {
             experiment.step().expect("a good scan");
         }

@@ -9,7 +9,9 @@
 //!    `gain_reach`. Walls stop the flood, so the slivers along walls and between beams tell next to nothing and are
 //!    dropped; so are clusters narrower than the robot, not counting their cells in the lee of a wall.
 //! 3. The goal is the reachable cell from which the frontier is nearest over free floor, the cheapest one of the first
-//!    few.
+//!    few. Floor nearer to a wall than `min_clearance` leads nowhere: beams at a flat angle and errors of the pose make holes
+//!    of a cell or two in walls, and free floor behind them that no look will ever make known. In `corridor` and `loop` an
+//!    exploration went to and fro along such walls without end.
 //! 4. Score: the gain, bounded, times e^(-λ cost), as in González-Baños & Latombe (2002), "Navigation strategies for
 //!    exploring indoor environments", eq. (1). Gain over cost and gain over cost squared were tried: in `office` they
 //!    drive 131 and 108 m on the mean of three seeds, the exponential 97 m.
@@ -25,8 +27,8 @@ use crate::map::{CellIndex, CellState};
 pub struct FrontierConfig {
     /// Clusters shorter than this are dropped, m. Default 0.2: about the robot's width.
     pub min_width: f64,
-    /// Cells nearer to a wall than this do not count in the length of a cluster, m. Default 0.1: noise makes holes in
-    /// walls, and strips of free cells behind them; nothing passes there.
+    /// Cells nearer to a wall than this do not count in the length of a cluster, and do not lead to it, m. Default 0.1:
+    /// noise makes holes in walls, and strips of free cells behind them; nothing passes there.
     pub min_clearance: f64,
     /// Clusters that would tell less than this are dropped, m². Default 0.06.
     pub min_gain: f64,
@@ -97,14 +99,16 @@ fn judge(
     cells: &[usize],
 ) -> Option<Frontier> {
     let resolution = space.resolution();
-    let open = |&&cell: &&usize| space.clearance_of(cell) >= config.min_clearance;
-    let width = cells.iter().filter(open).count() as f64 * resolution;
+    let is_open = |cell: usize| space.clearance_of(cell) >= config.min_clearance;
+    let open: Vec<usize> = cells.iter().copied().filter(|&c| is_open(c)).collect();
+    let width = open.len() as f64 * resolution;
     if width < config.min_width {
         return None;
     }
     let depth = (config.gain_reach / resolution).max(1.0) as usize;
     let mut unknown = 0_usize;
-    flood.from(survey, cells, CellState::Unknown, depth, |_, _| {
+    let through = |cell: usize| survey.states[cell] == CellState::Unknown;
+    flood.from(survey, cells, through, depth, |_, _| {
         unknown += 1;
         true
     });
@@ -115,7 +119,8 @@ fn judge(
     // The first reachable cells, and those up to two rings farther: the cheapest of them.
     let depth = (config.view_reach / resolution) as usize;
     let (mut first_ring, mut best) = (None, None::<(f64, usize)>);
-    flood.from(survey, cells, CellState::Free, depth, |cell, ring| {
+    let through = |cell: usize| survey.states[cell] == CellState::Free && is_open(cell);
+    flood.from(survey, &open, through, depth, |cell, ring| {
         if first_ring.is_some_and(|first| ring > first + 2) {
             return false;
         }
@@ -236,13 +241,13 @@ impl Flood {
         }
     }
 
-    /// Floods from `seeds` through cells in `state`, showing each with its ring; seeds in that state are ring 0.
+    /// Floods from `seeds` `through` cells, showing each with its ring; seeds that it would go through are ring 0.
     /// Ends beyond `depth` rings or when `visit` says false.
     fn from(
         &mut self,
         survey: &Survey,
         seeds: &[usize],
-        state: CellState,
+        through: impl Fn(usize) -> bool,
         depth: usize,
         mut visit: impl FnMut(usize, usize) -> bool,
     ) {
@@ -251,7 +256,7 @@ impl Flood {
         self.queue.extend(seeds);
         for &seed in seeds {
             self.marks[seed] = self.mark;
-            if survey.states[seed] == state && !visit(seed, 0) {
+            if through(seed) && !visit(seed, 0) {
                 return;
             }
         }
@@ -260,7 +265,7 @@ impl Flood {
             let end = self.queue.len();
             for at in begin..end {
                 for to in survey.neighbours(self.queue[at]) {
-                    if self.marks[to] == self.mark || survey.states[to] != state {
+                    if self.marks[to] == self.mark || !through(to) {
                         continue;
                     }
                     self.marks[to] = self.mark;

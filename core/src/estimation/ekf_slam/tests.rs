@@ -1,12 +1,13 @@
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, Vector2, Vector3};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::super::line_model::place;
 use super::*;
-use crate::geom::{CHI2_2DOF_99, Segment};
+use crate::geom::{CHI2_2DOF_99, Line, Segment, wrap};
 use crate::robot::{OdometryNoise, Stamp, Tracks};
 
 fn normal(rng: &mut ChaCha8Rng) -> f64 {

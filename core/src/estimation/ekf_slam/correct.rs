@@ -1,0 +1,136 @@
+//! Steps 3 to 5: a sighting corrects the whole state, a new line widens it, a line that was not seen again leaves it.
+
+use super::super::line_model::place;
+use super::expect::from_anchor;
+use super::landmark::Entry;
+use super::{Consistency, EkfSlam, LandmarkId, POSE, UpdateReport};
+use crate::features::LineFeature;
+use crate::geom::{Pose2, wrap};
+
+impl EkfSlam {
+    /// Step 3. Leaves the state alone where Z is not positive definite.
+    pub(super) fn correct(
+        &mut self,
+        landmark: usize,
+        seen: &LineFeature,
+        gain: &mut Vec<[f64; 2]>,
+    ) {
+        let expected = self.expect(landmark);
+        let Some(innovation) = self.innovation(&expected, seen) else {
+            return;
+        };
+        let z = innovation.cov;
+        // Z = L Lᵀ, and W = P Hᵀ L⁻ᵀ, so that K Z Kᵀ = W Wᵀ and K v = W L⁻¹ v.
+        let l00 = z[(0, 0)].sqrt();
+        let l10 = z[(1, 0)] / l00;
+        let l11 = (z[(1, 1)] - l10 * l10).sqrt();
+        if !(l00 > 0.0 && l11 > 0.0) {
+            return;
+        }
+        let whitened = [
+            innovation.v.x / l00,
+            (innovation.v.y - l10 * innovation.v.x / l00) / l11,
+        ];
+        let (hx, hf, first) = (expected.by_pose, expected.by_line, POSE + 2 * landmark);
+        gain.clear();
+        gain.extend((0..self.cov.n()).map(|row| {
+            let p = |column| self.cov.get(row, column);
+            let (px, pf) = ([p(0), p(1), p(2)], [p(first), p(first + 1)]);
+            let along = |h: usize| {
+                hx[(h, 0)] * px[0]
+                    + hx[(h, 1)] * px[1]
+                    + hx[(h, 2)] * px[2]
+                    + hf[(h, 0)] * pf[0]
+                    + hf[(h, 1)] * pf[1]
+            };
+            let (a, b) = (along(0), along(1));
+            [a / l00, (b - l10 * a / l00) / l11]
+        }));
+        let shift = |w: &[f64; 2]| w[0] * whitened[0] + w[1] * whitened[1];
+        if let [x, y, turn, lines @ ..] = gain.as_slice() {
+            self.pose = Pose2::new(
+                self.pose.x() + shift(x),
+                self.pose.y() + shift(y),
+                self.pose.heading() + shift(turn),
+            );
+            for (entry, w) in self.landmarks.iter_mut().zip(lines.chunks_exact(2)) {
+                if let [alpha, r] = w {
+                    entry.line = [wrap(entry.line[0] + shift(alpha)), entry.line[1] + shift(r)];
+                }
+            }
+        }
+        self.cov.subtract_rank2(gain);
+        self.extend(landmark, seen);
+    }
+
+    /// Counts a sighting and widens the known part of the wall.
+    fn extend(&mut self, landmark: usize, seen: &LineFeature) {
+        let (pose, scans) = (self.pose, self.scans);
+        if let Some(entry) = self.landmarks.get_mut(landmark) {
+            let tangent = entry.tangent();
+            for end in seen.ends {
+                let along = tangent.dot(&(pose * end - entry.anchor));
+                entry.extent = [entry.extent[0].min(along), entry.extent[1].max(along)];
+            }
+            entry.sightings += 1;
+            entry.last_seen = scans;
+        }
+    }
+
+    /// Step 4.
+    pub(super) fn augment(&mut self, seen: &LineFeature) -> LandmarkId {
+        let oriented = self.oriented(seen);
+        let at = match self.config.consistency {
+            Consistency::Plain => self.pose.position(),
+            Consistency::FirstEstimates => self.predicted,
+        };
+        let anchor = self.pose * nalgebra::center(&seen.ends[0], &seen.ends[1]);
+        let (line, by_pose, by_seen) = place(
+            &from_anchor(&self.pose, &anchor),
+            [oriented.alpha, oriented.r],
+            at - anchor.coords,
+        );
+        let corner = by_pose * self.pose_cov() * by_pose.transpose()
+            + by_seen * oriented.cov * by_seen.transpose();
+        // Eq. (3.31): the new rows are G_x times the rows of the pose.
+        let cov = &self.cov;
+        let element = |h: usize, column: usize| -> f64 {
+            (0..POSE)
+                .map(|k| by_pose[(h, k)] * cov.get(k, column))
+                .sum()
+        };
+        let row = |h: usize| (0..cov.n()).map(move |column| element(h, column));
+        let alpha_row: Vec<f64> = row(0).chain([corner[(0, 0)]]).collect();
+        let mixed = 0.5 * (corner[(0, 1)] + corner[(1, 0)]);
+        let r_row: Vec<f64> = row(1).chain([mixed, corner[(1, 1)]]).collect();
+        self.cov.push_row(alpha_row);
+        self.cov.push_row(r_row);
+        let id = LandmarkId(self.next_id);
+        self.next_id += 1;
+        self.landmarks.push(Entry {
+            id,
+            anchor,
+            line,
+            first_alpha: line[0],
+            extent: [f64::INFINITY, f64::NEG_INFINITY],
+            sightings: 0,
+            last_seen: 0,
+        });
+        self.extend(self.landmarks.len() - 1, seen);
+        id
+    }
+
+    /// Step 5.
+    pub(super) fn forget(&mut self, report: &mut UpdateReport) {
+        for index in (0..self.landmarks.len()).rev() {
+            let entry = &self.landmarks[index];
+            if entry.sightings < self.config.confirm_sightings
+                && self.scans - entry.last_seen > self.config.patience
+            {
+                report.forgotten.push(entry.id);
+                self.landmarks.remove(index);
+                self.cov.remove_pair(POSE + 2 * index);
+            }
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! Step 3, first half: what the state expects to see of a landmark, and how far a sighting is from it.
+
+use nalgebra::{Matrix2, Matrix2x3, Point2};
+
+use super::super::line_model::{Linearisation, observe};
+use super::{Consistency, EkfSlam, POSE};
+use crate::association::{Candidate, ExpectedLine, Innovation, OrientedLine};
+use crate::features::LineFeature;
+use crate::geom::{Pose2, wrap};
+
+/// What is expected of one landmark, with the Jacobians that led to it.
+pub(super) struct Expectation {
+    pub(super) line: ExpectedLine,
+    pub(super) by_pose: Matrix2x3<f64>,
+    pub(super) by_line: Matrix2<f64>,
+    pub(super) along_sigma: f64,
+}
+
+impl EkfSlam {
+    pub(super) fn candidate(&self, landmark: usize, seen: &LineFeature) -> Option<Candidate> {
+        let entry = self.landmarks.get(landmark)?;
+        // Most landmarks are out of the question by their direction alone.
+        let turn = wrap(entry.line[0] - self.pose.heading() - OrientedLine::of(seen).alpha);
+        if turn.abs() > 0.8 {
+            return None;
+        }
+        let expected = self.expect(landmark);
+        let innovation = self.innovation(&expected, seen)?;
+        // The wall's ends are known no better than where the robot is along it.
+        let gap = expected.line.gap(seen) - 3.0 * expected.along_sigma;
+        Some(Candidate {
+            index: landmark,
+            d2: innovation.d2,
+            gap,
+            expected: [expected.line.alpha, expected.line.r],
+        })
+    }
+
+    pub(super) fn expect(&self, landmark: usize) -> Expectation {
+        let entry = &self.landmarks[landmark];
+        let at = match self.config.consistency {
+            Consistency::Plain => Linearisation {
+                robot: self.pose.position() - entry.anchor.coords,
+                alpha: entry.line[0],
+            },
+            Consistency::FirstEstimates => Linearisation {
+                robot: self.predicted - entry.anchor.coords,
+                alpha: entry.first_alpha,
+            },
+        };
+        let (z, by_pose, by_line) =
+            observe(&from_anchor(&self.pose, &entry.anchor), entry.line, &at);
+        let first = POSE + 2 * landmark;
+        let pose_cov = self.pose_cov();
+        let cross = Matrix2x3::from_fn(|row, column| self.cov.get(first + row, column));
+        let mixed = by_line * cross * by_pose.transpose();
+        let cov = by_pose * pose_cov * by_pose.transpose()
+            + by_line * self.block(first) * by_line.transpose()
+            + mixed
+            + mixed.transpose();
+        let robot_from_map = self.pose.inverse();
+        let tangent = entry.tangent();
+        let along = tangent.x * tangent.x * pose_cov[(0, 0)]
+            + 2.0 * tangent.x * tangent.y * pose_cov[(0, 1)]
+            + tangent.y * tangent.y * pose_cov[(1, 1)];
+        Expectation {
+            line: ExpectedLine {
+                alpha: z.x,
+                r: z.y,
+                cov,
+                ends: entry.ends().map(|end| robot_from_map * end),
+            },
+            by_pose,
+            by_line,
+            along_sigma: along.max(0.0).sqrt(),
+        }
+    }
+
+    pub(super) fn innovation(
+        &self,
+        expected: &Expectation,
+        seen: &LineFeature,
+    ) -> Option<Innovation> {
+        expected.line.innovation(&self.oriented(seen))
+    }
+
+    pub(super) fn oriented(&self, seen: &LineFeature) -> OrientedLine {
+        let mut oriented = OrientedLine::of(seen);
+        oriented.cov[(0, 0)] += self.config.alpha_sigma * self.config.alpha_sigma;
+        oriented.cov[(1, 1)] += self.config.r_sigma * self.config.r_sigma;
+        oriented
+    }
+}
+
+/// The pose with its position counted from `anchor`.
+pub(super) fn from_anchor(pose: &Pose2, anchor: &Point2<f64>) -> Pose2 {
+    let from = pose.position() - anchor;
+    Pose2::new(from.x, from.y, pose.heading())
+}

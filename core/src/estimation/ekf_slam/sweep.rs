@@ -1,0 +1,120 @@
+//! A turning lidar sees each line at another instant: which, in what order, and what the line was at that instant.
+
+use nalgebra::Matrix2x3;
+
+use crate::features::LineFeature;
+use crate::robot::{Odometry, Scan, Stamp};
+
+/// When the beams of a scan were taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SweepTiming {
+    /// The instant whose robot frame the lines stand in.
+    pub stamp: Stamp,
+    /// Seconds from the last beam to `stamp`: scans arrive a little late.
+    pub lag: f64,
+    /// Seconds from the first beam to the last; 0 where all were taken at once or the robot stood still.
+    pub seconds: f64,
+    /// Number of beams.
+    pub n_beams: usize,
+}
+
+impl SweepTiming {
+    /// The timing of `scan`, whose lines stand in the robot frame at `stamp`, at the last beam or later.
+    #[must_use]
+    pub fn at(stamp: Stamp, scan: &Scan) -> Self {
+        Self {
+            stamp,
+            lag: stamp.since(scan.stamp).max(0.0),
+            ..Self::of(scan)
+        }
+    }
+
+    /// The timing of `scan`, whose lines stand in the robot frame at its last beam.
+    #[must_use]
+    pub fn of(scan: &Scan) -> Self {
+        Self {
+            stamp: scan.stamp,
+            lag: 0.0,
+            seconds: scan.sweep,
+            n_beams: scan.len(),
+        }
+    }
+
+    /// All beams at once.
+    #[must_use]
+    pub fn at_once(stamp: Stamp) -> Self {
+        Self {
+            stamp,
+            lag: 0.0,
+            seconds: 0.0,
+            n_beams: 0,
+        }
+    }
+
+    /// Seconds from a beam to `stamp`.
+    fn age(&self, beam: f64) -> f64 {
+        let last = self.n_beams.saturating_sub(1);
+        if last == 0 {
+            return self.lag;
+        }
+        self.lag + self.seconds * (1.0 - beam / last as f64).clamp(0.0, 1.0)
+    }
+
+    /// Seconds from the middle of a line to `stamp`.
+    pub(super) fn age_of(&self, feature: &LineFeature) -> f64 {
+        self.age(0.5 * (feature.first_beam + feature.last_beam) as f64)
+    }
+}
+
+/// Indices of the lines in the order in which they were seen; those seen at once, the longest first.
+pub(super) fn order(features: &[LineFeature], sweep: &SweepTiming, order: &mut Vec<usize>) {
+    let key = |&index: &usize| {
+        features
+            .get(index)
+            .map_or((0.0, 0), |f| (sweep.age_of(f), f.n_points))
+    };
+    order.clear();
+    order.extend(0..features.len());
+    order.sort_by(|a, b| {
+        let (a, b) = (key(a), key(b));
+        b.0.total_cmp(&a.0).then(b.1.cmp(&a.1))
+    });
+}
+
+/// Takes a line from the end of the sweep back by `rest`, to the robot frame in which it was seen, and widens its covariance
+/// by what the odometry may err while the beams pass over it.
+pub(super) fn as_seen(feature: &LineFeature, rest: &Odometry, sweep: &SweepTiming) -> LineFeature {
+    let (line, by_line) = feature.line.transformed(&rest.motion);
+    let age = sweep.age_of(feature);
+    let span = sweep.age(feature.first_beam as f64) - sweep.age(feature.last_beam as f64);
+    let mut cov = by_line * feature.cov * by_line.transpose();
+    if age > 0.0 && span > 0.0 {
+        // Random walks from the middle beam to either end, half of the span each; a shift moves the line by less than
+        // a quarter of what it adds up to.
+        let part = span / age;
+        let mut shift = rest.cov * (0.25 * part);
+        shift.fill_row(2, 0.0);
+        shift.fill_column(2, 0.0);
+        let normal = line.normal();
+        let by_pose = Matrix2x3::new(0.0, 0.0, -1.0, -normal.x, -normal.y, 0.0);
+        cov += by_pose * shift * by_pose.transpose();
+        for by_heading in feature.by_heading {
+            let by_heading = by_line * by_heading;
+            cov += by_heading * by_heading.transpose() * (0.5 * part * rest.cov[(2, 2)]);
+        }
+    }
+    let mixed = 0.5 * (cov[(0, 1)] + cov[(1, 0)]);
+    (cov[(0, 1)], cov[(1, 0)]) = (mixed, mixed);
+    // The origin moves from one end of the sweep to the other; whether it changes sides shows in the sign of r.
+    let same_way = line
+        .normal()
+        .dot(&rest.motion.rotate(feature.line.normal()))
+        > 0.0;
+    LineFeature {
+        line,
+        cov,
+        ends: feature.ends.map(|end| rest.motion * end),
+        seen_from_origin_side: feature.seen_from_origin_side == same_way,
+        ..*feature
+    }
+}

@@ -1,0 +1,102 @@
+//! How scan matching works, and why it cannot begin.
+
+use super::super::submap::ClosureConfig;
+use crate::map::{GridConfig, GridError, SurfelConfig};
+use crate::points::OrientedConfig;
+use crate::registration::{MatchConfig, SearchWindow};
+
+/// How scan matching works.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScanMatcherConfig {
+    /// How surfaces are found in it.
+    pub oriented: OrientedConfig,
+    /// How submaps are kept.
+    pub surfels: SurfelConfig,
+    /// How scans are matched to them.
+    pub matching: MatchConfig,
+    /// The map that is drawn. By default a crossing beam counts for more than elsewhere (`miss` 0.3): keyframes are few,
+    /// and what one of them saw through is to be free.
+    pub grid: GridConfig,
+    /// A scan becomes a keyframe after this way, m. Default 0.25.
+    pub keyframe_distance: f64,
+    /// A scan becomes a keyframe after this turn, rad. Default 0.2.
+    pub keyframe_turn: f64,
+    /// A scan of which a smaller part than this lies on the map becomes a keyframe after three tenths of that way and turn.
+    /// Default 0.6.
+    pub new_below: f64,
+    /// Where a smaller part of a scan than this lies on the map, odometry is doubted and the pose is searched for.
+    /// Default 0.55.
+    pub lost_below: f64,
+    /// How far. Default 0.6 m and 0.2 rad.
+    pub lost_window: SearchWindow,
+    /// Keyframes of one submap, those of the overlap not counted. Default 15; larger drifts more inside, smaller makes
+    /// more work.
+    pub submap_keyframes: usize,
+    /// Keyframes that the next submap takes over from the last. Default 15.
+    pub overlap_keyframes: usize,
+    /// When two submaps are one place.
+    pub closure: ClosureConfig,
+    /// Whether loops are closed. Default true.
+    pub close_loops: bool,
+    /// Keyframes that are drawn anew at each scan after a loop closure, at least. Default 3.
+    pub redraw_keyframes: usize,
+    /// The map is drawn anew when a submap has moved by this, m. Default 0.1; at the end, by a fifth of it.
+    pub redraw_shift: f64,
+    /// How far a beam without a return is believed to be free, m. Default 5: glass and black walls return nothing
+    /// either.
+    pub no_return_clears: f64,
+    /// Odometry is never believed better than this, m between scans. Default 0.02.
+    pub odometry_sigma: f64,
+    /// Odometry is never believed better than this, rad between scans. Default 0.02.
+    pub odometry_turn_sigma: f64,
+}
+
+impl Default for ScanMatcherConfig {
+    fn default() -> Self {
+        Self {
+            oriented: OrientedConfig::default(),
+            surfels: SurfelConfig::default(),
+            matching: MatchConfig::default(),
+            grid: GridConfig {
+                miss: 0.3,
+                ..GridConfig::default()
+            },
+            keyframe_distance: 0.25,
+            keyframe_turn: 0.2,
+            new_below: 0.6,
+            lost_below: 0.55,
+            lost_window: SearchWindow {
+                shift: 0.6,
+                turn: 0.2,
+            },
+            submap_keyframes: 15,
+            overlap_keyframes: 15,
+            closure: ClosureConfig::default(),
+            close_loops: true,
+            redraw_keyframes: 3,
+            redraw_shift: 0.1,
+            no_return_clears: 5.0,
+            odometry_sigma: 0.02,
+            odometry_turn_sigma: 0.02,
+        }
+    }
+}
+
+/// Why scan matching cannot begin.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ScanMatcherError {
+    /// The grid's figures.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    /// A field outside of its range.
+    #[error("scan matching: {field} is {value}, expected {expected}")]
+    Config {
+        /// The field.
+        field: &'static str,
+        /// What stands there.
+        value: f64,
+        /// What may stand there.
+        expected: &'static str,
+    },
+}

@@ -1,0 +1,155 @@
+//! The submaps in the pose graph: joined to the next when one is closed, to earlier ones where they show the same place.
+//!
+//! In: closed submaps. Out: edges and, after each that closes a loop, new poses of all submaps. The comparisons to be
+//! made are listed when a submap is closed; the matcher works off one at each scan.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::super::pose_graph::{Edge, Kernel, information_at_end};
+use super::super::submap::Doubt;
+use super::ScanMatcher;
+use crate::geom::{Pose2, symmetrize};
+
+impl ScanMatcher {
+    /// The edge from a submap to the one that follows it.
+    pub(super) fn join_to_next(&mut self, old: usize, old_from_new: &Pose2, map_from_new: Pose2) {
+        let floor = Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-4, 2.5e-5));
+        let cov = self.way_cov + floor;
+        let information = cov.try_inverse().unwrap_or_else(Matrix3::identity);
+        let new = self.graph.add_pose(map_from_new);
+        // Both ends exist, and a match that is not finite was never accepted.
+        let _ = self.graph.add_edge(Edge {
+            from: old,
+            to: new,
+            motion: *old_from_new,
+            information: information_at_end(old_from_new, &information),
+            kernel: Kernel::None,
+        });
+        let (cos, sin) = self.map_from_running().cos_sin();
+        let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let from = self.map_from_running().position();
+        let ahead = map_from_new.position() - from;
+        let carry = Matrix3::new(1.0, 0.0, -ahead.y, 0.0, 1.0, ahead.x, 0.0, 0.0, 1.0);
+        self.submap_cov =
+            carry * self.submap_cov * carry.transpose() + turned * cov * turned.transpose();
+        symmetrize(&mut self.submap_cov);
+        self.way_cov = Matrix3::zeros();
+    }
+
+    /// Lists the earlier submaps that may show the same place as submap `new`, nearest first.
+    pub(super) fn plan_comparisons(&mut self, new: usize) {
+        let doubts = self.doubts(new);
+        let Some(this) = self.submaps.get(new) else {
+            return;
+        };
+        let centre = this.map_from_submap * this.closed.centre;
+        let mut near: Vec<(f64, usize)> = self
+            .submaps
+            .iter()
+            .zip(&doubts)
+            .enumerate()
+            .take(new.saturating_sub(1))
+            .filter_map(|(old, (submap, doubt))| {
+                let distance = (submap.map_from_submap * submap.closed.centre - centre).norm();
+                let reach = submap.closed.radius.max(this.closed.radius)
+                    + (3.0 * doubt.shift).min(self.config.closure.max_shift);
+                (distance < reach && !self.are_joined(old, new)).then_some((distance, old))
+            })
+            .collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let chosen = near.into_iter().take(self.config.closure.candidates);
+        self.jobs.extend(chosen.map(|(_, old)| (old, new)));
+    }
+
+    pub(super) fn compare(&mut self, old: usize, new: usize) {
+        let doubts = self.doubts(new);
+        let (Some(a), Some(b), Some(doubt)) = (
+            self.submaps.get(old),
+            self.submaps.get(new),
+            doubts.get(old),
+        ) else {
+            return;
+        };
+        let guess = a.map_from_submap.delta_to(&b.map_from_submap);
+        let found = a.closed.find(
+            &b.closed,
+            &guess,
+            doubt,
+            &self.config.surfels,
+            &self.config.matching,
+            &self.config.closure,
+        );
+        let Some(closure) = found else { return };
+        let added = self.graph.add_edge(Edge {
+            from: old,
+            to: new,
+            motion: closure.motion,
+            information: closure.information,
+            kernel: Kernel::Cauchy { c: 3.0 },
+        });
+        if added.is_ok() {
+            self.closures += 1;
+            self.graph_changed = true;
+        }
+    }
+
+    pub(super) fn optimize(&mut self) {
+        self.graph_changed = false;
+        self.graph.optimize(30);
+        for (submap, pose) in self.submaps.iter_mut().zip(self.graph.poses()) {
+            submap.map_from_submap = *pose;
+        }
+        if let Some(cov) = self.graph.marginal(self.submaps.len() - 1) {
+            self.submap_cov = cov;
+        }
+    }
+
+    fn are_joined(&self, a: usize, b: usize) -> bool {
+        self.graph
+            .edges()
+            .iter()
+            .any(|e| (e.from == a && e.to == b) || (e.from == b && e.to == a))
+    }
+
+    /// How well each submap's pose is known relative to submap `from`: along the best way through the graph.
+    fn doubts(&self, from: usize) -> Vec<Doubt> {
+        let poses = self.graph.poses();
+        let mut ways: Vec<Vec<(usize, f64, f64)>> = vec![vec![]; poses.len()];
+        for edge in self.graph.edges() {
+            let Some(cov) = edge.information.try_inverse() else {
+                continue;
+            };
+            let (shift, turn) = (0.5 * (cov[(0, 0)] + cov[(1, 1)]), cov[(2, 2)]);
+            ways[edge.from].push((edge.to, shift, turn));
+            ways[edge.to].push((edge.from, shift, turn));
+        }
+        let mut known = vec![(f64::INFINITY, f64::INFINITY); poses.len()];
+        let mut done = vec![false; poses.len()];
+        let Some(here) = poses.get(from).map(Pose2::position) else {
+            return vec![];
+        };
+        known[from] = (0.0, 0.0);
+        // Dijkstra without a heap: a few hundred submaps.
+        while let Some(at) = (0..poses.len())
+            .filter(|&i| !done[i] && known[i].0.is_finite())
+            .min_by(|&a, &b| known[a].0.total_cmp(&known[b].0))
+        {
+            done[at] = true;
+            for &(next, shift, turn) in &ways[at] {
+                // An error of the heading here moves all that lies at a distance.
+                let lever = (poses[at].position() - here).norm_squared();
+                let way = known[at].0 + shift + turn * lever;
+                if way < known[next].0 {
+                    known[next] = (way, known[at].1 + turn);
+                }
+            }
+        }
+        known
+            .into_iter()
+            .map(|(s, t)| Doubt {
+                shift: s.sqrt(),
+                turn: t.sqrt(),
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,76 @@
+//! Why a log cannot be replayed.
+
+/// Why bytes are not a CARMEN log that can be replayed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CarmenError {
+    /// Not a single byte, or only empty lines.
+    #[error("the file is empty; expected a CARMEN log with FLASER, RLASER or ROBOTLASER1 messages")]
+    Empty,
+    /// Bytes that are no text.
+    #[error(
+        "line {line}: byte {column} is 0x{byte:02x}, which is not text; expected a CARMEN log, one message per line"
+    )]
+    Binary {
+        /// Line, from 1.
+        line: usize,
+        /// Byte in the line, from 1.
+        column: usize,
+        /// The byte.
+        byte: u8,
+    },
+    /// A line without an end.
+    #[error(
+        "line {line} is longer than {limit} bytes; expected a CARMEN log, one message per line"
+    )]
+    LineTooLong {
+        /// Line, from 1.
+        line: usize,
+        /// The limit.
+        limit: usize,
+    },
+    /// The fields are not as many as the message announces.
+    #[error("line {line}: {message} {announced} needs {expected} fields, found {found}")]
+    Count {
+        /// Line, from 1.
+        line: usize,
+        /// Name of the message.
+        message: &'static str,
+        /// What the message announces, in words.
+        announced: String,
+        /// Number of fields that this makes, the name included.
+        expected: usize,
+        /// Number of fields in the line.
+        found: usize,
+    },
+    /// A field that is not what it should be.
+    #[error("line {line}, field {field} of {message} is \"{found}\", expected {expected}")]
+    Field {
+        /// Line, from 1.
+        line: usize,
+        /// Field in the line, from 1; the name of the message is the first.
+        field: usize,
+        /// Name of the message.
+        message: &'static str,
+        /// What stands there, shortened.
+        found: String,
+        /// What may stand there.
+        expected: &'static str,
+    },
+    /// The file ends within a message.
+    #[error("line {line}: the file is cut off within its last message ({reason})")]
+    CutOff {
+        /// Line, from 1.
+        line: usize,
+        /// What is missing.
+        reason: String,
+    },
+    /// Text, but no laser message.
+    #[error(
+        "no laser message in {lines} lines; expected a CARMEN log with FLASER, RLASER or ROBOTLASER1 messages"
+    )]
+    NoLaser {
+        /// Number of lines read.
+        lines: usize,
+    },
+}

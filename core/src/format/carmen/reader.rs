@@ -1,0 +1,221 @@
+//! Reads a log as its bytes come.
+
+use super::fields::{Fields, Line, check_text};
+use super::{BeamFan, CarmenError, CarmenLog, CarmenScan, Laser};
+
+/// A line longer than this is not a line of a log.
+pub(super) const MAX_LINE: usize = 1 << 20;
+
+/// Readings at or above this say that nothing came back, m: the SICK's codes for it decode to 81.83 and 81.91.
+const ALWAYS_NO_RETURN: f32 = 80.0;
+
+/// Reads a log from chunks of bytes.
+#[derive(Clone, Debug, Default)]
+pub struct CarmenReader {
+    unfinished: Vec<u8>,
+    line: usize,
+    lasers: [Vec<CarmenScan>; 3],
+    readings: Vec<f32>,
+    params: Vec<(String, String)>,
+    odometry_messages: usize,
+    anything: bool,
+}
+
+impl CarmenReader {
+    /// Takes the next bytes.
+    ///
+    /// # Errors   [`CarmenError`]; the reader is of no further use then.
+    pub fn push(&mut self, mut bytes: &[u8]) -> Result<(), CarmenError> {
+        while let Some(end) = bytes.iter().position(|&b| b == b'\n') {
+            let (line, rest) = bytes.split_at(end);
+            bytes = rest.get(1..).unwrap_or(&[]);
+            if self.unfinished.is_empty() {
+                self.read_line(line)?;
+            } else {
+                let mut whole = std::mem::take(&mut self.unfinished);
+                whole.extend_from_slice(line);
+                self.read_line(&whole)?;
+            }
+        }
+        self.unfinished.extend_from_slice(bytes);
+        if self.unfinished.len() > MAX_LINE {
+            let line = self.line + 1;
+            check_text(&self.unfinished, line)?;
+            return Err(CarmenError::LineTooLong {
+                line,
+                limit: MAX_LINE,
+            });
+        }
+        Ok(())
+    }
+
+    /// Sorts what was read.
+    ///
+    /// # Errors   [`CarmenError`]: a last line cut off, no laser message, nothing at all.
+    pub fn finish(mut self) -> Result<CarmenLog, CarmenError> {
+        let last = std::mem::take(&mut self.unfinished);
+        if !last.is_empty() {
+            self.read_line(&last).map_err(|error| match error {
+                CarmenError::Binary { .. } => error,
+                other => CarmenError::CutOff {
+                    line: self.line,
+                    reason: other.to_string(),
+                },
+            })?;
+        }
+        if !self.anything {
+            return Err(CarmenError::Empty);
+        }
+        // The first of equals: the front laser.
+        let mut best = (Laser::Front, &mut vec![]);
+        let kinds = [Laser::Front, Laser::Rear, Laser::Robot1];
+        for (laser, scans) in kinds.into_iter().zip(&mut self.lasers) {
+            if scans.len() > best.1.len() {
+                best = (laser, scans);
+            }
+        }
+        let laser = best.0;
+        let mut scans = std::mem::take(best.1);
+        if scans.is_empty() {
+            return Err(CarmenError::NoLaser { lines: self.line });
+        }
+        let backward_stamps = scans
+            .windows(2)
+            .filter(|w| w[1].ipc_seconds < w[0].ipc_seconds)
+            .count();
+        // A stable sort: scans of the same stamp keep the order of the file.
+        scans.sort_by(|a, b| a.ipc_seconds.total_cmp(&b.ipc_seconds));
+        Ok(CarmenLog {
+            laser,
+            no_return_from: no_return_from(&self.readings),
+            scans,
+            params: self.params,
+            odometry_messages: self.odometry_messages,
+            backward_stamps,
+            readings: self.readings,
+        })
+    }
+
+    fn read_line(&mut self, bytes: &[u8]) -> Result<(), CarmenError> {
+        self.line += 1;
+        let text = check_text(bytes, self.line)?;
+        let line = Line {
+            number: self.line,
+            text,
+        };
+        let Some(name) = text.split_ascii_whitespace().next() else {
+            return Ok(());
+        };
+        self.anything = true;
+        match name {
+            "FLASER" => self.read_plain_laser(&line, "FLASER", 0),
+            "RLASER" => self.read_plain_laser(&line, "RLASER", 1),
+            "ROBOTLASER1" => self.read_robot_laser(&line),
+            "ODOM" => {
+                let mut fields = line.fields("ODOM");
+                for _ in 0..7 {
+                    fields.number()?;
+                }
+                self.odometry_messages += 1;
+                Ok(())
+            }
+            "PARAM" => {
+                let mut words = text.split_ascii_whitespace().skip(1);
+                if let (Some(name), Some(value)) = (words.next(), words.next()) {
+                    self.params.push((name.to_owned(), value.to_owned()));
+                }
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn read_plain_laser(
+        &mut self,
+        line: &Line<'_>,
+        message: &'static str,
+        slot: usize,
+    ) -> Result<(), CarmenError> {
+        let mut fields = line.fields(message);
+        let beams = fields.count("a number of readings from 1 to 100000")?;
+        fields.expect_total(beams + 11, || format!("of {beams} readings"))?;
+        let start = self.read_ranges(&mut fields, beams)?;
+        let map_from_laser = fields.pose()?;
+        let odom_from_robot = fields.pose()?;
+        let ipc_seconds = fields.number()?;
+        self.lasers[slot].push(CarmenScan {
+            ipc_seconds,
+            odom_from_robot,
+            robot_from_sensor: odom_from_robot.delta_to(&map_from_laser),
+            fan: BeamFan::half_circle(beams),
+            max_range: f32::INFINITY,
+            start,
+            beams,
+        });
+        Ok(())
+    }
+
+    /// `ROBOTLASER1 type start fov step max_range accuracy remission_mode n ranges… m remissions… laser_pose robot_pose
+    /// tv rv forward_safety side_safety turn_axis ipc_timestamp host logger_timestamp`.
+    fn read_robot_laser(&mut self, line: &Line<'_>) -> Result<(), CarmenError> {
+        let mut fields = line.fields("ROBOTLASER1");
+        fields.number()?;
+        let first = fields.number()?;
+        fields.number()?;
+        let step = fields.number()?;
+        let max_range = fields.number()?;
+        fields.number()?;
+        fields.number()?;
+        let beams = fields.count("a number of readings from 1 to 100000")?;
+        let start = self.read_ranges(&mut fields, beams)?;
+        let remissions = fields.count_or_none("a number of remissions from 0 to 100000")?;
+        fields.expect_total(9 + beams + 1 + remissions + 14, || {
+            format!("of {beams} readings and {remissions} remissions")
+        })?;
+        for _ in 0..remissions {
+            fields.number()?;
+        }
+        let map_from_laser = fields.pose()?;
+        let odom_from_robot = fields.pose()?;
+        for _ in 0..5 {
+            fields.number()?;
+        }
+        let ipc_seconds = fields.number()?;
+        self.lasers[2].push(CarmenScan {
+            ipc_seconds,
+            odom_from_robot,
+            robot_from_sensor: odom_from_robot.delta_to(&map_from_laser),
+            fan: BeamFan { first, step },
+            max_range: if max_range > 0.0 {
+                max_range as f32
+            } else {
+                f32::INFINITY
+            },
+            start,
+            beams,
+        });
+        Ok(())
+    }
+
+    fn read_ranges(&mut self, fields: &mut Fields<'_>, beams: usize) -> Result<usize, CarmenError> {
+        let start = self.readings.len();
+        for _ in 0..beams {
+            let range = fields.range()?;
+            self.readings.push(range);
+        }
+        Ok(start)
+    }
+}
+
+/// The largest reading stands for "no return" where at least one reading in 500 says it (81.83 in Intel, 81.91 in
+/// Freiburg; cheaper lasers say 8 or 30); readings of 80 m and above always do.
+fn no_return_from(readings: &[f32]) -> f32 {
+    let largest = readings.iter().copied().fold(0.0_f32, f32::max);
+    let near = largest * 0.999;
+    let count = readings.iter().filter(|&&range| range >= near).count();
+    if largest > 0.0 && count >= 3 && count * 500 >= readings.len() {
+        near.min(ALWAYS_NO_RETURN)
+    } else {
+        ALWAYS_NO_RETURN
+    }
+}

@@ -1,0 +1,176 @@
+//! Small logs by hand, and damaged ones.
+
+use proptest::prelude::*;
+
+use super::reader::MAX_LINE;
+use super::*;
+
+fn flaser(ranges: &[f64], pose: (f64, f64, f64), seconds: f64) -> String {
+    let words: Vec<_> = ranges.iter().map(|r| format!("{r:.2}")).collect();
+    let (x, y, t) = pose;
+    format!(
+        "FLASER {} {} {x:.6} {y:.6} {t:.6} {x:.6} {y:.6} {t:.6} {seconds:.6} nohost {seconds:.6}\n",
+        ranges.len(),
+        words.join(" ")
+    )
+}
+
+fn small_log() -> String {
+    let mut text = String::from("# comment \u{e9}\nPARAM robot_frontlaser_offset 0.0 nohost 0\n");
+    for i in 0..6 {
+        let x = f64::from(i);
+        text += &format!("ODOM {x} 0 0 0 0 0 {x}.5 nohost {x}.5\n");
+        text += &flaser(&[1.0, 2.0, 81.83, 0.0], (x, 0.0, 0.1), 100.0 - x);
+    }
+    text
+}
+
+fn message(bytes: &[u8]) -> String {
+    CarmenLog::parse(bytes).unwrap_err().to_string()
+}
+
+#[test]
+fn scans_come_sorted_by_ipc_time_with_their_odometry() {
+    let log = CarmenLog::parse(small_log().as_bytes()).unwrap();
+    assert_eq!(
+        (log.scans.len(), log.odometry_messages, log.backward_stamps),
+        (6, 6, 5)
+    );
+    assert!(
+        log.scans
+            .windows(2)
+            .all(|w| w[0].ipc_seconds < w[1].ipc_seconds)
+    );
+    assert!((log.scans[0].odom_from_robot.x() - 5.0).abs() < 1e-12);
+    assert!((log.duration() - 5.0).abs() < 1e-9);
+    let scan = log.scan(&log.scans[1]);
+    assert_eq!(scan.validate(), Ok(()));
+    assert_eq!(scan.stamp, Stamp(1_000_000));
+    assert_eq!(scan.ranges[1], 2.0);
+    assert!(scan.ranges[2].is_infinite() && scan.ranges[3].is_nan());
+    assert_eq!(
+        log.params,
+        [("robot_frontlaser_offset".to_owned(), "0.0".to_owned())]
+    );
+}
+
+#[test]
+fn any_cut_into_chunks_gives_the_same_log() {
+    let text = small_log().replace('\n', "\r\n");
+    let whole = CarmenLog::parse(text.as_bytes()).unwrap();
+    for size in [1, 2, 7, 100] {
+        let mut reader = CarmenReader::default();
+        for chunk in text.as_bytes().chunks(size) {
+            reader.push(chunk).unwrap();
+        }
+        let log = reader.finish().unwrap();
+        assert_eq!(
+            (log.scans, log.readings),
+            (whole.scans.clone(), whole.readings.clone())
+        );
+    }
+}
+
+#[test]
+fn half_circles_run_from_right_to_left() {
+    for (beams, step, last) in [
+        (180, 1.0, 89.0),
+        (181, 1.0, 90.0),
+        (360, 0.5, 89.5),
+        (361, 0.5, 90.0),
+        (1, 180.0, -90.0),
+    ] {
+        let fan = BeamFan::half_circle(beams);
+        let degrees = |i: usize| (fan.first + i as f64 * fan.step).to_degrees();
+        assert!((degrees(0) + 90.0).abs() < 1e-9);
+        assert!((fan.step.to_degrees() - step).abs() < 1e-9, "{beams}");
+        assert!((degrees(beams - 1) - last).abs() < 1e-9, "{beams}");
+    }
+}
+
+#[test]
+fn laser_offset_is_the_difference_of_the_two_poses() {
+    let line = "FLASER 1 2.0 -2.994295 8.292039 -3.120965 -3.034287 8.291214 -3.120965 1211.52 magnum 0.01\n";
+    let log = CarmenLog::parse(line.as_bytes()).unwrap();
+    let offset = log.scans[0].robot_from_sensor;
+    assert!((offset.x() + 0.04).abs() < 1e-4 && offset.y().abs() < 1e-4);
+    assert!(offset.heading().abs() < 1e-9);
+}
+
+#[test]
+fn robotlaser_says_its_own_fan_and_limit() {
+    let line = "ROBOTLASER1 0 -1.5 3.0 1.5 30.0 0.01 0 3 1.0 2.0 30.0 0 0.1 0 0 0 0 0 0.2 0.1 1 1 0 7.5 host 0.1";
+    let log = CarmenLog::parse(line.as_bytes()).unwrap();
+    assert_eq!(log.laser, Laser::Robot1);
+    let scan = log.scan(&log.scans[0]);
+    assert_eq!(scan.bearings, [-1.5, 0.0, 1.5]);
+    assert!(scan.ranges[2].is_infinite());
+    assert!((scan.robot_from_sensor.x() - 0.1).abs() < 1e-12);
+    assert!((log.scans[0].ipc_seconds - 7.5).abs() < 1e-12);
+}
+
+#[test]
+fn the_largest_reading_is_a_code_when_it_is_repeated() {
+    let mut text = String::new();
+    for i in 0..50 {
+        text += &flaser(&[1.0, 2.0, 7.99, 8.0], (0.0, 0.0, 0.0), f64::from(i));
+    }
+    let log = CarmenLog::parse(text.as_bytes()).unwrap();
+    assert!(log.no_return_from > 7.98 && log.no_return_from <= 8.0);
+}
+
+#[test]
+fn bad_files_are_told_what_where_and_what_was_expected() {
+    let good = flaser(&[1.0, 2.0], (0.0, 0.0, 0.0), 1.0);
+    assert!(message(b"").starts_with("the file is empty"));
+    assert!(message(b" \n\n").starts_with("the file is empty"));
+    let jpeg = message(b"\xff\xd8\xff\xe0\x00\x10JFIF\x00\x01");
+    assert_eq!(
+        jpeg,
+        "line 1: byte 1 is 0xff, which is not text; expected a CARMEN log, one message per line"
+    );
+    assert!(message(b"hello\nworld\n").starts_with("no laser message in 2 lines"));
+    let nan = message((good.clone() + &good.replace("2.00", "nan")).as_bytes());
+    assert_eq!(
+        nan,
+        "line 2, field 4 of FLASER is \"nan\", expected a range in metres, finite and at least 0"
+    );
+    let short = message((good.replace("FLASER 2", "FLASER 3") + &good).as_bytes());
+    assert_eq!(
+        short,
+        "line 1: FLASER of 3 readings needs 14 fields, found 13"
+    );
+    let cut = format!("{good}{}", &good[..good.len() / 2]);
+    let cut = message(cut.as_bytes());
+    assert!(
+        cut.starts_with("line 2: the file is cut off within its last message"),
+        "{cut}"
+    );
+    assert!(message(good.replace("2.00", "-2.00").as_bytes()).contains("at least 0"));
+    let endless = vec![b'a'; MAX_LINE + 2];
+    assert!(message(&endless).contains("longer than"));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1000, ..ProptestConfig::default() })]
+    #[test]
+    fn damaged_logs_never_panic(
+        edits in proptest::collection::vec((0.0..1.0_f64, 0_u8..5, any::<u8>()), 1..12),
+    ) {
+        let mut bytes = small_log().into_bytes();
+        for (place, kind, byte) in edits {
+            let at = ((bytes.len() as f64 * place) as usize).min(bytes.len().saturating_sub(1));
+            match kind {
+                0 => { bytes.truncate(at); }
+                1 => { if let Some(b) = bytes.get_mut(at) { *b = byte; } }
+                2 => { bytes.insert(at.min(bytes.len()), byte); }
+                3 => { if !bytes.is_empty() { bytes.remove(at); } }
+                _ => { let tail = bytes[at..].to_vec(); bytes.extend(tail); }
+            }
+        }
+        match CarmenLog::parse(&bytes) {
+            Ok(log) => for scan in &log.scans { prop_assert_eq!(log.scan(scan).validate(), Ok(())); },
+            Err(error) => prop_assert!(!error.to_string().is_empty()),
+        }
+    }
+}

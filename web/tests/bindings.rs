@@ -1,0 +1,194 @@
+//! The bindings in a browser, as the page's worker calls them.
+#![cfg(target_family = "wasm")]
+#![allow(missing_docs)] // a test binary has no public interface
+
+use slamlab_core::experiment::{Experiment, ExperimentConfig};
+use slamlab_core::pilot::Mode;
+use slamlab_core::robot::RobotModel;
+use slamlab_core::sim::{SensorModel, worlds};
+use slamlab_web::{WebExperiment, WebLogReader, WebReplay};
+use wasm_bindgen::{JsError, JsValue};
+use wasm_bindgen_test::{wasm_bindgen_test, wasm_bindgen_test_configure};
+
+wasm_bindgen_test_configure!(run_in_dedicated_worker);
+
+const BLOCK: usize = 64 * 64;
+
+fn experiment(world: &str, is_file: bool) -> Result<WebExperiment, String> {
+    WebExperiment::new(world, is_file, "lidar", 7, "line-ekf", "explore").map_err(words)
+}
+
+/// The error as a browser would print it.
+fn words(error: JsError) -> String {
+    format!("{:?}", JsValue::from(error))
+}
+
+#[wasm_bindgen_test]
+fn an_experiment_steps_and_has_frames() {
+    let mut run = experiment("arena", false).expect("a built-in world");
+    for _ in 0..200 {
+        run.step().map_err(words).expect("a step");
+    }
+    let status = run.status();
+    assert!((status.time - 10.0).abs() < 1e-9);
+    assert!(status.scans > 20 && !status.finished);
+    assert_eq!(run.mode(), "explore");
+    assert!(run.scan().len() > 200 && run.scan().len() % 2 == 0);
+    assert!(!run.lines().is_empty() && run.lines().len() % 11 == 0);
+    assert!(!run.truth().is_empty() && run.truth().len() % 4 == 0);
+    assert!(run.explored() > 0.1 && run.known_area() > 1.0);
+    assert_eq!(run.state_hash().len(), 16);
+    assert!(
+        run.map_pgm()
+            .map_err(words)
+            .expect("a map")
+            .starts_with(b"P5")
+    );
+}
+
+#[wasm_bindgen_test]
+fn the_grid_is_told_in_blocks_that_changed() {
+    let mut run = experiment("arena", false).expect("a built-in world");
+    for _ in 0..60 {
+        run.step().map_err(words).expect("a step");
+    }
+    let all = run.grid_since(0.0);
+    assert!(!all.index().is_empty());
+    assert_eq!(all.cells().len(), all.index().len() / 2 * BLOCK);
+    assert!(
+        run.grid_since(all.revision()).index().is_empty(),
+        "nothing is new"
+    );
+    for _ in 0..20 {
+        run.step().map_err(words).expect("a step");
+    }
+    let more = run.grid_since(all.revision());
+    assert!(!more.index().is_empty() && more.revision() > all.revision());
+}
+
+#[wasm_bindgen_test]
+fn a_run_through_the_bindings_has_the_bits_of_the_core() {
+    let mut run = experiment("doors", false).expect("a built-in world");
+    let config = ExperimentConfig {
+        mode: Mode::Explore,
+        ..ExperimentConfig::new(
+            worlds::builtin("doors").expect("a built-in world"),
+            RobotModel::rp6(),
+            SensorModel::lidar(),
+            7,
+        )
+    };
+    let mut core = Experiment::new(config).expect("a good setup");
+    for _ in 0..300 {
+        run.step().map_err(words).expect("a step");
+        core.step().expect("a step");
+    }
+    assert_eq!(run.state_hash(), format!("{:016x}", core.state_hash()));
+}
+
+#[wasm_bindgen_test]
+fn the_hand_takes_over_and_stop_stops() {
+    let mut run = experiment("arena", false).expect("a built-in world");
+    run.drive(1.0, 0.0);
+    for _ in 0..40 {
+        run.step().map_err(words).expect("a step");
+    }
+    assert_eq!(run.mode(), "manual");
+    let driven = run.status().distance;
+    assert!(driven > 0.2);
+    run.stop();
+    for _ in 0..40 {
+        run.step().map_err(words).expect("a step");
+    }
+    let stopped = run.status().distance;
+    for _ in 0..40 {
+        run.step().map_err(words).expect("a step");
+    }
+    assert!((run.status().distance - stopped).abs() < 1e-3);
+}
+
+#[wasm_bindgen_test]
+fn what_cannot_be_is_refused_in_a_sentence() {
+    let refuse =
+        |world: &str, is_file: bool| experiment(world, is_file).expect_err("no such world");
+    assert!(refuse("atlantis", false).contains("there is no world `atlantis`"));
+    assert!(refuse("", true).contains("empty"));
+    assert!(refuse("{ \"slamlab_world\": 1,", true).contains("line 1"));
+    let in_wall = r#"{ "slamlab_world": 1, "name": "w", "start": { "x": 0.05, "y": 1 },
+        "obstacles": [{ "shape": "polyline", "closed": true, "points": [[0, 0], [4, 0], [4, 3], [0, 3]] }] }"#;
+    let text = refuse(in_wall, true);
+    assert!(text.contains("line 1") && text.contains("start"), "{text}");
+}
+
+/// A robot that drives along a room of 6 x 4 m, without any error.
+fn log(scans: usize) -> String {
+    let scan = |i: usize| {
+        let x = 1.0 + 0.05 * i as f64;
+        let ranges = (0..180).map(|k| {
+            let bearing = f64::from(k - 90).to_radians();
+            let along = |d: f64, gap_ahead: f64, gap_behind: f64| match d {
+                d if d > 1e-9 => gap_ahead / d,
+                d if d < -1e-9 => gap_behind / -d,
+                _ => f64::INFINITY,
+            };
+            let (sin, cos) = (bearing.sin(), bearing.cos());
+            format!("{:.2} ", along(cos, 6.0 - x, x).min(along(sin, 2.0, 2.0)))
+        });
+        let ranges: String = ranges.collect();
+        format!(
+            "FLASER 180 {ranges}{x} 2 0 {x} 2 0 {}.0 robot {}.0\n",
+            1000 + i,
+            i
+        )
+    };
+    (0..scans).map(scan).collect()
+}
+
+fn read(bytes: &[u8], chunk: usize) -> Result<WebReplay, String> {
+    let mut reader = WebLogReader::new("scan-matching").map_err(words)?;
+    for part in bytes.chunks(chunk) {
+        reader.push(part).map_err(words)?;
+    }
+    reader.finish().map_err(words)
+}
+
+#[wasm_bindgen_test]
+fn a_log_read_in_pieces_is_mapped_to_its_end() {
+    let text = log(40);
+    let mut hashes = vec![];
+    for chunk in [97, text.len()] {
+        let mut replay = read(text.as_bytes(), chunk).expect("a good log");
+        let mut steps = 0;
+        while replay.step() {
+            steps += 1;
+        }
+        assert_eq!(steps, 40);
+        let status = replay.status();
+        assert_eq!((status.scans, status.progress), (40, 1.0));
+        assert!(
+            (status.x - 1.95).abs() < 0.02 && status.y.abs() < 0.02,
+            "{status:?}"
+        );
+        assert_eq!(replay.trail().len(), 40 * 6);
+        assert!(!replay.scan().is_empty() && !replay.grid_since(0.0).index().is_empty());
+        hashes.push(replay.state_hash());
+    }
+    assert_eq!(hashes.first(), hashes.last());
+}
+
+#[wasm_bindgen_test]
+fn a_bad_log_is_refused_with_its_line() {
+    let refuse = |bytes: &[u8]| read(bytes, 50).expect_err("no log");
+    assert!(refuse(b"").contains("empty"));
+    assert!(refuse(&[0xff, 0xd8, 0xff, 0xe0]).contains("not text"));
+    let text = log(3);
+    assert!(refuse(&text.as_bytes()[..text.len() - 700]).contains("line 3"));
+    let nan = text.replacen(" 2.00 ", " nan ", 1);
+    assert!(refuse(nan.as_bytes()).contains("\"nan\""));
+    assert!(
+        WebLogReader::new("guessing")
+            .map_err(words)
+            .expect_err("no method")
+            .contains("guessing")
+    );
+}
