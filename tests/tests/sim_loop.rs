@@ -1,0 +1,69 @@
+//! Whole runs in the simulated worlds, judged by the truth that only the simulation knows.
+//!
+//! Few seeds, so that the suite stays quick; `--example simulate` runs any others.
+#![cfg(not(target_family = "wasm"))]
+
+use slamlab_core::experiment::{Experiment, ExperimentConfig, Figures};
+use slamlab_core::pilot::{Mode, Status};
+use slamlab_core::robot::RobotModel;
+use slamlab_core::sim::{SensorModel, World, reachable_area, worlds};
+
+/// Simulated seconds after which an errand counts as endless.
+const ENDLESS: f64 = 1800.0;
+
+/// Runs the errand to its end.
+fn run(world: &World, sensor: SensorModel, mode: Mode, seed: u64) -> (Experiment, Figures) {
+    let robot = RobotModel::rp6();
+    let area = reachable_area(world, robot.radius(), 0.05);
+    let config = ExperimentConfig {
+        mode,
+        ..ExperimentConfig::new(world.clone(), robot, sensor, seed)
+    };
+    let mut experiment = Experiment::new(config).unwrap();
+    while !experiment.status().is_over() && experiment.seconds() < ENDLESS {
+        experiment.step().unwrap();
+    }
+    let figures = experiment.figures(&area);
+    (experiment, figures)
+}
+
+fn lidar_explores(name: &str, seed: u64) {
+    let world = worlds::builtin(name).unwrap();
+    let (experiment, figures) = run(&world, SensorModel::lidar(), Mode::Explore, seed);
+    let said = format!("{name}, seed {seed}: {}, {figures:?}", experiment.status());
+    assert!(matches!(experiment.status(), Status::Finished(_)), "{said}");
+    assert!(figures.explored_fraction > 0.95, "{said}");
+    assert_eq!(figures.contacts, 0, "{said}");
+    assert!(figures.position_error < 0.10, "{said}");
+    assert!(figures.heading_error.to_degrees() < 2.0, "{said}");
+    // One run's mean scatters widely around 3: what lies beyond this is a broken filter.
+    assert!(figures.nees_mean.is_some_and(|n| n < 8.0), "{said}");
+}
+
+#[test]
+fn lidar_explores_the_arena_to_its_end() {
+    lidar_explores("arena", 1);
+}
+
+#[test]
+fn lidar_explores_rooms_with_doors_to_their_end() {
+    lidar_explores("doors", 1);
+}
+
+#[test]
+fn rangers_bring_the_robot_to_its_goal_by_truth() {
+    let world = worlds::builtin("arena").unwrap();
+    let goal = world.start.inverse() * world.goal.unwrap();
+    let mut nees = vec![];
+    for seed in 1..=4 {
+        let (experiment, figures) = run(&world, SensorModel::rangers(), Mode::GoTo(goal), seed);
+        let off = (experiment.truth().position() - goal).norm();
+        let said = format!("seed {seed}: {}, {off:.3} m off", experiment.status());
+        assert!(matches!(experiment.status(), Status::Finished(_)), "{said}");
+        assert!(off < 0.15, "{said}");
+        assert_eq!(figures.contacts, 0, "{said}");
+        nees.extend(figures.nees_mean);
+    }
+    let mean = nees.iter().sum::<f64>() / nees.len() as f64;
+    assert!(mean > 0.5 && mean < 6.0, "mean NEES {mean}, 3 is honest");
+}
