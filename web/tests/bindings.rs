@@ -164,7 +164,7 @@ fn a_log_read_in_pieces_is_mapped_to_its_end() {
     for chunk in [97, text.len()] {
         let mut replay = read(text.as_bytes(), chunk).expect("a good log");
         let mut steps = 0;
-        while replay.step() {
+        while replay.step().map_err(words).expect("a good scan") {
             steps += 1;
         }
         assert_eq!(steps, 40);
