@@ -18,9 +18,9 @@ use wasm_bindgen_test::wasm_bindgen_test as test;
 #[cfg(target_family = "wasm")]
 wasm_bindgen_test::wasm_bindgen_test_configure!(run_in_dedicated_worker);
 
-const LIDAR_EXPLORES: u64 = 0xc4bf_0421_30fd_cb99;
+const LIDAR_EXPLORES: u64 = 0xe044_599b_637d_bff3;
 const LIDAR_MATCHES: u64 = 0xbc03_7c3d_bc4a_1d57;
-const RANGERS_EXPLORE: u64 = 0x00d0_884c_5365_5c74;
+const RANGERS_EXPLORE: u64 = 0xebd5_c5b4_7eb6_878a;
 const RECORDING: u64 = 0x7852_1b47_98b7_db88;
 
 fn check(found: u64, expected: u64) {
