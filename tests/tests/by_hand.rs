@@ -1,4 +1,6 @@
 //! Whoever leans on a key touches nothing.
+#![cfg(not(target_family = "wasm"))]
+#![allow(missing_docs, clippy::unwrap_used)] // a test binary has no public interface, and failing is its trade
 
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::pilot::Mode;
