@@ -132,6 +132,12 @@ impl Experiment {
     ///
     /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors make none such.
     pub fn step(&mut self) -> Result<bool, SlamError> {
+        self.decide();
+        self.advance()
+    }
+
+    /// The first half of a step: the pilot looks at the map and tells the robot what to do.
+    pub fn decide(&mut self) {
         let estimate = self.slam.estimate();
         let command = self.pilot.steer(&Situation {
             stamp: self.sim.stamp(),
@@ -145,6 +151,12 @@ impl Experiment {
         if let Some(command) = command {
             self.sim.command(command);
         }
+    }
+
+    /// The second half of a step: the robot moves, odometry and scans are taken in. Tells whether a scan was.
+    ///
+    /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors make none such.
+    pub fn advance(&mut self) -> Result<bool, SlamError> {
         let mut has_scanned = false;
         for _ in 0..READINGS {
             self.sim.advance(CONTROL_PERIOD / f64::from(READINGS));

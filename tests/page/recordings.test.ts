@@ -31,7 +31,7 @@ test('a dropped log becomes the map of its room', async ({ lab, page }) => {
 test('a chosen log can be cancelled, and the map so far stays', async ({ lab }) => {
   await lab.open();
   await lab.show('run');
-  await lab.at('file').setInputFiles({ name: 'long.clf', mimeType: 'text/plain', buffer: Buffer.from(record(5000).text) });
+  await lab.at('file').setInputFiles({ name: 'long.clf', mimeType: 'text/plain', buffer: Buffer.from(record(2500).text) });
   await expect.poll(async () => (await lab.state()).source, { message: 'the recording is shown', timeout: 30_000 }).toBe('replay');
   await lab.speed('4');
   await lab.watch((s) => s.scans, 'scans are mapped').toBeGreaterThan(20);
@@ -39,7 +39,7 @@ test('a chosen log can be cancelled, and the map so far stays', async ({ lab }) 
   await lab.at('cancel').click();
   await lab.watch((s) => s.reason, 'it ends here').toBe('cancelled');
   const { scans } = await lab.status();
-  expect(scans).toBeLessThan(5000);
+  expect(scans).toBeLessThan(2500);
   expect((await lab.state()).blocks, 'the map stays').toBeGreaterThan(0);
   await lab.show('log');
   await expect(lab.at('log')).toContainText('the map so far stays');
@@ -52,7 +52,7 @@ test(`the recording ${INTEL} becomes a map in less than a minute, and the page l
   const file = `${folder}/${INTEL}`;
   test.skip(!existsSync(file), `${file} is absent`);
   test.skip(hasTouch, 'once is enough');
-  test.setTimeout(120_000);
+  test.setTimeout(180_000);
   await lab.open();
   await page.evaluate(() => {
     const gaps = { longest: 0, count: 0 };
@@ -70,22 +70,16 @@ test(`the recording ${INTEL} becomes a map in less than a minute, and the page l
   await lab.at('file').setInputFiles(file);
   await expect.poll(async () => (await lab.state()).source, { timeout: 30_000 }).toBe('replay');
   const opened = Date.now();
-  let [frames, seq] = [0, 0];
-  await expect.poll(async () => {
-    const state = await lab.state();
-    if (!state.status?.finished) {
-      frames += 1;
-      expect(state.seq, 'frames keep coming').toBeGreaterThan(seq);
-    }
-    seq = state.seq;
-    return state.status?.finished;
-  }, { timeout: 90_000, intervals: [1000] }).toBe(true);
+  let seq = 0;
+  while (!(await lab.status()).finished) {
+    await expect.poll(async () => (await lab.state()).seq, { message: 'frames keep coming', timeout: 5_000 }).toBeGreaterThan(seq);
+    ({ seq } = await lab.state());
+  }
   const seconds = (Date.now() - begin) / 1000;
   const gaps = await page.evaluate(() => (window as unknown as { gaps: { longest: number; count: number } }).gaps);
   const said = `${seconds.toFixed(1)} s (opened after ${((opened - begin) / 1000).toFixed(1)} s), ${(gaps.count / seconds).toFixed(0)} pictures a second, longest gap ${gaps.longest.toFixed(0)} ms, ${seq} frames`;
   info.annotations.push({ type: INTEL, description: said });
   console.log(`${INTEL}: ${said}`);
-  expect(frames).toBeGreaterThan(0);
   expect(seconds).toBeLessThan(60);
   expect((await lab.status()).scans).toBe(13631);
 });

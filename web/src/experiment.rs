@@ -103,11 +103,16 @@ impl WebExperiment {
         Ok(Self { experiment, area })
     }
 
-    /// One control period.
+    /// First half of a control period: the pilot decides.
+    pub fn decide(&mut self) {
+        self.experiment.decide();
+    }
+
+    /// Second half of a control period: the robot moves, senses and maps.
     ///
     /// # Errors    A scan that cannot be used.
-    pub fn step(&mut self) -> Result<(), JsError> {
-        self.experiment.step()?;
+    pub fn advance(&mut self) -> Result<(), JsError> {
+        self.experiment.advance()?;
         Ok(())
     }
 

@@ -23,11 +23,16 @@ fn words(error: JsError) -> String {
     format!("{:?}", JsValue::from(error))
 }
 
+fn step(run: &mut WebExperiment) {
+    run.decide();
+    run.advance().map_err(words).expect("a good scan");
+}
+
 #[wasm_bindgen_test]
 fn an_experiment_steps_and_has_frames() {
     let mut run = experiment("arena", false).expect("a built-in world");
     for _ in 0..200 {
-        run.step().map_err(words).expect("a step");
+        step(&mut run);
     }
     let status = run.status();
     assert!((status.time - 10.0).abs() < 1e-9);
@@ -50,7 +55,7 @@ fn an_experiment_steps_and_has_frames() {
 fn the_grid_is_told_in_blocks_that_changed() {
     let mut run = experiment("arena", false).expect("a built-in world");
     for _ in 0..60 {
-        run.step().map_err(words).expect("a step");
+        step(&mut run);
     }
     let all = run.grid_since(0.0);
     assert!(!all.index().is_empty());
@@ -60,7 +65,7 @@ fn the_grid_is_told_in_blocks_that_changed() {
         "nothing is new"
     );
     for _ in 0..20 {
-        run.step().map_err(words).expect("a step");
+        step(&mut run);
     }
     let more = run.grid_since(all.revision());
     assert!(!more.index().is_empty() && more.revision() > all.revision());
@@ -80,7 +85,7 @@ fn a_run_through_the_bindings_has_the_bits_of_the_core() {
     };
     let mut core = Experiment::new(config).expect("a good setup");
     for _ in 0..300 {
-        run.step().map_err(words).expect("a step");
+        step(&mut run);
         core.step().expect("a step");
     }
     assert_eq!(run.state_hash(), format!("{:016x}", core.state_hash()));
@@ -91,18 +96,18 @@ fn the_hand_takes_over_and_stop_stops() {
     let mut run = experiment("arena", false).expect("a built-in world");
     run.drive(1.0, 0.0);
     for _ in 0..40 {
-        run.step().map_err(words).expect("a step");
+        step(&mut run);
     }
     assert_eq!(run.mode(), "manual");
     let driven = run.status().distance;
     assert!(driven > 0.2);
     run.stop();
     for _ in 0..40 {
-        run.step().map_err(words).expect("a step");
+        step(&mut run);
     }
     let stopped = run.status().distance;
     for _ in 0..40 {
-        run.step().map_err(words).expect("a step");
+        step(&mut run);
     }
     assert!((run.status().distance - stopped).abs() < 1e-3);
 }
@@ -159,7 +164,7 @@ fn a_log_read_in_pieces_is_mapped_to_its_end() {
     for chunk in [97, text.len()] {
         let mut replay = read(text.as_bytes(), chunk).expect("a good log");
         let mut steps = 0;
-        while replay.step() {
+        while replay.step().map_err(words).expect("a good scan") {
             steps += 1;
         }
         assert_eq!(steps, 40);

@@ -2,7 +2,8 @@
 
 import { SAMPLE_STRIDE } from "./protocol.js";
 
-const MOST = 6000;
+/** A plot is some 300 pixels wide: more samples cost time and show nothing. */
+const MOST = 2000;
 
 export class History {
   /** One column for each number of a sample, see SAMPLE. */

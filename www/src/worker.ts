@@ -46,7 +46,7 @@ let stale = false;
 let anchor = { wall: 0, time: 0 };
 /** The pace over the last second. */
 let pace = { wall: 0, time: 0, factor: NaN };
-let hashAt = 0;
+let hashAt = -Infinity;
 let scheduled = false;
 const immediate = new MessageChannel();
 immediate.port1.onmessage = () => turn();
@@ -139,7 +139,7 @@ function setPlaying(next: boolean): void {
     post({ kind: "playing", playing });
   }
   rebase();
-  hashAt = 0;
+  hashAt = -Infinity;
   stale = true;
   schedule(true);
 }
@@ -175,7 +175,7 @@ function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, 
   run += 1;
   seq = 0;
   stale = true;
-  hashAt = 0;
+  hashAt = -Infinity;
   began = performance.now();
   playing = answer.playing;
   post({ kind: "started", run, source: next.kind, title: next.title, ...answer });

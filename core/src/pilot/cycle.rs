@@ -186,3 +186,22 @@ impl HandScan {
 fn has_moved(motion: &Pose2) -> bool {
     motion.position().coords.norm() > 0.1 || motion.heading().abs() > 0.3
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn leg_and_turn_together_cost_the_heading_what_was_allowed() {
+        let model = RobotModel::rp6();
+        let noise = &model.odometry_noise;
+        let turns = noise.heading_per_radian + noise.per_metre / model.track_width;
+        let metres = 2.0 * noise.per_metre / (model.track_width * model.track_width);
+        for turn in [0.0, 0.3, -0.3, 0.6] {
+            let length = trusted_length(turn, &model, 0.05);
+            let variance = turns * turn.abs() + metres * length;
+            assert!((variance - 0.05 * 0.05).abs() < 1e-12, "{turn}");
+        }
+        assert!(trusted_length(3.0, &model, 0.05) < 0.0);
+    }
+}

@@ -30,7 +30,8 @@ export interface ExperimentStatusHandle {
 }
 
 export interface ExperimentHandle extends MapHandle {
-  step(): void;
+  decide(): void;
+  advance(): void;
   status(): ExperimentStatusHandle;
   mode(): string;
   activity(): string;
@@ -48,6 +49,10 @@ export interface ExperimentHandle extends MapHandle {
   tree(): Float32Array;
   frontiers(): Float32Array;
 }
+
+const EMPTY = new Float32Array(0);
+
+type PlanPart = "path" | "rawPath" | "tree" | "frontiers";
 
 /** The plan is fetched this often, wall milliseconds: trees are long and change seldom. */
 const PLAN_PERIOD = 120;
@@ -68,6 +73,8 @@ export class SimSource implements Source {
   #features = 0;
   #truthSent = false;
   #planAt = -Infinity;
+  #scanSent = -1;
+  #sent: Record<PlanPart, Float32Array> = { path: EMPTY, rawPath: EMPTY, tree: EMPTY, frontiers: EMPTY };
   #told = { goal: "", end: "", contacts: 0 };
   #notes: Note[] = [];
 
@@ -83,8 +90,10 @@ export class SimSource implements Source {
   }
 
   step(): void {
+    this.#run.decide();
+    // Planning is not counted: the plot tells what a scan costs.
     const begin = performance.now();
-    this.#run.step();
+    this.#run.advance();
     this.#look(performance.now() - begin);
   }
 
@@ -143,22 +152,33 @@ export class SimSource implements Source {
     if (plan) this.#planAt = now;
     const truth = this.#truthSent ? null : this.#run.truth();
     this.#truthSent = true;
-    const lines = this.#run.lines();
-    this.#features = countWalls(lines);
+    const scanned = this.#scanSent !== this.scans;
+    this.#scanSent = this.scans;
+    const lines = scanned ? this.#run.lines() : null;
+    if (lines) this.#features = countWalls(lines);
     return {
       ...this.#grid.next(this.#run),
-      scan: this.#run.scan(),
+      scan: scanned ? this.#run.scan() : null,
       lines,
       truth,
       movers: this.#run.movers(),
-      path: this.#run.path(),
-      rawPath: plan ? this.#run.raw_path() : null,
-      tree: plan ? this.#run.tree() : null,
-      frontiers: plan ? this.#run.frontiers() : null,
+      path: this.#fresh("path", this.#run.path()),
+      rawPath: plan ? this.#fresh("rawPath", this.#run.raw_path()) : null,
+      tree: plan ? this.#fresh("tree", this.#run.tree()) : null,
+      frontiers: plan ? this.#fresh("frontiers", this.#run.frontiers()) : null,
       trail: this.#trail.take(),
       trailAnew: false,
       samples: this.#samples.take(),
     };
+  }
+
+  /** What differs from what the page has; null where it is the same. */
+  #fresh(name: PlanPart, now: Float32Array): Float32Array | null {
+    const before = this.#sent[name];
+    if (before.length === now.length && now.every((number, i) => number === before[i])) return null;
+    // The page takes over what it is sent, so a copy stays.
+    this.#sent[name] = now.slice();
+    return now;
   }
 
   notes(): Note[] {

@@ -22,7 +22,7 @@ export function caption(store: Store): Caption {
   if (store.aiming) return { doing: "Click the map where the robot should go", more: "" };
   const doing = { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode];
   const hint = status.mode === "manual" ? "arrow keys, WASD or the stick" : "";
-  return { doing: playing ? doing : `Paused · ${doing.toLowerCase()}`, more: [status.activity || hint, known].filter(Boolean).join(" · ") };
+  return { doing: playing ? doing : `Paused · ${doing.toLowerCase()}`, more: [known, status.activity || hint].filter(Boolean).join(" · ") };
 }
 
 function sentence(text: string): string {

@@ -26,6 +26,7 @@ export class SlamSetup extends SlamElement {
       label > * { color: var(--ink); font-size: 14px; }
       .wide { grid-column: 1 / -1; }
       .seed { display: flex; gap: 6px; }
+      .seed button:not(.icon) { flex: 1; }
       .files { display: flex; gap: 8px; margin-top: 12px; }
       .files > * { flex: 1; padding: 0 8px; }
       input[type="file"] { position: absolute; width: 1px; height: 1px; opacity: 0; }

@@ -12,7 +12,7 @@ export class SlamTip extends SlamElement {
   static override styles = [
     shared,
     css`
-      div { display: flex; align-items: center; gap: 8px; padding: 4px 4px 4px 14px; border-radius: 999px; background: var(--ink); color: var(--surface); font-size: 13.5px; box-shadow: var(--shadow); animation: in .4s ease-out; }
+      div { display: flex; align-items: center; gap: 8px; padding: 4px 4px 4px 14px; border-radius: 22px; max-width: calc(100vw - 24px); line-height: 1.3; background: var(--ink); color: var(--surface); font-size: 13.5px; box-shadow: var(--shadow); animation: in .4s ease-out; }
       button { border: 0; background: transparent; border-radius: 50%; min-height: 32px; width: 32px; }
       button:hover { background: #8883; }
       @keyframes in { from { opacity: 0; transform: translateY(6px); } }
@@ -29,7 +29,7 @@ export class SlamTip extends SlamElement {
       this.dismiss();
       return nothing;
     }
-    return html`<div data-testid="tip"><span>Click anywhere on the map: the robot drives there</span><button class="icon" aria-label="Close the hint" @click=${() => this.dismiss()}>${icons.close}</button></div>`;
+    return html`<div data-testid="tip"><span>${matchMedia("(pointer: coarse)").matches ? "Tap" : "Click"} the map: the robot drives there</span><button class="icon" aria-label="Close the hint" @click=${() => this.dismiss()}>${icons.close}</button></div>`;
   }
 
   dismiss(): void {
