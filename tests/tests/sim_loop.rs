@@ -2,6 +2,7 @@
 //!
 //! Few seeds, so that the suite stays quick; `--example simulate` runs any others.
 #![cfg(not(target_family = "wasm"))]
+#![allow(missing_docs, clippy::unwrap_used)] // a test binary has no public interface, and failing is its trade
 
 use slamlab_core::experiment::{Experiment, ExperimentConfig, Figures};
 use slamlab_core::pilot::{Mode, Status};
