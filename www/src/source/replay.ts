@@ -154,6 +154,8 @@ export class ReplaySource implements Source {
 
   #end(text: string, level: Note["level"]): void {
     this.finished = true;
+    // The last picture stands for good: it must not show the area of a moment before.
+    this.#knownArea.refresh();
     this.#notes.push({ time: this.time, level, text });
   }
 

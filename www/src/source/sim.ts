@@ -235,6 +235,7 @@ export class SimSource implements Source {
     const end = s.finished ? this.#run.activity() : "";
     if (end !== this.#told.end && end !== "") {
       this.#explored.refresh();
+      this.#knownArea.refresh();
       note(/^(goal|explored)/.test(end) ? "good" : "warn", end.charAt(0).toUpperCase() + end.slice(1));
     }
     if (s.contacts > this.#told.contacts) note("warn", "Touched something");
