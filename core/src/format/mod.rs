@@ -3,6 +3,7 @@
 pub mod carmen;
 pub mod map_server;
 pub mod relations;
+mod rows;
 pub mod tum;
 pub mod world;
 

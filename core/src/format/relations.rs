@@ -5,6 +5,7 @@
 //!
 //! Source: Kümmerle et al. (2009), "On measuring the accuracy of SLAM algorithms", Autonomous Robots 27.
 
+use super::rows::{RowError, rows};
 use crate::geom::Pose2;
 
 /// The true motion between two scans.
@@ -51,32 +52,8 @@ pub enum RelationsError {
 pub fn parse(bytes: &[u8]) -> Result<Vec<Relation>, RelationsError> {
     let text = String::from_utf8_lossy(bytes);
     let mut relations = vec![];
-    for (line, text) in text.lines().enumerate() {
-        let text = text.split('#').next().unwrap_or("");
-        let words: Vec<_> = text.split_ascii_whitespace().collect();
-        if words.is_empty() {
-            continue;
-        }
-        let line = line + 1;
-        let mut numbers = [0.0; 8];
-        if words.len() != numbers.len() {
-            return Err(RelationsError::Count {
-                line,
-                found: words.len(),
-            });
-        }
-        for (field, (word, number)) in words.iter().zip(&mut numbers).enumerate() {
-            *number = word
-                .parse()
-                .ok()
-                .filter(|n: &f64| n.is_finite())
-                .ok_or_else(|| RelationsError::Field {
-                    line,
-                    field: field + 1,
-                    found: word.chars().take(24).collect(),
-                })?;
-        }
-        let [from_seconds, to_seconds, x, y, _, _, _, yaw] = numbers;
+    for row in rows(&text) {
+        let [from_seconds, to_seconds, x, y, _, _, _, yaw] = row?;
         relations.push(Relation {
             from_seconds,
             to_seconds,
@@ -87,6 +64,15 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Relation>, RelationsError> {
         Err(RelationsError::Empty)
     } else {
         Ok(relations)
+    }
+}
+
+impl From<RowError> for RelationsError {
+    fn from(error: RowError) -> Self {
+        match error {
+            RowError::Count { line, found } => Self::Count { line, found },
+            RowError::Field { line, field, found } => Self::Field { line, field, found },
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 
 use std::fmt::Write as _;
 
+use super::rows::{RowError, rows};
 use crate::geom::{Pose2, sin_cos};
 
 /// Why bytes are no TUM trajectory.
@@ -53,40 +54,21 @@ pub fn write(poses: impl IntoIterator<Item = (f64, Pose2)>) -> String {
 pub fn parse(bytes: &[u8]) -> Result<Vec<(f64, Pose2)>, TumError> {
     let text = String::from_utf8_lossy(bytes);
     let mut poses = vec![];
-    for (line, text) in text.lines().enumerate() {
-        let words: Vec<_> = text
-            .split('#')
-            .next()
-            .unwrap_or("")
-            .split_ascii_whitespace()
-            .collect();
-        if words.is_empty() {
-            continue;
-        }
-        let line = line + 1;
-        let mut numbers = [0.0; 8];
-        if words.len() != numbers.len() {
-            return Err(TumError::Count {
-                line,
-                found: words.len(),
-            });
-        }
-        for (field, (word, number)) in words.iter().zip(&mut numbers).enumerate() {
-            *number = word
-                .parse()
-                .ok()
-                .filter(|n: &f64| n.is_finite())
-                .ok_or_else(|| TumError::Field {
-                    line,
-                    field: field + 1,
-                    found: word.chars().take(24).collect(),
-                })?;
-        }
-        let [seconds, x, y, _, qx, qy, qz, qw] = numbers;
+    for row in rows(&text) {
+        let [seconds, x, y, _, qx, qy, qz, qw] = row?;
         let heading = libm::atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz));
         poses.push((seconds, Pose2::new(x, y, heading)));
     }
     Ok(poses)
+}
+
+impl From<RowError> for TumError {
+    fn from(error: RowError) -> Self {
+        match error {
+            RowError::Count { line, found } => Self::Count { line, found },
+            RowError::Field { line, field, found } => Self::Field { line, field, found },
+        }
+    }
 }
 
 #[cfg(test)]
