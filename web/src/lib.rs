@@ -5,11 +5,13 @@
 
 mod experiment;
 mod replay;
+mod status;
 mod view;
 
-pub use experiment::{ExperimentStatus, SetupError, WebExperiment};
-pub use replay::{ReplayStatus, WebLogReader, WebReplay};
-pub use view::GridBlocks;
+pub use experiment::{SetupError, WebExperiment};
+pub use replay::{WebLogReader, WebReplay};
+pub use status::RunStatus;
+pub use view::{MapFiles, SlamView};
 
 use wasm_bindgen::prelude::wasm_bindgen;
 

@@ -38,17 +38,14 @@ fn an_experiment_steps_and_has_frames() {
     assert!((status.time - 10.0).abs() < 1e-9);
     assert!(status.scans > 20 && !status.finished);
     assert_eq!(run.mode(), "explore");
-    assert!(run.scan().len() > 200 && run.scan().len() % 2 == 0);
-    assert!(!run.lines().is_empty() && run.lines().len() % 11 == 0);
+    let view = run.view(0, 0.0);
+    assert!(view.scan.len() > 200 && view.scan.len() % 2 == 0);
+    assert!(!view.lines.is_empty() && view.lines.len() % 11 == 0);
     assert!(!run.truth().is_empty() && run.truth().len() % 4 == 0);
     assert!(run.explored() > 0.1 && run.known_area() > 1.0);
     assert_eq!(run.state_hash().len(), 16);
-    assert!(
-        run.map_pgm()
-            .map_err(words)
-            .expect("a map")
-            .starts_with(b"P5")
-    );
+    let files = run.map_files("arena.pgm").map_err(words).expect("a map");
+    assert!(files.pgm.starts_with(b"P5") && files.yaml.contains("arena.pgm"));
 }
 
 #[wasm_bindgen_test]
@@ -57,18 +54,18 @@ fn the_grid_is_told_in_blocks_that_changed() {
     for _ in 0..60 {
         step(&mut run);
     }
-    let all = run.grid_since(0.0);
-    assert!(!all.index().is_empty());
-    assert_eq!(all.cells().len(), all.index().len() / 2 * BLOCK);
-    assert!(
-        run.grid_since(all.revision()).index().is_empty(),
-        "nothing is new"
-    );
+    let all = run.view(0, 0.0);
+    assert!(!all.blocks.is_empty());
+    assert_eq!(all.cells.len(), all.blocks.len() / 2 * BLOCK);
+    let again = run.view(all.generation, all.revision);
+    assert!(again.blocks.is_empty(), "nothing is new");
+    let other = run.view(all.generation + 1, all.revision);
+    assert_eq!(other.blocks, all.blocks, "another generation knows nothing");
     for _ in 0..20 {
         step(&mut run);
     }
-    let more = run.grid_since(all.revision());
-    assert!(!more.index().is_empty() && more.revision() > all.revision());
+    let more = run.view(all.generation, all.revision);
+    assert!(!more.blocks.is_empty() && more.revision > all.revision);
 }
 
 #[wasm_bindgen_test]
@@ -175,7 +172,12 @@ fn a_log_read_in_pieces_is_mapped_to_its_end() {
             "{status:?}"
         );
         assert_eq!(replay.trail().len(), 40 * 6);
-        assert!(!replay.scan().is_empty() && !replay.grid_since(0.0).index().is_empty());
+        let view = replay.view(0, 0.0);
+        assert!(!view.scan.is_empty() && !view.blocks.is_empty());
+        assert!(
+            status.truth_x.is_nan() && status.nees.is_nan(),
+            "a log knows no truth"
+        );
         hashes.push(replay.state_hash());
     }
     assert_eq!(hashes.first(), hashes.last());

@@ -91,6 +91,8 @@ Object.defineProperty(window, "slamlab", {
     get title() { return store.title; },
     get setup() { return store.setup; },
     get seq() { return store.seq; },
+    /** The robot as it is drawn at this moment. */
+    get drawn() { return scene.status && { time: scene.status.time, x: scene.status.x, y: scene.status.y, heading: scene.status.heading }; },
     get framesPerSecond() { return map.frames; },
     get blocks() { return scene.tiles.size; },
     get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }; },

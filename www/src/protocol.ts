@@ -127,8 +127,19 @@ export const SAMPLE = {
   headingSigma3: 4,
   scanMillis: 5,
   explored: 6,
+  nees: 7,
 } as const;
-export const SAMPLE_STRIDE = 7;
+export const SAMPLE_STRIDE = 8;
+
+/** What the time of the run is meant to be at any wall time, so that pictures can be drawn between two steps. */
+export interface Clock {
+  /** Milliseconds since 1970, comparable between page and worker. */
+  wall: number;
+  /** Seconds of the run at that wall time. */
+  time: number;
+  /** Seconds of the run for each second; 0 where the run stands still or goes as fast as it can. */
+  rate: number;
+}
 
 /** One state of the run. Arrays are flat; null where nothing changed since the frame before. */
 export interface Frame {
@@ -137,6 +148,7 @@ export interface Frame {
   run: number;
   /** Grows by one with each frame of a run. */
   seq: number;
+  clock: Clock;
   status: Status;
   grid: GridChange | null;
   /** All blocks so far are worth nothing: the map was drawn anew. */
@@ -179,7 +191,7 @@ export type Answer =
   | { kind: "reading"; name: string; done: number | null }
   | { kind: "playing"; playing: boolean }
   | { kind: "hash"; run: number; text: string }
-  | { kind: "event"; run: number; time: number; level: LogLevel; text: string }
+  | { kind: "event"; run: number; time: number; level: LogLevel; text: string; topic?: string }
   | { kind: "saved"; files: SavedFile[] }
   /** Something could not be done; the state before stays. */
   | { kind: "failed"; text: string };

@@ -15,6 +15,10 @@ export interface LogEntry {
   time: number;
   level: LogLevel;
   text: string;
+  /** Of several entries with the same topic only the newest stands. */
+  topic?: string;
+  /** How many entries this one stands for. */
+  count: number;
 }
 
 export interface Toast {
@@ -77,8 +81,10 @@ export class Store {
     }
   }
 
-  note(entry: LogEntry): void {
-    this.log = [...this.log.slice(-299), entry];
+  note(entry: Omit<LogEntry, "count">): void {
+    const earlier = entry.topic === undefined ? undefined : this.log.find((e) => e.topic === entry.topic);
+    const rest = earlier ? this.log.filter((e) => e !== earlier) : this.log.slice(-299);
+    this.log = [...rest, { ...entry, count: (earlier?.count ?? 0) + 1 }];
     this.tell("log");
   }
 }

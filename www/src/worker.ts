@@ -4,7 +4,7 @@
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
 import init, { WebExperiment, WebLogReader } from "../pkg/slamlab_web.js";
-import { type Answer, type Command, transferables } from "./protocol.js";
+import { type Answer, type Clock, type Command, transferables } from "./protocol.js";
 import { ReplaySource } from "./source/replay.js";
 import { SimSource } from "./source/sim.js";
 import type { Source } from "./source/source.js";
@@ -161,8 +161,12 @@ function show(): void {
   const elapsed = source.kind === "replay" ? (performance.now() - began) / 1000 : NaN;
   const remaining = moment.progress > 0.005 ? (elapsed * (1 - moment.progress)) / moment.progress : NaN;
   const status = { ...moment, realTimeFactor: playing ? pace.factor : NaN, remaining };
-  const frame = { kind: "frame", run, seq, status, ...source.change() } as const;
+  const frame = { kind: "frame", run, seq, clock: clock(), status, ...source.change() } as const;
   post(frame, transferables(frame));
+}
+
+function clock(): Clock {
+  return { wall: performance.timeOrigin + anchor.wall, time: anchor.time, rate: playing && speed !== Infinity ? speed : 0 };
 }
 
 /** Wall ms at which the present run began. */

@@ -26,6 +26,7 @@
 
 mod config;
 mod correct;
+mod correlations;
 mod expect;
 mod input;
 mod landmark;
@@ -48,13 +49,20 @@ use crate::geom::{Pose2, PoseEstimate};
 use crate::robot::Odometry;
 
 pub use self::config::{Consistency, EkfConfig};
+pub use self::correlations::Correlations;
 pub use self::input::EkfError;
 pub use self::landmark::{Landmark, LandmarkId};
-pub use self::report::{Match, Rejected, Rejection, UpdateReport};
+pub use self::report::{
+    Considered, Explanation, Gate, Match, Merged, Rejected, Rejection, UpdateReport, Verdict,
+};
 pub use self::sweep::SweepTiming;
 
 /// Index of the first landmark's α in the state.
 const POSE: usize = 3;
+/// Of the candidates of a line, the report keeps this many.
+const TOLD: usize = 8;
+/// The report leaves out candidates that are so much further away than the gate for new walls; they explain nothing.
+const TOLD_GATES: f64 = 4.0;
 
 /// Line EKF-SLAM.
 #[derive(Clone, Debug)]
@@ -71,6 +79,7 @@ pub struct EkfSlam {
     next_id: u32,
     scans: u32,
     scratch: Scratch,
+    report: UpdateReport,
 }
 
 /// Buffers kept between updates.
@@ -97,6 +106,7 @@ impl EkfSlam {
             next_id: 0,
             scans: 0,
             scratch: Scratch::default(),
+            report: UpdateReport::default(),
         }
     }
 
@@ -128,6 +138,12 @@ impl EkfSlam {
         &self.cov
     }
 
+    /// What the last scan did, and why.
+    #[must_use]
+    pub fn report(&self) -> &UpdateReport {
+        &self.report
+    }
+
     /// Takes in a motion; [`Self::estimate`] follows at once, the filter when the next scan comes.
     ///
     /// # Errors   [`EkfError::Odometry`]; then nothing has changed.
@@ -145,12 +161,13 @@ impl EkfSlam {
         &mut self,
         features: &[LineFeature],
         sweep: &SweepTiming,
-    ) -> Result<UpdateReport, EkfError> {
+    ) -> Result<&UpdateReport, EkfError> {
         for (index, feature) in features.iter().enumerate() {
             check_feature(index, feature)?;
         }
         self.scans += 1;
-        let mut report = UpdateReport::default();
+        let mut report = std::mem::take(&mut self.report);
+        report.clear();
         let mut scratch = std::mem::take(&mut self.scratch);
         let end = sweep.stamp.seconds();
         let moved = self.motion_until(end).motion != Pose2::identity();
@@ -160,7 +177,7 @@ impl EkfSlam {
                 continue;
             };
             if moved && sweep.seconds > 0.0 && feature.first_beam > feature.last_beam {
-                report.reject(index, Rejection::Seam);
+                self.conclude(&mut report, index, Verdict::Rejected(Rejection::Seam));
                 continue;
             }
             self.advance_to(end - sweep.age_of(feature));
@@ -184,7 +201,8 @@ impl EkfSlam {
         for odometry in &self.pending {
             self.ahead = moved_by(&self.ahead, odometry);
         }
-        Ok(report)
+        self.report = report;
+        Ok(&self.report)
     }
 
     /// Steps 3 and 4 for one line, in the robot frame of the state.
@@ -197,28 +215,53 @@ impl EkfSlam {
         report: &mut UpdateReport,
     ) {
         candidates.clear();
-        candidates.extend((0..self.landmarks.len()).filter_map(|l| self.candidate(l, seen)));
-        let scans = self.scans;
-        match choose(candidates, &self.config.association) {
-            Choice::Match(found) if self.landmarks[found.index].last_seen == scans => {
-                report.reject(index, Rejection::Taken);
+        for landmark in 0..self.landmarks.len() {
+            if let Some((candidate, considered)) = self.compare(landmark, seen) {
+                candidates.push(candidate);
+                report.consider(considered);
             }
-            Choice::Match(found) => {
-                self.correct(found.index, seen, gain);
-                report.nis += found.d2;
-                report.matches.push(Match {
-                    feature: index,
-                    landmark: self.landmarks[found.index].id,
-                    d2: found.d2,
-                });
-            }
-            Choice::Ambiguous => report.reject(index, Rejection::Ambiguous),
-            Choice::Near => report.reject(index, Rejection::OutsideGate),
+        }
+        let verdict = match choose(candidates, &self.config.association) {
+            Choice::Match(found) => self.recognise(index, &found, seen, gain, report),
+            Choice::Ambiguous => Verdict::Rejected(Rejection::Ambiguous),
+            Choice::Near => Verdict::Rejected(Rejection::OutsideGate),
             Choice::New => {
                 let id = self.augment(seen);
                 report.added.push((index, id));
+                Verdict::Added(id)
             }
+        };
+        self.conclude(report, index, verdict);
+    }
+
+    /// Step 3 for a line whose landmark is found.
+    fn recognise(
+        &mut self,
+        feature: usize,
+        found: &Candidate,
+        seen: &LineFeature,
+        gain: &mut Vec<[f64; 2]>,
+        report: &mut UpdateReport,
+    ) -> Verdict {
+        if self.landmarks[found.index].last_seen == self.scans {
+            return Verdict::Rejected(Rejection::Taken);
         }
+        if !self.correct(found.index, seen, gain) {
+            return Verdict::Rejected(Rejection::Singular);
+        }
+        let landmark = self.landmarks[found.index].id;
+        report.nis += found.d2;
+        report.matches.push(Match {
+            feature,
+            landmark,
+            d2: found.d2,
+        });
+        Verdict::Matched(landmark)
+    }
+
+    fn conclude(&self, report: &mut UpdateReport, feature: usize, verdict: Verdict) {
+        let far = TOLD_GATES * self.config.association.new_gate;
+        report.conclude(feature, verdict, TOLD, far);
     }
 
     fn pose_cov(&self) -> Matrix3<f64> {

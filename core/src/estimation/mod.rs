@@ -11,8 +11,8 @@ mod submap;
 mod triangle;
 
 pub use ekf_slam::{
-    Consistency, EkfConfig, EkfError, EkfSlam, Landmark, LandmarkId, Match, Rejected, Rejection,
-    SweepTiming, UpdateReport,
+    Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Gate,
+    Landmark, LandmarkId, Match, Merged, Rejected, Rejection, SweepTiming, UpdateReport, Verdict,
 };
 pub use measures::{align, ate_rmse};
 pub use pose_graph::{Edge, GraphError, GraphReport, Kernel, PoseGraph, information_at_end};

@@ -19,8 +19,10 @@ use crate::geom::sin_cos;
 const RAYS: usize = 360;
 /// Distance between look-outs, m.
 const LOOKOUT_SPACING: f64 = 0.5;
+/// Bound on the look-outs; beyond, they stand farther apart.
+const MOST_LOOKOUTS: f64 = 8e3;
 /// Bound on the cells of the bitmap; beyond, the cells become larger.
-const MOST_CELLS: f64 = 16e6;
+const MOST_CELLS: f64 = 4e6;
 
 /// A bitmap of the floor in the world frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,7 +43,7 @@ pub struct ReachableArea {
 
 /// The cells that a robot of `robot_radius` (m) can reach from the start of `world` or look at from there.
 ///
-/// # Units    `resolution`: side of a cell, m; made larger where the world would need more than 16 million cells.
+/// # Units    `resolution`: side of a cell, m; made larger where the world would need more than 4 million cells.
 #[must_use]
 pub fn reachable_area(world: &World, robot_radius: f64, resolution: f64) -> ReachableArea {
     let caster = Caster::new(world.walls());
@@ -136,7 +138,9 @@ impl ReachableArea {
     }
 
     fn look_round(&mut self, caster: &Caster) {
-        let spacing = ((LOOKOUT_SPACING / self.resolution) as usize).max(1);
+        // As many rows and columns as make no more look-outs than there may be.
+        let bound = (self.cells.len() as f64 / MOST_LOOKOUTS).sqrt().ceil();
+        let spacing = ((LOOKOUT_SPACING / self.resolution).max(bound) as usize).max(1);
         let direction = |ray: usize| {
             let (sin, cos) = sin_cos(TAU * ray as f64 / RAYS as f64);
             Vector2::new(cos, sin)

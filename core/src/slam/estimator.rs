@@ -1,7 +1,7 @@
 //! The methods behind [`super::Slam`], each with the map it fills.
 
 use super::{Method, SlamConfig, SlamError};
-use crate::estimation::{EkfSlam, ScanMatcher, SweepTiming, UpdateReport};
+use crate::estimation::{EkfSlam, ScanMatcher, SweepTiming};
 use crate::features::{LineExtractor, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::map::Grid;
@@ -20,7 +20,6 @@ pub(super) enum Estimator {
         ekf: Box<EkfSlam>,
         extractor: Box<LineExtractor>,
         features: Vec<LineFeature>,
-        report: UpdateReport,
         track: Vec<(Stamp, Pose2)>,
         grid: Grid,
     },
@@ -42,7 +41,6 @@ impl Estimator {
                 ekf: Box::new(EkfSlam::new(config.ekf)),
                 extractor: Box::new(LineExtractor::new(config.lines)),
                 features: vec![],
-                report: UpdateReport::default(),
                 track: vec![],
                 grid: Grid::new(config.grid)?,
             },
@@ -84,12 +82,11 @@ impl Estimator {
                 ekf,
                 extractor,
                 features,
-                report,
                 track,
                 grid,
             } => {
                 extractor.extract(points, features);
-                *report = ekf.update(features, &SweepTiming::at(points.stamp, scan))?;
+                ekf.update(features, &SweepTiming::at(points.stamp, scan))?;
                 let pose = ekf.estimate().pose;
                 grid.insert(points, &pose);
                 track.push((points.stamp, pose));

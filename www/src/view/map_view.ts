@@ -224,6 +224,7 @@ export class SlamMap extends LitElement {
     while ((this.#frameTimes[0] ?? now) < now - 1000) this.#frameTimes.shift();
     this.frames = this.#frameTimes.length;
     if (!this.hasUpdated) return;
+    this.scene.animate(performance.timeOrigin + now);
     this.#steer(seconds, now);
     this.#paint(now / 1000);
     this.client.drawn();

@@ -8,16 +8,16 @@ use crate::features::LineFeature;
 use crate::geom::{Pose2, wrap};
 
 impl EkfSlam {
-    /// Step 3. Leaves the state alone where Z is not positive definite.
+    /// Step 3. Tells whether it could: where Z is not positive definite, the state is left alone.
     pub(super) fn correct(
         &mut self,
         landmark: usize,
         seen: &LineFeature,
         gain: &mut Vec<[f64; 2]>,
-    ) {
+    ) -> bool {
         let expected = self.expect(landmark);
         let Some(innovation) = self.innovation(&expected, seen) else {
-            return;
+            return false;
         };
         let z = innovation.cov;
         // Z = L Lᵀ, and W = P Hᵀ L⁻ᵀ, so that K Z Kᵀ = W Wᵀ and K v = W L⁻¹ v.
@@ -25,7 +25,7 @@ impl EkfSlam {
         let l10 = z[(1, 0)] / l00;
         let l11 = (z[(1, 1)] - l10 * l10).sqrt();
         if !(l00 > 0.0 && l11 > 0.0) {
-            return;
+            return false;
         }
         let whitened = [
             innovation.v.x / l00,
@@ -61,6 +61,7 @@ impl EkfSlam {
         }
         self.cov.subtract_rank2(gain);
         self.extend(landmark, seen);
+        true
     }
 
     /// Counts a sighting and widens the known part of the wall.

@@ -231,6 +231,59 @@ fn forgetting_leaves_the_marginal_of_the_rest() {
 }
 
 #[test]
+fn each_line_says_why_it_was_taken_for_what() {
+    let mut slam = some_state();
+    let ids: Vec<_> = slam.landmarks().map(|l| l.id).collect();
+    // The first wall as expected; the second one a metre off, and the third beyond a door on its own line.
+    let expected: Vec<_> = (0..3).map(|l| slam.expect(l).line).collect();
+    let door = Vector2::new(-libm::sin(expected[2].alpha), libm::cos(expected[2].alpha)) * 4.0;
+    let mut beyond = feature(expected[2].alpha, expected[2].r);
+    beyond.ends = beyond.ends.map(|end| end + door);
+    let scan = [
+        feature(expected[0].alpha, expected[0].r),
+        feature(expected[1].alpha, expected[1].r + 1.0),
+        beyond,
+    ];
+    let report = slam.update(&scan, &ONCE).unwrap();
+    let of = |i: usize, landmark: usize| {
+        let explanation = report.explain(i).unwrap();
+        let candidate = explanation
+            .candidates
+            .iter()
+            .find(|c| c.landmark == ids[landmark]);
+        (explanation.verdict, *candidate.unwrap())
+    };
+    let (verdict, candidate) = of(0, 0);
+    assert_eq!(
+        (verdict, candidate.gate),
+        (Verdict::Matched(ids[0]), Gate::Match)
+    );
+    assert!(candidate.d2 < 1e-9 && candidate.gap < 0.0);
+    let (verdict, candidate) = of(1, 1);
+    assert!(matches!(verdict, Verdict::Added(_)) && candidate.gate == Gate::Far);
+    assert!((candidate.innovation[1] - 1.0).abs() < 0.1);
+    let (verdict, candidate) = of(2, 2);
+    assert!(matches!(verdict, Verdict::Added(_)) && candidate.gate == Gate::Beyond);
+    assert!(candidate.d2 < 9.0 && candidate.gap > 0.5);
+    assert_eq!((report.matches.len(), report.nis_degrees()), (1, 2));
+    assert!((report.nis - report.matches[0].d2).abs() < 1e-12);
+}
+
+#[test]
+fn correlations_are_those_of_the_dense_matrix() {
+    let slam = some_state();
+    let (p, found) = (dense(&slam), slam.correlations());
+    assert_eq!((found.n, found.landmarks.len()), (p.nrows(), 3));
+    assert_eq!(found.first_landmark + 2 * found.landmarks.len(), found.n);
+    for i in 0..found.n {
+        for j in 0..found.n {
+            let expect = p[(i, j)] / (p[(i, i)] * p[(j, j)]).sqrt();
+            assert!((f64::from(found.coefficients[i * found.n + j]) - expect).abs() < 1e-6);
+        }
+    }
+}
+
+#[test]
 fn bad_input_is_named_and_changes_nothing() {
     let mut slam = some_state();
     let before = (
@@ -624,9 +677,9 @@ proptest! {
         let mut known = vec![];
         for _ in 0..30 {
             let report = slam.update(&[feature(rng.random_range(-3.0..3.0), rng.random_range(0.2..5.0))], &ONCE).unwrap();
-            for (_, id) in report.added {
-                prop_assert!(!known.contains(&id));
-                known.push(id);
+            for (_, id) in &report.added {
+                prop_assert!(!known.contains(id));
+                known.push(*id);
             }
         }
     }
