@@ -130,6 +130,12 @@ impl Slam {
         self.method
     }
 
+    /// The settings.
+    #[must_use]
+    pub fn config(&self) -> &SlamConfig {
+        &self.config
+    }
+
     /// Where the robot is now, map frame, the odometry since the last scan included.
     #[must_use]
     pub fn estimate(&self) -> PoseEstimate {

@@ -1,6 +1,7 @@
 //! From odometry and matches to a pose with covariance, the map that belongs to it, and measures of both.
 
 mod block_cholesky;
+mod consistency;
 mod ekf_slam;
 mod line_model;
 mod measures;
@@ -10,6 +11,7 @@ mod scan_matching;
 mod submap;
 mod triangle;
 
+pub use consistency::{ConsistencyWindow, Diagnosis, Figure};
 pub use ekf_slam::{
     Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Gate,
     Landmark, LandmarkId, Match, Merged, Rejected, Rejection, SweepTiming, UpdateReport, Verdict,
