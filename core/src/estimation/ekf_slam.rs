@@ -50,7 +50,7 @@ use crate::robot::Odometry;
 pub use self::config::{Consistency, EkfConfig};
 pub use self::input::EkfError;
 pub use self::landmark::{Landmark, LandmarkId};
-pub use self::report::{Match, Rejected, Rejection, UpdateReport};
+pub use self::report::{Fix, Match, Rejected, Rejection, UpdateReport};
 pub use self::sweep::SweepTiming;
 
 /// Index of the first landmark's α in the state.
@@ -163,9 +163,11 @@ impl EkfSlam {
                 report.reject(index, Rejection::Seam);
                 continue;
             }
-            self.advance_to(end - sweep.age_of(feature));
+            let seconds = end - sweep.age_of(feature);
+            self.advance_to(seconds);
             let rest = self.motion_until(end);
             let feature = as_seen(feature, &rest, sweep);
+            let (before, known) = (self.pose, report.matches.len());
             self.take_in(
                 index,
                 &feature,
@@ -173,6 +175,15 @@ impl EkfSlam {
                 &mut scratch.gain,
                 &mut report,
             );
+            if report.matches.len() > known {
+                report.fixes.push(Fix {
+                    seconds,
+                    before,
+                    after: self.pose,
+                    heading_variance: feature.cov[(0, 0)]
+                        + self.config.alpha_sigma * self.config.alpha_sigma,
+                });
+            }
         }
         self.advance_to(end);
         self.scratch = scratch;

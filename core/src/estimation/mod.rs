@@ -8,15 +8,17 @@ mod pose_graph;
 mod relations;
 mod scan_matching;
 mod submap;
+mod sweep_smoother;
 mod triangle;
 
 pub use ekf_slam::{
-    Consistency, EkfConfig, EkfError, EkfSlam, Landmark, LandmarkId, Match, Rejected, Rejection,
-    SweepTiming, UpdateReport,
+    Consistency, EkfConfig, EkfError, EkfSlam, Fix, Landmark, LandmarkId, Match, Rejected,
+    Rejection, SweepTiming, UpdateReport,
 };
 pub use measures::{align, ate_rmse};
 pub use pose_graph::{Edge, GraphError, GraphReport, Kernel, PoseGraph, information_at_end};
 pub use relations::{RelationErrors, relation_errors};
 pub use scan_matching::{MatchReport, ScanMatcher, ScanMatcherConfig, ScanMatcherError};
 pub use submap::ClosureConfig;
+pub use sweep_smoother::{BeamPose, SweepSmoother};
 pub use triangle::SymmetricMatrix;

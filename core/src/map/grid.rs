@@ -25,7 +25,7 @@ use nalgebra::{Point2, Vector2};
 use self::block::Odds;
 use self::directory::Directory;
 use super::ray::{Run, runs_on_ray};
-use super::{BlockIndex, CellIndex, CellRect, CellState};
+use super::{BlockIndex, CellIndex, CellRect, CellState, Evidence};
 use crate::geom::Pose2;
 use crate::points::Points;
 
@@ -142,11 +142,16 @@ impl Grid {
 
     /// Writes what one scan saw from `map_from_robot`.
     pub fn insert(&mut self, points: &Points, map_from_robot: &Pose2) {
+        self.draw(&Evidence::of(points), map_from_robot);
+    }
+
+    /// Writes what one scan says, seen from `map_from_robot`.
+    pub fn draw(&mut self, evidence: &Evidence, map_from_robot: &Pose2) {
         self.revision += 1;
         let scale = 1.0 / self.config.resolution;
         let in_cells = |p: Point2<f64>| Point2::from((*map_from_robot * p).coords * scale);
-        for beam in points.hits() {
-            let end = in_cells(beam.end_in_robot);
+        for hit in &evidence.hits {
+            let end = in_cells(*hit);
             let (index, offset) = split(CellIndex {
                 col: end.x.floor() as i32,
                 row: end.y.floor() as i32,
@@ -157,8 +162,8 @@ impl Grid {
             }
         }
         // Neighbouring runs of a ray nearly always lie in one block: look it up only where it changes.
-        for beam in &points.beams {
-            let (start, end) = (in_cells(beam.origin_in_robot), in_cells(beam.end_in_robot));
+        for [start, end] in &evidence.free {
+            let (start, end) = (in_cells(*start), in_cells(*end));
             let mut at: Option<(BlockIndex, Option<usize>)> = None;
             runs_on_ray(start, end, |run| {
                 for (index, offset, cells) in run_by_block(run) {

@@ -1,6 +1,7 @@
 //! What one scan did to the map.
 
 use super::LandmarkId;
+use crate::geom::Pose2;
 
 /// What one scan did to the map.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -15,12 +16,27 @@ pub struct UpdateReport {
     pub forgotten: Vec<LandmarkId>,
     /// Normalised innovation squared, summed over the matches: χ² with 2 degrees of freedom for each.
     pub nis: f64,
+    /// What the recognised lines said of the pose, in order of time.
+    pub fixes: Vec<Fix>,
 }
 
 impl UpdateReport {
     pub(super) fn reject(&mut self, feature: usize, reason: Rejection) {
         self.rejected.push(Rejected { feature, reason });
     }
+}
+
+/// What a recognised line said of the pose at the instant at which it was seen, map frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fix {
+    /// When the middle of the line was seen, s.
+    pub seconds: f64,
+    /// The estimate without the line.
+    pub before: Pose2,
+    /// The estimate with it.
+    pub after: Pose2,
+    /// Variance of the heading that the line alone gives, relative to its wall, rad².
+    pub heading_variance: f64,
 }
 
 /// A line that was recognised.
