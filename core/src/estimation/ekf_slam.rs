@@ -53,7 +53,7 @@ pub use self::correlations::Correlations;
 pub use self::input::EkfError;
 pub use self::landmark::{Landmark, LandmarkId};
 pub use self::report::{
-    Considered, Explanation, Gate, Match, Merged, Rejected, Rejection, UpdateReport, Verdict,
+    Considered, Explanation, Fix, Gate, Match, Merged, Rejected, Rejection, UpdateReport, Verdict,
 };
 pub use self::sweep::SweepTiming;
 
@@ -180,9 +180,11 @@ impl EkfSlam {
                 self.conclude(&mut report, index, Verdict::Rejected(Rejection::Seam));
                 continue;
             }
-            self.advance_to(end - sweep.age_of(feature));
+            let seconds = end - sweep.age_of(feature);
+            self.advance_to(seconds);
             let rest = self.motion_until(end);
             let feature = as_seen(feature, &rest, sweep);
+            let (before, known) = (self.pose, report.matches.len());
             self.take_in(
                 index,
                 &feature,
@@ -190,6 +192,15 @@ impl EkfSlam {
                 &mut scratch.gain,
                 &mut report,
             );
+            if report.matches.len() > known {
+                report.fixes.push(Fix {
+                    seconds,
+                    before,
+                    after: self.pose,
+                    heading_variance: feature.cov[(0, 0)]
+                        + self.config.alpha_sigma * self.config.alpha_sigma,
+                });
+            }
         }
         self.advance_to(end);
         self.scratch = scratch;

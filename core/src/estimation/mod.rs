@@ -9,11 +9,12 @@ mod pose_graph;
 mod relations;
 mod scan_matching;
 mod submap;
+mod sweep_smoother;
 mod triangle;
 
 pub use consistency::{ConsistencyWindow, Diagnosis, Figure};
 pub use ekf_slam::{
-    Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Gate,
+    Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Fix, Gate,
     Landmark, LandmarkId, Match, Merged, Rejected, Rejection, SweepTiming, UpdateReport, Verdict,
 };
 pub use measures::{align, ate_rmse};
@@ -21,4 +22,5 @@ pub use pose_graph::{Edge, GraphError, GraphReport, Kernel, PoseGraph, informati
 pub use relations::{RelationErrors, relation_errors};
 pub use scan_matching::{MatchReport, ScanMatcher, ScanMatcherConfig, ScanMatcherError};
 pub use submap::ClosureConfig;
+pub use sweep_smoother::{BeamPose, SweepSmoother};
 pub use triangle::SymmetricMatrix;
