@@ -1,6 +1,7 @@
 //! In: odometry, and the lines of each scan. Out: the robot's pose and the walls, with one covariance over all of it.
 //!
-//! The state is (x, y, θ, α₁, r₁, α₂, r₂, …) in the map frame, which starts at the robot's first pose. Each line is oriented:
+//! The state is (x, y, θ, κ, s, α₁, r₁, α₂, r₂, …) in the map frame, which starts at the robot's first pose; κ and s are the
+//! systematic errors of the odometry (`robot_state`). Each line is oriented:
 //! its normal points from the side it was seen from into the wall, and r is signed (`association::gate`). r counts from an anchor,
 //! a fixed point in the middle of where the wall was first seen. Counted from the origin of the map, as the source has it, an
 //! error of α is a shift of the wall by distance times error, to first order only: ½ · 10 m · (0.05 rad)² is 1 cm that no
@@ -32,15 +33,16 @@ mod input;
 mod landmark;
 mod motion;
 mod report;
+mod robot_state;
 mod sweep;
 #[cfg(test)]
 mod tests;
 
-use nalgebra::{Matrix2, Matrix3, Point2};
+use nalgebra::{Matrix2, Matrix3, Matrix5, Point2};
 
 use self::input::{check_feature, check_odometry};
 use self::landmark::Entry;
-use self::motion::moved_by;
+use self::robot_state::{POSE, ROBOT, RobotState};
 use self::sweep::{as_seen, order};
 use super::triangle::SymmetricMatrix;
 use crate::association::{Candidate, Choice, choose};
@@ -55,10 +57,9 @@ pub use self::landmark::{Landmark, LandmarkId};
 pub use self::report::{
     Considered, Explanation, Gate, Match, Merged, Rejected, Rejection, UpdateReport, Verdict,
 };
+pub use self::robot_state::OdometryErrors;
 pub use self::sweep::SweepTiming;
 
-/// Index of the first landmark's α in the state.
-const POSE: usize = 3;
 /// Of the candidates of a line, the report keeps this many.
 const TOLD: usize = 8;
 /// The report leaves out candidates that are so much further away than the gate for new walls; they explain nothing.
@@ -69,11 +70,12 @@ const TOLD_GATES: f64 = 4.0;
 pub struct EkfSlam {
     config: EkfConfig,
     pose: Pose2,
+    errors: OdometryErrors,
     /// Position at which the Jacobians of this scan are taken.
     predicted: Point2<f64>,
     /// Odometry since the time of `pose`, kept back for the next scan, and the estimate at its end.
     pending: Vec<Odometry>,
-    ahead: PoseEstimate,
+    ahead: RobotState,
     landmarks: Vec<Entry>,
     cov: SymmetricMatrix,
     next_id: u32,
@@ -95,14 +97,16 @@ impl EkfSlam {
     /// A filter at the origin of an empty map.
     #[must_use]
     pub fn new(config: EkfConfig) -> Self {
+        let ahead = RobotState::new(&config.odometry_prior);
         Self {
             config,
-            pose: Pose2::identity(),
+            pose: ahead.pose,
+            errors: ahead.errors,
             predicted: Point2::origin(),
             pending: vec![],
-            ahead: PoseEstimate::exact(Pose2::identity()),
+            ahead,
             landmarks: vec![],
-            cov: SymmetricMatrix::zeros(POSE),
+            cov: SymmetricMatrix::from_fn(ROBOT, |row, column| ahead.cov[(row, column)]),
             next_id: 0,
             scans: 0,
             scratch: Scratch::default(),
@@ -113,13 +117,19 @@ impl EkfSlam {
     /// The pose in the map frame, at the end of the last odometry.
     #[must_use]
     pub fn estimate(&self) -> PoseEstimate {
-        self.ahead
+        self.ahead.estimate()
+    }
+
+    /// The systematic errors of the odometry as known by now.
+    #[must_use]
+    pub fn odometry_errors(&self) -> OdometryErrors {
+        self.errors
     }
 
     /// All landmarks in the order of the state, those not yet confirmed too.
     pub fn landmarks(&self) -> impl Iterator<Item = Landmark> + '_ {
         self.landmarks.iter().enumerate().map(|(index, entry)| {
-            let (line, cov) = entry.in_map(&self.block(POSE + 2 * index));
+            let (line, cov) = entry.in_map(&self.block(ROBOT + 2 * index));
             Landmark {
                 id: entry.id,
                 line,
@@ -131,7 +141,7 @@ impl EkfSlam {
         })
     }
 
-    /// The covariance of the whole state (x, y, θ, α₁, r₁, …) at the last scan, landmarks in the order of
+    /// The covariance of the whole state (x, y, θ, κ, s, α₁, r₁, …) at the last scan, landmarks in the order of
     /// [`Self::landmarks`], r signed and counted from each landmark's anchor.
     #[must_use]
     pub fn covariance(&self) -> &SymmetricMatrix {
@@ -150,7 +160,7 @@ impl EkfSlam {
     pub fn predict(&mut self, odometry: &Odometry) -> Result<(), EkfError> {
         check_odometry(odometry)?;
         self.pending.push(*odometry);
-        self.ahead = moved_by(&self.ahead, odometry);
+        self.ahead = self.ahead.moved_by(odometry);
         Ok(())
     }
 
@@ -194,12 +204,13 @@ impl EkfSlam {
         self.advance_to(end);
         self.scratch = scratch;
         self.forget(&mut report);
-        self.ahead = PoseEstimate {
+        self.ahead = RobotState {
             pose: self.pose,
-            cov: self.pose_cov(),
+            errors: self.errors,
+            cov: self.robot_cov(),
         };
         for odometry in &self.pending {
-            self.ahead = moved_by(&self.ahead, odometry);
+            self.ahead = self.ahead.moved_by(odometry);
         }
         self.report = report;
         Ok(&self.report)
@@ -266,6 +277,10 @@ impl EkfSlam {
 
     fn pose_cov(&self) -> Matrix3<f64> {
         Matrix3::from_fn(|row, column| self.cov.get(row, column))
+    }
+
+    fn robot_cov(&self) -> Matrix5<f64> {
+        Matrix5::from_fn(|row, column| self.cov.get(row, column))
     }
 
     fn block(&self, first: usize) -> Matrix2<f64> {

@@ -3,7 +3,7 @@
 use super::super::line_model::place;
 use super::expect::from_anchor;
 use super::landmark::Entry;
-use super::{Consistency, EkfSlam, LandmarkId, POSE, UpdateReport};
+use super::{Consistency, EkfSlam, LandmarkId, POSE, ROBOT, UpdateReport};
 use crate::features::LineFeature;
 use crate::geom::{Pose2, wrap};
 
@@ -31,7 +31,7 @@ impl EkfSlam {
             innovation.v.x / l00,
             (innovation.v.y - l10 * innovation.v.x / l00) / l11,
         ];
-        let (hx, hf, first) = (expected.by_pose, expected.by_line, POSE + 2 * landmark);
+        let (hx, hf, first) = (expected.by_pose, expected.by_line, ROBOT + 2 * landmark);
         gain.clear();
         gain.extend((0..self.cov.n()).map(|row| {
             let p = |column| self.cov.get(row, column);
@@ -47,12 +47,14 @@ impl EkfSlam {
             [a / l00, (b - l10 * a / l00) / l11]
         }));
         let shift = |w: &[f64; 2]| w[0] * whitened[0] + w[1] * whitened[1];
-        if let [x, y, turn, lines @ ..] = gain.as_slice() {
+        if let [x, y, turn, curvature, scale, lines @ ..] = gain.as_slice() {
             self.pose = Pose2::new(
                 self.pose.x() + shift(x),
                 self.pose.y() + shift(y),
                 self.pose.heading() + shift(turn),
             );
+            self.errors.curvature += shift(curvature);
+            self.errors.turn_scale += shift(scale);
             for (entry, w) in self.landmarks.iter_mut().zip(lines.chunks_exact(2)) {
                 if let [alpha, r] = w {
                     entry.line = [wrap(entry.line[0] + shift(alpha)), entry.line[1] + shift(r)];
@@ -130,7 +132,7 @@ impl EkfSlam {
             {
                 report.forgotten.push(entry.id);
                 self.landmarks.remove(index);
-                self.cov.remove_pair(POSE + 2 * index);
+                self.cov.remove_pair(ROBOT + 2 * index);
             }
         }
     }

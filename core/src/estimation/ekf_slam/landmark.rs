@@ -25,7 +25,7 @@ pub struct Landmark {
     pub is_confirmed: bool,
 }
 
-/// A landmark's place in the state is `POSE + 2 * index`.
+/// A landmark's place in the state is `ROBOT + 2 * index`.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Entry {
     pub(super) id: LandmarkId,
