@@ -283,10 +283,8 @@ impl Listener {
             .filter_map(|landmark| {
                 let wall = self.wall(landmark.id)?;
                 let tangent = walls.get(wall)?.vector().normalize();
-                // The map turned by its start is close enough to the world for lengths along a wall.
-                let ends = landmark
-                    .ends
-                    .map(|p| tangent.dot(&(slam_to_world(slam, p)).coords));
+                // All tours start with heading 0, so that the map is the world but for a shift.
+                let ends = landmark.ends.map(|end| tangent.dot(&end.coords));
                 Some((wall, ends[0].min(ends[1]), ends[0].max(ends[1])))
             })
             .collect();

@@ -16,7 +16,8 @@
 //!    P -= (P Hᵀ) Z⁻¹ (P Hᵀ)ᵀ as one symmetric rank-2 update of the triangle, re-linearised for each match (TDK 2016 §3.2
 //!    says why).
 //! 4. **Augment** with lines that are far from everything known: block rows by eq. (3.31), (3.32).
-//! 5. **Forget** lines that were not seen again soon: their rows and columns are deleted, which is the marginal of a Gaussian.
+//! 5. **Merge** landmarks that are surely one wall: parts of it first seen far apart, or a wall seen anew before a loop closed.
+//! 6. **Forget** lines that were not seen again soon: their rows and columns are deleted, which is the marginal of a Gaussian.
 //!
 //! Consistency: an EKF that takes its Jacobians at ever new estimates believes to learn its absolute heading, which nothing
 //! measures (Huang, Mourikis & Roumeliotis 2010, "Observability-based rules for designing consistent EKF SLAM
@@ -31,6 +32,7 @@ mod correlations;
 mod expect;
 mod input;
 mod landmark;
+mod merge;
 mod motion;
 mod report;
 mod robot_state;
@@ -50,7 +52,7 @@ use crate::features::LineFeature;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::robot::Odometry;
 
-pub use self::config::{Consistency, EkfConfig};
+pub use self::config::{Consistency, EkfConfig, MergeConfig};
 pub use self::correlations::Correlations;
 pub use self::input::EkfError;
 pub use self::landmark::{Landmark, LandmarkId};
@@ -164,7 +166,7 @@ impl EkfSlam {
         Ok(())
     }
 
-    /// Steps 1 to 5: takes in the lines of one scan, in the robot frame at `sweep.stamp`.
+    /// Steps 1 to 6: takes in the lines of one scan, in the robot frame at `sweep.stamp`.
     ///
     /// # Errors   [`EkfError::Feature`] for the first line whose numbers cannot be used; then nothing has changed.
     pub fn update(
@@ -202,6 +204,7 @@ impl EkfSlam {
             );
         }
         self.advance_to(end);
+        self.merge_all(&mut scratch.gain, &mut report);
         self.scratch = scratch;
         self.forget(&mut report);
         self.ahead = RobotState {
@@ -254,7 +257,7 @@ impl EkfSlam {
         gain: &mut Vec<[f64; 2]>,
         report: &mut UpdateReport,
     ) -> Verdict {
-        if self.landmarks[found.index].last_seen == self.scans {
+        if self.is_taken(found.index, seen) {
             return Verdict::Rejected(Rejection::Taken);
         }
         if !self.correct(found.index, seen, gain) {
