@@ -15,7 +15,8 @@ mod triangle;
 pub use consistency::{ConsistencyWindow, Diagnosis, Figure};
 pub use ekf_slam::{
     Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Fix, Gate,
-    Landmark, LandmarkId, Match, Merged, Rejected, Rejection, SweepTiming, UpdateReport, Verdict,
+    Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejected, Rejection,
+    SweepTiming, UpdateReport, Verdict,
 };
 pub use measures::{align, ate_rmse};
 pub use pose_graph::{Edge, GraphError, GraphReport, Kernel, PoseGraph, information_at_end};
