@@ -4,6 +4,7 @@
 //!
 //! The odometry that stands in each laser message is turned into motions between scans, with the noise of a Pioneer.
 
+use crate::estimation::ConsistencyWindow;
 use crate::format::carmen::{CarmenLog, CarmenScan};
 use crate::geom::Pose2;
 use crate::hash::StateHash;
@@ -19,6 +20,7 @@ pub struct Replay {
     /// `ipc_timestamp` of each scan that was used, as many as the trajectory has poses.
     used: Vec<f64>,
     slam: Slam,
+    consistency: ConsistencyWindow,
 }
 
 impl Replay {
@@ -32,6 +34,7 @@ impl Replay {
             next: 0,
             used: vec![],
             slam: Slam::new(method, config)?,
+            consistency: ConsistencyWindow::default(),
         })
     }
 
@@ -54,6 +57,10 @@ impl Replay {
         self.slam.odometry(&odometry)?;
         self.slam.scan(&scan)?;
         self.used.push(seconds);
+        if let Some(report) = self.slam.explain() {
+            self.consistency
+                .push(None, report.nis, report.nis_degrees());
+        }
         Ok(true)
     }
 
@@ -87,6 +94,12 @@ impl Replay {
     #[must_use]
     pub fn slam(&self) -> &Slam {
         &self.slam
+    }
+
+    /// Whether the innovations of the last scans were as large as claimed; empty for methods without a line map.
+    #[must_use]
+    pub fn consistency(&self) -> &ConsistencyWindow {
+        &self.consistency
     }
 
     /// The pose by odometry alone at the last scan; the map's frame begins at the first.

@@ -9,6 +9,7 @@ use slamlab_core::sim::{ReachableArea, SensorKind, World, reachable_area, worlds
 use slamlab_core::slam::Method;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
+use crate::inspection::Inspection;
 use crate::status::RunStatus;
 use crate::view::{self, MapFiles, SlamView};
 
@@ -94,7 +95,6 @@ impl WebExperiment {
         let truth = experiment.truth();
         let goal = experiment.pilot().goal();
         let samples = experiment.record().samples();
-        let nees = samples.last().and_then(|s| s.estimate.nees(&s.truth));
         RunStatus {
             time: sim.stamp().seconds(),
             scans: samples.len() as u32,
@@ -105,9 +105,12 @@ impl WebExperiment {
             contacts: f64::from(sim.contacts()),
             goal_x: goal.map_or(f64::NAN, |goal| goal.x),
             goal_y: goal.map_or(f64::NAN, |goal| goal.y),
-            nees: nees.unwrap_or(f64::NAN),
             finished: experiment.status().is_over(),
-            ..RunStatus::of(experiment.slam(), &experiment.odometry_pose())
+            ..RunStatus::of(
+                experiment.slam(),
+                &experiment.odometry_pose(),
+                experiment.record().consistency(),
+            )
         }
     }
 
@@ -245,6 +248,19 @@ impl WebExperiment {
     #[must_use]
     pub fn view(&self, generation: u32, revision: f64) -> SlamView {
         SlamView::since(self.experiment.slam(), generation, revision)
+    }
+
+    /// Why the last scan's lines were matched, and how errors hang together; nothing for methods without a line map.
+    #[must_use]
+    pub fn inspect(&self) -> Option<Inspection> {
+        Inspection::of(self.experiment.slam())
+    }
+
+    /// Whether the filter is honest, and the likeliest cause if not: a name of `Diagnosis`.
+    #[must_use]
+    pub fn diagnosis(&self) -> String {
+        let consistency = self.experiment.record().consistency();
+        consistency.diagnosis().name().to_owned()
     }
 
     /// Area known to be free, m². Costs more than a step.

@@ -4,11 +4,13 @@
 //! `www/src/source`. An error becomes a JavaScript `Error` with the core's own sentence, a panic a thrown string.
 
 mod experiment;
+mod inspection;
 mod replay;
 mod status;
 mod view;
 
 pub use experiment::{SetupError, WebExperiment};
+pub use inspection::Inspection;
 pub use replay::{WebLogReader, WebReplay};
 pub use status::RunStatus;
 pub use view::{MapFiles, SlamView};

@@ -6,6 +6,7 @@ use slamlab_core::robot::RobotModel;
 use slamlab_core::slam::{Method, SlamConfig};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
+use crate::inspection::Inspection;
 use crate::status::RunStatus;
 use crate::view::{self, MapFiles, SlamView};
 
@@ -72,7 +73,7 @@ impl WebReplay {
             time: last.map_or(0.0, |scan| replay.log().stamp(scan).seconds()),
             progress: replay.progress(),
             scans: replay.scans_done() as u32,
-            ..RunStatus::of(replay.slam(), &replay.odometry_pose())
+            ..RunStatus::of(replay.slam(), &replay.odometry_pose(), replay.consistency())
         }
     }
 
@@ -121,6 +122,18 @@ impl WebReplay {
     #[must_use]
     pub fn view(&self, generation: u32, revision: f64) -> SlamView {
         SlamView::since(self.replay.slam(), generation, revision)
+    }
+
+    /// Why the last scan's lines were matched, and how errors hang together; nothing for methods without a line map.
+    #[must_use]
+    pub fn inspect(&self) -> Option<Inspection> {
+        Inspection::of(self.replay.slam())
+    }
+
+    /// Whether the filter is honest, and the likeliest cause if not: a name of `Diagnosis`.
+    #[must_use]
+    pub fn diagnosis(&self) -> String {
+        self.replay.consistency().diagnosis().name().to_owned()
     }
 
     /// Area known to be free, m². Costs more than a step.

@@ -1,5 +1,6 @@
 //! The numbers of the moment, the same for every source.
 
+use slamlab_core::estimation::{ConsistencyWindow, Figure};
 use slamlab_core::geom::Pose2;
 use slamlab_core::slam::Slam;
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -33,14 +34,24 @@ pub struct RunStatus {
     pub goal_x: f64,
     pub goal_y: f64,
     pub nees: f64,
+    pub nees_low: f64,
+    pub nees_high: f64,
+    pub nis: f64,
+    pub nis_low: f64,
+    pub nis_high: f64,
     pub loop_closures: u32,
     pub finished: bool,
 }
 
 impl RunStatus {
     /// What every source knows: the estimate, and where the wheels alone would put the robot.
-    pub(crate) fn of(slam: &Slam, odometry: &Pose2) -> Self {
+    pub(crate) fn of(slam: &Slam, odometry: &Pose2, consistency: &ConsistencyWindow) -> Self {
         let estimate = slam.estimate();
+        let flat = |figure: Option<Figure>| {
+            figure.map_or([f64::NAN; 3], |f| [f.mean, f.band[0], f.band[1]])
+        };
+        let [nees, nees_low, nees_high] = flat(consistency.nees());
+        let [nis, nis_low, nis_high] = flat(consistency.nis());
         Self {
             time: f64::NAN,
             progress: f64::NAN,
@@ -62,7 +73,12 @@ impl RunStatus {
             contacts: f64::NAN,
             goal_x: f64::NAN,
             goal_y: f64::NAN,
-            nees: f64::NAN,
+            nees,
+            nees_low,
+            nees_high,
+            nis,
+            nis_low,
+            nis_high,
             loop_closures: slam.loop_closures() as u32,
             finished: false,
         }

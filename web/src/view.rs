@@ -97,13 +97,17 @@ pub(crate) fn free_area(slam: &Slam) -> f64 {
 }
 
 fn hits(slam: &Slam) -> Vec<f32> {
-    let map_from_robot_at_scan = slam.estimate().pose * slam.motion_since_scan().inverse();
+    let map_from_robot = map_from_robot_at_scan(slam);
     let hits = slam.points().into_iter().flat_map(Points::hits);
-    hits.flat_map(|beam| flat(map_from_robot_at_scan * beam.end_in_robot))
+    hits.flat_map(|beam| flat(map_from_robot * beam.end_in_robot))
         .collect()
 }
 
-/// For each wall: alpha, r, var alpha, cov alpha r, var r, x1, y1, x2, y2, matched in the last scan, confirmed.
+pub(crate) fn map_from_robot_at_scan(slam: &Slam) -> Pose2 {
+    slam.estimate().pose * slam.motion_since_scan().inverse()
+}
+
+/// For each wall: alpha, r, var alpha, cov alpha r, var r, x1, y1, x2, y2, matched in the last scan, confirmed, name.
 fn lines(slam: &Slam) -> Vec<f64> {
     let is_matched = |id| slam.matches().iter().any(|m| m.landmark == id);
     let mut numbers = vec![];
@@ -119,6 +123,7 @@ fn lines(slam: &Slam) -> Vec<f64> {
         numbers.extend([a.x, a.y, b.x, b.y]);
         numbers
             .extend([is_matched(wall.id), wall.is_confirmed].map(|yes| f64::from(u8::from(yes))));
+        numbers.push(f64::from(wall.id.0));
     }
     numbers
 }

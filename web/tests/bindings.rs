@@ -40,12 +40,62 @@ fn an_experiment_steps_and_has_frames() {
     assert_eq!(run.mode(), "explore");
     let view = run.view(0, 0.0);
     assert!(view.scan.len() > 200 && view.scan.len() % 2 == 0);
-    assert!(!view.lines.is_empty() && view.lines.len() % 11 == 0);
+    assert!(!view.lines.is_empty() && view.lines.len() % 12 == 0);
     assert!(!run.truth().is_empty() && run.truth().len() % 4 == 0);
     assert!(run.explored() > 0.1 && run.known_area() > 1.0);
     assert_eq!(run.state_hash().len(), 16);
     let files = run.map_files("arena.pgm").map_err(words).expect("a map");
     assert!(files.pgm.starts_with(b"P5") && files.yaml.contains("arena.pgm"));
+}
+
+#[wasm_bindgen_test]
+fn the_filter_can_be_looked_into() {
+    let mut run = experiment("arena", false).expect("a built-in world");
+    for _ in 0..200 {
+        step(&mut run);
+    }
+    let inside = run.inspect().expect("a line filter");
+    let n = inside.robot_rows as usize + 2 * inside.landmarks.len();
+    assert_eq!(inside.coefficients.len(), n * n);
+    for (row, cells) in inside.coefficients.chunks(n).enumerate() {
+        for (column, &cell) in cells.iter().enumerate() {
+            assert!(cell.abs() <= 1.0 + 1e-6);
+            assert!((cell - inside.coefficients[column * n + row]).abs() < 1e-6);
+        }
+    }
+    assert!(!inside.sightings.is_empty() && inside.sightings.len() % 7 == 0);
+    let counted: f64 = inside.sightings.chunks(7).map(|s| s[6]).sum();
+    assert_eq!(inside.candidates.len(), 8 * counted as usize);
+    let matched: Vec<_> = inside.sightings.chunks(7).filter(|s| s[4] == 0.0).collect();
+    assert!(!matched.is_empty(), "walls are recognised");
+    let mut first = 0;
+    for sighting in inside.sightings.chunks(7) {
+        if sighting[4] == 0.0 {
+            let candidates = &inside.candidates[8 * first..];
+            let of_match = candidates
+                .chunks(8)
+                .take(sighting[6] as usize)
+                .find(|c| c[0] == sighting[5]);
+            let winner = of_match.expect("the winner is among the candidates");
+            assert!(
+                winner[1] <= inside.gate && winner[7] == 0.0,
+                "it lies inside the gate"
+            );
+        }
+        first += sighting[6] as usize;
+    }
+    let status = run.status();
+    assert!(status.nees > 0.0 && status.nees_low < 3.0 && status.nees_high > 3.0);
+    assert!(status.nis > 0.0 && status.nis_low < 1.0 && status.nis_high > 1.0);
+    assert!(!run.diagnosis().is_empty());
+    let matching = WebExperiment::new("arena", false, "lidar", 7, "scan-matching", "explore");
+    assert!(
+        matching
+            .map_err(words)
+            .expect("a built-in world")
+            .inspect()
+            .is_none()
+    );
 }
 
 #[wasm_bindgen_test]

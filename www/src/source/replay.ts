@@ -1,7 +1,7 @@
 // A recorded log through the same SLAM. It knows no truth, takes no commands, and ends.
 
 import type { RunStatus, WebReplay } from "../../pkg/slamlab_web.js";
-import { TRAIL_STRIDE } from "../protocol.js";
+import { type MethodName, TRAIL_STRIDE } from "../protocol.js";
 import { Trail } from "./feeds.js";
 import { Run } from "./run.js";
 import type { Change, Moment, Note } from "./source.js";
@@ -18,8 +18,8 @@ export class ReplaySource extends Run<WebReplay> {
   #distance = 0;
   #wheels: readonly [number, number] | null = null;
 
-  constructor(module: WebReplay, name: string) {
-    super(module, name);
+  constructor(module: WebReplay, name: string, method: MethodName) {
+    super(module, name, method);
     this.note("info", `Opened ${name}: ${module.summary()}`);
   }
 

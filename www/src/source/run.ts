@@ -1,7 +1,7 @@
 // What a simulated and a recorded run have in common: both are SLAM with a pose, a map and a log of what happened.
 
 import type { RunStatus, WebExperiment, WebReplay } from "../../pkg/slamlab_web.js";
-import { type Frame, LINE_STRIDE, type SavedFile, type SourceKind } from "../protocol.js";
+import { type DiagnosisName, type Frame, type Inspection, LINE, LINE_STRIDE, type MethodName, type SavedFile, type SourceKind } from "../protocol.js";
 import { Samples, Slow } from "./feeds.js";
 import type { Change, Moment, Note, Source } from "./source.js";
 
@@ -14,6 +14,7 @@ type SlamChange = Pick<Frame, "grid" | "gridAnew" | "scan" | "lines" | "samples"
 export abstract class Run<Module extends WebExperiment | WebReplay> implements Source {
   abstract readonly kind: SourceKind;
   readonly title: string;
+  readonly method: MethodName;
   time = 0;
   scans = 0;
   finished = false;
@@ -25,9 +26,10 @@ export abstract class Run<Module extends WebExperiment | WebReplay> implements S
   #samples = new Samples();
   #notes: Note[] = [];
 
-  constructor(module: Module, title: string) {
+  constructor(module: Module, title: string, method: MethodName) {
     this.module = module;
     this.title = title;
+    this.method = method;
     this.#half = module.half_size();
     this.knownArea = new Slow(() => module.known_area());
   }
@@ -54,6 +56,14 @@ export abstract class Run<Module extends WebExperiment | WebReplay> implements S
     ];
     files.free();
     return saved;
+  }
+
+  inspect(): Inspection | null {
+    const inside = this.module.inspect();
+    if (!inside) return null;
+    const { robot_rows: robotRows, landmarks, coefficients, sightings, candidates, gate, new_gate: newGate, max_gap: maxGap } = inside;
+    inside.free();
+    return { robotRows, landmarks, coefficients, sightings, candidates, gate, newGate, maxGap };
   }
 
   close(): void {
@@ -84,7 +94,8 @@ export abstract class Run<Module extends WebExperiment | WebReplay> implements S
       headingSigma3: degrees(3 * Math.sqrt(Math.max(0, s.cov_heading))),
       scanMillis,
       explored,
-      nees: s.nees,
+      nees: s.nees, neesLow: s.nees_low, neesHigh: s.nees_high,
+      nis: s.nis, nisLow: s.nis_low, nisHigh: s.nis_high,
     });
   }
 
@@ -92,6 +103,7 @@ export abstract class Run<Module extends WebExperiment | WebReplay> implements S
   protected momentOf(s: RunStatus): Omit<Moment, "source" | "mode" | "reason" | "activity" | "explored"> {
     const [halfLength = 0.1, halfWidth = 0.1] = this.#half;
     return {
+      method: this.method, diagnosis: this.module.diagnosis() as DiagnosisName,
       time: s.time, scans: s.scans, progress: s.progress, finished: this.finished,
       goalX: s.goal_x, goalY: s.goal_y,
       x: s.x, y: s.y, heading: s.heading,
@@ -133,7 +145,7 @@ function largestVariance(xx: number, xy: number, yy: number): number {
 
 function countWalls(lines: Float64Array): number {
   let count = 0;
-  for (let i = LINE_STRIDE - 1; i < lines.length; i += LINE_STRIDE) count += lines[i] ? 1 : 0;
+  for (let i = LINE.confirmed; i < lines.length; i += LINE_STRIDE) count += lines[i] ? 1 : 0;
   return count;
 }
 

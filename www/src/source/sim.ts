@@ -33,7 +33,7 @@ export class SimSource extends Run<WebExperiment> {
   #errands = 0;
 
   constructor(module: WebExperiment, setup: Setup) {
-    super(module, setup.world);
+    super(module, setup.world, setup.method);
     this.#explored = new Slow(() => module.explored());
     this.read((s) => this.#look(s, 0));
     const sensor = setup.sensor === "lidar" ? "a lidar" : "four infra-red rangers";

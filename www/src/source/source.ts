@@ -1,9 +1,9 @@
 // The one shape that all sources of the worker share.
 
-import type { Frame, LogLevel, SavedFile, SourceKind, Status } from "../protocol.js";
+import type { Frame, Inspection, LogLevel, SavedFile, SourceKind, Status } from "../protocol.js";
 
 /** What changed since the last call; the worker adds run, number and pace. */
-export type Change = Omit<Frame, "kind" | "run" | "seq" | "clock" | "status">;
+export type Change = Omit<Frame, "kind" | "run" | "seq" | "clock" | "status" | "inspection">;
 
 /** A status without the pace, which only the worker knows. */
 export type Moment = Omit<Status, "realTimeFactor" | "remaining">;
@@ -28,6 +28,8 @@ export interface Source {
   step(): void;
   moment(): Moment;
   change(): Change;
+  /** The inside of the filter; null for methods without a line filter. */
+  inspect(): Inspection | null;
   /** What happened since the last call, for the log. */
   notes(): Note[];
   hash(): string;

@@ -30,8 +30,11 @@ mod warehouse;
 
 use super::World;
 
+/// The name of a world, and what builds it.
+type Entry = (&'static str, fn() -> World);
+
 /// The one list of built-in worlds; commands, page and tests take their names from it.
-const BUILTIN: [(&str, fn() -> World); 10] = [
+const BUILTIN: [Entry; 10] = [
     ("arena", arena::world),
     ("doors", doors::world),
     ("office", office::world),
