@@ -13,7 +13,8 @@ mod estimator;
 use std::str::FromStr;
 
 use crate::estimation::{
-    EkfConfig, EkfError, Landmark, Match, ScanMatcherConfig, ScanMatcherError,
+    Correlations, EkfConfig, EkfError, Landmark, Match, ScanMatcherConfig, ScanMatcherError,
+    UpdateReport,
 };
 use crate::features::{LineConfig, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
@@ -137,6 +138,12 @@ impl Slam {
         self.method
     }
 
+    /// The settings.
+    #[must_use]
+    pub fn config(&self) -> &SlamConfig {
+        &self.config
+    }
+
     /// Where the robot is now, map frame, the odometry since the last scan included.
     #[must_use]
     pub fn estimate(&self) -> PoseEstimate {
@@ -171,8 +178,26 @@ impl Slam {
     #[must_use]
     pub fn matches(&self) -> &[Match] {
         match &self.estimator {
-            Estimator::Lines { report, .. } => &report.matches,
+            Estimator::Lines { ekf, .. } => &ekf.report().matches,
             _ => &[],
+        }
+    }
+
+    /// What the last scan did to the line map and why, with the normalised innovation squared; `None` for methods without.
+    #[must_use]
+    pub fn explain(&self) -> Option<&UpdateReport> {
+        match &self.estimator {
+            Estimator::Lines { ekf, .. } => Some(ekf.report()),
+            _ => None,
+        }
+    }
+
+    /// How the errors of pose and walls hang together; `None` for methods without a common covariance.
+    #[must_use]
+    pub fn correlations(&self) -> Option<Correlations> {
+        match &self.estimator {
+            Estimator::Lines { ekf, .. } => Some(ekf.correlations()),
+            _ => None,
         }
     }
 

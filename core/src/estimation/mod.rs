@@ -1,6 +1,7 @@
 //! From odometry and matches to a pose with covariance, the map that belongs to it, and measures of both.
 
 mod block_cholesky;
+mod consistency;
 mod ekf_slam;
 mod line_model;
 mod measures;
@@ -11,9 +12,11 @@ mod submap;
 mod sweep_smoother;
 mod triangle;
 
+pub use consistency::{ConsistencyWindow, Diagnosis, Figure};
 pub use ekf_slam::{
-    Consistency, EkfConfig, EkfError, EkfSlam, Fix, Landmark, LandmarkId, Match, Rejected,
-    Rejection, SweepTiming, UpdateReport,
+    Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Fix, Gate,
+    Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejected, Rejection,
+    SweepTiming, UpdateReport, Verdict,
 };
 pub use measures::{align, ate_rmse};
 pub use pose_graph::{Edge, GraphError, GraphReport, Kernel, PoseGraph, information_at_end};

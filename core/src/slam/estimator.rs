@@ -20,7 +20,6 @@ pub(super) enum Estimator {
         ekf: Box<EkfSlam>,
         extractor: Box<LineExtractor>,
         features: Vec<LineFeature>,
-        report: UpdateReport,
         smoother: SweepSmoother,
         track: Vec<(Stamp, Pose2)>,
         grid: Grid,
@@ -78,7 +77,6 @@ impl Estimator {
                 ekf: Box::new(EkfSlam::new(config.ekf)),
                 extractor: Box::new(LineExtractor::new(config.lines)),
                 features: vec![],
-                report: UpdateReport::default(),
                 smoother: SweepSmoother::default(),
                 track: vec![],
                 grid: Grid::new(config.grid)?,
@@ -122,15 +120,14 @@ impl Estimator {
                 ekf,
                 extractor,
                 features,
-                report,
                 smoother,
                 track,
                 grid,
             } => {
                 extractor.extract(points, features);
-                *report = ekf.update(features, &SweepTiming::at(points.stamp, sweep.scan))?;
+                ekf.update(features, &SweepTiming::at(points.stamp, sweep.scan))?;
                 let pose = ekf.estimate().pose;
-                grid.draw(&sweep.evidence(report, smoother, grid), &pose);
+                grid.draw(&sweep.evidence(ekf.report(), smoother, grid), &pose);
                 track.push((points.stamp, pose));
             }
             Self::Matching {
