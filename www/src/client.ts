@@ -1,6 +1,6 @@
 // The page's end of the wire to the worker: sends commands, hands frames to scene and store.
 
-import type { Answer, Command, Setup, SourceKind } from "./protocol.js";
+import type { Answer, Command, MethodName, Setup, SourceKind } from "./protocol.js";
 import { downloadAll } from "./save.js";
 import type { Store } from "./store.js";
 import type { Scene } from "./view/scene.js";
@@ -12,6 +12,9 @@ export class Client {
   #run = 0;
   #undrawn = false;
   #simSpeed = 1;
+  /** The recording that is shown, and the one that is being read. */
+  #recording: File | null = null;
+  #opening: File | null = null;
   /** Called when a run begins, before its first frame. */
   onStart: () => void = () => {};
 
@@ -71,8 +74,16 @@ export class Client {
     this.send({ kind: this.#store.source === "sim" && !this.#store.reading ? "stop" : "cancel" });
   }
 
-  async open(file: File): Promise<void> {
+  /** What runs now, from its beginning: with the method given, or else with the one it had. */
+  again(method?: MethodName): void {
     const store = this.#store;
+    if (store.source === "replay" && this.#recording) void this.open(this.#recording, method ?? store.method);
+    else this.start({ mode: "explore", ...(method === undefined ? {} : { method }) });
+  }
+
+  async open(file: File, method: MethodName = "scan-matching"): Promise<void> {
+    const store = this.#store;
+    store.set("toast", { toast: null });
     try {
       const bytes = await file.arrayBuffer();
       if (/\.json$/i.test(file.name)) {
@@ -80,7 +91,8 @@ export class Client {
         this.start({ world: file.name, worldJson, mode: "explore" });
       } else {
         store.set("run", { reading: { name: file.name, done: 0 } });
-        this.send({ kind: "replay", name: file.name, bytes, method: "scan-matching" }, [bytes]);
+        this.send({ kind: "replay", name: file.name, bytes, method }, [bytes]);
+        this.#opening = file;
       }
     } catch (error) {
       const why = error instanceof Error ? error.message : String(error);
@@ -114,6 +126,7 @@ export class Client {
         break;
       case "started":
         this.#run = answer.run;
+        if (answer.source === "replay") this.#recording = this.#opening;
         this.#pace(answer.source);
         this.#scene.clear();
         store.history.clear();
@@ -124,7 +137,7 @@ export class Client {
         store.hash = "";
         store.toast = null;
         store.set("run", {
-          source: answer.source, title: answer.title, playing: answer.playing, setup: answer.setup ?? store.setup, aiming: false,
+          source: answer.source, title: answer.title, playing: answer.playing, method: answer.method, setup: answer.setup ?? store.setup, aiming: false,
         });
         store.tell("toast");
         store.tell("log");

@@ -50,7 +50,6 @@ export type Command =
 /** The numbers of the moment. NaN where there is none (no truth in a recording). */
 export interface Status {
   source: SourceKind;
-  method: MethodName;
   /** Seconds of simulation, or of the recording. */
   time: number;
   /** Seconds of `time` for each second of the wall clock, over the last second or so. */
@@ -240,7 +239,7 @@ export interface SavedFile {
 
 export type Answer =
   | { kind: "ready" }
-  | { kind: "started"; run: number; source: SourceKind; title: string; setup: Setup | null; playing: boolean }
+  | { kind: "started"; run: number; source: SourceKind; title: string; method: MethodName; setup: Setup | null; playing: boolean }
   | Frame
   /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands still meanwhile. */
   | { kind: "reading"; name: string; done: number | null }

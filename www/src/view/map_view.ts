@@ -41,6 +41,7 @@ export class SlamMap extends LitElement {
       #hover[hidden] { display: none; }
       #scale { display: flex; align-items: end; gap: 8px; }
       #bar { height: 6px; border: 1.5px solid var(--ink); border-top: 0; opacity: .8; }
+      @container stage (max-width: 900px) { #foot { bottom: 92px; } }
       @media (max-width: 760px) {
         #foot { bottom: calc(var(--dock) + 10px); left: 12px; }
         #hover { display: none; }
