@@ -15,6 +15,7 @@
 )]
 
 mod outcome;
+mod ray_cast;
 
 use std::process::ExitCode;
 
@@ -27,7 +28,7 @@ use outcome::Outcome;
 type Entry = (&'static str, fn(&Args) -> Result<Outcome>);
 
 /// All reports, by name.
-const REPORTS: &[Entry] = &[];
+const REPORTS: &[Entry] = &[("ray-cast", ray_cast::measure)];
 
 /// Measures one claim of the project; exit status 0 if it holds, 1 if it does not, 2 if it could not be measured.
 #[derive(Parser)]
