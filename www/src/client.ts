@@ -33,7 +33,9 @@ export class Client {
 
   /** Starts a simulated run with the present setup, changed by `patch`. */
   start(patch: Partial<Setup> = {}): void {
-    this.send({ kind: "start", setup: { ...this.#store.setup, ...patch }, play: true });
+    const setup = { ...this.#store.setup, ...patch };
+    this.#store.set("run", { entering: setup.world });
+    this.send({ kind: "start", setup, play: true });
   }
 
   setSpeed(factor: number): void {
@@ -137,7 +139,7 @@ export class Client {
         store.hash = "";
         store.toast = null;
         store.set("run", {
-          source: answer.source, title: answer.title, playing: answer.playing, method: answer.method, setup: answer.setup ?? store.setup, aiming: false,
+          source: answer.source, title: answer.title, playing: answer.playing, method: answer.method, setup: answer.setup ?? store.setup, aiming: false, entering: "",
         });
         store.tell("toast");
         store.tell("log");
@@ -168,6 +170,7 @@ export class Client {
         store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(" and ")}` });
         break;
       case "failed":
+        store.set("run", { entering: "" });
         store.note({ time: store.status?.time ?? 0, level: "warn", text: answer.text });
         store.set("toast", { toast: { level: "warn", text: answer.text } });
         break;

@@ -43,6 +43,8 @@ export class Store {
   playing = false;
   /** A log that is being read, and how much of it is (0 to 1). */
   reading: { name: string; done: number } | null = null;
+  /** World that is being built; empty when none is. */
+  entering = "";
   speed = 4;
   setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore" };
   /** Of the present run. */

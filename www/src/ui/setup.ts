@@ -10,12 +10,16 @@ import { shared } from "./style.js";
 /** The module takes 32 bits. */
 const MOST_SEED = 4_294_967_295;
 
-export const WORLD_WORDS: Readonly<Record<string, string>> = {
+const WORLD_WORDS: Readonly<Record<string, string>> = {
   office: "Office: rooms off a corridor",
   arena: "Arena: walls and boxes",
   doors: "Doors: rooms and narrow gaps",
   corridor: "Corridor: 30 m, hardly a feature",
   loop: "Loop: a long ring",
+  maze: "Maze: passages all alike",
+  lab: "Lab: glass and dark walls",
+  crowd: "Crowd: ten people walk about",
+  warehouse: "Warehouse: racks and aisles, 40 m",
 };
 
 export class SlamSetup extends SlamElement {

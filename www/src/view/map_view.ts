@@ -290,7 +290,7 @@ export class SlamMap extends LitElement {
     const palette = (this.#palette ??= readPalette());
     scene.tiles.colour(palette, store.threeTones);
     const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.threeTones, JSON.stringify(store.layers)].join();
-    const ground = `${view},${scene.tiles.version}`;
+    const ground = `${view},${scene.tiles.version},${scene.truth.length}`;
     const alive = store.playing && !this.#still.matches;
     const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
     const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, time: this.#still.matches ? 0 : time, spot: store.spot, sightings: this.#sightings });
