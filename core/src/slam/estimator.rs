@@ -38,14 +38,17 @@ impl Estimator {
                 track: vec![],
                 grid: Grid::new(config.grid)?,
             },
-            Method::LineEkf => Self::Lines {
-                ekf: Box::new(EkfSlam::new(config.ekf)),
-                extractor: Box::new(LineExtractor::new(config.lines)),
-                features: vec![],
-                report: UpdateReport::default(),
-                track: vec![],
-                grid: Grid::new(config.grid)?,
-            },
+            Method::LineEkf => {
+                config.lines.validate()?;
+                Self::Lines {
+                    ekf: Box::new(EkfSlam::new(config.ekf)),
+                    extractor: Box::new(LineExtractor::new(config.lines)),
+                    features: vec![],
+                    report: UpdateReport::default(),
+                    track: vec![],
+                    grid: Grid::new(config.grid)?,
+                }
+            }
             Method::ScanMatching => Self::Matching {
                 matcher: Box::new(ScanMatcher::new(config.matcher)?),
                 since_scan: None,
@@ -88,7 +91,7 @@ impl Estimator {
                 track,
                 grid,
             } => {
-                extractor.extract(points, features);
+                extractor.extract(points, features)?;
                 *report = ekf.update(features, &SweepTiming::at(points.stamp, scan))?;
                 let pose = ekf.estimate().pose;
                 grid.insert(points, &pose);
