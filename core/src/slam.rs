@@ -13,15 +13,16 @@ mod estimator;
 use std::str::FromStr;
 
 use crate::estimation::{
-    EkfConfig, EkfError, Landmark, Match, ScanMatcherConfig, ScanMatcherError,
+    Correlations, EkfConfig, EkfError, Landmark, Match, ScanMatcherConfig, ScanMatcherError,
+    UpdateReport,
 };
 use crate::features::{LineConfig, LineError, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
-use crate::map::{Grid, GridConfig, GridError};
+use crate::map::{EvidenceConfig, Grid, GridConfig, GridError};
 use crate::points::{MotionHistory, PointConfig, Points};
 use crate::robot::{Odometry, Scan, ScanError, Stamp};
-use estimator::Estimator;
+use estimator::{Estimator, Sweep};
 
 /// How the pose is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +48,8 @@ pub struct SlamConfig {
     pub matcher: ScanMatcherConfig,
     /// The grid of the other methods.
     pub grid: GridConfig,
+    /// What the filter over lines draws of a scan.
+    pub evidence: EvidenceConfig,
 }
 
 /// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
@@ -114,7 +117,13 @@ impl Slam {
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         scan.validate()?;
         let points = Points::from_rolling_scan(scan, &self.history, &self.config.points);
-        self.estimator.correct(&points, scan)?;
+        let sweep = Sweep {
+            scan,
+            points: &points,
+            history: &self.history,
+            config: &self.config,
+        };
+        self.estimator.correct(&sweep)?;
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
         Ok(())
@@ -131,6 +140,12 @@ impl Slam {
     #[must_use]
     pub fn method(&self) -> Method {
         self.method
+    }
+
+    /// The settings.
+    #[must_use]
+    pub fn config(&self) -> &SlamConfig {
+        &self.config
     }
 
     /// Where the robot is now, map frame, the odometry since the last scan included.
@@ -167,8 +182,26 @@ impl Slam {
     #[must_use]
     pub fn matches(&self) -> &[Match] {
         match &self.estimator {
-            Estimator::Lines { report, .. } => &report.matches,
+            Estimator::Lines { ekf, .. } => &ekf.report().matches,
             _ => &[],
+        }
+    }
+
+    /// What the last scan did to the line map and why, with the normalised innovation squared; `None` for methods without.
+    #[must_use]
+    pub fn explain(&self) -> Option<&UpdateReport> {
+        match &self.estimator {
+            Estimator::Lines { ekf, .. } => Some(ekf.report()),
+            _ => None,
+        }
+    }
+
+    /// How the errors of pose and walls hang together; `None` for methods without a common covariance.
+    #[must_use]
+    pub fn correlations(&self) -> Option<Correlations> {
+        match &self.estimator {
+            Estimator::Lines { ekf, .. } => Some(ekf.correlations()),
+            _ => None,
         }
     }
 

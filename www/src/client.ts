@@ -117,6 +117,8 @@ export class Client {
         this.#pace(answer.source);
         this.#scene.clear();
         store.history.clear();
+        store.inspection = null;
+        store.spot = { hovered: [], pinned: null };
         store.log = [];
         store.status = null;
         store.hash = "";
@@ -126,6 +128,7 @@ export class Client {
         });
         store.tell("toast");
         store.tell("log");
+        store.tell("inspection");
         this.onStart();
         break;
       case "frame":

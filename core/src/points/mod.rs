@@ -7,7 +7,7 @@ mod segmentation;
 mod spacing;
 
 pub use cartesian::{Beam, PointConfig, Points};
-pub use deskew::MotionHistory;
+pub use deskew::{MotionHistory, MovedSince};
 pub use oriented::{OrientedConfig, OrientedPoint, oriented_points};
 pub use segmentation::{BreakRule, Run, SegmentationConfig, segment};
 pub use spacing::{SpacingError, SpacingModel};

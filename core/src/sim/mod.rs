@@ -5,7 +5,7 @@
 //! |---|---|
 //! | `world` | what stands in the building, where the robot starts |
 //! | `worlds/` | the built-in worlds, one file each |
-//! | `cast` | rays and distances to walls through a grid |
+//! | `cast` | rays, fans of rays and distances to walls through a grid |
 //! | `drive` | from commands to track motion within the limits of speed and acceleration |
 //! | `body` | from track motion to true motion: slip, collision, contacts, bumpers |
 //! | `movers` | discs that walk along way-points |
@@ -27,7 +27,7 @@ mod world;
 pub mod worlds;
 
 pub use body::Bumpers;
-pub use cast::{Caster, Hit};
+pub use cast::{Caster, Fan, Hit};
 pub use reachable::{ReachableArea, reachable_area};
 pub use sensors::{SensorKind, SensorModel};
 pub use simulation::{SimError, Simulation, TIME_STEP};
