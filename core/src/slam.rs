@@ -16,7 +16,7 @@ use crate::estimation::{
     Correlations, EkfConfig, EkfError, Landmark, Match, ScanMatcherConfig, ScanMatcherError,
     UpdateReport,
 };
-use crate::features::{LineConfig, LineFeature};
+use crate::features::{LineConfig, LineError, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::{EvidenceConfig, Grid, GridConfig, GridError};
@@ -62,6 +62,9 @@ pub enum SlamError {
     /// The scan breaks its promises.
     #[error(transparent)]
     Scan(#[from] ScanError),
+    /// A beam or a setting that the search for lines cannot use.
+    #[error(transparent)]
+    Lines(#[from] LineError),
     /// What the filter over lines refuses.
     #[error(transparent)]
     Ekf(#[from] EkfError),
@@ -113,7 +116,8 @@ impl Slam {
 
     /// Takes a scan, whose last beam was taken at or before the end of the newest odometry.
     ///
-    /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises, [`SlamError::Ekf`] for one that the filter refuses.
+    /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises, [`SlamError::Lines`] and [`SlamError::Ekf`] for one
+    /// that the line extraction or the filter refuses.
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         scan.validate()?;
         let points = Points::from_rolling_scan(scan, &self.history, &self.config.points);

@@ -203,7 +203,7 @@ impl Drive {
 
     fn scan(&mut self, scan: &Scan) -> Result<()> {
         let points = Points::from_rolling_scan(scan, &self.history, &PointConfig::default());
-        self.extractor.extract(&points, &mut self.lines);
+        self.extractor.extract(&points, &mut self.lines)?;
         let world_from_robot = self.sim.truth();
         let truth = self.start.inverse() * world_from_robot;
         self.truth.push(truth.position());
