@@ -1,6 +1,7 @@
 //! From odometry and matches to a pose with covariance, the map that belongs to it, and measures of both.
 
 mod block_cholesky;
+mod covariance;
 mod ekf_slam;
 mod line_model;
 mod measures;
