@@ -9,8 +9,8 @@ export type MethodName = "line-ekf" | "scan-matching";
 export type ModeName = "manual" | "goto" | "explore";
 export type SourceKind = "sim" | "replay";
 
-/** Worlds that come with the module. */
-export const WORLDS = ["office", "arena", "doors", "corridor", "loop"] as const;
+/** Worlds that come with the module, but for `campus`: what of its 9 hectares can be reached takes minutes to find out. */
+export const WORLDS = ["office", "arena", "doors", "corridor", "loop", "maze", "lab", "crowd", "warehouse"] as const;
 
 /** What a simulated run starts from; the same setup gives the same bits. */
 export interface Setup {
@@ -50,7 +50,6 @@ export type Command =
 /** The numbers of the moment. NaN where there is none (no truth in a recording). */
 export interface Status {
   source: SourceKind;
-  method: MethodName;
   /** Seconds of simulation, or of the recording. */
   time: number;
   /** Seconds of `time` for each second of the wall clock, over the last second or so. */
@@ -240,7 +239,7 @@ export interface SavedFile {
 
 export type Answer =
   | { kind: "ready" }
-  | { kind: "started"; run: number; source: SourceKind; title: string; setup: Setup | null; playing: boolean }
+  | { kind: "started"; run: number; source: SourceKind; title: string; method: MethodName; setup: Setup | null; playing: boolean }
   | Frame
   /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands still meanwhile. */
   | { kind: "reading"; name: string; done: number | null }

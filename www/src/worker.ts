@@ -185,7 +185,7 @@ function clock(): Clock {
 let began = 0;
 
 /** Takes a new source only once it exists: a setup that fails leaves the old run as it is. */
-function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, "kind" | "run" | "source" | "title">): void {
+function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, "kind" | "run" | "source" | "title" | "method">): void {
   source?.close();
   source = next;
   run += 1;
@@ -194,7 +194,7 @@ function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, 
   hashAt = -Infinity;
   began = performance.now();
   playing = answer.playing;
-  post({ kind: "started", run, source: next.kind, title: next.title, ...answer });
+  post({ kind: "started", run, source: next.kind, title: next.title, method: next.method, ...answer });
   rebase();
   pageReady = true;
   show();

@@ -103,7 +103,7 @@ export abstract class Run<Module extends WebExperiment | WebReplay> implements S
   protected momentOf(s: RunStatus): Omit<Moment, "source" | "mode" | "reason" | "activity" | "explored"> {
     const [halfLength = 0.1, halfWidth = 0.1] = this.#half;
     return {
-      method: this.method, diagnosis: this.module.diagnosis() as DiagnosisName,
+      diagnosis: this.module.diagnosis() as DiagnosisName,
       time: s.time, scans: s.scans, progress: s.progress, finished: this.finished,
       goalX: s.goal_x, goalY: s.goal_y,
       x: s.x, y: s.y, heading: s.heading,

@@ -42,8 +42,8 @@ export class SlamConsistency extends SlamCharts {
   ];
 
   override render(): TemplateResult {
-    const { status } = this.store;
-    if (status && status.method !== "line-ekf") {
+    const { status, method } = this.store;
+    if (method !== "line-ekf") {
       return html`<h2>Filter</h2><p class="muted" data-testid="no-filter">Scan matching keeps no common covariance of pose and walls: there is no filter to look into. Choose the method Line EKF-SLAM.</p>`;
     }
     const words = WORDS[status?.diagnosis ?? "collecting"];
