@@ -15,8 +15,12 @@
 )]
 
 mod ekf_consistency;
+mod line_fit;
 mod outcome;
 mod ray_cast;
+mod scenes;
+mod score;
+mod split_merge;
 mod tour;
 
 use std::process::ExitCode;
@@ -32,7 +36,9 @@ type Entry = (&'static str, fn(&Args) -> Result<Outcome>);
 /// All reports, by name.
 const REPORTS: &[Entry] = &[
     ("ekf-consistency", ekf_consistency::measure),
+    ("line-fit", line_fit::measure),
     ("ray-cast", ray_cast::measure),
+    ("split-merge", split_merge::measure),
 ];
 
 /// Measures one claim of the project; exit status 0 if it holds, 1 if it does not, 2 if it could not be measured.

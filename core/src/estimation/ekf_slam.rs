@@ -46,6 +46,7 @@ use self::input::{check_feature, check_odometry};
 use self::landmark::Entry;
 use self::robot_state::{POSE, ROBOT, RobotState};
 use self::sweep::{as_seen, order};
+use super::covariance::Covariance;
 use super::triangle::SymmetricMatrix;
 use crate::association::{Candidate, Choice, choose};
 use crate::features::LineFeature;
@@ -79,18 +80,24 @@ pub struct EkfSlam {
     pending: Vec<Odometry>,
     ahead: RobotState,
     landmarks: Vec<Entry>,
-    cov: SymmetricMatrix,
+    cov: Covariance,
     next_id: u32,
     scans: u32,
     scratch: Scratch,
     report: UpdateReport,
 }
 
+/// P Hᵀ L⁻ᵀ, two columns.
+#[derive(Clone, Debug, Default)]
+struct Gain {
+    first: Vec<f64>,
+    second: Vec<f64>,
+}
+
 /// Buffers kept between updates.
 #[derive(Clone, Debug, Default)]
 struct Scratch {
-    /// P Hᵀ L⁻ᵀ, one row for each state.
-    gain: Vec<[f64; 2]>,
+    gain: Gain,
     order: Vec<usize>,
     candidates: Vec<Candidate>,
 }
@@ -108,7 +115,7 @@ impl EkfSlam {
             pending: vec![],
             ahead,
             landmarks: vec![],
-            cov: SymmetricMatrix::from_fn(ROBOT, |row, column| ahead.cov[(row, column)]),
+            cov: Covariance::new(&ahead.cov),
             next_id: 0,
             scans: 0,
             scratch: Scratch::default(),
@@ -157,7 +164,7 @@ impl EkfSlam {
     /// [`Self::landmarks`], r signed and counted from each landmark's anchor.
     #[must_use]
     pub fn covariance(&self) -> &SymmetricMatrix {
-        &self.cov
+        self.cov.settled()
     }
 
     /// What the last scan did, and why.
@@ -228,6 +235,7 @@ impl EkfSlam {
         self.merge_all(&mut scratch.gain, &mut report);
         self.scratch = scratch;
         self.forget(&mut report);
+        self.cov.settle();
         self.ahead = RobotState {
             pose: self.pose,
             errors: self.errors,
@@ -246,7 +254,7 @@ impl EkfSlam {
         index: usize,
         seen: &LineFeature,
         candidates: &mut Vec<Candidate>,
-        gain: &mut Vec<[f64; 2]>,
+        gain: &mut Gain,
         report: &mut UpdateReport,
     ) {
         candidates.clear();
@@ -275,7 +283,7 @@ impl EkfSlam {
         feature: usize,
         found: &Candidate,
         seen: &LineFeature,
-        gain: &mut Vec<[f64; 2]>,
+        gain: &mut Gain,
         report: &mut UpdateReport,
     ) -> Verdict {
         if self.is_taken(found.index, seen) {

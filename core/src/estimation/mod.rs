@@ -2,6 +2,7 @@
 
 mod block_cholesky;
 mod consistency;
+mod covariance;
 mod ekf_slam;
 mod line_model;
 mod measures;

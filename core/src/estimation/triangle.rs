@@ -4,6 +4,11 @@
 //! touches half of the numbers a full matrix would have; and symmetry needs no care, because there is only one of
 //! each pair.
 
+/// Columns that are updated together: as many as the registers hold.
+const TILE: usize = 16;
+/// Vectors that are taken off together.
+const PANEL: usize = 32;
+
 /// Lower triangle of a symmetric matrix, packed by rows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SymmetricMatrix {
@@ -58,7 +63,6 @@ impl SymmetricMatrix {
 
     /// The elements of `row` up to the diagonal.
     #[inline]
-    #[cfg(test)]
     pub(super) fn row(&self, row: usize) -> &[f64] {
         let start = row * (row + 1) / 2;
         self.packed.get(start..=start + row).unwrap_or(&[])
@@ -102,11 +106,68 @@ impl SymmetricMatrix {
         self.n -= 2;
     }
 
-    /// P -= a aᵀ + b bᵀ, with (a, b) the rows of `w`: one pass over the triangle.
-    pub(super) fn subtract_rank2(&mut self, w: &[[f64; 2]]) {
-        for (row, wi) in self.rows_mut(0).zip(w) {
-            for (element, wj) in row.iter_mut().zip(w) {
-                *element -= wi[0] * wj[0] + wi[1] * wj[1];
+    /// The whole column, top to bottom: its part above the diagonal is the row of the same number.
+    pub(super) fn column(&self, column: usize) -> impl Iterator<Item = f64> {
+        let above = self.row(column).iter().copied();
+        let below = (column + 1..self.n).map(move |row| row * (row + 1) / 2 + column);
+        above.chain(below.map(|at| self.packed.get(at).copied().unwrap_or(f64::NAN)))
+    }
+
+    /// P -= Σ w wᵀ for the vectors that stand one after another in `vectors`, n numbers each: one pass over the triangle.
+    pub(super) fn subtract_outer(&mut self, vectors: &[f64]) {
+        let n = self.n;
+        if vectors.is_empty() {
+            return;
+        }
+        // Column by column of tiles, so that the part of the vectors in use stays in the first cache.
+        let mut panel = [[0.0; TILE]; PANEL];
+        for chunk in vectors.chunks(PANEL * n) {
+            for first in (0..n).step_by(TILE) {
+                let width = TILE.min(n - first);
+                for (lanes, w) in panel.iter_mut().zip(chunk.chunks_exact(n)) {
+                    *lanes = [0.0; TILE];
+                    if let Some((to, from)) =
+                        lanes.get_mut(..width).zip(w.get(first..first + width))
+                    {
+                        to.copy_from_slice(from);
+                    }
+                }
+                self.subtract_tiles(first, chunk, &panel);
+            }
+        }
+    }
+
+    /// The part of [`Self::subtract_outer`] in the columns from `first` on that one tile covers.
+    fn subtract_tiles(&mut self, first: usize, vectors: &[f64], panel: &[[f64; TILE]; PANEL]) {
+        let n = self.n;
+        let rank = vectors.len() / n;
+        let mut start = first * (first + 1) / 2;
+        for row in first..n {
+            let end = (row + 1).min(first + TILE);
+            let Some(elements) = self.packed.get_mut(start + first..start + end) else {
+                return;
+            };
+            start += row + 1;
+            let mut scale = [0.0; PANEL];
+            for (scale, w) in scale.iter_mut().zip(vectors.chunks_exact(n)) {
+                *scale = w.get(row).copied().unwrap_or(f64::NAN);
+            }
+            let pairs = || scale.iter().zip(panel).take(rank);
+            if let Ok(elements) = <&mut [f64; TILE]>::try_from(&mut *elements) {
+                // All lanes at once: the compiler keeps them in registers.
+                let mut lanes = *elements;
+                for (scale, w) in pairs() {
+                    for (lane, w) in lanes.iter_mut().zip(w) {
+                        *lane -= scale * w;
+                    }
+                }
+                *elements = lanes;
+            } else {
+                for (scale, w) in pairs() {
+                    for (element, w) in elements.iter_mut().zip(w) {
+                        *element -= scale * w;
+                    }
+                }
             }
         }
     }
@@ -133,13 +194,21 @@ mod tests {
 
     proptest! {
         #[test]
-        fn rank_two_update_is_the_dense_one(n in 2..12_usize, seed in prop::collection::vec((-2.0..2.0_f64, -2.0..2.0_f64), 12)) {
-            let w: Vec<[f64; 2]> = seed.iter().take(n).map(|&(a, b)| [a, b]).collect();
+        fn outer_products_are_the_dense_ones(n in 1..70_usize, rank in 0..40_usize, seed in prop::collection::vec(-2.0..2.0_f64, 97)) {
+            let vectors: Vec<f64> = (0..n * rank).map(|i| seed[(i * 31) % 97]).collect();
             let mut m = filled(n);
-            let full = DMatrix::from_fn(n, 2, |i, j| w[i][j]);
+            let full = DMatrix::from_column_slice(n, rank, &vectors);
             let expect = dense(&m) - &full * full.transpose();
-            m.subtract_rank2(&w);
+            m.subtract_outer(&vectors);
             prop_assert!((dense(&m) - expect).norm() < 1e-9);
+        }
+
+        #[test]
+        fn column_is_that_of_the_dense_matrix(n in 1..12_usize, column in 0..12_usize) {
+            prop_assume!(column < n);
+            let m = filled(n);
+            let expect: Vec<f64> = dense(&m).column(column).iter().copied().collect();
+            prop_assert_eq!(m.column(column).collect::<Vec<_>>(), expect);
         }
 
         #[test]

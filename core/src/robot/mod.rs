@@ -9,6 +9,6 @@ mod stamp;
 
 pub use command::Command;
 pub use model::{OdometryBias, OdometryNoise, RobotModel};
-pub use odometry::{Odometry, TrackOdometry, Tracks};
+pub use odometry::{Odometry, OdometryError, TrackOdometry, Tracks};
 pub use scan::{Scan, ScanError};
 pub use stamp::Stamp;
