@@ -164,6 +164,10 @@ export const SIGHTING_STRIDE = 7;
 export const CANDIDATE = { landmark: 0, d2: 1, gap: 2, deltaAlpha: 3, deltaR: 4, sigmaAlpha: 5, sigmaR: 6, gate: 7 } as const;
 export const CANDIDATE_STRIDE = 8;
 
+/** Places of what is learned of the odometry: turn in a drive that it takes for straight, rad/m; part by which a turn is larger than
+ * it says; and their standard deviations. */
+export const ODOMETRY = { curvature: 0, turnScale: 1, curvatureSigma: 2, turnScaleSigma: 3 } as const;
+
 /** The line filter after the last scan. */
 export interface Inspection {
   /** Rows of the matrix that belong to the robot; two for each landmark follow, α and r. */
@@ -176,6 +180,8 @@ export interface Inspection {
   sightings: Float64Array;
   /** What they were compared with, in the same order, see CANDIDATE. */
   candidates: Float64Array;
+  /** What the filter learned of its odometry, see ODOMETRY. */
+  odometry: Float64Array;
   /** Largest d² of a match, and smallest of a new wall. */
   gate: number;
   newGate: number;
@@ -255,7 +261,7 @@ export function transferables(frame: Frame): ArrayBuffer[] {
   const arrays = [
     frame.grid?.index, frame.grid?.cells, frame.scan, frame.lines, frame.truth, frame.movers, frame.path, frame.rawPath, frame.tree,
     frame.frontiers, frame.trail, frame.samples, frame.inspection?.landmarks, frame.inspection?.coefficients, frame.inspection?.sightings,
-    frame.inspection?.candidates,
+    frame.inspection?.candidates, frame.inspection?.odometry,
   ];
   const buffers = new Set<ArrayBuffer>();
   for (const array of arrays) {

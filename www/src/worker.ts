@@ -162,11 +162,13 @@ function show(): void {
   pageReady = false;
   stale = false;
   seq += 1;
+  // The numbers of the moment count what the change has just fetched.
+  const change = source.change();
   const moment = source.moment();
   const elapsed = source.kind === "replay" ? (performance.now() - began) / 1000 : NaN;
   const remaining = moment.progress > 0.005 ? (elapsed * (1 - moment.progress)) / moment.progress : NaN;
   const status = { ...moment, realTimeFactor: playing ? pace.factor : NaN, remaining };
-  const frame = { kind: "frame", run, seq, clock: clock(), status, ...source.change(), inspection: inspection(source, now) } as const;
+  const frame = { kind: "frame", run, seq, clock: clock(), status, ...change, inspection: inspection(source, now) } as const;
   post(frame, transferables(frame));
 }
 

@@ -135,6 +135,16 @@ impl EkfSlam {
         self.errors
     }
 
+    /// Standard deviations of [`Self::odometry_errors`].
+    #[must_use]
+    pub fn odometry_error_sigmas(&self) -> OdometryErrors {
+        let sigma = |row: usize| self.cov.get(row, row).max(0.0).sqrt();
+        OdometryErrors {
+            curvature: sigma(POSE),
+            turn_scale: sigma(POSE + 1),
+        }
+    }
+
     /// All landmarks in the order of the state, those not yet confirmed too.
     pub fn landmarks(&self) -> impl Iterator<Item = Landmark> + '_ {
         self.landmarks.iter().enumerate().map(|(index, entry)| {
