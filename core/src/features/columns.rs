@@ -58,7 +58,7 @@ pub(super) struct Block {
     pub(super) weight: f64x4,
     /// σ² of the range.
     pub(super) var_along: f64x4,
-    /// σ² of the bearing times range².
+    /// σ² of the bearing times range²; anything where bearings are exact.
     pub(super) var_across: f64x4,
     /// Number of the beam in the scan.
     pub(super) number: f64x4,
@@ -126,7 +126,9 @@ impl Columns {
         store(&mut self.uy, at, (y - origin_y) * per_range);
         store(&mut self.weight, at, weight);
         store(&mut self.var_along, at, sigma * sigma);
-        store(&mut self.var_across, at, across * across);
+        if !self.bearings_are_exact() {
+            store(&mut self.var_across, at, across * across);
+        }
         store(&mut self.number, at, lane(|b| b.beam_idx as f64));
         store(&mut self.keep, at, f64x4::ONE);
         self.largest = self.largest.fast_max(sigma.fast_max(across));
@@ -222,7 +224,12 @@ impl Columns {
     pub(super) fn variance(&self, index: usize, normal: &Vector2<f64>) -> f64 {
         let along = Vector2::new(self.ux[index], self.uy[index]);
         let (cos, sin) = (normal.dot(&along), normal.perp(&along));
-        cos * cos * self.var_along[index] + sin * sin * self.var_across[index] + self.var_surface()
+        let by_bearing = if self.bearings_are_exact() {
+            0.0
+        } else {
+            sin * sin * self.var_across[index]
+        };
+        cos * cos * self.var_along[index] + by_bearing + self.var_surface()
     }
 
     /// σ² of the roughness, m².
@@ -268,12 +275,18 @@ impl Columns {
 }
 
 impl Block {
-    /// Variances of the distances from a line with normal (`nx`, `ny`).
+    /// Variances of the distances from a line with normal (`nx`, `ny`), without what the bearings add.
     #[inline(always)]
-    pub(super) fn variance(&self, nx: f64x4, ny: f64x4, var_surface: f64x4) -> f64x4 {
+    pub(super) fn variance_by_range(&self, nx: f64x4, ny: f64x4) -> f64x4 {
         let cos = nx * self.ux + ny * self.uy;
+        cos * cos * self.var_along
+    }
+
+    /// What the bearings add.
+    #[inline(always)]
+    pub(super) fn variance_by_bearing(&self, nx: f64x4, ny: f64x4) -> f64x4 {
         let sin = nx * self.uy - ny * self.ux;
-        cos * cos * self.var_along + sin * sin * self.var_across + var_surface
+        sin * sin * self.var_across
     }
 }
 
