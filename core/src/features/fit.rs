@@ -238,7 +238,9 @@ impl Scatter {
         let exact = columns.bearings_are_exact();
         let zero = f64x4::ZERO;
         let (mut count, mut xx, mut xy, mut yy) = (zero, zero, zero, zero);
-        for b in columns.blocks(piece.range()) {
+        let blocks = columns.blocks(piece.range());
+        for block in 0..blocks.len() {
+            let b = blocks.at(block);
             let (dx, dy) = (b.x - mx, b.y - my);
             let weight = b.weight * b.keep;
             let (wx, wy) = (weight * dx, weight * dy);
@@ -373,7 +375,9 @@ impl Sums {
         let (mut turn_alpha, mut turn_n) = ([zero; 2], [zero; 2]);
         let (mut powers, mut products) = ([zero; 5], [zero; 3]);
         let exact = columns.bearings_are_exact();
-        for p in columns.blocks(range) {
+        let blocks = columns.blocks(range);
+        for block in 0..blocks.len() {
+            let p = blocks.at(block);
             let weight = p.weight * p.keep;
             let (n, t) = (nx * p.x + ny * p.y - r, tx * p.x + ty * p.y - mean_t);
             let (un, ut) = (nx * p.ux + ny * p.uy, tx * p.ux + ty * p.uy);

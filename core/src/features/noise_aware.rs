@@ -106,7 +106,9 @@ impl NoiseAware {
         let exact = columns.bearings_are_exact();
         let zero = f64x4::ZERO;
         let (mut sum, mut expected, mut variance, mut wild) = (zero, zero, zero, zero);
-        for (block, b) in columns.blocks(range.clone()).enumerate() {
+        let blocks = columns.blocks(range.clone());
+        for block in 0..blocks.len() {
+            let b = blocks.at(block);
             let mut var = b.variance_by_range(nx, ny) + surface;
             if !exact {
                 var += b.variance_by_bearing(nx, ny);
