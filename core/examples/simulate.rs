@@ -19,7 +19,7 @@ use slamlab_core::experiment::{Experiment, ExperimentConfig, Figures};
 use slamlab_core::format::world;
 use slamlab_core::pilot::{Mode, Status};
 use slamlab_core::robot::RobotModel;
-use slamlab_core::sim::{SensorModel, World, reachable_area, worlds};
+use slamlab_core::sim::{SensorKind, World, reachable_area, worlds};
 use slamlab_core::slam::Method;
 
 /// A robot in a simulated world: it maps, finds itself, plans and drives.
@@ -28,9 +28,9 @@ struct Args {
     /// A built-in world, or the path of a world file (JSON).
     #[arg(long, default_value = "office")]
     world: String,
-    /// What the robot sees with.
-    #[arg(long, default_value = "lidar", value_parser = ["lidar", "rangers"])]
-    sensor: String,
+    /// What the robot sees with: lidar, sick, rangers or sonar.
+    #[arg(long, default_value = "lidar")]
+    sensor: SensorKind,
     /// The same seed gives the same run, to the bit.
     #[arg(long, default_value_t = 7)]
     seed: u64,
@@ -68,17 +68,13 @@ fn run(args: &Args) -> Result<()> {
         "explore" => Mode::Explore,
         _ => Mode::GoTo(goal_in_map(args, &world)?),
     };
-    let sensor = match args.sensor.as_str() {
-        "lidar" => SensorModel::lidar(),
-        _ => SensorModel::rangers(),
-    };
     let robot = RobotModel::rp6();
     let area = reachable_area(&world, robot.radius(), 0.05);
     let world_name = world.name.clone();
     let config = ExperimentConfig {
         method,
         mode,
-        ..ExperimentConfig::new(world, robot, sensor, args.seed)
+        ..ExperimentConfig::new(world, robot, args.sensor.model(), args.seed)
     };
     let mut experiment = Experiment::new(config)?;
     let begin = Instant::now();
@@ -148,7 +144,7 @@ fn report(
 ) -> serde_json::Value {
     serde_json::json!({
         "world": world,
-        "sensor": args.sensor,
+        "sensor": args.sensor.name(),
         "seed": args.seed,
         "mode": args.mode,
         "method": args.method,
