@@ -10,8 +10,8 @@
 //! distribution over it. The cones overlap, so that what stands ahead within the robot's width is always drawn ahead, no farther
 //! than it is. Silence is as often a wall that mirrors the ping away as an empty hall, so it is invalid (NaN) and not free.
 //!
-//! Source: the specification, "Sensors"; Thrun, Burgard & Fox (2005), "Probabilistic Robotics" §6.2; Polaroid 6500 for the
-//! cone; Kuc & Siegel (1987), "Physically based simulation model for acoustic sensor robot navigation", for the mirror.
+//! Source: the specification, "Sensors"; Thrun, Burgard & Fox (2005), "Probabilistic Robotics" §6.2; Devantech SRF05 for the
+//! ranges; Kuc & Siegel (1987), "Physically based simulation model for acoustic sensor robot navigation", for the mirror.
 
 use std::f64::consts::TAU;
 
@@ -37,7 +37,7 @@ pub struct SonarModel {
     pub specular_angle: f64,
     /// Seconds from one ping to the next. Default 0.025: the echo of 4 m is back by then.
     pub period: f64,
-    /// Nearest range, m. Default 0.15; nearer the membrane still rings.
+    /// Nearest range, m. Default 0.03; nearer the membrane still rings.
     pub min_range: f64,
     /// Farthest range, m. Default 4.
     pub max_range: f64,
@@ -61,7 +61,7 @@ impl Default for SonarModel {
             rays: 13,
             specular_angle: 0.44,
             period: 0.025,
-            min_range: 0.15,
+            min_range: 0.03,
             max_range: 4.0,
             sigma: 0.01,
             sigma_per_metre: 0.01,
