@@ -175,12 +175,13 @@ impl Experiment {
             return Ok(false);
         };
         self.slam.scan(&scan)?;
-        self.record.push(Sample {
+        let sample = Sample {
             stamp: self.sim.stamp(),
             truth: self.truth(),
             estimate: self.slam.estimate(),
             odometry: self.dead_reckoning,
-        });
+        };
+        self.record.push(sample, self.slam.explain());
         Ok(true)
     }
 

@@ -4,6 +4,7 @@
 //!
 //! The odometry that stands in each laser message is turned into motions between scans, with the noise of a Pioneer.
 
+use crate::estimation::ConsistencyWindow;
 use crate::format::carmen::{CarmenLog, CarmenScan};
 use crate::geom::Pose2;
 use crate::hash::StateHash;
@@ -17,6 +18,7 @@ pub struct Replay {
     robot: RobotModel,
     next: usize,
     slam: Slam,
+    consistency: ConsistencyWindow,
 }
 
 impl Replay {
@@ -29,6 +31,7 @@ impl Replay {
             robot: RobotModel::pioneer(),
             next: 0,
             slam: Slam::new(method, config)?,
+            consistency: ConsistencyWindow::default(),
         })
     }
 
@@ -50,6 +53,10 @@ impl Replay {
         self.next += 1;
         self.slam.odometry(&odometry)?;
         self.slam.scan(&scan)?;
+        if let Some(report) = self.slam.explain() {
+            self.consistency
+                .push(None, report.nis, report.nis_degrees());
+        }
         Ok(true)
     }
 
@@ -83,6 +90,12 @@ impl Replay {
     #[must_use]
     pub fn slam(&self) -> &Slam {
         &self.slam
+    }
+
+    /// Whether the innovations of the last scans were as large as claimed; empty for methods without a line map.
+    #[must_use]
+    pub fn consistency(&self) -> &ConsistencyWindow {
+        &self.consistency
     }
 
     /// The pose by odometry alone at the last scan; the map's frame begins at the first.

@@ -19,10 +19,10 @@ use crate::estimation::{
 use crate::features::{LineConfig, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
-use crate::map::{Grid, GridConfig, GridError};
+use crate::map::{EvidenceConfig, Grid, GridConfig, GridError};
 use crate::points::{MotionHistory, PointConfig, Points};
 use crate::robot::{Odometry, Scan, ScanError, Stamp};
-use estimator::Estimator;
+use estimator::{Estimator, Sweep};
 
 /// How the pose is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +48,8 @@ pub struct SlamConfig {
     pub matcher: ScanMatcherConfig,
     /// The grid of the other methods.
     pub grid: GridConfig,
+    /// What the filter over lines draws of a scan.
+    pub evidence: EvidenceConfig,
 }
 
 /// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
@@ -111,7 +113,13 @@ impl Slam {
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         scan.validate()?;
         let points = Points::from_rolling_scan(scan, &self.history, &self.config.points);
-        self.estimator.correct(&points, scan)?;
+        let sweep = Sweep {
+            scan,
+            points: &points,
+            history: &self.history,
+            config: &self.config,
+        };
+        self.estimator.correct(&sweep)?;
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
         Ok(())
@@ -128,6 +136,12 @@ impl Slam {
     #[must_use]
     pub fn method(&self) -> Method {
         self.method
+    }
+
+    /// The settings.
+    #[must_use]
+    pub fn config(&self) -> &SlamConfig {
+        &self.config
     }
 
     /// Where the robot is now, map frame, the odometry since the last scan included.

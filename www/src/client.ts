@@ -111,12 +111,15 @@ export class Client {
     const store = this.#store;
     switch (answer.kind) {
       case "ready":
+        store.set("run", { worlds: answer.worlds, sensors: answer.sensors });
         break;
       case "started":
         this.#run = answer.run;
         this.#pace(answer.source);
         this.#scene.clear();
         store.history.clear();
+        store.inspection = null;
+        store.spot = { hovered: [], pinned: null };
         store.log = [];
         store.status = null;
         store.hash = "";
@@ -126,6 +129,7 @@ export class Client {
         });
         store.tell("toast");
         store.tell("log");
+        store.tell("inspection");
         this.onStart();
         break;
       case "frame":

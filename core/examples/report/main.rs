@@ -14,8 +14,10 @@
     reason = "an example uses the clock, threads and floating point of the platform; the core does not"
 )]
 
+mod ekf_consistency;
 mod outcome;
 mod ray_cast;
+mod tour;
 
 use std::process::ExitCode;
 
@@ -28,7 +30,10 @@ use outcome::Outcome;
 type Entry = (&'static str, fn(&Args) -> Result<Outcome>);
 
 /// All reports, by name.
-const REPORTS: &[Entry] = &[("ray-cast", ray_cast::measure)];
+const REPORTS: &[Entry] = &[
+    ("ekf-consistency", ekf_consistency::measure),
+    ("ray-cast", ray_cast::measure),
+];
 
 /// Measures one claim of the project; exit status 0 if it holds, 1 if it does not, 2 if it could not be measured.
 #[derive(Parser)]

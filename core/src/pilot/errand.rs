@@ -105,10 +105,13 @@ impl Pilot {
         match self.route_to(goal, Unknown::Free, now) {
             Ok(()) => true,
             Err(reason) => {
-                // A robot pushed against a wall by an error of its pose may be free after the next scans.
+                // A robot pushed against a wall by an error of its pose may be free after the next scans, and a way that is
+                // shut by a wall seen wrongly may open.
                 let may_pass = matches!(
                     reason,
-                    NoPath::StartBlocked { .. } | NoPath::BudgetSpent { .. }
+                    NoPath::StartBlocked { .. }
+                        | NoPath::Unreachable { .. }
+                        | NoPath::BudgetSpent { .. }
                 );
                 self.errand.failed_plans += 1;
                 if !may_pass || self.errand.failed_plans >= PLAN_ATTEMPTS {

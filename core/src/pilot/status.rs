@@ -76,11 +76,13 @@ impl std::fmt::Display for Finish {
                 f.write_str("explored: nothing unknown is left within reach")
             }
             Self::Explored { unreached } => {
-                let count = unreached.len();
-                write!(
-                    f,
-                    "explored: {count} unknown places could not be reached, the first"
-                )?;
+                match unreached.len() {
+                    1 => f.write_str("explored: 1 unknown place could not be reached,")?,
+                    count => write!(
+                        f,
+                        "explored: {count} unknown places could not be reached, the first"
+                    )?,
+                }
                 match unreached.first() {
                     Some(p) => write!(f, " at ({:.2}, {:.2}) m", p.x, p.y),
                     None => Ok(()),

@@ -6,6 +6,6 @@ mod oriented;
 mod segmentation;
 
 pub use cartesian::{Beam, PointConfig, Points};
-pub use deskew::MotionHistory;
+pub use deskew::{MotionHistory, MovedSince};
 pub use oriented::{OrientedConfig, OrientedPoint, oriented_points};
 pub use segmentation::{Run, SegmentationConfig, segment};

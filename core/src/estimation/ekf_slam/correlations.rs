@@ -25,7 +25,7 @@ impl EkfSlam {
         let cell = |i: usize| self.cov.correlation(i / n, i % n) as f32;
         Correlations {
             n,
-            first_landmark: super::POSE,
+            first_landmark: super::ROBOT,
             landmarks: self.landmarks.iter().map(|entry| entry.id).collect(),
             coefficients: (0..n * n).map(cell).collect(),
         }

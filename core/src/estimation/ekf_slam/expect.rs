@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Matrix2x3, Point2};
 
 use super::super::line_model::{Linearisation, observe};
-use super::{Considered, Consistency, EkfSlam, Gate, POSE};
+use super::{Considered, Consistency, EkfSlam, Gate, ROBOT};
 use crate::association::{Candidate, ExpectedLine, Innovation, OrientedLine};
 use crate::features::LineFeature;
 use crate::geom::{Pose2, wrap};
@@ -73,7 +73,7 @@ impl EkfSlam {
         };
         let (z, by_pose, by_line) =
             observe(&from_anchor(&self.pose, &entry.anchor), entry.line, &at);
-        let first = POSE + 2 * landmark;
+        let first = ROBOT + 2 * landmark;
         let pose_cov = self.pose_cov();
         let cross = Matrix2x3::from_fn(|row, column| self.cov.get(first + row, column));
         let mixed = by_line * cross * by_pose.transpose();
