@@ -3,9 +3,11 @@
 mod cartesian;
 mod deskew;
 mod oriented;
+mod range_sigma;
 mod segmentation;
 
 pub use cartesian::{Beam, PointConfig, Points};
 pub use deskew::{MotionHistory, MovedSince};
 pub use oriented::{OrientedConfig, OrientedPoint, oriented_points};
+pub use range_sigma::{Growth, SigmaBin, SigmaConfig, SigmaError, SigmaFit, estimate_sigma};
 pub use segmentation::{Run, SegmentationConfig, segment};
