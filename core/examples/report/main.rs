@@ -15,6 +15,7 @@
 )]
 
 mod ekf_consistency;
+mod ekf_cost;
 mod outcome;
 mod tour;
 
@@ -29,7 +30,10 @@ use outcome::Outcome;
 type Entry = (&'static str, fn(&Args) -> Result<Outcome>);
 
 /// All reports, by name.
-const REPORTS: &[Entry] = &[("ekf-consistency", ekf_consistency::measure)];
+const REPORTS: &[Entry] = &[
+    ("ekf-consistency", ekf_consistency::measure),
+    ("ekf-cost", ekf_cost::measure),
+];
 
 /// Measures one claim of the project; exit status 0 if it holds, 1 if it does not, 2 if it could not be measured.
 #[derive(Parser)]
@@ -39,6 +43,9 @@ struct Args {
     /// Number of seeds (runs, scenes), for a quick look; each report has its own default.
     #[arg(long)]
     seeds: Option<u64>,
+    /// For `ekf-cost`: milliseconds of the bar of a step by number of landmarks, as `100=0.2,200=0.7,500=4`.
+    #[arg(long)]
+    bar_ms: Option<String>,
 }
 
 fn main() -> ExitCode {

@@ -3,6 +3,7 @@
 mod block_cholesky;
 mod covariance;
 mod ekf_slam;
+mod line_localisation;
 mod line_model;
 mod measures;
 mod pose_graph;
@@ -11,11 +12,13 @@ mod scan_matching;
 mod submap;
 mod triangle;
 
+pub use covariance::{Column, Covariance};
 pub use ekf_slam::{
     Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Gate,
     Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejected, Rejection,
     SweepTiming, UpdateReport, Verdict,
 };
+pub use line_localisation::{KnownLine, KnownMatch, LineLocaliser};
 pub use measures::{align, ate_rmse};
 pub use pose_graph::{Edge, GraphError, GraphReport, Kernel, PoseGraph, information_at_end};
 pub use relations::{RelationErrors, relation_errors};
