@@ -1,6 +1,7 @@
 //! What crosses the border between a robot (real, simulated or recorded) and the rest: stamps, scans, odometry,
 //! commands, and the figures of the robot itself.
 
+pub mod chassis;
 mod command;
 mod model;
 mod odometry;
