@@ -207,11 +207,11 @@ impl Chassis {
         ])
     }
 
-    /// The two tracks of a robot; they turn by one radian for `metres_per_radian` of way.
+    /// The two tracks of a robot.
     ///
     /// # Errors    [`ChassisError::Wheel`] for figures that cannot be.
-    pub fn of(model: &RobotModel, metres_per_radian: f64) -> Result<Self, ChassisError> {
-        Self::differential(model.track_width, metres_per_radian)
+    pub fn of(model: &RobotModel) -> Result<Self, ChassisError> {
+        Self::differential(model.track_width, model.drive.metres_per_radian)
     }
 
     /// The wheels.

@@ -3,13 +3,18 @@
 
 pub mod chassis;
 mod command;
+pub mod controller;
+mod interface;
 mod model;
+mod motor;
 mod odometry;
 mod scan;
 mod stamp;
 
 pub use command::Command;
+pub use interface::Robot;
 pub use model::{OdometryBias, OdometryNoise, RobotModel};
+pub use motor::{DriveTrain, MotorError, MotorModel};
 pub use odometry::{Odometry, TrackOdometry, Tracks};
 pub use scan::{Scan, ScanError};
 pub use stamp::Stamp;

@@ -250,12 +250,12 @@ fn caster_turns_until_it_trails() {
 #[test]
 fn tracks_of_a_step_are_the_twist_times_its_time() {
     let model = RobotModel::rp6();
-    let chassis = Chassis::of(&model, 0.024).unwrap();
+    let chassis = Chassis::of(&model).unwrap();
     let motion = chassis.motion(&[3.0, 5.0]).unwrap();
-    let dt = 1e-4;
+    let (dt, radius) = (1e-4, model.drive.metres_per_radian);
     let tracks = Tracks {
-        left: 3.0 * 0.024 * dt,
-        right: 5.0 * 0.024 * dt,
+        left: 3.0 * radius * dt,
+        right: 5.0 * radius * dt,
     };
     let pose = tracks.exact_arc(model.track_width);
     assert!((pose.x() / dt - motion.twist.forward).abs() < 1e-6);
