@@ -13,7 +13,7 @@ use crate::estimation::EkfConfig;
 use crate::features::LineConfig;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
-use crate::map::GridConfig;
+use crate::map::{EvidenceConfig, GridConfig};
 use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation};
 use crate::robot::{Robot, RobotModel};
 use crate::sim::{SensorModel, SimError, Simulation, World};
@@ -58,6 +58,7 @@ impl ExperimentConfig {
                 grid: GridConfig::celej(),
                 lines: LineConfig::short_range(),
                 ekf: EkfConfig::short_range(),
+                evidence: EvidenceConfig::short_range(),
                 ..SlamConfig::default()
             };
             (slam, PilotConfig::short_range())
@@ -169,12 +170,13 @@ impl Experiment {
             return Ok(false);
         };
         self.slam.scan(&scan)?;
-        self.record.push(Sample {
+        let sample = Sample {
             stamp: self.sim.stamp(),
             truth: self.truth(),
             estimate: self.slam.estimate(),
             odometry: self.dead_reckoning,
-        });
+        };
+        self.record.push(sample, self.slam.explain());
         Ok(true)
     }
 

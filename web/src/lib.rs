@@ -4,12 +4,16 @@
 //! `www/src/source`. An error becomes a JavaScript `Error` with the core's own sentence, a panic a thrown string.
 
 mod experiment;
+mod inspection;
 mod replay;
+mod status;
 mod view;
 
-pub use experiment::{ExperimentStatus, SetupError, WebExperiment};
-pub use replay::{ReplayStatus, WebLogReader, WebReplay};
-pub use view::GridBlocks;
+pub use experiment::{SetupError, WebExperiment};
+pub use inspection::Inspection;
+pub use replay::{WebLogReader, WebReplay};
+pub use status::RunStatus;
+pub use view::{MapFiles, SlamView};
 
 use wasm_bindgen::prelude::wasm_bindgen;
 

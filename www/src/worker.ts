@@ -4,7 +4,7 @@
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
 import init, { WebExperiment, WebLogReader } from "../pkg/slamlab_web.js";
-import { type Answer, type Command, transferables } from "./protocol.js";
+import { type Answer, type Clock, type Command, type Inspection, type MethodName, transferables } from "./protocol.js";
 import { ReplaySource } from "./source/replay.js";
 import { SimSource } from "./source/sim.js";
 import type { Source } from "./source/source.js";
@@ -21,10 +21,13 @@ const HASH_MILLIS = 500;
 /** Bytes of a log that are read at a time, and wall milliseconds between two reports on it. */
 const CHUNK = 1 << 16;
 const READING_MILLIS = 50;
+/** Wall milliseconds between two looks into the filter: a matrix is long, and nobody reads faster. */
+const INSPECT_MILLIS = 200;
 
 /** A log on its way into the module. */
 interface Reading {
   readonly name: string;
+  readonly method: MethodName;
   readonly bytes: Uint8Array;
   readonly reader: WebLogReader;
   at: number;
@@ -47,6 +50,8 @@ let anchor = { wall: 0, time: 0 };
 /** The pace over the last second. */
 let pace = { wall: 0, time: 0, factor: NaN };
 let hashAt = -Infinity;
+let inspecting = false;
+let inspectAt = -Infinity;
 let scheduled = false;
 const immediate = new MessageChannel();
 immediate.port1.onmessage = () => turn();
@@ -105,7 +110,7 @@ function readOn(log: Reading): void {
       reading = null;
       const replay = log.reader.finish();
       post({ kind: "reading", name: log.name, done: null });
-      begin(new ReplaySource(replay, log.name), { setup: null, playing: true });
+      begin(new ReplaySource(replay, log.name, log.method), { setup: null, playing: true });
     } else if (begun - log.toldAt >= READING_MILLIS) {
       log.toldAt = begun;
       post({ kind: "reading", name: log.name, done: log.at / log.bytes.length });
@@ -161,15 +166,26 @@ function show(): void {
   const elapsed = source.kind === "replay" ? (performance.now() - began) / 1000 : NaN;
   const remaining = moment.progress > 0.005 ? (elapsed * (1 - moment.progress)) / moment.progress : NaN;
   const status = { ...moment, realTimeFactor: playing ? pace.factor : NaN, remaining };
-  const frame = { kind: "frame", run, seq, status, ...source.change() } as const;
+  const frame = { kind: "frame", run, seq, clock: clock(), status, ...source.change(), inspection: inspection(source, now) } as const;
   post(frame, transferables(frame));
+}
+
+/** Where somebody looks into the filter: a few times a second, and whenever the run stands. */
+function inspection(source: Source, now: number): Inspection | null {
+  if (!inspecting || (playing && now - inspectAt < INSPECT_MILLIS)) return null;
+  inspectAt = now;
+  return source.inspect();
+}
+
+function clock(): Clock {
+  return { wall: performance.timeOrigin + anchor.wall, time: anchor.time, rate: playing && speed !== Infinity ? speed : 0 };
 }
 
 /** Wall ms at which the present run began. */
 let began = 0;
 
 /** Takes a new source only once it exists: a setup that fails leaves the old run as it is. */
-function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, "kind" | "run" | "source" | "title">): void {
+function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, "kind" | "run" | "source" | "title" | "method">): void {
   source?.close();
   source = next;
   run += 1;
@@ -178,7 +194,7 @@ function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, 
   hashAt = -Infinity;
   began = performance.now();
   playing = answer.playing;
-  post({ kind: "started", run, source: next.kind, title: next.title, ...answer });
+  post({ kind: "started", run, source: next.kind, title: next.title, method: next.method, ...answer });
   rebase();
   pageReady = true;
   show();
@@ -202,7 +218,7 @@ function handle(command: Command): void {
     }
     case "replay":
       if (reading) stopReading();
-      reading = { name: command.name, bytes: new Uint8Array(command.bytes), reader: new WebLogReader(command.method), at: 0, toldAt: -Infinity };
+      reading = { name: command.name, method: command.method, bytes: new Uint8Array(command.bytes), reader: new WebLogReader(command.method), at: 0, toldAt: -Infinity };
       schedule(true);
       break;
     case "play":
@@ -246,6 +262,12 @@ function handle(command: Command): void {
         setPlaying(false);
         show();
       }
+      break;
+    case "inspect":
+      inspecting = command.on;
+      inspectAt = -Infinity;
+      stale ||= inspecting;
+      show();
       break;
     case "save":
       if (source) post({ kind: "saved", files: source.files() });

@@ -1,6 +1,7 @@
 //! In: odometry, and the lines of each scan. Out: the robot's pose and the walls, with one covariance over all of it.
 //!
-//! The state is (x, y, θ, α₁, r₁, α₂, r₂, …) in the map frame, which starts at the robot's first pose. Each line is oriented:
+//! The state is (x, y, θ, κ, s, α₁, r₁, α₂, r₂, …) in the map frame, which starts at the robot's first pose; κ and s are the
+//! systematic errors of the odometry (`robot_state`). Each line is oriented:
 //! its normal points from the side it was seen from into the wall, and r is signed (`association::gate`). r counts from an anchor,
 //! a fixed point in the middle of where the wall was first seen. Counted from the origin of the map, as the source has it, an
 //! error of α is a shift of the wall by distance times error, to first order only: ½ · 10 m · (0.05 rad)² is 1 cm that no
@@ -15,7 +16,8 @@
 //!    P -= (P Hᵀ) Z⁻¹ (P Hᵀ)ᵀ as one symmetric rank-2 update of the triangle, re-linearised for each match (TDK 2016 §3.2
 //!    says why).
 //! 4. **Augment** with lines that are far from everything known: block rows by eq. (3.31), (3.32).
-//! 5. **Forget** lines that were not seen again soon: their rows and columns are deleted, which is the marginal of a Gaussian.
+//! 5. **Merge** landmarks that are surely one wall: parts of it first seen far apart, or a wall seen anew before a loop closed.
+//! 6. **Forget** lines that were not seen again soon: their rows and columns are deleted, which is the marginal of a Gaussian.
 //!
 //! Consistency: an EKF that takes its Jacobians at ever new estimates believes to learn its absolute heading, which nothing
 //! measures (Huang, Mourikis & Roumeliotis 2010, "Observability-based rules for designing consistent EKF SLAM
@@ -26,20 +28,23 @@
 
 mod config;
 mod correct;
+mod correlations;
 mod expect;
 mod input;
 mod landmark;
+mod merge;
 mod motion;
 mod report;
+mod robot_state;
 mod sweep;
 #[cfg(test)]
 mod tests;
 
-use nalgebra::{Matrix2, Matrix3, Point2};
+use nalgebra::{Matrix2, Matrix3, Matrix5, Point2};
 
 use self::input::{check_feature, check_odometry};
 use self::landmark::Entry;
-use self::motion::moved_by;
+use self::robot_state::{POSE, ROBOT, RobotState};
 use self::sweep::{as_seen, order};
 use super::triangle::SymmetricMatrix;
 use crate::association::{Candidate, Choice, choose};
@@ -47,30 +52,38 @@ use crate::features::LineFeature;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::robot::Odometry;
 
-pub use self::config::{Consistency, EkfConfig};
+pub use self::config::{Consistency, EkfConfig, MergeConfig};
+pub use self::correlations::Correlations;
 pub use self::input::EkfError;
 pub use self::landmark::{Landmark, LandmarkId};
-pub use self::report::{Match, Rejected, Rejection, UpdateReport};
+pub use self::report::{
+    Considered, Explanation, Fix, Gate, Match, Merged, Rejected, Rejection, UpdateReport, Verdict,
+};
+pub use self::robot_state::OdometryErrors;
 pub use self::sweep::SweepTiming;
 
-/// Index of the first landmark's α in the state.
-const POSE: usize = 3;
+/// Of the candidates of a line, the report keeps this many.
+const TOLD: usize = 8;
+/// The report leaves out candidates that are so much further away than the gate for new walls; they explain nothing.
+const TOLD_GATES: f64 = 4.0;
 
 /// Line EKF-SLAM.
 #[derive(Clone, Debug)]
 pub struct EkfSlam {
     config: EkfConfig,
     pose: Pose2,
+    errors: OdometryErrors,
     /// Position at which the Jacobians of this scan are taken.
     predicted: Point2<f64>,
     /// Odometry since the time of `pose`, kept back for the next scan, and the estimate at its end.
     pending: Vec<Odometry>,
-    ahead: PoseEstimate,
+    ahead: RobotState,
     landmarks: Vec<Entry>,
     cov: SymmetricMatrix,
     next_id: u32,
     scans: u32,
     scratch: Scratch,
+    report: UpdateReport,
 }
 
 /// Buffers kept between updates.
@@ -86,30 +99,39 @@ impl EkfSlam {
     /// A filter at the origin of an empty map.
     #[must_use]
     pub fn new(config: EkfConfig) -> Self {
+        let ahead = RobotState::new(&config.odometry_prior);
         Self {
             config,
-            pose: Pose2::identity(),
+            pose: ahead.pose,
+            errors: ahead.errors,
             predicted: Point2::origin(),
             pending: vec![],
-            ahead: PoseEstimate::exact(Pose2::identity()),
+            ahead,
             landmarks: vec![],
-            cov: SymmetricMatrix::zeros(POSE),
+            cov: SymmetricMatrix::from_fn(ROBOT, |row, column| ahead.cov[(row, column)]),
             next_id: 0,
             scans: 0,
             scratch: Scratch::default(),
+            report: UpdateReport::default(),
         }
     }
 
     /// The pose in the map frame, at the end of the last odometry.
     #[must_use]
     pub fn estimate(&self) -> PoseEstimate {
-        self.ahead
+        self.ahead.estimate()
+    }
+
+    /// The systematic errors of the odometry as known by now.
+    #[must_use]
+    pub fn odometry_errors(&self) -> OdometryErrors {
+        self.errors
     }
 
     /// All landmarks in the order of the state, those not yet confirmed too.
     pub fn landmarks(&self) -> impl Iterator<Item = Landmark> + '_ {
         self.landmarks.iter().enumerate().map(|(index, entry)| {
-            let (line, cov) = entry.in_map(&self.block(POSE + 2 * index));
+            let (line, cov) = entry.in_map(&self.block(ROBOT + 2 * index));
             Landmark {
                 id: entry.id,
                 line,
@@ -121,11 +143,17 @@ impl EkfSlam {
         })
     }
 
-    /// The covariance of the whole state (x, y, θ, α₁, r₁, …) at the last scan, landmarks in the order of
+    /// The covariance of the whole state (x, y, θ, κ, s, α₁, r₁, …) at the last scan, landmarks in the order of
     /// [`Self::landmarks`], r signed and counted from each landmark's anchor.
     #[must_use]
     pub fn covariance(&self) -> &SymmetricMatrix {
         &self.cov
+    }
+
+    /// What the last scan did, and why.
+    #[must_use]
+    pub fn report(&self) -> &UpdateReport {
+        &self.report
     }
 
     /// Takes in a motion; [`Self::estimate`] follows at once, the filter when the next scan comes.
@@ -134,23 +162,24 @@ impl EkfSlam {
     pub fn predict(&mut self, odometry: &Odometry) -> Result<(), EkfError> {
         check_odometry(odometry)?;
         self.pending.push(*odometry);
-        self.ahead = moved_by(&self.ahead, odometry);
+        self.ahead = self.ahead.moved_by(odometry);
         Ok(())
     }
 
-    /// Steps 1 to 5: takes in the lines of one scan, in the robot frame at `sweep.stamp`.
+    /// Steps 1 to 6: takes in the lines of one scan, in the robot frame at `sweep.stamp`.
     ///
     /// # Errors   [`EkfError::Feature`] for the first line whose numbers cannot be used; then nothing has changed.
     pub fn update(
         &mut self,
         features: &[LineFeature],
         sweep: &SweepTiming,
-    ) -> Result<UpdateReport, EkfError> {
+    ) -> Result<&UpdateReport, EkfError> {
         for (index, feature) in features.iter().enumerate() {
             check_feature(index, feature)?;
         }
         self.scans += 1;
-        let mut report = UpdateReport::default();
+        let mut report = std::mem::take(&mut self.report);
+        report.clear();
         let mut scratch = std::mem::take(&mut self.scratch);
         let end = sweep.stamp.seconds();
         let moved = self.motion_until(end).motion != Pose2::identity();
@@ -160,12 +189,14 @@ impl EkfSlam {
                 continue;
             };
             if moved && sweep.seconds > 0.0 && feature.first_beam > feature.last_beam {
-                report.reject(index, Rejection::Seam);
+                self.conclude(&mut report, index, Verdict::Rejected(Rejection::Seam));
                 continue;
             }
-            self.advance_to(end - sweep.age_of(feature));
+            let seconds = end - sweep.age_of(feature);
+            self.advance_to(seconds);
             let rest = self.motion_until(end);
             let feature = as_seen(feature, &rest, sweep);
+            let (before, known) = (self.pose, report.matches.len());
             self.take_in(
                 index,
                 &feature,
@@ -173,18 +204,30 @@ impl EkfSlam {
                 &mut scratch.gain,
                 &mut report,
             );
+            if report.matches.len() > known {
+                report.fixes.push(Fix {
+                    seconds,
+                    before,
+                    after: self.pose,
+                    heading_variance: feature.cov[(0, 0)]
+                        + self.config.alpha_sigma * self.config.alpha_sigma,
+                });
+            }
         }
         self.advance_to(end);
+        self.merge_all(&mut scratch.gain, &mut report);
         self.scratch = scratch;
         self.forget(&mut report);
-        self.ahead = PoseEstimate {
+        self.ahead = RobotState {
             pose: self.pose,
-            cov: self.pose_cov(),
+            errors: self.errors,
+            cov: self.robot_cov(),
         };
         for odometry in &self.pending {
-            self.ahead = moved_by(&self.ahead, odometry);
+            self.ahead = self.ahead.moved_by(odometry);
         }
-        Ok(report)
+        self.report = report;
+        Ok(&self.report)
     }
 
     /// Steps 3 and 4 for one line, in the robot frame of the state.
@@ -197,32 +240,61 @@ impl EkfSlam {
         report: &mut UpdateReport,
     ) {
         candidates.clear();
-        candidates.extend((0..self.landmarks.len()).filter_map(|l| self.candidate(l, seen)));
-        let scans = self.scans;
-        match choose(candidates, &self.config.association) {
-            Choice::Match(found) if self.landmarks[found.index].last_seen == scans => {
-                report.reject(index, Rejection::Taken);
+        for landmark in 0..self.landmarks.len() {
+            if let Some((candidate, considered)) = self.compare(landmark, seen) {
+                candidates.push(candidate);
+                report.consider(considered);
             }
-            Choice::Match(found) => {
-                self.correct(found.index, seen, gain);
-                report.nis += found.d2;
-                report.matches.push(Match {
-                    feature: index,
-                    landmark: self.landmarks[found.index].id,
-                    d2: found.d2,
-                });
-            }
-            Choice::Ambiguous => report.reject(index, Rejection::Ambiguous),
-            Choice::Near => report.reject(index, Rejection::OutsideGate),
+        }
+        let verdict = match choose(candidates, &self.config.association) {
+            Choice::Match(found) => self.recognise(index, &found, seen, gain, report),
+            Choice::Ambiguous => Verdict::Rejected(Rejection::Ambiguous),
+            Choice::Near => Verdict::Rejected(Rejection::OutsideGate),
             Choice::New => {
                 let id = self.augment(seen);
                 report.added.push((index, id));
+                Verdict::Added(id)
             }
+        };
+        self.conclude(report, index, verdict);
+    }
+
+    /// Step 3 for a line whose landmark is found.
+    fn recognise(
+        &mut self,
+        feature: usize,
+        found: &Candidate,
+        seen: &LineFeature,
+        gain: &mut Vec<[f64; 2]>,
+        report: &mut UpdateReport,
+    ) -> Verdict {
+        if self.is_taken(found.index, seen) {
+            return Verdict::Rejected(Rejection::Taken);
         }
+        if !self.correct(found.index, seen, gain) {
+            return Verdict::Rejected(Rejection::Singular);
+        }
+        let landmark = self.landmarks[found.index].id;
+        report.nis += found.d2;
+        report.matches.push(Match {
+            feature,
+            landmark,
+            d2: found.d2,
+        });
+        Verdict::Matched(landmark)
+    }
+
+    fn conclude(&self, report: &mut UpdateReport, feature: usize, verdict: Verdict) {
+        let far = TOLD_GATES * self.config.association.new_gate;
+        report.conclude(feature, verdict, TOLD, far);
     }
 
     fn pose_cov(&self) -> Matrix3<f64> {
         Matrix3::from_fn(|row, column| self.cov.get(row, column))
+    }
+
+    fn robot_cov(&self) -> Matrix5<f64> {
+        Matrix5::from_fn(|row, column| self.cov.get(row, column))
     }
 
     fn block(&self, first: usize) -> Matrix2<f64> {

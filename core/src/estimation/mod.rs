@@ -1,6 +1,7 @@
 //! From odometry and matches to a pose with covariance, the map that belongs to it, and measures of both.
 
 mod block_cholesky;
+mod consistency;
 mod ekf_slam;
 mod line_model;
 mod measures;
@@ -8,15 +9,19 @@ mod pose_graph;
 mod relations;
 mod scan_matching;
 mod submap;
+mod sweep_smoother;
 mod triangle;
 
+pub use consistency::{ConsistencyWindow, Diagnosis, Figure};
 pub use ekf_slam::{
-    Consistency, EkfConfig, EkfError, EkfSlam, Landmark, LandmarkId, Match, Rejected, Rejection,
-    SweepTiming, UpdateReport,
+    Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Fix, Gate,
+    Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejected, Rejection,
+    SweepTiming, UpdateReport, Verdict,
 };
 pub use measures::{align, ate_rmse};
 pub use pose_graph::{Edge, GraphError, GraphReport, Kernel, PoseGraph, information_at_end};
 pub use relations::{RelationErrors, relation_errors};
 pub use scan_matching::{MatchReport, ScanMatcher, ScanMatcherConfig, ScanMatcherError};
 pub use submap::ClosureConfig;
+pub use sweep_smoother::{BeamPose, SweepSmoother};
 pub use triangle::SymmetricMatrix;

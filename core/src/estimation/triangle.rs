@@ -12,12 +12,13 @@ pub struct SymmetricMatrix {
 }
 
 impl SymmetricMatrix {
-    /// The zero matrix with `n` rows.
+    /// The matrix with `n` rows whose elements on and below the diagonal are `element(row, column)`.
     #[must_use]
-    pub fn zeros(n: usize) -> Self {
+    pub fn from_fn(n: usize, mut element: impl FnMut(usize, usize) -> f64) -> Self {
+        let rows = (0..n).flat_map(|row| (0..=row).map(move |column| (row, column)));
         Self {
             n,
-            packed: vec![0.0; n * (n + 1) / 2],
+            packed: rows.map(|(row, column)| element(row, column)).collect(),
         }
     }
 

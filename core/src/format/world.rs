@@ -29,7 +29,7 @@
 //! | `sensor` | optional: `lidar` (default) or `rangers` |
 //! | `seed` | optional: whole number, default 1 |
 //! | `obstacles` | `polyline` (`points`, optional `closed`), `polygon` (`points`), `rectangle` (`centre`, `size`, optional `angle`), `circle` (`centre`, `radius`); each with an optional `material`: `opaque` (default), `glass`, `dark` |
-//! | `movers` | optional: `waypoints`, `speed`, `radius`, optional `closed` |
+//! | `movers` | optional: `waypoints`, `speed`, `radius`, optional `closed`, optional `pause` at each way-point, s |
 //!
 //! A field that is not in the table is refused: it is a misspelt one more often than a wish. Every error says the line
 //! and column, counted from 1.
@@ -292,6 +292,16 @@ struct MoverFile {
     closed: bool,
     speed: f64,
     radius: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pause: f64,
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde hands it by reference"
+)]
+fn is_zero(number: &f64) -> bool {
+    *number == 0.0
 }
 
 fn is_opaque(material: &MaterialFile) -> bool {
@@ -433,6 +443,7 @@ impl WorldFile {
             closed: m.closed,
             speed: m.speed,
             radius: m.radius,
+            pause: m.pause,
         };
         let obstacle =
             |(index, o): (usize, ObstacleFile)| o.into_obstacle().map_err(|e| (index, e));
@@ -462,6 +473,7 @@ impl From<&World> for WorldFile {
             closed: m.closed,
             speed: m.speed,
             radius: m.radius,
+            pause: m.pause,
         };
         Self {
             slamlab_world: 1,

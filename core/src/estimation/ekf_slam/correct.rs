@@ -1,58 +1,79 @@
-//! Steps 3 to 5: a sighting corrects the whole state, a new line widens it, a line that was not seen again leaves it.
+//! Steps 3, 4 and 6: a sighting corrects the whole state, a new line widens it, a line that was not seen again leaves it.
+
+use nalgebra::{Matrix2, Vector2};
 
 use super::super::line_model::place;
 use super::expect::from_anchor;
-use super::landmark::Entry;
-use super::{Consistency, EkfSlam, LandmarkId, POSE, UpdateReport};
+use super::landmark::{Entry, hull};
+use super::{Consistency, EkfSlam, LandmarkId, POSE, ROBOT, UpdateReport};
 use crate::features::LineFeature;
 use crate::geom::{Pose2, wrap};
 
 impl EkfSlam {
-    /// Step 3. Leaves the state alone where Z is not positive definite.
+    /// Step 3. Tells whether it could: where Z is not positive definite, the state is left alone.
     pub(super) fn correct(
         &mut self,
         landmark: usize,
         seen: &LineFeature,
         gain: &mut Vec<[f64; 2]>,
-    ) {
+    ) -> bool {
         let expected = self.expect(landmark);
         let Some(innovation) = self.innovation(&expected, seen) else {
-            return;
+            return false;
         };
-        let z = innovation.cov;
-        // Z = L Lᵀ, and W = P Hᵀ L⁻ᵀ, so that K Z Kᵀ = W Wᵀ and K v = W L⁻¹ v.
+        let (hx, hf, first) = (expected.by_pose, expected.by_line, ROBOT + 2 * landmark);
+        let column = |state, h: [f64; 2]| (state, h);
+        let columns = [
+            column(0, [hx[(0, 0)], hx[(1, 0)]]),
+            column(1, [hx[(0, 1)], hx[(1, 1)]]),
+            column(2, [hx[(0, 2)], hx[(1, 2)]]),
+            column(first, [hf[(0, 0)], hf[(1, 0)]]),
+            column(first + 1, [hf[(0, 1)], hf[(1, 1)]]),
+        ];
+        let is_used = self.absorb(&innovation.v, &innovation.cov, &columns, gain);
+        if is_used {
+            self.extend(landmark, seen);
+        }
+        is_used
+    }
+
+    /// Corrects the whole state by two numbers that are `v` more than expected, with covariance `z` = H P Hᵀ + R, where H has
+    /// the given `columns` (state, its column). `false`, and nothing done, where `z` is not positive definite.
+    ///
+    /// # Source   The update of TDK 2016 §3.4 as P -= W Wᵀ with Z = L Lᵀ, W = P Hᵀ L⁻ᵀ: then K Z Kᵀ = W Wᵀ and K v = W L⁻¹ v.
+    pub(super) fn absorb(
+        &mut self,
+        v: &Vector2<f64>,
+        z: &Matrix2<f64>,
+        columns: &[(usize, [f64; 2])],
+        gain: &mut Vec<[f64; 2]>,
+    ) -> bool {
         let l00 = z[(0, 0)].sqrt();
         let l10 = z[(1, 0)] / l00;
         let l11 = (z[(1, 1)] - l10 * l10).sqrt();
-        if !(l00 > 0.0 && l11 > 0.0) {
-            return;
+        if !(l00 > 0.0 && l11 > 0.0 && (v.x + v.y + l00 + l11).is_finite()) {
+            return false;
         }
-        let whitened = [
-            innovation.v.x / l00,
-            (innovation.v.y - l10 * innovation.v.x / l00) / l11,
-        ];
-        let (hx, hf, first) = (expected.by_pose, expected.by_line, POSE + 2 * landmark);
+        let whitened = [v.x / l00, (v.y - l10 * v.x / l00) / l11];
         gain.clear();
         gain.extend((0..self.cov.n()).map(|row| {
-            let p = |column| self.cov.get(row, column);
-            let (px, pf) = ([p(0), p(1), p(2)], [p(first), p(first + 1)]);
-            let along = |h: usize| {
-                hx[(h, 0)] * px[0]
-                    + hx[(h, 1)] * px[1]
-                    + hx[(h, 2)] * px[2]
-                    + hf[(h, 0)] * pf[0]
-                    + hf[(h, 1)] * pf[1]
-            };
-            let (a, b) = (along(0), along(1));
+            let (mut a, mut b) = (0.0, 0.0);
+            for (state, h) in columns {
+                let p = self.cov.get(row, *state);
+                a += h[0] * p;
+                b += h[1] * p;
+            }
             [a / l00, (b - l10 * a / l00) / l11]
         }));
         let shift = |w: &[f64; 2]| w[0] * whitened[0] + w[1] * whitened[1];
-        if let [x, y, turn, lines @ ..] = gain.as_slice() {
+        if let [x, y, turn, curvature, scale, lines @ ..] = gain.as_slice() {
             self.pose = Pose2::new(
                 self.pose.x() + shift(x),
                 self.pose.y() + shift(y),
                 self.pose.heading() + shift(turn),
             );
+            self.errors.curvature += shift(curvature);
+            self.errors.turn_scale += shift(scale);
             for (entry, w) in self.landmarks.iter_mut().zip(lines.chunks_exact(2)) {
                 if let [alpha, r] = w {
                     entry.line = [wrap(entry.line[0] + shift(alpha)), entry.line[1] + shift(r)];
@@ -60,7 +81,7 @@ impl EkfSlam {
             }
         }
         self.cov.subtract_rank2(gain);
-        self.extend(landmark, seen);
+        true
     }
 
     /// Counts a sighting and widens the known part of the wall.
@@ -68,12 +89,19 @@ impl EkfSlam {
         let (pose, scans) = (self.pose, self.scans);
         if let Some(entry) = self.landmarks.get_mut(landmark) {
             let tangent = entry.tangent();
-            for end in seen.ends {
-                let along = tangent.dot(&(pose * end - entry.anchor));
-                entry.extent = [entry.extent[0].min(along), entry.extent[1].max(along)];
+            let [a, b] = seen
+                .ends
+                .map(|end| tangent.dot(&(pose * end - entry.anchor)));
+            let seen = [a.min(b), a.max(b)];
+            entry.extent = hull(entry.extent, seen);
+            if entry.last_seen == scans {
+                // Another part of the wall, behind something that stands before it.
+                entry.seen_now = hull(entry.seen_now, seen);
+            } else {
+                entry.seen_now = seen;
+                entry.sightings += 1;
+                entry.last_seen = scans;
             }
-            entry.sightings += 1;
-            entry.last_seen = scans;
         }
     }
 
@@ -113,6 +141,7 @@ impl EkfSlam {
             line,
             first_alpha: line[0],
             extent: [f64::INFINITY, f64::NEG_INFINITY],
+            seen_now: [f64::INFINITY, f64::NEG_INFINITY],
             sightings: 0,
             last_seen: 0,
         });
@@ -120,7 +149,7 @@ impl EkfSlam {
         id
     }
 
-    /// Step 5.
+    /// Step 6.
     pub(super) fn forget(&mut self, report: &mut UpdateReport) {
         for index in (0..self.landmarks.len()).rev() {
             let entry = &self.landmarks[index];
@@ -129,7 +158,7 @@ impl EkfSlam {
             {
                 report.forgotten.push(entry.id);
                 self.landmarks.remove(index);
-                self.cov.remove_pair(POSE + 2 * index);
+                self.cov.remove_pair(ROBOT + 2 * index);
             }
         }
     }

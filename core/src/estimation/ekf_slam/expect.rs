@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Matrix2x3, Point2};
 
 use super::super::line_model::{Linearisation, observe};
-use super::{Consistency, EkfSlam, POSE};
+use super::{Considered, Consistency, EkfSlam, Gate, ROBOT};
 use crate::association::{Candidate, ExpectedLine, Innovation, OrientedLine};
 use crate::features::LineFeature;
 use crate::geom::{Pose2, wrap};
@@ -17,9 +17,13 @@ pub(super) struct Expectation {
 }
 
 impl EkfSlam {
-    pub(super) fn candidate(&self, landmark: usize, seen: &LineFeature) -> Option<Candidate> {
+    /// How far a sighting is from what is expected of a landmark; `None` where its direction alone rules it out.
+    pub(super) fn compare(
+        &self,
+        landmark: usize,
+        seen: &LineFeature,
+    ) -> Option<(Candidate, Considered)> {
         let entry = self.landmarks.get(landmark)?;
-        // Most landmarks are out of the question by their direction alone.
         let turn = wrap(entry.line[0] - self.pose.heading() - OrientedLine::of(seen).alpha);
         if turn.abs() > 0.8 {
             return None;
@@ -28,12 +32,31 @@ impl EkfSlam {
         let innovation = self.innovation(&expected, seen)?;
         // The wall's ends are known no better than where the robot is along it.
         let gap = expected.line.gap(seen) - 3.0 * expected.along_sigma;
-        Some(Candidate {
+        let candidate = Candidate {
             index: landmark,
             d2: innovation.d2,
             gap,
             expected: [expected.line.alpha, expected.line.r],
-        })
+        };
+        let considered = Considered {
+            landmark: entry.id,
+            d2: innovation.d2,
+            gap,
+            innovation: innovation.v.into(),
+            sigmas: [innovation.cov[(0, 0)].sqrt(), innovation.cov[(1, 1)].sqrt()],
+            gate: self.gate(&candidate),
+        };
+        Some((candidate, considered))
+    }
+
+    fn gate(&self, candidate: &Candidate) -> Gate {
+        let config = &self.config.association;
+        match candidate.d2 {
+            d2 if d2 > config.new_gate => Gate::Far,
+            _ if candidate.gap > config.max_gap => Gate::Beyond,
+            d2 if d2 > config.gate => Gate::Near,
+            _ => Gate::Match,
+        }
     }
 
     pub(super) fn expect(&self, landmark: usize) -> Expectation {
@@ -50,7 +73,7 @@ impl EkfSlam {
         };
         let (z, by_pose, by_line) =
             observe(&from_anchor(&self.pose, &entry.anchor), entry.line, &at);
-        let first = POSE + 2 * landmark;
+        let first = ROBOT + 2 * landmark;
         let pose_cov = self.pose_cov();
         let cross = Matrix2x3::from_fn(|row, column| self.cov.get(first + row, column));
         let mixed = by_line * cross * by_pose.transpose();

@@ -25,7 +25,7 @@ pub struct Landmark {
     pub is_confirmed: bool,
 }
 
-/// A landmark's place in the state is `POSE + 2 * index`.
+/// A landmark's place in the state is `ROBOT + 2 * index`.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Entry {
     pub(super) id: LandmarkId,
@@ -37,6 +37,8 @@ pub(super) struct Entry {
     pub(super) first_alpha: f64,
     /// From where to where it was seen, m along (-sin α, cos α) from the anchor's foot on the line.
     pub(super) extent: [f64; 2],
+    /// The part of it that the last scan that saw it saw.
+    pub(super) seen_now: [f64; 2],
     pub(super) sightings: u32,
     pub(super) last_seen: u32,
 }
@@ -64,4 +66,9 @@ impl Entry {
         symmetrize(&mut cov);
         (Line::new(self.line[0], r), cov)
     }
+}
+
+/// The least interval around two.
+pub(super) fn hull(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0].min(b[0]), a[1].max(b[1])]
 }

@@ -1,9 +1,7 @@
 //! Steps 1 and 2: the state moves by odometry, as far as the instant at which a line was seen.
 
-use nalgebra::Matrix3;
-
-use super::{Consistency, EkfSlam, POSE};
-use crate::geom::{PoseEstimate, symmetrize};
+use super::robot_state::Step;
+use super::{Consistency, EkfSlam, ROBOT};
 use crate::robot::{Odometry, Stamp};
 
 impl EkfSlam {
@@ -11,33 +9,28 @@ impl EkfSlam {
     ///
     /// # Source   TDK 2016 eq. (3.1)-(3.4), (3.18)-(3.20).
     pub(super) fn advance(&mut self, odometry: &Odometry) {
-        let moved = self.pose * odometry.motion;
         let from = match self.config.consistency {
             Consistency::Plain => self.pose.position(),
             Consistency::FirstEstimates => self.predicted,
         };
-        // F_x is the identity but for the two elements that turn the step.
-        let step = moved.position() - from;
-        let f = [-step.y, step.x];
-        let (cos, sin) = self.pose.cos_sin();
-        let by_motion = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
-        let added = by_motion * odometry.cov * by_motion.transpose();
-        let by_pose = Matrix3::new(1.0, 0.0, f[0], 0.0, 1.0, f[1], 0.0, 0.0, 1.0);
-        let pose_cov = by_pose * self.pose_cov() * by_pose.transpose() + added;
-        for row in 0..POSE {
+        let step = Step::new(&self.pose, &self.errors, odometry, from);
+        let robot_cov = step.covariance(&self.robot_cov());
+        for row in 0..ROBOT {
             for column in 0..=row {
-                let value = 0.5 * (pose_cov[(row, column)] + pose_cov[(column, row)]);
-                self.cov.set(row, column, value);
+                self.cov.set(row, column, robot_cov[(row, column)]);
             }
         }
-        for row in self.cov.rows_mut(POSE) {
-            if let [x, y, turn, ..] = row {
-                *x += f[0] * *turn;
-                *y += f[1] * *turn;
+        // F is the identity but for what turns and stretches the step.
+        let f = &step.by_robot;
+        for row in self.cov.rows_mut(ROBOT) {
+            if let [x, y, turn, curvature, scale, ..] = row {
+                *x += f[(0, 2)] * *turn + f[(0, 3)] * *curvature + f[(0, 4)] * *scale;
+                *y += f[(1, 2)] * *turn + f[(1, 3)] * *curvature + f[(1, 4)] * *scale;
+                *turn += f[(2, 3)] * *curvature + f[(2, 4)] * *scale;
             }
         }
-        self.pose = moved;
-        self.predicted = moved.position();
+        self.pose = step.pose;
+        self.predicted = step.pose.position();
     }
 
     /// Step 2: moves the state by the pending odometry up to `time` (seconds); an odometry that goes past it is split.
@@ -110,17 +103,4 @@ fn split(odometry: &Odometry, part: f64) -> (Odometry, Odometry) {
             ..*odometry
         },
     )
-}
-
-/// A pose moved by odometry, to first order.
-pub(super) fn moved_by(estimate: &PoseEstimate, odometry: &Odometry) -> PoseEstimate {
-    let pose = estimate.pose * odometry.motion;
-    let step = pose.position() - estimate.pose.position();
-    let (cos, sin) = estimate.pose.cos_sin();
-    let by_pose = Matrix3::new(1.0, 0.0, -step.y, 0.0, 1.0, step.x, 0.0, 0.0, 1.0);
-    let by_motion = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
-    let mut cov = by_pose * estimate.cov * by_pose.transpose()
-        + by_motion * odometry.cov * by_motion.transpose();
-    symmetrize(&mut cov);
-    PoseEstimate { pose, cov }
 }

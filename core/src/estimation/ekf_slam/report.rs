@@ -1,6 +1,7 @@
-//! What one scan did to the map.
+//! What one scan did to the map, and why: enough for a page to answer "why this match?".
 
 use super::LandmarkId;
+use crate::geom::Pose2;
 
 /// What one scan did to the map.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -13,14 +14,27 @@ pub struct UpdateReport {
     pub rejected: Vec<Rejected>,
     /// Landmarks forgotten after this scan.
     pub forgotten: Vec<LandmarkId>,
-    /// Normalised innovation squared, summed over the matches: χ² with 2 degrees of freedom for each.
+    /// Landmarks that turned out to be parts of one wall.
+    pub merged: Vec<Merged>,
+    /// Normalised innovation squared, summed over the matches: χ² with [`Self::nis_degrees`] degrees of freedom.
     pub nis: f64,
+    /// What the recognised lines said of the pose, in order of time.
+    pub fixes: Vec<Fix>,
+    considered: Vec<Considered>,
+    explained: Vec<Explained>,
 }
 
-impl UpdateReport {
-    pub(super) fn reject(&mut self, feature: usize, reason: Rejection) {
-        self.rejected.push(Rejected { feature, reason });
-    }
+/// What a recognised line said of the pose at the instant at which it was seen, map frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fix {
+    /// When the middle of the line was seen, s.
+    pub seconds: f64,
+    /// The estimate without the line.
+    pub before: Pose2,
+    /// The estimate with it.
+    pub after: Pose2,
+    /// Variance of the heading that the line alone gives, relative to its wall, rad².
+    pub heading_variance: f64,
 }
 
 /// A line that was recognised.
@@ -43,6 +57,17 @@ pub struct Rejected {
     pub reason: Rejection,
 }
 
+/// Two landmarks that became one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Merged {
+    /// The older one, which stays.
+    pub kept: LandmarkId,
+    /// The other, whose name is never given again.
+    pub gone: LandmarkId,
+    /// Squared Mahalanobis distance between the two, χ² with 2 degrees of freedom if they are one wall.
+    pub d2: f64,
+}
+
 /// Why a line was not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rejection {
@@ -54,4 +79,176 @@ pub enum Rejection {
     Taken,
     /// It lies across the seam of the sweep: its parts were seen a whole sweep apart, and the robot moved meanwhile.
     Seam,
+    /// The covariance of its innovation is not positive definite; the state was left alone.
+    Singular,
+}
+
+/// Why a line was taken for what it was taken for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Explanation<'a> {
+    /// Index of the feature in the scan's list.
+    pub feature: usize,
+    /// The landmarks it was compared with, the most likely first; far ones are left out, but for the nearest.
+    pub candidates: &'a [Considered],
+    /// What became of it.
+    pub verdict: Verdict,
+}
+
+/// A landmark that a line was compared with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Considered {
+    /// The landmark.
+    pub landmark: LandmarkId,
+    /// Squared Mahalanobis distance, χ² with 2 degrees of freedom if the line is this wall.
+    pub d2: f64,
+    /// Free distance between the seen and the known part along the wall, m, less what the robot's position along it may err;
+    /// 0 or less where they overlap.
+    pub gap: f64,
+    /// (α, r) seen less expected, rad and m.
+    pub innovation: [f64; 2],
+    /// Standard deviations of `innovation`, rad and m.
+    pub sigmas: [f64; 2],
+    /// What the gates say.
+    pub gate: Gate,
+}
+
+/// Inside which gate a candidate lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gate {
+    /// It may be this wall.
+    Match,
+    /// Too far for a match, too near for a new wall.
+    Near,
+    /// Another wall by its direction or distance.
+    Far,
+    /// On the same line, but another wall: the free distance between the two parts is too large.
+    Beyond,
+}
+
+/// What became of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Recognised as this wall.
+    Matched(LandmarkId),
+    /// The first sighting of this wall.
+    Added(LandmarkId),
+    /// Not used.
+    Rejected(Rejection),
+}
+
+/// How the explanation of one feature is kept: its candidates are a part of one list for all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Explained {
+    feature: usize,
+    first: usize,
+    end: usize,
+    verdict: Verdict,
+}
+
+impl UpdateReport {
+    /// For each line of the scan, in the order in which they were taken in, what it was compared with and what became of it.
+    pub fn explanations(&self) -> impl Iterator<Item = Explanation<'_>> {
+        self.explained.iter().map(|explained| Explanation {
+            feature: explained.feature,
+            candidates: self
+                .considered
+                .get(explained.first..explained.end)
+                .unwrap_or_default(),
+            verdict: explained.verdict,
+        })
+    }
+
+    /// The explanation of the `feature`-th line of the scan; `None` where the scan had fewer.
+    #[must_use]
+    pub fn explain(&self, feature: usize) -> Option<Explanation<'_>> {
+        self.explanations().find(|e| e.feature == feature)
+    }
+
+    /// Degrees of freedom of [`Self::nis`]: two for each match.
+    #[must_use]
+    pub fn nis_degrees(&self) -> usize {
+        2 * self.matches.len()
+    }
+
+    /// Makes the report one of nothing, and keeps its memory.
+    pub(super) fn clear(&mut self) {
+        self.matches.clear();
+        self.added.clear();
+        self.rejected.clear();
+        self.forgotten.clear();
+        self.merged.clear();
+        self.considered.clear();
+        self.explained.clear();
+        self.fixes.clear();
+        self.nis = 0.0;
+    }
+
+    /// Notes a candidate of the line that [`Self::conclude`] will be called for next.
+    pub(super) fn consider(&mut self, candidate: Considered) {
+        self.considered.push(candidate);
+    }
+
+    /// Notes what became of a line, and keeps the likeliest `most` of its candidates: those with d² up to `far`, and the nearest.
+    pub(super) fn conclude(&mut self, feature: usize, verdict: Verdict, most: usize, far: f64) {
+        let first = self.explained.last().map_or(0, |e| e.end);
+        let own = self.considered.get_mut(first..).unwrap_or_default();
+        own.sort_unstable_by(|a, b| a.d2.total_cmp(&b.d2).then(a.landmark.cmp(&b.landmark)));
+        let near = own.partition_point(|c| c.d2 <= far).max(1).min(own.len());
+        let end = first + near.min(most);
+        self.considered.truncate(end);
+        self.explained.push(Explained {
+            feature,
+            first,
+            end,
+            verdict,
+        });
+        if let Verdict::Rejected(reason) = verdict {
+            self.rejected.push(Rejected { feature, reason });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn considered(landmark: u32, d2: f64) -> Considered {
+        Considered {
+            landmark: LandmarkId(landmark),
+            d2,
+            gap: -1.0,
+            innovation: [0.0; 2],
+            sigmas: [1.0; 2],
+            gate: Gate::Match,
+        }
+    }
+
+    #[test]
+    fn each_line_keeps_its_own_candidates_likeliest_first() {
+        let mut report = UpdateReport::default();
+        for c in [considered(0, 7.0), considered(1, 2.0), considered(2, 400.0)] {
+            report.consider(c);
+        }
+        report.conclude(4, Verdict::Matched(LandmarkId(1)), 8, 100.0);
+        report.consider(considered(3, 500.0));
+        report.conclude(1, Verdict::Added(LandmarkId(5)), 8, 100.0);
+        report.conclude(0, Verdict::Rejected(Rejection::Seam), 8, 100.0);
+        let of = |feature| {
+            let explanation = report.explain(feature).unwrap();
+            let ids: Vec<_> = explanation
+                .candidates
+                .iter()
+                .map(|c| c.landmark.0)
+                .collect();
+            (ids, explanation.verdict)
+        };
+        assert_eq!(of(4), (vec![1, 0], Verdict::Matched(LandmarkId(1))));
+        // The nearest one is told however far it is: it says why the line is new.
+        assert_eq!(of(1), (vec![3], Verdict::Added(LandmarkId(5))));
+        assert_eq!(of(0), (vec![], Verdict::Rejected(Rejection::Seam)));
+        assert_eq!(report.rejected.len(), 1);
+        assert!(report.explain(9).is_none());
+        report.clear();
+        assert_eq!(report, UpdateReport::default());
+    }
 }

@@ -1,11 +1,12 @@
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::{DMatrix, Vector2, Vector3};
+use nalgebra::{DMatrix, SVector, Vector2, Vector3};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::super::line_model::place;
+use super::robot_state::Step;
 use super::*;
 use crate::geom::{CHI2_2DOF_99, Line, Segment, wrap};
 use crate::robot::{OdometryNoise, Stamp, Tracks};
@@ -64,13 +65,17 @@ fn plain() -> EkfConfig {
         consistency: Consistency::Plain,
         alpha_sigma: 0.0,
         r_sigma: 0.0,
+        odometry_prior: OdometryErrors::default(),
         ..EkfConfig::default()
     }
 }
 
 /// A filter that has moved and seen three walls.
 fn some_state() -> EkfSlam {
-    let mut slam = EkfSlam::new(plain());
+    let mut slam = EkfSlam::new(EkfConfig {
+        odometry_prior: EkfConfig::default().odometry_prior,
+        ..plain()
+    });
     let noise = Matrix3::from_diagonal(&Vector3::new(4e-3, 2e-3, 1e-3));
     slam.predict(&odometry(Pose2::new(1.0, 0.3, 0.4), noise))
         .unwrap();
@@ -87,7 +92,7 @@ fn some_state() -> EkfSlam {
 #[test]
 fn prediction_is_the_dense_one() {
     let mut slam = some_state();
-    let (before, pose) = (dense(&slam), slam.pose);
+    let (before, pose, errors) = (dense(&slam), slam.pose, slam.errors);
     let motion = odometry(
         Pose2::new(0.7, 0.2, 0.5),
         Matrix3::new(2e-3, 1e-4, 2e-4, 1e-4, 1e-3, 3e-4, 2e-4, 3e-4, 5e-3),
@@ -95,21 +100,37 @@ fn prediction_is_the_dense_one() {
     slam.advance(&motion);
     // Full Jacobians, by central differences.
     let n = before.nrows();
-    let compose = |p: Vector3<f64>, u: Vector3<f64>| {
-        let moved = Pose2::new(p.x, p.y, p.z) * Pose2::new(u.x, u.y, u.z);
+    let after = |p: SVector<f64, ROBOT>, u: Vector3<f64>| {
+        let errors = OdometryErrors {
+            curvature: p[3],
+            turn_scale: p[4],
+        };
+        let read = odometry(motion.motion, Matrix3::zeros());
+        let start = Pose2::new(p[0], p[1], p[2]);
+        let exact = Step::new(&Pose2::identity(), &errors, &read, Point2::origin()).pose;
+        let noisy = Pose2::new(exact.x() + u.x, exact.y() + u.y, exact.heading() + u.z);
+        let moved = start * noisy;
         Vector3::new(moved.x(), moved.y(), moved.heading())
     };
-    let (p, u) = (
-        Vector3::new(pose.x(), pose.y(), pose.heading()),
-        Vector3::new(0.7, 0.2, 0.5),
-    );
+    let p = SVector::from([
+        pose.x(),
+        pose.y(),
+        pose.heading(),
+        errors.curvature,
+        errors.turn_scale,
+    ]);
     let (mut fx, mut fu) = (DMatrix::identity(n, n), DMatrix::zeros(n, 3));
+    let none = Vector3::zeros();
+    for axis in 0..ROBOT {
+        let mut h = SVector::<f64, ROBOT>::zeros();
+        h[axis] = 1e-6;
+        let by_robot = (after(p + h, none) - after(p - h, none)) / 2e-6;
+        fx.view_mut((0, axis), (3, 1)).copy_from(&by_robot);
+    }
     for axis in 0..3 {
         let mut h = Vector3::zeros();
         h[axis] = 1e-6;
-        let by_pose = (compose(p + h, u) - compose(p - h, u)) / 2e-6;
-        let by_motion = (compose(p, u + h) - compose(p, u - h)) / 2e-6;
-        fx.view_mut((0, axis), (3, 1)).copy_from(&by_pose);
+        let by_motion = (after(p, h) - after(p, -h)) / 2e-6;
         fu.view_mut((0, axis), (3, 1)).copy_from(&by_motion);
     }
     let q = DMatrix::from_fn(3, 3, |i, j| motion.cov[(i, j)]);
@@ -127,7 +148,7 @@ fn update_is_the_dense_joseph_form() {
         let seen = feature(expected.line.alpha + 0.01, expected.line.r - 0.02);
         let mut h = DMatrix::zeros(2, n);
         h.view_mut((0, 0), (2, 3)).copy_from(&expected.by_pose);
-        h.view_mut((0, POSE + 2 * landmark), (2, 2))
+        h.view_mut((0, ROBOT + 2 * landmark), (2, 2))
             .copy_from(&expected.by_line);
         let r = DMatrix::from_fn(2, 2, |i, j| seen.cov[(i, j)]);
         let z = &h * &before * h.transpose() + &r;
@@ -136,7 +157,13 @@ fn update_is_the_dense_joseph_form() {
         let joseph = &rest * &before * rest.transpose() + &k * r * k.transpose();
         let shift = &k * DMatrix::from_column_slice(2, 1, &[0.01, -0.02]);
         let state = |s: &EkfSlam| {
-            let pose = [s.pose.x(), s.pose.y(), s.pose.heading()];
+            let pose = [
+                s.pose.x(),
+                s.pose.y(),
+                s.pose.heading(),
+                s.errors.curvature,
+                s.errors.turn_scale,
+            ];
             let lines = s.landmarks.iter().flat_map(|e| e.line);
             pose.into_iter().chain(lines).collect::<Vec<_>>()
         };
@@ -202,7 +229,7 @@ fn landmark_in_the_map_has_the_covariance_of_numeric_propagation() {
             Vector2::new(wrap(plus.alpha() - minus.alpha()), plus.r() - minus.r()) / (2.0 * h)
         };
         let jacobian = Matrix2::from_columns(&[column(h, 0.0), column(0.0, h)]);
-        let expect = jacobian * slam.block(POSE + 2 * index) * jacobian.transpose();
+        let expect = jacobian * slam.block(ROBOT + 2 * index) * jacobian.transpose();
         assert!((landmark.cov - expect).norm() < 1e-9);
         assert!(
             landmark
@@ -223,11 +250,69 @@ fn forgetting_leaves_the_marginal_of_the_rest() {
     slam.scans += slam.config.patience + 1;
     let report = slam.update(&[], &ONCE).unwrap();
     assert_eq!(report.forgotten, [ids[1]]);
-    assert_eq!(dense(&slam), before.remove_rows(5, 2).remove_columns(5, 2));
+    assert_eq!(
+        dense(&slam),
+        before
+            .remove_rows(ROBOT + 2, 2)
+            .remove_columns(ROBOT + 2, 2)
+    );
     assert_eq!(
         slam.landmarks().map(|l| l.id).collect::<Vec<_>>(),
         [ids[0], ids[2]]
     );
+}
+
+#[test]
+fn each_line_says_why_it_was_taken_for_what() {
+    let mut slam = some_state();
+    let ids: Vec<_> = slam.landmarks().map(|l| l.id).collect();
+    // The first wall as expected; the second one a metre off, and the third beyond a door on its own line.
+    let expected: Vec<_> = (0..3).map(|l| slam.expect(l).line).collect();
+    let door = Vector2::new(-libm::sin(expected[2].alpha), libm::cos(expected[2].alpha)) * 4.0;
+    let mut beyond = feature(expected[2].alpha, expected[2].r);
+    beyond.ends = beyond.ends.map(|end| end + door);
+    let scan = [
+        feature(expected[0].alpha, expected[0].r),
+        feature(expected[1].alpha, expected[1].r + 1.0),
+        beyond,
+    ];
+    let report = slam.update(&scan, &ONCE).unwrap();
+    let of = |i: usize, landmark: usize| {
+        let explanation = report.explain(i).unwrap();
+        let candidate = explanation
+            .candidates
+            .iter()
+            .find(|c| c.landmark == ids[landmark]);
+        (explanation.verdict, *candidate.unwrap())
+    };
+    let (verdict, candidate) = of(0, 0);
+    assert_eq!(
+        (verdict, candidate.gate),
+        (Verdict::Matched(ids[0]), Gate::Match)
+    );
+    assert!(candidate.d2 < 1e-9 && candidate.gap < 0.0);
+    let (verdict, candidate) = of(1, 1);
+    assert!(matches!(verdict, Verdict::Added(_)) && candidate.gate == Gate::Far);
+    assert!((candidate.innovation[1] - 1.0).abs() < 0.1);
+    let (verdict, candidate) = of(2, 2);
+    assert!(matches!(verdict, Verdict::Added(_)) && candidate.gate == Gate::Beyond);
+    assert!(candidate.d2 < 9.0 && candidate.gap > 0.5);
+    assert_eq!((report.matches.len(), report.nis_degrees()), (1, 2));
+    assert!((report.nis - report.matches[0].d2).abs() < 1e-12);
+}
+
+#[test]
+fn correlations_are_those_of_the_dense_matrix() {
+    let slam = some_state();
+    let (p, found) = (dense(&slam), slam.correlations());
+    assert_eq!((found.n, found.landmarks.len()), (p.nrows(), 3));
+    assert_eq!(found.first_landmark + 2 * found.landmarks.len(), found.n);
+    for i in 0..found.n {
+        for j in 0..found.n {
+            let expect = p[(i, j)] / (p[(i, i)] * p[(j, j)]).sqrt();
+            assert!((f64::from(found.coefficients[i * found.n + j]) - expect).abs() < 1e-6);
+        }
+    }
 }
 
 #[test]
@@ -624,9 +709,9 @@ proptest! {
         let mut known = vec![];
         for _ in 0..30 {
             let report = slam.update(&[feature(rng.random_range(-3.0..3.0), rng.random_range(0.2..5.0))], &ONCE).unwrap();
-            for (_, id) in report.added {
-                prop_assert!(!known.contains(&id));
-                known.push(id);
+            for (_, id) in &report.added {
+                prop_assert!(!known.contains(id));
+                known.push(*id);
             }
         }
     }

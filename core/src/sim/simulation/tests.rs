@@ -487,6 +487,7 @@ fn mover_is_seen_waits_for_the_robot_and_is_not_driven_through() {
         closed: false,
         speed: 0.5,
         radius: 0.25,
+        pause: 0.0,
     });
     let mut sim = Simulation::new(world, RobotModel::rp6(), SensorModel::lidar(), 1).unwrap();
     sim.advance(10.0);

@@ -1,0 +1,88 @@
+//! Measures what the project claims, one claim at a time.
+//!
+//! ```text
+//! cargo run --release -p slamlab-core --example report -- NAME [--seeds N]
+//! ```
+//!
+//! In: the name of a report. Out: one JSON object on standard output whose keys say quantity and unit, and by exit status
+//! whether each requirement holds: 0 all do; 1 some do not, named on standard error; 2 nothing could be measured.
+//!
+//! Each report is a file of its own, with its run time in its head comment; [`REPORTS`] is the table of names.
+
+#![allow(
+    clippy::disallowed_methods,
+    reason = "an example uses the clock, threads and floating point of the platform; the core does not"
+)]
+
+mod ekf_consistency;
+mod line_fit;
+mod outcome;
+mod ray_cast;
+mod scenes;
+mod score;
+mod split_merge;
+mod tour;
+
+use std::process::ExitCode;
+
+use anyhow::{Result, bail};
+use clap::Parser;
+
+use outcome::Outcome;
+
+/// Name of a report, and what measures it.
+type Entry = (&'static str, fn(&Args) -> Result<Outcome>);
+
+/// All reports, by name.
+const REPORTS: &[Entry] = &[
+    ("ekf-consistency", ekf_consistency::measure),
+    ("line-fit", line_fit::measure),
+    ("ray-cast", ray_cast::measure),
+    ("split-merge", split_merge::measure),
+];
+
+/// Measures one claim of the project; exit status 0 if it holds, 1 if it does not, 2 if it could not be measured.
+#[derive(Parser)]
+struct Args {
+    /// Which claim.
+    name: String,
+    /// Number of seeds (runs, scenes), for a quick look; each report has its own default.
+    #[arg(long)]
+    seeds: Option<u64>,
+}
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    match measure(&args) {
+        Ok(outcome) => {
+            println!("{:#}", outcome.to_json(&args.name));
+            for failure in outcome.failures() {
+                eprintln!("report: {} does not hold: {failure}", args.name);
+            }
+            if outcome.failures().is_empty() {
+                ExitCode::SUCCESS
+            } else {
+                ExitCode::from(1)
+            }
+        }
+        Err(error) => {
+            eprintln!("report: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn measure(args: &Args) -> Result<Outcome> {
+    let Some((_, measure)) = REPORTS.iter().find(|(name, _)| *name == args.name) else {
+        let names: Vec<_> = REPORTS.iter().map(|(name, _)| *name).collect();
+        bail!(
+            "there is no report `{}`; expected one of: {}",
+            args.name,
+            names.join(", ")
+        );
+    };
+    if args.seeds == Some(0) {
+        bail!("--seeds is 0, expected at least 1");
+    }
+    measure(args)
+}

@@ -1,0 +1,332 @@
+//! A simulated robot on a fixed tour, steered by the truth, with line filters listening; and whose wall each line is.
+//!
+//! In: a world, waypoints, a seed, the settings of each filter. Out: what each filter did.
+//!
+//! 1. The robot follows the waypoints by its true pose, so that all filters of a seed get the same ticks and scans, and none
+//!    steers by its own error.
+//! 2. A line's true wall is the one that rays from the true pose through the line meet.
+//! 3. A landmark belongs to the wall that its first sighting came from. A match with the landmark of another wall is an
+//!    error, unless both walls lie on one line: then α and r are right all the same.
+
+use std::collections::VecDeque;
+
+use anyhow::{Context, Result};
+use nalgebra::{Point2, Vector2};
+use slamlab_core::estimation::{EkfConfig, EkfSlam, LandmarkId, SweepTiming, ate_rmse};
+use slamlab_core::features::{LineConfig, LineExtractor, LineFeature};
+use slamlab_core::geom::{Pose2, Segment, wrap};
+use slamlab_core::points::{MotionHistory, PointConfig, Points};
+use slamlab_core::robot::{Command, Odometry, RobotModel, Scan, TrackOdometry};
+use slamlab_core::sim::{SensorModel, Simulation, worlds};
+
+/// Simulated time of one decision, s, and how many odometry readings fall into it: those of `Experiment`.
+const PERIOD: f64 = 0.05;
+const READINGS: u32 = 5;
+/// More decisions than any tour needs.
+const MOST_STEPS: usize = 40_000;
+
+/// Where the robot goes.
+pub(crate) struct Tour {
+    pub(crate) world: &'static str,
+    /// World frame, m; the first one is where the robot starts.
+    pub(crate) waypoints: &'static [(f64, f64)],
+}
+
+/// Once around the ring, and 10 m of the second lap.
+pub(crate) const LOOP: Tour = Tour {
+    world: "loop",
+    waypoints: &[
+        (2.5, 1.0),
+        (11.5, 0.8),
+        (13.0, 0.8),
+        (20.0, 1.0),
+        (20.0, 12.0),
+        (19.4, 13.9),
+        (10.0, 14.2),
+        (1.0, 14.0),
+        (1.0, 1.0),
+        (2.5, 1.0),
+        (12.0, 0.8),
+    ],
+};
+
+/// Into seven of the eight rooms and back to the start.
+pub(crate) const OFFICE: Tour = Tour {
+    world: "office",
+    waypoints: &[
+        (1.0, 6.0),
+        (2.3, 6.0),
+        (2.3, 4.0),
+        (2.3, 6.0),
+        (5.4, 6.0),
+        (5.4, 8.0),
+        (5.4, 6.0),
+        (6.9, 6.0),
+        (6.9, 4.2),
+        (6.9, 6.0),
+        (9.3, 6.0),
+        (9.3, 4.2),
+        (9.3, 6.0),
+        (10.7, 6.0),
+        (10.7, 7.9),
+        (10.7, 6.0),
+        (13.3, 6.0),
+        (13.3, 7.8),
+        (13.3, 6.0),
+        (14.1, 6.0),
+        (14.1, 4.2),
+        (14.1, 6.0),
+        (1.7, 6.0),
+        (1.7, 8.0),
+        (1.7, 6.0),
+        (1.0, 6.0),
+    ],
+};
+
+/// What one filter did on a tour.
+#[derive(Default)]
+pub(crate) struct Listener {
+    /// NEES of the pose at each scan.
+    pub(crate) nees: Vec<f64>,
+    pub(crate) ate: f64,
+    pub(crate) end_error: f64,
+    pub(crate) nis: f64,
+    pub(crate) nis_degrees: usize,
+    pub(crate) matches: usize,
+    /// Matches with the landmark of a wall on another line.
+    pub(crate) wrong_matches: usize,
+    /// Pairs of confirmed landmarks of one wall whose known parts overlap or touch.
+    pub(crate) duplicates: usize,
+    pub(crate) confirmed: usize,
+    pub(crate) merged: usize,
+    pub(crate) wrong_merges: usize,
+    wall_of: Vec<(LandmarkId, usize)>,
+    track: Vec<Point2<f64>>,
+}
+
+/// Everything that moves.
+struct Drive {
+    sim: Simulation,
+    start: Pose2,
+    walls: Vec<Segment>,
+    wheels: TrackOdometry,
+    history: MotionHistory,
+    extractor: LineExtractor,
+    lines: Vec<LineFeature>,
+    truth: Vec<Point2<f64>>,
+    filters: Vec<(EkfSlam, Listener)>,
+}
+
+/// Drives the tour once.
+pub(crate) fn drive(tour: &Tour, seed: u64, configs: &[EkfConfig]) -> Result<Vec<Listener>> {
+    let world = worlds::builtin(tour.world).context("no such world")?;
+    let (start, robot) = (world.start, RobotModel::rp6());
+    let walls = world.walls().into_iter().map(|w| w.segment).collect();
+    let sim = Simulation::new(world, robot, SensorModel::lidar(), seed)?;
+    let mut wheels = TrackOdometry::new(&robot);
+    wheels.update(sim.stamp(), sim.ticks());
+    let mut drive = Drive {
+        sim,
+        start,
+        walls,
+        wheels,
+        history: MotionHistory::new(5.0),
+        extractor: LineExtractor::new(LineConfig::default()),
+        lines: vec![],
+        truth: vec![],
+        filters: configs
+            .iter()
+            .map(|config| (EkfSlam::new(*config), Listener::default()))
+            .collect(),
+    };
+    let mut route: VecDeque<_> = tour
+        .waypoints
+        .iter()
+        .map(|&(x, y)| Point2::new(x, y))
+        .collect();
+    let mut rest = 0;
+    for _ in 0..MOST_STEPS {
+        drive.steer(&mut route);
+        // Some scans at the end, standing.
+        rest += u32::from(route.is_empty());
+        if rest > 20 {
+            break;
+        }
+        for _ in 0..READINGS {
+            drive.sim.advance(PERIOD / f64::from(READINGS));
+            drive.listen()?;
+        }
+    }
+    anyhow::ensure!(
+        route.is_empty(),
+        "{} {seed}: the tour did not end",
+        tour.world
+    );
+    Ok(drive.finish())
+}
+
+impl Drive {
+    /// Heads for the next waypoint by the true pose.
+    fn steer(&mut self, route: &mut VecDeque<Point2<f64>>) {
+        let pose = self.sim.truth();
+        let Some(&goal) = route.front() else {
+            return;
+        };
+        let ahead: Vector2<f64> = (pose.inverse() * goal).coords;
+        if ahead.norm() < 0.15 {
+            route.pop_front();
+            if route.is_empty() {
+                self.sim.command(Command::Stop);
+            }
+            return;
+        }
+        let error = libm::atan2(ahead.y, ahead.x);
+        let forward = if error.abs() > 0.4 { 0.0 } else { 0.25 };
+        self.sim.command(Command::Velocity {
+            forward,
+            turn: (2.5 * error).clamp(-1.0, 1.0),
+        });
+    }
+
+    /// Hands odometry and scans to the filters.
+    fn listen(&mut self) -> Result<()> {
+        let odometry: Odometry = self.wheels.update(self.sim.stamp(), self.sim.ticks());
+        self.history.push(&odometry);
+        for (slam, _) in &mut self.filters {
+            slam.predict(&odometry)?;
+        }
+        if let Some(scan) = self.sim.take_scan() {
+            self.scan(&scan)?;
+        }
+        Ok(())
+    }
+
+    fn scan(&mut self, scan: &Scan) -> Result<()> {
+        let points = Points::from_rolling_scan(scan, &self.history, &PointConfig::default());
+        self.extractor.extract(&points, &mut self.lines)?;
+        let world_from_robot = self.sim.truth();
+        let truth = self.start.inverse() * world_from_robot;
+        self.truth.push(truth.position());
+        let wall_of_line: Vec<_> = self
+            .lines
+            .iter()
+            .map(|line| true_wall(&self.walls, &world_from_robot, line))
+            .collect();
+        let timing = SweepTiming::at(points.stamp, scan);
+        for (slam, listener) in &mut self.filters {
+            slam.update(&self.lines, &timing)?;
+            listener.note(slam, &truth, &wall_of_line, &self.walls);
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> Vec<Listener> {
+        let (truth, walls) = (self.truth, self.walls);
+        let finish = |(slam, mut listener): (EkfSlam, Listener)| {
+            listener.ate = ate_rmse(&truth, &listener.track).unwrap_or(f64::NAN);
+            let ends = listener.track.last().zip(truth.last());
+            listener.end_error =
+                ends.map_or(f64::NAN, |(estimate, truth)| (estimate - truth).norm());
+            listener.confirmed = slam.landmarks().filter(|l| l.is_confirmed).count();
+            listener.duplicates = listener.count_duplicates(&slam, &walls);
+            listener
+        };
+        self.filters.into_iter().map(finish).collect()
+    }
+}
+
+impl Listener {
+    fn note(
+        &mut self,
+        slam: &EkfSlam,
+        truth: &Pose2,
+        wall_of_line: &[Option<usize>],
+        walls: &[Segment],
+    ) {
+        let report = slam.report();
+        for &(feature, id) in &report.added {
+            if let Some(Some(wall)) = wall_of_line.get(feature) {
+                self.wall_of.push((id, *wall));
+            }
+        }
+        for found in &report.matches {
+            let seen = wall_of_line.get(found.feature).copied().flatten();
+            if let Some((seen, known)) = seen.zip(self.wall(found.landmark)) {
+                self.wrong_matches += usize::from(!on_one_line(walls, seen, known));
+            }
+        }
+        for merged in &report.merged {
+            if let Some((kept, gone)) = self.wall(merged.kept).zip(self.wall(merged.gone)) {
+                self.wrong_merges += usize::from(!on_one_line(walls, kept, gone));
+            }
+        }
+        self.matches += report.matches.len();
+        self.merged += report.merged.len();
+        self.nis += report.nis;
+        self.nis_degrees += report.nis_degrees();
+        let estimate = slam.estimate();
+        self.nees.push(estimate.nees(truth).unwrap_or(f64::NAN));
+        self.track.push(estimate.pose.position());
+    }
+
+    fn wall(&self, id: LandmarkId) -> Option<usize> {
+        let found = self.wall_of.iter().find(|(known, _)| *known == id);
+        found.map(|(_, wall)| *wall)
+    }
+
+    fn count_duplicates(&self, slam: &EkfSlam, walls: &[Segment]) -> usize {
+        let touching = EkfConfig::default().association.max_gap;
+        // Where along its wall each landmark lies.
+        let known: Vec<(usize, f64, f64)> = slam
+            .landmarks()
+            .filter(|landmark| landmark.is_confirmed)
+            .filter_map(|landmark| {
+                let wall = self.wall(landmark.id)?;
+                let tangent = walls.get(wall)?.vector().normalize();
+                // All tours start with heading 0, so that the map is the world but for a shift.
+                let ends = landmark.ends.map(|end| tangent.dot(&end.coords));
+                Some((wall, ends[0].min(ends[1]), ends[0].max(ends[1])))
+            })
+            .collect();
+        let pairs = known
+            .iter()
+            .enumerate()
+            .flat_map(|(i, a)| known.iter().skip(i + 1).map(move |b| (a, b)));
+        pairs
+            .filter(|(a, b)| a.0 == b.0 && a.1.max(b.1) - a.2.min(b.2) <= touching)
+            .count()
+    }
+}
+
+/// The wall that most of three rays through a line meet; `None` where they do not agree on one that is parallel to it.
+fn true_wall(walls: &[Segment], world_from_robot: &Pose2, line: &LineFeature) -> Option<usize> {
+    let [a, b] = line.ends.map(|end| *world_from_robot * end);
+    let origin = world_from_robot.position();
+    let hits = [0.25, 0.5, 0.75].map(|part| {
+        let towards = (a + (b - a) * part - origin).normalize();
+        let distances = walls
+            .iter()
+            .enumerate()
+            .filter_map(|(index, wall)| Some((index, wall.hit_by_ray(origin, towards)?)));
+        let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+        let angle = (b - a).perp(&walls.get(nearest)?.vector().normalize()) / (b - a).norm();
+        (angle.abs() < 0.2).then_some(nearest)
+    });
+    let [first, second, third] = hits;
+    second
+        .filter(|_| second == first || second == third)
+        .or(first.filter(|_| first == third))
+}
+
+/// Whether two walls lie on one line, to 1 cm and a thousandth of a radian.
+fn on_one_line(walls: &[Segment], a: usize, b: usize) -> bool {
+    let (Some(wall), Some(other)) = (walls.get(a), walls.get(b)) else {
+        return false;
+    };
+    let along = wall.vector().normalize();
+    let off = |p: Point2<f64>| along.perp(&(p - wall.a)).abs();
+    let turn = wrap(libm::asin(
+        along.perp(&other.vector().normalize()).clamp(-1.0, 1.0),
+    ));
+    a == b || (turn.abs() < 1e-3 && off(other.a) < 0.01 && off(other.b) < 0.01)
+}

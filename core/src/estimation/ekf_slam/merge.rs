@@ -1,0 +1,197 @@
+//! Step 5: two landmarks that are one wall become one.
+//!
+//! In: the landmarks that this scan saw. Out: fewer landmarks, and a better estimate of all of them.
+//!
+//! 1. Two are compared only where their known parts overlap or nearly touch, by the rule that matches sightings (`max_gap`).
+//! 2. Their difference in (α, r) is taken about a point between the parts, with its covariance from the 4x4 block of P: landmarks
+//!    seen from one pose share its error, and differ by much less than each is uncertain.
+//! 3. They are one if the difference is likely to be nothing, d² within the gate, and if it is known to be small: what is merely
+//!    not known well enough to tell apart stays apart until it is.
+//! 4. That they are one is a measurement without noise: the difference is zero. The update moves everything that is correlated
+//!    with it (a loop closes here too); then the younger one's rows and columns go, which is the marginal of a Gaussian.
+
+use nalgebra::{Matrix2, Point2, SMatrix, Vector2};
+
+use super::landmark::{Entry, hull};
+use super::{Consistency, EkfSlam, Merged, ROBOT, UpdateReport};
+use crate::features::LineFeature;
+use crate::geom::{sin_cos, wrap};
+
+/// Parts of one wall in one scan may overlap by so much, m, as a corner's last beam is shared.
+const SHARED: f64 = 0.1;
+
+/// How two landmarks differ.
+struct Difference {
+    v: Vector2<f64>,
+    cov: Matrix2<f64>,
+    d2: f64,
+    columns: [(usize, [f64; 2]); 4],
+}
+
+impl EkfSlam {
+    /// Whether this scan has shown this part of a landmark already.
+    pub(super) fn is_taken(&self, landmark: usize, seen: &LineFeature) -> bool {
+        let Some(entry) = self.landmarks.get(landmark) else {
+            return false;
+        };
+        if entry.last_seen != self.scans {
+            return false;
+        }
+        let tangent = entry.tangent();
+        let [a, b] = seen
+            .ends
+            .map(|end| tangent.dot(&(self.pose * end - entry.anchor)));
+        a.min(b) < entry.seen_now[1] - SHARED && a.max(b) > entry.seen_now[0] + SHARED
+    }
+
+    /// Step 5, for each landmark that this scan saw.
+    pub(super) fn merge_all(&mut self, gain: &mut Vec<[f64; 2]>, report: &mut UpdateReport) {
+        let mut seen = self.landmarks.len();
+        // From the youngest on, so that those still to come keep their places.
+        while let Some(landmark) = seen.checked_sub(1) {
+            seen = landmark;
+            let was_seen = |entry: &Entry| entry.last_seen == self.scans;
+            if self.landmarks.get(landmark).is_some_and(was_seen)
+                && let Some((other, difference)) = self.twin(landmark)
+            {
+                self.merge(landmark, other, &difference, gain, report);
+            }
+        }
+    }
+
+    /// The likeliest landmark that is surely the same wall.
+    fn twin(&self, landmark: usize) -> Option<(usize, Difference)> {
+        let is_wall = |entry: &Entry| entry.sightings >= self.config.confirm_sightings;
+        let own = self.landmarks.get(landmark).filter(|e| is_wall(e))?;
+        let mut best: Option<(usize, Difference)> = None;
+        for (index, entry) in self.landmarks.iter().enumerate() {
+            if index == landmark || !is_wall(entry) {
+                continue;
+            }
+            let Some(about) = self.between(own, entry) else {
+                continue;
+            };
+            let difference = self.difference(landmark, index, about);
+            if self.is_one(&difference) && best.as_ref().is_none_or(|b| difference.d2 < b.1.d2) {
+                best = Some((index, difference));
+            }
+        }
+        best
+    }
+
+    /// The middle of what two landmarks share or of the gap between them; `None` where the gap is too large, or where direction
+    /// or distance rule out that they are one.
+    fn between(&self, a: &Entry, b: &Entry) -> Option<Point2<f64>> {
+        let merge = &self.config.merge;
+        if wrap(a.line[0] - b.line[0]).abs() > merge.alpha {
+            return None;
+        }
+        let tangent = a.tangent();
+        let [from, to] = b.ends().map(|end| tangent.dot(&(end - a.anchor)));
+        let (low, high) = (a.extent[0].max(from.min(to)), a.extent[1].min(from.max(to)));
+        if low - high > self.config.association.max_gap {
+            return None;
+        }
+        let foot = a.anchor + Vector2::new(tangent.y, -tangent.x) * a.line[1];
+        let about = foot + tangent * (0.5 * (low + high));
+        let off = b.distance(about) - a.distance(about);
+        (off.abs() <= merge.r).then_some(about)
+    }
+
+    /// `other` less `landmark`, (α, r) with r counted from `about`.
+    fn difference(&self, landmark: usize, other: usize, about: Point2<f64>) -> Difference {
+        let (a, b) = (&self.landmarks[landmark], &self.landmarks[other]);
+        let lever = |entry: &Entry| {
+            let alpha = match self.config.consistency {
+                Consistency::Plain => entry.line[0],
+                Consistency::FirstEstimates => entry.first_alpha,
+            };
+            let (sin, cos) = sin_cos(alpha);
+            Vector2::new(-sin, cos).dot(&(entry.anchor - about))
+        };
+        let v = Vector2::new(
+            wrap(b.line[0] - a.line[0]),
+            a.distance(about) - b.distance(about),
+        );
+        let (i, j) = (ROBOT + 2 * landmark, ROBOT + 2 * other);
+        let columns = [
+            (i, [-1.0, -lever(a)]),
+            (i + 1, [0.0, -1.0]),
+            (j, [1.0, lever(b)]),
+            (j + 1, [0.0, 1.0]),
+        ];
+        let h = SMatrix::<f64, 2, 4>::from_fn(|row, k| columns[k].1[row]);
+        let p = SMatrix::<f64, 4, 4>::from_fn(|k, l| self.cov.get(columns[k].0, columns[l].0));
+        let cov = h * p * h.transpose();
+        let d2 = cov
+            .cholesky()
+            .map_or(f64::INFINITY, |c| v.dot(&c.solve(&v)));
+        Difference {
+            v,
+            cov,
+            d2,
+            columns,
+        }
+    }
+
+    fn is_one(&self, difference: &Difference) -> bool {
+        let merge = &self.config.merge;
+        let most = |axis: usize| {
+            difference.v[axis].abs() + 2.0 * difference.cov[(axis, axis)].max(0.0).sqrt()
+        };
+        difference.d2 <= merge.gate && most(0) <= merge.alpha && most(1) <= merge.r
+    }
+
+    /// Makes one of two; the older one stays.
+    fn merge(
+        &mut self,
+        landmark: usize,
+        other: usize,
+        difference: &Difference,
+        gain: &mut Vec<[f64; 2]>,
+        report: &mut UpdateReport,
+    ) {
+        // What is measured is zero: less than expected by the difference.
+        let v = -difference.v;
+        if !self.absorb(&v, &difference.cov, &difference.columns, gain) {
+            return;
+        }
+        let is_older = self.landmarks[landmark].id < self.landmarks[other].id;
+        let (kept, gone) = if is_older {
+            (landmark, other)
+        } else {
+            (other, landmark)
+        };
+        let entry = self.landmarks.remove(gone);
+        self.cov.remove_pair(ROBOT + 2 * gone);
+        let stays = &mut self.landmarks[if gone < kept { kept - 1 } else { kept }];
+        let tangent = stays.tangent();
+        let shifted = |extent: [f64; 2]| {
+            let foot = tangent.dot(&(entry.anchor - stays.anchor));
+            extent.map(|along| along + foot)
+        };
+        let (extent, seen_now) = (shifted(entry.extent), shifted(entry.seen_now));
+        stays.extent = hull(stays.extent, extent);
+        stays.seen_now = match stays.last_seen.cmp(&entry.last_seen) {
+            std::cmp::Ordering::Less => seen_now,
+            std::cmp::Ordering::Equal => hull(stays.seen_now, seen_now),
+            std::cmp::Ordering::Greater => stays.seen_now,
+        };
+        stays.sightings += entry.sightings;
+        stays.last_seen = stays.last_seen.max(entry.last_seen);
+        report.merged.push(Merged {
+            kept: stays.id,
+            gone: entry.id,
+            d2: difference.d2,
+        });
+    }
+}
+
+impl Entry {
+    /// Signed distance of a point from the line, along its normal.
+    fn distance(&self, point: Point2<f64>) -> f64 {
+        let tangent = self.tangent();
+        let normal = Vector2::new(tangent.y, -tangent.x);
+        normal.dot(&(point - self.anchor)) - self.line[1]
+    }
+}
