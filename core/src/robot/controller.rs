@@ -209,5 +209,6 @@ fn within_battery([left, right]: [f64; 2], battery: f64) -> [f64; 2] {
     let apart = apart.clamp(-battery, battery);
     let room = battery - apart.abs();
     let common = common.clamp(-room, room);
-    [common + apart, common - apart]
+    // Once more for the last bit of the sums.
+    [common + apart, common - apart].map(|voltage| voltage.clamp(-battery, battery))
 }
