@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use super::battery::{Battery, BatteryModel};
 use super::body::{Body, Bumpers};
 use super::drive::Drive;
 use super::movers::Walker;
@@ -60,6 +61,7 @@ pub struct Simulation {
     movers: Vec<Disc>,
     drive: Drive,
     body: Body,
+    battery: Battery,
     sensor: Sensor,
     motion_rng: ChaCha8Rng,
     sensor_rng: ChaCha8Rng,
@@ -122,6 +124,7 @@ impl Simulation {
             walkers,
             drive: Drive::new(&robot),
             body: Body::new(&robot, &world.start, &mut motion_rng),
+            battery: Battery::new(BatteryModel::default()),
             sensor: at_work,
             motion_rng,
             sensor_rng,
@@ -227,6 +230,12 @@ impl Simulation {
         self.body.bumpers()
     }
 
+    /// Volts of the battery, as the robot's converter counts them.
+    #[must_use]
+    pub fn battery_volts(&self) -> f64 {
+        self.battery.volts()
+    }
+
     /// The world.
     #[must_use]
     pub fn world(&self) -> &World {
@@ -298,6 +307,7 @@ impl Simulation {
         let tracks = self.drive.step(TIME_STEP);
         self.run.left += tracks.left;
         self.run.right += tracks.right;
+        self.battery.step(TIME_STEP, &tracks);
         self.body
             .step(&tracks, &self.caster, &self.movers, &mut self.motion_rng);
     }
