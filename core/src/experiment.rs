@@ -13,7 +13,7 @@ use crate::estimation::EkfConfig;
 use crate::features::LineConfig;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
-use crate::map::GridConfig;
+use crate::map::{EvidenceConfig, GridConfig};
 use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation};
 use crate::robot::{RobotModel, TrackOdometry};
 use crate::sim::{SensorModel, SimError, Simulation, World};
@@ -58,6 +58,7 @@ impl ExperimentConfig {
                 grid: GridConfig::celej(),
                 lines: LineConfig::short_range(),
                 ekf: EkfConfig::short_range(),
+                evidence: EvidenceConfig::short_range(),
                 ..SlamConfig::default()
             };
             (slam, PilotConfig::short_range())

@@ -249,6 +249,12 @@ impl WebExperiment {
         Inspection::of(self.experiment.slam())
     }
 
+    /// Walls that the last scan showed to be parts of others: the one that stays and the one that goes, pair by pair.
+    #[must_use]
+    pub fn merged(&self) -> Vec<u32> {
+        view::merged(self.experiment.slam())
+    }
+
     /// Whether the filter is honest, and the likeliest cause if not: a name of `Diagnosis`.
     #[must_use]
     pub fn diagnosis(&self) -> String {

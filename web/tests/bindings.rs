@@ -100,6 +100,8 @@ fn the_filter_can_be_looked_into() {
         }
         first += sighting[6] as usize;
     }
+    assert_eq!(inside.odometry.len(), 4);
+    assert!(inside.odometry[2] > 0.0 && inside.odometry[3] > 0.0);
     let status = run.status();
     assert!(status.nees > 0.0 && status.nees_low < 3.0 && status.nees_high > 3.0);
     assert!(status.nis > 0.0 && status.nis_low < 1.0 && status.nis_high > 1.0);

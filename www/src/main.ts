@@ -22,6 +22,7 @@ import "./ui/tabs.js";
 import "./ui/tip.js";
 import "./ui/toast.js";
 import { SlamTransport } from "./ui/transport.js";
+import { wallEnds } from "./view/layers/spot.js";
 import { SlamMap } from "./view/map_view.js";
 import { readPalette } from "./view/palette.js";
 import { Scene } from "./view/scene.js";
@@ -77,7 +78,7 @@ startKeyboard({
     "-": () => map.zoom(0.8),
     0: () => map.fit(),
     f: () => map.toggleFollow(),
-    r: () => client.start({ mode: "explore" }),
+    r: () => client.again(),
     m: () => client.send({ kind: "save" }),
     t: () => switchTheme(store),
     "?": () => help.show(),
@@ -99,12 +100,15 @@ Object.defineProperty(window, "slamlab", {
     get source() { return store.source; },
     get title() { return store.title; },
     get setup() { return store.setup; },
+    get method() { return store.method; },
+    get spot() { return store.spot; },
     get seq() { return store.seq; },
     /** The robot as it is drawn at this moment. */
     get drawn() { return scene.status && { time: scene.status.time, x: scene.status.x, y: scene.status.y, heading: scene.status.heading }; },
     get framesPerSecond() { return map.frames; },
     get blocks() { return scene.tiles.size; },
     get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }; },
+    wall: (id: number) => wallEnds(scene.lines, id),
     /** Pixels of the canvas at which a map point is drawn. */
     toScreen: (x: number, y: number) => map.camera.toScreen(x, y),
   }),

@@ -162,11 +162,13 @@ function show(): void {
   pageReady = false;
   stale = false;
   seq += 1;
+  // The numbers of the moment count what the change has just fetched.
+  const change = source.change();
   const moment = source.moment();
   const elapsed = source.kind === "replay" ? (performance.now() - began) / 1000 : NaN;
   const remaining = moment.progress > 0.005 ? (elapsed * (1 - moment.progress)) / moment.progress : NaN;
   const status = { ...moment, realTimeFactor: playing ? pace.factor : NaN, remaining };
-  const frame = { kind: "frame", run, seq, clock: clock(), status, ...source.change(), inspection: inspection(source, now) } as const;
+  const frame = { kind: "frame", run, seq, clock: clock(), status, ...change, inspection: inspection(source, now) } as const;
   post(frame, transferables(frame));
 }
 
@@ -185,7 +187,7 @@ function clock(): Clock {
 let began = 0;
 
 /** Takes a new source only once it exists: a setup that fails leaves the old run as it is. */
-function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, "kind" | "run" | "source" | "title">): void {
+function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, "kind" | "run" | "source" | "title" | "method">): void {
   source?.close();
   source = next;
   run += 1;
@@ -194,7 +196,7 @@ function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, 
   hashAt = -Infinity;
   began = performance.now();
   playing = answer.playing;
-  post({ kind: "started", run, source: next.kind, title: next.title, ...answer });
+  post({ kind: "started", run, source: next.kind, title: next.title, method: next.method, ...answer });
   rebase();
   pageReady = true;
   show();

@@ -89,6 +89,12 @@ fn summarise(
     outcome.figure(key("wrong_matches"), total(&|l| l.wrong_matches));
     outcome.figure(key("merges"), total(&|l| l.merged));
     outcome.figure(key("wrong_merges"), total(&|l| l.wrong_merges));
+    let having = |what: &dyn Fn(&Listener) -> bool| -> Vec<u64> {
+        let chosen = listeners.iter().filter(|l| what(l));
+        chosen.map(|l| l.seed).collect()
+    };
+    outcome.figure(key("seeds_with_duplicates"), having(&|l| l.duplicates > 0));
+    outcome.figure(key("seeds_with_ate_over_0.1_m"), having(&|l| l.ate > 0.1));
     outcome.figure(key("confirmed_walls_mean"), mean(&|l| l.confirmed as f64));
     over_scans
 }
@@ -139,7 +145,7 @@ fn all_seeds(tour: &'static Tour, seeds: u64) -> Result<Vec<Vec<Listener>>> {
 /// The 95 % band of the mean of `n` values of χ² with `degrees` degrees of freedom.
 ///
 /// Source: Wilson & Hilferty (1931): the cube root of χ²/k is nearly normal; good to 0.1 % for the hundreds of degrees here.
-fn chi2_mean_band(degrees: f64, n: f64) -> [f64; 2] {
+pub(crate) fn chi2_mean_band(degrees: f64, n: f64) -> [f64; 2] {
     let k = degrees * n;
     let part = 2.0 / (9.0 * k);
     [-1.959_964, 1.959_964].map(|z| {

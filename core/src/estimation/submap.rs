@@ -323,3 +323,6 @@ impl FreeCells {
             .unwrap_or(false)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -13,6 +13,10 @@ pub mod world;
 #[cfg(test)]
 pub(crate) fn recorded(name: &str) -> Option<Vec<u8>> {
     let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data");
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "where recorded data lies is the machine's matter"
+    )]
     let folder = std::env::var("SLAMLAB_DATA").unwrap_or_else(|_| beside.into());
     #[expect(
         clippy::disallowed_methods,

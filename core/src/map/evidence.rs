@@ -45,6 +45,18 @@ impl Default for EvidenceConfig {
     }
 }
 
+impl EvidenceConfig {
+    /// For a sensor that scans on command and sees each cell a few times at most: every beam counts, to its end.
+    #[must_use]
+    pub fn short_range() -> Self {
+        Self {
+            sigmas: 0.0,
+            margin_cells: 0.0,
+            ..Self::default()
+        }
+    }
+}
+
 /// What one scan surely says, robot frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Evidence {

@@ -256,6 +256,28 @@ proptest! {
 }
 
 #[test]
+fn speeds_by_hand_are_the_models_before_the_first_scan_too() {
+    let toy = Toy::new(flat(), Pose2::identity(), RobotModel::rp6());
+    let mut pilot = Pilot::new(toy.model, PilotConfig::default(), 0);
+    let estimate = PoseEstimate::exact(toy.pose);
+    let mut told = |forward, turn| {
+        pilot.drive(forward, turn);
+        pilot.steer(&Situation {
+            stamp: Stamp(0),
+            estimate: &estimate,
+            grid: &toy.grid,
+            points: None,
+            motion_since_scan: Pose2::identity(),
+            robot_is_busy: false,
+            scans_on_command: true,
+        })
+    };
+    let velocity = |forward, turn| Some(Command::Velocity { forward, turn });
+    assert_eq!(told(9.0, -9.0), velocity(0.30, -2.0));
+    assert_eq!(told(f64::NAN, f64::INFINITY), velocity(0.0, 0.0));
+}
+
+#[test]
 fn a_silent_lidar_holds_the_robot() {
     let mut toy = Toy::new(flat(), Pose2::identity(), RobotModel::rp6());
     let mut pilot = Pilot::new(toy.model, PilotConfig::default(), 0);

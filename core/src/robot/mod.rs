@@ -15,6 +15,6 @@ pub use characteristic::{
 };
 pub use command::Command;
 pub use model::{OdometryBias, OdometryNoise, RobotModel};
-pub use odometry::{Odometry, TrackOdometry, Tracks};
+pub use odometry::{Odometry, OdometryError, TrackOdometry, Tracks};
 pub use scan::{Scan, ScanError};
 pub use stamp::Stamp;

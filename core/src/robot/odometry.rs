@@ -18,7 +18,42 @@ pub struct Odometry {
     pub cov: Matrix3<f64>,
 }
 
+/// Why an [`Odometry`] cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum OdometryError {
+    /// The motion or its covariance is not finite, or a variance is negative.
+    #[error(
+        "odometry from {from:.3} s to {to:.3} s: {what}; expected finite numbers and variances of at least 0"
+    )]
+    Value {
+        /// Start of the motion, s.
+        from: f64,
+        /// End of the motion, s.
+        to: f64,
+        /// The part at fault.
+        what: &'static str,
+    },
+}
+
 impl Odometry {
+    /// Checks that every number is one. A source calls it once where data enters; afterwards the motion is trusted.
+    ///
+    /// # Errors    [`OdometryError`], naming the instants and the part at fault.
+    pub fn validate(&self) -> Result<(), OdometryError> {
+        let what = if !self.motion.is_finite() {
+            "the motion is not finite"
+        } else if !self.cov.iter().all(|value| value.is_finite()) {
+            "the covariance is not finite"
+        } else if self.cov.diagonal().iter().any(|&variance| variance < 0.0) {
+            "a variance is negative"
+        } else {
+            return Ok(());
+        };
+        let (from, to) = (self.from.seconds(), self.to.seconds());
+        Err(OdometryError::Value { from, to, what })
+    }
+
     /// No motion, known exactly.
     #[must_use]
     pub fn standing(at: Stamp) -> Self {
@@ -255,6 +290,25 @@ mod tests {
             numeric += jacobian * cov * jacobian.transpose();
         }
         assert!((a.then(&b).cov - numeric).norm() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_no_motion_is_named() {
+        let good = Odometry::standing(Stamp(2_000_000));
+        assert_eq!(good.validate(), Ok(()));
+        let spoilt = |spoil: fn(&mut Odometry)| {
+            let mut odometry = good;
+            spoil(&mut odometry);
+            odometry.validate().unwrap_err().to_string()
+        };
+        let motion = spoilt(|o| o.motion = Pose2::new(0.0, f64::NAN, 0.0));
+        assert!(
+            motion.starts_with("odometry from 2.000 s to 2.000 s: the motion is not finite"),
+            "{motion}"
+        );
+        assert!(spoilt(|o| o.motion = Pose2::new(0.0, 0.0, f64::INFINITY)).contains("motion"));
+        assert!(spoilt(|o| o.cov[(0, 1)] = f64::INFINITY).contains("covariance"));
+        assert!(spoilt(|o| o.cov[(2, 2)] = -1e-9).contains("variance is negative"));
     }
 
     #[test]

@@ -73,14 +73,17 @@ impl Estimator {
                 track: vec![],
                 grid: Grid::new(config.grid)?,
             },
-            Method::LineEkf => Self::Lines {
-                ekf: Box::new(EkfSlam::new(config.ekf)),
-                extractor: Box::new(LineExtractor::new(config.lines)),
-                features: vec![],
-                smoother: SweepSmoother::default(),
-                track: vec![],
-                grid: Grid::new(config.grid)?,
-            },
+            Method::LineEkf => {
+                config.lines.validate()?;
+                Self::Lines {
+                    ekf: Box::new(EkfSlam::new(config.ekf)),
+                    extractor: Box::new(LineExtractor::new(config.lines)),
+                    features: vec![],
+                    smoother: SweepSmoother::default(),
+                    track: vec![],
+                    grid: Grid::new(config.grid)?,
+                }
+            }
             Method::ScanMatching => Self::Matching {
                 matcher: Box::new(ScanMatcher::new(config.matcher)?),
                 since_scan: None,
@@ -124,7 +127,7 @@ impl Estimator {
                 track,
                 grid,
             } => {
-                extractor.extract(points, features);
+                extractor.extract(points, features)?;
                 ekf.update(features, &SweepTiming::at(points.stamp, sweep.scan))?;
                 let pose = ekf.estimate().pose;
                 grid.draw(&sweep.evidence(ekf.report(), smoother, grid), &pose);

@@ -147,16 +147,17 @@ export class SimSource extends Run<WebExperiment> {
 
   #tellProgress(s: RunStatus): void {
     const end = s.finished ? this.module.activity() : "";
-    if (end !== this.#told.end && end !== "") {
+    const ends = end !== this.#told.end && end !== "";
+    if (ends) {
       this.#explored.refresh();
       this.knownArea.refresh();
-      this.note(/^(goal|explored)/.test(end) ? "good" : "warn", end.charAt(0).toUpperCase() + end.slice(1));
     }
     const reached = MILESTONES.filter((part) => this.#explored.value >= part);
     if (reached.length > this.#told.milestones) {
       this.note("info", `${Math.round(100 * (reached.at(-1) ?? 0))} % of what can be reached is known, after ${s.distance.toFixed(1)} m`);
     }
     if (s.contacts > this.#told.contacts) this.note("warn", "Touched something");
+    if (ends) this.note(/^(goal|explored)/.test(end) ? "good" : "warn", end.charAt(0).toUpperCase() + end.slice(1));
     this.#told = { ...this.#told, end, contacts: s.contacts, milestones: Math.max(this.#told.milestones, reached.length) };
   }
 }

@@ -1,6 +1,6 @@
 // The one shape that all sources of the worker share.
 
-import type { Frame, Inspection, LogLevel, SavedFile, SourceKind, Status } from "../protocol.js";
+import type { Frame, Inspection, LogLevel, MethodName, SavedFile, SourceKind, Status } from "../protocol.js";
 
 /** What changed since the last call; the worker adds run, number and pace. */
 export type Change = Omit<Frame, "kind" | "run" | "seq" | "clock" | "status" | "inspection">;
@@ -19,6 +19,7 @@ export interface Note {
 export interface Source {
   readonly kind: SourceKind;
   readonly title: string;
+  readonly method: MethodName;
   /** Seconds of simulation or recording so far. */
   readonly time: number;
   readonly finished: boolean;

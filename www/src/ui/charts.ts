@@ -74,15 +74,17 @@ export abstract class SlamCharts extends SlamElement {
   override updated(_changed: PropertyValues): void {
     const style = getComputedStyle(this);
     const theme = style.color;
-    if (theme === this.#theme) return;
+    // Figures come and go with what there is to show.
+    const hosts = this.renderRoot.querySelectorAll<HTMLElement>(".plot");
+    if (theme === this.#theme && hosts.length === this.#plots.length && this.#plots.every((plot) => plot.root.isConnected)) return;
     this.#theme = theme;
     for (const plot of this.#plots) plot.destroy();
-    this.#plots = this.curves.map((curve, i) => this.#make(curve, i));
+    this.#plots = [...hosts].flatMap((host, i) => this.curves[i] ? [this.#make(this.curves[i], host, i)] : []);
     this.#drawn = -1;
     this.#feed();
   }
 
-  #make(curve: Curve, i: number): uPlot {
+  #make(curve: Curve, host: HTMLElement, i: number): uPlot {
     const probe = this.renderRoot.querySelector<HTMLElement>(`#now-${i}`);
     const resolve = (name: string): string => {
       if (!probe) return "gray";
@@ -113,8 +115,7 @@ export abstract class SlamCharts extends SlamElement {
       ],
       hooks: { setCursor: [() => this.#readout()] },
     };
-    const host = this.renderRoot.querySelector<HTMLElement>(`#plot-${i}`);
-    return new uPlot(options, columns(this.store.history.columns, curve), host ?? undefined);
+    return new uPlot(options, columns(this.store.history.columns, curve), host);
   }
 
   #feed(): void {

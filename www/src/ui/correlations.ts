@@ -37,14 +37,14 @@ export class SlamCorrelations extends SlamElement {
   #tones = new Uint32Array(2 * TONES + 1);
 
   override render(): TemplateResult {
-    const { inspection, status } = this.store;
-    this.toggleAttribute("hidden", status !== null && status.method !== "line-ekf");
+    const { inspection, method } = this.store;
+    this.toggleAttribute("hidden", method !== "line-ekf");
     const n = inspection ? sizeOf(inspection) : 0;
     return html`<h2>What hangs together</h2>
-      <p>Correlation of all errors: the robot's ${inspection ? inspection.robotRows : 3} rows first, then α and r of each wall. Walls seen from one place err together, so they fill with colour as the robot goes on.</p>
+      <p>Correlation of all errors: first the robot's pose and its odometry, then α and r of each wall. Walls seen from one place err together: that is why meeting one of them again mends all.</p>
       <div id="field" tabindex="0" role="application" data-testid="correlations" data-rows=${n}
         aria-label="Correlation matrix. Arrow keys move from cell to cell." aria-describedby="readout"
-        @pointermove=${this.#point} @pointerdown=${this.#point} @pointerleave=${() => this.#choose(null)} @keydown=${this.#key} @click=${this.#pin}>
+        @pointermove=${this.#point} @pointerdown=${this.#point} @pointerleave=${this.#leave} @keydown=${this.#key} @click=${this.#pin}>
         <canvas></canvas>
         <div class="mark row chosen" id="chosen-row"></div><div class="mark column chosen" id="chosen-column"></div>
         <div class="mark row" id="row"></div><div class="mark column" id="column"></div>
@@ -130,6 +130,11 @@ export class SlamCorrelations extends SlamElement {
     this.#choose([at((event.clientY - box.top) / box.height), at((event.clientX - box.left) / box.width)]);
   }
 
+  /** A finger that is lifted still means the cell that it touched. */
+  #leave(event: PointerEvent): void {
+    if (event.pointerType === "mouse") this.#choose(null);
+  }
+
   #key(event: KeyboardEvent): void {
     const { inspection } = this.store;
     const steps: Record<string, readonly [number, number]> = { ArrowUp: [-1, 0], ArrowDown: [1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
@@ -164,8 +169,8 @@ export class SlamCorrelations extends SlamElement {
   }
 }
 
-function nameOf({ wall, symbol }: Row): TemplateResult {
-  return html`<b>${symbol}</b> of ${wall === null ? "the robot" : `wall ${wall}`}`;
+function nameOf({ symbol, owner }: Row): TemplateResult {
+  return html`<b>${symbol}</b> of ${owner}`;
 }
 
 customElements.define("slam-correlations", SlamCorrelations);

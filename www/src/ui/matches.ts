@@ -22,7 +22,7 @@ const GATE_WORDS: Readonly<Record<Gate, string>> = {
   match: "inside the gate",
   near: "between the gates",
   far: "another wall",
-  beyond: "beyond a gap",
+  beyond: "same line, another part",
 };
 
 export class SlamMatches extends SlamElement {
@@ -45,7 +45,7 @@ export class SlamMatches extends SlamElement {
       table { width: 100%; border-collapse: collapse; margin-top: 6px; font-size: 12.5px; }
       th { text-align: left; font-weight: 500; color: var(--muted); padding: 2px 0; }
       td { padding: 3px 6px 3px 0; border-top: 1px solid var(--line); vertical-align: top; }
-      td.num, th.num { text-align: right; }
+      td.num, th.num { text-align: right; white-space: nowrap; }
       tr.winner td { font-weight: 600; }
       td small { display: block; font-weight: 400; color: var(--muted); font-size: 11.5px; }
       .ruler { width: 100%; height: 34px; margin-top: 6px; overflow: visible; stroke-width: 1.5; }
@@ -60,12 +60,13 @@ export class SlamMatches extends SlamElement {
   protected override readonly topics: readonly Topic[] = ["inspection", "spot", "run"];
 
   override render(): TemplateResult {
-    const { inspection, spot, status } = this.store;
-    this.toggleAttribute("hidden", status !== null && status.method !== "line-ekf");
+    const { inspection, spot, method } = this.store;
+    this.toggleAttribute("hidden", method !== "line-ekf");
     const sightings = inspection ? sightingsOf(inspection) : [];
-    const of = spot.pinned === null ? [] : sightings.filter((s) => s.wall === spot.pinned || s.candidates.some((c) => c.wall === spot.pinned));
+    const own = sightings.filter((s) => s.wall === spot.pinned);
+    const rival = sightings.filter((s) => s.wall !== spot.pinned && s.candidates.some((c) => c.wall === spot.pinned));
     return html`<header><h2>Why this match?</h2>${spot.pinned === null ? nothing : html`<button data-testid="unpin" @click=${() => this.store.point({ pinned: null })}>All lines</button>`}</header>
-      ${spot.pinned === null ? this.#all(sightings) : this.#wall(spot.pinned, of, inspection)}`;
+      ${spot.pinned === null ? this.#all(sightings) : this.#wall(spot.pinned, [...own, ...rival], inspection)}`;
   }
 
   #all(sightings: readonly Sighting[]): TemplateResult {
@@ -105,7 +106,7 @@ export class SlamMatches extends SlamElement {
     return html`<table>
       <thead><tr><th>candidate</th><th class="num">d²</th><th class="num">Δα</th><th class="num">Δr</th></tr></thead>
       <tbody>${s.candidates.map((c) => html`<tr class=${isWinner(s, c) ? "winner" : ""} @pointerenter=${() => this.store.point({ hovered: [c.wall] })} @pointerleave=${() => this.store.point({ hovered: [] })}>
-        <td>wall ${c.wall}${isWinner(s, c) ? " ✓" : ""}<small>${GATE_WORDS[c.gate]}${c.gap > 0 ? `, gap ${fixed(c.gap, 2)} m` : ""}</small></td>
+        <td>wall ${c.wall}${isWinner(s, c) ? " ✓" : ""}<small>${GATE_WORDS[c.gate]}${c.gap > 0 ? `, ${fixed(c.gap, 2)} m apart` : ""}</small></td>
         <td class="num">${fixed(c.d2, 1)}</td>
         <td class="num">${fixed(degrees(c.deltaAlpha), 1)}°<small>σ ${fixed(degrees(c.sigmaAlpha), 1)}°</small></td>
         <td class="num">${fixed(100 * c.deltaR, 1)} cm<small>σ ${fixed(100 * c.sigmaR, 1)} cm</small></td>

@@ -22,10 +22,11 @@ export function drawGround(brush: Brush, on: Switches): void {
   brush.camera.applyTo(brush.context);
   if (on.grid) grid.draw(brush);
   grid.drawRules(brush);
+  if (on.truth) truth.drawWalls(brush);
 }
 
 const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
-  ["truth", truth.draw],
+  ["truth", truth.drawMovers],
   ["frontiers", frontiers.draw],
   ["lines", lines.draw],
   ["walls", walls.draw],

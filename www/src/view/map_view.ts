@@ -41,6 +41,7 @@ export class SlamMap extends LitElement {
       #hover[hidden] { display: none; }
       #scale { display: flex; align-items: end; gap: 8px; }
       #bar { height: 6px; border: 1.5px solid var(--ink); border-top: 0; opacity: .8; }
+      @container stage (max-width: 900px) { #foot { bottom: 92px; } }
       @media (max-width: 760px) {
         #foot { bottom: calc(var(--dock) + 10px); left: 12px; }
         #hover { display: none; }
@@ -289,7 +290,7 @@ export class SlamMap extends LitElement {
     const palette = (this.#palette ??= readPalette());
     scene.tiles.colour(palette, store.threeTones);
     const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.threeTones, JSON.stringify(store.layers)].join();
-    const ground = `${view},${scene.tiles.version}`;
+    const ground = `${view},${scene.tiles.version},${scene.truth.length}`;
     const alive = store.playing && !this.#still.matches;
     const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
     const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, time: this.#still.matches ? 0 : time, spot: store.spot, sightings: this.#sightings });

@@ -51,6 +51,14 @@ function label(context: CanvasRenderingContext2D, [x, y]: readonly [number, numb
   context.restore();
 }
 
+/** Ends of a wall, x1 y1 x2 y2, map frame, m; null where there is none of that name. */
+export function wallEnds(lines: Float64Array, id: number): number[] | null {
+  for (let i = 0; i + LINE_STRIDE <= lines.length; i += LINE_STRIDE) {
+    if (lines[i + LINE.id] === id) return [...lines.subarray(i + LINE.x1, i + LINE.y2 + 1)];
+  }
+  return null;
+}
+
 /** The wall whose seen part is nearest to a map point, if it is nearer than `reach`, m. */
 export function wallAt(lines: Float64Array, x: number, y: number, reach: number): number | null {
   let [nearest, found] = [reach, null as number | null];
