@@ -13,8 +13,8 @@ mod estimator;
 use std::str::FromStr;
 
 use crate::estimation::{
-    Correlations, EkfConfig, EkfError, Landmark, Match, ScanMatcherConfig, ScanMatcherError,
-    UpdateReport,
+    Correlations, EkfConfig, EkfError, Landmark, Match, OdometryErrors, ScanMatcherConfig,
+    ScanMatcherError, UpdateReport,
 };
 use crate::features::{LineConfig, LineError, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
@@ -196,6 +196,18 @@ impl Slam {
     pub fn explain(&self) -> Option<&UpdateReport> {
         match &self.estimator {
             Estimator::Lines { ekf, .. } => Some(ekf.report()),
+            _ => None,
+        }
+    }
+
+    /// What the filter has learned of the odometry's systematic errors, and the standard deviations of that; `None` for
+    /// methods that do not learn them.
+    #[must_use]
+    pub fn odometry_errors(&self) -> Option<[OdometryErrors; 2]> {
+        match &self.estimator {
+            Estimator::Lines { ekf, .. } => {
+                Some([ekf.odometry_errors(), ekf.odometry_error_sigmas()])
+            }
             _ => None,
         }
     }

@@ -23,7 +23,7 @@ const tones = (page: Page) => page.evaluate(() => {
   const at = (row: number, column: number) => [...pixels.subarray(4 * (row * n + column), 4 * (row * n + column) + 3)].join();
   let asymmetric = 0;
   for (let row = 0; row < n; row += 1) for (let column = 0; column < row; column += 1) asymmetric += at(row, column) === at(column, row) ? 0 : 1;
-  return { n, asymmetric, diagonal: new Set(Array.from({ length: n - 3 }, (_, i) => at(i + 3, i + 3))).size, colours: new Set(Array.from({ length: n }, (_, i) => at(n - 1, i))).size };
+  return { n, asymmetric, diagonal: new Set(Array.from({ length: n - 5 }, (_, i) => at(i + 5, i + 5))).size, colours: new Set(Array.from({ length: n }, (_, i) => at(n - 1, i))).size };
 });
 
 test('the matrix shows correlations: symmetric, ones on its diagonal, shades beside it', async ({ lab, page }) => {
@@ -43,7 +43,7 @@ test('a cell names its two walls, which light up on the map', async ({ lab, page
   const rows = Number(await matrix.getAttribute('data-rows'));
   const box = (await matrix.boundingBox())!;
   // Row: α of the third wall. Column: r of the first.
-  await page.mouse.move(box.x + (box.width * 4.5) / rows, box.y + (box.height * 7.5) / rows);
+  await page.mouse.move(box.x + (box.width * 6.5) / rows, box.y + (box.height * 9.5) / rows);
   await expect(lab.at('correlation')).toHaveText(/^[−\d.]+ between α of wall \d+ and r of wall \d+$/);
   const named = [...(await lab.at('correlation').innerText()).matchAll(/wall (\d+)/g)].map((m) => Number(m[1]));
   expect((await lab.state()).spot.hovered).toEqual(named);
@@ -91,6 +91,7 @@ test('the figures are judged, and drawn with their bands', async ({ lab }) => {
   const nis = Number(await lab.at('plot-10').innerText());
   expect(nis).toBeGreaterThan(0.2);
   expect(nis).toBeLessThan(5);
+  await expect(lab.at('learned'), 'what the walls taught of the tracks').toHaveText(/[\d.]+ ± [\d.]+ °\/m to the (left|right), a turn is\s+[\d.]+ ± [\d.]+ % (smaller|larger)/);
 });
 
 test('a method without a filter says so; a recording can be mapped again by another method', async ({ lab }) => {

@@ -22,6 +22,8 @@ pub struct Inspection {
     pub sightings: Vec<f64>,
     /// For each candidate, in the order of the sightings: landmark, d², gap (m), Δα, Δr, σ of Δα, σ of Δr (rad, m), gate.
     pub candidates: Vec<f64>,
+    /// What was learned of the odometry: curvature (rad/m) and turn scale, then their standard deviations.
+    pub odometry: Vec<f64>,
     /// Largest d² of a match.
     pub gate: f64,
     /// Smallest d² to every landmark of a new one.
@@ -42,6 +44,11 @@ impl Inspection {
             coefficients: correlations.coefficients,
             sightings: vec![],
             candidates: vec![],
+            odometry: slam
+                .odometry_errors()?
+                .into_iter()
+                .flat_map(|errors| [errors.curvature, errors.turn_scale])
+                .collect(),
             gate: association.gate,
             new_gate: association.new_gate,
             max_gap: association.max_gap,

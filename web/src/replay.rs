@@ -130,6 +130,12 @@ impl WebReplay {
         Inspection::of(self.replay.slam())
     }
 
+    /// Walls that the last scan showed to be parts of others: the one that stays and the one that goes, pair by pair.
+    #[must_use]
+    pub fn merged(&self) -> Vec<u32> {
+        view::merged(self.replay.slam())
+    }
+
     /// Whether the filter is honest, and the likeliest cause if not: a name of `Diagnosis`.
     #[must_use]
     pub fn diagnosis(&self) -> String {

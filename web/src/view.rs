@@ -107,6 +107,12 @@ pub(crate) fn map_from_robot_at_scan(slam: &Slam) -> Pose2 {
     slam.estimate().pose * slam.motion_since_scan().inverse()
 }
 
+/// Names of the walls that the last scan merged, the one that stays before the one that goes.
+pub(crate) fn merged(slam: &Slam) -> Vec<u32> {
+    let merged = slam.explain().into_iter().flat_map(|report| &report.merged);
+    merged.flat_map(|m| [m.kept.0, m.gone.0]).collect()
+}
+
 /// For each wall: alpha, r, var alpha, cov alpha r, var r, x1, y1, x2, y2, matched in the last scan, confirmed, name.
 fn lines(slam: &Slam) -> Vec<f64> {
     let is_matched = |id| slam.matches().iter().any(|m| m.landmark == id);

@@ -31,15 +31,23 @@ export interface Sighting {
 export interface Row {
   wall: number | null;
   symbol: string;
+  /** Whose number it is, in words. */
+  owner: string;
 }
 
-const ROBOT_SYMBOLS = ["x", "y", "θ"];
+/** The robot's rows: its pose, then what its odometry errs always. */
+const ROBOT_ROWS: readonly Row[] = [
+  ...["x", "y", "θ"].map((symbol) => ({ wall: null, symbol, owner: "the robot" })),
+  { wall: null, symbol: "curvature", owner: "the odometry" },
+  { wall: null, symbol: "turn scale", owner: "the odometry" },
+];
 
 export function rowOf(inspection: Inspection, index: number): Row {
   const { robotRows, landmarks } = inspection;
-  if (index < robotRows) return { wall: null, symbol: ROBOT_SYMBOLS[index] ?? `odometry ${index - ROBOT_SYMBOLS.length + 1}` };
+  if (index < robotRows) return ROBOT_ROWS[index] ?? { wall: null, symbol: `state ${index + 1}`, owner: "the robot" };
   const at = index - robotRows;
-  return { wall: landmarks[Math.floor(at / 2)] ?? null, symbol: at % 2 === 0 ? "α" : "r" };
+  const wall = landmarks[Math.floor(at / 2)] ?? null;
+  return { wall, symbol: at % 2 === 0 ? "α" : "r", owner: `wall ${wall}` };
 }
 
 /** The first of the two rows of a wall; null where the matrix has none. */

@@ -4,13 +4,17 @@
 // most one frame for each picture drawn: the page answers a frame with `drawn`, and only then the next one is sent.
 // All geometry is in the map frame (m, rad, x forward and y left of the robot's start pose), also the truth.
 
-export type SensorName = "lidar" | "rangers";
+/** One of `Answer.ready.sensors`. */
+export type SensorName = string;
 export type MethodName = "line-ekf" | "scan-matching";
 export type ModeName = "manual" | "goto" | "explore";
 export type SourceKind = "sim" | "replay";
 
-/** Worlds that come with the module, but for `campus`: what of its 9 hectares can be reached takes minutes to find out. */
-export const WORLDS = ["office", "arena", "doors", "corridor", "loop", "maze", "lab", "crowd", "warehouse"] as const;
+/** A name that the module knows, and what a person calls it. */
+export interface Named {
+  name: string;
+  title: string;
+}
 
 /** What a simulated run starts from; the same setup gives the same bits. */
 export interface Setup {
@@ -164,6 +168,10 @@ export const SIGHTING_STRIDE = 7;
 export const CANDIDATE = { landmark: 0, d2: 1, gap: 2, deltaAlpha: 3, deltaR: 4, sigmaAlpha: 5, sigmaR: 6, gate: 7 } as const;
 export const CANDIDATE_STRIDE = 8;
 
+/** Places of what is learned of the odometry: turn in a drive that it takes for straight, rad/m; part by which a turn is larger than
+ * it says; and their standard deviations. */
+export const ODOMETRY = { curvature: 0, turnScale: 1, curvatureSigma: 2, turnScaleSigma: 3 } as const;
+
 /** The line filter after the last scan. */
 export interface Inspection {
   /** Rows of the matrix that belong to the robot; two for each landmark follow, α and r. */
@@ -176,6 +184,8 @@ export interface Inspection {
   sightings: Float64Array;
   /** What they were compared with, in the same order, see CANDIDATE. */
   candidates: Float64Array;
+  /** What the filter learned of its odometry, see ODOMETRY. */
+  odometry: Float64Array;
   /** Largest d² of a match, and smallest of a new wall. */
   gate: number;
   newGate: number;
@@ -238,7 +248,8 @@ export interface SavedFile {
 }
 
 export type Answer =
-  | { kind: "ready" }
+  /** The module is there, with these worlds and sensors. */
+  | { kind: "ready"; worlds: string[]; sensors: Named[] }
   | { kind: "started"; run: number; source: SourceKind; title: string; method: MethodName; setup: Setup | null; playing: boolean }
   | Frame
   /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands still meanwhile. */
@@ -255,7 +266,7 @@ export function transferables(frame: Frame): ArrayBuffer[] {
   const arrays = [
     frame.grid?.index, frame.grid?.cells, frame.scan, frame.lines, frame.truth, frame.movers, frame.path, frame.rawPath, frame.tree,
     frame.frontiers, frame.trail, frame.samples, frame.inspection?.landmarks, frame.inspection?.coefficients, frame.inspection?.sightings,
-    frame.inspection?.candidates,
+    frame.inspection?.candidates, frame.inspection?.odometry,
   ];
   const buffers = new Set<ArrayBuffer>();
   for (const array of arrays) {

@@ -3,8 +3,8 @@
 // It paces the source (simulated seconds for each second), works in slices short enough that every message is heard within
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
-import init, { WebExperiment, WebLogReader } from "../pkg/slamlab_web.js";
-import { type Answer, type Clock, type Command, type Inspection, type MethodName, transferables } from "./protocol.js";
+import init, { WebExperiment, WebLogReader, sensor_names, world_names } from "../pkg/slamlab_web.js";
+import { type Answer, type Clock, type Command, type Inspection, type MethodName, type Named, transferables } from "./protocol.js";
 import { ReplaySource } from "./source/replay.js";
 import { SimSource } from "./source/sim.js";
 import type { Source } from "./source/source.js";
@@ -162,11 +162,13 @@ function show(): void {
   pageReady = false;
   stale = false;
   seq += 1;
+  // The numbers of the moment count what the change has just fetched.
+  const change = source.change();
   const moment = source.moment();
   const elapsed = source.kind === "replay" ? (performance.now() - began) / 1000 : NaN;
   const remaining = moment.progress > 0.005 ? (elapsed * (1 - moment.progress)) / moment.progress : NaN;
   const status = { ...moment, realTimeFactor: playing ? pace.factor : NaN, remaining };
-  const frame = { kind: "frame", run, seq, clock: clock(), status, ...source.change(), inspection: inspection(source, now) } as const;
+  const frame = { kind: "frame", run, seq, clock: clock(), status, ...change, inspection: inspection(source, now) } as const;
   post(frame, transferables(frame));
 }
 
@@ -305,6 +307,12 @@ self.onmessage = async (event: MessageEvent<Command>) => {
   }
 };
 
-module.then(() => post({ kind: "ready" }), (error: unknown) => {
+/** Names and titles come from the module one after the other. */
+function sensors(): Named[] {
+  const names = sensor_names();
+  return names.flatMap((name, i) => (i % 2 === 0 ? [{ name, title: names[i + 1] ?? name }] : []));
+}
+
+module.then(() => post({ kind: "ready", worlds: world_names(), sensors: sensors() }), (error: unknown) => {
   fail(new Error(`The simulator could not be loaded: ${wordsOf(error)}. Reload the page.`));
 });

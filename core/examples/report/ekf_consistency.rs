@@ -89,6 +89,12 @@ fn summarise(
     outcome.figure(key("wrong_matches"), total(&|l| l.wrong_matches));
     outcome.figure(key("merges"), total(&|l| l.merged));
     outcome.figure(key("wrong_merges"), total(&|l| l.wrong_merges));
+    let having = |what: &dyn Fn(&Listener) -> bool| -> Vec<u64> {
+        let chosen = listeners.iter().filter(|l| what(l));
+        chosen.map(|l| l.seed).collect()
+    };
+    outcome.figure(key("seeds_with_duplicates"), having(&|l| l.duplicates > 0));
+    outcome.figure(key("seeds_with_ate_over_0.1_m"), having(&|l| l.ate > 0.1));
     outcome.figure(key("confirmed_walls_mean"), mean(&|l| l.confirmed as f64));
     over_scans
 }

@@ -86,6 +86,7 @@ pub(crate) const OFFICE: Tour = Tour {
 /// What one filter did on a tour.
 #[derive(Default)]
 pub(crate) struct Listener {
+    pub(crate) seed: u64,
     /// NEES of the pose at each scan.
     pub(crate) nees: Vec<f64>,
     pub(crate) ate: f64,
@@ -136,7 +137,13 @@ pub(crate) fn drive(tour: &Tour, seed: u64, configs: &[EkfConfig]) -> Result<Vec
         truth: vec![],
         filters: configs
             .iter()
-            .map(|config| (EkfSlam::new(*config), Listener::default()))
+            .map(|config| {
+                let listener = Listener {
+                    seed,
+                    ..Listener::default()
+                };
+                (EkfSlam::new(*config), listener)
+            })
             .collect(),
     };
     let mut route: VecDeque<_> = tour

@@ -31,6 +31,7 @@ mod correct;
 mod correlations;
 mod expect;
 mod input;
+mod joint;
 mod landmark;
 mod merge;
 mod motion;
@@ -42,12 +43,14 @@ mod tests;
 
 use nalgebra::{Matrix2, Matrix3, Matrix5, Point2};
 
-use self::input::{check_feature, check_odometry};
+pub(super) use self::input::{check_feature, check_odometry};
 use self::landmark::Entry;
-use self::robot_state::{POSE, ROBOT, RobotState};
+pub(super) use self::robot_state::RobotState;
+use self::robot_state::{POSE, ROBOT};
 use self::sweep::{as_seen, order};
+use super::covariance::Covariance;
 use super::triangle::SymmetricMatrix;
-use crate::association::{Candidate, Choice, choose};
+use crate::association::{AssociationMethod, Candidate, Choice, choose, choose_paired};
 use crate::features::LineFeature;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::robot::Odometry;
@@ -79,18 +82,24 @@ pub struct EkfSlam {
     pending: Vec<Odometry>,
     ahead: RobotState,
     landmarks: Vec<Entry>,
-    cov: SymmetricMatrix,
+    cov: Covariance,
     next_id: u32,
     scans: u32,
     scratch: Scratch,
     report: UpdateReport,
 }
 
+/// P Hᵀ L⁻ᵀ, two columns.
+#[derive(Clone, Debug, Default)]
+struct Gain {
+    first: Vec<f64>,
+    second: Vec<f64>,
+}
+
 /// Buffers kept between updates.
 #[derive(Clone, Debug, Default)]
 struct Scratch {
-    /// P Hᵀ L⁻ᵀ, one row for each state.
-    gain: Vec<[f64; 2]>,
+    gain: Gain,
     order: Vec<usize>,
     candidates: Vec<Candidate>,
 }
@@ -108,7 +117,7 @@ impl EkfSlam {
             pending: vec![],
             ahead,
             landmarks: vec![],
-            cov: SymmetricMatrix::from_fn(ROBOT, |row, column| ahead.cov[(row, column)]),
+            cov: Covariance::new(&ahead.cov),
             next_id: 0,
             scans: 0,
             scratch: Scratch::default(),
@@ -126,6 +135,16 @@ impl EkfSlam {
     #[must_use]
     pub fn odometry_errors(&self) -> OdometryErrors {
         self.errors
+    }
+
+    /// Standard deviations of [`Self::odometry_errors`].
+    #[must_use]
+    pub fn odometry_error_sigmas(&self) -> OdometryErrors {
+        let sigma = |row: usize| self.cov.get(row, row).max(0.0).sqrt();
+        OdometryErrors {
+            curvature: sigma(POSE),
+            turn_scale: sigma(POSE + 1),
+        }
     }
 
     /// All landmarks in the order of the state, those not yet confirmed too.
@@ -147,7 +166,7 @@ impl EkfSlam {
     /// [`Self::landmarks`], r signed and counted from each landmark's anchor.
     #[must_use]
     pub fn covariance(&self) -> &SymmetricMatrix {
-        &self.cov
+        self.cov.settled()
     }
 
     /// What the last scan did, and why.
@@ -184,6 +203,13 @@ impl EkfSlam {
         let end = sweep.stamp.seconds();
         let moved = self.motion_until(end).motion != Pose2::identity();
         order(features, sweep, &mut scratch.order);
+        let paired = match (self.config.association.method, scratch.order.first()) {
+            (AssociationMethod::Joint, Some(&first)) => {
+                self.advance_to(end - features.get(first).map_or(0.0, |f| sweep.age_of(f)));
+                Some(self.pair_jointly(features, sweep))
+            }
+            _ => None,
+        };
         for &index in &scratch.order {
             let Some(feature) = features.get(index) else {
                 continue;
@@ -197,8 +223,11 @@ impl EkfSlam {
             let rest = self.motion_until(end);
             let feature = as_seen(feature, &rest, sweep);
             let (before, known) = (self.pose, report.matches.len());
+            let paired = paired
+                .as_ref()
+                .map(|paired| paired.get(index).copied().flatten());
             self.take_in(
-                index,
+                (index, paired),
                 &feature,
                 &mut scratch.candidates,
                 &mut scratch.gain,
@@ -218,6 +247,7 @@ impl EkfSlam {
         self.merge_all(&mut scratch.gain, &mut report);
         self.scratch = scratch;
         self.forget(&mut report);
+        self.cov.settle();
         self.ahead = RobotState {
             pose: self.pose,
             errors: self.errors,
@@ -230,13 +260,14 @@ impl EkfSlam {
         Ok(&self.report)
     }
 
-    /// Steps 3 and 4 for one line, in the robot frame of the state.
+    /// Steps 3 and 4 for one line, in the robot frame of the state: its number, and its landmark where all lines of the scan were
+    /// matched together.
     fn take_in(
         &mut self,
-        index: usize,
+        (index, paired): (usize, Option<Option<usize>>),
         seen: &LineFeature,
         candidates: &mut Vec<Candidate>,
-        gain: &mut Vec<[f64; 2]>,
+        gain: &mut Gain,
         report: &mut UpdateReport,
     ) {
         candidates.clear();
@@ -246,7 +277,12 @@ impl EkfSlam {
                 report.consider(considered);
             }
         }
-        let verdict = match choose(candidates, &self.config.association) {
+        let config = &self.config.association;
+        let choice = match paired {
+            Some(landmark) => choose_paired(candidates, landmark, config),
+            None => choose(candidates, config),
+        };
+        let verdict = match choice {
             Choice::Match(found) => self.recognise(index, &found, seen, gain, report),
             Choice::Ambiguous => Verdict::Rejected(Rejection::Ambiguous),
             Choice::Near => Verdict::Rejected(Rejection::OutsideGate),
@@ -265,7 +301,7 @@ impl EkfSlam {
         feature: usize,
         found: &Candidate,
         seen: &LineFeature,
-        gain: &mut Vec<[f64; 2]>,
+        gain: &mut Gain,
         report: &mut UpdateReport,
     ) -> Verdict {
         if self.is_taken(found.index, seen) {

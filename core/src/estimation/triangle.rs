@@ -4,6 +4,11 @@
 //! touches half of the numbers a full matrix would have; and symmetry needs no care, because there is only one of
 //! each pair.
 
+/// Columns that are updated together: as many as the registers hold.
+pub(super) const TILE: usize = 16;
+/// Rows that are updated before the next ones are read: as many as a processor reads ahead at a time.
+const ROWS: usize = 16;
+
 /// Lower triangle of a symmetric matrix, packed by rows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SymmetricMatrix {
@@ -58,7 +63,6 @@ impl SymmetricMatrix {
 
     /// The elements of `row` up to the diagonal.
     #[inline]
-    #[cfg(test)]
     pub(super) fn row(&self, row: usize) -> &[f64] {
         let start = row * (row + 1) / 2;
         self.packed.get(start..=start + row).unwrap_or(&[])
@@ -102,11 +106,104 @@ impl SymmetricMatrix {
         self.n -= 2;
     }
 
-    /// P -= a aᵀ + b bᵀ, with (a, b) the rows of `w`: one pass over the triangle.
-    pub(super) fn subtract_rank2(&mut self, w: &[[f64; 2]]) {
-        for (row, wi) in self.rows_mut(0).zip(w) {
-            for (element, wj) in row.iter_mut().zip(w) {
-                *element -= wi[0] * wj[0] + wi[1] * wj[1];
+    /// The whole column, top to bottom: its part above the diagonal is the row of the same number.
+    pub(super) fn column(&self, column: usize) -> impl Iterator<Item = f64> {
+        let above = self.row(column).iter().copied();
+        let below = (column + 1..self.n).map(move |row| row * (row + 1) / 2 + column);
+        above.chain(below.map(|at| self.packed.get(at).copied().unwrap_or(f64::NAN)))
+    }
+
+    /// P -= Σ w wᵀ for the vectors that stand one after another in `vectors`, n numbers each: one pass over the triangle.
+    /// `tiles` is memory to work in.
+    pub(super) fn subtract_outer(&mut self, vectors: &[f64], tiles: &mut Vec<[f64; TILE]>) {
+        // With the widest vector instructions of the machine; products and sums are rounded one by one in each, so the bits are
+        // the same.
+        let arch = pulp::Arch::new();
+        match vectors.len() / self.n.max(1) {
+            0 => {}
+            2 => arch.dispatch(|| self.subtract_two(vectors)),
+            rank => {
+                pack(vectors, self.n, rank, tiles);
+                arch.dispatch(|| self.subtract_tiles(rank, tiles));
+            }
+        }
+    }
+
+    /// Two vectors: each row in one go, as fast as memory gives it.
+    #[inline(always)]
+    fn subtract_two(&mut self, vectors: &[f64]) {
+        let (a, b) = vectors.split_at(self.n);
+        let mut rest = self.packed.as_mut_slice();
+        for (row, (a_row, b_row)) in a.iter().zip(b).enumerate() {
+            let Some((elements, next)) = rest.split_at_mut_checked(row + 1) else {
+                return;
+            };
+            rest = next;
+            for ((element, a), b) in elements.iter_mut().zip(a).zip(b) {
+                *element -= a_row * a + b_row * b;
+            }
+        }
+    }
+
+    /// More vectors: some rows at a time, tile by tile, so that the part of the vectors in use stays in the first cache, and the
+    /// part of a row in registers while all vectors are taken off.
+    #[inline(always)]
+    fn subtract_tiles(&mut self, rank: usize, tiles: &[[f64; TILE]]) {
+        for first in (0..self.n).step_by(ROWS) {
+            let last = (first + ROWS).min(self.n);
+            for (number, tile) in tiles.chunks_exact(rank).enumerate() {
+                let column = number * TILE;
+                if column >= last {
+                    break;
+                }
+                for row in first.max(column)..last {
+                    let start = row * (row + 1) / 2;
+                    let end = (row + 1).min(column + TILE);
+                    let own = row / TILE * rank;
+                    let (Some(elements), Some(own)) = (
+                        self.packed.get_mut(start + column..start + end),
+                        tiles.get(own..own + rank),
+                    ) else {
+                        return;
+                    };
+                    subtract_tile(elements, own, row % TILE, tile);
+                }
+            }
+        }
+    }
+}
+
+/// Sorts vectors of `n` numbers by tiles: the first 16 numbers of each vector, the next 16 of each, …; zeros at the end.
+fn pack(vectors: &[f64], n: usize, rank: usize, tiles: &mut Vec<[f64; TILE]>) {
+    tiles.clear();
+    tiles.resize(n.div_ceil(TILE) * rank, [0.0; TILE]);
+    for (k, w) in vectors.chunks_exact(n).enumerate() {
+        let own = tiles.iter_mut().skip(k).step_by(rank);
+        for (lanes, part) in own.zip(w.chunks(TILE)) {
+            for (lane, value) in lanes.iter_mut().zip(part) {
+                *lane = *value;
+            }
+        }
+    }
+}
+
+/// Takes the products of number `lane` of the vectors in `own` with `tile` off some elements of a row.
+#[inline(always)]
+fn subtract_tile(elements: &mut [f64], own: &[[f64; TILE]], lane: usize, tile: &[[f64; TILE]]) {
+    let pairs = own.iter().zip(tile).map(|(own, w)| (own[lane % TILE], w));
+    if let Ok(elements) = <&mut [f64; TILE]>::try_from(&mut *elements) {
+        // All lanes at once: the compiler keeps them in registers.
+        let mut lanes = *elements;
+        for (scale, w) in pairs {
+            for (lane, w) in lanes.iter_mut().zip(w) {
+                *lane -= scale * w;
+            }
+        }
+        *elements = lanes;
+    } else {
+        for (scale, w) in pairs {
+            for (element, w) in elements.iter_mut().zip(w) {
+                *element -= scale * w;
             }
         }
     }
@@ -133,13 +230,21 @@ mod tests {
 
     proptest! {
         #[test]
-        fn rank_two_update_is_the_dense_one(n in 2..12_usize, seed in prop::collection::vec((-2.0..2.0_f64, -2.0..2.0_f64), 12)) {
-            let w: Vec<[f64; 2]> = seed.iter().take(n).map(|&(a, b)| [a, b]).collect();
+        fn outer_products_are_the_dense_ones(n in 1..70_usize, rank in 0..40_usize, seed in prop::collection::vec(-2.0..2.0_f64, 97)) {
+            let vectors: Vec<f64> = (0..n * rank).map(|i| seed[(i * 31) % 97]).collect();
             let mut m = filled(n);
-            let full = DMatrix::from_fn(n, 2, |i, j| w[i][j]);
+            let full = DMatrix::from_column_slice(n, rank, &vectors);
             let expect = dense(&m) - &full * full.transpose();
-            m.subtract_rank2(&w);
+            m.subtract_outer(&vectors, &mut vec![]);
             prop_assert!((dense(&m) - expect).norm() < 1e-9);
+        }
+
+        #[test]
+        fn column_is_that_of_the_dense_matrix(n in 1..12_usize, column in 0..12_usize) {
+            prop_assume!(column < n);
+            let m = filled(n);
+            let expect: Vec<f64> = dense(&m).column(column).iter().copied().collect();
+            prop_assert_eq!(m.column(column).collect::<Vec<_>>(), expect);
         }
 
         #[test]

@@ -110,7 +110,7 @@ impl Simulation {
         seed: u64,
     ) -> Result<Self, SimError> {
         check_robot(&robot)?;
-        sensor.validate()?;
+        let at_work = Sensor::new(&sensor)?;
         if let Err(source) = world.validate(robot.radius()) {
             return Err(SimError::World {
                 name: world.name,
@@ -134,7 +134,7 @@ impl Simulation {
             walkers,
             body: Body::new(&robot, &world.start, &mut motion_rng),
             drive: Drive::new(&robot, &mut motion_rng)?,
-            sensor: Sensor::new(&sensor),
+            sensor: at_work,
             motion_rng,
             sensor_rng,
             steps: 0,

@@ -61,9 +61,9 @@ export abstract class Run<Module extends WebExperiment | WebReplay> implements S
   inspect(): Inspection | null {
     const inside = this.module.inspect();
     if (!inside) return null;
-    const { robot_rows: robotRows, landmarks, coefficients, sightings, candidates, gate, new_gate: newGate, max_gap: maxGap } = inside;
+    const { robot_rows: robotRows, landmarks, coefficients, sightings, candidates, odometry, gate, new_gate: newGate, max_gap: maxGap } = inside;
     inside.free();
-    return { robotRows, landmarks, coefficients, sightings, candidates, gate, newGate, maxGap };
+    return { robotRows, landmarks, coefficients, sightings, candidates, odometry, gate, newGate, maxGap };
   }
 
   close(): void {
@@ -86,6 +86,10 @@ export abstract class Run<Module extends WebExperiment | WebReplay> implements S
 
   /** Keeps what the plots need of the scan just taken in. */
   protected sample(s: RunStatus, scanMillis: number, explored: number): void {
+    const merged = this.module.merged();
+    for (let i = 0; i + 1 < merged.length; i += 2) {
+      this.note("info", `Wall ${merged[i + 1]} turned out to be a part of wall ${merged[i]}: one wall from now on`, "merged");
+    }
     this.#samples.add({
       time: s.time,
       positionError: Math.hypot(s.x - s.truth_x, s.y - s.truth_y),

@@ -1,9 +1,10 @@
 // Is the filter honest? Its two figures with their bands, and a sentence that names the likely cause where they leave them.
 
-import { css, html, type TemplateResult } from "lit";
-import { type DiagnosisName, SAMPLE } from "../protocol.js";
+import { css, html, nothing, type TemplateResult } from "lit";
+import { type DiagnosisName, ODOMETRY, SAMPLE } from "../protocol.js";
 import type { Topic } from "../store.js";
 import { type Curve, SlamCharts } from "./charts.js";
+import { degrees, fixed } from "./format.js";
 
 interface Words {
   level: "good" | "warn" | "plain";
@@ -28,12 +29,14 @@ export class SlamConsistency extends SlamCharts {
       .verdict { padding: 10px 12px; margin: 0 0 12px; border-radius: 12px; background: var(--sunk); border: 1px solid var(--line); border-left: 5px solid var(--line-strong); }
       .verdict.good { border-left-color: var(--good); }
       .verdict.warn { border-left-color: var(--warn); }
+      .learned { margin: 0 0 12px; font-size: 12.5px; color: var(--muted); }
+      .learned b { font-weight: 500; color: var(--ink); white-space: nowrap; }
       .verdict b { display: block; font-weight: 600; }
       .verdict span { font-size: 12.5px; color: var(--muted); }
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["theme", "run", "moment"];
+  protected override readonly topics: readonly Topic[] = ["theme", "run", "moment", "inspection"];
   protected override readonly curves: readonly Curve[] = [
     { title: "NEES", meaning: "Normalised estimation error squared of the pose, mean of 25 scans: 3 is honest. Needs the truth, so only a simulation has it.", unit: "",
       value: SAMPLE.nees, bounds: [SAMPLE.neesHigh, SAMPLE.neesLow], key: "95 % of χ²", digits: 2, colour: "estimate" },
@@ -49,7 +52,20 @@ export class SlamConsistency extends SlamCharts {
     const words = WORDS[status?.diagnosis ?? "collecting"];
     return html`<h2>Is the filter honest?</h2>
       <p class="verdict ${words.level}" data-testid="diagnosis"><b>${words.verdict}</b><span>${words.why}</span></p>
+      ${this.#learned()}
       ${super.render()}`;
+  }
+
+  /** What the walls taught the filter of the wheels. */
+  #learned(): TemplateResult | typeof nothing {
+    const { inspection } = this.store;
+    if (!inspection) return nothing;
+    const at = (place: number): number => inspection.odometry[place] ?? NaN;
+    const bend = at(ODOMETRY.curvature);
+    const stretch = at(ODOMETRY.turnScale);
+    return html`<p class="learned" data-testid="learned">Learned of its tracks: a straight drive bends by
+      <b class="num">${fixed(degrees(Math.abs(bend)), 2)} ± ${fixed(degrees(at(ODOMETRY.curvatureSigma)), 2)} °/m</b> to the ${bend < 0 ? "right" : "left"}, a turn is
+      <b class="num">${fixed(100 * Math.abs(stretch), 1)} ± ${fixed(100 * at(ODOMETRY.turnScaleSigma), 1)} %</b> ${stretch < 0 ? "smaller" : "larger"} than they say.</p>`;
   }
 }
 

@@ -41,7 +41,7 @@ export class SlamCorrelations extends SlamElement {
     this.toggleAttribute("hidden", method !== "line-ekf");
     const n = inspection ? sizeOf(inspection) : 0;
     return html`<h2>What hangs together</h2>
-      <p>Correlation of all errors: the robot's ${inspection ? inspection.robotRows : 3} rows first, then α and r of each wall. Walls seen from one place err together, so they fill with colour as the robot goes on.</p>
+      <p>Correlation of all errors: first the robot's pose and its odometry, then α and r of each wall. Walls seen from one place err together: that is why meeting one of them again mends all.</p>
       <div id="field" tabindex="0" role="application" data-testid="correlations" data-rows=${n}
         aria-label="Correlation matrix. Arrow keys move from cell to cell." aria-describedby="readout"
         @pointermove=${this.#point} @pointerdown=${this.#point} @pointerleave=${this.#leave} @keydown=${this.#key} @click=${this.#pin}>
@@ -169,8 +169,8 @@ export class SlamCorrelations extends SlamElement {
   }
 }
 
-function nameOf({ wall, symbol }: Row): TemplateResult {
-  return html`<b>${symbol}</b> of ${wall === null ? "the robot" : `wall ${wall}`}`;
+function nameOf({ symbol, owner }: Row): TemplateResult {
+  return html`<b>${symbol}</b> of ${owner}`;
 }
 
 customElements.define("slam-correlations", SlamCorrelations);

@@ -2,21 +2,17 @@
 
 use nalgebra::{Matrix2, Vector2};
 
+use super::super::covariance::Column;
 use super::super::line_model::place;
 use super::expect::from_anchor;
 use super::landmark::{Entry, hull};
-use super::{Consistency, EkfSlam, LandmarkId, POSE, ROBOT, UpdateReport};
+use super::{Consistency, EkfSlam, Gain, LandmarkId, POSE, ROBOT, UpdateReport};
 use crate::features::LineFeature;
 use crate::geom::{Pose2, wrap};
 
 impl EkfSlam {
     /// Step 3. Tells whether it could: where Z is not positive definite, the state is left alone.
-    pub(super) fn correct(
-        &mut self,
-        landmark: usize,
-        seen: &LineFeature,
-        gain: &mut Vec<[f64; 2]>,
-    ) -> bool {
+    pub(super) fn correct(&mut self, landmark: usize, seen: &LineFeature, gain: &mut Gain) -> bool {
         let expected = self.expect(landmark);
         let Some(innovation) = self.innovation(&expected, seen) else {
             return false;
@@ -45,8 +41,8 @@ impl EkfSlam {
         &mut self,
         v: &Vector2<f64>,
         z: &Matrix2<f64>,
-        columns: &[(usize, [f64; 2])],
-        gain: &mut Vec<[f64; 2]>,
+        columns: &[Column],
+        gain: &mut Gain,
     ) -> bool {
         let l00 = z[(0, 0)].sqrt();
         let l10 = z[(1, 0)] / l00;
@@ -55,32 +51,27 @@ impl EkfSlam {
             return false;
         }
         let whitened = [v.x / l00, (v.y - l10 * v.x / l00) / l11];
-        gain.clear();
-        gain.extend((0..self.cov.n()).map(|row| {
-            let (mut a, mut b) = (0.0, 0.0);
-            for (state, h) in columns {
-                let p = self.cov.get(row, *state);
-                a += h[0] * p;
-                b += h[1] * p;
-            }
-            [a / l00, (b - l10 * a / l00) / l11]
-        }));
-        let shift = |w: &[f64; 2]| w[0] * whitened[0] + w[1] * whitened[1];
-        if let [x, y, turn, curvature, scale, lines @ ..] = gain.as_slice() {
-            self.pose = Pose2::new(
-                self.pose.x() + shift(x),
-                self.pose.y() + shift(y),
-                self.pose.heading() + shift(turn),
-            );
-            self.errors.curvature += shift(curvature);
-            self.errors.turn_scale += shift(scale);
-            for (entry, w) in self.landmarks.iter_mut().zip(lines.chunks_exact(2)) {
-                if let [alpha, r] = w {
-                    entry.line = [wrap(entry.line[0] + shift(alpha)), entry.line[1] + shift(r)];
-                }
-            }
+        let Gain { first, second } = gain;
+        self.cov.product(columns, first, second);
+        for (a, b) in first.iter_mut().zip(second.iter_mut()) {
+            (*a, *b) = (*a / l00, (*b - l10 * *a / l00) / l11);
         }
-        self.cov.subtract_rank2(gain);
+        let mut shifts = first
+            .iter()
+            .zip(second.iter())
+            .map(|(a, b)| a * whitened[0] + b * whitened[1]);
+        let mut shift = || shifts.next().unwrap_or(0.0);
+        self.pose = Pose2::new(
+            self.pose.x() + shift(),
+            self.pose.y() + shift(),
+            self.pose.heading() + shift(),
+        );
+        self.errors.curvature += shift();
+        self.errors.turn_scale += shift();
+        for entry in &mut self.landmarks {
+            entry.line = [wrap(entry.line[0] + shift()), entry.line[1] + shift()];
+        }
+        self.cov.subtract(first, second);
         true
     }
 
@@ -131,8 +122,7 @@ impl EkfSlam {
         let alpha_row: Vec<f64> = row(0).chain([corner[(0, 0)]]).collect();
         let mixed = 0.5 * (corner[(0, 1)] + corner[(1, 0)]);
         let r_row: Vec<f64> = row(1).chain([mixed, corner[(1, 1)]]).collect();
-        self.cov.push_row(alpha_row);
-        self.cov.push_row(r_row);
+        self.cov.push_pair([alpha_row, r_row]);
         let id = LandmarkId(self.next_id);
         self.next_id += 1;
         self.landmarks.push(Entry {

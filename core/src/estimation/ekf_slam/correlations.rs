@@ -22,7 +22,7 @@ impl EkfSlam {
     #[must_use]
     pub fn correlations(&self) -> Correlations {
         let n = self.cov.n();
-        let cell = |i: usize| self.cov.correlation(i / n, i % n) as f32;
+        let cell = |i: usize| self.covariance().correlation(i / n, i % n) as f32;
         Correlations {
             n,
             first_landmark: super::ROBOT,

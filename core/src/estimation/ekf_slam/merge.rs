@@ -13,12 +13,12 @@
 use nalgebra::{Matrix2, Point2, SMatrix, Vector2};
 
 use super::landmark::{Entry, hull};
-use super::{Consistency, EkfSlam, Merged, ROBOT, UpdateReport};
+use super::{Consistency, EkfSlam, Gain, Merged, ROBOT, UpdateReport};
 use crate::features::LineFeature;
 use crate::geom::{sin_cos, wrap};
 
 /// Parts of one wall in one scan may overlap by so much, m, as a corner's last beam is shared.
-const SHARED: f64 = 0.1;
+pub(super) const SHARED: f64 = 0.1;
 
 /// How two landmarks differ.
 struct Difference {
@@ -45,7 +45,7 @@ impl EkfSlam {
     }
 
     /// Step 5, for each landmark that this scan saw.
-    pub(super) fn merge_all(&mut self, gain: &mut Vec<[f64; 2]>, report: &mut UpdateReport) {
+    pub(super) fn merge_all(&mut self, gain: &mut Gain, report: &mut UpdateReport) {
         let mut seen = self.landmarks.len();
         // From the youngest on, so that those still to come keep their places.
         while let Some(landmark) = seen.checked_sub(1) {
@@ -148,7 +148,7 @@ impl EkfSlam {
         landmark: usize,
         other: usize,
         difference: &Difference,
-        gain: &mut Vec<[f64; 2]>,
+        gain: &mut Gain,
         report: &mut UpdateReport,
     ) {
         // What is measured is zero: less than expected by the difference.

@@ -1,7 +1,7 @@
 //! Steps 1 and 2: the state moves by odometry, as far as the instant at which a line was seen.
 
 use super::robot_state::Step;
-use super::{Consistency, EkfSlam, ROBOT};
+use super::{Consistency, EkfSlam};
 use crate::robot::{Odometry, Stamp};
 
 impl EkfSlam {
@@ -14,21 +14,7 @@ impl EkfSlam {
             Consistency::FirstEstimates => self.predicted,
         };
         let step = Step::new(&self.pose, &self.errors, odometry, from);
-        let robot_cov = step.covariance(&self.robot_cov());
-        for row in 0..ROBOT {
-            for column in 0..=row {
-                self.cov.set(row, column, robot_cov[(row, column)]);
-            }
-        }
-        // F is the identity but for what turns and stretches the step.
-        let f = &step.by_robot;
-        for row in self.cov.rows_mut(ROBOT) {
-            if let [x, y, turn, curvature, scale, ..] = row {
-                *x += f[(0, 2)] * *turn + f[(0, 3)] * *curvature + f[(0, 4)] * *scale;
-                *y += f[(1, 2)] * *turn + f[(1, 3)] * *curvature + f[(1, 4)] * *scale;
-                *turn += f[(2, 3)] * *curvature + f[(2, 4)] * *scale;
-            }
-        }
+        self.cov.advance(&step.by_robot, |own| step.covariance(own));
         self.pose = step.pose;
         self.predicted = step.pose.position();
     }
