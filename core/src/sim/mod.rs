@@ -10,6 +10,7 @@
 //! | `motor` | a motor that turns: inertia, current, dry friction |
 //! | `response` | how motors and controller answer a step or a load, in time series |
 //! | `body` | from track motion to true motion: slip, collision, contacts, bumpers |
+//! | `battery` | volts that sag with the load and fall with time |
 //! | `movers` | discs that walk along way-points |
 //! | `sensors/` | lidars, infra-red rangers on a servo, sonars |
 //! | `reachable` | what can be explored at all: the denominator of "explored fraction" |
@@ -17,6 +18,7 @@
 //! One seed, one world and one list of commands give the same bits everywhere. Motion and sensors draw from separate
 //! streams of ChaCha8, so that changing the sensor does not change how the tracks slip.
 
+mod battery;
 mod body;
 mod cast;
 mod drive;
@@ -30,6 +32,7 @@ mod simulation;
 mod world;
 pub mod worlds;
 
+pub use battery::BatteryModel;
 pub use body::Bumpers;
 pub use cast::{Caster, Fan, Hit};
 pub use reachable::{ReachableArea, reachable_area};

@@ -9,6 +9,7 @@ use std::collections::VecDeque;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use super::battery::{Battery, BatteryModel};
 use super::body::{Body, Bumpers};
 use super::drive::Drive;
 use super::movers::Walker;
@@ -71,6 +72,7 @@ pub struct Simulation {
     movers: Vec<Disc>,
     drive: Drive,
     body: Body,
+    battery: Battery,
     sensor: Sensor,
     motion_rng: ChaCha8Rng,
     sensor_rng: ChaCha8Rng,
@@ -134,6 +136,7 @@ impl Simulation {
             walkers,
             body: Body::new(&robot, &world.start, &mut motion_rng),
             drive: Drive::new(&robot, &mut motion_rng)?,
+            battery: Battery::new(BatteryModel::default()),
             sensor: at_work,
             motion_rng,
             sensor_rng,
@@ -244,6 +247,12 @@ impl Simulation {
         self.body.bumpers()
     }
 
+    /// Volts of the battery, as the robot's converter counts them.
+    #[must_use]
+    pub fn battery_volts(&self) -> f64 {
+        self.battery.volts()
+    }
+
     /// The world.
     #[must_use]
     pub fn world(&self) -> &World {
@@ -320,6 +329,7 @@ impl Simulation {
             tracks.left += ran.left;
             tracks.right += ran.right;
         }
+        self.battery.step(TIME_STEP, &tracks);
         self.body
             .step(&tracks, &self.caster, &self.movers, &mut self.motion_rng);
     }

@@ -15,7 +15,7 @@
 
 use nalgebra::Point2;
 
-use super::{partition_along_x, partition_along_y};
+use super::{glazing_along_y, partition_along_x, partition_along_y};
 use crate::geom::Pose2;
 use crate::sim::{Material, World};
 
@@ -29,7 +29,7 @@ pub(super) fn world() -> World {
     let gaps = [(2.0, 3.0), (9.6, 10.8), (16.0, 17.0)];
     let world = partition_along_x(world, 2.2, 0.0, 20.0, &gaps);
     let world = partition_along_y(world, 13.0, 2.25, 4.0, &[]);
-    let world = partition_along_y(world, 13.0, 4.0, 10.2, &[]).made_of(Material::Glass);
+    let world = glazing_along_y(world, 13.0, 4.05, 10.15);
     let mut world = office(laboratory(corridor(world)));
     world.goal = Some(Point2::new(18.6, 8.8));
     world
@@ -47,15 +47,13 @@ fn corridor(world: World) -> World {
 
 /// Benches in rows, the robot cell behind its screen, a rack.
 fn laboratory(world: World) -> World {
-    world
+    glazing_along_y(world, 10.0, 8.0, 10.15)
         .with_box((1.6, 5.0), (4.8, 5.8))
         .with_box((1.6, 7.4), (4.8, 8.2))
         .with_box((0.0, 9.6), (3.2, 10.2))
         .with_box((6.2, 5.0), (8.4, 5.8))
         .with_turned_box((7.4, 7.9), (1.0, 0.6), 0.5)
         .with_box((5.4, 9.6), (7.8, 10.2))
-        .with_box((10.0, 8.0), (10.05, 10.2))
-        .made_of(Material::Glass)
         .with_box((11.0, 9.0), (12.0, 9.9))
         .with_pillar((10.4, 5.4), 0.2)
         .with_box((12.3, 2.3), (12.95, 3.6))

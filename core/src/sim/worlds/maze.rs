@@ -1,4 +1,4 @@
-//! `maze`, 9.9 x 7.7 m: passages 1 m wide that all look alike, dead ends, and five loops. The far corner is the goal.
+//! `maze`, 11.7 x 9.1 m: passages 1.2 m wide that all look alike, dead ends, and five loops. The far corner is the goal.
 
 use nalgebra::Point2;
 
@@ -7,7 +7,7 @@ use crate::geom::Pose2;
 use crate::sim::World;
 
 /// From the middle of a passage to the middle of the next, m.
-const PITCH: f64 = 1.1;
+const PITCH: f64 = 1.3;
 
 /// Seen from above, the first row being the northern wall. A depth-first search carved it; five walls were taken out
 /// again, so that there are ways round.

@@ -9,7 +9,7 @@
 //! | `loop` | a ring of more than 60 m: the error that gathers has to be closed |
 //! | `maze` | narrow passages that look alike, dead ends, several ways round |
 //! | `lab` | a corridor and a laboratory (Celej §3), with walls of glass and dark cupboards |
-//! | `warehouse` | 1 000 walls: racks in rows that repeat, black pallets, a front of glass |
+//! | `warehouse` | 1 000 walls: racks in rows that repeat, black pallets, a showcase of glass |
 //! | `crowd` | a hall in which ten people walk and stop |
 //! | `campus` | 50 000 walls: for the speed of the sensors |
 //!
@@ -28,7 +28,7 @@ mod ring;
 mod tests;
 mod warehouse;
 
-use super::World;
+use super::{Material, World};
 
 /// The name of a world, and what builds it.
 type Entry = (&'static str, fn() -> World);
@@ -80,6 +80,18 @@ fn partition_along_x(world: World, y: f64, x0: f64, x1: f64, gaps: &[(f64, f64)]
 fn partition_along_y(world: World, x: f64, y0: f64, y1: f64, gaps: &[(f64, f64)]) -> World {
     let (low, high) = (x - 0.5 * PARTITION, x + 0.5 * PARTITION);
     solid_parts(y0, y1, gaps).fold(world, |w, (from, to)| w.with_box((low, from), (high, to)))
+}
+
+/// Adds a partition along y at `x` of glass panes 0.2 m wide between opaque posts. One can look through it but, unlike through
+/// bare glass, nobody takes it for free room: the gaps between the posts are too narrow for a robot.
+fn glazing_along_y(world: World, x: f64, y0: f64, y1: f64) -> World {
+    let pane = World::with_box(world, (x - 0.01, y0), (x + 0.01, y1)).made_of(Material::Glass);
+    let half = 0.5 * PARTITION;
+    let posts = ((y1 - y0) / 0.3).ceil() as u32;
+    (0..=posts).fold(pane, |world, post| {
+        let y = y0 + (y1 - y0) * f64::from(post) / f64::from(posts);
+        world.with_box((x - half, y - half), (x + half, y + half))
+    })
 }
 
 /// What the gaps leave of the way from `first` to `last`.

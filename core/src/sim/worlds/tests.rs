@@ -26,7 +26,7 @@ fn every_world_is_closed_and_its_rooms_are_connected() {
         ("office", 150.0, 192.0),
         ("corridor", 55.0, 60.0),
         ("loop", 120.0, 150.0),
-        ("maze", 50.0, 76.0),
+        ("maze", 75.0, 106.0),
         ("lab", 160.0, 204.0),
         ("warehouse", 850.0, 1_050.0),
         ("crowd", 120.0, 140.0),

@@ -1,7 +1,7 @@
 //! `warehouse`, 40 x 30 m, 1 000 walls: nine rows of racks with aisles that look alike.
 //!
 //! Every rack is six pallets between seven posts; the gaps beside a post are 0.15 m, for light but not for a robot. Some
-//! pallets are wrapped in black film, and the foreman's office has a front of glass.
+//! pallets are wrapped in black film, and a showcase has a front of glass.
 
 use nalgebra::Point2;
 
@@ -61,16 +61,17 @@ fn rack(world: World, (x, y): (f64, f64), first: usize) -> World {
 /// Packing tables, chargers, pillars and the office along the northern and the southern wall.
 fn hall(world: World) -> World {
     world
-        // The office in the corner: door side, glass front, desk.
+        // The office in the corner.
         .with_box((6.0, 27.9), (6.1, 30.0))
         .with_box((0.0, 27.9), (2.0, 28.0))
         .with_box((3.2, 27.9), (6.0, 28.0))
-        .made_of(Material::Glass)
-        .with_box((0.0, 29.2), (1.6, 30.0))
         // Packing.
         .with_box((9.0, 29.0), (11.4, 29.8))
         .with_box((13.0, 29.0), (15.4, 29.8))
+        // A showcase: things behind glass.
         .with_box((17.0, 29.0), (19.4, 29.8))
+        .made_of(Material::Glass)
+        .with_box((17.03, 29.03), (19.37, 29.77))
         .with_turned_box((24.0, 29.0), (1.2, 1.0), 0.3)
         .with_turned_box((28.0, 29.0), (1.2, 1.0), -0.2)
         .with_box((33.0, 29.3), (40.0, 30.0))
