@@ -138,8 +138,9 @@ impl DriveController {
     /// One period of driving: takes the counts at its beginning, gives the voltages until its end.
     pub fn step(&mut self, counts: [i64; 2], wishes: [Wish; 2]) -> [f64; 2] {
         let angles = self.angles(counts);
-        for side in 0..2 {
-            self.observers[side].update(self.voltages[side], angles[side]);
+        let measured = self.voltages.into_iter().zip(angles);
+        for (observer, (voltage, angle)) in self.observers.iter_mut().zip(measured) {
+            observer.update(voltage, angle);
         }
         let error = self.error(wishes);
         let wanted = self.wanted(&error, wishes);
