@@ -28,9 +28,9 @@ struct Args {
     /// A built-in world, or the path of a world file (JSON).
     #[arg(long, default_value = "office")]
     world: String,
-    /// What the robot sees with; the world's own sensor by default.
+    /// What the robot sees with: lidar, sick, rangers or sonar; the world's own sensor by default.
     #[arg(long)]
-    sensor: Option<Sensor>,
+    sensor: Option<SensorKind>,
     /// The same seed gives the same run, to the bit; the world's own seed by default.
     #[arg(long)]
     seed: Option<u64>,
@@ -49,12 +49,6 @@ struct Args {
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Sensor {
-    Lidar,
-    Rangers,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -89,11 +83,7 @@ fn run(args: &Args) -> Result<()> {
         Errand::Explore => Mode::Explore,
         Errand::Goto => Mode::GoTo(goal_in_map(args, &world)?),
     };
-    let sensor = match args.sensor {
-        Some(Sensor::Lidar) => SensorKind::Lidar,
-        Some(Sensor::Rangers) => SensorKind::Rangers,
-        None => world.sensor,
-    };
+    let sensor = args.sensor.unwrap_or(world.sensor);
     let setup = Setup {
         world: world.name.clone(),
         sensor,
@@ -189,17 +179,13 @@ fn report(
     finished: bool,
     reason: &str,
 ) -> serde_json::Value {
-    let sensor = match setup.sensor {
-        SensorKind::Lidar => "lidar",
-        SensorKind::Rangers => "rangers",
-    };
     let mode = match setup.mode {
         Errand::Explore => "explore",
         Errand::Goto => "goto",
     };
     serde_json::json!({
         "world": setup.world,
-        "sensor": sensor,
+        "sensor": setup.sensor.name(),
         "seed": setup.seed,
         "mode": mode,
         "method": setup.method.name(),

@@ -20,9 +20,6 @@ pub enum SetupError {
     /// No built-in world of that name.
     #[error("there is no world `{0}`; expected one of {expected}", expected = worlds::NAMES.join(", "))]
     World(String),
-    /// No sensor of that name.
-    #[error("there is no sensor `{0}`; expected lidar or rangers")]
-    Sensor(String),
     /// No mode of that name to start with.
     #[error("there is no mode `{0}` to start with; expected manual or explore")]
     Mode(String),
@@ -52,11 +49,7 @@ impl WebExperiment {
         mode: &str,
     ) -> Result<Self, JsError> {
         let world = load_world(world, is_file)?;
-        let sensor = match sensor {
-            "lidar" => SensorKind::Lidar,
-            "rangers" => SensorKind::Rangers,
-            other => return Err(SetupError::Sensor(other.to_owned()).into()),
-        };
+        let sensor: SensorKind = sensor.parse()?;
         let mode = match mode {
             "manual" => Mode::Manual,
             "explore" => Mode::Explore,

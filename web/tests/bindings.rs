@@ -29,6 +29,22 @@ fn step(run: &mut WebExperiment) {
 }
 
 #[wasm_bindgen_test]
+fn every_name_that_the_page_offers_begins_a_run() {
+    for name in slamlab_web::world_names() {
+        // A run in `campus` takes a while to begin; the core's tests build it.
+        if name != "campus" {
+            experiment(&name, false).expect("a built-in world");
+        }
+    }
+    let names = slamlab_web::sensor_names();
+    assert!(names.len() >= 8 && names.len().is_multiple_of(2));
+    for name in names.iter().step_by(2) {
+        let run = WebExperiment::new("arena", false, name, 7, "line-ekf", "explore");
+        assert!(run.is_ok(), "{name}");
+    }
+}
+
+#[wasm_bindgen_test]
 fn an_experiment_steps_and_has_frames() {
     let mut run = experiment("arena", false).expect("a built-in world");
     for _ in 0..200 {

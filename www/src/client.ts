@@ -125,6 +125,7 @@ export class Client {
     const store = this.#store;
     switch (answer.kind) {
       case "ready":
+        store.set("run", { worlds: answer.worlds, sensors: answer.sensors });
         break;
       case "started":
         this.#run = answer.run;

@@ -4,13 +4,17 @@
 // most one frame for each picture drawn: the page answers a frame with `drawn`, and only then the next one is sent.
 // All geometry is in the map frame (m, rad, x forward and y left of the robot's start pose), also the truth.
 
-export type SensorName = "lidar" | "rangers";
+/** One of `Answer.ready.sensors`. */
+export type SensorName = string;
 export type MethodName = "line-ekf" | "scan-matching";
 export type ModeName = "manual" | "goto" | "explore";
 export type SourceKind = "sim" | "replay";
 
-/** Worlds that come with the module, but for `campus`: what of its 9 hectares can be reached takes minutes to find out. */
-export const WORLDS = ["office", "arena", "doors", "corridor", "loop", "maze", "lab", "crowd", "warehouse"] as const;
+/** A name that the module knows, and what a person calls it. */
+export interface Named {
+  name: string;
+  title: string;
+}
 
 /** What a simulated run starts from; the same setup gives the same bits. */
 export interface Setup {
@@ -244,7 +248,8 @@ export interface SavedFile {
 }
 
 export type Answer =
-  | { kind: "ready" }
+  /** The module is there, with these worlds and sensors. */
+  | { kind: "ready"; worlds: string[]; sensors: Named[] }
   | { kind: "started"; run: number; source: SourceKind; title: string; method: MethodName; setup: Setup | null; playing: boolean }
   | Frame
   /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands still meanwhile. */

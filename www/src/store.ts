@@ -1,7 +1,7 @@
 // What the page knows, and who wants to hear of changes. Components read it and send commands; nothing is computed here.
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
-import type { Frame, Inspection, LogLevel, MethodName, Setup, SourceKind, Status } from "./protocol.js";
+import type { Frame, Inspection, LogLevel, MethodName, Named, Setup, SourceKind, Status } from "./protocol.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import { History } from "./history.js";
 
@@ -46,6 +46,9 @@ export class Store {
   /** World that is being built; empty when none is. */
   entering = "";
   speed = 4;
+  /** What the module offers; empty until it is there. */
+  worlds: string[] = [];
+  sensors: Named[] = [];
   setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore" };
   /** Of the present run. */
   method: MethodName = this.setup.method;

@@ -3,8 +3,8 @@
 // It paces the source (simulated seconds for each second), works in slices short enough that every message is heard within
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
-import init, { WebExperiment, WebLogReader } from "../pkg/slamlab_web.js";
-import { type Answer, type Clock, type Command, type Inspection, type MethodName, transferables } from "./protocol.js";
+import init, { WebExperiment, WebLogReader, sensor_names, world_names } from "../pkg/slamlab_web.js";
+import { type Answer, type Clock, type Command, type Inspection, type MethodName, type Named, transferables } from "./protocol.js";
 import { ReplaySource } from "./source/replay.js";
 import { SimSource } from "./source/sim.js";
 import type { Source } from "./source/source.js";
@@ -307,6 +307,12 @@ self.onmessage = async (event: MessageEvent<Command>) => {
   }
 };
 
-module.then(() => post({ kind: "ready" }), (error: unknown) => {
+/** Names and titles come from the module one after the other. */
+function sensors(): Named[] {
+  const names = sensor_names();
+  return names.flatMap((name, i) => (i % 2 === 0 ? [{ name, title: names[i + 1] ?? name }] : []));
+}
+
+module.then(() => post({ kind: "ready", worlds: world_names(), sensors: sensors() }), (error: unknown) => {
   fail(new Error(`The simulator could not be loaded: ${wordsOf(error)}. Reload the page.`));
 });

@@ -15,6 +15,7 @@
 )]
 
 mod ekf_consistency;
+mod ekf_cost;
 mod line_fit;
 mod outcome;
 mod ray_cast;
@@ -36,6 +37,7 @@ type Entry = (&'static str, fn(&Args) -> Result<Outcome>);
 /// All reports, by name.
 const REPORTS: &[Entry] = &[
     ("ekf-consistency", ekf_consistency::measure),
+    ("ekf-cost", ekf_cost::measure),
     ("line-fit", line_fit::measure),
     ("ray-cast", ray_cast::measure),
     ("split-merge", split_merge::measure),
@@ -49,6 +51,9 @@ struct Args {
     /// Number of seeds (runs, scenes), for a quick look; each report has its own default.
     #[arg(long)]
     seeds: Option<u64>,
+    /// For `ekf-cost`: milliseconds of the bar of a step by number of landmarks, as `100=0.2,200=0.7,500=4`.
+    #[arg(long)]
+    bar_ms: Option<String>,
 }
 
 fn main() -> ExitCode {

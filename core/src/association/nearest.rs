@@ -10,9 +10,22 @@
 
 use crate::geom::CHI2_2DOF_99;
 
+/// How the lines of a scan find their landmarks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AssociationMethod {
+    /// Each by itself, the nearest in its gate; dropped where two are as near.
+    #[default]
+    Nearest,
+    /// All of a scan together ([`super::joint_matches`]): for walls that are close and alike, and poses that are less certain
+    /// than walls are apart. Costs more.
+    Joint,
+}
+
 /// How near is near.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AssociationConfig {
+    /// One by one or together.
+    pub method: AssociationMethod,
     /// Largest d² of a match. Default 9.21, 99 % of χ² with 2 degrees of freedom. Growing: more matches, more wrong ones.
     pub gate: f64,
     /// Smallest d² to every landmark of a new one. Default 25. Growing: fewer duplicates, new walls found later.
@@ -28,6 +41,7 @@ pub struct AssociationConfig {
 impl Default for AssociationConfig {
     fn default() -> Self {
         Self {
+            method: AssociationMethod::Nearest,
             gate: CHI2_2DOF_99,
             new_gate: 25.0,
             ambiguity: 4.0,
@@ -102,6 +116,25 @@ pub fn choose(candidates: &[Candidate], config: &AssociationConfig) -> Choice {
     Choice::Match(*best)
 }
 
+/// What a sighting is after all of its scan were matched together: `paired` is its landmark, or `None` where none agreed with the
+/// others'. The state has moved since, so the pairing must still be near.
+#[must_use]
+pub fn choose_paired(
+    candidates: &[Candidate],
+    paired: Option<usize>,
+    config: &AssociationConfig,
+) -> Choice {
+    let is_near = |c: &&Candidate| c.gap <= config.max_gap && c.d2 <= config.new_gate;
+    let mut near = candidates.iter().filter(is_near);
+    match paired {
+        Some(index) => near
+            .find(|c| c.index == index)
+            .map_or(Choice::Near, |c| Choice::Match(*c)),
+        None if near.next().is_some() => Choice::Near,
+        None => Choice::New,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -158,5 +191,16 @@ mod tests {
     fn of_two_walls_on_one_line_the_overlapping_one_is_meant() {
         let (a, b) = (candidate(0, 0.1, 0.3, 1.0), candidate(1, 0.2, -0.4, 1.01));
         check(&[a, b], Choice::Match(b));
+    }
+
+    #[test]
+    fn paired_sighting_is_its_landmark_while_that_is_near() {
+        let config = AssociationConfig::default();
+        let near = [candidate(0, 1.0, -1.0, 1.0), candidate(1, 12.0, -1.0, 1.3)];
+        let of = |paired| choose_paired(&near, paired, &config);
+        assert_eq!(of(Some(1)), Choice::Match(near[1]));
+        assert_eq!(of(Some(2)), Choice::Near);
+        assert_eq!(of(None), Choice::Near);
+        assert_eq!(choose_paired(&[], None, &config), Choice::New);
     }
 }

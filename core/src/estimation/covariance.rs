@@ -9,43 +9,50 @@
 
 use nalgebra::Matrix5;
 
-use super::triangle::SymmetricMatrix;
+use super::triangle::{SymmetricMatrix, TILE};
 
 /// So many vectors may wait, two for each correction.
 const MOST_WAITING: usize = 32;
 
 /// A column of a measurement's Jacobian: the state, and how the two numbers change with it.
-pub(super) type Column = (usize, [f64; 2]);
+pub type Column = (usize, [f64; 2]);
 
 /// The covariance, in part still to be written.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Covariance {
+#[derive(Clone, Debug)]
+pub struct Covariance {
     settled: SymmetricMatrix,
     /// The vectors wₖ one after another, n numbers each.
     waiting: Vec<f64>,
+    tiles: Vec<[f64; TILE]>,
 }
 
 impl Covariance {
-    /// The robot's own block; there are no landmarks yet.
-    pub(super) fn new(robot: &Matrix5<f64>) -> Self {
+    /// The robot's own block, of (x, y, θ, κ, s); there are no landmarks yet.
+    #[must_use]
+    pub fn new(robot: &Matrix5<f64>) -> Self {
         Self {
             settled: SymmetricMatrix::from_fn(5, |row, column| robot[(row, column)]),
             waiting: vec![],
+            tiles: vec![],
         }
     }
 
-    pub(super) fn n(&self) -> usize {
+    /// Number of states.
+    #[must_use]
+    pub fn n(&self) -> usize {
         self.settled.n()
     }
 
     /// What is written: all of it after [`Self::settle`].
-    pub(super) fn settled(&self) -> &SymmetricMatrix {
+    #[must_use]
+    pub fn settled(&self) -> &SymmetricMatrix {
         debug_assert!(self.waiting.is_empty());
         &self.settled
     }
 
-    /// The element in `row` and `column`.
-    pub(super) fn get(&self, row: usize, column: usize) -> f64 {
+    /// The element in `row` and `column`; NaN outside of the matrix.
+    #[must_use]
+    pub fn get(&self, row: usize, column: usize) -> f64 {
         let settled = self.settled.get(row, column);
         self.vectors().fold(settled, |value, w| {
             let pair = w.get(row).zip(w.get(column));
@@ -54,7 +61,7 @@ impl Covariance {
     }
 
     /// Moves the robot: F P Fᵀ + Q, where `robot` does that to the robot's own block and the rows of `f` belong to x, y and θ.
-    pub(super) fn advance(
+    pub fn advance(
         &mut self,
         f: &nalgebra::SMatrix<f64, 3, 5>,
         robot: impl FnOnce(&Matrix5<f64>) -> Matrix5<f64>,
@@ -79,7 +86,7 @@ impl Covariance {
     }
 
     /// P Hᵀ for a measurement of two numbers with few columns: `first` and `second` become its two columns.
-    pub(super) fn product(&self, h: &[Column], first: &mut Vec<f64>, second: &mut Vec<f64>) {
+    pub fn product(&self, h: &[Column], first: &mut Vec<f64>, second: &mut Vec<f64>) {
         for product in [&mut *first, &mut *second] {
             product.clear();
             product.resize(self.n(), 0.0);
@@ -106,7 +113,7 @@ impl Covariance {
     }
 
     /// P -= a aᵀ + b bᵀ.
-    pub(super) fn subtract(&mut self, a: &[f64], b: &[f64]) {
+    pub fn subtract(&mut self, a: &[f64], b: &[f64]) {
         let n = self.n();
         debug_assert!(a.len() == n && b.len() == n);
         if self.waiting.len() + 2 * n > MOST_WAITING * n {
@@ -117,13 +124,13 @@ impl Covariance {
     }
 
     /// Writes what waits, in one pass over the triangle.
-    pub(super) fn settle(&mut self) {
-        self.settled.subtract_outer(&self.waiting);
+    pub fn settle(&mut self) {
+        self.settled.subtract_outer(&self.waiting, &mut self.tiles);
         self.waiting.clear();
     }
 
     /// Appends two rows (and so columns), each up to its diagonal.
-    pub(super) fn push_pair(&mut self, rows: [Vec<f64>; 2]) {
+    pub fn push_pair(&mut self, rows: [Vec<f64>; 2]) {
         self.settle();
         for row in rows {
             self.settled.push_row(row);
@@ -131,7 +138,7 @@ impl Covariance {
     }
 
     /// Takes rows and columns `first` and `first + 1` out: the marginal of what is left.
-    pub(super) fn remove_pair(&mut self, first: usize) {
+    pub fn remove_pair(&mut self, first: usize) {
         self.settle();
         self.settled.remove_pair(first);
     }

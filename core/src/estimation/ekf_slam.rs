@@ -31,6 +31,7 @@ mod correct;
 mod correlations;
 mod expect;
 mod input;
+mod joint;
 mod landmark;
 mod merge;
 mod motion;
@@ -42,13 +43,14 @@ mod tests;
 
 use nalgebra::{Matrix2, Matrix3, Matrix5, Point2};
 
-use self::input::{check_feature, check_odometry};
+pub(super) use self::input::{check_feature, check_odometry};
 use self::landmark::Entry;
-use self::robot_state::{POSE, ROBOT, RobotState};
+pub(super) use self::robot_state::RobotState;
+use self::robot_state::{POSE, ROBOT};
 use self::sweep::{as_seen, order};
 use super::covariance::Covariance;
 use super::triangle::SymmetricMatrix;
-use crate::association::{Candidate, Choice, choose};
+use crate::association::{AssociationMethod, Candidate, Choice, choose, choose_paired};
 use crate::features::LineFeature;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::robot::Odometry;
@@ -201,6 +203,13 @@ impl EkfSlam {
         let end = sweep.stamp.seconds();
         let moved = self.motion_until(end).motion != Pose2::identity();
         order(features, sweep, &mut scratch.order);
+        let paired = match (self.config.association.method, scratch.order.first()) {
+            (AssociationMethod::Joint, Some(&first)) => {
+                self.advance_to(end - features.get(first).map_or(0.0, |f| sweep.age_of(f)));
+                Some(self.pair_jointly(features, sweep))
+            }
+            _ => None,
+        };
         for &index in &scratch.order {
             let Some(feature) = features.get(index) else {
                 continue;
@@ -214,8 +223,11 @@ impl EkfSlam {
             let rest = self.motion_until(end);
             let feature = as_seen(feature, &rest, sweep);
             let (before, known) = (self.pose, report.matches.len());
+            let paired = paired
+                .as_ref()
+                .map(|paired| paired.get(index).copied().flatten());
             self.take_in(
-                index,
+                (index, paired),
                 &feature,
                 &mut scratch.candidates,
                 &mut scratch.gain,
@@ -248,10 +260,11 @@ impl EkfSlam {
         Ok(&self.report)
     }
 
-    /// Steps 3 and 4 for one line, in the robot frame of the state.
+    /// Steps 3 and 4 for one line, in the robot frame of the state: its number, and its landmark where all lines of the scan were
+    /// matched together.
     fn take_in(
         &mut self,
-        index: usize,
+        (index, paired): (usize, Option<Option<usize>>),
         seen: &LineFeature,
         candidates: &mut Vec<Candidate>,
         gain: &mut Gain,
@@ -264,7 +277,12 @@ impl EkfSlam {
                 report.consider(considered);
             }
         }
-        let verdict = match choose(candidates, &self.config.association) {
+        let config = &self.config.association;
+        let choice = match paired {
+            Some(landmark) => choose_paired(candidates, landmark, config),
+            None => choose(candidates, config),
+        };
+        let verdict = match choice {
             Choice::Match(found) => self.recognise(index, &found, seen, gain, report),
             Choice::Ambiguous => Verdict::Rejected(Rejection::Ambiguous),
             Choice::Near => Verdict::Rejected(Rejection::OutsideGate),

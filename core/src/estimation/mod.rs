@@ -4,6 +4,7 @@ mod block_cholesky;
 mod consistency;
 mod covariance;
 mod ekf_slam;
+mod line_localisation;
 mod line_model;
 mod measures;
 mod pose_graph;
@@ -14,11 +15,13 @@ mod sweep_smoother;
 mod triangle;
 
 pub use consistency::{ConsistencyWindow, Diagnosis, Figure};
+pub use covariance::{Column, Covariance};
 pub use ekf_slam::{
     Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Fix, Gate,
     Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejected, Rejection,
     SweepTiming, UpdateReport, Verdict,
 };
+pub use line_localisation::{KnownLine, KnownMatch, LineLocaliser};
 pub use measures::{align, ate_rmse};
 pub use pose_graph::{Edge, GraphError, GraphReport, Kernel, PoseGraph, information_at_end};
 pub use relations::{RelationErrors, relation_errors};

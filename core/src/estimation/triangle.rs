@@ -5,9 +5,9 @@
 //! each pair.
 
 /// Columns that are updated together: as many as the registers hold.
-const TILE: usize = 16;
-/// Vectors that are taken off together.
-const PANEL: usize = 32;
+pub(super) const TILE: usize = 16;
+/// Rows that are updated before the next ones are read: as many as a processor reads ahead at a time.
+const ROWS: usize = 16;
 
 /// Lower triangle of a symmetric matrix, packed by rows.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -114,60 +114,96 @@ impl SymmetricMatrix {
     }
 
     /// P -= Σ w wᵀ for the vectors that stand one after another in `vectors`, n numbers each: one pass over the triangle.
-    pub(super) fn subtract_outer(&mut self, vectors: &[f64]) {
-        let n = self.n;
-        if vectors.is_empty() {
-            return;
-        }
-        // Column by column of tiles, so that the part of the vectors in use stays in the first cache.
-        let mut panel = [[0.0; TILE]; PANEL];
-        for chunk in vectors.chunks(PANEL * n) {
-            for first in (0..n).step_by(TILE) {
-                let width = TILE.min(n - first);
-                for (lanes, w) in panel.iter_mut().zip(chunk.chunks_exact(n)) {
-                    *lanes = [0.0; TILE];
-                    if let Some((to, from)) =
-                        lanes.get_mut(..width).zip(w.get(first..first + width))
-                    {
-                        to.copy_from_slice(from);
-                    }
-                }
-                self.subtract_tiles(first, chunk, &panel);
+    /// `tiles` is memory to work in.
+    pub(super) fn subtract_outer(&mut self, vectors: &[f64], tiles: &mut Vec<[f64; TILE]>) {
+        // With the widest vector instructions of the machine; products and sums are rounded one by one in each, so the bits are
+        // the same.
+        let arch = pulp::Arch::new();
+        match vectors.len() / self.n.max(1) {
+            0 => {}
+            2 => arch.dispatch(|| self.subtract_two(vectors)),
+            rank => {
+                pack(vectors, self.n, rank, tiles);
+                arch.dispatch(|| self.subtract_tiles(rank, tiles));
             }
         }
     }
 
-    /// The part of [`Self::subtract_outer`] in the columns from `first` on that one tile covers.
-    fn subtract_tiles(&mut self, first: usize, vectors: &[f64], panel: &[[f64; TILE]; PANEL]) {
-        let n = self.n;
-        let rank = vectors.len() / n;
-        let mut start = first * (first + 1) / 2;
-        for row in first..n {
-            let end = (row + 1).min(first + TILE);
-            let Some(elements) = self.packed.get_mut(start + first..start + end) else {
+    /// Two vectors: each row in one go, as fast as memory gives it.
+    #[inline(always)]
+    fn subtract_two(&mut self, vectors: &[f64]) {
+        let (a, b) = vectors.split_at(self.n);
+        let mut rest = self.packed.as_mut_slice();
+        for (row, (a_row, b_row)) in a.iter().zip(b).enumerate() {
+            let Some((elements, next)) = rest.split_at_mut_checked(row + 1) else {
                 return;
             };
-            start += row + 1;
-            let mut scale = [0.0; PANEL];
-            for (scale, w) in scale.iter_mut().zip(vectors.chunks_exact(n)) {
-                *scale = w.get(row).copied().unwrap_or(f64::NAN);
+            rest = next;
+            for ((element, a), b) in elements.iter_mut().zip(a).zip(b) {
+                *element -= a_row * a + b_row * b;
             }
-            let pairs = || scale.iter().zip(panel).take(rank);
-            if let Ok(elements) = <&mut [f64; TILE]>::try_from(&mut *elements) {
-                // All lanes at once: the compiler keeps them in registers.
-                let mut lanes = *elements;
-                for (scale, w) in pairs() {
-                    for (lane, w) in lanes.iter_mut().zip(w) {
-                        *lane -= scale * w;
-                    }
+        }
+    }
+
+    /// More vectors: some rows at a time, tile by tile, so that the part of the vectors in use stays in the first cache, and the
+    /// part of a row in registers while all vectors are taken off.
+    #[inline(always)]
+    fn subtract_tiles(&mut self, rank: usize, tiles: &[[f64; TILE]]) {
+        for first in (0..self.n).step_by(ROWS) {
+            let last = (first + ROWS).min(self.n);
+            for (number, tile) in tiles.chunks_exact(rank).enumerate() {
+                let column = number * TILE;
+                if column >= last {
+                    break;
                 }
-                *elements = lanes;
-            } else {
-                for (scale, w) in pairs() {
-                    for (element, w) in elements.iter_mut().zip(w) {
-                        *element -= scale * w;
-                    }
+                for row in first.max(column)..last {
+                    let start = row * (row + 1) / 2;
+                    let end = (row + 1).min(column + TILE);
+                    let own = row / TILE * rank;
+                    let (Some(elements), Some(own)) = (
+                        self.packed.get_mut(start + column..start + end),
+                        tiles.get(own..own + rank),
+                    ) else {
+                        return;
+                    };
+                    subtract_tile(elements, own, row % TILE, tile);
                 }
+            }
+        }
+    }
+}
+
+/// Sorts vectors of `n` numbers by tiles: the first 16 numbers of each vector, the next 16 of each, …; zeros at the end.
+fn pack(vectors: &[f64], n: usize, rank: usize, tiles: &mut Vec<[f64; TILE]>) {
+    tiles.clear();
+    tiles.resize(n.div_ceil(TILE) * rank, [0.0; TILE]);
+    for (k, w) in vectors.chunks_exact(n).enumerate() {
+        let own = tiles.iter_mut().skip(k).step_by(rank);
+        for (lanes, part) in own.zip(w.chunks(TILE)) {
+            for (lane, value) in lanes.iter_mut().zip(part) {
+                *lane = *value;
+            }
+        }
+    }
+}
+
+/// Takes the products of number `lane` of the vectors in `own` with `tile` off some elements of a row.
+#[inline(always)]
+fn subtract_tile(elements: &mut [f64], own: &[[f64; TILE]], lane: usize, tile: &[[f64; TILE]]) {
+    let pairs = own.iter().zip(tile).map(|(own, w)| (own[lane % TILE], w));
+    if let Ok(elements) = <&mut [f64; TILE]>::try_from(&mut *elements) {
+        // All lanes at once: the compiler keeps them in registers.
+        let mut lanes = *elements;
+        for (scale, w) in pairs {
+            for (lane, w) in lanes.iter_mut().zip(w) {
+                *lane -= scale * w;
+            }
+        }
+        *elements = lanes;
+    } else {
+        for (scale, w) in pairs {
+            for (element, w) in elements.iter_mut().zip(w) {
+                *element -= scale * w;
             }
         }
     }
@@ -199,7 +235,7 @@ mod tests {
             let mut m = filled(n);
             let full = DMatrix::from_column_slice(n, rank, &vectors);
             let expect = dense(&m) - &full * full.transpose();
-            m.subtract_outer(&vectors);
+            m.subtract_outer(&vectors, &mut vec![]);
             prop_assert!((dense(&m) - expect).norm() < 1e-9);
         }
 

@@ -5,11 +5,7 @@
 //! 2. Fit with covariance; short, sparse, crooked and bent pieces are refused. A filter is ruined by one wrong
 //!    line and hardly misses a true one.
 
-use std::ops::Range;
-
-use wide::f64x4;
-
-use super::columns::{Columns, total};
+use super::columns::Columns;
 use super::config::AcceptConfig;
 use super::fit::{Fit, fit_columns};
 use super::piece::Piece;
@@ -38,8 +34,7 @@ pub(super) fn accept(
         && (fit.ends[1] - fit.ends[0]).norm() >= config.min_length
         && fit.cov[(0, 0)] <= config.max_alpha_sigma * config.max_alpha_sigma
         && fit.chi2 <= chi2_limit(fit.n_points - 2, config.max_chi2_sigmas)
-        && (config.max_bend_sigmas.is_infinite()
-            || bend(columns, piece.range(), &fit) <= config.max_bend_sigmas);
+        && fit.bend <= config.max_bend_sigmas;
     is_wall.then_some(fit)
 }
 
@@ -51,54 +46,6 @@ fn chi2_limit(dof: usize, sigmas: f64) -> f64 {
     let spread = 2.0 / (9.0 * dof);
     let root = 1.0 - spread + sigmas * spread.sqrt();
     dof * root * root * root
-}
-
-/// The quadratic term of the residuals along the line, in standard deviations.
-///
-/// It is the part of t² that no line can take up, q = t² - a - b t by least squares, so that Σ w q = Σ w q t = 0: sums of
-/// w tᵏ and w tᵏ d suffice.
-fn bend(columns: &Columns, range: Range<usize>, fit: &Fit) -> f64 {
-    let [from, to] = fit.ends;
-    let (middle, half) = (nalgebra::center(&from, &to), 0.5 * (to - from));
-    let along = half / half.norm_squared().max(f64::MIN_POSITIVE);
-    let [nx, ny, r, tx, ty, t0, surface] = [
-        fit.normal.x,
-        fit.normal.y,
-        fit.line.r(),
-        along.x,
-        along.y,
-        along.dot(&middle.coords),
-        columns.var_surface() + f64::MIN_POSITIVE,
-    ]
-    .map(f64x4::splat);
-    let (mut powers, mut products) = ([f64x4::ZERO; 5], [f64x4::ZERO; 3]);
-    for b in columns.blocks(range) {
-        let t = tx * b.x + ty * b.y - t0;
-        let d = nx * b.x + ny * b.y - r;
-        let mut w = b.keep / b.variance(nx, ny, surface);
-        for k in 0..5 {
-            powers[k] += w;
-            if let Some(product) = products.get_mut(k) {
-                *product += w * d;
-            }
-            w *= t;
-        }
-    }
-    let ([s0, s1, s2, s3, s4], [d0, d1, d2]) = (powers.map(total), products.map(total));
-    let determinant = s0 * s2 - s1 * s1;
-    if determinant.is_nan() || determinant <= 0.0 {
-        return 0.0;
-    }
-    let (a, b) = (
-        (s2 * s2 - s1 * s3) / determinant,
-        (s0 * s3 - s1 * s2) / determinant,
-    );
-    let (product, norm) = (d2 - a * d0 - b * d1, s4 - a * s2 - b * s3);
-    if norm > 0.0 {
-        product.abs() / norm.sqrt()
-    } else {
-        0.0
-    }
 }
 
 #[cfg(test)]

@@ -58,7 +58,7 @@ pub(super) struct Block {
     pub(super) weight: f64x4,
     /// σ² of the range.
     pub(super) var_along: f64x4,
-    /// σ² of the bearing times range².
+    /// σ² of the bearing times range²; anything where bearings are exact.
     pub(super) var_across: f64x4,
     /// Number of the beam in the scan.
     pub(super) number: f64x4,
@@ -95,67 +95,84 @@ impl Columns {
         self.prefix[0] = Moments::default();
     }
 
-    /// Appends beams on which something came back, as long as there is room.
+    /// Appends beams on which something came back, for which [`Self::reset`] has made room.
     pub(super) fn extend(&mut self, beams: &[Beam]) {
-        for four in beams.chunks(LANES) {
-            self.push_block(four);
+        let n_blocks = beams.len().div_ceil(LANES);
+        let rows = |column| rows_mut(column, self.len, n_blocks);
+        let (x, y, ux, uy) = (
+            rows(&mut self.x),
+            rows(&mut self.y),
+            rows(&mut self.ux),
+            rows(&mut self.uy),
+        );
+        let (weight, number, keep) = (
+            rows(&mut self.weight),
+            rows(&mut self.number),
+            rows(&mut self.keep),
+        );
+        let (var_along, var_across) = (rows(&mut self.var_along), rows(&mut self.var_across));
+        let (mut largest, mut smallest) = (self.largest, self.smallest);
+        let bearing_sigma = f64x4::splat(self.noise.bearing_sigma);
+        for (i, beams) in beams.chunks(LANES).enumerate() {
+            // Lanes past the last beam repeat one; the next block writes over them.
+            let four = match beams {
+                [a, b, c, d] => [a, b, c, d],
+                [a, b, c] => [a, b, c, c],
+                [a, b] => [a, b, b, b],
+                [a, ..] => [a; LANES],
+                [] => break,
+            };
+            let lane = |read: fn(&Beam) -> f64| f64x4::new(four.map(read));
+            let end = (lane(|b| b.end_in_robot.x), lane(|b| b.end_in_robot.y));
+            let origin = (lane(|b| b.origin_in_robot.x), lane(|b| b.origin_in_robot.y));
+            let (range, sigma) = (lane(|b| b.range), lane(|b| b.sigma));
+            // One division gives both 1/ρ and 1/σ.
+            let inverse = f64x4::ONE / (range * sigma);
+            let (per_range, per_sigma) = (inverse * sigma, inverse * range);
+            let across = range * bearing_sigma;
+            x[i] = end.0.to_array();
+            y[i] = end.1.to_array();
+            ux[i] = ((end.0 - origin.0) * per_range).to_array();
+            uy[i] = ((end.1 - origin.1) * per_range).to_array();
+            weight[i] = (per_sigma * per_sigma).to_array();
+            var_along[i] = (sigma * sigma).to_array();
+            var_across[i] = (across * across).to_array();
+            number[i] = four.map(|b| b.beam_idx as f64);
+            keep[i] = [1.0; LANES];
+            largest = largest.fast_max(sigma.fast_max(across));
+            smallest = smallest.fast_min(sigma.fast_min(range));
         }
-    }
-
-    fn push_block(&mut self, beams: &[Beam]) {
-        let four = match beams {
-            [a, b, c, d] => [a, b, c, d],
-            [a, b, c] => [a, b, c, c],
-            [a, b] => [a, b, b, b],
-            [a] => [a; LANES],
-            _ => return,
-        };
-        let lane = |read: fn(&Beam) -> f64| f64x4::new(four.map(read));
-        let (x, y) = (lane(|b| b.end_in_robot.x), lane(|b| b.end_in_robot.y));
-        let (range, sigma) = (lane(|b| b.range), lane(|b| b.sigma));
-        let (origin_x, origin_y) = (lane(|b| b.origin_in_robot.x), lane(|b| b.origin_in_robot.y));
-        // One division gives both 1/ρ and 1/σ.
-        let inverse = f64x4::ONE / (range * sigma);
-        let (per_range, per_sigma) = (inverse * sigma, inverse * range);
-        let weight = per_sigma * per_sigma;
-        let across = range * self.noise.bearing_sigma;
-        let at = self.len;
-        store(&mut self.x, at, x);
-        store(&mut self.y, at, y);
-        store(&mut self.ux, at, (x - origin_x) * per_range);
-        store(&mut self.uy, at, (y - origin_y) * per_range);
-        store(&mut self.weight, at, weight);
-        store(&mut self.var_along, at, sigma * sigma);
-        store(&mut self.var_across, at, across * across);
-        store(&mut self.number, at, lane(|b| b.beam_idx as f64));
-        store(&mut self.keep, at, f64x4::ONE);
-        self.largest = self.largest.fast_max(sigma.fast_max(across));
-        self.smallest = self.smallest.fast_min(sigma.fast_min(range));
-        self.push_sums(weight, x, y);
+        (self.largest, self.smallest) = (largest, smallest);
+        self.extend_sums(n_blocks);
         self.len += beams.len();
     }
 
-    /// Sums past the last point are written over by the next block.
-    #[inline(always)]
-    fn push_sums(&mut self, weight: f64x4, x: f64x4, y: f64x4) {
-        let (wx, wy) = (weight * x, weight * y);
-        let [w, wx, wy, xx, xy, yy] = [weight, wx, wy, wx * x, wx * y, wy * y].map(f64x4::to_array);
-        let room = self.prefix.get_mut(self.len..);
-        let Some([before, after @ ..]) = room.and_then(|r| r.first_chunk_mut::<{ LANES + 1 }>())
-        else {
+    /// Sums past the last point are written over by the next beams.
+    fn extend_sums(&mut self, n_blocks: usize) {
+        let at = self.len;
+        let [x, y, weight] =
+            [&self.x, &self.y, &self.weight].map(|column| rows(column, at, n_blocks));
+        let Some((first, after)) = self.prefix[at..].split_first_mut() else {
             return;
         };
-        let mut sum = *before;
-        for (i, after) in after.iter_mut().enumerate() {
-            sum = sum.plus(&Moments {
-                w: w[i],
-                x: wx[i],
-                y: wy[i],
-                xx: xx[i],
-                xy: xy[i],
-                yy: yy[i],
-            });
-            *after = sum;
+        let after = &mut after.as_chunks_mut::<LANES>().0[..n_blocks];
+        let mut sum = *first;
+        for i in 0..n_blocks {
+            let [w, px, py] = [weight[i], x[i], y[i]].map(f64x4::new);
+            let (wx, wy) = (w * px, w * py);
+            let [w, wx, wy, xx, xy, yy] =
+                [w, wx, wy, wx * px, wx * py, wy * py].map(f64x4::to_array);
+            for lane in 0..LANES {
+                sum = sum.plus(&Moments {
+                    w: w[lane],
+                    x: wx[lane],
+                    y: wy[lane],
+                    xx: xx[lane],
+                    xy: xy[lane],
+                    yy: yy[lane],
+                });
+                after[i][lane] = sum;
+            }
         }
     }
 
@@ -222,7 +239,12 @@ impl Columns {
     pub(super) fn variance(&self, index: usize, normal: &Vector2<f64>) -> f64 {
         let along = Vector2::new(self.ux[index], self.uy[index]);
         let (cos, sin) = (normal.dot(&along), normal.perp(&along));
-        cos * cos * self.var_along[index] + sin * sin * self.var_across[index] + self.var_surface()
+        let by_bearing = if self.bearings_are_exact() {
+            0.0
+        } else {
+            sin * sin * self.var_across[index]
+        };
+        cos * cos * self.var_along[index] + by_bearing + self.var_surface()
     }
 
     /// σ² of the roughness, m².
@@ -239,41 +261,81 @@ impl Columns {
 
     /// The points of a range, four at a time.
     #[inline(always)]
-    pub(super) fn blocks(&self, range: Range<usize>) -> impl Iterator<Item = Block> {
+    pub(super) fn blocks(&self, range: Range<usize>) -> Blocks<'_> {
         let n_blocks = range.len().div_ceil(LANES);
         let rows = |column| rows(column, range.start, n_blocks);
-        let (x, y, ux, uy) = (rows(&self.x), rows(&self.y), rows(&self.ux), rows(&self.uy));
-        let (weight, number, keep) = (rows(&self.weight), rows(&self.number), rows(&self.keep));
-        let (var_along, var_across) = (rows(&self.var_along), rows(&self.var_across));
-        let last = WITHIN[(LANES * n_blocks - range.len()).min(LANES - 1)];
-        (0..n_blocks).map(move |i| {
-            let keep = f64x4::new(keep[i]);
-            Block {
-                x: f64x4::new(x[i]),
-                y: f64x4::new(y[i]),
-                ux: f64x4::new(ux[i]),
-                uy: f64x4::new(uy[i]),
-                weight: f64x4::new(weight[i]),
-                var_along: f64x4::new(var_along[i]),
-                var_across: f64x4::new(var_across[i]),
-                number: f64x4::new(number[i]),
-                keep: if i + 1 < n_blocks {
-                    keep
-                } else {
-                    keep * f64x4::new(last)
-                },
-            }
-        })
+        Blocks {
+            n_blocks,
+            x: rows(&self.x),
+            y: rows(&self.y),
+            ux: rows(&self.ux),
+            uy: rows(&self.uy),
+            weight: rows(&self.weight),
+            var_along: rows(&self.var_along),
+            var_across: rows(&self.var_across),
+            number: rows(&self.number),
+            keep: rows(&self.keep),
+            last: WITHIN[(LANES * n_blocks - range.len()).min(LANES - 1)],
+        }
+    }
+}
+
+/// A range of the columns. Loops count and call [`Self::at`]: an iterator over [`Block`]s would not be inlined, and copy all nine.
+pub(super) struct Blocks<'a> {
+    n_blocks: usize,
+    x: &'a [[f64; LANES]],
+    y: &'a [[f64; LANES]],
+    ux: &'a [[f64; LANES]],
+    uy: &'a [[f64; LANES]],
+    weight: &'a [[f64; LANES]],
+    var_along: &'a [[f64; LANES]],
+    var_across: &'a [[f64; LANES]],
+    number: &'a [[f64; LANES]],
+    keep: &'a [[f64; LANES]],
+    /// Which lanes of the last block lie within the range.
+    last: [f64; LANES],
+}
+
+impl Blocks<'_> {
+    #[inline(always)]
+    pub(super) fn len(&self) -> usize {
+        self.n_blocks
+    }
+
+    #[inline(always)]
+    pub(super) fn at(&self, i: usize) -> Block {
+        let keep = f64x4::new(self.keep[i]);
+        Block {
+            x: f64x4::new(self.x[i]),
+            y: f64x4::new(self.y[i]),
+            ux: f64x4::new(self.ux[i]),
+            uy: f64x4::new(self.uy[i]),
+            weight: f64x4::new(self.weight[i]),
+            var_along: f64x4::new(self.var_along[i]),
+            var_across: f64x4::new(self.var_across[i]),
+            number: f64x4::new(self.number[i]),
+            keep: if i + 1 < self.n_blocks {
+                keep
+            } else {
+                keep * f64x4::new(self.last)
+            },
+        }
     }
 }
 
 impl Block {
-    /// Variances of the distances from a line with normal (`nx`, `ny`).
+    /// Variances of the distances from a line with normal (`nx`, `ny`), without what the bearings add.
     #[inline(always)]
-    pub(super) fn variance(&self, nx: f64x4, ny: f64x4, var_surface: f64x4) -> f64x4 {
+    pub(super) fn variance_by_range(&self, nx: f64x4, ny: f64x4) -> f64x4 {
         let cos = nx * self.ux + ny * self.uy;
+        cos * cos * self.var_along
+    }
+
+    /// What the bearings add.
+    #[inline(always)]
+    pub(super) fn variance_by_bearing(&self, nx: f64x4, ny: f64x4) -> f64x4 {
         let sin = nx * self.uy - ny * self.ux;
-        cos * cos * self.var_along + sin * sin * self.var_across + var_surface
+        sin * sin * self.var_across
     }
 }
 
@@ -291,14 +353,10 @@ fn rows(column: &[f64], start: usize, n_blocks: usize) -> &[[f64; LANES]] {
     &column[start..].as_chunks::<LANES>().0[..n_blocks]
 }
 
+/// [`rows`], to write to.
 #[inline(always)]
-fn store(column: &mut [f64], at: usize, values: f64x4) {
-    let room = column
-        .get_mut(at..)
-        .and_then(|c| c.first_chunk_mut::<LANES>());
-    if let Some(four) = room {
-        *four = values.to_array();
-    }
+fn rows_mut(column: &mut [f64], start: usize, n_blocks: usize) -> &mut [[f64; LANES]] {
+    &mut column[start..].as_chunks_mut::<LANES>().0[..n_blocks]
 }
 
 /// The sum of the lanes, in one order for every machine.

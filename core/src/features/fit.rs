@@ -159,6 +159,8 @@ pub(super) struct Fit {
     pub(super) ends: [Point2<f64>; 2],
     pub(super) n_points: usize,
     pub(super) chi2: f64,
+    /// The quadratic term of the residuals along the line, in standard deviations.
+    pub(super) bend: f64,
     by_heading: [Vector2<f64>; 2],
     first: usize,
     last: usize,
@@ -198,7 +200,8 @@ pub(super) fn fit_columns(columns: &Columns, piece: &Piece) -> Result<Fit, FitEr
     }
     let frame = scatter.frame()?;
     let faded = Faded::between(columns.number(first), columns.number(last));
-    let sums = Sums::of(columns, piece.range(), &frame, &faded);
+    let along = Along::between(&frame, columns.point(first), columns.point(last));
+    let sums = Sums::of(columns, piece.range(), &frame, &faded, &along);
     let foot = |index: usize| {
         let p = columns.point(index);
         p - frame.normal * (frame.normal.dot(&p.coords) - frame.line.r())
@@ -210,6 +213,7 @@ pub(super) fn fit_columns(columns: &Columns, piece: &Piece) -> Result<Fit, FitEr
         ends: [foot(first), foot(last)],
         n_points,
         chi2: sums.chi2,
+        bend: sums.bend.sigmas(),
         by_heading: sums.by_heading(&scatter, &frame),
         first,
         last,
@@ -231,21 +235,29 @@ impl Scatter {
         let w = piece.moments.w;
         let mean = Vector2::new(piece.moments.x, piece.moments.y) / w;
         let [mx, my, per_total] = [mean.x, mean.y, 1.0 / w].map(f64x4::splat);
+        let exact = columns.bearings_are_exact();
         let zero = f64x4::ZERO;
         let (mut count, mut xx, mut xy, mut yy) = (zero, zero, zero, zero);
-        for b in columns.blocks(piece.range()) {
+        let blocks = columns.blocks(piece.range());
+        for block in 0..blocks.len() {
+            let b = blocks.at(block);
             let (dx, dy) = (b.x - mx, b.y - my);
             let weight = b.weight * b.keep;
             let (wx, wy) = (weight * dx, weight * dy);
             // What the noise adds: `along` on the beam, since w σ² = 1, and `across` it.
             let along = b.keep - weight * per_total;
-            let across = weight * b.var_across * along;
             let (ux, uy) = (along * b.ux, along * b.uy);
-            let (vx, vy) = (across * b.uy, across * b.ux);
             count += b.keep;
-            xx += wx * dx - ux * b.ux - vx * b.uy;
-            xy += wx * dy - ux * b.uy + vx * b.ux;
-            yy += wy * dy - uy * b.uy - vy * b.ux;
+            xx += wx * dx - ux * b.ux;
+            xy += wx * dy - ux * b.uy;
+            yy += wy * dy - uy * b.uy;
+            if !exact {
+                let across = weight * b.var_across * along;
+                let (vx, vy) = (across * b.uy, across * b.ux);
+                xx -= vx * b.uy;
+                xy += vx * b.ux;
+                yy -= vy * b.ux;
+            }
         }
         Self {
             n_points: total(count) as usize,
@@ -308,19 +320,43 @@ impl Faded {
     }
 }
 
+/// Where a point lies along the line, as -1 at the first point and 1 at the last.
+struct Along {
+    middle: f64,
+    per_half: f64,
+}
+
+impl Along {
+    fn between(frame: &Frame, first: Point2<f64>, last: Point2<f64>) -> Self {
+        let [first, last] = [first, last].map(|p| frame.tangent.dot(&p.coords) - frame.mean_t);
+        Self {
+            middle: 0.5 * (first + last),
+            per_half: 2.0 / (last - first).abs().max(f64::MIN_POSITIVE),
+        }
+    }
+}
+
 /// Step 4: the sums over the points in the frame of the line.
 struct Sums {
     a: f64,
     b: f64,
     c: f64,
     chi2: f64,
+    bend: Bend,
     /// What a turn does to α and to n, before and after the middle.
     turn_alpha: [f64; 2],
     turn_n: [f64; 2],
 }
 
 impl Sums {
-    fn of(columns: &Columns, range: Range<usize>, frame: &Frame, faded: &Faded) -> Self {
+    fn of(
+        columns: &Columns,
+        range: Range<usize>,
+        frame: &Frame,
+        faded: &Faded,
+        along: &Along,
+    ) -> Self {
+        let [middle_t, per_half_t] = [along.middle, along.per_half].map(f64x4::splat);
         let [nx, ny, tx, ty, r, mean_t, middle, per_half, surface] = [
             frame.normal.x,
             frame.normal.y,
@@ -337,8 +373,11 @@ impl Sums {
         let zero = f64x4::ZERO;
         let (mut a, mut b, mut c, mut chi2) = (zero, zero, zero, zero);
         let (mut turn_alpha, mut turn_n) = ([zero; 2], [zero; 2]);
+        let (mut powers, mut products) = ([zero; 5], [zero; 3]);
         let exact = columns.bearings_are_exact();
-        for p in columns.blocks(range) {
+        let blocks = columns.blocks(range);
+        for block in 0..blocks.len() {
+            let p = blocks.at(block);
             let weight = p.weight * p.keep;
             let (n, t) = (nx * p.x + ny * p.y - r, tx * p.x + ty * p.y - mean_t);
             let (un, ut) = (nx * p.ux + ny * p.uy, tx * p.ux + ty * p.uy);
@@ -356,7 +395,19 @@ impl Sums {
                 c += w_bearing * ut * ut;
                 variance += ut * ut * p.var_across;
             }
-            chi2 += n * n * p.keep / variance;
+            // Σ g sᵏ and Σ g n sᵏ, with g the information of a point and s its place along the line.
+            let (g, s) = (p.keep / variance, (t - middle_t) * per_half_t);
+            let (gn, gs) = (g * n, g * s);
+            let gss = gs * s;
+            chi2 += gn * n;
+            powers[0] += g;
+            powers[1] += gs;
+            powers[2] += gss;
+            powers[3] += gss * s;
+            powers[4] += gss * s * s;
+            products[0] += gn;
+            products[1] += gn * s;
+            products[2] += gn * s * s;
             // A turn about the robot moves the point by its distance, at right angles.
             let (dn, dt) = (-(t + mean_t), r + n);
             let w_alpha = weight * (t * dn + n * dt);
@@ -376,6 +427,10 @@ impl Sums {
             b: total(b),
             c: total(c),
             chi2: total(chi2),
+            bend: Bend {
+                powers: powers.map(total),
+                products: products.map(total),
+            },
             turn_alpha: turn_alpha.map(total),
             turn_n: turn_n.map(total),
         }
@@ -409,6 +464,36 @@ impl Sums {
                 self.turn_n[side] / scatter.w + frame.mean_t * by_alpha,
             )
         })
+    }
+}
+
+/// How bent the points are: the part of s² that no line can take up, q = s² - a - b s by least squares, so that Σ g q = Σ g q s = 0,
+/// against the residuals.
+struct Bend {
+    /// Σ g sᵏ for k = 0 to 4.
+    powers: [f64; 5],
+    /// Σ g n sᵏ for k = 0 to 2.
+    products: [f64; 3],
+}
+
+impl Bend {
+    /// Σ g q n / √(Σ g q²).
+    fn sigmas(&self) -> f64 {
+        let ([s0, s1, s2, s3, s4], [n0, n1, n2]) = (self.powers, self.products);
+        let determinant = s0 * s2 - s1 * s1;
+        if determinant.is_nan() || determinant <= 0.0 {
+            return 0.0;
+        }
+        let (a, b) = (
+            (s2 * s2 - s1 * s3) / determinant,
+            (s0 * s3 - s1 * s2) / determinant,
+        );
+        let (product, norm) = (n2 - a * n0 - b * n1, s4 - a * s2 - b * s3);
+        if norm > 0.0 {
+            product.abs() / norm.sqrt()
+        } else {
+            0.0
+        }
     }
 }
 

@@ -103,10 +103,17 @@ impl NoiseAware {
         let [nx, ny, r4, surface] =
             [normal.x, normal.y, r, columns.var_surface()].map(f64x4::splat);
         let wild_squared = f64x4::splat(self.max_residual * self.max_residual);
+        let exact = columns.bearings_are_exact();
         let zero = f64x4::ZERO;
         let (mut sum, mut expected, mut variance, mut wild) = (zero, zero, zero, zero);
-        for (block, b) in columns.blocks(range.clone()).enumerate() {
-            let var = b.variance(nx, ny, surface) * b.keep;
+        let blocks = columns.blocks(range.clone());
+        for block in 0..blocks.len() {
+            let b = blocks.at(block);
+            let mut var = b.variance_by_range(nx, ny) + surface;
+            if !exact {
+                var += b.variance_by_bearing(nx, ny);
+            }
+            let var = var * b.keep;
             let d = (nx * b.x + ny * b.y - r4) * b.keep;
             sum += d.abs();
             expected += var.sqrt();

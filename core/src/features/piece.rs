@@ -100,7 +100,9 @@ fn farthest(
     };
     let (mut best, mut best_block) = (-1.0, None);
     let start = range.start;
-    for (block, b) in columns.blocks(range).enumerate() {
+    let blocks = columns.blocks(range);
+    for block in 0..blocks.len() {
+        let b = blocks.at(block);
         let found = distances(b.x, b.y, b.keep);
         let greatest = greatest(found);
         if greatest > best {
@@ -122,7 +124,9 @@ pub(super) fn largest_distance(
 ) -> f64 {
     let [nx, ny, r] = [normal.x, normal.y, r].map(f64x4::splat);
     let mut most = f64x4::ZERO;
-    for b in columns.blocks(range) {
+    let blocks = columns.blocks(range);
+    for block in 0..blocks.len() {
+        let b = blocks.at(block);
         most = most.fast_max((nx * b.x + ny * b.y - r).abs() * b.keep);
     }
     greatest(most)

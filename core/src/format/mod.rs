@@ -1,5 +1,6 @@
 //! Readers and writers of files, over byte slices: opening and saving them is the caller's.
 
+pub mod calibration;
 pub mod carmen;
 pub mod map_server;
 pub mod relations;

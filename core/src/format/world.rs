@@ -26,7 +26,7 @@
 //! | `start` | pose of the robot, m and rad, world frame |
 //! | `goal` | optional: where to go, m |
 //! | `robot` | optional: `rp6` (default) or `pioneer` |
-//! | `sensor` | optional: `lidar` (default) or `rangers` |
+//! | `sensor` | optional: `lidar` (default), `sick`, `rangers` or `sonar` |
 //! | `seed` | optional: whole number, default 1 |
 //! | `obstacles` | `polyline` (`points`, optional `closed`), `polygon` (`points`), `rectangle` (`centre`, `size`, optional `angle`), `circle` (`centre`, `radius`); each with an optional `material`: `opaque` (default), `glass`, `dark` |
 //! | `movers` | optional: `waypoints`, `speed`, `radius`, optional `closed`, optional `pause` at each way-point, s |
@@ -242,7 +242,9 @@ enum RobotFile {
 enum SensorFile {
     #[default]
     Lidar,
+    Sick,
     Rangers,
+    Sonar,
 }
 
 #[derive(Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -296,10 +298,6 @@ struct MoverFile {
     pause: f64,
 }
 
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde hands it by reference"
-)]
 fn is_zero(number: &f64) -> bool {
     *number == 0.0
 }
@@ -514,7 +512,7 @@ macro_rules! same_names {
 }
 
 same_names!(RobotFile, RobotKind: Rp6, Pioneer);
-same_names!(SensorFile, SensorKind: Lidar, Rangers);
+same_names!(SensorFile, SensorKind: Lidar, Sick, Rangers, Sonar);
 same_names!(MaterialFile, Material: Opaque, Glass, Dark);
 
 #[cfg(test)]

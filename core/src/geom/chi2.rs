@@ -11,7 +11,7 @@ pub fn chi2_quantile(degrees: f64, sigmas: f64) -> f64 {
     }
     let k = 2.0 / (9.0 * degrees);
     let root = (1.0 - k + sigmas * k.sqrt()).max(0.0);
-    degrees * root * root * root
+    degrees * (root * root * root)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Occupancy grid in growing blocks.
 //!
-//! In: points in the robot frame and the pose they were seen from. Out: log-odds per cell.
+//! In: points in the robot frame (or the [`Evidence`] they give) and the pose they were seen from. Out: log-odds per cell.
 //!
 //! 1. Each cell keeps l = ln(p / (1 - p)), 0 where nothing is known (Celej §2; Moravec & Elfes 1985).
 //! 2. A beam adds `miss` to the cells it crossed and `hit` to the one it ended in; within one scan a hit wins over

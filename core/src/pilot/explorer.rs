@@ -1,4 +1,8 @@
 //! Memory of an exploration: which frontier is looked at, and which were given up.
+//!
+//! A frontier is done with when no way leads there, when it is still there after a look from its goal, or when `looks` looks
+//! at its place (the robot came near its goal) took less than a tenth of what it promised: lack of gain. What was only
+//! seen from afar is not given up for that, or only after many more times. One that grew by half is worth another look.
 
 use nalgebra::Point2;
 
@@ -145,7 +149,13 @@ impl Explorer {
             place.targets += 1;
         }
         place.is_looked_at = false;
-        place.looks < most_looks && place.targets < TARGETS_PER_LOOK * most_looks
+        let is_worth = place.looks < most_looks && place.targets < TARGETS_PER_LOOK * most_looks;
+        if !is_worth {
+            // Should it grow, it begins anew.
+            place.gain = target.gain;
+            (place.looks, place.targets) = (0, 0);
+        }
+        is_worth
     }
 }
 
@@ -165,4 +175,76 @@ fn is_frontier(grid: &Grid, cell: CellIndex) -> bool {
     };
     grid.state(cell) == CellState::Free
         && (unknown(1, 0) || unknown(-1, 0) || unknown(0, 1) || unknown(0, -1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LOOKS: usize = 4;
+
+    fn frontier(x: f64, gain: f64) -> Frontier {
+        Frontier {
+            cells: vec![],
+            centre: Point2::new(x, 0.0),
+            gain,
+            goal: Some(Point2::new(x - 1.0, 0.0)),
+            cost: 1.0,
+            score: gain,
+        }
+    }
+
+    /// How often a frontier of this gain is chosen before it is given up, by a robot that comes to `here` each time.
+    fn times_chosen(explorer: &mut Explorer, gain: f64, here: Point2<f64>) -> usize {
+        let mut times = 0;
+        while explorer.choose(vec![frontier(5.0, gain)], LOOKS).is_some() && times < 1000 {
+            explorer.pass(here);
+            times += 1;
+        }
+        times
+    }
+
+    #[test]
+    fn looks_that_show_nothing_end_a_frontier_and_growth_opens_it_again() {
+        let mut explorer = Explorer::default();
+        let goal = Point2::new(4.0, 0.3);
+        assert_eq!(times_chosen(&mut explorer, 1.0, goal), LOOKS);
+        assert_eq!(explorer.left(Reason::NoGain), [Point2::new(5.0, 0.0)]);
+        assert_eq!(times_chosen(&mut explorer, 1.4, goal), 0);
+        assert_eq!(times_chosen(&mut explorer, 1.6, goal), LOOKS);
+        assert_eq!(times_chosen(&mut explorer, 1.6, goal), 0);
+    }
+
+    #[test]
+    fn from_afar_a_frontier_is_chosen_many_more_times_but_not_for_ever() {
+        let times = times_chosen(&mut Explorer::default(), 1.0, Point2::origin());
+        assert_eq!(times, TARGETS_PER_LOOK * LOOKS);
+    }
+
+    #[test]
+    fn looks_that_show_something_do_not_count() {
+        let mut explorer = Explorer::default();
+        let mut gain = 8.0;
+        while gain > 0.06 {
+            for _ in 1..LOOKS {
+                assert!(explorer.choose(vec![frontier(5.0, gain)], LOOKS).is_some());
+                explorer.pass(Point2::new(4.0, 0.0));
+            }
+            gain *= 0.89;
+        }
+        assert!(explorer.left(Reason::NoGain).is_empty());
+    }
+
+    #[test]
+    fn what_no_way_leads_to_is_told_apart_and_the_next_best_is_chosen() {
+        let mut explorer = Explorer::default();
+        let found = vec![frontier(5.0, 2.0), frontier(9.0, 1.0)];
+        assert_eq!(explorer.choose(found.clone(), LOOKS), found[0].goal);
+        explorer.give_up(Reason::NoWay);
+        assert_eq!(explorer.choose(found.clone(), LOOKS), found[1].goal);
+        explorer.give_up(Reason::NoGain);
+        assert_eq!(explorer.choose(found.clone(), LOOKS), None);
+        assert_eq!(explorer.left(Reason::NoWay), [found[0].centre]);
+        assert_eq!(explorer.left(Reason::NoGain), [found[1].centre]);
+    }
 }

@@ -84,27 +84,23 @@ pub fn segment(points: &Points, config: &SegmentationConfig, runs: &mut Vec<Run>
 
 /// Steps 1 to 3 by one rule.
 fn collect(beams: &[Beam], rule: &impl Joins, runs: &mut Vec<Run>) {
-    let mut open: Option<Run> = None;
-    let mut last: Option<Ray> = None;
+    // No run is open while its length is 0.
+    let mut open = Run { first: 0, len: 0 };
+    let mut last = beams.first().map_or_else(Ray::nowhere, Ray::of);
     for (index, beam) in beams.iter().enumerate() {
-        if !beam.is_hit {
-            runs.extend(open.take());
-            last = None;
-            continue;
-        }
         let ray = Ray::of(beam);
-        match &mut open {
-            Some(run) if last.is_some_and(|last| rule.joins(&last, &ray)) => run.len += 1,
-            _ => {
-                runs.extend(open.replace(Run {
-                    first: index,
-                    len: 1,
-                }));
-            }
+        if open.len > 0 && beam.is_hit && rule.joins(&last, &ray) {
+            open.len += 1;
+        } else {
+            runs.extend((open.len > 0).then_some(open));
+            open = Run {
+                first: index,
+                len: usize::from(beam.is_hit),
+            };
         }
-        last = Some(ray);
+        last = ray;
     }
-    runs.extend(open);
+    runs.extend((open.len > 0).then_some(open));
     close_circle(beams, rule, runs);
 }
 

@@ -1,12 +1,18 @@
 //! What crosses the border between a robot (real, simulated or recorded) and the rest: stamps, scans, odometry,
-//! commands, and the figures of the robot itself.
+//! commands, the figures of the robot itself, and what turns a ranger's volts into a range.
 
+mod adc;
+mod characteristic;
 mod command;
 mod model;
 mod odometry;
 mod scan;
 mod stamp;
 
+pub use adc::Adc;
+pub use characteristic::{
+    CalibrationPair, Characteristic, CharacteristicError, Fit, LEAST_PAIRS, Variable,
+};
 pub use command::Command;
 pub use model::{OdometryBias, OdometryNoise, RobotModel};
 pub use odometry::{Odometry, OdometryError, TrackOdometry, Tracks};

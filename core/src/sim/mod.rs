@@ -9,7 +9,7 @@
 //! | `drive` | from commands to track motion within the limits of speed and acceleration |
 //! | `body` | from track motion to true motion: slip, collision, contacts, bumpers |
 //! | `movers` | discs that walk along way-points |
-//! | `sensors/` | lidar, infra-red rangers on a servo |
+//! | `sensors/` | lidars, infra-red rangers on a servo, sonars |
 //! | `reachable` | what can be explored at all: the denominator of "explored fraction" |
 //!
 //! One seed, one world and one list of commands give the same bits everywhere. Motion and sensors draw from separate
@@ -29,6 +29,6 @@ pub mod worlds;
 pub use body::Bumpers;
 pub use cast::{Caster, Fan, Hit};
 pub use reachable::{ReachableArea, reachable_area};
-pub use sensors::{SensorKind, SensorModel};
+pub use sensors::{SensorKind, SensorModel, UnknownSensor};
 pub use simulation::{SimError, Simulation, TIME_STEP};
 pub use world::{Disc, Material, Mover, Obstacle, RobotKind, Shape, Wall, World, WorldError};

@@ -100,7 +100,7 @@ impl Simulation {
         seed: u64,
     ) -> Result<Self, SimError> {
         check_robot(&robot)?;
-        sensor.validate()?;
+        let at_work = Sensor::new(&sensor)?;
         if let Err(source) = world.validate(robot.radius()) {
             return Err(SimError::World {
                 name: world.name,
@@ -122,7 +122,7 @@ impl Simulation {
             walkers,
             drive: Drive::new(&robot),
             body: Body::new(&robot, &world.start, &mut motion_rng),
-            sensor: Sensor::new(&sensor),
+            sensor: at_work,
             motion_rng,
             sensor_rng,
             steps: 0,

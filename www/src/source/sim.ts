@@ -36,8 +36,7 @@ export class SimSource extends Run<WebExperiment> {
     super(module, setup.world, setup.method);
     this.#explored = new Slow(() => module.explored());
     this.read((s) => this.#look(s, 0));
-    const sensor = setup.sensor === "lidar" ? "a lidar" : "four infra-red rangers";
-    this.note("info", `A robot with ${sensor} wakes up in ${setup.world}, seed ${setup.seed}`);
+    this.note("info", `A robot with ${setup.sensor} wakes up in ${setup.world}, seed ${setup.seed}`);
   }
 
   step(): void {

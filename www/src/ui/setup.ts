@@ -1,7 +1,7 @@
 // What a run starts from: world, sensor, seed, method; files in and out.
 
 import { css, html, type TemplateResult } from "lit";
-import { type MethodName, type SensorName, WORLDS } from "../protocol.js";
+import type { MethodName } from "../protocol.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
@@ -20,6 +20,7 @@ const WORLD_WORDS: Readonly<Record<string, string>> = {
   lab: "Lab: glass and dark walls",
   crowd: "Crowd: ten people walk about",
   warehouse: "Warehouse: racks and aisles, 40 m",
+  campus: "Campus: 120 houses, for speed",
 };
 
 export class SlamSetup extends SlamElement {
@@ -50,7 +51,7 @@ export class SlamSetup extends SlamElement {
   protected override readonly topics: readonly Topic[] = ["run"];
 
   override render(): TemplateResult {
-    const { setup, source, title } = this.store;
+    const { setup, source, title, worlds, sensors } = this.store;
     const own = setup.worldJson !== null;
     const recorded = source === "replay";
     const { method } = this.store;
@@ -62,13 +63,12 @@ export class SlamSetup extends SlamElement {
           <select data-testid="world" @change=${(e: Event) => this.#restart({ world: value(e), worldJson: null })}>
             ${source === "replay" ? html`<option selected value="">Recording: ${title}</option>` : ""}
             ${own ? html`<option .selected=${source === "sim"} value=${setup.world} disabled>${setup.world}</option>` : ""}
-            ${WORLDS.map((w) => html`<option value=${w} .selected=${source === "sim" && !own && w === setup.world}>${WORLD_WORDS[w] ?? w}</option>`)}
+            ${worlds.map((w) => html`<option value=${w} .selected=${source === "sim" && !own && w === setup.world}>${WORLD_WORDS[w] ?? w}</option>`)}
           </select>
         </label>
         <label ?hidden=${recorded}>Sensor
-          <select data-testid="sensor" @change=${(e: Event) => this.#restart({ sensor: value(e) as SensorName })}>
-            <option value="lidar" .selected=${setup.sensor === "lidar"}>Lidar, 360°</option>
-            <option value="rangers" .selected=${setup.sensor === "rangers"}>4 IR rangers</option>
+          <select data-testid="sensor" @change=${(e: Event) => this.#restart({ sensor: value(e) })}>
+            ${sensors.map((s) => html`<option value=${s.name} .selected=${setup.sensor === s.name}>${s.title}</option>`)}
           </select>
         </label>
         <label>Method

@@ -8,6 +8,9 @@ use crate::association::{Candidate, ExpectedLine, Innovation, OrientedLine};
 use crate::features::LineFeature;
 use crate::geom::{Pose2, wrap};
 
+/// A landmark is not looked at closer if its r alone is further off than this many times the gate for new walls.
+const FAR_GATES: f64 = 4.0;
+
 /// What is expected of one landmark, with the Jacobians that led to it.
 pub(super) struct Expectation {
     pub(super) line: ExpectedLine,
@@ -26,6 +29,9 @@ impl EkfSlam {
         let entry = self.landmarks.get(landmark)?;
         let turn = wrap(entry.line[0] - self.pose.heading() - OrientedLine::of(seen).alpha);
         if turn.abs() > 0.8 {
+            return None;
+        }
+        if self.is_far(landmark, seen) {
             return None;
         }
         let expected = self.expect(landmark);
@@ -47,6 +53,22 @@ impl EkfSlam {
             gate: self.gate(&candidate),
         };
         Some((candidate, considered))
+    }
+
+    /// Whether the distance r alone rules a landmark out, by a bound of its variance that needs the diagonal of P only: that of a
+    /// sum is at most as many times the sum of the variances as it has terms.
+    fn is_far(&self, landmark: usize, seen: &LineFeature) -> bool {
+        let entry = &self.landmarks[landmark];
+        let oriented = OrientedLine::of(seen);
+        let tangent = entry.tangent();
+        let from = self.pose.position() - entry.anchor;
+        let off = oriented.r - (entry.line[1] - tangent.y * from.x + tangent.x * from.y);
+        let variance = |state| self.cov.get(state, state);
+        let first = ROBOT + 2 * landmark;
+        let lever = from.norm_squared();
+        let terms = variance(0) + variance(1) + lever * variance(first) + variance(first + 1);
+        let sensor = oriented.cov[(1, 1)] + self.config.r_sigma * self.config.r_sigma;
+        off * off > FAR_GATES * self.config.association.new_gate * (4.0 * terms + sensor)
     }
 
     fn gate(&self, candidate: &Candidate) -> Gate {

@@ -29,7 +29,7 @@ pub enum EkfError {
     },
 }
 
-pub(super) fn check_odometry(odometry: &Odometry) -> Result<(), EkfError> {
+pub(in crate::estimation) fn check_odometry(odometry: &Odometry) -> Result<(), EkfError> {
     let error = |what| {
         Err(EkfError::Odometry {
             from: odometry.from.seconds(),
@@ -50,7 +50,10 @@ pub(super) fn check_odometry(odometry: &Odometry) -> Result<(), EkfError> {
     Ok(())
 }
 
-pub(super) fn check_feature(index: usize, feature: &LineFeature) -> Result<(), EkfError> {
+pub(in crate::estimation) fn check_feature(
+    index: usize,
+    feature: &LineFeature,
+) -> Result<(), EkfError> {
     let error = |what| {
         Err(EkfError::Feature {
             feature: index,

@@ -18,7 +18,7 @@ use crate::features::LineFeature;
 use crate::geom::{sin_cos, wrap};
 
 /// Parts of one wall in one scan may overlap by so much, m, as a corner's last beam is shared.
-const SHARED: f64 = 0.1;
+pub(super) const SHARED: f64 = 0.1;
 
 /// How two landmarks differ.
 struct Difference {

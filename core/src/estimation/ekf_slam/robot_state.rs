@@ -33,11 +33,11 @@ pub struct OdometryErrors {
 
 /// Pose and systematic errors with their covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct RobotState {
-    pub(super) pose: Pose2,
-    pub(super) errors: OdometryErrors,
+pub(in crate::estimation) struct RobotState {
+    pub(in crate::estimation) pose: Pose2,
+    pub(in crate::estimation) errors: OdometryErrors,
     /// Of (x, y, θ, κ, s).
-    pub(super) cov: Matrix5<f64>,
+    pub(in crate::estimation) cov: Matrix5<f64>,
 }
 
 /// One step of the robot.
@@ -103,7 +103,7 @@ impl Step {
 
 impl RobotState {
     /// At the origin, which is exact, with what is known of the odometry beforehand as standard deviations.
-    pub(super) fn new(prior: &OdometryErrors) -> Self {
+    pub(in crate::estimation) fn new(prior: &OdometryErrors) -> Self {
         let mut cov = Matrix5::zeros();
         cov[(3, 3)] = prior.curvature * prior.curvature;
         cov[(4, 4)] = prior.turn_scale * prior.turn_scale;
@@ -115,7 +115,7 @@ impl RobotState {
     }
 
     /// Moved by odometry, to first order.
-    pub(super) fn moved_by(&self, odometry: &Odometry) -> Self {
+    pub(in crate::estimation) fn moved_by(&self, odometry: &Odometry) -> Self {
         let step = Step::new(&self.pose, &self.errors, odometry, self.pose.position());
         Self {
             pose: step.pose,
@@ -124,7 +124,7 @@ impl RobotState {
         }
     }
 
-    pub(super) fn estimate(&self) -> PoseEstimate {
+    pub(in crate::estimation) fn estimate(&self) -> PoseEstimate {
         PoseEstimate {
             pose: self.pose,
             cov: self.cov.fixed_view::<POSE, POSE>(0, 0).into_owned(),

@@ -148,6 +148,11 @@ fn built_in_worlds_survive_being_written_and_read() {
 #[test]
 fn schema_is_json_and_names_every_field_of_a_written_world() {
     let schema: serde_json::Value = serde_json::from_str(SCHEMA).unwrap();
+    let names = &schema["properties"]["sensor"]["enum"];
+    assert_eq!(
+        *names,
+        serde_json::json!(SensorKind::ALL.map(|(name, ..)| name))
+    );
     let mut world = worlds::builtin("arena").unwrap();
     world.movers.push(Mover {
         waypoints: vec![Point2::new(4.0, 1.0)],
@@ -228,10 +233,10 @@ fn world() -> impl Strategy<Value = World> {
         proptest::option::of(point()),
         any::<u64>(),
         any::<bool>(),
-        any::<bool>(),
+        0..SensorKind::ALL.len(),
     )
         .prop_map(
-            |(name, (obstacles, movers), goal, seed, pioneer, rangers)| World {
+            |(name, (obstacles, movers), goal, seed, pioneer, sensor)| World {
                 obstacles,
                 movers,
                 goal,
@@ -241,11 +246,7 @@ fn world() -> impl Strategy<Value = World> {
                 } else {
                     RobotKind::Rp6
                 },
-                sensor: if rangers {
-                    SensorKind::Rangers
-                } else {
-                    SensorKind::Lidar
-                },
+                sensor: SensorKind::ALL[sensor].1,
                 // Out of the way of everything above.
                 ..World::new(name, Pose2::new(500.0, -500.0, 0.0))
             },

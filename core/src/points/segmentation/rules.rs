@@ -70,6 +70,15 @@ pub(super) struct Ray {
 }
 
 impl Ray {
+    pub(super) fn nowhere() -> Self {
+        Self {
+            end: Point2::origin(),
+            from_sensor: Vector2::zeros(),
+            range: 0.0,
+            sigma: 0.0,
+        }
+    }
+
     #[inline(always)]
     pub(super) fn of(beam: &Beam) -> Self {
         Self {

@@ -1,0 +1,248 @@
+//! `ekf-cost`: what does a line cost the filter, and how does that grow with the map?
+//!
+//! 1. One correction at 100, 300 and 1 000 landmarks, by parts: Z from a 5x5 block, P Hᵀ from five columns, and the pass over the
+//!    triangle of P; the exponents of their growth, by a least-squares line through the logarithms.
+//! 2. A whole update with one match at 1 000 landmarks against one pass over as many numbers that reads, changes and writes each:
+//!    memory gives no more.
+//! 3. A step of ten observations at N = 100, 200 and 500 landmarks, association included. The bar is Eigen's rank update of a
+//!    triangle; `--bar-ms 100=0.2,200=0.7,500=4` hands in its milliseconds from the same machine, and each step may take
+//!    1.2 times as long.
+//! 4. Allocations in updates that add no landmark, after some to warm up: none.
+//!
+//! Times are medians. About 10 s.
+
+use std::alloc::System;
+use std::hint::black_box;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use nalgebra::{Matrix2, Matrix3, Matrix5, Point2, Vector2};
+use slamlab_core::estimation::{Covariance, EkfConfig, EkfSlam, SweepTiming};
+use slamlab_core::features::LineFeature;
+use slamlab_core::geom::{Line, Pose2};
+use slamlab_core::robot::{Odometry, Stamp};
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+
+use crate::Args;
+use crate::outcome::Outcome;
+
+/// Counts allocations of the whole program.
+#[global_allocator]
+static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+const SIZES: [usize; 3] = [100, 300, 1000];
+const STEP_SIZES: [usize; 3] = [100, 200, 500];
+const LINES_IN_A_STEP: usize = 10;
+const NOW: SweepTiming = SweepTiming {
+    stamp: Stamp(0),
+    lag: 0.0,
+    seconds: 0.0,
+    n_beams: 0,
+};
+
+pub(crate) fn measure(args: &Args) -> Result<Outcome> {
+    let mut outcome = Outcome::default();
+    parts_of_a_correction(&mut outcome);
+    whole_update(&mut outcome)?;
+    steps(&mut outcome, args.bar_ms.as_deref())?;
+    allocations(&mut outcome)?;
+    Ok(outcome)
+}
+
+/// Point 1.
+fn parts_of_a_correction(outcome: &mut Outcome) {
+    let mut seconds = [[0.0; SIZES.len()]; 3];
+    for (index, n) in SIZES.into_iter().enumerate() {
+        let mut p = covariance(n);
+        let landmark = 5 + 2 * (n / 2);
+        let h = [
+            (0, [0.0, -1.0]),
+            (1, [0.0, -0.1]),
+            (2, [-1.0, 0.0]),
+            (landmark, [1.0, 0.3]),
+            (landmark + 1, [0.0, 1.0]),
+        ];
+        seconds[0][index] = median(201, || {
+            // As often as a clock can tell.
+            for _ in 0..100 {
+                black_box(innovation(black_box(&p), black_box(&h)));
+            }
+        }) / 100.0;
+        let (mut a, mut b) = (vec![], vec![]);
+        seconds[1][index] = median(201, || p.product(black_box(&h), &mut a, &mut b));
+        for value in a.iter_mut().chain(b.iter_mut()) {
+            *value *= 1e-6;
+        }
+        seconds[2][index] = median(if n > 500 { 51 } else { 401 }, || {
+            p.subtract(black_box(&a), black_box(&b));
+            p.settle();
+        });
+    }
+    let names = ["innovation", "gain", "triangle"];
+    for ((name, seconds), most) in names.into_iter().zip(seconds).zip([0.2, 1.4, 2.4]) {
+        let micros: Vec<f64> = seconds.iter().map(|s| s * 1e6).collect();
+        outcome.figure(format!("{name}_us_at_100_300_1000"), micros);
+        outcome.at_most(&format!("{name}_exponent"), exponent(&seconds), most);
+    }
+}
+
+/// Z: H P Hᵀ from the elements of its five columns.
+fn innovation(p: &Covariance, h: &[(usize, [f64; 2])]) -> Matrix2<f64> {
+    let mut z = Matrix2::zeros();
+    for (i, a) in h {
+        for (j, b) in h {
+            let p = p.get(*i, *j);
+            z += Matrix2::new(a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]) * p;
+        }
+    }
+    z
+}
+
+/// Point 2.
+fn whole_update(outcome: &mut Outcome) -> Result<()> {
+    let mut slam = mapped(1000)?;
+    let seen = [wall(0)];
+    let mut failed = false;
+    let update = median(61, || failed |= step(&mut slam, &seen).is_err());
+    anyhow::ensure!(!failed, "an update failed");
+    let n = 5 + 2 * 1000;
+    let mut triangle = vec![1.0_f64; n * (n + 1) / 2];
+    let pass = median(61, || {
+        for value in black_box(&mut triangle) {
+            *value -= 1e-9;
+        }
+    });
+    outcome.figure("update_of_1000_ms", update * 1e3);
+    outcome.figure("streaming_pass_ms", pass * 1e3);
+    outcome.at_most("update_of_1000_in_streaming_passes", update / pass, 2.0);
+    Ok(())
+}
+
+/// Point 3.
+fn steps(outcome: &mut Outcome, bars: Option<&str>) -> Result<()> {
+    for n in STEP_SIZES {
+        let mut slam = mapped(n)?;
+        let seen: Vec<_> = (0..LINES_IN_A_STEP).map(wall).collect();
+        let mut failed = false;
+        let millis = 1e3 * median(201, || failed |= step(&mut slam, &seen).is_err());
+        anyhow::ensure!(!failed, "a step failed");
+        let matched = slam.report().matches.len();
+        anyhow::ensure!(matched == LINES_IN_A_STEP, "{matched} lines matched");
+        outcome.figure(format!("step_of_10_lines_at_{n}_ms"), millis);
+        if let Some(bar) = bar_of(bars, n)? {
+            let key = format!("step_of_10_lines_at_{n}_in_eigen_steps");
+            outcome.at_most(&key, millis / bar, 1.2);
+        }
+    }
+    Ok(())
+}
+
+/// The bar for `n` landmarks in a list like `100=0.2,200=0.7`.
+fn bar_of(bars: Option<&str>, n: usize) -> Result<Option<f64>> {
+    for part in bars.into_iter().flat_map(|bars| bars.split(',')) {
+        let (size, millis) = part
+            .split_once('=')
+            .with_context(|| format!("--bar-ms has `{part}`, expected N=MILLISECONDS"))?;
+        if size.trim().parse::<usize>()? == n {
+            return Ok(Some(millis.trim().parse()?));
+        }
+    }
+    Ok(None)
+}
+
+/// Point 4.
+fn allocations(outcome: &mut Outcome) -> Result<()> {
+    let mut slam = mapped(200)?;
+    let seen: Vec<_> = (0..LINES_IN_A_STEP).map(wall).collect();
+    for _ in 0..10 {
+        step(&mut slam, &seen)?;
+    }
+    let region = Region::new(ALLOCATOR);
+    for _ in 0..100 {
+        step(&mut slam, &seen)?;
+    }
+    let change = region.change();
+    let count = change.allocations + change.reallocations;
+    outcome.at_most("allocations_in_100_updates", count as f64, 0.0);
+    Ok(())
+}
+
+fn step(slam: &mut EkfSlam, seen: &[LineFeature]) -> Result<()> {
+    slam.predict(&Odometry {
+        motion: Pose2::identity(),
+        cov: Matrix3::identity() * 1e-6,
+        ..Odometry::standing(Stamp(0))
+    })?;
+    slam.update(seen, &NOW)?;
+    Ok(())
+}
+
+/// A filter that knows `n` walls.
+fn mapped(n: usize) -> Result<EkfSlam> {
+    let mut slam = EkfSlam::new(EkfConfig::default());
+    let walls: Vec<_> = (0..n).map(wall).collect();
+    for _ in 0..4 {
+        slam.update(&walls, &NOW)?;
+    }
+    let known = slam.landmarks().filter(|l| l.is_confirmed).count();
+    anyhow::ensure!(known == n, "{known} of {n} walls are in the map");
+    Ok(slam)
+}
+
+/// The `i`-th wall of a fan around the robot.
+fn wall(i: usize) -> LineFeature {
+    let line = Line::new(2.399_963 * i as f64, 1.0 + 0.02 * i as f64);
+    let foot = Point2::from(line.normal() * line.r());
+    let tangent = Vector2::new(-line.normal().y, line.normal().x);
+    LineFeature {
+        line,
+        cov: Matrix2::new(1e-5, 0.0, 0.0, 1e-5),
+        ends: [foot - tangent, foot + tangent],
+        seen_from_origin_side: true,
+        first_beam: 0,
+        last_beam: 0,
+        n_points: 20,
+        chi2: 18.0,
+        by_heading: [Vector2::zeros(); 2],
+    }
+}
+
+/// Some covariance over `n` landmarks.
+fn covariance(n: usize) -> Covariance {
+    let mut p = Covariance::new(&Matrix5::identity());
+    for _ in 0..n {
+        let row = |length: usize| {
+            let mut row = vec![0.01; length];
+            row.push(1.0);
+            row
+        };
+        let states = p.n();
+        p.push_pair([row(states), row(states + 1)]);
+    }
+    p
+}
+
+/// Median of the seconds that `work` takes.
+fn median(times: usize, mut work: impl FnMut()) -> f64 {
+    work();
+    let mut seconds: Vec<f64> = (0..times)
+        .map(|_| {
+            let begin = Instant::now();
+            work();
+            begin.elapsed().as_secs_f64()
+        })
+        .collect();
+    seconds.sort_by(f64::total_cmp);
+    seconds.get(times / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Slope of the logarithm of the time over that of the size.
+fn exponent(seconds: &[f64; SIZES.len()]) -> f64 {
+    let x = SIZES.map(|n| (n as f64).ln());
+    let y = seconds.map(f64::ln);
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let (mx, my) = (mean(&x), mean(&y));
+    let cross: f64 = x.iter().zip(&y).map(|(x, y)| (x - mx) * (y - my)).sum();
+    let square: f64 = x.iter().map(|x| (x - mx) * (x - mx)).sum();
+    cross / square
+}

@@ -1,0 +1,176 @@
+use std::f64::consts::TAU;
+
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::*;
+use crate::geom::Line;
+use crate::robot::{OdometryNoise, Stamp, Tracks};
+
+const WIDTH: f64 = 0.2;
+
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    let (u, v): (f64, f64) = (rng.random(), rng.random());
+    (-2.0 * libm::log(1.0 - u)).sqrt() * libm::cos(TAU * v)
+}
+
+/// A room of 5 x 4 m, seen from inside.
+fn room() -> Vec<KnownLine> {
+    let corners = [(0.0, 0.0), (5.0, 0.0), (5.0, 4.0), (0.0, 4.0)].map(|(x, y)| Point2::new(x, y));
+    let walls = corners.iter().zip(corners.iter().cycle().skip(1));
+    walls
+        .filter_map(|(a, b)| KnownLine::left_face(&Segment::new(*a, *b)))
+        .collect()
+}
+
+/// A known line as it is seen from `pose`, with errors drawn from `cov`.
+fn sighting(
+    known: &KnownLine,
+    pose: &Pose2,
+    cov: &Matrix2<f64>,
+    rng: &mut ChaCha8Rng,
+) -> LineFeature {
+    let ends = known.ends.map(|end| pose.inverse() * end);
+    let line = Line::through(ends[0], ends[1]).unwrap();
+    let e = cov.cholesky().unwrap().l() * Vector2::new(normal(rng), normal(rng));
+    let line = Line::new(line.alpha() + e.x, line.r() + e.y);
+    LineFeature {
+        line,
+        cov: *cov,
+        ends: ends.map(|end| line.project(end)),
+        seen_from_origin_side: true,
+        first_beam: 0,
+        last_beam: 20,
+        n_points: 21,
+        chi2: 19.0,
+        by_heading: [Vector2::zeros(); 2],
+    }
+}
+
+fn at(pose: Pose2, sigmas: [f64; 3]) -> PoseEstimate {
+    let variances = Vector3::from(sigmas.map(|s| s * s));
+    PoseEstimate {
+        pose,
+        cov: Matrix3::from_diagonal(&variances),
+    }
+}
+
+fn localiser(start: &PoseEstimate) -> LineLocaliser {
+    let exact = OdometryErrors::default();
+    LineLocaliser::new(room(), start, &exact, AssociationConfig::default())
+}
+
+#[test]
+fn faces_look_to_both_sides() {
+    let wall = Segment::new(Point2::new(1.0, 0.0), Point2::new(1.0, 2.0));
+    let [left, right] = KnownLine::both_faces(&wall)[..] else {
+        panic!("two faces");
+    };
+    // Seen from x < 1 the normal into the wall points along +x.
+    assert!(left.alpha.abs() < 1e-12 && (left.r - 1.0).abs() < 1e-12);
+    assert!(
+        (right.alpha.abs() - std::f64::consts::PI).abs() < 1e-12 && (right.r + 1.0).abs() < 1e-12
+    );
+    assert!(KnownLine::left_face(&Segment::new(wall.a, wall.a)).is_none());
+}
+
+#[test]
+fn information_of_a_standing_robot_adds_up() {
+    // Heading 0, one wall ahead: x and θ are measured independently, y is not. By hand: 1/σ² = 1/σ₀² + n/σ_z².
+    let truth = Pose2::new(2.0, 1.5, 0.0);
+    let mut slam = localiser(&at(truth, [0.1, 0.2, 0.05]));
+    let cov = Matrix2::new(4e-4, 0.0, 0.0, 9e-4);
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let ahead = room()[1];
+    for n in 1..=20 {
+        let matches = slam
+            .update(&[sighting(&ahead, &truth, &cov, &mut rng)])
+            .unwrap();
+        assert_eq!(matches.iter().map(|m| m.line).collect::<Vec<_>>(), [1]);
+        let found = slam.estimate().cov;
+        let expect = |prior: f64, measured: f64| 1.0 / (1.0 / prior + f64::from(n) / measured);
+        assert!((found[(0, 0)] - expect(0.01, 9e-4)).abs() < 1e-12);
+        assert!((found[(1, 1)] - 0.04).abs() < 1e-12);
+        assert!((found[(2, 2)] - expect(0.0025, 4e-4)).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn average_nees_lies_in_the_band_of_the_mean() {
+    // 1 000 runs around the room; the pose at the end is χ² with 3 degrees of freedom, its mean within 3 ± 1.96 √(6/1000). The gate is
+    // wide: one of 99 % drops the sightings by which large errors show, and the mean over all runs is 3.4 then.
+    let runs = 1000;
+    let wide = AssociationConfig {
+        gate: 40.0,
+        new_gate: 60.0,
+        ..AssociationConfig::default()
+    };
+    let noise = OdometryNoise {
+        per_metre: 2.5e-4,
+        lateral_per_metre: 1e-4,
+        heading_per_radian: 2e-3,
+    };
+    let cov = Matrix2::new(1e-4, 2e-5, 2e-5, 2e-4);
+    let (mut sum, mut matched, mut wrong) = (0.0, 0, 0);
+    for seed in 0..runs {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let start = at(Pose2::new(1.0, 1.0, 0.0), [0.05, 0.05, 0.03]);
+        let mut truth = Pose2::new(
+            1.0 + 0.05 * normal(&mut rng),
+            1.0 + 0.05 * normal(&mut rng),
+            0.03 * normal(&mut rng),
+        );
+        let mut slam = LineLocaliser::new(room(), &start, &OdometryErrors::default(), wide);
+        for step in 0..60 {
+            let turn = if step % 15 > 11 { 0.05 } else { 0.0 };
+            let tracks = Tracks {
+                left: 0.1 - turn,
+                right: 0.1 + turn,
+            };
+            let (motion, q) = (tracks.motion(WIDTH), tracks.covariance(WIDTH, &noise));
+            let q = q + Matrix3::identity() * 1e-10;
+            let e = q.cholesky().unwrap().l()
+                * Vector3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng));
+            truth = truth * Pose2::new(motion.x() + e.x, motion.y() + e.y, motion.heading() + e.z);
+            slam.predict(&Odometry {
+                from: Stamp(0),
+                to: Stamp(1),
+                motion,
+                cov: q,
+            })
+            .unwrap();
+            // Two of the walls at a time.
+            let seen = [step % 4, (step + 1) % 4];
+            let features = seen.map(|wall| sighting(&room()[wall], &truth, &cov, &mut rng));
+            for found in slam.update(&features).unwrap() {
+                matched += 1;
+                wrong += usize::from(found.line != seen[found.feature]);
+            }
+        }
+        sum += slam.estimate().nees(&truth).unwrap();
+    }
+    let mean = sum / runs as f64;
+    println!("NEES {mean:.3}, {matched} matched, {wrong} wrong");
+    assert!(
+        (mean - 3.0).abs() < 1.96 * (6.0 / runs as f64).sqrt(),
+        "{mean}"
+    );
+    assert!(wrong == 0 && matched > 90 * runs as usize);
+}
+
+#[test]
+fn bad_input_is_named_and_changes_nothing() {
+    let truth = Pose2::new(2.0, 1.5, 0.0);
+    let mut slam = localiser(&at(truth, [0.1, 0.2, 0.05]));
+    let before = slam.estimate();
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut bad = sighting(&room()[0], &truth, &(Matrix2::identity() * 1e-4), &mut rng);
+    bad.cov = Matrix2::new(1.0, 2.0, 2.0, 1.0);
+    let error = slam.update(&[bad]).unwrap_err().to_string();
+    assert!(error.starts_with("feature 0: "), "{error}");
+    let mut odometry = Odometry::standing(Stamp(0));
+    odometry.motion = Pose2::new(f64::NAN, 0.0, 0.0);
+    assert!(slam.predict(&odometry).is_err());
+    assert_eq!(slam.estimate(), before);
+}
