@@ -1,5 +1,7 @@
 //! A simulated run, for the page.
 
+use std::cell::OnceCell;
+
 use nalgebra::Point2;
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::format::world;
@@ -31,8 +33,8 @@ pub enum SetupError {
 #[derive(Debug)]
 pub struct WebExperiment {
     experiment: Experiment,
-    /// What can be explored at all.
-    area: ReachableArea,
+    /// What can be explored at all; found out when it is first asked for.
+    area: OnceCell<ReachableArea>,
 }
 
 #[wasm_bindgen]
@@ -63,10 +65,10 @@ impl WebExperiment {
             mode,
             ..ExperimentConfig::new(world, robot, sensor.model(), u64::from(seed))
         };
-        let resolution = config.slam.grid.resolution;
-        let experiment = Experiment::new(config)?;
-        let area = reachable_area(experiment.sim().world(), robot.radius(), resolution);
-        Ok(Self { experiment, area })
+        Ok(Self {
+            experiment: Experiment::new(config)?,
+            area: OnceCell::new(),
+        })
     }
 
     /// First half of a control period: the pilot decides.
@@ -135,10 +137,23 @@ impl WebExperiment {
             .unwrap_or_default()
     }
 
-    /// Part of the reachable area that is known, 0 to 1. Costs more than a step.
+    /// Part of the reachable area that is known, 0 to 1. Costs more than a step, and at first as much as the world's
+    /// floor is large.
     #[must_use]
     pub fn explored(&self) -> f64 {
-        self.experiment.explored_fraction(&self.area)
+        let area = self.area.get_or_init(|| {
+            let sim = self.experiment.sim();
+            let resolution = self.experiment.slam().grid().resolution();
+            reachable_area(sim.world(), sim.robot().radius(), resolution)
+        });
+        self.experiment.explored_fraction(area)
+    }
+
+    /// Area of the rectangle around the world, m².
+    #[must_use]
+    pub fn extent(&self) -> f64 {
+        let (low, high) = self.experiment.sim().world().bounds();
+        (high.x - low.x) * (high.y - low.y)
     }
 
     /// Explore from here on.

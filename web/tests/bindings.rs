@@ -58,7 +58,7 @@ fn an_experiment_steps_and_has_frames() {
     assert!(view.scan.len() > 200 && view.scan.len() % 2 == 0);
     assert!(!view.lines.is_empty() && view.lines.len() % 12 == 0);
     assert!(!run.truth().is_empty() && run.truth().len() % 4 == 0);
-    assert!(run.explored() > 0.1 && run.known_area() > 1.0);
+    assert!(run.extent() > 10.0 && run.explored() > 0.1 && run.known_area() > 1.0);
     assert_eq!(run.state_hash().len(), 16);
     let files = run.map_files("arena.pgm").map_err(words).expect("a map");
     assert!(files.pgm.starts_with(b"P5") && files.yaml.contains("arena.pgm"));

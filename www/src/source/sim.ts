@@ -14,6 +14,9 @@ type PlanPart = "path" | "rawPath" | "tree" | "frontiers";
 /** The plan is fetched this often, wall milliseconds: trees are long and change seldom. */
 const PLAN_PERIOD = 120;
 
+/** Of a world larger than this, m², nobody waits until all that can be reached is counted; the area known is told all the same. */
+const MOST_EXTENT = 10_000;
+
 /** Parts of the reachable area worth a line in the log when they become known. */
 const MILESTONES = [0.25, 0.5, 0.75, 0.9, 0.95, 0.99];
 
@@ -34,7 +37,8 @@ export class SimSource extends Run<WebExperiment> {
 
   constructor(module: WebExperiment, setup: Setup) {
     super(module, setup.world, setup.method);
-    this.#explored = new Slow(() => module.explored());
+    const countable = module.extent() < MOST_EXTENT;
+    this.#explored = new Slow(() => (countable ? module.explored() : NaN));
     this.read((s) => this.#look(s, 0));
     this.note("info", `A robot with ${setup.sensor} wakes up in ${setup.world}, seed ${setup.seed}`);
   }

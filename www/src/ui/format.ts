@@ -4,7 +4,9 @@ export const DASH = "–";
 
 export function fixed(value: number, digits: number): string {
   if (!Number.isFinite(value)) return DASH;
-  return (value < 0 ? "−" : "") + Math.abs(value).toFixed(digits);
+  const text = Math.abs(value).toFixed(digits);
+  // What rounds to zero has no sign.
+  return value < 0 && Number(text) !== 0 ? `−${text}` : text;
 }
 
 /** 83 s is 1:23. */

@@ -2,11 +2,16 @@
 
 import { addSegments, type Brush } from "./layer.js";
 
+/** Walls drawn with dashes at most. */
+const MOST_DASHED = 5000;
+
 /** The walls; they stand still, so they are drawn with the ground. */
 export function drawWalls({ context, camera, palette, scene }: Brush): void {
   context.strokeStyle = palette.css.truth;
   context.lineWidth = camera.px(1.5);
-  context.setLineDash([camera.px(5), camera.px(3)]);
+  // Dashes cost more than the walls themselves: of a whole town nobody would see them.
+  if (scene.truth.length / 4 < MOST_DASHED) context.setLineDash([camera.px(5), camera.px(3)]);
+  else context.lineWidth = camera.px(1);
   context.beginPath();
   addSegments(context, scene.truth);
   context.stroke();
