@@ -15,7 +15,7 @@ use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::{EvidenceConfig, GridConfig};
 use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation};
-use crate::robot::{RobotModel, TrackOdometry};
+use crate::robot::{Robot, RobotModel};
 use crate::sim::{SensorModel, SimError, Simulation, World};
 use crate::slam::{Method, Slam, SlamConfig, SlamError};
 pub use figures::{Figures, Record, Sample};
@@ -96,7 +96,6 @@ pub struct Experiment {
     sim: Simulation,
     slam: Slam,
     pilot: Pilot,
-    track_odometry: TrackOdometry,
     dead_reckoning: Pose2,
     map_from_world: Pose2,
     record: Record,
@@ -116,13 +115,10 @@ impl Experiment {
             config.seed ^ 0x9E37_79B9_7F4A_7C15,
         );
         pilot.set_mode(config.mode);
-        let mut track_odometry = TrackOdometry::new(&config.robot);
-        track_odometry.update(sim.stamp(), sim.ticks());
         Ok(Self {
             sim,
             slam: Slam::new(config.method, config.slam)?,
             pilot,
-            track_odometry,
             dead_reckoning: Pose2::identity(),
             map_from_world,
             record: Record::default(),
@@ -167,9 +163,7 @@ impl Experiment {
     }
 
     fn sense(&mut self) -> Result<bool, SlamError> {
-        let odometry = self
-            .track_odometry
-            .update(self.sim.stamp(), self.sim.ticks());
+        let odometry = self.sim.odometry();
         self.dead_reckoning = self.dead_reckoning * odometry.motion;
         self.slam.odometry(&odometry)?;
         let Some(scan) = self.sim.take_scan() else {

@@ -9,6 +9,7 @@ use slamlab_core::sim::{ReachableArea, SensorKind, World, reachable_area, worlds
 use slamlab_core::slam::Method;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
+use crate::bench::{BenchResponse, BenchTrial};
 use crate::inspection::Inspection;
 use crate::status::RunStatus;
 use crate::view::{self, MapFiles, SlamView};
@@ -160,6 +161,28 @@ impl WebExperiment {
         let robot = *self.experiment.sim().robot();
         self.experiment
             .drive(forward * robot.max_speed, turn * robot.max_turn_rate);
+    }
+
+    /// The robot's drive controller on a bench: a step to `forward` (a part of its highest speed), the right motor's magnet
+    /// stronger than believed by the part `mismatch`, from `pull_at` (s) on a pull back on the left track (N).
+    ///
+    /// # Errors    No controller for the robot's figures, or motors that cannot be.
+    pub fn bench(
+        &self,
+        forward: f64,
+        mismatch: f64,
+        pull: f64,
+        pull_at: f64,
+        seconds: f64,
+    ) -> Result<BenchResponse, JsError> {
+        let trial = BenchTrial {
+            forward,
+            mismatch,
+            pull,
+            pull_at,
+            seconds,
+        };
+        BenchResponse::of(self.experiment.sim().robot(), trial)
     }
 
     /// Stop at once.

@@ -3,12 +3,14 @@
 //! Numbers cross as plain fields, bulk data as typed arrays in the map frame (m, rad); the page's side of it stands in
 //! `www/src/source`. An error becomes a JavaScript `Error` with the core's own sentence, a panic a thrown string.
 
+mod bench;
 mod experiment;
 mod inspection;
 mod replay;
 mod status;
 mod view;
 
+pub use bench::BenchResponse;
 pub use experiment::{SetupError, WebExperiment};
 pub use inspection::Inspection;
 pub use replay::{WebLogReader, WebReplay};

@@ -267,3 +267,26 @@ fn a_bad_log_is_refused_with_its_line() {
             .contains("guessing")
     );
 }
+
+#[wasm_bindgen_test]
+fn on_the_bench_the_controller_keeps_straight_what_motors_bend() {
+    let run = experiment("arena", false).expect("a built-in world");
+    let answer = run
+        .bench(0.8, 0.2, 0.5, 2.0, 4.0)
+        .map_err(words)
+        .expect("a controller");
+    let n = answer.seconds.len();
+    assert_eq!(
+        (n, answer.speeds.len(), answer.headings.len()),
+        (400, 4 * n, 2 * n)
+    );
+    let (closed, open) = (answer.headings[n - 1], answer.headings[2 * n - 1]);
+    assert!(
+        closed.abs() < 0.02 && open.abs() > 10.0 * closed.abs(),
+        "{closed} {open}"
+    );
+    for side in 0..2 {
+        let speed = answer.speeds[side * n + n - 1];
+        assert!((speed - answer.wished[n - 1]).abs() < 0.02, "{speed}");
+    }
+}

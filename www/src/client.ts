@@ -166,6 +166,9 @@ export class Client {
       case "event":
         if (answer.run === this.#run) store.note(answer);
         break;
+      case "bench":
+        store.set("bench", { bench: answer.response });
+        break;
       case "saved":
         downloadAll(answer.files);
         store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(" and ")}` });

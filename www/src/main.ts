@@ -5,6 +5,7 @@ import { startKeyboard } from "./keyboard.js";
 import { download, mapPicture } from "./save.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
+import "./ui/bench.js";
 import "./ui/consistency.js";
 import "./ui/correlations.js";
 import "./ui/drop.js";
@@ -45,7 +46,7 @@ function place<T extends SlamElement | SlamMap>(tag: string): T {
 const map = place<SlamMap>("slam-map");
 const transport = place<SlamTransport>("slam-transport");
 const help = place<SlamHelp>("slam-help");
-for (const tag of ["slam-header", "slam-setup", "slam-status", "slam-plots", "slam-consistency", "slam-correlations", "slam-matches", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
+for (const tag of ["slam-header", "slam-setup", "slam-status", "slam-plots", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
   place(tag);
 }
 

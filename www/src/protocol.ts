@@ -48,6 +48,8 @@ export type Command =
   | { kind: "cancel" }
   /** Whether frames carry what goes on inside the filter. */
   | { kind: "inspect"; on: boolean }
+  /** A trial of the simulated robot's drive controller. */
+  | { kind: "bench"; trial: BenchTrial }
   | { kind: "save" }
   | { kind: "drawn" };
 
@@ -239,6 +241,30 @@ export interface Frame {
   inspection: Inspection | null;
 }
 
+/** What is asked of the motors on the bench. */
+export interface BenchTrial {
+  /** Wished speed as a part of the robot's highest. */
+  forward: number;
+  /** Part by which the right motor's magnet is stronger than the controller believes. */
+  mismatch: number;
+  /** Pull back on the left track, N, and from when on, s. */
+  pull: number;
+  pullAt: number;
+  /** How long, s. */
+  seconds: number;
+}
+
+/** Its time series, all of one length. */
+export interface BenchResponse {
+  seconds: Float64Array;
+  /** m/s. */
+  wished: Float64Array;
+  /** Left and right track with the controller, then without, m/s: four series one after the other. */
+  speeds: Float64Array;
+  /** Heading less the wished one with the controller, then without, rad. */
+  headings: Float64Array;
+}
+
 export type LogLevel = "info" | "good" | "warn";
 
 export interface SavedFile {
@@ -258,6 +284,7 @@ export type Answer =
   | { kind: "hash"; run: number; text: string }
   | { kind: "event"; run: number; time: number; level: LogLevel; text: string; topic?: string }
   | { kind: "saved"; files: SavedFile[] }
+  | { kind: "bench"; response: BenchResponse }
   /** Something could not be done; the state before stays. */
   | { kind: "failed"; text: string };
 

@@ -1,7 +1,7 @@
 // What the page knows, and who wants to hear of changes. Components read it and send commands; nothing is computed here.
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
-import type { Frame, Inspection, LogLevel, MethodName, Named, Setup, SourceKind, Status } from "./protocol.js";
+import type { BenchResponse, Frame, Inspection, LogLevel, MethodName, Named, Setup, SourceKind, Status } from "./protocol.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import { History } from "./history.js";
 
@@ -9,7 +9,7 @@ export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "layers" | "log" | "";
 
 /** `moment` is told at most ten times a second; the rest at once. */
-export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot";
+export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench";
 
 export interface LogEntry {
   time: number;
@@ -64,6 +64,8 @@ export class Store {
   /** The inside of the filter, while somebody looks into it. */
   inspection: Inspection | null = null;
   spot: Spot = { hovered: [], pinned: null };
+  /** What the drive controller did on the bench. */
+  bench: BenchResponse | null = null;
   log: LogEntry[] = [];
   toast: Toast | null = null;
   readonly history = new History();

@@ -271,6 +271,9 @@ function handle(command: Command): void {
       stale ||= inspecting;
       show();
       break;
+    case "bench":
+      if (sim) post({ kind: "bench", response: sim.bench(command.trial) });
+      break;
     case "save":
       if (source) post({ kind: "saved", files: source.files() });
       break;

@@ -14,6 +14,7 @@
     reason = "an example uses the clock, threads and floating point of the platform; the core does not"
 )]
 
+mod controller;
 mod ekf_consistency;
 mod ekf_cost;
 mod line_fit;
@@ -36,6 +37,7 @@ type Entry = (&'static str, fn(&Args) -> Result<Outcome>);
 
 /// All reports, by name.
 const REPORTS: &[Entry] = &[
+    ("controller", controller::measure),
     ("ekf-consistency", ekf_consistency::measure),
     ("ekf-cost", ekf_cost::measure),
     ("line-fit", line_fit::measure),

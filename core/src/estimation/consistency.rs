@@ -165,7 +165,8 @@ mod tests {
             // Box & Muller (1958).
             let (u, v): (f64, f64) = (1.0 - rng.random::<f64>(), rng.random());
             let normal = (-2.0 * libm::log(u)).sqrt() * libm::cos(std::f64::consts::TAU * v);
-            (scale * normal).powi(2)
+            let error = scale * normal;
+            error * error
         };
         let mut window = ConsistencyWindow::default();
         for _ in 0..WINDOW {

@@ -9,10 +9,7 @@
 
 use nalgebra::Matrix5;
 
-use super::triangle::{SymmetricMatrix, TILE};
-
-/// So many vectors may wait, two for each correction.
-const MOST_WAITING: usize = 32;
+use super::triangle::{MOST, SymmetricMatrix, TILE};
 
 /// A column of a measurement's Jacobian: the state, and how the two numbers change with it.
 pub type Column = (usize, [f64; 2]);
@@ -58,6 +55,12 @@ impl Covariance {
             let pair = w.get(row).zip(w.get(column));
             pair.map_or(f64::NAN, |(a, b)| value - a * b)
         })
+    }
+
+    /// A bound of the variance of a state without what waits, which only makes it less. O(1).
+    #[must_use]
+    pub fn variance_bound(&self, state: usize) -> f64 {
+        self.settled.get(state, state)
     }
 
     /// Moves the robot: F P Fᵀ + Q, where `robot` does that to the robot's own block and the rows of `f` belong to x, y and θ.
@@ -116,7 +119,7 @@ impl Covariance {
     pub fn subtract(&mut self, a: &[f64], b: &[f64]) {
         let n = self.n();
         debug_assert!(a.len() == n && b.len() == n);
-        if self.waiting.len() + 2 * n > MOST_WAITING * n {
+        if self.waiting.len() + 2 * n > MOST * n {
             self.settle();
         }
         self.waiting.extend_from_slice(a);

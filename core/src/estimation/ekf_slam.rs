@@ -24,7 +24,7 @@
 //! estimators"). [`Consistency::FirstEstimates`] takes them at the first ones. It is the default because it measures better:
 //! the pose's NEES (3 is honest) over 8 seeds of errands was 2.3 against 4.4 in `doors`, 3.8 against 6.8 in `office`, 4.7 against
 //! 5.6 in `loop`, with half the error. Letting the first estimates follow for some sightings gave that up again. What was left came
-//! from lines of poor direction; without them (`LineConfig::max_alpha_sigma`) it is 2.2, 2.5 and 2.5.
+//! from lines of poor direction; without them (`AcceptConfig::max_alpha_sigma`) it is 2.2, 2.5 and 2.5.
 
 mod config;
 mod correct;

@@ -4,10 +4,12 @@
 //! touches half of the numbers a full matrix would have; and symmetry needs no care, because there is only one of
 //! each pair.
 
-/// Columns that are updated together: as many as the registers hold.
-pub(super) const TILE: usize = 16;
-/// Rows that are updated before the next ones are read: as many as a processor reads ahead at a time.
-const ROWS: usize = 16;
+/// Columns that are updated together.
+pub(super) const TILE: usize = 8;
+/// Rows that are updated together: with [`TILE`], as many numbers as the registers hold.
+const ROWS: usize = 4;
+/// Vectors that are taken off together.
+pub(super) const MOST: usize = 32;
 
 /// Lower triangle of a symmetric matrix, packed by rows.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -113,67 +115,49 @@ impl SymmetricMatrix {
         above.chain(below.map(|at| self.packed.get(at).copied().unwrap_or(f64::NAN)))
     }
 
-    /// P -= Σ w wᵀ for the vectors that stand one after another in `vectors`, n numbers each: one pass over the triangle.
-    /// `tiles` is memory to work in.
+    /// P -= Σ w wᵀ for the vectors that stand one after another in `vectors`, n numbers each: one pass over the triangle for
+    /// each 32 of them. `tiles` is memory to work in.
     pub(super) fn subtract_outer(&mut self, vectors: &[f64], tiles: &mut Vec<[f64; TILE]>) {
-        // With the widest vector instructions of the machine; products and sums are rounded one by one in each, so the bits are
-        // the same.
+        let n = self.n;
+        // With the widest vector instructions of the machine; products and differences are rounded one by one in all of them,
+        // so the bits are the same.
         let arch = pulp::Arch::new();
-        match vectors.len() / self.n.max(1) {
-            0 => {}
-            2 => arch.dispatch(|| self.subtract_two(vectors)),
-            rank => {
-                pack(vectors, self.n, rank, tiles);
-                arch.dispatch(|| self.subtract_tiles(rank, tiles));
-            }
-        }
-    }
-
-    /// Two vectors: each row in one go, as fast as memory gives it.
-    #[inline(always)]
-    fn subtract_two(&mut self, vectors: &[f64]) {
-        let (a, b) = vectors.split_at(self.n);
-        let mut rest = self.packed.as_mut_slice();
-        for (row, (a_row, b_row)) in a.iter().zip(b).enumerate() {
-            let Some((elements, next)) = rest.split_at_mut_checked(row + 1) else {
-                return;
-            };
-            rest = next;
-            for ((element, a), b) in elements.iter_mut().zip(a).zip(b) {
-                *element -= a_row * a + b_row * b;
-            }
-        }
-    }
-
-    /// More vectors: some rows at a time, tile by tile, so that the part of the vectors in use stays in the first cache, and the
-    /// part of a row in registers while all vectors are taken off.
-    #[inline(always)]
-    fn subtract_tiles(&mut self, rank: usize, tiles: &[[f64; TILE]]) {
-        for first in (0..self.n).step_by(ROWS) {
-            let last = (first + ROWS).min(self.n);
-            for (number, tile) in tiles.chunks_exact(rank).enumerate() {
-                let column = number * TILE;
-                if column >= last {
-                    break;
-                }
-                for row in first.max(column)..last {
-                    let start = row * (row + 1) / 2;
-                    let end = (row + 1).min(column + TILE);
-                    let own = row / TILE * rank;
-                    let (Some(elements), Some(own)) = (
-                        self.packed.get_mut(start + column..start + end),
-                        tiles.get(own..own + rank),
-                    ) else {
-                        return;
-                    };
-                    subtract_tile(elements, own, row % TILE, tile);
-                }
-            }
+        for some in vectors.chunks((MOST * n).max(1)) {
+            let rank = some.len() / n;
+            pack(some, n, rank, tiles);
+            arch.dispatch(Pass {
+                packed: &mut self.packed,
+                n,
+                rank,
+                tiles,
+            });
         }
     }
 }
 
-/// Sorts vectors of `n` numbers by tiles: the first 16 numbers of each vector, the next 16 of each, …; zeros at the end.
+/// One pass over the triangle. Not a closure, because those are not always inlined into what was compiled for the wider
+/// instructions.
+struct Pass<'a> {
+    packed: &'a mut [f64],
+    n: usize,
+    rank: usize,
+    tiles: &'a [[f64; TILE]],
+}
+
+impl pulp::NullaryFnOnce for Pass<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        match self.rank {
+            // One match in a scan: for a known number the compiler unrolls the loop.
+            2 => subtract_rows(self.packed, self.n, 2, self.tiles),
+            rank => subtract_rows(self.packed, self.n, rank, self.tiles),
+        }
+    }
+}
+
+/// Sorts vectors of `n` numbers by tiles: the first 8 numbers of each vector, the next 8 of each, …; zeros at the end.
 fn pack(vectors: &[f64], n: usize, rank: usize, tiles: &mut Vec<[f64; TILE]>) {
     tiles.clear();
     tiles.resize(n.div_ceil(TILE) * rank, [0.0; TILE]);
@@ -187,25 +171,68 @@ fn pack(vectors: &[f64], n: usize, rank: usize, tiles: &mut Vec<[f64; TILE]>) {
     }
 }
 
-/// Takes the products of number `lane` of the vectors in `own` with `tile` off some elements of a row.
+/// The pass over the triangle: four rows at a time, so that each tile of the vectors is read once for them.
 #[inline(always)]
-fn subtract_tile(elements: &mut [f64], own: &[[f64; TILE]], lane: usize, tile: &[[f64; TILE]]) {
-    let pairs = own.iter().zip(tile).map(|(own, w)| (own[lane % TILE], w));
-    if let Ok(elements) = <&mut [f64; TILE]>::try_from(&mut *elements) {
-        // All lanes at once: the compiler keeps them in registers.
-        let mut lanes = *elements;
-        for (scale, w) in pairs {
-            for (lane, w) in lanes.iter_mut().zip(w) {
-                *lane -= scale * w;
+fn subtract_rows(packed: &mut [f64], n: usize, rank: usize, tiles: &[[f64; TILE]]) {
+    let mut rest = packed;
+    for first in (0..n).step_by(ROWS) {
+        let mut scales = [[0.0; ROWS]; MOST];
+        // A tile holds the numbers of these rows too, for TILE is a multiple of ROWS.
+        let own = tiles.iter().skip(first / TILE * rank).take(rank);
+        for (scales, own) in scales.iter_mut().zip(own) {
+            *scales = std::array::from_fn(|row| own[first % TILE + row]);
+        }
+        let mut rows: [&mut [f64]; ROWS] = Default::default();
+        for (length, row) in (first + 1..=n).zip(&mut rows) {
+            let Some((elements, next)) = rest.split_at_mut_checked(length) else {
+                return;
+            };
+            (*row, rest) = (elements, next);
+        }
+        // Tiles that lie in all four rows, then what is left of each.
+        let full = if first + ROWS <= n {
+            (first + 1) / TILE
+        } else {
+            0
+        };
+        subtract_tiles(&mut rows, &scales, rank, tiles);
+        for (index, row) in rows.into_iter().enumerate() {
+            let parts = row.chunks_mut(TILE).zip(tiles.chunks_exact(rank));
+            for (elements, tile) in parts.skip(full) {
+                for (scales, w) in scales.iter().zip(tile) {
+                    for (element, w) in elements.iter_mut().zip(w) {
+                        *element -= scales[index] * w;
+                    }
+                }
             }
         }
-        *elements = lanes;
-    } else {
-        for (scale, w) in pairs {
-            for (element, w) in elements.iter_mut().zip(w) {
-                *element -= scale * w;
+    }
+}
+
+/// The tiles that lie in all four rows: their elements stay in registers while all vectors are taken off.
+#[inline(always)]
+fn subtract_tiles(
+    rows: &mut [&mut [f64]; ROWS],
+    scales: &[[f64; ROWS]; MOST],
+    rank: usize,
+    tiles: &[[f64; TILE]],
+) {
+    let [r0, r1, r2, r3] = rows
+        .each_mut()
+        .map(|row| row.as_chunks_mut::<TILE>().0.iter_mut());
+    let rows = r0.zip(r1).zip(r2.zip(r3));
+    for (((e0, e1), (e2, e3)), tile) in rows.zip(tiles.chunks_exact(rank)) {
+        // By name and number, which the compiler keeps in registers; nested loops over arrays it does not.
+        let (mut a, mut b, mut c, mut d) = (*e0, *e1, *e2, *e3);
+        for ([s0, s1, s2, s3], w) in scales.iter().zip(tile) {
+            for lane in 0..TILE {
+                a[lane] -= s0 * w[lane];
+                b[lane] -= s1 * w[lane];
+                c[lane] -= s2 * w[lane];
+                d[lane] -= s3 * w[lane];
             }
         }
+        (*e0, *e1, *e2, *e3) = (a, b, c, d);
     }
 }
 

@@ -194,7 +194,9 @@ impl LineConfig {
             SplitRule::Classic(rule) => checks.push(("split.threshold", rule.threshold, positive)),
             SplitRule::Pilch(rule) => checks.push(("split.max_error", rule.max_error, positive)),
         }
-        let bad = checks.iter().find(|(_, value, _)| !(*value > 0.0));
+        let bad = checks
+            .iter()
+            .find(|(_, value, _)| value.is_nan() || *value <= 0.0);
         if let Some(&(field, value, expected)) = bad {
             return Err(LineError::Setting {
                 field,
@@ -217,7 +219,10 @@ impl LineConfig {
             SplitRule::Pilch(rule) => checks.push(("split.min_r2", rule.min_r2)),
             SplitRule::Classic(_) => {}
         }
-        match checks.iter().find(|(_, value)| !(*value >= 0.0)) {
+        match checks
+            .iter()
+            .find(|(_, value)| value.is_nan() || *value < 0.0)
+        {
             Some(&(field, value)) => Err(LineError::Setting {
                 field,
                 value,

@@ -78,8 +78,8 @@ pub fn intersect(
     let (na, nb) = (a.line.normal(), b.line.normal());
     let determinant = na.perp(&nb);
     let angle = libm::atan2(determinant.abs(), na.dot(&nb).abs());
-    // Written so that NaN is refused too; 1e-9 keeps the inverse finite whatever is asked for.
-    if !(angle >= config.min_angle.max(1e-9)) {
+    // 1e-9 keeps the inverse finite whatever is asked for.
+    if angle.is_nan() || angle < config.min_angle.max(1e-9) {
         return Err(IntersectionError::Parallel {
             angle,
             min_angle: config.min_angle,
@@ -89,7 +89,7 @@ pub fn intersect(
     let position = Point2::from(inverse * Vector2::new(a.line.r(), b.line.r()));
     let beyond = |f: &LineFeature| Segment::new(f.ends[0], f.ends[1]).distance(position);
     let extension = beyond(a).max(beyond(b));
-    if !(extension <= config.max_extension) {
+    if extension.is_nan() || extension > config.max_extension {
         return Err(IntersectionError::Beyond {
             extension,
             max_extension: config.max_extension,

@@ -298,10 +298,6 @@ struct MoverFile {
     pause: f64,
 }
 
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde hands it by reference"
-)]
 fn is_zero(number: &f64) -> bool {
     *number == 0.0
 }

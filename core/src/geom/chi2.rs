@@ -10,8 +10,8 @@ pub fn chi2_quantile(degrees: f64, sigmas: f64) -> f64 {
         return 0.0;
     }
     let k = 2.0 / (9.0 * degrees);
-    let root = 1.0 - k + sigmas * k.sqrt();
-    degrees * root.max(0.0).powi(3)
+    let root = (1.0 - k + sigmas * k.sqrt()).max(0.0);
+    degrees * (root * root * root)
 }
 
 #[cfg(test)]

@@ -3,8 +3,12 @@
 
 mod adc;
 mod characteristic;
+pub mod chassis;
 mod command;
+pub mod controller;
+mod interface;
 mod model;
+mod motor;
 mod odometry;
 mod scan;
 mod stamp;
@@ -14,7 +18,9 @@ pub use characteristic::{
     CalibrationPair, Characteristic, CharacteristicError, Fit, LEAST_PAIRS, Variable,
 };
 pub use command::Command;
+pub use interface::Robot;
 pub use model::{OdometryBias, OdometryNoise, RobotModel};
+pub use motor::{DriveTrain, MotorError, MotorModel};
 pub use odometry::{Odometry, OdometryError, TrackOdometry, Tracks};
 pub use scan::{Scan, ScanError};
 pub use stamp::Stamp;

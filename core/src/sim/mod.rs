@@ -6,7 +6,9 @@
 //! | `world` | what stands in the building, where the robot starts |
 //! | `worlds/` | the built-in worlds, one file each |
 //! | `cast` | rays, fans of rays and distances to walls through a grid |
-//! | `drive` | from commands to track motion within the limits of speed and acceleration |
+//! | `drive` | from commands to track motion: wished speeds within limits, the controller, the motors |
+//! | `motor` | a motor that turns: inertia, current, dry friction |
+//! | `response` | how motors and controller answer a step or a load, in time series |
 //! | `body` | from track motion to true motion: slip, collision, contacts, bumpers |
 //! | `battery` | volts that sag with the load and fall with time |
 //! | `movers` | discs that walk along way-points |
@@ -20,9 +22,11 @@ mod battery;
 mod body;
 mod cast;
 mod drive;
+mod motor;
 mod movers;
 mod noise;
 mod reachable;
+pub mod response;
 pub mod sensors;
 mod simulation;
 mod world;

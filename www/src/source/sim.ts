@@ -1,7 +1,7 @@
 // A simulated run: world, robot, sensors, SLAM and pilot in one deterministic loop of the module.
 
 import type { RunStatus, WebExperiment } from "../../pkg/slamlab_web.js";
-import type { ModeName, Setup } from "../protocol.js";
+import type { BenchResponse, BenchTrial, ModeName, Setup } from "../protocol.js";
 import { errand } from "./errand.js";
 import { Slow, Trail } from "./feeds.js";
 import { Run } from "./run.js";
@@ -72,6 +72,13 @@ export class SimSource extends Run<WebExperiment> {
     this.module.stop();
     this.note("info", "Stop");
     this.#commanded();
+  }
+
+  bench(trial: BenchTrial): BenchResponse {
+    const answer = this.module.bench(trial.forward, trial.mismatch, trial.pull, trial.pullAt, trial.seconds);
+    const { seconds, wished, speeds, headings } = answer;
+    answer.free();
+    return { seconds, wished, speeds, headings };
   }
 
   moment(): Moment {

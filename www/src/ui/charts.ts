@@ -6,6 +6,7 @@ import plotCss from "uplot/dist/uPlot.min.css";
 import { SAMPLE } from "../protocol.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
+import { axes, colourOf, faint } from "./plot_style.js";
 import { shared } from "./style.js";
 
 export interface Curve {
@@ -85,34 +86,22 @@ export abstract class SlamCharts extends SlamElement {
   }
 
   #make(curve: Curve, host: HTMLElement, i: number): uPlot {
-    const probe = this.renderRoot.querySelector<HTMLElement>(`#now-${i}`);
-    const resolve = (name: string): string => {
-      if (!probe) return "gray";
-      probe.style.setProperty("color", `var(--${name})`);
-      const colour = getComputedStyle(probe).color;
-      probe.style.removeProperty("color");
-      return colour;
-    };
-    const [line, muted, rule] = [resolve(`map-${curve.colour}`), resolve("muted"), resolve("line")];
+    const line = colourOf(host, `map-${curve.colour}`);
     this.renderRoot.querySelector<HTMLElement>(`.band-${i}`)?.style.setProperty("--band", line);
-    const faint = line.replace(/^rgb\((.*)\)$/, (_, parts: string) => `rgba(${parts}, 0.2)`);
-    const axis = { stroke: muted, font: "11px IBM Plex Mono, monospace", ticks: { show: false }, grid: { stroke: rule, width: 1 } };
+    const band = faint(line);
     const series: uPlot.Series[] = [{}, { stroke: line, width: 1.6, points: { show: false } }];
     const bands = curve.bounds.length === 2;
-    series.splice(1, 0, ...curve.bounds.map(() => ({ stroke: faint, width: 1, points: { show: false }, ...(bands ? {} : { fill: faint }) })));
+    series.splice(1, 0, ...curve.bounds.map(() => ({ stroke: band, width: 1, points: { show: false }, ...(bands ? {} : { fill: band }) })));
     const options: uPlot.Options = {
       width: Math.max(this.clientWidth, 100),
       height: HEIGHT,
       series,
-      ...(bands ? { bands: [{ series: [1, 2] as [number, number], fill: faint }] } : {}),
+      ...(bands ? { bands: [{ series: [1, 2] as [number, number], fill: band }] } : {}),
       legend: { show: false },
       cursor: { y: false, sync: { key: "slamlab" }, points: { size: 6 }, drag: { x: true, y: false } },
       padding: [6, 6, 0, 0],
       scales: { x: { time: false }, y: { range: (_u, _min, max) => [0, Math.max(max * 1.1, 1e-6)] } },
-      axes: [
-        { ...axis, size: 20, gap: 2, space: 60, values: (_u, ticks) => ticks.map((t) => `${t} s`) },
-        { ...axis, size: 44, gap: 4, space: 28 },
-      ],
+      axes: axes(host),
       hooks: { setCursor: [() => this.#readout()] },
     };
     return new uPlot(options, columns(this.store.history.columns, curve), host);

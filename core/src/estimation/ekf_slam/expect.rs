@@ -63,7 +63,7 @@ impl EkfSlam {
         let tangent = entry.tangent();
         let from = self.pose.position() - entry.anchor;
         let off = oriented.r - (entry.line[1] - tangent.y * from.x + tangent.x * from.y);
-        let variance = |state| self.cov.get(state, state);
+        let variance = |state| self.cov.variance_bound(state);
         let first = ROBOT + 2 * landmark;
         let lever = from.norm_squared();
         let terms = variance(0) + variance(1) + lever * variance(first) + variance(first + 1);

@@ -113,16 +113,17 @@ fn how_time_is_cut_does_not_matter() {
 }
 
 #[test]
-fn forward_and_turn_end_at_the_count_that_was_asked_for() {
+fn forward_and_turn_end_within_a_few_counts_of_what_was_asked_for() {
     let mut sim = simulation("office", SensorModel::lidar(), 3);
     let tick = sim.robot().metres_per_tick;
     finish(&mut sim, Command::Forward(0.6));
     let count = (0.6 / tick).round() as i64;
-    assert_eq!(sim.ticks(), [count, count]);
+    let ends = sim.ticks();
+    assert!(ends.iter().all(|end| (end - count).abs() <= 2), "{ends:?}");
     finish(&mut sim, Command::Turn(-FRAC_PI_2));
-    let [left, right] = sim.ticks();
+    let [left, right] = [0, 1].map(|side: usize| sim.ticks()[side] - ends[side]);
     let turned = (right - left) as f64 * tick / sim.robot().track_width;
-    assert!((turned + FRAC_PI_2).abs() <= 2.0 * tick / sim.robot().track_width);
+    assert!((turned + FRAC_PI_2).abs() <= 4.0 * tick / sim.robot().track_width);
     assert_eq!(sim.contacts(), 0);
 }
 
@@ -227,7 +228,7 @@ fn dead_reckoning_is_lost_after_a_few_tens_of_metres() {
 }
 
 #[test]
-fn driving_at_the_wall_makes_one_contact_and_no_hole() {
+fn driving_at_the_wall_makes_one_contact_and_no_hole_and_the_currents_rise() {
     let mut sim = simulation("corridor", SensorModel::lidar(), 2);
     sim.command(Command::Turn(FRAC_PI_2));
     sim.advance(3.0);
@@ -235,7 +236,27 @@ fn driving_at_the_wall_makes_one_contact_and_no_hole() {
         forward: 0.3,
         turn: 0.0,
     });
-    sim.advance(10.0);
+    let mean_currents = |sim: &mut Simulation| {
+        let mut sum = 0.0;
+        for _ in 0..100 {
+            sim.advance(TIME_STEP);
+            sum += 0.5 * sim.motor_currents().iter().sum::<f64>();
+        }
+        sum / 100.0
+    };
+    sim.advance(1.5);
+    assert_eq!(sim.contacts(), 0);
+    let free = mean_currents(&mut sim);
+    sim.advance(7.5);
+    let pushing = mean_currents(&mut sim);
+    // Both tracks push with nearly all their grip.
+    let drive = sim.robot().drive;
+    let more = drive.grip * drive.metres_per_radian / drive.left.torque_constant;
+    let rise = (pushing - free) / more;
+    assert!(
+        (0.6..1.2).contains(&rise),
+        "{free} A free, {pushing} A pushing"
+    );
     assert_eq!(sim.contacts(), 1);
     assert!(sim.bumpers().left || sim.bumpers().right);
     let touch = 2.0 - sim.robot().radius();
@@ -326,10 +347,11 @@ fn moving_lidar_takes_each_beam_from_where_it_was() {
     assert_eq!(scan.stamp, sim.stamp());
     assert_eq!(sim.truth_at(scan.stamp), Some(sim.truth()));
     for (i, &range) in scan.ranges.iter().enumerate() {
-        let x = sim.truth().x() - 0.3 * scan.sweep * scan.age_fraction(i);
-        let ahead = libm::cos(scan.bearings[i]);
+        let age = Stamp::from_seconds(scan.sweep * scan.age_fraction(i));
+        let then = sim.truth_at(Stamp(scan.stamp.0 - age.0)).unwrap();
+        let ahead = libm::cos(scan.bearings[i] + then.heading());
         if ahead > 0.98 {
-            let expect = (30.0 - x) / ahead;
+            let expect = (30.0 - then.x()) / ahead;
             assert!(
                 (f64::from(range) - expect).abs() < 1e-4,
                 "beam {i}: {range} against {expect}"
@@ -360,7 +382,7 @@ fn rangers_look_round_once_when_told_and_the_robot_stands_meanwhile() {
     );
     let seconds = sim.stamp().since(began);
     assert!(
-        seconds > 45.0 * 0.048 && seconds < 45.0 * 0.048 + 0.6,
+        seconds > 45.0 * 0.048 && seconds < 45.0 * 0.048 + 0.7,
         "{seconds}"
     );
     assert!(
