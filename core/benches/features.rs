@@ -1,9 +1,9 @@
 //! Line extraction from one revolution of the simulated lidar in the office: 360 beams.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use slamlab_core::features::{LineConfig, LineExtractor};
+use slamlab_core::features::{IntersectionConfig, LineConfig, LineExtractor, intersections};
 use slamlab_core::geom::Pose2;
-use slamlab_core::points::{PointConfig, Points, SegmentationConfig, segment};
+use slamlab_core::points::{PointConfig, Points, SegmentationConfig, SpacingModel, segment};
 use slamlab_core::robot::RobotModel;
 use slamlab_core::sim::{SensorModel, Simulation, worlds};
 
@@ -27,10 +27,24 @@ fn extraction(c: &mut Criterion) {
     c.bench_function("breakpoints of 360 beams", |b| {
         b.iter(|| segment(&points, &SegmentationConfig::default(), &mut runs));
     });
-    let mut extractor = LineExtractor::new(LineConfig::default());
+    let rules = [
+        ("lines of 360 beams", LineConfig::default()),
+        ("lines of 360 beams, classic", LineConfig::classic(0.1)),
+        (
+            "lines of 360 beams, Pilch",
+            LineConfig::pilch(SpacingModel::even(360.0)),
+        ),
+    ];
     let mut lines = vec![];
-    c.bench_function("lines of 360 beams", |b| {
-        b.iter(|| extractor.extract(&points, &mut lines));
+    for (name, config) in rules {
+        let mut extractor = LineExtractor::new(config);
+        c.bench_function(name, |b| {
+            b.iter(|| extractor.extract(&points, &mut lines));
+        });
+    }
+    let (config, mut corners) = (IntersectionConfig::default(), vec![]);
+    c.bench_function("crossings of the lines of a scan", |b| {
+        b.iter(|| intersections(&lines, &config, &mut corners));
     });
 }
 

@@ -9,7 +9,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::geom::Segment;
 use slamlab_core::robot::{Command, RobotModel};
-use slamlab_core::sim::{Caster, Material, SensorModel, Simulation, Wall, reachable_area, worlds};
+use slamlab_core::sim::{
+    Caster, Fan, Material, SensorModel, Simulation, Wall, reachable_area, worlds,
+};
 
 /// Rooms of 4 x 4 m side by side, each of 4 walls with a door and some furniture: about `n` walls.
 fn building(n: usize) -> (Vec<Wall>, f64) {
@@ -85,6 +87,44 @@ fn cast(c: &mut Criterion) {
     group.finish();
 }
 
+/// Scans of 360 beams from ten places of `campus`, each ray alone and all at once.
+fn campus(c: &mut Criterion) {
+    let Some((caster, mut fan)) = worlds::builtin("campus")
+        .map(|w| Caster::new(w.walls()))
+        .zip(Fan::new(360, 0.0, TAU / 360.0))
+    else {
+        return;
+    };
+    let places: Vec<_> = (0..10)
+        .map(|k| Point2::new(30.0 * f64::from(k) + 8.0, 24.0 * f64::from(k) + 12.0))
+        .collect();
+    let mut group = c.benchmark_group("campus");
+    group.throughput(Throughput::Elements(3600));
+    group.bench_function("ray_by_ray", |b| {
+        b.iter(|| {
+            let mut sum = 0.0;
+            for place in &places {
+                for beam in 0..360 {
+                    let angle = TAU * f64::from(beam) / 360.0;
+                    let direction = Vector2::new(libm::cos(angle), libm::sin(angle));
+                    let hit = caster.cast(*place, direction, 12.0);
+                    sum += hit.map_or(12.0, |h| h.distance);
+                }
+            }
+            sum
+        });
+    });
+    group.bench_function("fan", |b| {
+        b.iter(|| {
+            for place in &places {
+                caster.cast_fan(*place, 0.0, 12.0, &mut fan);
+                black_box(fan.distances());
+            }
+        });
+    });
+    group.finish();
+}
+
 /// One simulated second, driving to and fro.
 fn second(c: &mut Criterion) {
     let mut group = c.benchmark_group("simulated_second");
@@ -126,6 +166,6 @@ fn area(c: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).measurement_time(std::time::Duration::from_secs(2));
-    targets = cast, second, area
+    targets = cast, campus, second, area
 }
 criterion_main!(benches);

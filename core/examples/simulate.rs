@@ -9,17 +9,17 @@
     reason = "an example reads files and the clock; the core does not"
 )]
 
+use std::io::Write as _;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use nalgebra::Point2;
 use slamlab_core::experiment::{Experiment, ExperimentConfig, Figures};
 use slamlab_core::format::world;
 use slamlab_core::pilot::{Mode, Status};
-use slamlab_core::robot::RobotModel;
-use slamlab_core::sim::{SensorModel, World, reachable_area, worlds};
+use slamlab_core::sim::{SensorKind, World, reachable_area, worlds};
 use slamlab_core::slam::Method;
 
 /// A robot in a simulated world: it maps, finds itself, plans and drives.
@@ -28,27 +28,41 @@ struct Args {
     /// A built-in world, or the path of a world file (JSON).
     #[arg(long, default_value = "office")]
     world: String,
-    /// What the robot sees with.
-    #[arg(long, default_value = "lidar", value_parser = ["lidar", "rangers"])]
-    sensor: String,
-    /// The same seed gives the same run, to the bit.
-    #[arg(long, default_value_t = 7)]
-    seed: u64,
-    /// What the robot does.
-    #[arg(long, default_value = "explore", value_parser = ["explore", "goto"])]
-    mode: String,
-    /// Goal of `--mode goto` in the world, as `x,y` in metres; the world's own goal by default.
+    /// What the robot sees with: lidar, sick, rangers or sonar; the world's own sensor by default.
     #[arg(long)]
+    sensor: Option<SensorKind>,
+    /// The same seed gives the same run, to the bit; the world's own seed by default.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// What the robot does.
+    #[arg(long, default_value = "explore")]
+    mode: Errand,
+    /// Goal of `--mode goto` in the world, as `x,y` in metres; the world's own goal by default.
+    #[arg(long, allow_hyphen_values = true)]
     goal: Option<String>,
-    /// How the robot estimates its pose.
+    /// How the robot estimates its pose: odometry, line-ekf or scan-matching.
     #[arg(long, default_value = "line-ekf")]
     method: String,
     /// Simulated seconds after which the run is given up.
-    #[arg(long, default_value_t = 3600.0)]
+    #[arg(long, default_value = "3600", value_parser = duration, allow_hyphen_values = true)]
     max_seconds: f64,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Errand {
+    Explore,
+    Goto,
+}
+
+fn duration(text: &str) -> Result<f64, String> {
+    let seconds = text
+        .parse()
+        .ok()
+        .filter(|s: &f64| s.is_finite() && *s > 0.0);
+    seconds.ok_or_else(|| "expected a finite number of seconds above 0".to_owned())
 }
 
 fn main() -> ExitCode {
@@ -62,23 +76,27 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> Result<()> {
-    let method: Method = args.method.parse()?;
+    let method: Method = args.method.parse().context("--method")?;
     let world = load_world(&args.world)?;
-    let mode = match args.mode.as_str() {
-        "explore" => Mode::Explore,
-        _ => Mode::GoTo(goal_in_map(args, &world)?),
+    let mode = match args.mode {
+        Errand::Explore if args.goal.is_some() => bail!("--goal is for `--mode goto` only"),
+        Errand::Explore => Mode::Explore,
+        Errand::Goto => Mode::GoTo(goal_in_map(args, &world)?),
     };
-    let sensor = match args.sensor.as_str() {
-        "lidar" => SensorModel::lidar(),
-        _ => SensorModel::rangers(),
+    let sensor = args.sensor.unwrap_or(world.sensor);
+    let setup = Setup {
+        world: world.name.clone(),
+        sensor,
+        seed: args.seed.unwrap_or(world.seed),
+        mode: args.mode,
+        method,
     };
-    let robot = RobotModel::rp6();
+    let robot = world.robot.model();
     let area = reachable_area(&world, robot.radius(), 0.05);
-    let world_name = world.name.clone();
     let config = ExperimentConfig {
         method,
         mode,
-        ..ExperimentConfig::new(world, robot, sensor, args.seed)
+        ..ExperimentConfig::new(world, robot, sensor.model(), setup.seed)
     };
     let mut experiment = Experiment::new(config)?;
     let begin = Instant::now();
@@ -92,15 +110,31 @@ fn run(args: &Args) -> Result<()> {
         true => experiment.status().to_string(),
         false => format!("given up after {} simulated seconds", args.max_seconds),
     };
-    let report = report(args, &world_name, &figures, wall_seconds, finished, &reason);
-    if args.json {
-        println!("{report}");
-    } else {
-        for (key, value) in report.as_object().into_iter().flatten() {
-            println!("{key:>20}  {value}");
-        }
+    print(
+        &report(&setup, &figures, wall_seconds, finished, &reason),
+        args.json,
+    )
+    .context("cannot write to standard output")
+}
+
+fn print(report: &serde_json::Value, json: bool) -> std::io::Result<()> {
+    let mut out = std::io::stdout().lock();
+    if json {
+        return writeln!(out, "{report}");
+    }
+    for (key, value) in report.as_object().into_iter().flatten() {
+        writeln!(out, "{key:>20}  {value}")?;
     }
     Ok(())
+}
+
+/// What was run.
+struct Setup {
+    world: String,
+    sensor: SensorKind,
+    seed: u64,
+    mode: Errand,
+    method: Method,
 }
 
 fn load_world(name: &str) -> Result<World> {
@@ -123,11 +157,11 @@ fn goal_in_map(args: &Args, world: &World) -> Result<Point2<f64>> {
         Some(text) => {
             let numbers: Vec<f64> = text
                 .split(',')
-                .map(|number| number.trim().parse::<f64>())
-                .collect::<Result<_, _>>()
-                .with_context(|| format!("--goal is `{text}`, expected `x,y` in metres"))?;
-            let &[x, y] = numbers.as_slice() else {
-                bail!("--goal is `{text}`, expected two numbers `x,y`")
+                .filter_map(|number| number.trim().parse::<f64>().ok())
+                .filter(|number| number.is_finite())
+                .collect();
+            let (&[x, y], 2) = (numbers.as_slice(), text.split(',').count()) else {
+                bail!("--goal is `{text}`, expected two finite numbers `x,y` in metres")
             };
             Point2::new(x, y)
         }
@@ -139,19 +173,22 @@ fn goal_in_map(args: &Args, world: &World) -> Result<Point2<f64>> {
 }
 
 fn report(
-    args: &Args,
-    world: &str,
+    setup: &Setup,
     figures: &Figures,
     wall_seconds: f64,
     finished: bool,
     reason: &str,
 ) -> serde_json::Value {
+    let mode = match setup.mode {
+        Errand::Explore => "explore",
+        Errand::Goto => "goto",
+    };
     serde_json::json!({
-        "world": world,
-        "sensor": args.sensor,
-        "seed": args.seed,
-        "mode": args.mode,
-        "method": args.method,
+        "world": setup.world,
+        "sensor": setup.sensor.name(),
+        "seed": setup.seed,
+        "mode": mode,
+        "method": setup.method.name(),
         "finished": finished,
         "reason": reason,
         "sim_seconds": figures.sim_seconds,

@@ -13,9 +13,9 @@ use crate::estimation::EkfConfig;
 use crate::features::LineConfig;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
-use crate::map::GridConfig;
+use crate::map::{EvidenceConfig, GridConfig};
 use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation};
-use crate::robot::{RobotModel, TrackOdometry};
+use crate::robot::{Robot, RobotModel};
 use crate::sim::{SensorModel, SimError, Simulation, World};
 use crate::slam::{Method, Slam, SlamConfig, SlamError};
 pub use figures::{Figures, Record, Sample};
@@ -58,6 +58,7 @@ impl ExperimentConfig {
                 grid: GridConfig::celej(),
                 lines: LineConfig::short_range(),
                 ekf: EkfConfig::short_range(),
+                evidence: EvidenceConfig::short_range(),
                 ..SlamConfig::default()
             };
             (slam, PilotConfig::short_range())
@@ -95,7 +96,6 @@ pub struct Experiment {
     sim: Simulation,
     slam: Slam,
     pilot: Pilot,
-    track_odometry: TrackOdometry,
     dead_reckoning: Pose2,
     map_from_world: Pose2,
     record: Record,
@@ -115,13 +115,10 @@ impl Experiment {
             config.seed ^ 0x9E37_79B9_7F4A_7C15,
         );
         pilot.set_mode(config.mode);
-        let mut track_odometry = TrackOdometry::new(&config.robot);
-        track_odometry.update(sim.stamp(), sim.ticks());
         Ok(Self {
             sim,
             slam: Slam::new(config.method, config.slam)?,
             pilot,
-            track_odometry,
             dead_reckoning: Pose2::identity(),
             map_from_world,
             record: Record::default(),
@@ -166,21 +163,20 @@ impl Experiment {
     }
 
     fn sense(&mut self) -> Result<bool, SlamError> {
-        let odometry = self
-            .track_odometry
-            .update(self.sim.stamp(), self.sim.ticks());
+        let odometry = self.sim.odometry();
         self.dead_reckoning = self.dead_reckoning * odometry.motion;
         self.slam.odometry(&odometry)?;
         let Some(scan) = self.sim.take_scan() else {
             return Ok(false);
         };
         self.slam.scan(&scan)?;
-        self.record.push(Sample {
+        let sample = Sample {
             stamp: self.sim.stamp(),
             truth: self.truth(),
             estimate: self.slam.estimate(),
             odometry: self.dead_reckoning,
-        });
+        };
+        self.record.push(sample, self.slam.explain());
         Ok(true)
     }
 

@@ -24,7 +24,7 @@ use nalgebra::Point2;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::control::{SafeConfig, Steering, limit_speed};
+use crate::control::{SafeConfig, Steering, limit_speed, within_model};
 use crate::geom::{Pose2, PoseEstimate, Segment};
 use crate::map::Grid;
 use crate::plan::{Frontier, Path, Planner};
@@ -173,7 +173,7 @@ impl Pilot {
                 let since = &now.motion_since_scan;
                 limit_speed(wish, self.told, points, since, &self.model, &config)
             }
-            None => wish,
+            None => within_model(wish, &self.model),
         };
         self.told = (forward, turn);
         Command::Velocity { forward, turn }

@@ -4,6 +4,7 @@
 //!
 //! The odometry that stands in each laser message is turned into motions between scans, with the noise of a Pioneer.
 
+use crate::estimation::ConsistencyWindow;
 use crate::format::carmen::{CarmenLog, CarmenScan};
 use crate::geom::Pose2;
 use crate::hash::StateHash;
@@ -16,7 +17,10 @@ pub struct Replay {
     log: CarmenLog,
     robot: RobotModel,
     next: usize,
+    /// `ipc_timestamp` of each scan that was used, as many as the trajectory has poses.
+    used: Vec<f64>,
     slam: Slam,
+    consistency: ConsistencyWindow,
 }
 
 impl Replay {
@@ -28,7 +32,9 @@ impl Replay {
             log,
             robot: RobotModel::pioneer(),
             next: 0,
+            used: vec![],
             slam: Slam::new(method, config)?,
+            consistency: ConsistencyWindow::default(),
         })
     }
 
@@ -46,10 +52,15 @@ impl Replay {
             let motion = last.odom_from_robot.delta_to(&scan.odom_from_robot);
             recorded_odometry(&self.robot, self.log.stamp(last), stamp, motion)
         });
-        let scan = self.log.scan(scan);
+        let (seconds, scan) = (scan.ipc_seconds, self.log.scan(scan));
         self.next += 1;
         self.slam.odometry(&odometry)?;
         self.slam.scan(&scan)?;
+        self.used.push(seconds);
+        if let Some(report) = self.slam.explain() {
+            self.consistency
+                .push(None, report.nis, report.nis_degrees());
+        }
         Ok(true)
     }
 
@@ -85,6 +96,12 @@ impl Replay {
         &self.slam
     }
 
+    /// Whether the innovations of the last scans were as large as claimed; empty for methods without a line map.
+    #[must_use]
+    pub fn consistency(&self) -> &ConsistencyWindow {
+        &self.consistency
+    }
+
     /// The pose by odometry alone at the last scan; the map's frame begins at the first.
     #[must_use]
     pub fn odometry_pose(&self) -> Pose2 {
@@ -100,13 +117,12 @@ impl Replay {
         first.map_or_else(Pose2::identity, |scan| scan.odom_from_robot.inverse())
     }
 
-    /// The pose of the robot's base at each scan taken so far, with the `ipc_timestamp`, as known now.
+    /// The pose of the robot's base at each scan used so far, with the `ipc_timestamp`, as known now.
     #[must_use]
     pub fn trajectory(&self) -> Vec<(f64, Pose2)> {
-        let scans = self.log.scans.iter();
-        scans
-            .zip(self.slam.trajectory())
-            .map(|(scan, (_, pose))| (scan.ipc_seconds, pose))
+        let used = self.used.iter();
+        used.zip(self.slam.trajectory())
+            .map(|(&seconds, (_, pose))| (seconds, pose))
             .collect()
     }
 

@@ -13,16 +13,16 @@ mod estimator;
 use std::str::FromStr;
 
 use crate::estimation::{
-    Correlations, EkfConfig, EkfError, Landmark, Match, ScanMatcherConfig, ScanMatcherError,
-    UpdateReport,
+    Correlations, EkfConfig, EkfError, Landmark, Match, OdometryErrors, ScanMatcherConfig,
+    ScanMatcherError, UpdateReport,
 };
-use crate::features::{LineConfig, LineFeature};
+use crate::features::{LineConfig, LineError, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
-use crate::map::{Grid, GridConfig, GridError};
+use crate::map::{EvidenceConfig, Grid, GridConfig, GridError};
 use crate::points::{MotionHistory, PointConfig, Points};
-use crate::robot::{Odometry, Scan, ScanError, Stamp};
-use estimator::Estimator;
+use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
+use estimator::{Estimator, Sweep};
 
 /// How the pose is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,15 +48,23 @@ pub struct SlamConfig {
     pub matcher: ScanMatcherConfig,
     /// The grid of the other methods.
     pub grid: GridConfig,
+    /// What the filter over lines draws of a scan.
+    pub evidence: EvidenceConfig,
 }
 
 /// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SlamError {
+    /// The odometry is no motion.
+    #[error(transparent)]
+    Odometry(#[from] OdometryError),
     /// The scan breaks its promises.
     #[error(transparent)]
     Scan(#[from] ScanError),
+    /// A beam or a setting that the search for lines cannot use.
+    #[error(transparent)]
+    Lines(#[from] LineError),
     /// What the filter over lines refuses.
     #[error(transparent)]
     Ekf(#[from] EkfError),
@@ -97,8 +105,9 @@ impl Slam {
 
     /// Takes the motion since the last call. Readings come in order of time.
     ///
-    /// # Errors    [`SlamError::Ekf`] for a motion that is not finite.
+    /// # Errors    [`SlamError::Odometry`] for a motion that is not finite, whatever the method.
     pub fn odometry(&mut self, odometry: &Odometry) -> Result<(), SlamError> {
+        odometry.validate()?;
         self.estimator.predict(odometry)?;
         self.history.push(odometry);
         self.motion_since_scan = self.motion_since_scan * odometry.motion;
@@ -107,11 +116,18 @@ impl Slam {
 
     /// Takes a scan, whose last beam was taken at or before the end of the newest odometry.
     ///
-    /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises, [`SlamError::Ekf`] for one that the filter refuses.
+    /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises, [`SlamError::Lines`] and [`SlamError::Ekf`] for one
+    /// that the line extraction or the filter refuses.
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         scan.validate()?;
         let points = Points::from_rolling_scan(scan, &self.history, &self.config.points);
-        self.estimator.correct(&points, scan)?;
+        let sweep = Sweep {
+            scan,
+            points: &points,
+            history: &self.history,
+            config: &self.config,
+        };
+        self.estimator.correct(&sweep)?;
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
         Ok(())
@@ -128,6 +144,12 @@ impl Slam {
     #[must_use]
     pub fn method(&self) -> Method {
         self.method
+    }
+
+    /// The settings.
+    #[must_use]
+    pub fn config(&self) -> &SlamConfig {
+        &self.config
     }
 
     /// Where the robot is now, map frame, the odometry since the last scan included.
@@ -174,6 +196,18 @@ impl Slam {
     pub fn explain(&self) -> Option<&UpdateReport> {
         match &self.estimator {
             Estimator::Lines { ekf, .. } => Some(ekf.report()),
+            _ => None,
+        }
+    }
+
+    /// What the filter has learned of the odometry's systematic errors, and the standard deviations of that; `None` for
+    /// methods that do not learn them.
+    #[must_use]
+    pub fn odometry_errors(&self) -> Option<[OdometryErrors; 2]> {
+        match &self.estimator {
+            Estimator::Lines { ekf, .. } => {
+                Some([ekf.odometry_errors(), ekf.odometry_error_sigmas()])
+            }
             _ => None,
         }
     }
@@ -276,6 +310,21 @@ impl FromStr for Method {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn odometry_that_is_no_motion_leaves_every_method_as_it_was() {
+        for (name, method) in Method::ALL {
+            let mut slam = Slam::new(method, SlamConfig::default()).unwrap();
+            let mut odometry = Odometry::standing(Stamp(1_000_000));
+            slam.odometry(&odometry).unwrap();
+            let before = slam.estimate();
+            odometry.motion = Pose2::new(f64::NAN, 0.0, 0.0);
+            let error = slam.odometry(&odometry).unwrap_err();
+            assert!(matches!(error, SlamError::Odometry(_)), "{name}: {error}");
+            assert_eq!(slam.estimate(), before, "{name}");
+            assert_eq!(slam.motion_since_scan(), Pose2::identity(), "{name}");
+        }
+    }
 
     #[test]
     fn methods_are_found_by_name() {

@@ -88,7 +88,7 @@ fn run(
             let before = odometry.motion.fraction(1.0 - part);
             let motion = before.inverse() * odometry.motion;
             let points = Points::from_scan(&scan, &motion, &PointConfig::default());
-            extractor.extract(&points, &mut lines);
+            extractor.extract(&points, &mut lines).unwrap();
             let report = slam.update(&lines, &SweepTiming::of(&scan)).unwrap();
             (seen, matched, rejected) = (
                 seen + lines.len(),

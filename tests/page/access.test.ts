@@ -4,7 +4,7 @@ import { expect, test } from './fixture.ts';
 
 const REACHED = [
   'theme', 'help', 'map', 'play', 'step', 'speed', 'mode-manual', 'mode-goto', 'mode-explore', 'stop', 'layer-grid', 'layer-tree', 'world', 'sensor',
-  'method', 'seed', 'dice', 'restart', 'file', 'save-map', 'save-png', 'log',
+  'method', 'seed', 'dice', 'restart', 'file', 'save-map', 'save-png', 'tab-plots', 'tab-filter', 'tab-log',
 ];
 
 test('the tabulator reaches everything, and shows where it is', async ({ lab, page, hasTouch }) => {
@@ -59,7 +59,7 @@ for (const theme of ['light', 'dark'] as const) {
     await page.emulateMedia({ colorScheme: theme });
     await lab.open();
     await lab.pause();
-    for (const panel of hasTouch ? (['run', 'status', 'plots', 'layers', 'log'] as const) : (['run'] as const)) {
+    for (const panel of (['run', 'status', 'plots', 'filter', 'layers', 'log'] as const)) {
       await lab.show(panel);
       const { violations } = await new AxeBuilder({ page }).setLegacyMode().analyze();
       const serious = violations.filter((v) => v.impact === 'serious' || v.impact === 'critical');
@@ -71,7 +71,7 @@ for (const theme of ['light', 'dark'] as const) {
 test('nothing sticks out at 360 pixels', async ({ lab, page }) => {
   await page.setViewportSize({ width: 360, height: 740 });
   await lab.open();
-  for (const panel of ['run', 'status', 'plots', 'layers', 'log'] as const) {
+  for (const panel of ['run', 'status', 'plots', 'filter', 'layers', 'log'] as const) {
     await lab.show(panel);
     const outside = await page.evaluate(() => {
       const found: string[] = [];

@@ -49,3 +49,24 @@ test('a good world file is entered', async ({ lab, page }) => {
   await expect.poll(async () => (await lab.state()).title).toBe('room.json');
   await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(0);
 });
+
+test('what is no seed, and two files at once, are refused in words', async ({ lab, page }) => {
+  await lab.open();
+  await lab.show('run');
+  const { setup } = await lab.state();
+  for (const seed of ['-5', '', '3.5', '99999999999']) {
+    await lab.at('seed').fill(seed);
+    await lab.at('seed').blur();
+    await expect(lab.at('toast')).toContainText('A seed is a whole number');
+    await expect(lab.at('seed'), 'the field says what runs').toHaveValue(String(setup.seed));
+    await page.getByRole('button', { name: 'Close the message' }).click();
+  }
+  expect((await lab.state()).setup).toEqual(setup);
+  await page.evaluate(() => {
+    const data = new DataTransfer();
+    for (const name of ['a.log', 'b.log']) data.items.add(new File(['x'], name));
+    document.body.dispatchEvent(new DragEvent('drop', { dataTransfer: data, bubbles: true, cancelable: true }));
+  });
+  await expect(lab.at('toast')).toContainText('2 files');
+  expect((await lab.state()).source).toBe('sim');
+});

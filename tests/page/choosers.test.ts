@@ -1,6 +1,6 @@
 // Every chooser does what it says, for the eye and for the hand on the keyboard.
 import { expect, test } from './fixture.ts';
-import type { Setup } from '../../www/src/protocol.ts';
+import { type Setup } from '../../www/src/protocol.ts';
 
 test('world, sensor, method and seed start the run again', async ({ lab, page }) => {
   await lab.open();
@@ -23,6 +23,19 @@ test('world, sensor, method and seed start the run again', async ({ lab, page })
   const begun = (await lab.status()).time;
   await lab.at('restart').click();
   await lab.watch((s) => s.time, 'from the beginning').toBeLessThan(begun + 2);
+});
+
+test('every world of the page can be entered', async ({ lab, hasTouch }) => {
+  test.skip(hasTouch, 'once is enough');
+  test.setTimeout(120_000);
+  await lab.open();
+  const worlds = await lab.at('world').locator('option').evaluateAll((options) => options.map((o) => (o as HTMLOptionElement).value));
+  expect(worlds, 'small ones and large ones').toEqual(expect.arrayContaining(['office', 'campus']));
+  for (const world of worlds) {
+    await lab.at('world').selectOption(world);
+    await expect.poll(async () => (await lab.state()).title, { message: world, timeout: 30_000 }).toBe(world);
+    await lab.watch((s) => s.scans, `the robot scans in ${world}`).toBeGreaterThan(0);
+  }
 });
 
 test('the run pauses, steps one scan, and changes pace', async ({ lab }) => {

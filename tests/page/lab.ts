@@ -12,18 +12,23 @@ interface Window {
     source: string;
     title: string;
     setup: Setup;
+    method: string;
+    /** Walls that light up. */
+    spot: { hovered: number[]; pinned: number | null };
     seq: number;
     blocks: number;
     framesPerSecond: number;
     camera: { x: number; y: number; scale: number };
     toScreen(x: number, y: number): [number, number];
+    /** Ends of a wall, map frame, m: x1 y1 x2 y2. */
+    wall(id: number): number[] | null;
   };
 }
 
-export type Panel = 'run' | 'status' | 'plots' | 'layers' | 'log';
+export type Panel = 'run' | 'status' | 'plots' | 'filter' | 'layers' | 'log';
 
 /** What can be read of the page without a function call. */
-export type State = Omit<Window['slamlab'], 'toScreen'>;
+export type State = Omit<Window['slamlab'], 'toScreen' | 'wall'>;
 
 export class Lab {
   constructor(readonly page: Page) {}
@@ -42,7 +47,7 @@ export class Lab {
     return this.page.evaluate(() => {
       const { slamlab: s } = window as unknown as Window;
       return {
-        status: s.status, hash: s.hash, playing: s.playing, source: s.source, title: s.title, setup: s.setup, seq: s.seq, blocks: s.blocks,
+        status: s.status, hash: s.hash, playing: s.playing, source: s.source, title: s.title, setup: s.setup, method: s.method, spot: s.spot, seq: s.seq, blocks: s.blocks,
         framesPerSecond: s.framesPerSecond, camera: s.camera,
       };
     });
@@ -102,6 +107,14 @@ export class Lab {
     );
     if (touch) await this.page.touchscreen.tap(box.x + screenX, box.y + screenY);
     else await this.page.mouse.click(box.x + screenX, box.y + screenY);
+  }
+
+  /** The middle of a wall of the line map, m. */
+  async wallMiddle(id: number): Promise<[number, number]> {
+    const ends = await this.page.evaluate((id) => (window as unknown as Window).slamlab.wall(id), id);
+    if (!ends) throw new Error(`there is no wall ${id}`);
+    const [x1 = 0, y1 = 0, x2 = 0, y2 = 0] = ends;
+    return [(x1 + x2) / 2, (y1 + y2) / 2];
   }
 
   /** The view glides while the map grows: waits until it stands. */

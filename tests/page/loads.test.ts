@@ -39,3 +39,16 @@ test('the module arrives compressed and typed', async ({ page }) => {
   expect(headers['content-type']).toBe('application/wasm');
   expect(headers['content-encoding']).toMatch(/^(br|gzip)$/);
 });
+
+test('play and Stop are in reach on a phone held sideways', async ({ lab, page, hasTouch }) => {
+  test.skip(!hasTouch, 'a screen stands still');
+  await page.setViewportSize({ width: 844, height: 390 });
+  await lab.open();
+  await lab.at('mode-manual').tap();
+  for (const id of ['play', 'stop', 'stick']) await expect(lab.at(id), id).toBeInViewport({ ratio: 1 });
+  const stick = (await lab.at('stick').boundingBox())!;
+  for (const name of ['Zoom in', 'Zoom out', 'Show everything', 'Follow the robot']) {
+    const tool = (await page.getByRole('button', { name, exact: true }).boundingBox())!;
+    expect(tool.x >= stick.x + stick.width || tool.y + tool.height <= stick.y, `${name} is free of the stick`).toBe(true);
+  }
+});

@@ -2,6 +2,7 @@
 #![allow(missing_docs)] // a test binary has no public interface
 
 use slamlab_core::geom::{Pose2, wrap};
+use slamlab_tests::numbers;
 #[cfg(target_family = "wasm")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
@@ -23,17 +24,6 @@ fn hash(values: impl IntoIterator<Item = f64>) -> u64 {
     let mut hash = Hash(0xcbf2_9ce4_8422_2325);
     values.into_iter().for_each(|value| hash.add(value));
     hash.0
-}
-
-/// Numbers in [0, 1) without any crate: a 64-bit linear congruential generator (Knuth, MMIX).
-fn numbers() -> impl Iterator<Item = f64> {
-    let mut state = 1_u64;
-    std::iter::repeat_with(move || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    })
 }
 
 #[test]

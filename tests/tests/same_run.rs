@@ -12,6 +12,7 @@ use slamlab_core::replay::Replay;
 use slamlab_core::robot::RobotModel;
 use slamlab_core::sim::{Caster, SensorKind, worlds};
 use slamlab_core::slam::{Method, SlamConfig};
+use slamlab_tests::numbers;
 #[cfg(target_family = "wasm")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
@@ -119,15 +120,4 @@ fn recording() -> String {
         }
     }
     text
-}
-
-/// Numbers in [0, 1) without any crate: a 64-bit linear congruential generator (Knuth, MMIX).
-fn numbers() -> impl Iterator<Item = f64> {
-    let mut state = 1_u64;
-    std::iter::repeat_with(move || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    })
 }

@@ -33,7 +33,7 @@ fn lidar_explores(name: &str, seed: u64) {
     let (experiment, figures) = run(&world, SensorModel::lidar(), Mode::Explore, seed);
     let said = format!("{name}, seed {seed}: {}, {figures:?}", experiment.status());
     assert!(matches!(experiment.status(), Status::Finished(_)), "{said}");
-    assert!(figures.explored_fraction > 0.95, "{said}");
+    assert!(figures.explored_fraction > 0.98, "{said}");
     assert_eq!(figures.contacts, 0, "{said}");
     assert!(figures.position_error < 0.10, "{said}");
     assert!(figures.heading_error.to_degrees() < 2.0, "{said}");
@@ -49,6 +49,20 @@ fn lidar_explores_the_arena_to_its_end() {
 #[test]
 fn lidar_explores_rooms_with_doors_to_their_end() {
     lidar_explores("doors", 1);
+}
+
+/// Walls 2 m apart, seen at flat angles from 12 m: while each sweep was placed by odometry alone they leaked, new frontiers
+/// came up for ever, and the robot still drove to and fro after an hour.
+#[test]
+fn lidar_explores_a_bare_corridor_to_its_end() {
+    lidar_explores("corridor", 1);
+}
+
+/// As in the corridor; and later the exploration ended with half of the ring unknown, because a frontier behind a corner
+/// had been the target too often before the robot came to see it.
+#[test]
+fn lidar_explores_a_ring_to_its_end() {
+    lidar_explores("loop", 7);
 }
 
 #[test]

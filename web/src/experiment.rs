@@ -2,14 +2,17 @@
 
 use nalgebra::Point2;
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
-use slamlab_core::format::{map_server, world};
+use slamlab_core::format::world;
 use slamlab_core::geom::Pose2;
 use slamlab_core::pilot::Mode;
 use slamlab_core::sim::{ReachableArea, SensorKind, World, reachable_area, worlds};
 use slamlab_core::slam::Method;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
-use crate::view::{self, GridBlocks};
+use crate::bench::{BenchResponse, BenchTrial};
+use crate::inspection::Inspection;
+use crate::status::RunStatus;
+use crate::view::{self, MapFiles, SlamView};
 
 /// Why a setup names something that does not exist.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -18,42 +21,9 @@ pub enum SetupError {
     /// No built-in world of that name.
     #[error("there is no world `{0}`; expected one of {expected}", expected = worlds::NAMES.join(", "))]
     World(String),
-    /// No sensor of that name.
-    #[error("there is no sensor `{0}`; expected lidar or rangers")]
-    Sensor(String),
     /// No mode of that name to start with.
     #[error("there is no mode `{0}` to start with; expected manual or explore")]
     Mode(String),
-}
-
-/// The numbers of the moment; poses in the map frame, m and rad.
-#[wasm_bindgen]
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(
-    missing_docs,
-    reason = "names and units as in `Status` of www/src/protocol.ts"
-)]
-pub struct ExperimentStatus {
-    pub time: f64,
-    pub scans: u32,
-    pub x: f64,
-    pub y: f64,
-    pub heading: f64,
-    pub cov_xx: f64,
-    pub cov_xy: f64,
-    pub cov_yy: f64,
-    pub cov_heading: f64,
-    pub truth_x: f64,
-    pub truth_y: f64,
-    pub truth_heading: f64,
-    pub odometry_x: f64,
-    pub odometry_y: f64,
-    pub odometry_heading: f64,
-    pub distance: f64,
-    pub contacts: u32,
-    pub goal_x: f64,
-    pub goal_y: f64,
-    pub finished: bool,
 }
 
 /// A simulated robot that maps, finds itself, plans and drives.
@@ -80,11 +50,7 @@ impl WebExperiment {
         mode: &str,
     ) -> Result<Self, JsError> {
         let world = load_world(world, is_file)?;
-        let sensor = match sensor {
-            "lidar" => SensorKind::Lidar,
-            "rangers" => SensorKind::Rangers,
-            other => return Err(SetupError::Sensor(other.to_owned()).into()),
-        };
+        let sensor: SensorKind = sensor.parse()?;
         let mode = match mode {
             "manual" => Mode::Manual,
             "explore" => Mode::Explore,
@@ -118,38 +84,27 @@ impl WebExperiment {
 
     /// The numbers of the moment.
     #[must_use]
-    pub fn status(&self) -> ExperimentStatus {
+    pub fn status(&self) -> RunStatus {
         let (experiment, sim) = (&self.experiment, self.experiment.sim());
-        let (estimate, truth, odometry) = (
-            experiment.estimate(),
-            experiment.truth(),
-            experiment.odometry_pose(),
-        );
-        let goal = experiment
-            .pilot()
-            .goal()
-            .unwrap_or(Point2::new(f64::NAN, f64::NAN));
-        ExperimentStatus {
+        let truth = experiment.truth();
+        let goal = experiment.pilot().goal();
+        let samples = experiment.record().samples();
+        RunStatus {
             time: sim.stamp().seconds(),
-            scans: experiment.record().samples().len() as u32,
-            x: estimate.pose.x(),
-            y: estimate.pose.y(),
-            heading: estimate.pose.heading(),
-            cov_xx: estimate.cov[(0, 0)],
-            cov_xy: estimate.cov[(0, 1)],
-            cov_yy: estimate.cov[(1, 1)],
-            cov_heading: estimate.cov[(2, 2)],
+            scans: samples.len() as u32,
             truth_x: truth.x(),
             truth_y: truth.y(),
             truth_heading: truth.heading(),
-            odometry_x: odometry.x(),
-            odometry_y: odometry.y(),
-            odometry_heading: odometry.heading(),
             distance: experiment.record().distance(),
-            contacts: sim.contacts(),
-            goal_x: goal.x,
-            goal_y: goal.y,
+            contacts: f64::from(sim.contacts()),
+            goal_x: goal.map_or(f64::NAN, |goal| goal.x),
+            goal_y: goal.map_or(f64::NAN, |goal| goal.y),
             finished: experiment.status().is_over(),
+            ..RunStatus::of(
+                experiment.slam(),
+                &experiment.odometry_pose(),
+                experiment.record().consistency(),
+            )
         }
     }
 
@@ -206,6 +161,28 @@ impl WebExperiment {
         let robot = *self.experiment.sim().robot();
         self.experiment
             .drive(forward * robot.max_speed, turn * robot.max_turn_rate);
+    }
+
+    /// The robot's drive controller on a bench: a step to `forward` (a part of its highest speed), the right motor's magnet
+    /// stronger than believed by the part `mismatch`, from `pull_at` (s) on a pull back on the left track (N).
+    ///
+    /// # Errors    No controller for the robot's figures, or motors that cannot be.
+    pub fn bench(
+        &self,
+        forward: f64,
+        mismatch: f64,
+        pull: f64,
+        pull_at: f64,
+        seconds: f64,
+    ) -> Result<BenchResponse, JsError> {
+        let trial = BenchTrial {
+            forward,
+            mismatch,
+            pull,
+            pull_at,
+            seconds,
+        };
+        BenchResponse::of(self.experiment.sim().robot(), trial)
     }
 
     /// Stop at once.
@@ -283,62 +260,48 @@ impl WebExperiment {
         view::polyline(&centres)
     }
 
-    /// x y of what the last scan hit.
+    /// The map since `revision` of `generation`, and the last scan.
     #[must_use]
-    pub fn scan(&self) -> Vec<f32> {
-        let slam = self.experiment.slam();
-        let map_from_robot_at_scan = slam.estimate().pose * slam.motion_since_scan().inverse();
-        view::hits(slam.points(), &map_from_robot_at_scan)
+    pub fn view(&self, generation: u32, revision: f64) -> SlamView {
+        SlamView::since(self.experiment.slam(), generation, revision)
     }
 
-    /// The walls of the line map, see `LINE_STRIDE` of www/src/protocol.ts.
+    /// Why the last scan's lines were matched, and how errors hang together; nothing for methods without a line map.
     #[must_use]
-    pub fn lines(&self) -> Vec<f64> {
-        view::lines(self.experiment.slam())
+    pub fn inspect(&self) -> Option<Inspection> {
+        Inspection::of(self.experiment.slam())
     }
 
-    /// Blocks of the grid that changed after a revision.
+    /// Walls that the last scan showed to be parts of others: the one that stays and the one that goes, pair by pair.
     #[must_use]
-    pub fn grid_since(&self, revision: f64) -> GridBlocks {
-        GridBlocks::since(self.experiment.slam().grid(), revision)
+    pub fn merged(&self) -> Vec<u32> {
+        view::merged(self.experiment.slam())
     }
 
-    /// Changes when the grid was drawn anew and old blocks are worth nothing.
+    /// Whether the filter is honest, and the likeliest cause if not: a name of `Diagnosis`.
     #[must_use]
-    pub fn grid_generation(&self) -> u32 {
-        self.experiment.slam().grid_version() as u32
-    }
-
-    /// Side of a cell, m.
-    #[must_use]
-    pub fn grid_resolution(&self) -> f64 {
-        self.experiment.slam().grid().resolution()
+    pub fn diagnosis(&self) -> String {
+        let consistency = self.experiment.record().consistency();
+        consistency.diagnosis().name().to_owned()
     }
 
     /// Area known to be free, m². Costs more than a step.
     #[must_use]
     pub fn known_area(&self) -> f64 {
-        view::free_area(self.experiment.slam().grid())
+        view::free_area(self.experiment.slam())
+    }
+
+    /// The grid as files of map_server, whose YAML names the picture `image`.
+    ///
+    /// # Errors    An empty map.
+    pub fn map_files(&self, image: &str) -> Result<MapFiles, JsError> {
+        MapFiles::of(self.experiment.slam(), image)
     }
 
     /// Fingerprint of the whole state, 16 hexadecimal digits.
     #[must_use]
     pub fn state_hash(&self) -> String {
         format!("{:016x}", self.experiment.state_hash())
-    }
-
-    /// The grid as a PGM of map_server.
-    ///
-    /// # Errors    An empty map.
-    pub fn map_pgm(&self) -> Result<Vec<u8>, JsError> {
-        Ok(map_server::write(self.experiment.slam().grid(), "")?.pgm)
-    }
-
-    /// The YAML of map_server that goes with the PGM of the given name.
-    ///
-    /// # Errors    An empty map.
-    pub fn map_yaml(&self, image: &str) -> Result<String, JsError> {
-        Ok(map_server::write(self.experiment.slam().grid(), image)?.yaml)
     }
 }
 

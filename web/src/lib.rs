@@ -3,14 +3,21 @@
 //! Numbers cross as plain fields, bulk data as typed arrays in the map frame (m, rad); the page's side of it stands in
 //! `www/src/source`. An error becomes a JavaScript `Error` with the core's own sentence, a panic a thrown string.
 
+mod bench;
 mod experiment;
+mod inspection;
 mod replay;
+mod status;
 mod view;
 
-pub use experiment::{ExperimentStatus, SetupError, WebExperiment};
-pub use replay::{ReplayStatus, WebLogReader, WebReplay};
-pub use view::GridBlocks;
+pub use bench::BenchResponse;
+pub use experiment::{SetupError, WebExperiment};
+pub use inspection::Inspection;
+pub use replay::{WebLogReader, WebReplay};
+pub use status::RunStatus;
+pub use view::{MapFiles, SlamView};
 
+use slamlab_core::sim::{SensorKind, worlds};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 /// The version of the core inside the module.
@@ -18,6 +25,21 @@ use wasm_bindgen::prelude::wasm_bindgen;
 #[must_use]
 pub fn version() -> String {
     env!("CARGO_PKG_VERSION").to_owned()
+}
+
+/// Names of the built-in worlds.
+#[wasm_bindgen]
+#[must_use]
+pub fn world_names() -> Vec<String> {
+    worlds::NAMES.map(str::to_owned).into()
+}
+
+/// Names of the sensors, each followed by what a person calls it.
+#[wasm_bindgen]
+#[must_use]
+pub fn sensor_names() -> Vec<String> {
+    let names = SensorKind::ALL.map(|(name, _, title)| [name, title]);
+    names.as_flattened().iter().map(|&n| n.to_owned()).collect()
 }
 
 /// A panic is thrown with its text, so that the page can say what happened instead of "unreachable executed".

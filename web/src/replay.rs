@@ -1,36 +1,14 @@
 //! A recorded log, for the page.
 
-use slamlab_core::format::{carmen::CarmenReader, map_server};
+use slamlab_core::format::carmen::CarmenReader;
 use slamlab_core::replay::Replay;
 use slamlab_core::robot::RobotModel;
 use slamlab_core::slam::{Method, SlamConfig};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
-use crate::view::{self, GridBlocks};
-
-/// The numbers of the moment; poses in the map frame, m and rad.
-#[wasm_bindgen]
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(
-    missing_docs,
-    reason = "names and units as in `Status` of www/src/protocol.ts"
-)]
-pub struct ReplayStatus {
-    pub time: f64,
-    pub progress: f64,
-    pub scans: u32,
-    pub x: f64,
-    pub y: f64,
-    pub heading: f64,
-    pub cov_xx: f64,
-    pub cov_xy: f64,
-    pub cov_yy: f64,
-    pub cov_heading: f64,
-    pub odometry_x: f64,
-    pub odometry_y: f64,
-    pub odometry_heading: f64,
-    pub loop_closures: u32,
-}
+use crate::inspection::Inspection;
+use crate::status::RunStatus;
+use crate::view::{self, MapFiles, SlamView};
 
 /// A CARMEN log that is being read.
 #[wasm_bindgen]
@@ -88,24 +66,14 @@ impl WebReplay {
 
     /// The numbers of the moment.
     #[must_use]
-    pub fn status(&self) -> ReplayStatus {
-        let (estimate, odometry) = (self.replay.slam().estimate(), self.replay.odometry_pose());
-        let last = self.replay.last();
-        ReplayStatus {
-            time: last.map_or(0.0, |scan| self.replay.log().stamp(scan).seconds()),
-            progress: self.replay.progress(),
-            scans: self.replay.scans_done() as u32,
-            x: estimate.pose.x(),
-            y: estimate.pose.y(),
-            heading: estimate.pose.heading(),
-            cov_xx: estimate.cov[(0, 0)],
-            cov_xy: estimate.cov[(0, 1)],
-            cov_yy: estimate.cov[(1, 1)],
-            cov_heading: estimate.cov[(2, 2)],
-            odometry_x: odometry.x(),
-            odometry_y: odometry.y(),
-            odometry_heading: odometry.heading(),
-            loop_closures: self.replay.slam().loop_closures() as u32,
+    pub fn status(&self) -> RunStatus {
+        let replay = &self.replay;
+        let last = replay.last();
+        RunStatus {
+            time: last.map_or(0.0, |scan| replay.log().stamp(scan).seconds()),
+            progress: replay.progress(),
+            scans: replay.scans_done() as u32,
+            ..RunStatus::of(replay.slam(), &replay.odometry_pose(), replay.consistency())
         }
     }
 
@@ -150,60 +118,46 @@ impl WebReplay {
         vec![0.5 * robot.length, 0.5 * robot.width]
     }
 
-    /// x y of what the last scan hit.
+    /// The map since `revision` of `generation`, and the last scan.
     #[must_use]
-    pub fn scan(&self) -> Vec<f32> {
-        let slam = self.replay.slam();
-        view::hits(slam.points(), &slam.estimate().pose)
+    pub fn view(&self, generation: u32, revision: f64) -> SlamView {
+        SlamView::since(self.replay.slam(), generation, revision)
     }
 
-    /// The walls of the line map, see `LINE_STRIDE` of www/src/protocol.ts.
+    /// Why the last scan's lines were matched, and how errors hang together; nothing for methods without a line map.
     #[must_use]
-    pub fn lines(&self) -> Vec<f64> {
-        view::lines(self.replay.slam())
+    pub fn inspect(&self) -> Option<Inspection> {
+        Inspection::of(self.replay.slam())
     }
 
-    /// Blocks of the grid that changed after a revision.
+    /// Walls that the last scan showed to be parts of others: the one that stays and the one that goes, pair by pair.
     #[must_use]
-    pub fn grid_since(&self, revision: f64) -> GridBlocks {
-        GridBlocks::since(self.replay.slam().grid(), revision)
+    pub fn merged(&self) -> Vec<u32> {
+        view::merged(self.replay.slam())
     }
 
-    /// Changes when the grid was drawn anew and old blocks are worth nothing.
+    /// Whether the filter is honest, and the likeliest cause if not: a name of `Diagnosis`.
     #[must_use]
-    pub fn grid_generation(&self) -> u32 {
-        self.replay.slam().grid_version() as u32
-    }
-
-    /// Side of a cell, m.
-    #[must_use]
-    pub fn grid_resolution(&self) -> f64 {
-        self.replay.slam().grid().resolution()
+    pub fn diagnosis(&self) -> String {
+        self.replay.consistency().diagnosis().name().to_owned()
     }
 
     /// Area known to be free, m². Costs more than a step.
     #[must_use]
     pub fn known_area(&self) -> f64 {
-        view::free_area(self.replay.slam().grid())
+        view::free_area(self.replay.slam())
+    }
+
+    /// The grid as files of map_server, whose YAML names the picture `image`.
+    ///
+    /// # Errors    An empty map.
+    pub fn map_files(&self, image: &str) -> Result<MapFiles, JsError> {
+        MapFiles::of(self.replay.slam(), image)
     }
 
     /// Fingerprint of the whole trajectory, 16 hexadecimal digits.
     #[must_use]
     pub fn state_hash(&self) -> String {
         format!("{:016x}", self.replay.state_hash())
-    }
-
-    /// The grid as a PGM of map_server.
-    ///
-    /// # Errors    An empty map.
-    pub fn map_pgm(&self) -> Result<Vec<u8>, JsError> {
-        Ok(map_server::write(self.replay.slam().grid(), "")?.pgm)
-    }
-
-    /// The YAML of map_server that goes with the PGM of the given name.
-    ///
-    /// # Errors    An empty map.
-    pub fn map_yaml(&self, image: &str) -> Result<String, JsError> {
-        Ok(map_server::write(self.replay.slam().grid(), image)?.yaml)
     }
 }

@@ -1,60 +1,78 @@
 //! What a person sees of a map, flattened for the page.
 
 use nalgebra::Point2;
+use slamlab_core::format::map_server;
 use slamlab_core::geom::{Pose2, Segment};
-use slamlab_core::map::{CellState, Grid};
+use slamlab_core::map::CellState;
 use slamlab_core::points::Points;
 use slamlab_core::slam::Slam;
-use wasm_bindgen::prelude::wasm_bindgen;
+use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
-/// Blocks of the grid that changed.
-#[wasm_bindgen]
+/// What a person sees of [`Slam`], whatever feeds it: map frame, m and rad.
+#[wasm_bindgen(getter_with_clone)]
 #[derive(Clone, Debug, PartialEq)]
-pub struct GridBlocks {
-    revision: u64,
-    index: Vec<i32>,
-    cells: Vec<u8>,
-}
-
-#[wasm_bindgen]
-impl GridBlocks {
-    /// Hand it in next time to get what changed since.
-    #[wasm_bindgen(getter)]
-    #[must_use]
-    pub fn revision(&self) -> f64 {
-        self.revision as f64
-    }
-
-    /// Column and row of each block, in blocks.
-    #[wasm_bindgen(getter)]
-    #[must_use]
-    pub fn index(&self) -> Vec<i32> {
-        self.index.clone()
-    }
-
-    /// 64 x 64 cells of each block in rows from the lower left: 0 unknown, else 1 + 254 p, p the probability of an
+pub struct SlamView {
+    /// Changes when the grid was drawn anew and old blocks are worth nothing.
+    pub generation: u32,
+    /// With `generation`, hand it in next time to get what changed since.
+    pub revision: f64,
+    /// Side of a cell, m.
+    pub resolution: f64,
+    /// Column and row of each block that changed, in blocks.
+    pub blocks: Vec<i32>,
+    /// 64 x 64 cells of each such block in rows from the lower left: 0 unknown, else 1 + 254 p, p the probability of an
     /// obstacle.
-    #[wasm_bindgen(getter)]
-    #[must_use]
-    pub fn cells(&self) -> Vec<u8> {
-        self.cells.clone()
+    pub cells: Vec<u8>,
+    /// x y of what the last scan hit.
+    pub scan: Vec<f32>,
+    /// The walls of the line map, see `LINE_STRIDE` of www/src/protocol.ts.
+    pub lines: Vec<f64>,
+}
+
+impl SlamView {
+    /// The view of someone who knows the grid up to `revision` of `generation`.
+    pub(crate) fn since(slam: &Slam, generation: u32, revision: f64) -> Self {
+        let (grid, now) = (slam.grid(), slam.grid_version() as u32);
+        let known = if now == generation {
+            revision as u64
+        } else {
+            0
+        };
+        let mut view = Self {
+            generation: now,
+            revision: grid.revision() as f64,
+            resolution: grid.resolution(),
+            blocks: vec![],
+            cells: vec![],
+            scan: hits(slam),
+            lines: lines(slam),
+        };
+        for (block, log_odds) in grid.blocks_since(known) {
+            view.blocks.extend([block.col, block.row]);
+            view.cells.extend(log_odds.iter().map(|&l| tone(l)));
+        }
+        view
     }
 }
 
-impl GridBlocks {
-    /// The blocks of `grid` that changed after `since`.
-    #[must_use]
-    pub fn since(grid: &Grid, since: f64) -> Self {
-        let mut blocks = Self {
-            revision: grid.revision(),
-            index: vec![],
-            cells: vec![],
-        };
-        for (block, log_odds) in grid.blocks_since(since as u64) {
-            blocks.index.extend([block.col, block.row]);
-            blocks.cells.extend(log_odds.iter().map(|&l| tone(l)));
-        }
-        blocks
+/// The grid as files of map_server.
+#[wasm_bindgen(getter_with_clone)]
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapFiles {
+    /// The picture.
+    pub pgm: Vec<u8>,
+    /// What belongs to the picture: its name, its scale, its place.
+    pub yaml: String,
+}
+
+impl MapFiles {
+    /// # Errors    An empty map.
+    pub(crate) fn of(slam: &Slam, image: &str) -> Result<Self, JsError> {
+        let files = map_server::write(slam.grid(), image)?;
+        Ok(Self {
+            pgm: files.pgm,
+            yaml: files.yaml,
+        })
     }
 }
 
@@ -68,7 +86,8 @@ fn tone(log_odds: f32) -> u8 {
 }
 
 /// Area known to be free, m².
-pub(crate) fn free_area(grid: &Grid) -> f64 {
+pub(crate) fn free_area(slam: &Slam) -> f64 {
+    let grid = slam.grid();
     let free = grid
         .blocks_since(0)
         .flat_map(|(_, cells)| cells)
@@ -77,15 +96,25 @@ pub(crate) fn free_area(grid: &Grid) -> f64 {
     free as f64 * grid.resolution() * grid.resolution()
 }
 
-/// x y of what the scan hit, map frame.
-pub(crate) fn hits(points: Option<&Points>, map_from_robot: &Pose2) -> Vec<f32> {
-    let hits = points.into_iter().flat_map(Points::hits);
-    hits.flat_map(|beam| flat(*map_from_robot * beam.end_in_robot))
+fn hits(slam: &Slam) -> Vec<f32> {
+    let map_from_robot = map_from_robot_at_scan(slam);
+    let hits = slam.points().into_iter().flat_map(Points::hits);
+    hits.flat_map(|beam| flat(map_from_robot * beam.end_in_robot))
         .collect()
 }
 
-/// For each wall: alpha, r, var alpha, cov alpha r, var r, x1, y1, x2, y2, matched in the last scan, confirmed.
-pub(crate) fn lines(slam: &Slam) -> Vec<f64> {
+pub(crate) fn map_from_robot_at_scan(slam: &Slam) -> Pose2 {
+    slam.estimate().pose * slam.motion_since_scan().inverse()
+}
+
+/// Names of the walls that the last scan merged, the one that stays before the one that goes.
+pub(crate) fn merged(slam: &Slam) -> Vec<u32> {
+    let merged = slam.explain().into_iter().flat_map(|report| &report.merged);
+    merged.flat_map(|m| [m.kept.0, m.gone.0]).collect()
+}
+
+/// For each wall: alpha, r, var alpha, cov alpha r, var r, x1, y1, x2, y2, matched in the last scan, confirmed, name.
+fn lines(slam: &Slam) -> Vec<f64> {
     let is_matched = |id| slam.matches().iter().any(|m| m.landmark == id);
     let mut numbers = vec![];
     for wall in slam.landmarks() {
@@ -100,6 +129,7 @@ pub(crate) fn lines(slam: &Slam) -> Vec<f64> {
         numbers.extend([a.x, a.y, b.x, b.y]);
         numbers
             .extend([is_matched(wall.id), wall.is_confirmed].map(|yes| f64::from(u8::from(yes))));
+        numbers.push(f64::from(wall.id.0));
     }
     numbers
 }

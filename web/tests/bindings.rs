@@ -29,6 +29,22 @@ fn step(run: &mut WebExperiment) {
 }
 
 #[wasm_bindgen_test]
+fn every_name_that_the_page_offers_begins_a_run() {
+    for name in slamlab_web::world_names() {
+        // A run in `campus` takes a while to begin; the core's tests build it.
+        if name != "campus" {
+            experiment(&name, false).expect("a built-in world");
+        }
+    }
+    let names = slamlab_web::sensor_names();
+    assert!(names.len() >= 8 && names.len().is_multiple_of(2));
+    for name in names.iter().step_by(2) {
+        let run = WebExperiment::new("arena", false, name, 7, "line-ekf", "explore");
+        assert!(run.is_ok(), "{name}");
+    }
+}
+
+#[wasm_bindgen_test]
 fn an_experiment_steps_and_has_frames() {
     let mut run = experiment("arena", false).expect("a built-in world");
     for _ in 0..200 {
@@ -38,16 +54,65 @@ fn an_experiment_steps_and_has_frames() {
     assert!((status.time - 10.0).abs() < 1e-9);
     assert!(status.scans > 20 && !status.finished);
     assert_eq!(run.mode(), "explore");
-    assert!(run.scan().len() > 200 && run.scan().len() % 2 == 0);
-    assert!(!run.lines().is_empty() && run.lines().len() % 11 == 0);
+    let view = run.view(0, 0.0);
+    assert!(view.scan.len() > 200 && view.scan.len() % 2 == 0);
+    assert!(!view.lines.is_empty() && view.lines.len() % 12 == 0);
     assert!(!run.truth().is_empty() && run.truth().len() % 4 == 0);
     assert!(run.explored() > 0.1 && run.known_area() > 1.0);
     assert_eq!(run.state_hash().len(), 16);
+    let files = run.map_files("arena.pgm").map_err(words).expect("a map");
+    assert!(files.pgm.starts_with(b"P5") && files.yaml.contains("arena.pgm"));
+}
+
+#[wasm_bindgen_test]
+fn the_filter_can_be_looked_into() {
+    let mut run = experiment("arena", false).expect("a built-in world");
+    for _ in 0..200 {
+        step(&mut run);
+    }
+    let inside = run.inspect().expect("a line filter");
+    let n = inside.robot_rows as usize + 2 * inside.landmarks.len();
+    assert_eq!(inside.coefficients.len(), n * n);
+    for (row, cells) in inside.coefficients.chunks(n).enumerate() {
+        for (column, &cell) in cells.iter().enumerate() {
+            assert!(cell.abs() <= 1.0 + 1e-6);
+            assert!((cell - inside.coefficients[column * n + row]).abs() < 1e-6);
+        }
+    }
+    assert!(!inside.sightings.is_empty() && inside.sightings.len() % 7 == 0);
+    let counted: f64 = inside.sightings.chunks(7).map(|s| s[6]).sum();
+    assert_eq!(inside.candidates.len(), 8 * counted as usize);
+    let matched: Vec<_> = inside.sightings.chunks(7).filter(|s| s[4] == 0.0).collect();
+    assert!(!matched.is_empty(), "walls are recognised");
+    let mut first = 0;
+    for sighting in inside.sightings.chunks(7) {
+        if sighting[4] == 0.0 {
+            let candidates = &inside.candidates[8 * first..];
+            let of_match = candidates
+                .chunks(8)
+                .take(sighting[6] as usize)
+                .find(|c| c[0] == sighting[5]);
+            let winner = of_match.expect("the winner is among the candidates");
+            assert!(
+                winner[1] <= inside.gate && winner[7] == 0.0,
+                "it lies inside the gate"
+            );
+        }
+        first += sighting[6] as usize;
+    }
+    assert_eq!(inside.odometry.len(), 4);
+    assert!(inside.odometry[2] > 0.0 && inside.odometry[3] > 0.0);
+    let status = run.status();
+    assert!(status.nees > 0.0 && status.nees_low < 3.0 && status.nees_high > 3.0);
+    assert!(status.nis > 0.0 && status.nis_low < 1.0 && status.nis_high > 1.0);
+    assert!(!run.diagnosis().is_empty());
+    let matching = WebExperiment::new("arena", false, "lidar", 7, "scan-matching", "explore");
     assert!(
-        run.map_pgm()
+        matching
             .map_err(words)
-            .expect("a map")
-            .starts_with(b"P5")
+            .expect("a built-in world")
+            .inspect()
+            .is_none()
     );
 }
 
@@ -57,18 +122,18 @@ fn the_grid_is_told_in_blocks_that_changed() {
     for _ in 0..60 {
         step(&mut run);
     }
-    let all = run.grid_since(0.0);
-    assert!(!all.index().is_empty());
-    assert_eq!(all.cells().len(), all.index().len() / 2 * BLOCK);
-    assert!(
-        run.grid_since(all.revision()).index().is_empty(),
-        "nothing is new"
-    );
+    let all = run.view(0, 0.0);
+    assert!(!all.blocks.is_empty());
+    assert_eq!(all.cells.len(), all.blocks.len() / 2 * BLOCK);
+    let again = run.view(all.generation, all.revision);
+    assert!(again.blocks.is_empty(), "nothing is new");
+    let other = run.view(all.generation + 1, all.revision);
+    assert_eq!(other.blocks, all.blocks, "another generation knows nothing");
     for _ in 0..20 {
         step(&mut run);
     }
-    let more = run.grid_since(all.revision());
-    assert!(!more.index().is_empty() && more.revision() > all.revision());
+    let more = run.view(all.generation, all.revision);
+    assert!(!more.blocks.is_empty() && more.revision > all.revision);
 }
 
 #[wasm_bindgen_test]
@@ -175,7 +240,12 @@ fn a_log_read_in_pieces_is_mapped_to_its_end() {
             "{status:?}"
         );
         assert_eq!(replay.trail().len(), 40 * 6);
-        assert!(!replay.scan().is_empty() && !replay.grid_since(0.0).index().is_empty());
+        let view = replay.view(0, 0.0);
+        assert!(!view.scan.is_empty() && !view.blocks.is_empty());
+        assert!(
+            status.truth_x.is_nan() && status.nees.is_nan(),
+            "a log knows no truth"
+        );
         hashes.push(replay.state_hash());
     }
     assert_eq!(hashes.first(), hashes.last());
@@ -196,4 +266,27 @@ fn a_bad_log_is_refused_with_its_line() {
             .expect_err("no method")
             .contains("guessing")
     );
+}
+
+#[wasm_bindgen_test]
+fn on_the_bench_the_controller_keeps_straight_what_motors_bend() {
+    let run = experiment("arena", false).expect("a built-in world");
+    let answer = run
+        .bench(0.8, 0.2, 0.5, 2.0, 4.0)
+        .map_err(words)
+        .expect("a controller");
+    let n = answer.seconds.len();
+    assert_eq!(
+        (n, answer.speeds.len(), answer.headings.len()),
+        (400, 4 * n, 2 * n)
+    );
+    let (closed, open) = (answer.headings[n - 1], answer.headings[2 * n - 1]);
+    assert!(
+        closed.abs() < 0.02 && open.abs() > 10.0 * closed.abs(),
+        "{closed} {open}"
+    );
+    for side in 0..2 {
+        let speed = answer.speeds[side * n + n - 1];
+        assert!((speed - answer.wished[n - 1]).abs() < 0.02, "{speed}");
+    }
 }

@@ -1,6 +1,6 @@
 // The page's end of the wire to the worker: sends commands, hands frames to scene and store.
 
-import type { Answer, Command, Setup, SourceKind } from "./protocol.js";
+import type { Answer, Command, MethodName, Setup, SourceKind } from "./protocol.js";
 import { downloadAll } from "./save.js";
 import type { Store } from "./store.js";
 import type { Scene } from "./view/scene.js";
@@ -12,6 +12,9 @@ export class Client {
   #run = 0;
   #undrawn = false;
   #simSpeed = 1;
+  /** The recording that is shown, and the one that is being read. */
+  #recording: File | null = null;
+  #opening: File | null = null;
   /** Called when a run begins, before its first frame. */
   onStart: () => void = () => {};
 
@@ -30,7 +33,9 @@ export class Client {
 
   /** Starts a simulated run with the present setup, changed by `patch`. */
   start(patch: Partial<Setup> = {}): void {
-    this.send({ kind: "start", setup: { ...this.#store.setup, ...patch }, play: true });
+    const setup = { ...this.#store.setup, ...patch };
+    this.#store.set("run", { entering: setup.world });
+    this.send({ kind: "start", setup, play: true });
   }
 
   setSpeed(factor: number): void {
@@ -71,8 +76,16 @@ export class Client {
     this.send({ kind: this.#store.source === "sim" && !this.#store.reading ? "stop" : "cancel" });
   }
 
-  async open(file: File): Promise<void> {
+  /** What runs now, from its beginning: with the method given, or else with the one it had. */
+  again(method?: MethodName): void {
     const store = this.#store;
+    if (store.source === "replay" && this.#recording) void this.open(this.#recording, method ?? store.method);
+    else this.start({ mode: "explore", ...(method === undefined ? {} : { method }) });
+  }
+
+  async open(file: File, method: MethodName = "scan-matching"): Promise<void> {
+    const store = this.#store;
+    store.set("toast", { toast: null });
     try {
       const bytes = await file.arrayBuffer();
       if (/\.json$/i.test(file.name)) {
@@ -80,7 +93,8 @@ export class Client {
         this.start({ world: file.name, worldJson, mode: "explore" });
       } else {
         store.set("run", { reading: { name: file.name, done: 0 } });
-        this.send({ kind: "replay", name: file.name, bytes, method: "scan-matching" }, [bytes]);
+        this.send({ kind: "replay", name: file.name, bytes, method }, [bytes]);
+        this.#opening = file;
       }
     } catch (error) {
       const why = error instanceof Error ? error.message : String(error);
@@ -111,21 +125,26 @@ export class Client {
     const store = this.#store;
     switch (answer.kind) {
       case "ready":
+        store.set("run", { worlds: answer.worlds, sensors: answer.sensors });
         break;
       case "started":
         this.#run = answer.run;
+        if (answer.source === "replay") this.#recording = this.#opening;
         this.#pace(answer.source);
         this.#scene.clear();
         store.history.clear();
+        store.inspection = null;
+        store.spot = { hovered: [], pinned: null };
         store.log = [];
         store.status = null;
         store.hash = "";
         store.toast = null;
         store.set("run", {
-          source: answer.source, title: answer.title, playing: answer.playing, setup: answer.setup ?? store.setup, aiming: false,
+          source: answer.source, title: answer.title, playing: answer.playing, method: answer.method, setup: answer.setup ?? store.setup, aiming: false, entering: "",
         });
         store.tell("toast");
         store.tell("log");
+        store.tell("inspection");
         this.onStart();
         break;
       case "frame":
@@ -147,11 +166,15 @@ export class Client {
       case "event":
         if (answer.run === this.#run) store.note(answer);
         break;
+      case "bench":
+        store.set("bench", { bench: answer.response });
+        break;
       case "saved":
         downloadAll(answer.files);
         store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(" and ")}` });
         break;
       case "failed":
+        store.set("run", { entering: "" });
         store.note({ time: store.status?.time ?? 0, level: "warn", text: answer.text });
         store.set("toast", { toast: { level: "warn", text: answer.text } });
         break;

@@ -5,12 +5,16 @@ import { startKeyboard } from "./keyboard.js";
 import { download, mapPicture } from "./save.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
+import "./ui/bench.js";
+import "./ui/consistency.js";
+import "./ui/correlations.js";
 import "./ui/drop.js";
 import type { SlamElement } from "./ui/element.js";
 import "./ui/header.js";
 import { SlamHelp } from "./ui/help.js";
 import "./ui/legend.js";
 import "./ui/log.js";
+import "./ui/matches.js";
 import "./ui/plots.js";
 import "./ui/setup.js";
 import "./ui/status.js";
@@ -19,6 +23,7 @@ import "./ui/tabs.js";
 import "./ui/tip.js";
 import "./ui/toast.js";
 import { SlamTransport } from "./ui/transport.js";
+import { wallEnds } from "./view/layers/spot.js";
 import { SlamMap } from "./view/map_view.js";
 import { readPalette } from "./view/palette.js";
 import { Scene } from "./view/scene.js";
@@ -41,11 +46,17 @@ function place<T extends SlamElement | SlamMap>(tag: string): T {
 const map = place<SlamMap>("slam-map");
 const transport = place<SlamTransport>("slam-transport");
 const help = place<SlamHelp>("slam-help");
-for (const tag of ["slam-header", "slam-setup", "slam-status", "slam-plots", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
+for (const tag of ["slam-header", "slam-setup", "slam-status", "slam-plots", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
   place(tag);
 }
 
 client.onStart = () => map.restart();
+
+/** The worker tells of the filter's inside only while somebody looks at it. */
+store.on("tab", () => {
+  client.send({ kind: "inspect", on: store.tab === "filter" });
+  if (store.tab !== "filter") store.point({ hovered: [], pinned: null });
+});
 
 addEventListener("show-help", () => help.show());
 addEventListener("focus-map", () => map.renderRoot.querySelector<HTMLElement>("#pad")?.focus({ preventScroll: true }));
@@ -68,7 +79,7 @@ startKeyboard({
     "-": () => map.zoom(0.8),
     0: () => map.fit(),
     f: () => map.toggleFollow(),
-    r: () => client.start({ mode: "explore" }),
+    r: () => client.again(),
     m: () => client.send({ kind: "save" }),
     t: () => switchTheme(store),
     "?": () => help.show(),
@@ -90,10 +101,15 @@ Object.defineProperty(window, "slamlab", {
     get source() { return store.source; },
     get title() { return store.title; },
     get setup() { return store.setup; },
+    get method() { return store.method; },
+    get spot() { return store.spot; },
     get seq() { return store.seq; },
+    /** The robot as it is drawn at this moment. */
+    get drawn() { return scene.status && { time: scene.status.time, x: scene.status.x, y: scene.status.y, heading: scene.status.heading }; },
     get framesPerSecond() { return map.frames; },
     get blocks() { return scene.tiles.size; },
     get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }; },
+    wall: (id: number) => wallEnds(scene.lines, id),
     /** Pixels of the canvas at which a map point is drawn. */
     toScreen: (x: number, y: number) => map.camera.toScreen(x, y),
   }),

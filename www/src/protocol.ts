@@ -4,13 +4,17 @@
 // most one frame for each picture drawn: the page answers a frame with `drawn`, and only then the next one is sent.
 // All geometry is in the map frame (m, rad, x forward and y left of the robot's start pose), also the truth.
 
-export type SensorName = "lidar" | "rangers";
+/** One of `Answer.ready.sensors`. */
+export type SensorName = string;
 export type MethodName = "line-ekf" | "scan-matching";
 export type ModeName = "manual" | "goto" | "explore";
 export type SourceKind = "sim" | "replay";
 
-/** Worlds that come with the module. */
-export const WORLDS = ["office", "arena", "doors", "corridor", "loop"] as const;
+/** A name that the module knows, and what a person calls it. */
+export interface Named {
+  name: string;
+  title: string;
+}
 
 /** What a simulated run starts from; the same setup gives the same bits. */
 export interface Setup {
@@ -42,6 +46,10 @@ export type Command =
   | { kind: "stop" }
   /** Ends reading a log, and a replay where it stands; what was mapped stays. */
   | { kind: "cancel" }
+  /** Whether frames carry what goes on inside the filter. */
+  | { kind: "inspect"; on: boolean }
+  /** A trial of the simulated robot's drive controller. */
+  | { kind: "bench"; trial: BenchTrial }
   | { kind: "save" }
   | { kind: "drawn" };
 
@@ -93,6 +101,8 @@ export interface Status {
   /** Area known to be free, m². */
   knownArea: number;
   features: number;
+  /** What the filter's consistency says. */
+  diagnosis: DiagnosisName;
   /** Way driven, m. */
   distance: number;
   contacts: number;
@@ -113,9 +123,17 @@ export interface GridChange {
   cells: Uint8Array;
 }
 
-/** Numbers for each landmark in `Frame.lines`: alpha, r, var alpha, cov alpha r, var r, x1, y1, x2, y2, matched in the last
- * scan (0 or 1), seen often enough to be a wall (0 or 1). */
-export const LINE_STRIDE = 11;
+/** Places of the numbers of each landmark in `Frame.lines`: rad and m; the two flags are 0 or 1. */
+export const LINE = {
+  alpha: 0, r: 1, varAlpha: 2, covAlphaR: 3, varR: 4, x1: 5, y1: 6, x2: 7, y2: 8,
+  /** Matched in the last scan. */
+  matched: 9,
+  /** Seen often enough to be a wall. */
+  confirmed: 10,
+  /** Its name, the same for its whole life. */
+  id: 11,
+} as const;
+export const LINE_STRIDE = 12;
 /** Numbers for each point in `Frame.trail`: truth x y, odometry x y, estimate x y. */
 export const TRAIL_STRIDE = 6;
 /** Numbers for each sample in `Frame.samples`, one for each scan. */
@@ -127,8 +145,65 @@ export const SAMPLE = {
   headingSigma3: 4,
   scanMillis: 5,
   explored: 6,
+  /** Mean of the last scans, and its 95 % band, see `ConsistencyWindow` of the core. */
+  nees: 7,
+  neesLow: 8,
+  neesHigh: 9,
+  /** The same for each degree of freedom of the innovations. */
+  nis: 10,
+  nisLow: 11,
+  nisHigh: 12,
 } as const;
-export const SAMPLE_STRIDE = 7;
+export const SAMPLE_STRIDE = 13;
+
+/** What the filter's figures say; the meaning stands with `Diagnosis` in the core. */
+export type DiagnosisName = "collecting" | "blind" | "honest" | "wrong-match" | "hidden-drift" | "noisy-sightings" | "cautious";
+
+/** What became of a line of the scan, in the order of their codes. */
+export const VERDICTS = ["matched", "added", "ambiguous", "outside-gate", "taken", "seam", "singular"] as const;
+/** Inside which gate a candidate lies, in the order of their codes. */
+export const GATES = ["match", "near", "far", "beyond"] as const;
+/** Places of the numbers of each line in `Inspection.sightings`; ends in the map frame, m. */
+export const SIGHTING = { x1: 0, y1: 1, x2: 2, y2: 3, verdict: 4, landmark: 5, candidates: 6 } as const;
+export const SIGHTING_STRIDE = 7;
+/** Places of the numbers of each candidate in `Inspection.candidates`; rad and m. */
+export const CANDIDATE = { landmark: 0, d2: 1, gap: 2, deltaAlpha: 3, deltaR: 4, sigmaAlpha: 5, sigmaR: 6, gate: 7 } as const;
+export const CANDIDATE_STRIDE = 8;
+
+/** Places of what is learned of the odometry: turn in a drive that it takes for straight, rad/m; part by which a turn is larger than
+ * it says; and their standard deviations. */
+export const ODOMETRY = { curvature: 0, turnScale: 1, curvatureSigma: 2, turnScaleSigma: 3 } as const;
+
+/** The line filter after the last scan. */
+export interface Inspection {
+  /** Rows of the matrix that belong to the robot; two for each landmark follow, α and r. */
+  robotRows: number;
+  /** Landmarks in the order of their rows. */
+  landmarks: Uint32Array;
+  /** Correlation coefficients, row by row, -1 to 1. */
+  coefficients: Float32Array;
+  /** Lines of the scan, see SIGHTING. */
+  sightings: Float64Array;
+  /** What they were compared with, in the same order, see CANDIDATE. */
+  candidates: Float64Array;
+  /** What the filter learned of its odometry, see ODOMETRY. */
+  odometry: Float64Array;
+  /** Largest d² of a match, and smallest of a new wall. */
+  gate: number;
+  newGate: number;
+  /** Largest free distance between the seen and the known part of one wall, m. */
+  maxGap: number;
+}
+
+/** What the time of the run is meant to be at any wall time, so that pictures can be drawn between two steps. */
+export interface Clock {
+  /** Milliseconds since 1970, comparable between page and worker. */
+  wall: number;
+  /** Seconds of the run at that wall time. */
+  time: number;
+  /** Seconds of the run for each second; 0 where the run stands still or goes as fast as it can. */
+  rate: number;
+}
 
 /** One state of the run. Arrays are flat; null where nothing changed since the frame before. */
 export interface Frame {
@@ -137,6 +212,7 @@ export interface Frame {
   run: number;
   /** Grows by one with each frame of a run. */
   seq: number;
+  clock: Clock;
   status: Status;
   grid: GridChange | null;
   /** All blocks so far are worth nothing: the map was drawn anew. */
@@ -161,6 +237,32 @@ export interface Frame {
   trailAnew: boolean;
   /** New samples for the plots. */
   samples: Float64Array | null;
+  /** The inside of the filter; null where it was not asked for, or there is no line filter. */
+  inspection: Inspection | null;
+}
+
+/** What is asked of the motors on the bench. */
+export interface BenchTrial {
+  /** Wished speed as a part of the robot's highest. */
+  forward: number;
+  /** Part by which the right motor's magnet is stronger than the controller believes. */
+  mismatch: number;
+  /** Pull back on the left track, N, and from when on, s. */
+  pull: number;
+  pullAt: number;
+  /** How long, s. */
+  seconds: number;
+}
+
+/** Its time series, all of one length. */
+export interface BenchResponse {
+  seconds: Float64Array;
+  /** m/s. */
+  wished: Float64Array;
+  /** Left and right track with the controller, then without, m/s: four series one after the other. */
+  speeds: Float64Array;
+  /** Heading less the wished one with the controller, then without, rad. */
+  headings: Float64Array;
 }
 
 export type LogLevel = "info" | "good" | "warn";
@@ -172,15 +274,17 @@ export interface SavedFile {
 }
 
 export type Answer =
-  | { kind: "ready" }
-  | { kind: "started"; run: number; source: SourceKind; title: string; setup: Setup | null; playing: boolean }
+  /** The module is there, with these worlds and sensors. */
+  | { kind: "ready"; worlds: string[]; sensors: Named[] }
+  | { kind: "started"; run: number; source: SourceKind; title: string; method: MethodName; setup: Setup | null; playing: boolean }
   | Frame
   /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands still meanwhile. */
   | { kind: "reading"; name: string; done: number | null }
   | { kind: "playing"; playing: boolean }
   | { kind: "hash"; run: number; text: string }
-  | { kind: "event"; run: number; time: number; level: LogLevel; text: string }
+  | { kind: "event"; run: number; time: number; level: LogLevel; text: string; topic?: string }
   | { kind: "saved"; files: SavedFile[] }
+  | { kind: "bench"; response: BenchResponse }
   /** Something could not be done; the state before stays. */
   | { kind: "failed"; text: string };
 
@@ -188,7 +292,8 @@ export type Answer =
 export function transferables(frame: Frame): ArrayBuffer[] {
   const arrays = [
     frame.grid?.index, frame.grid?.cells, frame.scan, frame.lines, frame.truth, frame.movers, frame.path, frame.rawPath, frame.tree,
-    frame.frontiers, frame.trail, frame.samples,
+    frame.frontiers, frame.trail, frame.samples, frame.inspection?.landmarks, frame.inspection?.coefficients, frame.inspection?.sightings,
+    frame.inspection?.candidates, frame.inspection?.odometry,
   ];
   const buffers = new Set<ArrayBuffer>();
   for (const array of arrays) {

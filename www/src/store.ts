@@ -1,20 +1,32 @@
 // What the page knows, and who wants to hear of changes. Components read it and send commands; nothing is computed here.
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
-import { type Frame, type LogLevel, type Setup, type SourceKind, type Status } from "./protocol.js";
+import type { BenchResponse, Frame, Inspection, LogLevel, MethodName, Named, Setup, SourceKind, Status } from "./protocol.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import { History } from "./history.js";
 
 export type Theme = "system" | "light" | "dark";
-export type Tab = "run" | "status" | "plots" | "layers" | "log" | "";
+export type Tab = "run" | "status" | "plots" | "filter" | "layers" | "log" | "";
 
 /** `moment` is told at most ten times a second; the rest at once. */
-export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme";
+export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench";
 
 export interface LogEntry {
   time: number;
   level: LogLevel;
   text: string;
+  /** Of several entries with the same topic only the newest stands. */
+  topic?: string;
+  /** How many entries this one stands for. */
+  count: number;
+}
+
+/** Walls that light up on the map, in the matrix and in the list of matches. */
+export interface Spot {
+  /** Under the pointer, wherever that is. */
+  readonly hovered: readonly number[];
+  /** Chosen by a click, until another is. */
+  readonly pinned: number | null;
 }
 
 export interface Toast {
@@ -31,8 +43,15 @@ export class Store {
   playing = false;
   /** A log that is being read, and how much of it is (0 to 1). */
   reading: { name: string; done: number } | null = null;
+  /** World that is being built; empty when none is. */
+  entering = "";
   speed = 4;
+  /** What the module offers; empty until it is there. */
+  worlds: string[] = [];
+  sensors: Named[] = [];
   setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore" };
+  /** Of the present run. */
+  method: MethodName = this.setup.method;
   /** Go to is chosen, and the next click on the map says where. */
   aiming = false;
   follow = false;
@@ -42,6 +61,11 @@ export class Store {
   ) as Record<LayerName, boolean>;
   theme: Theme = "system";
   tab: Tab = "";
+  /** The inside of the filter, while somebody looks into it. */
+  inspection: Inspection | null = null;
+  spot: Spot = { hovered: [], pinned: null };
+  /** What the drive controller did on the bench. */
+  bench: BenchResponse | null = null;
   log: LogEntry[] = [];
   toast: Toast | null = null;
   readonly history = new History();
@@ -69,6 +93,7 @@ export class Store {
     this.status = frame.status;
     this.seq = frame.seq;
     if (frame.samples) this.history.append(frame.samples);
+    if (frame.inspection) this.set("inspection", { inspection: frame.inspection });
     const now = performance.now();
     const turned = before?.finished !== frame.status.finished || before.mode !== frame.status.mode;
     if (turned || !this.playing || now - this.#told >= 100) {
@@ -77,8 +102,14 @@ export class Store {
     }
   }
 
-  note(entry: LogEntry): void {
-    this.log = [...this.log.slice(-299), entry];
+  point(spot: Partial<Spot>): void {
+    this.set("spot", { spot: { ...this.spot, ...spot } });
+  }
+
+  note(entry: Omit<LogEntry, "count">): void {
+    const earlier = entry.topic === undefined ? undefined : this.log.find((e) => e.topic === entry.topic);
+    const rest = earlier ? this.log.filter((e) => e !== earlier) : this.log.slice(-299);
+    this.log = [...rest, { ...entry, count: (earlier?.count ?? 0) + 1 }];
     this.tell("log");
   }
 }

@@ -3,8 +3,8 @@
 // It paces the source (simulated seconds for each second), works in slices short enough that every message is heard within
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
-import init, { WebExperiment, WebLogReader } from "../pkg/slamlab_web.js";
-import { type Answer, type Command, transferables } from "./protocol.js";
+import init, { WebExperiment, WebLogReader, sensor_names, world_names } from "../pkg/slamlab_web.js";
+import { type Answer, type Clock, type Command, type Inspection, type MethodName, type Named, transferables } from "./protocol.js";
 import { ReplaySource } from "./source/replay.js";
 import { SimSource } from "./source/sim.js";
 import type { Source } from "./source/source.js";
@@ -21,10 +21,13 @@ const HASH_MILLIS = 500;
 /** Bytes of a log that are read at a time, and wall milliseconds between two reports on it. */
 const CHUNK = 1 << 16;
 const READING_MILLIS = 50;
+/** Wall milliseconds between two looks into the filter: a matrix is long, and nobody reads faster. */
+const INSPECT_MILLIS = 200;
 
 /** A log on its way into the module. */
 interface Reading {
   readonly name: string;
+  readonly method: MethodName;
   readonly bytes: Uint8Array;
   readonly reader: WebLogReader;
   at: number;
@@ -47,6 +50,8 @@ let anchor = { wall: 0, time: 0 };
 /** The pace over the last second. */
 let pace = { wall: 0, time: 0, factor: NaN };
 let hashAt = -Infinity;
+let inspecting = false;
+let inspectAt = -Infinity;
 let scheduled = false;
 const immediate = new MessageChannel();
 immediate.port1.onmessage = () => turn();
@@ -105,7 +110,7 @@ function readOn(log: Reading): void {
       reading = null;
       const replay = log.reader.finish();
       post({ kind: "reading", name: log.name, done: null });
-      begin(new ReplaySource(replay, log.name), { setup: null, playing: true });
+      begin(new ReplaySource(replay, log.name, log.method), { setup: null, playing: true });
     } else if (begun - log.toldAt >= READING_MILLIS) {
       log.toldAt = begun;
       post({ kind: "reading", name: log.name, done: log.at / log.bytes.length });
@@ -157,19 +162,32 @@ function show(): void {
   pageReady = false;
   stale = false;
   seq += 1;
+  // The numbers of the moment count what the change has just fetched.
+  const change = source.change();
   const moment = source.moment();
   const elapsed = source.kind === "replay" ? (performance.now() - began) / 1000 : NaN;
   const remaining = moment.progress > 0.005 ? (elapsed * (1 - moment.progress)) / moment.progress : NaN;
   const status = { ...moment, realTimeFactor: playing ? pace.factor : NaN, remaining };
-  const frame = { kind: "frame", run, seq, status, ...source.change() } as const;
+  const frame = { kind: "frame", run, seq, clock: clock(), status, ...change, inspection: inspection(source, now) } as const;
   post(frame, transferables(frame));
+}
+
+/** Where somebody looks into the filter: a few times a second, and whenever the run stands. */
+function inspection(source: Source, now: number): Inspection | null {
+  if (!inspecting || (playing && now - inspectAt < INSPECT_MILLIS)) return null;
+  inspectAt = now;
+  return source.inspect();
+}
+
+function clock(): Clock {
+  return { wall: performance.timeOrigin + anchor.wall, time: anchor.time, rate: playing && speed !== Infinity ? speed : 0 };
 }
 
 /** Wall ms at which the present run began. */
 let began = 0;
 
 /** Takes a new source only once it exists: a setup that fails leaves the old run as it is. */
-function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, "kind" | "run" | "source" | "title">): void {
+function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, "kind" | "run" | "source" | "title" | "method">): void {
   source?.close();
   source = next;
   run += 1;
@@ -178,7 +196,7 @@ function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, 
   hashAt = -Infinity;
   began = performance.now();
   playing = answer.playing;
-  post({ kind: "started", run, source: next.kind, title: next.title, ...answer });
+  post({ kind: "started", run, source: next.kind, title: next.title, method: next.method, ...answer });
   rebase();
   pageReady = true;
   show();
@@ -202,7 +220,7 @@ function handle(command: Command): void {
     }
     case "replay":
       if (reading) stopReading();
-      reading = { name: command.name, bytes: new Uint8Array(command.bytes), reader: new WebLogReader(command.method), at: 0, toldAt: -Infinity };
+      reading = { name: command.name, method: command.method, bytes: new Uint8Array(command.bytes), reader: new WebLogReader(command.method), at: 0, toldAt: -Infinity };
       schedule(true);
       break;
     case "play":
@@ -247,6 +265,15 @@ function handle(command: Command): void {
         show();
       }
       break;
+    case "inspect":
+      inspecting = command.on;
+      inspectAt = -Infinity;
+      stale ||= inspecting;
+      show();
+      break;
+    case "bench":
+      if (sim) post({ kind: "bench", response: sim.bench(command.trial) });
+      break;
     case "save":
       if (source) post({ kind: "saved", files: source.files() });
       break;
@@ -283,6 +310,12 @@ self.onmessage = async (event: MessageEvent<Command>) => {
   }
 };
 
-module.then(() => post({ kind: "ready" }), (error: unknown) => {
+/** Names and titles come from the module one after the other. */
+function sensors(): Named[] {
+  const names = sensor_names();
+  return names.flatMap((name, i) => (i % 2 === 0 ? [{ name, title: names[i + 1] ?? name }] : []));
+}
+
+module.then(() => post({ kind: "ready", worlds: world_names(), sensors: sensors() }), (error: unknown) => {
   fail(new Error(`The simulator could not be loaded: ${wordsOf(error)}. Reload the page.`));
 });

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 
 use crate::tools;
 
@@ -38,11 +38,15 @@ pub fn build_bridge() -> Result<PathBuf> {
 fn become_program(program: &mut Command) -> Result<()> {
     use std::os::unix::process::CommandExt;
     // Returns only if the program cannot be started.
-    Err(program.exec().into())
+    Err(program.exec()).with_context(|| cannot_start(program))
 }
 
 #[cfg(not(unix))]
 fn become_program(program: &mut Command) -> Result<()> {
-    let status = program.status()?;
+    let status = program.status().with_context(|| cannot_start(program))?;
     std::process::exit(status.code().unwrap_or(1))
+}
+
+fn cannot_start(program: &Command) -> String {
+    format!("cannot start {}", program.get_program().display())
 }

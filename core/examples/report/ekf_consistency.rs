@@ -156,7 +156,7 @@ fn all_seeds(tour: &'static Tour, seeds: u64) -> Result<Vec<Vec<Listener>>> {
 /// The 95 % band of the mean of `n` values of χ² with `degrees` degrees of freedom.
 ///
 /// Source: Wilson & Hilferty (1931): the cube root of χ²/k is nearly normal; good to 0.1 % for the hundreds of degrees here.
-fn chi2_mean_band(degrees: f64, n: f64) -> [f64; 2] {
+pub(crate) fn chi2_mean_band(degrees: f64, n: f64) -> [f64; 2] {
     let k = degrees * n;
     let part = 2.0 / (9.0 * k);
     [-1.959_964, 1.959_964].map(|z| {

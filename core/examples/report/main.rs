@@ -14,9 +14,15 @@
     reason = "an example uses the clock, threads and floating point of the platform; the core does not"
 )]
 
+mod controller;
 mod ekf_consistency;
 mod ekf_cost;
+mod line_fit;
 mod outcome;
+mod ray_cast;
+mod scenes;
+mod score;
+mod split_merge;
 mod tour;
 
 use std::process::ExitCode;
@@ -31,8 +37,12 @@ type Entry = (&'static str, fn(&Args) -> Result<Outcome>);
 
 /// All reports, by name.
 const REPORTS: &[Entry] = &[
+    ("controller", controller::measure),
     ("ekf-consistency", ekf_consistency::measure),
     ("ekf-cost", ekf_cost::measure),
+    ("line-fit", line_fit::measure),
+    ("ray-cast", ray_cast::measure),
+    ("split-merge", split_merge::measure),
 ];
 
 /// Measures one claim of the project; exit status 0 if it holds, 1 if it does not, 2 if it could not be measured.

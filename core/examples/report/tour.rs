@@ -214,7 +214,7 @@ impl Drive {
 
     fn scan(&mut self, scan: &Scan) -> Result<()> {
         let points = Points::from_rolling_scan(scan, &self.history, &PointConfig::default());
-        self.extractor.extract(&points, &mut self.lines);
+        self.extractor.extract(&points, &mut self.lines)?;
         let world_from_robot = self.sim.truth();
         let truth = self.start.inverse() * world_from_robot;
         self.truth.push(truth.position());
@@ -263,11 +263,11 @@ impl Listener {
         for found in &report.matches {
             let seen = wall_of_line.get(found.feature).copied().flatten();
             self.matches_of_no_wall += usize::from(seen.is_none());
-            if let Some((seen, known)) = seen.zip(self.wall(found.landmark)) {
-                if !on_one_line(walls, seen, known) {
-                    self.wrong_matches += 1;
-                    *self.wrong_pairs.entry((seen, known)).or_default() += 1;
-                }
+            if let Some((seen, known)) = seen.zip(self.wall(found.landmark))
+                && !on_one_line(walls, seen, known)
+            {
+                self.wrong_matches += 1;
+                *self.wrong_pairs.entry((seen, known)).or_default() += 1;
             }
         }
         for merged in &report.merged {

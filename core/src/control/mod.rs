@@ -7,5 +7,5 @@ mod tests;
 mod watch;
 
 pub use follow::{FollowConfig, Follower, Steering};
-pub use safe::{SafeConfig, free_distance, limit_speed};
+pub use safe::{SafeConfig, free_distance, limit_speed, within_model};
 pub use watch::ProgressWatch;

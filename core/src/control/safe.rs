@@ -64,15 +64,7 @@ pub fn limit_speed(
     model: &RobotModel,
     config: &SafeConfig,
 ) -> (f64, f64) {
-    let bounded = |wish: f64, most: f64| {
-        if wish.is_finite() {
-            wish.clamp(-most, most)
-        } else {
-            0.0
-        }
-    };
-    let forward = bounded(forward, model.max_speed);
-    let turn = bounded(turn, model.max_turn_rate);
+    let (forward, turn) = within_model((forward, turn), model);
     if forward == 0.0 {
         return (0.0, turn);
     }
@@ -97,6 +89,22 @@ pub fn limit_speed(
     let at = brake * config.reaction;
     let safe = (at * at + 2.0 * brake * free).sqrt() - at;
     (safe.min(forward.abs()).copysign(forward), turn)
+}
+
+/// The speeds (m/s, rad/s) as far as the robot can run them; 0 for what is no number.
+#[must_use]
+pub fn within_model((forward, turn): (f64, f64), model: &RobotModel) -> (f64, f64) {
+    let bounded = |wish: f64, most: f64| {
+        if wish.is_finite() {
+            wish.clamp(-most, most)
+        } else {
+            0.0
+        }
+    };
+    (
+        bounded(forward, model.max_speed),
+        bounded(turn, model.max_turn_rate),
+    )
 }
 
 /// How far a disc of `radius` moves along the arc of the given speeds before it touches a point of the scan, m; `most`

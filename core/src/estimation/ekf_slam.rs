@@ -59,7 +59,7 @@ pub use self::correlations::Correlations;
 pub use self::input::EkfError;
 pub use self::landmark::{Landmark, LandmarkId};
 pub use self::report::{
-    Considered, Explanation, Gate, Match, Merged, Rejected, Rejection, UpdateReport, Verdict,
+    Considered, Explanation, Fix, Gate, Match, Merged, Rejected, Rejection, UpdateReport, Verdict,
 };
 pub use self::robot_state::OdometryErrors;
 pub use self::sweep::SweepTiming;
@@ -136,6 +136,16 @@ impl EkfSlam {
         self.errors
     }
 
+    /// Standard deviations of [`Self::odometry_errors`].
+    #[must_use]
+    pub fn odometry_error_sigmas(&self) -> OdometryErrors {
+        let sigma = |row: usize| self.cov.get(row, row).max(0.0).sqrt();
+        OdometryErrors {
+            curvature: sigma(POSE),
+            turn_scale: sigma(POSE + 1),
+        }
+    }
+
     /// All landmarks in the order of the state, those not yet confirmed too.
     pub fn landmarks(&self) -> impl Iterator<Item = Landmark> + '_ {
         self.landmarks.iter().enumerate().map(|(index, entry)| {
@@ -207,9 +217,11 @@ impl EkfSlam {
                 self.conclude(&mut report, index, Verdict::Rejected(Rejection::Seam));
                 continue;
             }
-            self.advance_to(end - sweep.age_of(feature));
+            let seconds = end - sweep.age_of(feature);
+            self.advance_to(seconds);
             let rest = self.motion_until(end);
             let feature = as_seen(feature, &rest, sweep);
+            let (before, known) = (self.pose, report.matches.len());
             let paired = paired
                 .as_ref()
                 .map(|paired| paired.get(index).copied().flatten());
@@ -220,6 +232,15 @@ impl EkfSlam {
                 &mut scratch.gain,
                 &mut report,
             );
+            if report.matches.len() > known {
+                report.fixes.push(Fix {
+                    seconds,
+                    before,
+                    after: self.pose,
+                    heading_variance: feature.cov[(0, 0)]
+                        + self.config.alpha_sigma * self.config.alpha_sigma,
+                });
+            }
         }
         self.advance_to(end);
         self.merge_all(&mut scratch.gain, &mut report);

@@ -1,6 +1,7 @@
 //! From odometry and matches to a pose with covariance, the map that belongs to it, and measures of both.
 
 mod block_cholesky;
+mod consistency;
 mod covariance;
 mod ekf_slam;
 mod line_localisation;
@@ -10,11 +11,13 @@ mod pose_graph;
 mod relations;
 mod scan_matching;
 mod submap;
+mod sweep_smoother;
 mod triangle;
 
+pub use consistency::{ConsistencyWindow, Diagnosis, Figure};
 pub use covariance::{Column, Covariance};
 pub use ekf_slam::{
-    Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Gate,
+    Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Fix, Gate,
     Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejected, Rejection,
     SweepTiming, UpdateReport, Verdict,
 };
@@ -24,4 +27,5 @@ pub use pose_graph::{Edge, GraphError, GraphReport, Kernel, PoseGraph, informati
 pub use relations::{RelationErrors, relation_errors};
 pub use scan_matching::{MatchReport, ScanMatcher, ScanMatcherConfig, ScanMatcherError};
 pub use submap::ClosureConfig;
+pub use sweep_smoother::{BeamPose, SweepSmoother};
 pub use triangle::SymmetricMatrix;

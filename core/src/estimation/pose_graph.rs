@@ -244,12 +244,15 @@ impl PoseGraph {
     /// Covariance of (x, y, θ) of a pose against the first one; `None` where the graph does not hold it.
     #[must_use]
     pub fn marginal(&self, pose: usize) -> Option<Matrix3<f64>> {
+        if pose >= self.poses.len() {
+            return None;
+        }
         if pose == 0 {
             return Some(Matrix3::zeros());
         }
         let pattern = self.pattern();
         let (mut matrix, _) = self.normal_equations(&pattern);
-        if pose >= self.poses.len() || !pattern.factor(&mut matrix) {
+        if !pattern.factor(&mut matrix) {
             return None;
         }
         let mut cov = Matrix3::zeros();
@@ -482,6 +485,18 @@ mod tests {
                 .is_err()
         );
         assert_eq!(graph.optimize(5).iterations, 0);
+    }
+
+    #[test]
+    fn what_is_not_in_the_graph_has_no_covariance() {
+        for pose in 0..2 {
+            assert_eq!(PoseGraph::default().marginal(pose), None);
+        }
+        let mut graph = PoseGraph::default();
+        graph.add_pose(Pose2::identity());
+        graph.add_pose(Pose2::identity());
+        assert_eq!(graph.marginal(1), None, "no edge holds it");
+        assert_eq!(graph.marginal(2), None);
     }
 
     fn start_from_tree(graph: &mut PoseGraph) {

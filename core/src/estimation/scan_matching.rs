@@ -50,7 +50,10 @@ pub struct ScanMatcher {
     submaps: Vec<Submap>,
     running: SurfelMap,
     submap_from_robot: Pose2,
+    /// Covariance of the pose in the running submap: of the last match, or carried on by odometry since then.
     local_cov: Matrix3<f64>,
+    /// Whether the last scan could not be matched, so that odometry alone tells the pose.
+    is_blind: bool,
     recent: VecDeque<Recent>,
     keyframes: Vec<Keyframe>,
     last_keyframe: Option<Pose2>,
@@ -161,6 +164,7 @@ impl ScanMatcher {
             running: SurfelMap::new(config.surfels),
             submap_from_robot: Pose2::identity(),
             local_cov: Matrix3::zeros(),
+            is_blind: false,
             recent: VecDeque::new(),
             keyframes: vec![],
             last_keyframe: None,
@@ -185,20 +189,15 @@ impl ScanMatcher {
             .pending
             .take()
             .unwrap_or_else(|| Odometry::standing(points.stamp));
-        let predicted = self.submap_from_robot * moved.motion;
-        let registration = if self.running.surfels().is_empty() {
-            self.submap_from_robot = predicted;
-            None
-        } else {
+        let predicted = self.carried_on(&moved);
+        let registration = (!self.running.surfels().is_empty()).then(|| {
             let prior = self.prior(&predicted, &moved);
-            let found = self.match_running(&surfaces, &predicted, &prior);
-            self.local_cov = found.estimate.cov;
-            self.submap_from_robot = match found.verdict {
-                Verdict::TooFewPoints { .. } => predicted,
-                _ => found.estimate.pose,
-            };
-            Some(found)
-        };
+            self.match_running(&surfaces, &predicted.pose, &prior)
+        });
+        let matched = registration.filter(|r| !matches!(r.verdict, Verdict::TooFewPoints { .. }));
+        let local = matched.map_or(predicted, |r| r.estimate);
+        (self.submap_from_robot, self.local_cov) = (local.pose, local.cov);
+        self.is_blind = matched.is_none();
         let keyframe = self.is_new_place(registration.map_or(1.0, |r| r.overlap));
         if keyframe {
             self.add_keyframe(points, surfaces);
@@ -320,16 +319,37 @@ impl ScanMatcher {
         }
     }
 
-    fn prior(&self, predicted: &Pose2, moved: &Odometry) -> Prior {
+    /// The pose in the running submap by odometry alone.
+    fn carried_on(&self, moved: &Odometry) -> PoseEstimate {
+        let before = Odometry {
+            from: moved.from,
+            to: moved.from,
+            motion: self.submap_from_robot,
+            cov: self.local_cov,
+        };
+        let now = before.then(moved);
+        PoseEstimate {
+            pose: now.motion,
+            cov: now.cov,
+        }
+    }
+
+    /// What odometry says since the last match; the pose at that match is the map's, and not doubted here.
+    fn prior(&self, predicted: &PoseEstimate, moved: &Odometry) -> Prior {
         let (cos, sin) = self.submap_from_robot.cos_sin();
         let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let since_match = if self.is_blind {
+            predicted.cov
+        } else {
+            turned * moved.cov * turned.transpose()
+        };
         let (way, turn) = (self.config.odometry_sigma, self.config.odometry_turn_sigma);
         let floor = Vector3::new(way * way, way * way, turn * turn);
-        let cov = turned * moved.cov * turned.transpose() + Matrix3::from_diagonal(&floor);
+        let cov = since_match + Matrix3::from_diagonal(&floor);
         // A covariance that odometry spoilt says nothing.
         let information = cov.try_inverse().unwrap_or_else(Matrix3::zeros);
         Prior {
-            pose: *predicted,
+            pose: predicted.pose,
             information,
         }
     }
@@ -370,7 +390,10 @@ impl ScanMatcher {
         keyframe.draw(&mut self.grid, &map_from_robot);
         self.keyframes.push(keyframe);
         self.last_keyframe = Some(at);
-        self.way_cov += self.local_cov;
+        // Carried on by odometry, the local covariance holds the whole way since the last match already.
+        if !self.is_blind {
+            self.way_cov += self.local_cov;
+        }
         if let Some(submap) = self.submaps.last_mut() {
             submap.own_keyframes += 1;
         }
@@ -392,6 +415,9 @@ impl ScanMatcher {
         let closed = ClosedSubmap::new(surfels, own.flat_map(Keyframe::rays));
         if let Some(submap) = self.submaps.last_mut() {
             submap.closed = closed;
+        }
+        if self.is_blind {
+            self.way_cov += std::mem::take(&mut self.local_cov);
         }
         self.join_to_next(old, &old_from_new, map_from_submap);
         self.submaps.push(Submap::begun_at(map_from_submap));

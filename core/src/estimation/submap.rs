@@ -261,6 +261,8 @@ struct FreeCells {
     bits: Vec<u64>,
 }
 
+/// Of each beam, the end that says nothing about free places, m.
+const UNSURE_END: f64 = 0.3;
 const FREE_CELL: f64 = 0.2;
 /// Most cells along a side: 100 m.
 const FREE_SIDE: i32 = 512;
@@ -278,8 +280,8 @@ impl FreeCells {
         for (from, to) in rays {
             let way = to - from;
             let length = way.norm();
-            // The last half metre may belong to the wall, or to a beam that touches an edge.
-            let part = (length - 0.3) / length;
+            // The end of the beam may belong to the wall, or to an edge that it touches.
+            let part = (length - UNSURE_END) / length;
             if part.is_nan() || part <= 0.0 {
                 continue;
             }
@@ -321,3 +323,6 @@ impl FreeCells {
             .unwrap_or(false)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,7 @@
 //! What an experiment measures.
 
 use super::Experiment;
-use crate::estimation::ate_rmse;
+use crate::estimation::{ConsistencyWindow, UpdateReport, ate_rmse};
 use crate::geom::{Pose2, PoseEstimate, wrap};
 use crate::map::CellState;
 use crate::robot::Stamp;
@@ -27,14 +27,21 @@ pub struct Record {
     distance: f64,
     nees_sum: f64,
     nees_count: usize,
+    consistency: ConsistencyWindow,
 }
 
 impl Record {
-    pub(super) fn push(&mut self, sample: Sample) {
+    /// `report` is what the scan did to a line map, for methods with one.
+    pub(super) fn push(&mut self, sample: Sample, report: Option<&UpdateReport>) {
         if let Some(last) = self.samples.last() {
             self.distance += (sample.truth.position() - last.truth.position()).norm();
         }
-        if let Some(nees) = sample.estimate.nees(&sample.truth) {
+        let nees = sample.estimate.nees(&sample.truth);
+        if let Some(report) = report {
+            self.consistency
+                .push(nees, report.nis, report.nis_degrees());
+        }
+        if let Some(nees) = nees {
             self.nees_sum += nees;
             self.nees_count += 1;
         }
@@ -51,6 +58,12 @@ impl Record {
     #[must_use]
     pub fn distance(&self) -> f64 {
         self.distance
+    }
+
+    /// Whether the filter was honest in the last scans; empty for methods without a line map.
+    #[must_use]
+    pub fn consistency(&self) -> &ConsistencyWindow {
+        &self.consistency
     }
 
     /// Mean NEES over the scans of the run, 3 if the covariance is honest; `None` before the first.

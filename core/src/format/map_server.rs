@@ -55,8 +55,9 @@ pub fn write(grid: &Grid, image_name: &str) -> Result<MapFiles, MapServerError> 
     }
     let resolution = grid.resolution();
     let yaml = format!(
-        "image: {image_name}\nmode: trinary\nresolution: {resolution}\norigin: [{:.6}, {:.6}, 0]\nnegate: 0\n\
+        "image: {}\nmode: trinary\nresolution: {resolution}\norigin: [{:.6}, {:.6}, 0]\nnegate: 0\n\
          occupied_thresh: {}\nfree_thresh: {}\n",
+        yaml_string(image_name),
         f64::from(rect.min.col) * resolution,
         f64::from(rect.min.row) * resolution,
         grid.config().occupied_above,
@@ -69,6 +70,16 @@ pub fn write(grid: &Grid, image_name: &str) -> Result<MapFiles, MapServerError> 
         width,
         height,
     })
+}
+
+/// A plain word as it stands; anything else in double quotes, escaped (YAML 1.2 §7.3.1: as in JSON).
+fn yaml_string(text: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-' | '/');
+    if text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(is_plain) {
+        text.to_owned()
+    } else {
+        serde_json::Value::from(text).to_string()
+    }
 }
 
 /// The smallest rectangle that holds all cells that are not unknown.
@@ -141,6 +152,21 @@ mod tests {
             files.yaml.contains("image: map.pgm\n") && files.yaml.contains("resolution: 0.5\n")
         );
         assert!(files.yaml.contains("origin: [0.000000, 0.000000, 0]"));
+    }
+
+    #[test]
+    fn odd_names_of_images_are_quoted() {
+        for (name, written) in [
+            ("map.pgm", "map.pgm"),
+            ("my map: 1.pgm", "\"my map: 1.pgm\""),
+            ("a#b.pgm", "\"a#b.pgm\""),
+            ("1.5", "\"1.5\""),
+            ("say \"hi\".pgm", "\"say \\\"hi\\\".pgm\""),
+            ("Küche.pgm", "\"Küche.pgm\""),
+            ("", "\"\""),
+        ] {
+            assert_eq!(yaml_string(name), written);
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Readers and writers of files, over byte slices: opening and saving them is the caller's.
 
+pub mod calibration;
 pub mod carmen;
 pub mod map_server;
 pub mod relations;
@@ -12,6 +13,10 @@ pub mod world;
 #[cfg(test)]
 pub(crate) fn recorded(name: &str) -> Option<Vec<u8>> {
     let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data");
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "where recorded data lies is the machine's matter"
+    )]
     let folder = std::env::var("SLAMLAB_DATA").unwrap_or_else(|_| beside.into());
     #[expect(
         clippy::disallowed_methods,

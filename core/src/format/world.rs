@@ -26,10 +26,10 @@
 //! | `start` | pose of the robot, m and rad, world frame |
 //! | `goal` | optional: where to go, m |
 //! | `robot` | optional: `rp6` (default) or `pioneer` |
-//! | `sensor` | optional: `lidar` (default) or `rangers` |
+//! | `sensor` | optional: `lidar` (default), `sick`, `rangers` or `sonar` |
 //! | `seed` | optional: whole number, default 1 |
 //! | `obstacles` | `polyline` (`points`, optional `closed`), `polygon` (`points`), `rectangle` (`centre`, `size`, optional `angle`), `circle` (`centre`, `radius`); each with an optional `material`: `opaque` (default), `glass`, `dark` |
-//! | `movers` | optional: `waypoints`, `speed`, `radius`, optional `closed` |
+//! | `movers` | optional: `waypoints`, `speed`, `radius`, optional `closed`, optional `pause` at each way-point, s |
 //!
 //! A field that is not in the table is refused: it is a misspelt one more often than a wish. Every error says the line
 //! and column, counted from 1.
@@ -242,7 +242,9 @@ enum RobotFile {
 enum SensorFile {
     #[default]
     Lidar,
+    Sick,
     Rangers,
+    Sonar,
 }
 
 #[derive(Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -292,6 +294,12 @@ struct MoverFile {
     closed: bool,
     speed: f64,
     radius: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pause: f64,
+}
+
+fn is_zero(number: &f64) -> bool {
+    *number == 0.0
 }
 
 fn is_opaque(material: &MaterialFile) -> bool {
@@ -433,6 +441,7 @@ impl WorldFile {
             closed: m.closed,
             speed: m.speed,
             radius: m.radius,
+            pause: m.pause,
         };
         let obstacle =
             |(index, o): (usize, ObstacleFile)| o.into_obstacle().map_err(|e| (index, e));
@@ -462,6 +471,7 @@ impl From<&World> for WorldFile {
             closed: m.closed,
             speed: m.speed,
             radius: m.radius,
+            pause: m.pause,
         };
         Self {
             slamlab_world: 1,
@@ -502,7 +512,7 @@ macro_rules! same_names {
 }
 
 same_names!(RobotFile, RobotKind: Rp6, Pioneer);
-same_names!(SensorFile, SensorKind: Lidar, Rangers);
+same_names!(SensorFile, SensorKind: Lidar, Sick, Rangers, Sonar);
 same_names!(MaterialFile, Material: Opaque, Glass, Dark);
 
 #[cfg(test)]

@@ -116,6 +116,20 @@ mod tests {
                 prop_assert!(s.distance(origin + direction * distance) < 1e-6);
             }
         }
+
+        #[test]
+        fn ray_towards_a_place_on_the_segment_hits_it_and_one_away_does_not(
+            s in segment(), x in -5.0..5.0_f64, y in -5.0..5.0_f64, part in 0.01..0.99_f64,
+        ) {
+            let origin = Point2::new(x, y);
+            let aim = s.a + s.vector() * part;
+            let way = aim - origin;
+            // Not along the segment, where the hit is anywhere.
+            prop_assume!(way.norm() > 1e-3 && way.normalize().perp(&s.vector()).abs() > 1e-3);
+            let hit = s.hit_by_ray(origin, way.normalize());
+            prop_assert!(hit.is_some_and(|distance| (distance - way.norm()).abs() < 1e-6), "{hit:?}");
+            prop_assert_eq!(s.hit_by_ray(origin, -way.normalize()), None);
+        }
     }
 
     #[test]

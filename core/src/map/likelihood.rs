@@ -20,7 +20,7 @@ pub struct LikelihoodPyramid {
     levels: Vec<Vec<u8>>,
 }
 
-/// Most cells of one level: 64 MB would be absurd.
+/// Most cells of one level; a byte each, so seven levels stay below 64 MB.
 const MAX_CELLS: i64 = 1 << 23;
 
 impl LikelihoodPyramid {

@@ -3,6 +3,7 @@
 
 mod cell;
 mod distance;
+mod evidence;
 mod grid;
 mod likelihood;
 mod ray;
@@ -10,6 +11,7 @@ mod surfels;
 
 pub use cell::{BlockIndex, CellIndex, CellRect, CellState};
 pub use distance::DistanceField;
+pub use evidence::{Evidence, EvidenceConfig};
 pub use grid::{BLOCK_CELLS, Grid, GridConfig, GridError};
 pub use likelihood::LikelihoodPyramid;
 pub use ray::cells_on_ray;

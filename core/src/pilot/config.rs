@@ -26,8 +26,11 @@ pub struct PilotConfig {
     pub attempts: usize,
     /// Looks without a frontier, a review period apart, before exploration is over. Default 3.
     pub last_looks: usize,
-    /// How often one place may be the goal of exploration. Default 4.
-    pub visits: usize,
+    /// How long a frontier is looked at from its goal before it is given up, s. Default 1: five revolutions of a lidar.
+    pub look: f64,
+    /// How many looks at one frontier may show nothing new (less than a tenth of what it promised) before it is given up.
+    /// Default 4.
+    pub looks: usize,
     /// Longest leg between two scans of a sensor that scans on command, m. Default 0.7.
     pub longest_leg: f64,
     /// How uncertain odometry may make the heading between two scans of a sensor that scans on command, rad. Default
@@ -49,7 +52,8 @@ impl Default for PilotConfig {
             back_off: 1.0,
             attempts: 3,
             last_looks: 3,
-            visits: 4,
+            look: 1.0,
+            looks: 4,
             longest_leg: 0.7,
             leg_heading_sigma: 0.05,
         }
@@ -62,7 +66,7 @@ impl PilotConfig {
     #[must_use]
     pub fn short_range() -> Self {
         Self {
-            visits: 8,
+            looks: 8,
             ..Self::default()
         }
     }

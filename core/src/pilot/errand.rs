@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 
-use super::explorer::Explorer;
+use super::explorer::{Explorer, Reason};
 use super::{Failure, Finish, Mode, Pilot, Situation, Status};
 use crate::control::{Follower, ProgressWatch};
 use crate::geom::Segment;
@@ -75,9 +75,12 @@ impl Pilot {
                 self.errand.drop_route();
             }
         }
-        if self.mode == Mode::Explore && self.errand.explorer.target_has_vanished(now.grid) {
-            self.errand.drop_route();
-            self.errand.arrived = None;
+        if self.mode == Mode::Explore {
+            self.errand.explorer.pass(here);
+            if self.errand.explorer.target_has_vanished(now.grid) {
+                self.errand.drop_route();
+                self.errand.arrived = None;
+            }
         }
     }
 
@@ -105,10 +108,13 @@ impl Pilot {
         match self.route_to(goal, Unknown::Free, now) {
             Ok(()) => true,
             Err(reason) => {
-                // A robot pushed against a wall by an error of its pose may be free after the next scans.
+                // A robot pushed against a wall by an error of its pose may be free after the next scans, and a way that is
+                // shut by a wall seen wrongly may open.
                 let may_pass = matches!(
                     reason,
-                    NoPath::StartBlocked { .. } | NoPath::BudgetSpent { .. }
+                    NoPath::StartBlocked { .. }
+                        | NoPath::Unreachable { .. }
+                        | NoPath::BudgetSpent { .. }
                 );
                 self.errand.failed_plans += 1;
                 if !may_pass || self.errand.failed_plans >= PLAN_ATTEMPTS {
@@ -121,11 +127,15 @@ impl Pilot {
 
     /// Chooses a frontier and plans to it; `false` where the robot has to stand.
     pub(super) fn plan_exploration(&mut self, now: &Situation) -> bool {
-        if self.errand.arrived.take().is_some() {
-            // Looked at from the best place, and it is still there.
-            self.errand.explorer.give_up();
-        }
         self.status = Status::Scanning;
+        if let Some(since) = self.errand.arrived {
+            if now.stamp.since(since) < self.config.look {
+                return false;
+            }
+            // Looked at from the best place, and it is still there.
+            self.errand.arrived = None;
+            self.errand.explorer.give_up(Reason::NoGain);
+        }
         // A target that is still there stays the target: no dithering between two that promise alike.
         let kept = self.errand.explorer.target.as_ref().and_then(|t| t.goal);
         if let Some(goal) = kept
@@ -147,7 +157,7 @@ impl Pilot {
             } else {
                 std::mem::take(&mut self.errand.explorer.frontiers)
             };
-            let Some(goal) = self.errand.explorer.choose(known, self.config.visits) else {
+            let Some(goal) = self.errand.explorer.choose(known, self.config.looks) else {
                 self.end_exploration(now);
                 return false;
             };
@@ -159,7 +169,7 @@ impl Pilot {
                     self.wriggle_free(reason, now);
                     return false;
                 }
-                Err(_) => self.errand.explorer.give_up(),
+                Err(_) => self.errand.explorer.give_up(Reason::NoWay),
             }
         }
         false
@@ -203,8 +213,11 @@ impl Pilot {
         self.errand.last_look = look;
         self.errand.empty_looks += usize::from(is_news);
         if self.errand.empty_looks >= self.config.last_looks {
-            let unreached = self.errand.explorer.unreached();
-            self.status = Status::Finished(Finish::Explored { unreached });
+            let explorer = &self.errand.explorer;
+            self.status = Status::Finished(Finish::Explored {
+                unreached: explorer.left(Reason::NoWay),
+                fruitless: explorer.left(Reason::NoGain),
+            });
         }
     }
 
@@ -255,7 +268,7 @@ impl Pilot {
         }
         let attempts = std::mem::take(&mut self.errand.stuck) - 1;
         if self.mode == Mode::Explore {
-            self.errand.explorer.give_up();
+            self.errand.explorer.give_up(Reason::NoWay);
         } else {
             let (x, y) = (now.estimate.pose.x(), now.estimate.pose.y());
             self.status = Status::Failed(Failure::Stuck { x, y, attempts });

@@ -1,4 +1,8 @@
 //! Memory of an exploration: which frontier is looked at, and which were given up.
+//!
+//! A frontier is done with when no way leads there, when it is still there after a look from its goal, or when `looks` looks
+//! at its place (the robot came near its goal) took less than a tenth of what it promised: lack of gain. What was only
+//! seen from afar is not given up for that, or only after many more times. One that grew by half is worth another look.
 
 use nalgebra::Point2;
 
@@ -9,6 +13,12 @@ use crate::plan::Frontier;
 const SAME_PLACE: f64 = 0.4;
 /// A target has vanished when less than this part of its cells is still a frontier.
 const STILL_THERE: f64 = 0.25;
+/// From so near to its goal a frontier has been looked at, m.
+const LOOKED_AT: f64 = 0.5;
+/// A look was worth it when it took this part of what the frontier promised.
+const WORTH: f64 = 0.1;
+/// How many more targets than looks a place may be: some vanish from afar, and are there again.
+const TARGETS_PER_LOOK: usize = 5;
 
 /// Chooses frontiers and remembers how that went.
 #[derive(Clone, Debug, Default)]
@@ -17,36 +27,66 @@ pub(super) struct Explorer {
     pub(super) frontiers: Vec<Frontier>,
     /// The one that is being looked at.
     pub(super) target: Option<Frontier>,
-    given_up: Vec<Frontier>,
-    visits: Vec<(Point2<f64>, usize)>,
+    given_up: Vec<GivenUp>,
+    places: Vec<Place>,
+}
+
+/// Why a frontier is no target any more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reason {
+    /// No way leads there.
+    NoWay,
+    /// Looks at it showed nothing new.
+    NoGain,
+}
+
+#[derive(Clone, Debug)]
+struct GivenUp {
+    frontier: Frontier,
+    reason: Reason,
+}
+
+/// Where a target was, and what came of it since its promise last fell.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    at: Point2<f64>,
+    /// The least that was promised there, m².
+    gain: f64,
+    is_looked_at: bool,
+    looks: usize,
+    targets: usize,
 }
 
 impl Explorer {
-    /// Takes what was found, and picks the best frontier that was not given up.
+    /// Takes what was found, and picks the best frontier that was not given up. One that `most_looks` looks told nothing of is.
     pub(super) fn choose(
         &mut self,
         found: Vec<Frontier>,
-        most_visits: usize,
+        most_looks: usize,
     ) -> Option<Point2<f64>> {
         self.frontiers = found;
         self.target = None;
         for candidate in self.frontiers.clone() {
-            let Some(goal) = candidate.goal.filter(|_| !self.is_given_up(&candidate)) else {
+            let Some(goal) = candidate
+                .goal
+                .filter(|_| self.why_not(&candidate).is_none())
+            else {
                 continue;
             };
-            if self.count_visit(candidate.centre) > most_visits {
-                self.given_up.push(candidate);
-                continue;
-            }
             self.target = Some(candidate);
-            return Some(goal);
+            if self.is_worth_another_look(most_looks) {
+                return Some(goal);
+            }
+            self.give_up(Reason::NoGain);
         }
         None
     }
 
     /// The target cannot be reached, or did not vanish when looked at.
-    pub(super) fn give_up(&mut self) {
-        self.given_up.extend(self.target.take());
+    pub(super) fn give_up(&mut self, reason: Reason) {
+        let target = self.target.take();
+        self.given_up
+            .extend(target.map(|frontier| GivenUp { frontier, reason }));
     }
 
     /// Whether the target is no frontier any more.
@@ -58,30 +98,71 @@ impl Explorer {
         (left.count() as f64) < STILL_THERE * target.cells.len() as f64
     }
 
-    /// What is unknown and stays so.
-    pub(super) fn unreached(&self) -> Vec<Point2<f64>> {
-        self.frontiers.iter().map(|f| f.centre).collect()
-    }
-
-    /// One that grew is worth another look.
-    fn is_given_up(&self, frontier: &Frontier) -> bool {
-        self.given_up.iter().any(|old| {
-            (old.centre - frontier.centre).norm() < SAME_PLACE && frontier.gain < 1.5 * old.gain
-        })
-    }
-
-    fn count_visit(&mut self, place: Point2<f64>) -> usize {
-        let known = self
-            .visits
-            .iter_mut()
-            .find(|(at, _)| (at - place).norm() < SAME_PLACE);
-        if let Some((_, count)) = known {
-            *count += 1;
-            return *count;
+    /// The robot is here, on its way to the target.
+    pub(super) fn pass(&mut self, here: Point2<f64>) {
+        let Some(target) = &self.target else { return };
+        let is_near = |goal: Point2<f64>| (goal - here).norm() < LOOKED_AT;
+        if target.goal.is_some_and(is_near)
+            && let Some(place) = place_of(&mut self.places, target)
+        {
+            place.is_looked_at = true;
         }
-        self.visits.push((place, 1));
-        1
     }
+
+    /// Centres of what is unknown and stays so for this reason; where no way was ever looked for, there is none.
+    pub(super) fn left(&self, reason: Reason) -> Vec<Point2<f64>> {
+        let why = |f: &&Frontier| self.why_not(f).unwrap_or(Reason::NoWay) == reason;
+        let left = self.frontiers.iter().filter(why);
+        left.map(|f| f.centre).collect()
+    }
+
+    /// Why a frontier was given up; one that grew is worth another look.
+    fn why_not(&self, frontier: &Frontier) -> Option<Reason> {
+        let is_it = |old: &&GivenUp| {
+            (old.frontier.centre - frontier.centre).norm() < SAME_PLACE
+                && frontier.gain < 1.5 * old.frontier.gain
+        };
+        self.given_up.iter().find(is_it).map(|old| old.reason)
+    }
+
+    /// Counts the target, and the look at it if there was one since the last time; from the start where the last look was
+    /// worth it. Promises fall by a part each time and places have a size, so that exploration ends.
+    fn is_worth_another_look(&mut self, most_looks: usize) -> bool {
+        let Some(target) = &self.target else {
+            return false;
+        };
+        let Some(place) = place_of(&mut self.places, target) else {
+            self.places.push(Place {
+                at: target.centre,
+                gain: target.gain,
+                is_looked_at: false,
+                looks: 0,
+                targets: 0,
+            });
+            return true;
+        };
+        if target.gain < (1.0 - WORTH) * place.gain {
+            place.gain = target.gain;
+            (place.looks, place.targets) = (0, 0);
+        } else {
+            place.looks += usize::from(place.is_looked_at);
+            place.targets += 1;
+        }
+        place.is_looked_at = false;
+        let is_worth = place.looks < most_looks && place.targets < TARGETS_PER_LOOK * most_looks;
+        if !is_worth {
+            // Should it grow, it begins anew.
+            place.gain = target.gain;
+            (place.looks, place.targets) = (0, 0);
+        }
+        is_worth
+    }
+}
+
+fn place_of<'a>(places: &'a mut [Place], target: &Frontier) -> Option<&'a mut Place> {
+    places
+        .iter_mut()
+        .find(|place| (place.at - target.centre).norm() < SAME_PLACE)
 }
 
 fn is_frontier(grid: &Grid, cell: CellIndex) -> bool {
@@ -94,4 +175,76 @@ fn is_frontier(grid: &Grid, cell: CellIndex) -> bool {
     };
     grid.state(cell) == CellState::Free
         && (unknown(1, 0) || unknown(-1, 0) || unknown(0, 1) || unknown(0, -1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LOOKS: usize = 4;
+
+    fn frontier(x: f64, gain: f64) -> Frontier {
+        Frontier {
+            cells: vec![],
+            centre: Point2::new(x, 0.0),
+            gain,
+            goal: Some(Point2::new(x - 1.0, 0.0)),
+            cost: 1.0,
+            score: gain,
+        }
+    }
+
+    /// How often a frontier of this gain is chosen before it is given up, by a robot that comes to `here` each time.
+    fn times_chosen(explorer: &mut Explorer, gain: f64, here: Point2<f64>) -> usize {
+        let mut times = 0;
+        while explorer.choose(vec![frontier(5.0, gain)], LOOKS).is_some() && times < 1000 {
+            explorer.pass(here);
+            times += 1;
+        }
+        times
+    }
+
+    #[test]
+    fn looks_that_show_nothing_end_a_frontier_and_growth_opens_it_again() {
+        let mut explorer = Explorer::default();
+        let goal = Point2::new(4.0, 0.3);
+        assert_eq!(times_chosen(&mut explorer, 1.0, goal), LOOKS);
+        assert_eq!(explorer.left(Reason::NoGain), [Point2::new(5.0, 0.0)]);
+        assert_eq!(times_chosen(&mut explorer, 1.4, goal), 0);
+        assert_eq!(times_chosen(&mut explorer, 1.6, goal), LOOKS);
+        assert_eq!(times_chosen(&mut explorer, 1.6, goal), 0);
+    }
+
+    #[test]
+    fn from_afar_a_frontier_is_chosen_many_more_times_but_not_for_ever() {
+        let times = times_chosen(&mut Explorer::default(), 1.0, Point2::origin());
+        assert_eq!(times, TARGETS_PER_LOOK * LOOKS);
+    }
+
+    #[test]
+    fn looks_that_show_something_do_not_count() {
+        let mut explorer = Explorer::default();
+        let mut gain = 8.0;
+        while gain > 0.06 {
+            for _ in 1..LOOKS {
+                assert!(explorer.choose(vec![frontier(5.0, gain)], LOOKS).is_some());
+                explorer.pass(Point2::new(4.0, 0.0));
+            }
+            gain *= 0.89;
+        }
+        assert!(explorer.left(Reason::NoGain).is_empty());
+    }
+
+    #[test]
+    fn what_no_way_leads_to_is_told_apart_and_the_next_best_is_chosen() {
+        let mut explorer = Explorer::default();
+        let found = vec![frontier(5.0, 2.0), frontier(9.0, 1.0)];
+        assert_eq!(explorer.choose(found.clone(), LOOKS), found[0].goal);
+        explorer.give_up(Reason::NoWay);
+        assert_eq!(explorer.choose(found.clone(), LOOKS), found[1].goal);
+        explorer.give_up(Reason::NoGain);
+        assert_eq!(explorer.choose(found.clone(), LOOKS), None);
+        assert_eq!(explorer.left(Reason::NoWay), [found[0].centre]);
+        assert_eq!(explorer.left(Reason::NoGain), [found[1].centre]);
+    }
 }

@@ -58,10 +58,12 @@ pub enum Finish {
         /// What is left to the goal, m.
         off: f64,
     },
-    /// No reachable frontier is left.
+    /// No frontier is left that can be reached and promises anything.
     Explored {
-        /// Centres of the frontiers that could not be reached, or did not vanish when looked at.
+        /// Centres of the frontiers that no way leads to.
         unreached: Vec<Point2<f64>>,
+        /// Centres of the frontiers that stayed what they were when looked at.
+        fruitless: Vec<Point2<f64>>,
     },
 }
 
@@ -72,21 +74,40 @@ impl std::fmt::Display for Finish {
             Self::GoalReached { off } => {
                 write!(f, "as near to the goal as the robot fits: {off:.2} m away")
             }
-            Self::Explored { unreached } if unreached.is_empty() => {
-                f.write_str("explored: nothing unknown is left within reach")
-            }
-            Self::Explored { unreached } => {
-                let count = unreached.len();
-                write!(
-                    f,
-                    "explored: {count} unknown places could not be reached, the first"
-                )?;
-                match unreached.first() {
-                    Some(p) => write!(f, " at ({:.2}, {:.2}) m", p.x, p.y),
-                    None => Ok(()),
+            Self::Explored {
+                unreached,
+                fruitless,
+            } => {
+                f.write_str("explored: ")?;
+                if unreached.is_empty() && fruitless.is_empty() {
+                    return f.write_str("nothing unknown is left within reach");
                 }
+                write_places(f, unreached, "could not be reached")?;
+                if !(unreached.is_empty() || fruitless.is_empty()) {
+                    f.write_str("; ")?;
+                }
+                write_places(f, fruitless, "showed nothing new when looked at")
             }
         }
+    }
+}
+
+/// How many places, and where the first is; nothing for none.
+fn write_places(
+    f: &mut std::fmt::Formatter<'_>,
+    places: &[Point2<f64>],
+    what: &str,
+) -> std::fmt::Result {
+    let Some(first) = places.first() else {
+        return Ok(());
+    };
+    let (x, y) = (first.x, first.y);
+    match places.len() {
+        1 => write!(f, "1 unknown place, at ({x:.2}, {y:.2}) m, {what}"),
+        n => write!(
+            f,
+            "{n} unknown places, the first at ({x:.2}, {y:.2}) m, {what}"
+        ),
     }
 }
 

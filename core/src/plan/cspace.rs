@@ -126,6 +126,12 @@ impl GridSpace {
         self.keep
     }
 
+    /// Whether the robot's centre keeps out of what was never seen.
+    #[must_use]
+    pub fn keeps_out_of_unknown(&self) -> bool {
+        self.unknown.is_some()
+    }
+
     /// The cells it covers.
     #[must_use]
     pub fn rect(&self) -> CellRect {

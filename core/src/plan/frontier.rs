@@ -9,9 +9,9 @@
 //!    `gain_reach`. Walls stop the flood, so the slivers along walls and between beams tell next to nothing and are
 //!    dropped; so are clusters narrower than the robot, not counting their cells in the lee of a wall.
 //! 3. The goal is the reachable cell from which the frontier is nearest over free floor, the cheapest one of the first
-//!    few. Floor nearer to a wall than `min_clearance` leads nowhere: beams at a flat angle and errors of the pose make holes
-//!    of a cell or two in walls, and free floor behind them that no look will ever make known. In `corridor` and `loop` an
-//!    exploration went to and fro along such walls without end.
+//!    few. Floor nearer to a wall than `min_clearance` leads nowhere: errors of the pose make holes of a cell or two in
+//!    walls, and free floor behind them that no look will ever make known. That alone does not end an exploration: walls
+//!    must be drawn so that they last (`map::Evidence`), and looks that show nothing must count (`pilot::explorer`).
 //! 4. Score: the gain, bounded, times e^(-λ cost), as in González-Baños & Latombe (2002), "Navigation strategies for
 //!    exploring indoor environments", eq. (1). Gain over cost and gain over cost squared were tried: in `office` they
 //!    drive 131 and 108 m on the mean of three seeds, the exponential 97 m.

@@ -3,6 +3,7 @@
 mod cspace;
 mod frontier;
 mod path;
+mod reach;
 mod route;
 mod rrt;
 mod shorten;
@@ -14,8 +15,9 @@ mod wavefront;
 pub use cspace::{Both, ConfigSpace, GridSpace, SegmentSpace, Unknown, rect_around};
 pub use frontier::{Frontier, FrontierConfig, find_frontiers};
 pub use path::{NoPath, Path, Planner};
+pub use reach::may_reach;
 pub use route::{Route, RouteConfig, RouteFailure, plan_route};
 pub use rrt::{Growth, RrtConfig, anywhere, rrt, rrt_connect};
 pub use shorten::{densify, shorten};
 pub use tree::{Nearest, Tree};
-pub use wavefront::{Wavefront, may_reach};
+pub use wavefront::Wavefront;

@@ -5,7 +5,7 @@
 //! 1. The distance to walls is wished wide and accepted narrow: the margins are tried in order, so that a robot keeps to
 //!    the middle of a hall and still passes a tight door.
 //! 2. A wavefront from the start tells what can be reached. A goal too near to a wall moves to the nearest place that
-//!    can; where even a lenient flood does not arrive, that is a proof.
+//!    can; where no continuous path leads, that is a proof ([`may_reach`]).
 //! 3. The straight line if it is free; else a tree (RRT-Connect, or the source's RRT) that draws its points where the
 //!    wavefront arrived.
 //! 4. A tree that spent its budget although the wavefront arrived hands over to the wavefront's own path, and the route
@@ -17,9 +17,10 @@ use rand::{Rng, RngExt};
 
 use super::cspace::{ConfigSpace, GridSpace, Unknown, rect_around};
 use super::path::{NoPath, Path, Planner};
+use super::reach::may_reach;
 use super::rrt::{Growth, RrtConfig, rrt, rrt_connect};
 use super::shorten::{densify, shorten};
-use super::wavefront::{Wavefront, may_reach};
+use super::wavefront::Wavefront;
 use crate::geom::Segment;
 use crate::map::Grid;
 

@@ -117,6 +117,31 @@ fn floods(walls: &[Point2<f64>], start: Point2<f64>, goal: Point2<f64>, keep: f6
     false
 }
 
+/// Flood from start to goal over centres ten times as dense as the cells, where the room is at least `least`.
+fn floods_finely(space: &GridSpace, least: f64) -> bool {
+    const SIDES: usize = 10 * SIDE as usize;
+    let fine = RESOLUTION / 10.0;
+    let number = |p: Point2<f64>| (p.y / fine) as usize * SIDES + (p.x / fine) as usize;
+    let room = |i: usize| {
+        let at = |i: usize| (i as f64 + 0.5) * fine;
+        space.room(Point2::new(at(i % SIDES), at(i / SIDES)))
+    };
+    let mut seen = vec![false; SIDES * SIDES];
+    let mut todo = vec![number(START)];
+    while let Some(at) = todo.pop() {
+        if at == number(GOAL) {
+            return true;
+        }
+        // The floor is walled all round: nothing is reached at its border.
+        for next in [at + 1, at - 1, at + SIDES, at - SIDES] {
+            if !std::mem::replace(&mut seen[next], true) && room(next) >= least {
+                todo.push(next);
+            }
+        }
+    }
+    false
+}
+
 fn boxes() -> impl Strategy<Value = Vec<(i32, i32, i32, i32)>> {
     proptest::collection::vec((8..SIDE - 8, 1..SIDE - 1, 1..14_i32, 1..40_i32), 0..6)
 }
@@ -161,10 +186,22 @@ proptest! {
             Err(failure) => {
                 prop_assert!(!floods(&walls, START, GOAL, keep + 1e-4), "{}", failure.reason);
                 if matches!(failure.reason, NoPath::Unreachable { .. }) {
-                    prop_assert!(!floods(&walls, START, GOAL, keep - 0.5 * RESOLUTION), "a false proof");
+                    // Bilinear distances err by up to 4 mm here.
+                    prop_assert!(!floods(&walls, START, GOAL, keep + 0.005), "a false proof");
                 }
             }
         }
+    }
+
+    #[test]
+    fn the_proof_of_no_path_is_that_of_a_flood_ten_times_as_fine(boxes in boxes(), keep in 0.05..0.35_f64) {
+        let space = GridSpace::new(&floor(&boxes), whole(), keep, Unknown::Free);
+        prop_assume!(space.is_free(START) && space.is_free(GOAL));
+        let fine = RESOLUTION / 10.0;
+        // The room changes by at most √2 a metre: by this much from a place to the nearest of the fine centres.
+        let found = may_reach(&space, START, GOAL);
+        prop_assert!(found || !floods_finely(&space, 0.5 * fine * std::f64::consts::SQRT_2), "a false proof");
+        prop_assert!(!found || floods_finely(&space, -fine), "a proof was missed");
     }
 
     #[test]
@@ -175,7 +212,9 @@ proptest! {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let draw = anywhere(&space);
         let growth = rrt(&space, START, GOAL, &RrtConfig { max_iterations: 800, ..RrtConfig::default() }, &mut rng, draw);
-        let reachable = may_reach(&space, START, GOAL);
+        // The march may step over half a step, on which the room shrinks by √2 a metre.
+        let slack = space.step() * std::f64::consts::FRAC_1_SQRT_2;
+        let reachable = may_reach(&space.with_keep(RADIUS - slack), START, GOAL);
         prop_assert!(growth.path.is_none() || reachable, "the proof of no path is wrong");
         if let Some(path) = growth.path {
             prop_assert!(nearest_wall(&path, &walls_of(&grid)) > RADIUS + 0.5 * RESOLUTION - 0.005);
@@ -198,6 +237,21 @@ proptest! {
         let by_flood = floods(&walls_of(&grid), START, GOAL, RADIUS + 0.5 * RESOLUTION + 1e-4);
         let goal = space.index_at(GOAL).unwrap();
         prop_assert!(!by_flood || wave.cost(goal).is_some());
+    }
+}
+
+#[test]
+fn a_gap_that_opens_between_the_centres_of_cells_is_no_proof() {
+    // Two blocks, corner to corner, five cells apart across and up: halfway between the corners lies a saddle, no centre.
+    let grid = floor(&[(1, 30, 20, 29), (25, 1, 34, 25)]);
+    let space = |keep| GridSpace::new(&grid, whole(), keep, Unknown::Free);
+    // Centres around the saddle are √13 and √8 cells from the corners, the saddle lies in the middle of both.
+    let saddle = (0.5 * (13.0_f64.sqrt() + 8.0_f64.sqrt()) - 0.5) * RESOLUTION;
+    let goal = |space: &GridSpace| space.index_at(GOAL).unwrap();
+    for (keep, expected) in [(saddle - 1e-4, true), (saddle + 1e-4, false)] {
+        let space = space(keep);
+        assert!(Wavefront::new(&space, START).cost(goal(&space)).is_none());
+        assert_eq!(may_reach(&space, START, GOAL), expected, "{keep}");
     }
 }
 

@@ -7,8 +7,6 @@
 //! 2. A step costs its length, more where walls are near, so that ways keep to the middle of doors.
 //! 3. Dijkstra's algorithm with buckets for small whole costs: Dial (1969), "Algorithm 360: shortest-path forest with
 //!    topological ordering". Linear in cells, and whole numbers give the same order everywhere.
-//!
-//! [`may_reach`] floods the cells that are free at least in part: where even that does not arrive, there is no path.
 
 use nalgebra::Point2;
 
@@ -126,37 +124,6 @@ impl Wavefront {
             points: corners.map(|i| space.centre_of(cells[i])).collect(),
         })
     }
-}
-
-/// Whether a continuous path from `start` to `goal` may exist. `false` is a proof: it floods all cells of which any
-/// part may be free.
-#[must_use]
-pub fn may_reach(space: &GridSpace, start: Point2<f64>, goal: Point2<f64>) -> bool {
-    let (Some(start), Some(goal)) = (space.index_at(start), space.index_at(goal)) else {
-        return false;
-    };
-    let (width, height) = (space.rect().width(), space.rect().height());
-    // The room changes by at most √2 a metre, and no point is farther than √½ cells from its cell's centre.
-    let open = |i: usize| space.room_of(i) >= -space.resolution();
-    let mut seen = vec![false; space.states().len()];
-    let mut todo = vec![start];
-    seen[start] = true;
-    while let Some(at) = todo.pop() {
-        if at == goal {
-            return true;
-        }
-        let (col, row) = (at % width, at / width);
-        for r in row.saturating_sub(1)..(row + 2).min(height) {
-            for c in col.saturating_sub(1)..(col + 2).min(width) {
-                let next = r * width + c;
-                if !seen[next] && open(next) {
-                    seen[next] = true;
-                    todo.push(next);
-                }
-            }
-        }
-    }
-    false
 }
 
 /// How many times its length a step onto each cell costs; 0 where the cell is not free, and at the border.

@@ -93,6 +93,19 @@ impl Points {
         })
     }
 
+    /// Converts a scan of which it is known where the robot was at each beam: `robot_from_robot_at` gives that in the
+    /// robot frame at `stamp`.
+    #[must_use]
+    pub fn from_placed_scan(
+        scan: &Scan,
+        stamp: Stamp,
+        config: &PointConfig,
+        robot_from_robot_at: impl Fn(usize) -> Pose2,
+    ) -> Self {
+        let last = robot_from_robot_at(scan.len().saturating_sub(1));
+        Self::collect(scan, stamp, config, &last, robot_from_robot_at)
+    }
+
     fn collect(
         scan: &Scan,
         stamp: Stamp,

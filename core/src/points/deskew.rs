@@ -51,21 +51,27 @@ impl MotionHistory {
     /// nothing is known there, so standing still is assumed.
     #[must_use]
     pub fn poses_at(&self, instants: impl IntoIterator<Item = Stamp>) -> Vec<Pose2> {
-        // robot_now_from_robot_at_end of each step, from the newest back.
-        let mut now_from_end = Vec::with_capacity(self.steps.len());
-        let mut behind = Pose2::identity();
+        let since = self.since(instants);
+        since.into_iter().map(|moved| moved.pose).collect()
+    }
+
+    /// What is known of the motion from each of the given instants to now, as [`Self::poses_at`].
+    #[must_use]
+    pub fn since(&self, instants: impl IntoIterator<Item = Stamp>) -> Vec<MovedSince> {
+        // From the end of each step to now, from the newest back.
+        let mut from_ends = Vec::with_capacity(self.steps.len());
+        let mut behind = MovedSince::default();
         for step in self.steps.iter().rev() {
-            now_from_end.push(behind);
-            behind = behind * step.motion.inverse();
+            from_ends.push(behind);
+            behind = behind.back_over(&step.motion.inverse(), step.cov[(2, 2)]);
         }
-        now_from_end.reverse();
+        from_ends.reverse();
         instants
             .into_iter()
             .map(|instant| {
                 let at = self.steps.partition_point(|step| step.to < instant);
-                let (Some(step), Some(now_from_end)) = (self.steps.get(at), now_from_end.get(at))
-                else {
-                    return Pose2::identity();
+                let (Some(step), Some(from_end)) = (self.steps.get(at), from_ends.get(at)) else {
+                    return MovedSince::default();
                 };
                 let duration = step.to.since(step.from);
                 let left = if duration > 0.0 {
@@ -73,9 +79,31 @@ impl MotionHistory {
                 } else {
                     0.0
                 };
-                *now_from_end * step.motion.inverse().fraction(left)
+                from_end.back_over(
+                    &step.motion.inverse().fraction(left),
+                    left * step.cov[(2, 2)],
+                )
             })
             .collect()
+    }
+}
+
+/// The motion from an instant to now, by odometry.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MovedSince {
+    /// `robot_now_from_robot_then`.
+    pub pose: Pose2,
+    /// Variance of the heading that odometry gathered meanwhile, rad².
+    pub heading_variance: f64,
+}
+
+impl MovedSince {
+    /// From earlier on: `back` is the way back over the motion between, whose heading has the given variance.
+    fn back_over(&self, back: &Pose2, heading_variance: f64) -> Self {
+        Self {
+            pose: self.pose * *back,
+            heading_variance: self.heading_variance + heading_variance,
+        }
     }
 }
 
@@ -123,6 +151,25 @@ mod tests {
                 (done.0 - expect.0).abs() < 1e-12 && (done.1 - expect.1).abs() < 1e-12,
                 "{done:?} {expect:?}"
             );
+        }
+    }
+
+    #[test]
+    fn variance_gathers_over_the_way_that_is_left() {
+        let mut history = MotionHistory::new(1.0);
+        for (i, variance) in [(0, 0.5), (1, 0.0), (2, 0.25)] {
+            let mut cov = Matrix3::zeros();
+            cov[(2, 2)] = variance;
+            history.push(&Odometry {
+                from: Stamp(i * 100_000),
+                to: Stamp((i + 1) * 100_000),
+                motion: Pose2::identity(),
+                cov,
+            });
+        }
+        let since = history.since([0, 40_000, 150_000, 220_000, 300_000, 900_000].map(Stamp));
+        for (since, expect) in since.iter().zip([0.75, 0.55, 0.25, 0.2, 0.0, 0.0]) {
+            assert!((since.heading_variance - expect).abs() < 1e-12, "{since:?}");
         }
     }
 

@@ -3,9 +3,13 @@
 mod cartesian;
 mod deskew;
 mod oriented;
+mod range_sigma;
 mod segmentation;
+mod spacing;
 
 pub use cartesian::{Beam, PointConfig, Points};
-pub use deskew::MotionHistory;
+pub use deskew::{MotionHistory, MovedSince};
 pub use oriented::{OrientedConfig, OrientedPoint, oriented_points};
-pub use segmentation::{Run, SegmentationConfig, segment};
+pub use range_sigma::{Growth, SigmaBin, SigmaConfig, SigmaError, SigmaFit, estimate_sigma};
+pub use segmentation::{BreakRule, Run, SegmentationConfig, segment};
+pub use spacing::{SpacingError, SpacingModel};

@@ -113,14 +113,14 @@ fn beam_angle(points: &Points) -> f64 {
     let mut angles: Vec<f64> = (1..points.beams.len())
         .filter_map(|i| {
             let ((before, a), (after, b)) = (direction(i - 1)?, direction(i)?);
-            let step = after.checked_sub(before).filter(|&s| s == 1)?;
-            Some(libm::atan2(a.perp(&b), a.dot(&b)).abs() / step as f64)
+            let are_neighbours = after == before + 1;
+            are_neighbours.then(|| libm::atan2(a.perp(&b), a.dot(&b)).abs())
         })
-        .step_by(7)
+        .step_by(7) // enough for a median
         .collect();
     let middle = angles.len() / 2;
     if angles.is_empty() {
-        return 0.02;
+        return 0.02; // no two neighbours: about the 1° of most lidars, and no neighbours to be misled by it
     }
     *angles.select_nth_unstable_by(middle, f64::total_cmp).1
 }

@@ -1,14 +1,26 @@
 //! What crosses the border between a robot (real, simulated or recorded) and the rest: stamps, scans, odometry,
-//! commands, and the figures of the robot itself.
+//! commands, the figures of the robot itself, and what turns a ranger's volts into a range.
 
+mod adc;
+mod characteristic;
+pub mod chassis;
 mod command;
+pub mod controller;
+mod interface;
 mod model;
+mod motor;
 mod odometry;
 mod scan;
 mod stamp;
 
+pub use adc::Adc;
+pub use characteristic::{
+    CalibrationPair, Characteristic, CharacteristicError, Fit, LEAST_PAIRS, Variable,
+};
 pub use command::Command;
+pub use interface::Robot;
 pub use model::{OdometryBias, OdometryNoise, RobotModel};
-pub use odometry::{Odometry, TrackOdometry, Tracks};
+pub use motor::{DriveTrain, MotorError, MotorModel};
+pub use odometry::{Odometry, OdometryError, TrackOdometry, Tracks};
 pub use scan::{Scan, ScanError};
 pub use stamp::Stamp;

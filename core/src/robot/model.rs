@@ -1,5 +1,7 @@
 //! The figures of a robot: size, speeds, encoders, and how far its odometry can be trusted.
 
+use super::DriveTrain;
+
 /// Everything about the chassis that the algorithms need to know.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobotModel {
@@ -21,6 +23,8 @@ pub struct RobotModel {
     pub max_acceleration: f64,
     /// Highest change of turn rate, rad/s².
     pub max_turn_acceleration: f64,
+    /// What turns the tracks.
+    pub drive: DriveTrain,
     /// How the odometry errs by chance; what a filter is told.
     pub odometry_noise: OdometryNoise,
     /// How the odometry of a single robot of this kind errs always; what no filter is told.
@@ -67,6 +71,7 @@ impl RobotModel {
             max_turn_rate: 2.0,
             max_acceleration: 0.6,
             max_turn_acceleration: 6.0,
+            drive: DriveTrain::rp6(),
             odometry_noise: OdometryNoise {
                 per_metre: 2.5e-4,
                 lateral_per_metre: 1e-4,
@@ -93,6 +98,7 @@ impl RobotModel {
             max_turn_rate: 1.5,
             max_acceleration: 0.5,
             max_turn_acceleration: 2.0,
+            drive: DriveTrain::pioneer(),
             odometry_noise: OdometryNoise {
                 per_metre: 1e-3,
                 lateral_per_metre: 5e-4,
@@ -103,6 +109,12 @@ impl RobotModel {
                 track_width: 0.02,
             },
         }
+    }
+
+    /// Angle of a track's shaft for one encoder count, rad.
+    #[must_use]
+    pub fn radians_per_count(&self) -> f64 {
+        self.metres_per_tick / self.drive.metres_per_radian
     }
 
     /// Radius of the disc that holds the body, m.

@@ -49,6 +49,18 @@ pub enum ScanError {
         /// Number of sigmas.
         sigmas: usize,
     },
+    /// A field of the whole scan outside of what it may be.
+    #[error("scan at {seconds:.3} s: {field} is {value}, expected {expected}")]
+    Whole {
+        /// Stamp of the scan, s.
+        seconds: f64,
+        /// The field.
+        field: &'static str,
+        /// What stands there.
+        value: f64,
+        /// What may stand there.
+        expected: &'static str,
+    },
     /// A value outside of what it may be.
     #[error("beam {beam}: {field} is {value}, expected {expected}")]
     Value {
@@ -92,6 +104,7 @@ impl Scan {
                 sigmas: self.sigmas.len(),
             });
         }
+        self.validate_whole()?;
         let columns = self.bearings.iter().zip(&self.ranges).zip(&self.sigmas);
         for (beam, ((&bearing, &range), &sigma)) in columns.enumerate() {
             let value = |field, value, expected| {
@@ -117,6 +130,41 @@ impl Scan {
             }
         }
         Ok(())
+    }
+
+    fn validate_whole(&self) -> Result<(), ScanError> {
+        let (sensor, at_least_0) = (&self.robot_from_sensor, "finite and at least 0");
+        let is_bounded = |value: f64| value.is_finite() && value >= 0.0;
+        let fields = [
+            ("sweep", self.sweep, at_least_0, is_bounded(self.sweep)),
+            (
+                "bearing_sigma",
+                self.bearing_sigma,
+                at_least_0,
+                is_bounded(self.bearing_sigma),
+            ),
+            (
+                "max_range",
+                self.max_range,
+                "finite and greater than 0",
+                self.max_range.is_finite() && self.max_range > 0.0,
+            ),
+            (
+                "place of the sensor",
+                sensor.x() + sensor.y() + sensor.heading(),
+                "finite coordinates",
+                sensor.is_finite(),
+            ),
+        ];
+        match fields.into_iter().find(|(.., is_good)| !is_good) {
+            None => Ok(()),
+            Some((field, value, expected, _)) => Err(ScanError::Whole {
+                seconds: self.stamp.seconds(),
+                field,
+                value,
+                expected,
+            }),
+        }
     }
 
     /// How far before the last beam the given one was taken, as a fraction of the sweep: 1 for the first, 0 for the last.
@@ -164,6 +212,23 @@ mod tests {
         let mut sigma = scan(&[1.0]);
         sigma.sigmas[0] = 0.0;
         assert!(message(&sigma).starts_with("beam 0: sigma is 0"));
+    }
+
+    #[test]
+    fn bad_values_of_the_whole_scan_are_named_with_its_stamp() {
+        let check = |spoil: fn(&mut Scan), expected: &str| {
+            let mut spoilt = scan(&[1.0]);
+            spoil(&mut spoilt);
+            let message = spoilt.validate().unwrap_err().to_string();
+            assert!(message.starts_with("scan at 1.000 s: "), "{message}");
+            assert!(message.contains(expected), "{message}");
+        };
+        check(|s| s.sweep = -0.1, "sweep is -0.1, expected finite");
+        check(|s| s.bearing_sigma = f64::NAN, "bearing_sigma is NaN");
+        check(|s| s.max_range = f64::INFINITY, "max_range is inf");
+        check(|s| s.max_range = 0.0, "greater than 0");
+        let lost = |s: &mut Scan| s.robot_from_sensor = Pose2::new(0.0, f64::INFINITY, 0.0);
+        check(lost, "place of the sensor is inf");
     }
 
     #[test]

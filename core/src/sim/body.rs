@@ -56,6 +56,8 @@ pub(super) struct Body {
     contacts: u32,
     /// Direction from the body to what it touches, world frame.
     touching: Option<Vector2<f64>>,
+    /// What of the last step's way ahead was lost to something in it, m.
+    lost: f64,
 }
 
 impl Body {
@@ -77,6 +79,7 @@ impl Body {
             free: (world_from_robot.position(), 0.0),
             contacts: 0,
             touching: None,
+            lost: 0.0,
         }
     }
 
@@ -100,6 +103,11 @@ impl Body {
         self.contacts
     }
 
+    /// How much farther the tracks ran than the body moved in the last step because something stood in the way, m.
+    pub(super) fn lost(&self) -> f64 {
+        self.lost
+    }
+
     pub(super) fn bumpers(&self) -> Bumpers {
         let Some(touched) = self.touching else {
             return Bumpers::default();
@@ -121,9 +129,12 @@ impl Body {
         movers: &[Disc],
         rng: &mut impl Rng,
     ) {
+        self.lost = 0.0;
         if tracks.left != 0.0 || tracks.right != 0.0 {
             let (way, turn) = self.slipped(tracks, rng);
-            self.move_by(way, caster, movers);
+            let lost = self.move_by(way, caster, movers);
+            let (sin, cos) = sin_cos(self.heading);
+            self.lost = lost.dot(&Vector2::new(cos, sin));
             self.heading = wrap(self.heading + turn);
         }
         self.feel(caster, movers);
@@ -153,14 +164,16 @@ impl Body {
         )
     }
 
-    /// Moves the disc, sliding along what it meets; it never ends inside of anything.
-    fn move_by(&mut self, way: Vector2<f64>, caster: &Caster, movers: &[Disc]) {
+    /// Moves the disc, sliding along what it meets; it never ends inside of anything. Gives the part of the way that led
+    /// into it.
+    fn move_by(&mut self, way: Vector2<f64>, caster: &Caster, movers: &[Disc]) -> Vector2<f64> {
         let aim = self.position + way;
         let in_free_room = (aim - self.free.0).norm() <= self.free.1;
         if in_free_room && movers.is_empty() {
             self.position = aim;
-            return;
+            return Vector2::zeros();
         }
+        let mut lost = Vector2::zeros();
         let mut rest = way;
         for _ in 0..MOST_SLIDES {
             let length = rest.norm();
@@ -176,10 +189,13 @@ impl Body {
             self.position += moved;
             rest -= moved;
             // What leads into the wall is lost to slipping tracks.
-            rest -= normal * normal.dot(&rest).min(0.0);
+            let inwards = normal * normal.dot(&rest).min(0.0);
+            rest -= inwards;
+            lost += inwards;
         }
         let clearance = caster.clearance(self.position, self.radius + LOOKOUT) - self.radius;
         self.free = (self.position, clearance - TOUCH);
+        lost
     }
 
     /// Distance to the first touch along `direction`, and the surface's normal there.

@@ -1,17 +1,32 @@
 //! From commands to what the tracks do.
 //!
-//! In: a [`Command`]. Out: the distance that each track runs in one time step.
+//! In: a [`Command`], then nothing but time. Out: the way that each track runs in each period of 1 ms, and encoder counts.
 //!
 //! 1. Speeds asked for are cut to the model's limits, forward speed and turn rate by the same factor where the outer
-//!    track could not follow, so that the curve stays the curve.
-//! 2. Speeds change by no more than the model's accelerations.
-//! 3. `Forward` and `Turn` run a trapezoid: the speed from which the rest of the way is just enough to stop. They
-//!    count the way on their own encoders, so they end within one count of what was asked (and only slip, which no
-//!    encoder sees, keeps the robot from being where it believes to be).
+//!    track could not follow, so that the curve stays the curve. They change by no more than the model's accelerations.
+//! 2. `Forward` and `Turn` run a trapezoid: the speed from which the rest of the way is just enough to stop. The rest is
+//!    counted on what the controller wishes by then, which it keeps to within a count or a few.
+//! 3. The controller turns wished speeds and counts into voltages, the motors voltages into turning. It knows the model's
+//!    motors, not this robot's, and sees counts, not angles.
+//! 4. When the wished speeds are zero and the counts stand still the motors are let go. A robot that is told to move and
+//!    whose counts do not change for a second gives the command up.
 //!
-//! Source: TDK 2016 §1.2 for the commands; the trapezoid is the time-optimal profile under a limit of acceleration.
+//! Source: TDK 2016 §1.1 for motors and controller, §1.2 for the commands; the trapezoid is the time-optimal profile
+//! under a limit of acceleration.
 
-use crate::robot::{Command, RobotModel, Tracks};
+use rand::{Rng, RngExt};
+
+use super::motor::Motor;
+use super::response::{DRIVE_PERIOD, shaft_pair};
+use crate::robot::controller::{Angles, ControllerConfig, DesignError, DriveController, Wish};
+use crate::robot::{Command, MotorModel, RobotModel, Tracks};
+
+/// Periods without a count after which a robot is taken to stand: 30 ms.
+const STILL: u32 = 30;
+/// Periods after which a robot that has not come within a count of its aim leaves it at that: 0.6 s.
+const LONGEST_SETTLING: u32 = 600;
+/// Periods without a count after which a moving command is given up: 1 s.
+const STALLED: u32 = 1_000;
 
 /// What the robot is busy with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +37,8 @@ enum Task {
     Forward { left: f64 },
     /// So much of the turn is left, rad.
     Turn { left: f64 },
+    /// The way is run; the last count is waited for.
+    Settle,
 }
 
 const STAND: Task = Task::Speeds {
@@ -29,23 +46,48 @@ const STAND: Task = Task::Speeds {
     turn: 0.0,
 };
 
-/// Speeds of the robot's body, as its motors hold them.
+/// Motors, their controller, and what they are at.
 #[derive(Clone, Debug)]
 pub(super) struct Drive {
     model: RobotModel,
     task: Task,
+    /// Wished speeds of the body.
     forward: f64,
     turn: f64,
+    controller: DriveController,
+    motors: [Motor; 2],
+    counts: [i64; 2],
+    /// Periods since a count changed, and since zero speed is wished.
+    still_for: u32,
+    settling_for: u32,
+    is_let_go: bool,
 }
 
 impl Drive {
-    pub(super) fn new(model: &RobotModel) -> Self {
-        Self {
+    /// Motors of a robot that stands. How far they are from the model's is drawn here.
+    pub(super) fn new(model: &RobotModel, rng: &mut impl Rng) -> Result<Self, DesignError> {
+        let spread = model.drive.spread;
+        let mut own = |motor: &MotorModel| {
+            let part = spread * rng.random_range(-1.0..1.0);
+            Motor::new(&motor.with_stronger_magnet(part), DRIVE_PERIOD)
+        };
+        Ok(Self {
             model: *model,
             task: STAND,
             forward: 0.0,
             turn: 0.0,
-        }
+            controller: DriveController::new(
+                &model.drive,
+                DRIVE_PERIOD,
+                model.radians_per_count(),
+                &ControllerConfig::default(),
+            )?,
+            motors: [own(&model.drive.left), own(&model.drive.right)],
+            counts: [0; 2],
+            still_for: STILL,
+            settling_for: 0,
+            is_let_go: true,
+        })
     }
 
     /// Takes a command; figures that are not finite stop the robot.
@@ -58,6 +100,11 @@ impl Drive {
             Command::Turn(left) if left.is_finite() => Task::Turn { left },
             _ => STAND,
         };
+        if self.task != STAND {
+            self.is_let_go = false;
+            self.settling_for = 0;
+            self.still_for = self.still_for.min(STILL);
+        }
     }
 
     /// Whether a `Forward` or `Turn` is under way.
@@ -65,65 +112,176 @@ impl Drive {
         !matches!(self.task, Task::Speeds { .. })
     }
 
-    /// Whether the tracks stand still and are to stand still.
+    /// Whether the tracks stand still and are to stand still, as far as the encoders tell.
     pub(super) fn stands(&self) -> bool {
-        self.task == STAND && self.forward == 0.0 && self.turn == 0.0
+        self.task == STAND && self.is_let_go && self.still_for >= STILL
     }
 
     /// Forward speed, m/s, and turn rate, rad/s, that the tracks run at.
     pub(super) fn speeds(&self) -> (f64, f64) {
-        (self.forward, self.turn)
+        let metres = self.model.drive.metres_per_radian;
+        let [left, right] = self.motors.map(|motor| motor.speed() * metres);
+        (
+            0.5 * (left + right),
+            (right - left) / self.model.track_width,
+        )
     }
 
-    /// Runs the tracks for `dt` seconds.
-    pub(super) fn step(&mut self, dt: f64) -> Tracks {
+    /// Encoder counts since the start: left, right.
+    pub(super) fn counts(&self) -> [i64; 2] {
+        self.counts
+    }
+
+    /// Currents of the motors, A: left, right.
+    pub(super) fn currents(&self) -> [f64; 2] {
+        self.motors.map(|motor| motor.current())
+    }
+
+    /// Runs the tracks for one period. `scrub` is the force, N, with which the ground brakes each track because the body
+    /// does not follow it; its sign is that of the tracks' motion.
+    pub(super) fn step(&mut self, scrub: f64) -> Tracks {
+        if self.is_let_go && self.motors.iter().all(Motor::is_at_rest) {
+            self.still_for = self.still_for.saturating_add(1).min(STALLED);
+            return Tracks::default();
+        }
+        let voltages = self.voltages();
+        let metres = self.model.drive.metres_per_radian;
+        let mut ran = [0.0; 2];
+        for side in 0..2 {
+            let motor = &mut self.motors[side];
+            let before = motor.angle();
+            let is_braked = scrub * motor.speed() > 0.0;
+            let brake = if is_braked { scrub.abs() * metres } else { 0.0 };
+            motor.step(voltages[side], 0.0, brake);
+            ran[side] = (motor.angle() - before) * metres;
+        }
+        self.count();
+        Tracks {
+            left: ran[0],
+            right: ran[1],
+        }
+    }
+
+    fn count(&mut self) {
+        let per_count = self.model.radians_per_count();
+        let counts = self
+            .motors
+            .map(|motor| (motor.angle() / per_count).round() as i64);
+        self.still_for = match counts == self.counts {
+            true => self.still_for.saturating_add(1).min(STALLED),
+            false => 0,
+        };
+        self.counts = counts;
+    }
+
+    fn voltages(&mut self) -> [f64; 2] {
+        if self.is_let_go {
+            return self.controller.rest(self.counts);
+        }
+        let before = self.controller.wished();
+        let wishes = self.next_wishes();
+        let voltages = self.controller.step(self.counts, wishes);
+        self.count_down(before, self.controller.wished());
+        self.settle();
+        voltages
+    }
+
+    /// Wished speeds and accelerations of the shafts.
+    fn next_wishes(&mut self) -> [Wish; 2] {
         let (a, b) = (
             self.model.max_acceleration,
             self.model.max_turn_acceleration,
         );
-        let (forward, turn) = match self.task {
+        let (forward, turn) = self.task_speeds(a, b);
+        let before = (self.forward, self.turn);
+        self.forward = towards(self.forward, forward, a * DRIVE_PERIOD);
+        self.turn = towards(self.turn, turn, b * DRIVE_PERIOD);
+        let speeds = shaft_pair(&self.model, self.forward, self.turn);
+        let changes = shaft_pair(&self.model, self.forward - before.0, self.turn - before.1);
+        [0, 1].map(|side: usize| Wish {
+            speed: speeds[side],
+            acceleration: changes[side] / DRIVE_PERIOD,
+        })
+    }
+
+    fn task_speeds(&self, a: f64, b: f64) -> (f64, f64) {
+        match self.task {
             Task::Speeds { forward, turn } => (forward, turn),
-            Task::Forward { left } => (
-                stopping_speed(left, a, dt).clamp(-self.model.max_speed, self.model.max_speed),
-                0.0,
-            ),
-            Task::Turn { left } => {
-                let most = self
-                    .model
-                    .max_turn_rate
-                    .min(2.0 * self.model.max_speed / self.model.track_width);
-                (0.0, stopping_speed(left, b, dt).clamp(-most, most))
+            Task::Settle => (0.0, 0.0),
+            Task::Forward { left } => {
+                let most = self.model.max_speed;
+                let speed = stopping_speed(left, a, DRIVE_PERIOD);
+                (speed.clamp(-most, most), 0.0)
             }
-        };
-        self.forward = towards(self.forward, forward, a * dt);
-        self.turn = towards(self.turn, turn, b * dt);
-        let (ahead, angle) = (self.forward * dt, self.turn * dt);
-        self.count_down(ahead, angle, dt);
-        let half = 0.5 * angle * self.model.track_width;
-        Tracks {
-            left: ahead - half,
-            right: ahead + half,
+            Task::Turn { left } => {
+                let by_track = 2.0 * self.model.max_speed / self.model.track_width;
+                let most = self.model.max_turn_rate.min(by_track);
+                (
+                    0.0,
+                    stopping_speed(left, b, DRIVE_PERIOD).clamp(-most, most),
+                )
+            }
         }
     }
 
-    /// Takes the way of one step off what is left, and ends the task when nothing is.
-    fn count_down(&mut self, ahead: f64, angle: f64, dt: f64) {
-        let tick = self.model.metres_per_tick;
-        let done = match &mut self.task {
-            Task::Speeds { .. } => false,
+    /// Takes what is wished more than before off what is left, and ends the way when nothing is.
+    fn count_down(&mut self, before: Angles, after: Angles) {
+        let (metres, tick) = (
+            self.model.drive.metres_per_radian,
+            self.model.metres_per_tick,
+        );
+        let width = self.model.track_width;
+        let most = |acceleration: f64| acceleration * DRIVE_PERIOD;
+        let is_run = match &mut self.task {
+            Task::Speeds { .. } | Task::Settle => false,
             Task::Forward { left } => {
-                *left -= ahead;
-                left.abs() < 1e-3 * tick && self.forward.abs() <= self.model.max_acceleration * dt
+                *left -= (after.middle() - before.middle()) * metres;
+                left.abs() < 1e-2 * tick && self.forward.abs() <= most(self.model.max_acceleration)
             }
             Task::Turn { left } => {
-                *left -= angle;
-                left.abs() < 1e-3 * tick / self.model.track_width
-                    && self.turn.abs() <= self.model.max_turn_acceleration * dt
+                *left += (after.difference - before.difference) * metres / width;
+                left.abs() < 1e-2 * tick / width
+                    && self.turn.abs() <= most(self.model.max_turn_acceleration)
             }
         };
-        if done {
-            self.task = STAND;
+        if is_run {
+            self.task = Task::Settle;
         }
+    }
+
+    /// Lets the motors go when they stand where they are to stand, and gives up what is stalled.
+    fn settle(&mut self) {
+        let is_moving = self.forward != 0.0 || self.turn != 0.0;
+        if is_moving {
+            self.settling_for = 0;
+            if self.is_busy() && self.still_for >= STALLED {
+                self.task = STAND;
+            }
+            return;
+        }
+        let is_to_stand = self.task == STAND || self.task == Task::Settle;
+        if !is_to_stand {
+            return;
+        }
+        self.settling_for += 1;
+        let has_stopped = self.still_for >= STILL && (self.task == STAND || self.is_at_aim());
+        if has_stopped || self.settling_for >= LONGEST_SETTLING {
+            self.task = STAND;
+            self.settling_for = 0;
+            self.is_let_go = true;
+        }
+    }
+
+    /// Whether both tracks are within a count of what is wished.
+    fn is_at_aim(&self) -> bool {
+        let per_count = self.model.radians_per_count();
+        let [left, right] = self.counts.map(|count| count as f64 * per_count);
+        let wished = self.controller.wished();
+        let errors = [
+            left - wished.left,
+            right - (wished.left - wished.difference),
+        ];
+        errors.iter().all(|error| error.abs() <= per_count)
     }
 
     fn within_limits(&self, forward: f64, turn: f64) -> Task {
@@ -159,98 +317,4 @@ fn towards(from: f64, to: f64, most: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    const DT: f64 = 0.005;
-
-    /// Runs until idle; gives both tracks' way, the seconds, and the greatest change of speed in a step.
-    fn run(drive: &mut Drive) -> (Tracks, f64, f64) {
-        let (mut sum, mut seconds, mut jerk) = (Tracks::default(), 0.0, 0.0_f64);
-        while drive.is_busy() || !drive.stands() {
-            let before = drive.forward;
-            let step = drive.step(DT);
-            jerk = jerk.max((drive.forward - before).abs());
-            sum.left += step.left;
-            sum.right += step.right;
-            seconds += DT;
-            assert!(seconds < 1e3, "never ends: {drive:?}");
-        }
-        (sum, seconds, jerk)
-    }
-
-    proptest! {
-        #[test]
-        fn forward_ends_within_a_tick(metres in -5.0..5.0_f64) {
-            let model = RobotModel::rp6();
-            let mut drive = Drive::new(&model);
-            drive.command(Command::Forward(metres));
-            let (way, seconds, jerk) = run(&mut drive);
-            prop_assert!((way.left - metres).abs() < model.metres_per_tick && way.left == way.right, "{way:?}");
-            prop_assert!(jerk <= model.max_acceleration * DT * (1.0 + 1e-9));
-            // The time of the ideal trapezoid: s/v + v/a, or 2 √(s/a) where the top speed is never reached.
-            let (v, a, s) = (model.max_speed, model.max_acceleration, metres.abs());
-            let ideal = if s > v * v / a { s / v + v / a } else { 2.0 * (s / a).sqrt() };
-            prop_assert!(seconds >= ideal - 2.0 * DT && seconds < ideal + 0.15, "{seconds} against {ideal}");
-        }
-
-        #[test]
-        fn turn_ends_within_a_tick(angle in -7.0..7.0_f64) {
-            let model = RobotModel::rp6();
-            let mut drive = Drive::new(&model);
-            drive.command(Command::Turn(angle));
-            let (way, _, _) = run(&mut drive);
-            let turned = (way.right - way.left) / model.track_width;
-            prop_assert!((turned - angle).abs() < model.metres_per_tick / model.track_width);
-            prop_assert!((way.right + way.left).abs() < 1e-9);
-        }
-
-        #[test]
-        fn commands_given_on_the_run_still_end(metres in -1.0..1.0_f64, speed in -0.3..0.3_f64, turn in -2.0..2.0_f64) {
-            let model = RobotModel::rp6();
-            let mut drive = Drive::new(&model);
-            drive.command(Command::Velocity { forward: speed, turn });
-            for _ in 0..300 {
-                drive.step(DT);
-            }
-            drive.command(Command::Forward(metres));
-            let (way, _, _) = run(&mut drive);
-            prop_assert!((0.5 * (way.left + way.right) - metres).abs() < model.metres_per_tick);
-        }
-
-        #[test]
-        fn no_track_runs_faster_than_it_can(forward in -2.0..2.0_f64, turn in -9.0..9.0_f64) {
-            let model = RobotModel::rp6();
-            let mut drive = Drive::new(&model);
-            drive.command(Command::Velocity { forward, turn });
-            for _ in 0..500 {
-                let tracks = drive.step(DT);
-                prop_assert!(tracks.left.abs().max(tracks.right.abs()) <= model.max_speed * DT * (1.0 + 1e-9));
-            }
-        }
-    }
-
-    #[test]
-    fn figures_that_are_not_finite_stop() {
-        let mut drive = Drive::new(&RobotModel::rp6());
-        for command in [
-            Command::Forward(f64::NAN),
-            Command::Turn(f64::INFINITY),
-            Command::Velocity {
-                forward: f64::NAN,
-                turn: 0.0,
-            },
-        ] {
-            drive.command(Command::Velocity {
-                forward: 0.3,
-                turn: 0.0,
-            });
-            drive.step(1.0);
-            drive.command(command);
-            drive.step(1.0);
-            assert!(drive.stands(), "{command:?}");
-        }
-    }
-}
+mod tests;

@@ -5,30 +5,37 @@
 //! |---|---|
 //! | `world` | what stands in the building, where the robot starts |
 //! | `worlds/` | the built-in worlds, one file each |
-//! | `cast` | rays and distances to walls through a grid |
-//! | `drive` | from commands to track motion within the limits of speed and acceleration |
+//! | `cast` | rays, fans of rays and distances to walls through a grid |
+//! | `drive` | from commands to track motion: wished speeds within limits, the controller, the motors |
+//! | `motor` | a motor that turns: inertia, current, dry friction |
+//! | `response` | how motors and controller answer a step or a load, in time series |
 //! | `body` | from track motion to true motion: slip, collision, contacts, bumpers |
+//! | `battery` | volts that sag with the load and fall with time |
 //! | `movers` | discs that walk along way-points |
-//! | `sensors/` | lidar, infra-red rangers on a servo |
+//! | `sensors/` | lidars, infra-red rangers on a servo, sonars |
 //! | `reachable` | what can be explored at all: the denominator of "explored fraction" |
 //!
 //! One seed, one world and one list of commands give the same bits everywhere. Motion and sensors draw from separate
 //! streams of ChaCha8, so that changing the sensor does not change how the tracks slip.
 
+mod battery;
 mod body;
 mod cast;
 mod drive;
+mod motor;
 mod movers;
 mod noise;
 mod reachable;
+pub mod response;
 pub mod sensors;
 mod simulation;
 mod world;
 pub mod worlds;
 
+pub use battery::BatteryModel;
 pub use body::Bumpers;
-pub use cast::{Caster, Hit};
+pub use cast::{Caster, Fan, Hit};
 pub use reachable::{ReachableArea, reachable_area};
-pub use sensors::{SensorKind, SensorModel};
+pub use sensors::{SensorKind, SensorModel, UnknownSensor};
 pub use simulation::{SimError, Simulation, TIME_STEP};
 pub use world::{Disc, Material, Mover, Obstacle, RobotKind, Shape, Wall, World, WorldError};

@@ -1,7 +1,7 @@
 //! Discs that walk along way-points.
 //!
-//! A mover walks at constant speed from way-point to way-point, round and round or to and fro. It waits while the next
-//! step would bring it within [`COURTESY`] of the robot: movers do not push.
+//! A mover walks at constant speed from way-point to way-point, round and round or to and fro, and stands at each as long
+//! as it likes. It waits while the next step would bring it within [`COURTESY`] of the robot: movers do not push.
 
 use nalgebra::Point2;
 
@@ -18,6 +18,10 @@ pub(super) struct Walker {
     /// Number of the way-point it walks to.
     next: usize,
     speed: f64,
+    /// How long it stands at each way-point, s.
+    pause: f64,
+    /// How long it still stands, s.
+    rest: f64,
     disc: Disc,
 }
 
@@ -30,6 +34,8 @@ impl Walker {
         Self {
             next: usize::from(round.len() > 1),
             speed: mover.speed,
+            pause: mover.pause,
+            rest: 0.0,
             disc: Disc {
                 centre: round.first().copied().unwrap_or_else(Point2::origin),
                 radius: mover.radius,
@@ -44,6 +50,10 @@ impl Walker {
 
     /// Walks on for `dt` seconds, or waits for the robot.
     pub(super) fn step(&mut self, dt: f64, robot: &Disc) {
+        if self.rest > 0.0 {
+            self.rest -= dt;
+            return;
+        }
         let (aim, next) = self.ahead(self.speed * dt);
         let room = self.disc.radius + robot.radius + COURTESY;
         let (now, then) = (
@@ -52,6 +62,9 @@ impl Walker {
         );
         if then < room && then < now {
             return;
+        }
+        if next != self.next {
+            self.rest = self.pause;
         }
         self.disc.centre = aim;
         self.next = next;
@@ -92,6 +105,7 @@ mod tests {
             closed,
             speed: 1.0,
             radius: 0.2,
+            pause: 0.0,
         })
     }
 
@@ -127,6 +141,20 @@ mod tests {
     }
 
     #[test]
+    fn stands_at_each_way_point_as_long_as_it_likes() {
+        let far = Point2::new(100.0, 0.0);
+        let mut walker = Walker {
+            pause: 3.0,
+            ..walker(true)
+        };
+        // 2 m on the way, 3 s at the corner, then on.
+        let at = after(&mut walker, 4.9, far);
+        assert!((at - Point2::new(2.0, 0.0)).norm() < 0.02, "{at}");
+        let at = after(&mut walker, 0.6, far);
+        assert!((at - Point2::new(2.0, 0.5)).norm() < 0.03, "{at}");
+    }
+
+    #[test]
     fn waits_for_the_robot_and_goes_on() {
         let mut walker = walker(false);
         let at = after(&mut walker, 5.0, Point2::new(1.5, 0.0));
@@ -142,6 +170,7 @@ mod tests {
             closed: true,
             speed: 1.0,
             radius: 0.2,
+            pause: 0.0,
         });
         assert_eq!(
             after(&mut walker, 1.0, Point2::origin()),

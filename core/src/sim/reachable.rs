@@ -12,15 +12,16 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Point2, Vector2};
 
-use super::{Caster, World};
-use crate::geom::sin_cos;
+use super::{Caster, Fan, World};
 
 /// Rays from each look-out.
 const RAYS: usize = 360;
 /// Distance between look-outs, m.
 const LOOKOUT_SPACING: f64 = 0.5;
+/// Bound on the look-outs; beyond, they stand farther apart.
+const MOST_LOOKOUTS: f64 = 8e3;
 /// Bound on the cells of the bitmap; beyond, the cells become larger.
-const MOST_CELLS: f64 = 16e6;
+const MOST_CELLS: f64 = 4e6;
 
 /// A bitmap of the floor in the world frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,7 +42,7 @@ pub struct ReachableArea {
 
 /// The cells that a robot of `robot_radius` (m) can reach from the start of `world` or look at from there.
 ///
-/// # Units    `resolution`: side of a cell, m; made larger where the world would need more than 16 million cells.
+/// # Units    `resolution`: side of a cell, m; made larger where the world would need more than 4 million cells.
 #[must_use]
 pub fn reachable_area(world: &World, robot_radius: f64, resolution: f64) -> ReachableArea {
     let caster = Caster::new(world.walls());
@@ -136,36 +137,31 @@ impl ReachableArea {
     }
 
     fn look_round(&mut self, caster: &Caster) {
-        let spacing = ((LOOKOUT_SPACING / self.resolution) as usize).max(1);
-        let direction = |ray: usize| {
-            let (sin, cos) = sin_cos(TAU * ray as f64 / RAYS as f64);
-            Vector2::new(cos, sin)
+        // As many rows and columns as make no more look-outs than there may be.
+        let bound = (self.cells.len() as f64 / MOST_LOOKOUTS).sqrt().ceil();
+        let spacing = ((LOOKOUT_SPACING / self.resolution).max(bound) as usize).max(1);
+        let Some(mut fan) = Fan::new(RAYS, 0.0, TAU / RAYS as f64) else {
+            return;
         };
-        let directions: Vec<_> = (0..RAYS).map(direction).collect();
         let far = (self.cols + self.rows) as f64 * self.resolution;
         for row in (0..self.rows).step_by(spacing) {
             for col in (0..self.cols).step_by(spacing) {
                 let index = row * self.cols + col;
                 if self.standing.get(index) == Some(&true) {
-                    self.look_from(self.centre(index), &directions, far, caster);
+                    caster.cast_fan(self.centre(index), 0.0, far, &mut fan);
+                    self.look_from(self.centre(index), &fan);
                 }
             }
         }
     }
 
-    fn look_from(
-        &mut self,
-        eye: Point2<f64>,
-        directions: &[Vector2<f64>],
-        far: f64,
-        caster: &Caster,
-    ) {
-        for direction in directions {
+    fn look_from(&mut self, eye: Point2<f64>, fan: &Fan) {
+        for (beam, distance) in fan.distances().iter().enumerate() {
             // No wall, no floor: outside of the building nothing counts.
-            let Some(hit) = caster.cast(eye, *direction, far) else {
+            let Some(direction) = fan.direction(beam).filter(|_| distance.is_finite()) else {
                 continue;
             };
-            for step in 1..(hit.distance / self.resolution) as usize {
+            for step in 1..(distance / self.resolution) as usize {
                 let seen = self.index_of(eye + direction * (step as f64 * self.resolution));
                 if let Some(cell) = seen.and_then(|index| self.cells.get_mut(index)) {
                     *cell = true;

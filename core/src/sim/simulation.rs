@@ -1,24 +1,33 @@
 //! The simulated robot: the same commands in and the same readings out as from a real one.
 //!
-//! Time runs in steps of [`TIME_STEP`]. In each step: movers walk, the drive turns the tracks, the body slips and
-//! collides, the sensor takes the readings that fall into the step.
+//! Time runs in steps of [`TIME_STEP`]. In each step: movers walk; motors and their controller run for as many periods
+//! of [`DRIVE_PERIOD`] as fit; the body slips and collides, which the motors feel in the next step; the sensor takes the
+//! readings that fall into the step.
 
 use std::collections::VecDeque;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use super::battery::{Battery, BatteryModel};
 use super::body::{Body, Bumpers};
 use super::drive::Drive;
 use super::movers::Walker;
+#[cfg(doc)]
+use super::response::DRIVE_PERIOD;
 use super::sensors::{Sensor, SensorError, SensorModel, Span, View};
 use super::{Caster, Disc, World, WorldError};
 use crate::geom::Pose2;
-use crate::robot::{Command, RobotModel, Scan, Stamp, Tracks};
+use crate::robot::controller::DesignError;
+use crate::robot::{Command, Odometry, Robot, RobotModel, Scan, Stamp, TrackOdometry, Tracks};
 
 /// Simulated time of one step, s.
 pub const TIME_STEP: f64 = 0.005;
 const STEP_MICROS: u64 = 5_000;
+/// Periods of the drive in a step.
+const DRIVE_PERIODS: usize = 5;
+/// Speed with which tracks scrub over the ground from which on they push with all their grip, m/s.
+const FULL_SCRUB: f64 = 0.02;
 /// Steps that are remembered for readings at an earlier stamp: two seconds.
 const REMEMBERED: usize = 400;
 /// Scans that wait to be taken; more push out the oldest.
@@ -39,6 +48,9 @@ pub enum SimError {
     /// The sensor cannot be used.
     #[error(transparent)]
     Sensor(#[from] SensorError),
+    /// The robot's motors cannot be used, or not controlled.
+    #[error("robot: {0}")]
+    Drive(#[from] DesignError),
     /// The robot cannot be used.
     #[error("robot: {field} is {value}, expected more than 0 and finite")]
     Robot {
@@ -60,14 +72,14 @@ pub struct Simulation {
     movers: Vec<Disc>,
     drive: Drive,
     body: Body,
+    battery: Battery,
     sensor: Sensor,
     motion_rng: ChaCha8Rng,
     sensor_rng: ChaCha8Rng,
     steps: u64,
     /// Time asked for that is less than a step, s.
     pending: f64,
-    /// What the tracks ran since the start, m.
-    run: Tracks,
+    odometry: TrackOdometry,
     /// The last steps, the newest at the back.
     memory: VecDeque<Moment>,
     scans: VecDeque<Scan>,
@@ -100,7 +112,7 @@ impl Simulation {
         seed: u64,
     ) -> Result<Self, SimError> {
         check_robot(&robot)?;
-        sensor.validate()?;
+        let at_work = Sensor::new(&sensor)?;
         if let Err(source) = world.validate(robot.radius()) {
             return Err(SimError::World {
                 name: world.name,
@@ -116,18 +128,21 @@ impl Simulation {
             ticks: [0, 0],
             truth: world.start,
         };
+        let mut odometry = TrackOdometry::new(&robot);
+        odometry.update(Stamp(0), start.ticks);
         Ok(Self {
             caster: Caster::new(world.walls()),
             movers: walkers.iter().map(Walker::disc).collect(),
             walkers,
-            drive: Drive::new(&robot),
             body: Body::new(&robot, &world.start, &mut motion_rng),
-            sensor: Sensor::new(&sensor),
+            drive: Drive::new(&robot, &mut motion_rng)?,
+            battery: Battery::new(BatteryModel::default()),
+            sensor: at_work,
             motion_rng,
             sensor_rng,
             steps: 0,
             pending: 0.0,
-            run: Tracks::default(),
+            odometry,
             memory: VecDeque::from([start]),
             scans: VecDeque::new(),
             scan: ScanOrder::None,
@@ -171,8 +186,7 @@ impl Simulation {
     /// Encoder counts since the start: left, right.
     #[must_use]
     pub fn ticks(&self) -> [i64; 2] {
-        let counts = |metres: f64| (metres / self.robot.metres_per_tick).round() as i64;
-        [counts(self.run.left), counts(self.run.right)]
+        self.drive.counts()
     }
 
     /// Encoder counts at an earlier stamp (that of a scan, say), up to two seconds back; in between steps the nearest
@@ -215,6 +229,12 @@ impl Simulation {
         self.drive.speeds()
     }
 
+    /// Currents of the motors, A: left, right. They rise where the tracks push against something.
+    #[must_use]
+    pub fn motor_currents(&self) -> [f64; 2] {
+        self.drive.currents()
+    }
+
     /// How often the body began to touch something.
     #[must_use]
     pub fn contacts(&self) -> u32 {
@@ -225,6 +245,12 @@ impl Simulation {
     #[must_use]
     pub fn bumpers(&self) -> Bumpers {
         self.body.bumpers()
+    }
+
+    /// Volts of the battery, as the robot's converter counts them.
+    #[must_use]
+    pub fn battery_volts(&self) -> f64 {
+        self.battery.volts()
     }
 
     /// The world.
@@ -295,9 +321,15 @@ impl Simulation {
     }
 
     fn move_robot(&mut self) {
-        let tracks = self.drive.step(TIME_STEP);
-        self.run.left += tracks.left;
-        self.run.right += tracks.right;
+        let scrubbing = self.body.lost() / TIME_STEP;
+        let scrub = self.robot.drive.grip * (scrubbing / FULL_SCRUB).clamp(-1.0, 1.0);
+        let mut tracks = Tracks::default();
+        for _ in 0..DRIVE_PERIODS {
+            let ran = self.drive.step(scrub);
+            tracks.left += ran.left;
+            tracks.right += ran.right;
+        }
+        self.battery.step(TIME_STEP, &tracks);
         self.body
             .step(&tracks, &self.caster, &self.movers, &mut self.motion_rng);
     }
@@ -338,6 +370,36 @@ impl Simulation {
 
     fn seconds(&self) -> f64 {
         self.stamp().seconds()
+    }
+}
+
+impl Robot for Simulation {
+    fn model(&self) -> &RobotModel {
+        &self.robot
+    }
+
+    fn stamp(&self) -> Stamp {
+        self.stamp()
+    }
+
+    fn command(&mut self, command: Command) {
+        self.command(command);
+    }
+
+    fn is_busy(&self) -> bool {
+        self.is_busy()
+    }
+
+    fn odometry(&mut self) -> Odometry {
+        self.odometry.update(self.stamp(), self.ticks())
+    }
+
+    fn take_scan(&mut self) -> Option<Scan> {
+        self.take_scan()
+    }
+
+    fn scans_on_command(&self) -> bool {
+        self.sensor_model.scans_on_command()
     }
 }
 

@@ -173,6 +173,22 @@ impl World {
         self
     }
 
+    /// Makes the obstacle that was added last of this material.
+    #[must_use]
+    pub fn made_of(mut self, material: Material) -> Self {
+        if let Some(last) = self.obstacles.last_mut() {
+            last.material = material;
+        }
+        self
+    }
+
+    /// Number of [`Self::walls`].
+    #[must_use]
+    pub fn wall_count(&self) -> usize {
+        let counts = self.obstacles.iter().map(|o| o.shape.segment_count());
+        counts.sum()
+    }
+
     /// Every straight piece of surface, in the order of the obstacles.
     #[must_use]
     pub fn walls(&self) -> Vec<Wall> {

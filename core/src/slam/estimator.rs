@@ -1,11 +1,11 @@
 //! The methods behind [`super::Slam`], each with the map it fills.
 
 use super::{Method, SlamConfig, SlamError};
-use crate::estimation::{EkfSlam, ScanMatcher, SweepTiming};
+use crate::estimation::{EkfSlam, ScanMatcher, SweepSmoother, SweepTiming, UpdateReport};
 use crate::features::{LineExtractor, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
-use crate::map::Grid;
-use crate::points::Points;
+use crate::map::{Evidence, Grid};
+use crate::points::{Beam, MotionHistory, Points};
 use crate::robot::{Odometry, Scan, Stamp};
 
 /// A method and its state.
@@ -20,6 +20,7 @@ pub(super) enum Estimator {
         ekf: Box<EkfSlam>,
         extractor: Box<LineExtractor>,
         features: Vec<LineFeature>,
+        smoother: SweepSmoother,
         track: Vec<(Stamp, Pose2)>,
         grid: Grid,
     },
@@ -27,6 +28,41 @@ pub(super) enum Estimator {
         matcher: Box<ScanMatcher>,
         since_scan: Option<Odometry>,
     },
+}
+
+/// A scan, with all that helps to understand it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sweep<'a> {
+    pub(super) scan: &'a Scan,
+    /// De-skewed by odometry.
+    pub(super) points: &'a Points,
+    pub(super) history: &'a MotionHistory,
+    pub(super) config: &'a SlamConfig,
+}
+
+impl Sweep<'_> {
+    /// What the scan surely says, once the filter has corrected the pose at some instants of it.
+    fn evidence(
+        &self,
+        report: &UpdateReport,
+        smoother: &mut SweepSmoother,
+        grid: &Grid,
+    ) -> Evidence {
+        let poses = smoother.smooth(self.scan, &report.fixes, self.history);
+        let stamp = self.points.stamp;
+        let placed = |beam: usize| {
+            poses
+                .get(beam)
+                .map_or_else(Pose2::identity, |p| p.robot_from_then)
+        };
+        let points = Points::from_placed_scan(self.scan, stamp, &self.config.points, placed);
+        let sigma = |beam: &Beam| {
+            let heading = poses.get(beam.beam_idx).map_or(0.0, |p| p.heading_variance);
+            (heading + points.bearing_sigma * points.bearing_sigma).sqrt()
+        };
+        let sigmas: Vec<f64> = points.beams.iter().map(sigma).collect();
+        Evidence::certain(&points, &sigmas, grid.resolution(), &self.config.evidence)
+    }
 }
 
 impl Estimator {
@@ -37,13 +73,17 @@ impl Estimator {
                 track: vec![],
                 grid: Grid::new(config.grid)?,
             },
-            Method::LineEkf => Self::Lines {
-                ekf: Box::new(EkfSlam::new(config.ekf)),
-                extractor: Box::new(LineExtractor::new(config.lines)),
-                features: vec![],
-                track: vec![],
-                grid: Grid::new(config.grid)?,
-            },
+            Method::LineEkf => {
+                config.lines.validate()?;
+                Self::Lines {
+                    ekf: Box::new(EkfSlam::new(config.ekf)),
+                    extractor: Box::new(LineExtractor::new(config.lines)),
+                    features: vec![],
+                    smoother: SweepSmoother::default(),
+                    track: vec![],
+                    grid: Grid::new(config.grid)?,
+                }
+            }
             Method::ScanMatching => Self::Matching {
                 matcher: Box::new(ScanMatcher::new(config.matcher)?),
                 since_scan: None,
@@ -67,7 +107,8 @@ impl Estimator {
         Ok(())
     }
 
-    pub(super) fn correct(&mut self, points: &Points, scan: &Scan) -> Result<(), SlamError> {
+    pub(super) fn correct(&mut self, sweep: &Sweep) -> Result<(), SlamError> {
+        let points = sweep.points;
         match self {
             Self::Odometry {
                 grid,
@@ -82,13 +123,14 @@ impl Estimator {
                 ekf,
                 extractor,
                 features,
+                smoother,
                 track,
                 grid,
             } => {
-                extractor.extract(points, features);
-                ekf.update(features, &SweepTiming::at(points.stamp, scan))?;
+                extractor.extract(points, features)?;
+                ekf.update(features, &SweepTiming::at(points.stamp, sweep.scan))?;
                 let pose = ekf.estimate().pose;
-                grid.insert(points, &pose);
+                grid.draw(&sweep.evidence(ekf.report(), smoother, grid), &pose);
                 track.push((points.stamp, pose));
             }
             Self::Matching {

@@ -9,10 +9,12 @@ export interface Caption {
 }
 
 export function caption(store: Store): Caption {
-  const { status, playing, source, title, reading } = store;
+  const { status, playing, source, title, reading, entering } = store;
   if (reading) return { doing: `Reading ${reading.name}`, more: percent(reading.done) };
+  if (entering) return { doing: `Entering ${entering}…`, more: "" };
   if (!status) return { doing: "Starting…", more: "" };
   if (source === "replay") {
+    if (status.finished && status.progress < 1) return { doing: `Mapped a part of ${title}`, more: [status.reason, percent(status.progress)].join(" at ") };
     if (status.finished) return { doing: `Mapped ${title}`, more: status.reason };
     const left = Number.isFinite(status.remaining) ? `${clock(status.remaining)} left` : "";
     return { doing: `${playing ? "Mapping" : "Paused in"} ${title}`, more: [percent(status.progress), left].filter(Boolean).join(", ") };

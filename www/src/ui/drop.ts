@@ -38,8 +38,9 @@ export class SlamDrop extends SlamElement {
       event.preventDefault();
       depth = 0;
       this.#show(false);
-      const file = event.dataTransfer?.files[0];
-      if (file) void this.client.open(file);
+      const [file, ...more] = event.dataTransfer?.files ?? [];
+      if (file && more.length === 0) void this.client.open(file);
+      else if (file) this.store.set("toast", { toast: { level: "warn", text: `These are ${1 + more.length} files: drop one at a time.` } });
     });
   }
 

@@ -1,18 +1,26 @@
 // What a run starts from: world, sensor, seed, method; files in and out.
 
 import { css, html, type TemplateResult } from "lit";
-import { type MethodName, type SensorName, WORLDS } from "../protocol.js";
+import type { MethodName } from "../protocol.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 import { shared } from "./style.js";
 
-export const WORLD_WORDS: Readonly<Record<string, string>> = {
+/** The module takes 32 bits. */
+const MOST_SEED = 4_294_967_295;
+
+const WORLD_WORDS: Readonly<Record<string, string>> = {
   office: "Office: rooms off a corridor",
   arena: "Arena: walls and boxes",
   doors: "Doors: rooms and narrow gaps",
   corridor: "Corridor: 30 m, hardly a feature",
   loop: "Loop: a long ring",
+  maze: "Maze: passages all alike",
+  lab: "Lab: glass and dark walls",
+  crowd: "Crowd: ten people walk about",
+  warehouse: "Warehouse: racks and aisles, 40 m",
+  campus: "Campus: 120 houses, for speed",
 };
 
 export class SlamSetup extends SlamElement {
@@ -24,6 +32,7 @@ export class SlamSetup extends SlamElement {
       .grid { display: grid; grid-template-columns: 1fr 1fr; gap: 10px; }
       label { display: grid; gap: 4px; font-size: 12.5px; color: var(--muted); }
       label > * { color: var(--ink); font-size: 14px; }
+      [hidden] { display: none; }
       .wide { grid-column: 1 / -1; }
       .seed { display: flex; gap: 6px; }
       .seed button:not(.icon) { flex: 1; }
@@ -42,8 +51,10 @@ export class SlamSetup extends SlamElement {
   protected override readonly topics: readonly Topic[] = ["run"];
 
   override render(): TemplateResult {
-    const { setup, source, title } = this.store;
+    const { setup, source, title, worlds, sensors } = this.store;
     const own = setup.worldJson !== null;
+    const recorded = source === "replay";
+    const { method } = this.store;
     const value = (e: Event): string => (e.target as HTMLSelectElement).value;
     return html`
       <h2 id="run">Run</h2>
@@ -52,32 +63,31 @@ export class SlamSetup extends SlamElement {
           <select data-testid="world" @change=${(e: Event) => this.#restart({ world: value(e), worldJson: null })}>
             ${source === "replay" ? html`<option selected value="">Recording: ${title}</option>` : ""}
             ${own ? html`<option .selected=${source === "sim"} value=${setup.world} disabled>${setup.world}</option>` : ""}
-            ${WORLDS.map((w) => html`<option value=${w} .selected=${source === "sim" && !own && w === setup.world}>${WORLD_WORDS[w] ?? w}</option>`)}
+            ${worlds.map((w) => html`<option value=${w} .selected=${source === "sim" && !own && w === setup.world}>${WORLD_WORDS[w] ?? w}</option>`)}
           </select>
         </label>
-        <label>Sensor
-          <select data-testid="sensor" @change=${(e: Event) => this.#restart({ sensor: value(e) as SensorName })}>
-            <option value="lidar" .selected=${setup.sensor === "lidar"}>Lidar, 360°</option>
-            <option value="rangers" .selected=${setup.sensor === "rangers"}>4 IR rangers</option>
+        <label ?hidden=${recorded}>Sensor
+          <select data-testid="sensor" @change=${(e: Event) => this.#restart({ sensor: value(e) })}>
+            ${sensors.map((s) => html`<option value=${s.name} .selected=${setup.sensor === s.name}>${s.title}</option>`)}
           </select>
         </label>
         <label>Method
-          <select data-testid="method" @change=${(e: Event) => this.#restart({ method: value(e) as MethodName })}>
-            <option value="line-ekf" .selected=${setup.method === "line-ekf"}>Line EKF-SLAM</option>
-            <option value="scan-matching" .selected=${setup.method === "scan-matching"}>Scan matching</option>
+          <select data-testid="method" @change=${(e: Event) => this.client.again(value(e) as MethodName)}>
+            <option value="line-ekf" .selected=${method === "line-ekf"}>Line EKF-SLAM</option>
+            <option value="scan-matching" .selected=${method === "scan-matching"}>Scan matching</option>
           </select>
         </label>
-        <label>Seed
+        <label ?hidden=${recorded}>Seed
           <span class="seed">
             <input type="number" inputmode="numeric" min="0" max="4294967295" step="1" data-testid="seed" .value=${String(setup.seed)}
-              @change=${(e: Event) => this.#restart({ seed: seedOf((e.target as HTMLInputElement).value) })}>
+              @change=${this.#seed}>
           </span>
         </label>
         <label><span class="muted">&nbsp;</span>
           <span class="seed">
-            <button class="icon" title="Another seed" aria-label="Another seed" data-testid="dice"
+            <button ?hidden=${recorded} class="icon" title="Another seed" aria-label="Another seed" data-testid="dice"
               @click=${() => this.#restart({ seed: Math.floor(Math.random() * 100_000) })}>${icons.dice}</button>
-            <button data-testid="restart" title="Start again (R)" @click=${() => this.#restart({})}>${icons.again} Restart</button>
+            <button data-testid="restart" title="Start again (R)" @click=${() => this.client.again()}>${icons.again} Restart</button>
           </span>
         </label>
       </div>
@@ -97,17 +107,24 @@ export class SlamSetup extends SlamElement {
     this.client.start({ mode: "explore", ...patch });
   }
 
+  #seed(event: Event): void {
+    const input = event.target as HTMLInputElement;
+    const seed = Number(input.value || NaN);
+    if (Number.isInteger(seed) && seed >= 0 && seed <= MOST_SEED) {
+      this.#restart({ seed });
+      return;
+    }
+    // The field says again what the run was made of.
+    input.value = String(this.store.setup.seed);
+    this.store.set("toast", { toast: { level: "warn", text: `A seed is a whole number from 0 to ${MOST_SEED}; the run goes on with ${this.store.setup.seed}.` } });
+  }
+
   #open(event: Event): void {
     const input = event.target as HTMLInputElement;
     const file = input.files?.[0];
     if (file) void this.client.open(file);
     input.value = "";
   }
-}
-
-function seedOf(text: string): number {
-  const value = Math.trunc(Number(text));
-  return Number.isFinite(value) ? Math.min(Math.max(value, 0), 4_294_967_295) : 0;
 }
 
 customElements.define("slam-setup", SlamSetup);

@@ -1,4 +1,4 @@
-// On a phone the panels share one sheet; these choose which.
+// On a phone the panels share one sheet, on a wide screen plots, filter and log share the rest of the side: these choose which.
 
 import { css, html, type TemplateResult } from "lit";
 import type { Tab, Topic } from "../store.js";
@@ -6,11 +6,12 @@ import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 import { shared } from "./style.js";
 
-const TABS: readonly { tab: Exclude<Tab, "">; label: string; icon: TemplateResult }[] = [
-  { tab: "run", label: "Run", icon: icons.sliders },
-  { tab: "status", label: "Status", icon: icons.gauge },
+const TABS: readonly { tab: Exclude<Tab, "">; label: string; icon: TemplateResult; phoneOnly?: boolean }[] = [
+  { tab: "run", label: "Run", icon: icons.sliders, phoneOnly: true },
+  { tab: "status", label: "Status", icon: icons.gauge, phoneOnly: true },
   { tab: "plots", label: "Plots", icon: icons.chart },
-  { tab: "layers", label: "Layers", icon: icons.layers },
+  { tab: "filter", label: "Filter", icon: icons.matrix },
+  { tab: "layers", label: "Layers", icon: icons.layers, phoneOnly: true },
   { tab: "log", label: "Log", icon: icons.list },
 ];
 
@@ -18,21 +19,46 @@ export class SlamTabs extends SlamElement {
   static override styles = [
     shared,
     css`
-      nav { display: grid; grid-template-columns: repeat(5, 1fr); background: var(--surface); border-top: 1px solid var(--line); padding-bottom: env(safe-area-inset-bottom); }
+      nav { display: grid; grid-auto-flow: column; grid-auto-columns: 1fr; background: var(--surface); border-top: 1px solid var(--line); padding-bottom: env(safe-area-inset-bottom); }
       button { flex-direction: column; gap: 2px; min-height: 50px; padding: 0; border: 0; border-radius: 0; background: transparent; font-size: 11px; color: var(--muted); }
       button[aria-pressed="true"] { color: var(--accent-ink); box-shadow: inset 0 2.5px 0 var(--accent); }
+      @media (min-width: 761px) {
+        nav { border-bottom: 1px solid var(--line); border-top: 0; }
+        .phone { display: none; }
+        button { flex-direction: row; gap: 8px; min-height: 42px; font-size: 13px; }
+        button[aria-pressed="true"] { box-shadow: inset 0 -2.5px 0 var(--accent); }
+      }
     `,
   ];
 
   protected override readonly topics: readonly Topic[] = ["tab"];
+  #wide = matchMedia("(min-width: 761px)");
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.#wide.addEventListener("change", () => this.requestUpdate());
+  }
 
   override render(): TemplateResult {
     const { store } = this;
     document.body.dataset["tab"] = store.tab;
     return html`<nav aria-label="Panels">
-      ${TABS.map((t) => html`<button data-testid="tab-${t.tab}" aria-pressed=${store.tab === t.tab}
-        @click=${() => store.set("tab", { tab: store.tab === t.tab ? "" : t.tab })}>${t.icon}${t.label}</button>`)}
+      ${TABS.map((t) => html`<button class=${t.phoneOnly ? "phone" : ""} data-testid="tab-${t.tab}" aria-pressed=${this.#shown === t.tab}
+        @click=${() => this.#choose(t.tab)}>${t.icon}${t.label}</button>`)}
     </nav>`;
+  }
+
+  /** On a wide screen one of the three is always shown. */
+  get #shown(): Tab {
+    const { tab } = this.store;
+    return this.#wide.matches && tab !== "filter" && tab !== "log" ? "plots" : tab;
+  }
+
+  #choose(tab: Tab): void {
+    const closes = this.store.tab === tab && !this.#wide.matches;
+    this.store.set("tab", { tab: closes ? "" : tab });
+    // The panel takes up its room first.
+    if (this.#wide.matches) requestAnimationFrame(() => this.scrollIntoView({ block: "start" }));
   }
 }
 

@@ -32,7 +32,14 @@ export class SlamTransport extends SlamElement {
       progress::-webkit-progress-bar { background: var(--sunk); }
       progress::-webkit-progress-value { background: var(--accent); }
       progress::-moz-progress-bar { background: var(--accent); }
+      @container stage (max-width: 640px) {
+        .modes svg, .stop svg { display: none; }
+        select { min-width: 66px; padding: 0 4px; }
+        :host { gap: 6px; padding: 6px; }
+        .stop { padding: 0 12px; }
+      }
       @media (max-width: 760px) {
+        .modes svg, .stop svg { display: block; }
         :host { flex-wrap: wrap; gap: 8px; border-radius: 0; border-width: 1px 0 0; box-shadow: none; padding: 8px 10px; }
         .modes, .progress { order: -1; flex: 1 0 100%; }
         .modes button { flex: 1; padding: 0 6px; min-height: 40px; }

@@ -8,6 +8,7 @@ import * as lines from "./layers/lines.js";
 import * as path from "./layers/path.js";
 import * as robot from "./layers/robot.js";
 import * as scan from "./layers/scan.js";
+import * as spot from "./layers/spot.js";
 import * as trails from "./layers/trails.js";
 import * as tree from "./layers/tree.js";
 import * as truth from "./layers/truth.js";
@@ -21,10 +22,11 @@ export function drawGround(brush: Brush, on: Switches): void {
   brush.camera.applyTo(brush.context);
   if (on.grid) grid.draw(brush);
   grid.drawRules(brush);
+  if (on.truth) truth.drawWalls(brush);
 }
 
 const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
-  ["truth", truth.draw],
+  ["truth", truth.drawMovers],
   ["frontiers", frontiers.draw],
   ["lines", lines.draw],
   ["walls", walls.draw],
@@ -39,13 +41,15 @@ const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
 /** Everything that moves. */
 export function drawOverlays(brush: Brush, on: Switches): void {
   clear(brush);
-  for (const [name, draw] of OVERLAYS) {
-    if (!on[name]) continue;
-    brush.context.save();
-    brush.camera.applyTo(brush.context);
-    draw(brush);
-    brush.context.restore();
-  }
+  for (const [name, draw] of OVERLAYS) if (on[name]) paint(brush, draw);
+  paint(brush, spot.draw);
+}
+
+function paint(brush: Brush, draw: (brush: Brush) => void): void {
+  brush.context.save();
+  brush.camera.applyTo(brush.context);
+  draw(brush);
+  brush.context.restore();
 }
 
 function clear({ context }: Brush): void {

@@ -8,7 +8,9 @@ import { shared } from "../ui/style.js";
 import { Camera } from "./camera.js";
 import { drawGround, drawOverlays } from "./draw.js";
 import { listenToGestures } from "./gestures.js";
+import { type Sighting, sightingsOf } from "../inspect.js";
 import { ruleStep } from "./layers/grid.js";
+import { wallAt } from "./layers/spot.js";
 import { type Palette, readPalette } from "./palette.js";
 import type { Scene } from "./scene.js";
 
@@ -17,7 +19,7 @@ const EASE = 6;
 const REFIT_MILLIS = 300;
 
 /** The panels that a phone shows as a sheet over the map. */
-const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", layers: "#legend", log: "#log-panel" } as const;
+const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", layers: "#legend", log: "#log-panel" } as const;
 
 export class SlamMap extends LitElement {
   static override styles = [
@@ -27,6 +29,7 @@ export class SlamMap extends LitElement {
       canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; }
       #pad { position: absolute; inset: 0; cursor: crosshair; touch-action: none; outline-offset: -3px; }
       #pad.plain { cursor: grab; }
+      #pad.wall { cursor: pointer; }
       #pad:active { cursor: grabbing; }
       #cross { position: absolute; width: 25px; height: 25px; margin: -13px 0 0 -13px; pointer-events: none; color: var(--map-path); display: none; }
       #pad:focus-visible ~ #cross { display: block; }
@@ -38,6 +41,7 @@ export class SlamMap extends LitElement {
       #hover[hidden] { display: none; }
       #scale { display: flex; align-items: end; gap: 8px; }
       #bar { height: 6px; border: 1.5px solid var(--ink); border-top: 0; opacity: .8; }
+      @container stage (max-width: 900px) { #foot { bottom: 92px; } }
       @media (max-width: 760px) {
         #foot { bottom: calc(var(--dock) + 10px); left: 12px; }
         #hover { display: none; }
@@ -61,6 +65,9 @@ export class SlamMap extends LitElement {
   #palette: Palette | null = null;
   #drawn = { ground: "", overlays: "" };
   #lastTick = 0;
+  #sightings: readonly Sighting[] = [];
+  /** Grows with every change of what lights up. */
+  #spotVersion = 0;
   #abort = new AbortController();
   #still = matchMedia("(prefers-reduced-motion: reduce)");
   /** Pictures drawn in the last second, for the curious and for tests. */
@@ -71,6 +78,11 @@ export class SlamMap extends LitElement {
     super.connectedCallback();
     new Listening(this, this.store, "view", "run");
     this.store.on("theme", () => (this.#palette = null));
+    this.store.on("spot", () => (this.#spotVersion += 1));
+    this.store.on("inspection", () => {
+      this.#sightings = this.store.inspection ? sightingsOf(this.store.inspection) : [];
+      this.#spotVersion += 1;
+    });
     this.store.on("tab", () => requestAnimationFrame(() => this.#resize()));
     requestAnimationFrame((now) => this.#tick(now));
   }
@@ -91,7 +103,10 @@ export class SlamMap extends LitElement {
         },
         tap: (x, y) => this.#choose(...this.camera.toMap(x, y)),
         hover: (x, y) => this.#hover(x, y),
-        leave: () => this.#element("hover").toggleAttribute("hidden", true),
+        leave: () => {
+          this.#element("hover").toggleAttribute("hidden", true);
+          this.#light(null);
+        },
       },
       this.#abort.signal,
     );
@@ -157,8 +172,11 @@ export class SlamMap extends LitElement {
     if (this.store.follow) this.store.set("view", { follow: false });
   }
 
+  /** A wall, where somebody looks into the filter; else where the robot should go. */
   #choose(x: number, y: number): void {
-    if (this.store.source === "sim") this.client.goTo(x, y);
+    const wall = this.#wallAt(x, y);
+    if (wall !== null && !this.store.aiming) this.store.point({ pinned: wall });
+    else if (this.store.source === "sim") this.client.goTo(x, y);
   }
 
   #key(event: KeyboardEvent): void {
@@ -184,8 +202,20 @@ export class SlamMap extends LitElement {
     const p = this.scene.tiles.probabilityAt(x, y);
     const what = p === null ? "unknown" : p >= 0.5 ? `${Math.round(p * 100)} % obstacle` : `${Math.round((1 - p) * 100)} % free`;
     const readout = this.#element("hover");
-    readout.textContent = `x ${metres(x)}  y ${metres(y)} m · ${what}`;
+    const wall = this.#wallAt(x, y);
+    readout.textContent = `x ${metres(x)}  y ${metres(y)} m · ${what}${wall === null ? "" : ` · wall ${wall}`}`;
     readout.toggleAttribute("hidden", false);
+    this.#light(wall);
+  }
+
+  #light(wall: number | null): void {
+    this.#element("pad").classList.toggle("wall", wall !== null);
+    if (wall !== (this.store.spot.hovered[0] ?? null)) this.store.point({ hovered: wall === null ? [] : [wall] });
+  }
+
+  /** The wall under a map point, while somebody looks into the filter. */
+  #wallAt(x: number, y: number): number | null {
+    return this.store.tab === "filter" ? wallAt(this.scene.lines, x, y, this.camera.px(10)) : null;
   }
 
   #resize(): void {
@@ -224,6 +254,7 @@ export class SlamMap extends LitElement {
     while ((this.#frameTimes[0] ?? now) < now - 1000) this.#frameTimes.shift();
     this.frames = this.#frameTimes.length;
     if (!this.hasUpdated) return;
+    this.scene.animate(performance.timeOrigin + now);
     this.#steer(seconds, now);
     this.#paint(now / 1000);
     this.client.drawn();
@@ -259,10 +290,10 @@ export class SlamMap extends LitElement {
     const palette = (this.#palette ??= readPalette());
     scene.tiles.colour(palette, store.threeTones);
     const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.threeTones, JSON.stringify(store.layers)].join();
-    const ground = `${view},${scene.tiles.version}`;
+    const ground = `${view},${scene.tiles.version},${scene.truth.length}`;
     const alive = store.playing && !this.#still.matches;
-    const overlays = `${view},${scene.version},${alive ? time : 0}`;
-    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, time: this.#still.matches ? 0 : time });
+    const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
+    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, time: this.#still.matches ? 0 : time, spot: store.spot, sightings: this.#sightings });
     if (ground !== this.#drawn.ground) {
       drawGround(brush("ground"), store.layers);
       this.#scaleBar();

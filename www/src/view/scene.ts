@@ -2,6 +2,7 @@
 
 import { type Frame, type Status, TRAIL_STRIDE } from "../protocol.js";
 import type { Box } from "./camera.js";
+import { Motion } from "./motion.js";
 import { Tiles } from "./tiles.js";
 
 export const LAYERS = ["grid", "truth", "walls", "lines", "scan", "frontiers", "tree", "rawPath", "path", "trails", "robot"] as const;
@@ -11,6 +12,7 @@ const EMPTY = new Float32Array(0);
 
 export class Scene {
   readonly tiles = new Tiles();
+  /** Status and movers as of the picture that is being drawn, see `animate`. */
   status: Status | null = null;
   scan: Float32Array = EMPTY;
   lines: Float64Array = new Float64Array(0);
@@ -23,12 +25,14 @@ export class Scene {
   /** Flat points, see TRAIL_STRIDE. */
   trail: Float32Array = EMPTY;
   trailLength = 0;
+  #motion = new Motion();
   /** Grows with every frame taken. */
   version = 0;
 
   clear(): void {
     this.tiles.clear();
     this.status = null;
+    this.#motion.clear();
     this.scan = this.truth = this.movers = this.path = this.rawPath = this.tree = this.frontiers = EMPTY;
     this.lines = new Float64Array(0);
     this.trailLength = 0;
@@ -36,13 +40,12 @@ export class Scene {
   }
 
   take(frame: Frame): void {
-    this.status = frame.status;
+    this.#motion.take(frame);
     if (frame.gridAnew) this.tiles.clear();
     if (frame.grid) this.tiles.take(frame.grid);
     this.scan = frame.scan ?? this.scan;
     this.lines = frame.lines ?? this.lines;
     this.truth = frame.truth ?? this.truth;
-    this.movers = frame.movers ?? this.movers;
     this.path = frame.path ?? this.path;
     this.rawPath = frame.rawPath ?? this.rawPath;
     this.tree = frame.tree ?? this.tree;
@@ -50,6 +53,14 @@ export class Scene {
     if (frame.trailAnew) this.trailLength = 0;
     if (frame.trail) this.#append(frame.trail);
     this.version += 1;
+  }
+
+  /** Sets what moves to where it is at a wall time, milliseconds since 1970. */
+  animate(wall: number): void {
+    const moment = this.#motion.at(wall);
+    if (!moment) return;
+    this.status = moment.status;
+    this.movers = moment.movers;
   }
 
   /** Everything worth showing when the view is fitted. */

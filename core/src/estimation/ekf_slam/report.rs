@@ -1,6 +1,7 @@
 //! What one scan did to the map, and why: enough for a page to answer "why this match?".
 
 use super::LandmarkId;
+use crate::geom::Pose2;
 
 /// What one scan did to the map.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,8 +18,23 @@ pub struct UpdateReport {
     pub merged: Vec<Merged>,
     /// Normalised innovation squared, summed over the matches: χ² with [`Self::nis_degrees`] degrees of freedom.
     pub nis: f64,
+    /// What the recognised lines said of the pose, in order of time.
+    pub fixes: Vec<Fix>,
     considered: Vec<Considered>,
     explained: Vec<Explained>,
+}
+
+/// What a recognised line said of the pose at the instant at which it was seen, map frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fix {
+    /// When the middle of the line was seen, s.
+    pub seconds: f64,
+    /// The estimate without the line.
+    pub before: Pose2,
+    /// The estimate with it.
+    pub after: Pose2,
+    /// Variance of the heading that the line alone gives, relative to its wall, rad².
+    pub heading_variance: f64,
 }
 
 /// A line that was recognised.
@@ -165,6 +181,7 @@ impl UpdateReport {
         self.merged.clear();
         self.considered.clear();
         self.explained.clear();
+        self.fixes.clear();
         self.nis = 0.0;
     }
 

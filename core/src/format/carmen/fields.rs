@@ -101,6 +101,31 @@ impl Fields<'_> {
         }
     }
 
+    /// A number of a size that sums and squares of it stay finite.
+    pub(super) fn bounded(
+        &mut self,
+        most: f64,
+        expected: &'static str,
+    ) -> Result<f64, CarmenError> {
+        let word = self.next()?.to_owned();
+        match word.parse::<f64>() {
+            Ok(number) if number.abs() <= most => Ok(number),
+            _ => Err(self.bad(&word, expected)),
+        }
+    }
+
+    pub(super) fn seconds(&mut self) -> Result<f64, CarmenError> {
+        self.bounded(1e12, "a time in seconds, within ±1e12")
+    }
+
+    pub(super) fn angle(&mut self) -> Result<f64, CarmenError> {
+        self.bounded(1e4, "an angle in radians, within ±10000")
+    }
+
+    fn coordinate(&mut self) -> Result<f64, CarmenError> {
+        self.bounded(1e9, "a coordinate in metres, within ±1e9")
+    }
+
     pub(super) fn range(&mut self) -> Result<f32, CarmenError> {
         self.field += 1;
         let Some(word) = self.words.next() else {
@@ -129,6 +154,7 @@ impl Fields<'_> {
     }
 
     pub(super) fn pose(&mut self) -> Result<Pose2, CarmenError> {
-        Ok(Pose2::new(self.number()?, self.number()?, self.number()?))
+        let (x, y) = (self.coordinate()?, self.coordinate()?);
+        Ok(Pose2::new(x, y, self.angle()?))
     }
 }

@@ -9,6 +9,9 @@ pub(super) const MAX_LINE: usize = 1 << 20;
 /// Readings at or above this say that nothing came back, m: the SICK's codes for it decode to 81.83 and 81.91.
 const ALWAYS_NO_RETURN: f32 = 80.0;
 
+/// The messages that are read.
+const MESSAGES: [&str; 5] = ["FLASER", "RLASER", "ROBOTLASER1", "ODOM", "PARAM"];
+
 /// Reads a log from chunks of bytes.
 #[derive(Clone, Debug, Default)]
 pub struct CarmenReader {
@@ -55,6 +58,7 @@ impl CarmenReader {
     pub fn finish(mut self) -> Result<CarmenLog, CarmenError> {
         let last = std::mem::take(&mut self.unfinished);
         if !last.is_empty() {
+            self.check_name(&last)?;
             self.read_line(&last).map_err(|error| match error {
                 CarmenError::Binary { .. } => error,
                 other => CarmenError::CutOff {
@@ -94,6 +98,18 @@ impl CarmenReader {
             backward_stamps,
             readings: self.readings,
         })
+    }
+
+    /// The last line, which has no end, may end within the name of its message: other names are none of ours.
+    fn check_name(&self, last: &[u8]) -> Result<(), CarmenError> {
+        let is_cut = |name: &&str| name.len() > last.len() && name.as_bytes().starts_with(last);
+        match MESSAGES.into_iter().find(is_cut) {
+            None => Ok(()),
+            Some(name) => Err(CarmenError::CutOff {
+                line: self.line + 1,
+                reason: format!("the line is \"{}\"", &name[..last.len()]),
+            }),
+        }
     }
 
     fn read_line(&mut self, bytes: &[u8]) -> Result<(), CarmenError> {
@@ -142,7 +158,7 @@ impl CarmenReader {
         let start = self.read_ranges(&mut fields, beams)?;
         let map_from_laser = fields.pose()?;
         let odom_from_robot = fields.pose()?;
-        let ipc_seconds = fields.number()?;
+        let ipc_seconds = fields.seconds()?;
         self.lasers[slot].push(CarmenScan {
             ipc_seconds,
             odom_from_robot,
@@ -160,10 +176,10 @@ impl CarmenReader {
     fn read_robot_laser(&mut self, line: &Line<'_>) -> Result<(), CarmenError> {
         let mut fields = line.fields("ROBOTLASER1");
         fields.number()?;
-        let first = fields.number()?;
+        let first = fields.angle()?;
         fields.number()?;
-        let step = fields.number()?;
-        let max_range = fields.number()?;
+        let step = fields.angle()?;
+        let max_range = fields.number()? as f32;
         fields.number()?;
         fields.number()?;
         let beams = fields.count("a number of readings from 1 to 100000")?;
@@ -180,14 +196,14 @@ impl CarmenReader {
         for _ in 0..5 {
             fields.number()?;
         }
-        let ipc_seconds = fields.number()?;
+        let ipc_seconds = fields.seconds()?;
         self.lasers[2].push(CarmenScan {
             ipc_seconds,
             odom_from_robot,
             robot_from_sensor: odom_from_robot.delta_to(&map_from_laser),
             fan: BeamFan { first, step },
             max_range: if max_range > 0.0 {
-                max_range as f32
+                max_range
             } else {
                 f32::INFINITY
             },

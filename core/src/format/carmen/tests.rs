@@ -146,7 +146,21 @@ fn bad_files_are_told_what_where_and_what_was_expected() {
         cut.starts_with("line 2: the file is cut off within its last message"),
         "{cut}"
     );
+    let name = message(format!("{good}ROBOTLA").as_bytes());
+    assert!(
+        name.starts_with("line 2: the file is cut off") && name.contains("\"ROBOTLA\""),
+        "{name}"
+    );
+    assert!(CarmenLog::parse(format!("{good}TRUEPOS 1 2").as_bytes()).is_ok());
     assert!(message(good.replace("2.00", "-2.00").as_bytes()).contains("at least 0"));
+    // Numbers so large that their sums and squares are none.
+    let far = flaser(&[1.0], (1e300, 0.0, 0.0), 1.0);
+    assert!(message(far.as_bytes()).contains("field 4 of FLASER is \"1000"));
+    assert!(message(far.as_bytes()).contains("a coordinate in metres, within ±1e9"));
+    let turned = flaser(&[1.0], (0.0, 0.0, 1e9), 1.0);
+    assert!(message(turned.as_bytes()).contains("an angle in radians"));
+    let late = flaser(&[1.0], (0.0, 0.0, 0.0), 1e15);
+    assert!(message(late.as_bytes()).contains("a time in seconds"));
     let endless = vec![b'a'; MAX_LINE + 2];
     assert!(message(&endless).contains("longer than"));
 }

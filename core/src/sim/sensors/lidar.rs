@@ -1,4 +1,4 @@
-//! A lidar that turns all the time, one beam after the other.
+//! A lidar that turns all the time, one beam after the other: all round, or over a part of each turn.
 //!
 //! 1. Beam k of a revolution is cast from where the robot is at its own instant: a moving robot's scan is skewed, as a
 //!    real one's is, and has to be straightened by [`crate::points`].
@@ -7,18 +7,22 @@
 //!    on the wire); what is farther than the greatest range is no return (infinite). A few readings are outliers,
 //!    somewhere short of the surface, as from dust and edges.
 //!
-//! Bearings run from just above -π to π, counter-clockwise (+90° takes the x axis to the y axis); the seam between two
-//! revolutions is behind the robot.
+//! 4. A lidar like SICK's says the greatest range where nothing came back, be it for distance, glass or darkness: the three
+//!    cannot be told apart ([`LidarModel::says_maximum`]).
 //!
-//! Source: the specification, "Sensors"; RPLIDAR A1 data sheet (SLAMTEC) for rate and ranges; σ(ρ) rounded up from
-//! the 1 % that it states.
+//! Bearings of a whole turn run from just above -π to π, counter-clockwise (+90° takes the x axis to the y axis); the seam
+//! between two revolutions is behind the robot. Those of a part of it run from its right end to its left end.
+//!
+//! Source: the specification, "Sensors"; RPLIDAR A1 data sheet (SLAMTEC) for rate and ranges, σ(ρ) rounded up from
+//! the 1 % that it states; SICK LMS 200 technical description for rate, ranges and σ; Celej §1 for its 20 m.
 
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::Vector2;
 use rand::{Rng, RngExt};
 
-use super::{SensorError, Span, View, check_figures};
+use super::check::Check;
+use super::{SensorError, Span, View};
 use crate::geom::{Pose2, sin_cos};
 use crate::robot::{Scan, Stamp};
 use crate::sim::Material;
@@ -29,6 +33,11 @@ use crate::sim::noise::gaussian_pair;
 pub struct LidarModel {
     /// Beams of one revolution. Default 360.
     pub beams: usize,
+    /// Angle from the first beam to the last, rad; 2π, the default, means all round.
+    pub field_of_view: f64,
+    /// Beams that would fit into one period, were the field of view as wide as the period is long; those beyond [`Self::beams`]
+    /// are not taken. Default 360: all are.
+    pub slots: usize,
     /// Seconds of one revolution. Default 0.18: 5.56 Hz, and every revolution ends on a step of the simulation.
     pub period: f64,
     /// Nearest range that is measured, m. Default 0.15.
@@ -49,14 +58,26 @@ pub struct LidarModel {
     pub dark_range: f64,
     /// Glass answers beams within this angle of its normal, rad. Default 0.15.
     pub glass_angle: f64,
+    /// Whether it says [`Self::max_range`] where nothing came back; otherwise that is infinite. Default false.
+    pub says_maximum: bool,
     /// Where it sits on the robot. Default: its middle.
     pub robot_from_sensor: Pose2,
 }
 
 impl Default for LidarModel {
     fn default() -> Self {
+        Self::rplidar()
+    }
+}
+
+impl LidarModel {
+    /// SLAMTEC RPLIDAR A1: all round, 360 beams, 5.5 Hz, 0.15 to 12 m.
+    #[must_use]
+    pub fn rplidar() -> Self {
         Self {
             beams: 360,
+            field_of_view: TAU,
+            slots: 360,
             period: 0.18,
             min_range: 0.15,
             max_range: 12.0,
@@ -67,12 +88,34 @@ impl Default for LidarModel {
             outliers: 0.001,
             dark_range: 3.0,
             glass_angle: 0.15,
+            says_maximum: false,
             robot_from_sensor: Pose2::identity(),
         }
     }
-}
 
-impl LidarModel {
+    /// SICK LMS 200: 180° by 0.5°, ten scans a second, each within half a turn of its mirror at 75 Hz; up to 20 m.
+    #[must_use]
+    pub fn sick() -> Self {
+        Self {
+            beams: 361,
+            field_of_view: PI,
+            // 361 beams in 6.7 ms, and a scan every 100 ms.
+            slots: 5415,
+            period: 0.1,
+            min_range: 0.05,
+            max_range: 20.0,
+            sigma: 0.01,
+            sigma_per_metre: 0.001,
+            bearing_sigma: 0.001,
+            dropouts: 0.001,
+            outliers: 0.0005,
+            dark_range: 8.0,
+            glass_angle: 0.15,
+            says_maximum: true,
+            robot_from_sensor: Pose2::identity(),
+        }
+    }
+
     /// σ of a reading at `range`, m.
     #[must_use]
     pub fn sigma_at(&self, range: f64) -> f64 {
@@ -80,70 +123,44 @@ impl LidarModel {
     }
 
     pub(super) fn validate(&self) -> Result<(), SensorError> {
+        let check = Check("lidar");
         let beams = self.beams as f64;
-        let part = |p: f64| (0.0..=1.0).contains(&p);
-        let size = |v: f64| v >= 0.0 && v.is_finite();
-        check_figures(
-            "lidar",
-            &[
-                (
-                    "beams",
-                    beams,
-                    (1.0..=100_000.0).contains(&beams),
-                    "1 to 100000",
-                ),
-                (
-                    "period",
-                    self.period,
-                    (0.001..=60.0).contains(&self.period),
-                    "0.001 to 60 s",
-                ),
-                (
-                    "min_range",
-                    self.min_range,
-                    size(self.min_range),
-                    "at least 0 m",
-                ),
-                (
-                    "max_range",
-                    self.max_range,
-                    self.max_range > self.min_range && self.max_range <= 1000.0,
-                    "more than min_range and at most 1000 m",
-                ),
-                (
-                    "sigma",
-                    self.sigma,
-                    self.sigma > 0.0 && self.sigma.is_finite(),
-                    "more than 0 m",
-                ),
-                (
-                    "sigma_per_metre",
-                    self.sigma_per_metre,
-                    size(self.sigma_per_metre),
-                    "at least 0",
-                ),
-                (
-                    "bearing_sigma",
-                    self.bearing_sigma,
-                    size(self.bearing_sigma),
-                    "at least 0 rad",
-                ),
-                ("dropouts", self.dropouts, part(self.dropouts), "0 to 1"),
-                ("outliers", self.outliers, part(self.outliers), "0 to 1"),
-                (
-                    "dark_range",
-                    self.dark_range,
-                    self.dark_range >= 0.0,
-                    "at least 0 m",
-                ),
-                (
-                    "glass_angle",
-                    self.glass_angle,
-                    size(self.glass_angle),
-                    "at least 0 rad",
-                ),
-            ],
-        )
+        check.within("beams", beams, [1.0, 100_000.0])?;
+        check.within("slots", self.slots as f64, [beams, 1e7])?;
+        check.within("field_of_view", self.field_of_view, [0.0, TAU])?;
+        check.within("period", self.period, [0.001, 60.0])?;
+        check.ranges(self.min_range, self.max_range, 1000.0)?;
+        check.positive("sigma", self.sigma)?;
+        check.size("sigma_per_metre", self.sigma_per_metre)?;
+        check.size("bearing_sigma", self.bearing_sigma)?;
+        check.part("dropouts", self.dropouts)?;
+        check.part("outliers", self.outliers)?;
+        let dark = self.dark_range;
+        check.that(dark >= 0.0, "dark_range", dark, || {
+            "at least 0 m".to_owned()
+        })?;
+        check.size("glass_angle", self.glass_angle)
+    }
+
+    fn bearings(&self) -> Vec<f64> {
+        let all_round = |k: usize| TAU * (k + 1) as f64 / self.beams as f64 - PI;
+        let between = self.field_of_view / (self.beams.max(2) - 1) as f64;
+        let part = |k: usize| between * k as f64 - 0.5 * self.field_of_view;
+        let beams = 0..self.beams;
+        if self.field_of_view >= TAU {
+            beams.map(all_round).collect()
+        } else {
+            beams.map(part).collect()
+        }
+    }
+
+    /// What it says where nothing came back.
+    fn silence(&self) -> f32 {
+        if self.says_maximum {
+            self.max_range as f32
+        } else {
+            f32::INFINITY
+        }
     }
 }
 
@@ -153,8 +170,8 @@ pub(in crate::sim) struct Lidar {
     model: LidarModel,
     /// When the first revolution began, s.
     began: f64,
-    /// Beams since then.
-    taken: u64,
+    /// Slots since then.
+    slots: u64,
     bearings: Vec<f64>,
     ranges: Vec<f32>,
     sigmas: Vec<f32>,
@@ -162,12 +179,11 @@ pub(in crate::sim) struct Lidar {
 
 impl Lidar {
     pub(super) fn new(model: &LidarModel) -> Self {
-        let bearing = |k: usize| TAU * (k + 1) as f64 / model.beams as f64 - PI;
         Self {
             model: model.clone(),
             began: 0.0,
-            taken: 0,
-            bearings: (0..model.beams).map(bearing).collect(),
+            slots: 0,
+            bearings: model.bearings(),
             ranges: Vec::with_capacity(model.beams),
             sigmas: Vec::with_capacity(model.beams),
         }
@@ -175,29 +191,31 @@ impl Lidar {
 
     pub(super) fn begin(&mut self, seconds: f64) {
         self.began = seconds;
-        self.taken = 0;
+        self.slots = 0;
         self.ranges.clear();
         self.sigmas.clear();
     }
 
     pub(super) fn step(&mut self, span: &Span, view: &View, rng: &mut impl Rng) -> Option<Scan> {
-        let between = self.model.period / self.model.beams as f64;
+        let slots = self.model.slots as u64;
+        let between = self.model.period / slots as f64;
         let mut scan = None;
         loop {
-            let seconds = self.began + (self.taken + 1) as f64 * between;
+            let seconds = self.began + (self.slots + 1) as f64 * between;
             // Beams on the border of two steps belong to the first, whatever the rounding.
             if seconds > span.to + 1e-9 {
                 return scan;
             }
-            let bearing = self
-                .bearings
-                .get(self.ranges.len())
-                .copied()
-                .unwrap_or_default();
+            let slot = (self.slots % slots) as usize;
+            let Some(&bearing) = self.bearings.get(slot) else {
+                // Looking away; on to the next turn.
+                self.slots += slots - slot as u64;
+                continue;
+            };
             let (range, sigma) = self.read(seconds, bearing, span, view, rng);
             self.ranges.push(range);
             self.sigmas.push(sigma);
-            self.taken += 1;
+            self.slots += 1;
             if self.ranges.len() == self.model.beams {
                 scan = Some(self.complete(seconds, between));
             }
@@ -244,9 +262,12 @@ impl Lidar {
             model.glass_angle,
         );
         let Some(echo) = echo else {
-            return (f32::INFINITY, sigma(model.max_range));
+            return (model.silence(), sigma(model.max_range));
         };
         let too_dark = echo.material == Material::Dark && echo.distance > model.dark_range;
+        if too_dark && model.says_maximum {
+            return (model.silence(), sigma(model.max_range));
+        }
         if too_dark || echo.distance < model.min_range {
             return (f32::NAN, sigma(model.max_range));
         }
@@ -258,7 +279,7 @@ impl Lidar {
         }
         let range = echo.distance + model.sigma_at(echo.distance) * of_range;
         if range > model.max_range {
-            return (f32::INFINITY, sigma(model.max_range));
+            return (model.silence(), sigma(model.max_range));
         }
         let range = range.max(model.min_range);
         (range as f32, sigma(range))

@@ -1,19 +1,28 @@
 //! Range sensors: from the true world to what the wire would bring.
 //!
 //! In: where the sensor is and which way it looks at each instant. Out: a [`Scan`] whose σ are those that its noise was
-//! drawn with. Faults are part of a sensor: dropouts, outliers, glass that lets most beams through, dark surfaces that
+//! drawn with. Every sensor has both ways: forward from the world to what its electronics say, inverse to a range. Faults are part of a sensor: dropouts, outliers, glass that lets most beams through, dark surfaces that
 //! are seen from near only.
 
+mod check;
 mod lidar;
 mod rangers;
+mod sharp;
+mod sonar;
 mod view;
 
+pub use check::SensorError;
 pub use lidar::LidarModel;
 pub use rangers::RangerModel;
+pub use sharp::Sharp;
+pub use sonar::SonarModel;
 
 pub(super) use lidar::Lidar;
 pub(super) use rangers::Rangers;
+pub(super) use sonar::Sonar;
 pub(super) use view::{Span, View};
+
+use std::str::FromStr;
 
 use rand::Rng;
 
@@ -23,21 +32,58 @@ use crate::robot::Scan;
 /// The sensors that a world file or a command line can name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SensorKind {
-    /// A lidar that turns all the time.
+    /// A lidar that turns all the time: RPLIDAR A1.
     #[default]
     Lidar,
+    /// A lidar that sees half of the horizon, fast and far: SICK LMS 200.
+    Sick,
     /// Four infra-red rangers on a servo.
     Rangers,
+    /// A ring of sixteen sonars.
+    Sonar,
 }
 
 impl SensorKind {
+    /// All sensors, with the names used by files, commands and pages, and what a person calls them.
+    pub const ALL: [(&'static str, Self, &'static str); 4] = [
+        ("lidar", Self::Lidar, "Lidar, 360°"),
+        ("sick", Self::Sick, "SICK lidar, 180°"),
+        ("rangers", Self::Rangers, "4 IR rangers"),
+        ("sonar", Self::Sonar, "Ring of 16 sonars"),
+    ];
+
+    /// The name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        let entry = Self::ALL.iter().find(|(_, kind, _)| *kind == self);
+        entry.map_or("", |(name, _, _)| name)
+    }
+
     /// The sensor with its default figures.
     #[must_use]
     pub fn model(self) -> SensorModel {
         match self {
             Self::Lidar => SensorModel::lidar(),
+            Self::Sick => SensorModel::Lidar(LidarModel::sick()),
             Self::Rangers => SensorModel::rangers(),
+            Self::Sonar => SensorModel::Sonar(SonarModel::default()),
         }
+    }
+}
+
+/// There is no sensor of that name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no sensor `{0}`; expected one of {names}", names = SensorKind::ALL.map(|(name, ..)| name).join(", "))]
+pub struct UnknownSensor(String);
+
+impl FromStr for SensorKind {
+    type Err = UnknownSensor;
+
+    fn from_str(name: &str) -> Result<Self, UnknownSensor> {
+        let found = Self::ALL.iter().find(|(known, ..)| *known == name);
+        found
+            .map(|(_, kind, _)| *kind)
+            .ok_or_else(|| UnknownSensor(name.to_owned()))
     }
 }
 
@@ -48,6 +94,8 @@ pub enum SensorModel {
     Lidar(LidarModel),
     /// Four infra-red rangers on a servo, which look round on [`crate::robot::Command::Scan`] only.
     Rangers(RangerModel),
+    /// A ring of sonars.
+    Sonar(SonarModel),
 }
 
 impl SensorModel {
@@ -63,15 +111,6 @@ impl SensorModel {
         Self::Rangers(RangerModel::default())
     }
 
-    /// Which kind it is.
-    #[must_use]
-    pub fn kind(&self) -> SensorKind {
-        match self {
-            Self::Lidar(_) => SensorKind::Lidar,
-            Self::Rangers(_) => SensorKind::Rangers,
-        }
-    }
-
     /// Whether it looks round only on [`crate::robot::Command::Scan`].
     #[must_use]
     pub fn scans_on_command(&self) -> bool {
@@ -84,6 +123,7 @@ impl SensorModel {
         match self {
             Self::Lidar(model) => model.robot_from_sensor,
             Self::Rangers(model) => model.robot_from_sensor,
+            Self::Sonar(model) => model.robot_from_sensor,
         }
     }
 
@@ -93,6 +133,7 @@ impl SensorModel {
         match self {
             Self::Lidar(model) => model.max_range,
             Self::Rangers(model) => model.max_range,
+            Self::Sonar(model) => model.max_range,
         }
     }
 
@@ -103,26 +144,9 @@ impl SensorModel {
         match self {
             Self::Lidar(model) => model.validate(),
             Self::Rangers(model) => model.validate(),
+            Self::Sonar(model) => model.validate(),
         }
     }
-}
-
-/// Why a [`SensorModel`] cannot be used.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SensorError {
-    /// A figure outside of its range.
-    #[error("{sensor}: {field} is {value}, expected {expected}")]
-    Value {
-        /// Kind of sensor.
-        sensor: &'static str,
-        /// The figure.
-        field: &'static str,
-        /// What stands there.
-        value: f64,
-        /// What may stand there.
-        expected: &'static str,
-    },
 }
 
 /// A sensor at work.
@@ -130,14 +154,18 @@ pub enum SensorError {
 pub(super) enum Sensor {
     Lidar(Lidar),
     Rangers(Rangers),
+    Sonar(Sonar),
 }
 
 impl Sensor {
-    pub(super) fn new(model: &SensorModel) -> Self {
-        match model {
+    /// # Errors    [`SensorError`]: the first figure outside of its range.
+    pub(super) fn new(model: &SensorModel) -> Result<Self, SensorError> {
+        model.validate()?;
+        Ok(match model {
             SensorModel::Lidar(model) => Self::Lidar(Lidar::new(model)),
-            SensorModel::Rangers(model) => Self::Rangers(Rangers::new(model)),
-        }
+            SensorModel::Rangers(model) => Self::Rangers(Rangers::new(model)?),
+            SensorModel::Sonar(model) => Self::Sonar(Sonar::new(model)),
+        })
     }
 
     /// Begins a scan at `seconds`: a new revolution, or a sweep of the servo.
@@ -145,6 +173,7 @@ impl Sensor {
         match self {
             Self::Lidar(lidar) => lidar.begin(seconds),
             Self::Rangers(rangers) => rangers.begin(seconds),
+            Self::Sonar(sonar) => sonar.begin(seconds),
         }
     }
 
@@ -160,22 +189,7 @@ impl Sensor {
         match self {
             Self::Lidar(lidar) => lidar.step(span, view, rng),
             Self::Rangers(rangers) => rangers.step(span, view, rng),
+            Self::Sonar(sonar) => sonar.step(span, view, rng),
         }
-    }
-}
-
-/// Checks figures against their ranges, in order.
-fn check_figures(
-    sensor: &'static str,
-    figures: &[(&'static str, f64, bool, &'static str)],
-) -> Result<(), SensorError> {
-    match figures.iter().find(|(_, _, fits, _)| !fits) {
-        None => Ok(()),
-        Some(&(field, value, _, expected)) => Err(SensorError::Value {
-            sensor,
-            field,
-            value,
-            expected,
-        }),
     }
 }

@@ -1,50 +1,79 @@
 //! Four infra-red rangers at 90° to one another on a servo that sweeps 90°: together they look all round.
 //!
-//! 1. The robot stands still; the servo goes from -45° to just below +45° in steps, and at each all four rangers are
-//!    read, one cycle of the ranger after the other.
-//! 2. σ grows with the square of the distance: volts fall like 1/d, so that one count of the ADC is worth d².
-//! 3. Below the least range the characteristic folds back; such readings are invalid (NaN), or, with
-//!    [`RangerModel::folds`], look like far ones, as they do on the real robot. Beyond the greatest range there is no
-//!    return (infinite).
+//! Forward, from the world to counts:
+//! 1. The robot stands still; the servo goes from -45° to just below +45° in steps, and at each all four rangers are read.
+//! 2. A ranger measures by itself, once in 38.3 ± 9.6 ms, and holds its output meanwhile: what is read may have been measured
+//!    when the servo still stood elsewhere.
+//! 3. The true range becomes volts ([`Sharp`]), which fold back below the peak; noise is in volts; the converter has 10 bits.
+//!
+//! Inverse, from counts to a range with its σ:
+//!
+//! 4. Counts become volts, and volts a range by a [`Characteristic`] fitted to the calibration pairs.
+//! 5. σ is that of the volts (noise and steps) times the slope of the characteristic: a volt is worth d², so σ grows so too.
+//!    The spread of the fit's residuals is added, being what the characteristic does not know.
+//! 6. Beyond the greatest range there is no return (infinite). What folds back looks far, as on the real robot, with
+//!    [`RangerModel::folds`]; without, such readings are taken to be recognised and invalid (NaN).
 //!
 //! The readings are handed on in the order of their bearings, with `sweep` 0: nothing moved meanwhile, and neighbours
 //! in the scan are neighbours in the room.
 //!
-//! Source: TDK 2016 §1.3 (four rangers, servo, 38 ms); Sharp GP2Y0A02 and GP2Y0A21 data sheets for the ranges; the
-//! specification for the noise: at 0.8 m about 1 cm for a count of the ADC, and 3 cm for 15 mV, for the short type.
+//! Source: TDK 2016 §1.3 (four rangers, servo); Sharp GP2Y0A02 and GP2Y0A21 data sheets; the specification, "Sensors".
+
+#[cfg(test)]
+mod tests;
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use nalgebra::Vector2;
 use rand::{Rng, RngExt};
 
-use super::{SensorError, Span, View, check_figures};
+use super::check::Check;
+use super::{SensorError, Sharp, Span, View};
 use crate::geom::{Pose2, sin_cos, wrap};
-use crate::robot::{Scan, Stamp};
+use crate::robot::{Adc, CalibrationPair, Characteristic, Fit, Scan, Stamp, Variable};
 use crate::sim::Material;
 use crate::sim::noise::gaussian_pair;
 
-const RANGERS: u32 = 4;
+const RANGERS: usize = 4;
+/// A pane answers within this angle of its normal, rad: the spot is seen by triangulation.
+const GLASS_ANGLE: f64 = 0.1;
+/// A dark surface sends so little back that the volts are so much noisier.
+const DARK_NOISE: f64 = 1.5;
+/// What is farther than this many greatest ranges sends nothing back.
+const LIGHT_RANGE: f64 = 2.0;
 
 /// Figures of four rangers on a servo.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RangerModel {
+    /// Type of the rangers. Default: long.
+    pub sharp: Sharp,
     /// Positions of the servo in its 90°. Default 45: every 2°.
     pub positions: usize,
-    /// Seconds for one reading. Default 0.038.
+    /// Seconds at each position. Default 0.048: the slowest cycle, so that what is read was measured there. Shorter reads what
+    /// was measured at the position before.
     pub period: f64,
+    /// Mean cycle of a ranger, s. Default 0.0383.
+    pub cycle: f64,
+    /// How much the cycle of one ranger may differ from that, s. Default 0.0096.
+    pub cycle_spread: f64,
     /// Nearest usable range, m. Default 0.2.
     pub min_range: f64,
     /// Farthest usable range, m. Default 1.5.
     pub max_range: f64,
-    /// σ of the range at no distance, m. Default 0.005.
-    pub sigma: f64,
-    /// Growth of that σ with the square of the distance, m/m². Default 0.02.
-    pub sigma_per_square_metre: f64,
+    /// σ of the output, V. Default 0.015.
+    pub volts_sigma: f64,
+    /// What counts the volts. Default: 10 bits over 5 V.
+    pub adc: Adc,
+    /// What the characteristic is fitted to, by rising range. Default: the pairs of the data sheet.
+    pub calibration: Vec<CalibrationPair>,
+    /// What the characteristic is a polynomial of. Default: 1/volts.
+    pub variable: Variable,
     /// σ of the servo's angle, rad. Default 0.005.
     pub bearing_sigma: f64,
     /// Part of the readings that are lost. Default 0.002.
     pub dropouts: f64,
+    /// Part of the readings that are wrong: any volts at all. Default 0.001.
+    pub outliers: f64,
     /// Whether things nearer than the least range look far, as on the real robot. Default false: invalid.
     pub folds: bool,
     /// Where the servo sits on the robot. Default: its middle.
@@ -62,14 +91,20 @@ impl RangerModel {
     #[must_use]
     pub fn long() -> Self {
         Self {
+            sharp: Sharp::Long,
             positions: 45,
-            period: 0.038,
+            period: 0.048,
+            cycle: 0.0383,
+            cycle_spread: 0.0096,
             min_range: 0.2,
             max_range: 1.5,
-            sigma: 0.005,
-            sigma_per_square_metre: 0.02,
+            volts_sigma: 0.015,
+            adc: Adc::rp6(),
+            calibration: Sharp::Long.data_sheet(),
+            variable: Variable::PerVolt,
             bearing_sigma: 0.005,
             dropouts: 0.002,
+            outliers: 0.001,
             folds: false,
             robot_from_sensor: Pose2::identity(),
         }
@@ -79,76 +114,35 @@ impl RangerModel {
     #[must_use]
     pub fn short() -> Self {
         Self {
+            sharp: Sharp::Short,
             min_range: 0.1,
             max_range: 0.8,
-            sigma: 0.003,
-            sigma_per_square_metre: 0.04,
+            calibration: Sharp::Short.data_sheet(),
             ..Self::long()
         }
     }
 
-    /// σ of a reading at `range`, m.
-    #[must_use]
-    pub fn sigma_at(&self, range: f64) -> f64 {
-        self.sigma + self.sigma_per_square_metre * range * range
+    /// The characteristic that its readings go through.
+    ///
+    /// # Errors    [`SensorError::Calibration`] for pairs that settle none.
+    pub fn fit(&self) -> Result<Fit, SensorError> {
+        Ok(Characteristic::fit(&self.calibration, self.variable)?)
     }
 
     pub(super) fn validate(&self) -> Result<(), SensorError> {
-        let positions = self.positions as f64;
-        let size = |v: f64| v >= 0.0 && v.is_finite();
-        check_figures(
-            "rangers",
-            &[
-                (
-                    "positions",
-                    positions,
-                    (1.0..=10_000.0).contains(&positions),
-                    "1 to 10000",
-                ),
-                (
-                    "period",
-                    self.period,
-                    (0.001..=60.0).contains(&self.period),
-                    "0.001 to 60 s",
-                ),
-                (
-                    "min_range",
-                    self.min_range,
-                    size(self.min_range),
-                    "at least 0 m",
-                ),
-                (
-                    "max_range",
-                    self.max_range,
-                    self.max_range > self.min_range && self.max_range <= 100.0,
-                    "more than min_range and at most 100 m",
-                ),
-                (
-                    "sigma",
-                    self.sigma,
-                    self.sigma > 0.0 && self.sigma.is_finite(),
-                    "more than 0 m",
-                ),
-                (
-                    "sigma_per_square_metre",
-                    self.sigma_per_square_metre,
-                    size(self.sigma_per_square_metre),
-                    "at least 0",
-                ),
-                (
-                    "bearing_sigma",
-                    self.bearing_sigma,
-                    size(self.bearing_sigma),
-                    "at least 0 rad",
-                ),
-                (
-                    "dropouts",
-                    self.dropouts,
-                    (0.0..=1.0).contains(&self.dropouts),
-                    "0 to 1",
-                ),
-            ],
-        )
+        let check = Check("rangers");
+        check.within("positions", self.positions as f64, [1.0, 10_000.0])?;
+        check.within("period", self.period, [0.001, 60.0])?;
+        check.within("cycle", self.cycle, [0.001, 60.0])?;
+        check.within("cycle_spread", self.cycle_spread, [0.0, 0.9 * self.cycle])?;
+        check.ranges(self.min_range, self.max_range, 100.0)?;
+        check.size("volts_sigma", self.volts_sigma)?;
+        check.within("bits", f64::from(self.adc.bits), [1.0, 31.0])?;
+        check.positive("reference", self.adc.reference)?;
+        check.size("bearing_sigma", self.bearing_sigma)?;
+        check.part("dropouts", self.dropouts)?;
+        check.part("outliers", self.outliers)?;
+        self.fit().map(|_| ())
     }
 }
 
@@ -156,19 +150,37 @@ impl RangerModel {
 #[derive(Clone, Debug)]
 pub(in crate::sim) struct Rangers {
     model: RangerModel,
+    inverse: Inverse,
     /// When the sweep under way began, s.
     began: Option<f64>,
+    /// The cycles of the rangers: when the first ends after the sweep began, and how long they are, s.
+    cycles: [(f64, f64); RANGERS],
     /// (bearing, range, σ) so far.
     readings: Vec<(f64, f32, f32)>,
 }
 
+/// From counts to a range.
+#[derive(Clone, Copy, Debug)]
+struct Inverse {
+    characteristic: Characteristic,
+    /// Spread of the pairs about the characteristic, m.
+    fit_sigma: f64,
+    /// σ of the volts, V.
+    volts_sigma: f64,
+    min_range: f64,
+    max_range: f64,
+}
+
 impl Rangers {
-    pub(super) fn new(model: &RangerModel) -> Self {
-        Self {
+    /// # Errors    [`SensorError::Calibration`] for pairs that settle no characteristic.
+    pub(super) fn new(model: &RangerModel) -> Result<Self, SensorError> {
+        Ok(Self {
+            inverse: Inverse::new(model)?,
             model: model.clone(),
             began: None,
+            cycles: [(0.0, model.cycle); RANGERS],
             readings: Vec::new(),
-        }
+        })
     }
 
     pub(super) fn begin(&mut self, seconds: f64) {
@@ -183,21 +195,56 @@ impl Rangers {
     pub(super) fn step(&mut self, span: &Span, view: &View, rng: &mut impl Rng) -> Option<Scan> {
         let began = self.began?;
         loop {
-            let position = self.readings.len() / RANGERS as usize;
-            let seconds = began + (position + 1) as f64 * self.model.period;
-            if seconds > span.to + 1e-9 {
+            let position = self.readings.len() / RANGERS;
+            let seconds = (position + 1) as f64 * self.model.period;
+            if began + seconds > span.to + 1e-9 {
                 return None;
             }
-            let servo = FRAC_PI_2 * position as f64 / self.model.positions as f64 - FRAC_PI_4;
+            if position == 0 {
+                self.draw_cycles(rng);
+            }
             for ranger in 0..RANGERS {
-                let bearing = wrap(servo + FRAC_PI_2 * f64::from(ranger));
-                let (range, sigma) = self.read(seconds, bearing, span, view, rng);
+                let measured = self.held_position(ranger, seconds).min(position);
+                let bearing = self.bearing(ranger, position);
+                let volts = self.volts(
+                    began + seconds,
+                    self.bearing(ranger, measured),
+                    span,
+                    view,
+                    rng,
+                );
+                let (range, sigma) = self.inverse.read(volts, &self.model);
                 self.readings.push((bearing, range, sigma));
             }
             if position + 1 >= self.model.positions {
-                return Some(self.complete(seconds));
+                return Some(self.complete(began + seconds));
             }
         }
+    }
+
+    /// Rangers run free of the servo and of one another.
+    fn draw_cycles(&mut self, rng: &mut impl Rng) {
+        for (first_end, cycle) in &mut self.cycles {
+            let spread = self.model.cycle_spread * (2.0 * rng.random::<f64>() - 1.0);
+            *cycle = self.model.cycle + spread;
+            *first_end = *cycle * rng.random::<f64>();
+        }
+    }
+
+    /// Where the servo stood at the end of the last cycle before `seconds` after the beginning.
+    fn held_position(&self, ranger: usize, seconds: f64) -> usize {
+        let Some((first_end, cycle)) = self.cycles.get(ranger) else {
+            return 0;
+        };
+        let ends = ((seconds - first_end) / cycle).floor();
+        let last_end = first_end + ends * cycle;
+        // Before the sweep the servo stood at its first position; `as` takes what is negative to 0.
+        (last_end / self.model.period) as usize
+    }
+
+    fn bearing(&self, ranger: usize, position: usize) -> f64 {
+        let servo = FRAC_PI_2 * position as f64 / self.model.positions as f64 - FRAC_PI_4;
+        wrap(servo + FRAC_PI_2 * ranger as f64)
     }
 
     fn complete(&mut self, seconds: f64) -> Scan {
@@ -215,49 +262,67 @@ impl Rangers {
         }
     }
 
-    /// One reading and its σ.
-    fn read(
+    /// What the converter is given; `None` for a reading that is lost or recognised as folded.
+    fn volts(
         &self,
         seconds: f64,
         bearing: f64,
         span: &Span,
         view: &View,
         rng: &mut impl Rng,
-    ) -> (f32, f32) {
+    ) -> Option<f64> {
         let model = &self.model;
         let luck: f64 = rng.random();
-        let (of_range, of_bearing) = gaussian_pair(rng);
-        let sigma = |range: f64| model.sigma_at(range) as f32;
-        let invalid = (f32::NAN, sigma(model.max_range));
+        let (of_volts, of_bearing) = gaussian_pair(rng);
         if luck < model.dropouts {
-            return invalid;
+            return None;
+        }
+        if luck > 1.0 - model.outliers {
+            // What is left of `luck` is uniform too.
+            return Some(model.adc.reference * (1.0 - luck) / model.outliers);
         }
         let (origin, heading) = span.sensor_at(seconds, &model.robot_from_sensor);
         let (sin, cos) = sin_cos(heading + bearing + model.bearing_sigma * of_bearing);
-        // Infra-red rangers triangulate: a pane answers only head on, a dark surface by triangulation nearly as well.
-        let Some(echo) = view.echo(origin, Vector2::new(cos, sin), model.max_range, 0.1) else {
-            return (f32::INFINITY, sigma(model.max_range));
-        };
-        let mut distance = echo.distance;
-        if distance < model.min_range {
-            if !model.folds {
-                return invalid;
-            }
-            // Volts rise from 0 at the lens to their peak at the least range: half-way looks like twice as far.
-            distance =
-                (model.min_range * model.min_range / distance.max(0.01)).min(model.max_range);
+        let far = LIGHT_RANGE * model.max_range;
+        let echo = view.echo(origin, Vector2::new(cos, sin), far, GLASS_ANGLE);
+        let distance = echo.map_or(f64::INFINITY, |e| e.distance);
+        if distance < model.min_range && !model.folds {
+            return None;
         }
-        let rough = if echo.material == Material::Dark {
-            1.5
-        } else {
-            1.0
+        let is_dark = echo.is_some_and(|e| e.material == Material::Dark);
+        let noise = model.volts_sigma * if is_dark { DARK_NOISE } else { 1.0 };
+        Some(model.sharp.volts_at(distance) + noise * of_volts)
+    }
+}
+
+impl Inverse {
+    fn new(model: &RangerModel) -> Result<Self, SensorError> {
+        let fit = model.fit()?;
+        Ok(Self {
+            characteristic: fit.characteristic,
+            fit_sigma: fit.sigma,
+            volts_sigma: libm::hypot(model.volts_sigma, model.adc.sigma()),
+            min_range: model.min_range,
+            max_range: model.max_range,
+        })
+    }
+
+    /// Range and σ of one reading.
+    fn read(&self, volts: Option<f64>, model: &RangerModel) -> (f32, f32) {
+        let Some(volts) = volts else {
+            return (f32::NAN, self.max_range as f32);
         };
-        let deviation = rough * model.sigma_at(distance);
-        let range = distance + deviation * of_range;
-        if range > model.max_range {
-            return (f32::INFINITY, sigma(model.max_range));
+        let volts = model.adc.volts(model.adc.counts(volts));
+        let range = self.characteristic.range_at(volts);
+        let sigma = libm::hypot(
+            self.volts_sigma * self.characteristic.slope_at(volts),
+            self.fit_sigma,
+        );
+        let [lowest, _] = self.characteristic.domain();
+        // Where the characteristic ends it says the same range for ever.
+        if range >= self.max_range || volts <= lowest {
+            return (f32::INFINITY, sigma as f32);
         }
-        let range = range.max(model.min_range);
-        (range as f32, sigma(range) * rough as f32)
+        (range.max(self.min_range) as f32, sigma as f32)
     }
 }

@@ -59,6 +59,25 @@ impl View<'_> {
         None
     }
 
+    /// Distance of the first surface, if it sends sound back: a mover always, a wall of whatever material where it is met within
+    /// `specular_angle` (rad) of its normal.
+    pub(super) fn sound(
+        &self,
+        origin: Point2<f64>,
+        direction: Vector2<f64>,
+        max_range: f64,
+        specular_angle: f64,
+    ) -> Option<f64> {
+        let mover = self.mover_ahead(origin, direction, max_range);
+        let far = mover.map_or(max_range, |m| m.distance);
+        match self.caster.cast(origin, direction, far) {
+            None => mover.map(|m| m.distance),
+            Some(hit) => self
+                .is_square(hit.surface, direction, specular_angle)
+                .then_some(hit.distance),
+        }
+    }
+
     fn is_square(&self, surface: usize, direction: Vector2<f64>, within: f64) -> bool {
         let Some(wall) = self.caster.walls().get(surface) else {
             return false;

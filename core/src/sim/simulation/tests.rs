@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::*;
 use crate::robot::{Odometry, OdometryBias, TrackOdometry};
-use crate::sim::{Material, worlds};
+use crate::sim::{Material, SensorKind, worlds};
 
 fn simulation(name: &str, sensor: SensorModel, seed: u64) -> Simulation {
     let world = worlds::builtin(name).unwrap();
@@ -113,16 +113,17 @@ fn how_time_is_cut_does_not_matter() {
 }
 
 #[test]
-fn forward_and_turn_end_at_the_count_that_was_asked_for() {
+fn forward_and_turn_end_within_a_few_counts_of_what_was_asked_for() {
     let mut sim = simulation("office", SensorModel::lidar(), 3);
     let tick = sim.robot().metres_per_tick;
     finish(&mut sim, Command::Forward(0.6));
     let count = (0.6 / tick).round() as i64;
-    assert_eq!(sim.ticks(), [count, count]);
+    let ends = sim.ticks();
+    assert!(ends.iter().all(|end| (end - count).abs() <= 2), "{ends:?}");
     finish(&mut sim, Command::Turn(-FRAC_PI_2));
-    let [left, right] = sim.ticks();
+    let [left, right] = [0, 1].map(|side: usize| sim.ticks()[side] - ends[side]);
     let turned = (right - left) as f64 * tick / sim.robot().track_width;
-    assert!((turned + FRAC_PI_2).abs() <= 2.0 * tick / sim.robot().track_width);
+    assert!((turned + FRAC_PI_2).abs() <= 4.0 * tick / sim.robot().track_width);
     assert_eq!(sim.contacts(), 0);
 }
 
@@ -227,7 +228,7 @@ fn dead_reckoning_is_lost_after_a_few_tens_of_metres() {
 }
 
 #[test]
-fn driving_at_the_wall_makes_one_contact_and_no_hole() {
+fn driving_at_the_wall_makes_one_contact_and_no_hole_and_the_currents_rise() {
     let mut sim = simulation("corridor", SensorModel::lidar(), 2);
     sim.command(Command::Turn(FRAC_PI_2));
     sim.advance(3.0);
@@ -235,7 +236,27 @@ fn driving_at_the_wall_makes_one_contact_and_no_hole() {
         forward: 0.3,
         turn: 0.0,
     });
-    sim.advance(10.0);
+    let mean_currents = |sim: &mut Simulation| {
+        let mut sum = 0.0;
+        for _ in 0..100 {
+            sim.advance(TIME_STEP);
+            sum += 0.5 * sim.motor_currents().iter().sum::<f64>();
+        }
+        sum / 100.0
+    };
+    sim.advance(1.5);
+    assert_eq!(sim.contacts(), 0);
+    let free = mean_currents(&mut sim);
+    sim.advance(7.5);
+    let pushing = mean_currents(&mut sim);
+    // Both tracks push with nearly all their grip.
+    let drive = sim.robot().drive;
+    let more = drive.grip * drive.metres_per_radian / drive.left.torque_constant;
+    let rise = (pushing - free) / more;
+    assert!(
+        (0.6..1.2).contains(&rise),
+        "{free} A free, {pushing} A pushing"
+    );
     assert_eq!(sim.contacts(), 1);
     assert!(sim.bumpers().left || sim.bumpers().right);
     let touch = 2.0 - sim.robot().radius();
@@ -326,10 +347,11 @@ fn moving_lidar_takes_each_beam_from_where_it_was() {
     assert_eq!(scan.stamp, sim.stamp());
     assert_eq!(sim.truth_at(scan.stamp), Some(sim.truth()));
     for (i, &range) in scan.ranges.iter().enumerate() {
-        let x = sim.truth().x() - 0.3 * scan.sweep * scan.age_fraction(i);
-        let ahead = libm::cos(scan.bearings[i]);
+        let age = Stamp::from_seconds(scan.sweep * scan.age_fraction(i));
+        let then = sim.truth_at(Stamp(scan.stamp.0 - age.0)).unwrap();
+        let ahead = libm::cos(scan.bearings[i] + then.heading());
         if ahead > 0.98 {
-            let expect = (30.0 - x) / ahead;
+            let expect = (30.0 - then.x()) / ahead;
             assert!(
                 (f64::from(range) - expect).abs() < 1e-4,
                 "beam {i}: {range} against {expect}"
@@ -360,7 +382,7 @@ fn rangers_look_round_once_when_told_and_the_robot_stands_meanwhile() {
     );
     let seconds = sim.stamp().since(began);
     assert!(
-        seconds > 45.0 * 0.038 && seconds < 45.0 * 0.038 + 0.6,
+        seconds > 45.0 * 0.048 && seconds < 45.0 * 0.048 + 0.7,
         "{seconds}"
     );
     assert!(
@@ -420,7 +442,7 @@ fn rangers_tell_the_true_ranges_within_their_sigmas() {
 fn folding_rangers_take_near_things_for_far_ones() {
     let near = |folds: bool| {
         let mut world = worlds::builtin("corridor").unwrap();
-        world.start = Pose2::new(29.0 + 0.85, 1.0, 0.0);
+        world.start = Pose2::new(30.0 - 0.12, 1.0, 0.0);
         let model = super::super::sensors::RangerModel {
             folds,
             dropouts: 0.0,
@@ -434,7 +456,8 @@ fn folding_rangers_take_near_things_for_far_ones() {
         scan.ranges[ahead]
     };
     assert!(near(false).is_nan());
-    assert!((near(true) - 0.04 / 0.15).abs() < 0.05);
+    // At 0.12 m of 0.15 m the volts are 0.8 of the highest, 2.2 V: those of 0.25 m by the data sheet.
+    assert!((near(true) - 0.25).abs() < 0.05, "{}", near(true));
 }
 
 #[test]
@@ -465,6 +488,7 @@ fn mover_is_seen_waits_for_the_robot_and_is_not_driven_through() {
         closed: false,
         speed: 0.5,
         radius: 0.25,
+        pause: 0.0,
     });
     let mut sim = Simulation::new(world, RobotModel::rp6(), SensorModel::lidar(), 1).unwrap();
     sim.advance(10.0);
@@ -544,4 +568,58 @@ fn dark_walls_are_lost_from_afar_and_bad_figures_are_refused() {
     assert!(
         error(RobotModel::rp6(), SensorModel::Lidar(sensor), fine).contains("lidar: beams is 0")
     );
+}
+
+#[test]
+fn sick_sees_half_of_the_horizon_ten_times_a_second_and_says_its_greatest_range() {
+    let model = SensorKind::Sick.model();
+    let mut world = worlds::builtin("corridor").unwrap();
+    world.start = Pose2::new(1.0, 1.0, 0.0);
+    let mut sim = Simulation::new(world, RobotModel::rp6(), model, 3).unwrap();
+    sim.advance(1.0);
+    let scans: Vec<_> = std::iter::from_fn(|| sim.take_scan()).collect();
+    assert_eq!(scans.len(), 10);
+    for scan in &scans {
+        assert_eq!(scan.validate(), Ok(()));
+        assert_eq!(scan.len(), 361);
+        assert!((scan.bearings[0] + FRAC_PI_2).abs() < 1e-12);
+        assert!((scan.bearings[360] - FRAC_PI_2).abs() < 1e-12);
+        assert!((scan.sweep - 0.1 * 360.0 / 5415.0).abs() < 1e-9);
+    }
+    // Along 29 m of corridor nothing comes back; nearer the walls do.
+    let ahead = |scan: &Scan| scan.ranges[180];
+    assert!(scans.iter().filter(|s| ahead(s) == 20.0).count() >= 9);
+    let right = |scan: &Scan| f64::from(scan.ranges[0]);
+    assert!(
+        scans
+            .iter()
+            .filter(|s| (right(s) - 1.0).abs() < 0.05)
+            .count()
+            >= 9
+    );
+    // The pipeline takes the greatest range for free room, not for a wall.
+    let config = crate::points::PointConfig::default();
+    let points = crate::points::Points::from_scan(&scans[0], &Pose2::identity(), &config);
+    let far = points.beams.iter().filter(|b| b.range >= 20.0);
+    assert!(far.clone().count() > 0 && far.clone().all(|b| !b.is_hit));
+}
+
+#[test]
+fn sensors_are_found_by_name_and_bad_figures_are_named() {
+    for (name, kind, _) in SensorKind::ALL {
+        assert_eq!(name.parse(), Ok(kind));
+        assert_eq!(kind.name(), name);
+        assert_eq!(kind.model().validate(), Ok(()), "{name}");
+    }
+    let error = "radar".parse::<SensorKind>().unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "there is no sensor `radar`; expected one of lidar, sick, rangers, sonar"
+    );
+    let lidar = super::super::sensors::LidarModel {
+        dropouts: 1.5,
+        ..Default::default()
+    };
+    let error = SensorModel::Lidar(lidar).validate().unwrap_err();
+    assert_eq!(error.to_string(), "lidar: dropouts is 1.5, expected 0 to 1");
 }

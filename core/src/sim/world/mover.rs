@@ -16,6 +16,8 @@ pub struct Mover {
     pub speed: f64,
     /// Radius of its disc, m.
     pub radius: f64,
+    /// How long it stands at each way-point, s.
+    pub pause: f64,
 }
 
 /// A disc: where a mover is now.
@@ -43,6 +45,8 @@ impl Mover {
         let speed_fits = (0.0..=20.0).contains(&self.speed);
         check_value(part, "speed", self.speed, speed_fits, "0 to 20 m/s")?;
         let radius_fits = (0.01..=10.0).contains(&self.radius);
-        check_value(part, "radius", self.radius, radius_fits, "0.01 to 10 m")
+        check_value(part, "radius", self.radius, radius_fits, "0.01 to 10 m")?;
+        let pause_fits = (0.0..=3600.0).contains(&self.pause);
+        check_value(part, "pause", self.pause, pause_fits, "0 to 3600 s")
     }
 }

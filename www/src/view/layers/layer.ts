@@ -1,5 +1,7 @@
 // What every layer is given.
 
+import type { Sighting } from "../../inspect.js";
+import type { Spot } from "../../store.js";
 import type { Camera } from "../camera.js";
 import type { Palette } from "../palette.js";
 import type { Scene } from "../scene.js";
@@ -12,6 +14,10 @@ export interface Brush {
   readonly scene: Scene;
   /** Seconds since the page opened, for what breathes; stands still where reduced motion is asked for. */
   readonly time: number;
+  /** Walls that light up. */
+  readonly spot: Spot;
+  /** Lines of the last scan with what they were compared with; empty while nobody looks into the filter. */
+  readonly sightings: readonly Sighting[];
 }
 
 /** Adds x1 y1 x2 y2 … as separate strokes to the path. */

@@ -3,7 +3,7 @@
 // A point p = r n + t u of the line (n its normal, u = dn/dα) is displaced by δd = t δα - δr across it, so
 // var d = t² var α - 2 t cov(α, r) + var r: a band that is narrow where the wall was seen well and opens away from there.
 
-import { LINE_STRIDE } from "../../protocol.js";
+import { LINE, LINE_STRIDE } from "../../protocol.js";
 import type { Brush } from "./layer.js";
 
 const SIGMAS = 1.96;
@@ -16,9 +16,9 @@ export function draw({ context, camera, palette, scene }: Brush): void {
   for (let i = 0; i + LINE_STRIDE <= lines.length; i += LINE_STRIDE) {
     context.beginPath();
     addBand(context, lines.subarray(i, i + LINE_STRIDE), camera.px(1));
-    context.globalAlpha = lines[i + 10] ? (lines[i + 9] ? 0.42 : 0.2) : 0.1;
+    context.globalAlpha = lines[i + LINE.confirmed] ? (lines[i + LINE.matched] ? 0.42 : 0.2) : 0.1;
     context.fill();
-    context.globalAlpha = lines[i + 10] ? (lines[i + 9] ? 0.9 : 0.45) : 0.3;
+    context.globalAlpha = lines[i + LINE.confirmed] ? (lines[i + LINE.matched] ? 0.9 : 0.45) : 0.3;
     context.stroke();
   }
   context.globalAlpha = 1;

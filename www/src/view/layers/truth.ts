@@ -2,7 +2,8 @@
 
 import { addSegments, type Brush } from "./layer.js";
 
-export function draw({ context, camera, palette, scene }: Brush): void {
+/** The walls; they stand still, so they are drawn with the ground. */
+export function drawWalls({ context, camera, palette, scene }: Brush): void {
   context.strokeStyle = palette.css.truth;
   context.lineWidth = camera.px(1.5);
   context.setLineDash([camera.px(5), camera.px(3)]);
@@ -10,7 +11,11 @@ export function draw({ context, camera, palette, scene }: Brush): void {
   addSegments(context, scene.truth);
   context.stroke();
   context.setLineDash([]);
-  context.fillStyle = palette.css.truth;
+}
+
+export function drawMovers({ context, camera, palette, scene }: Brush): void {
+  context.lineWidth = camera.px(1.5);
+  context.strokeStyle = context.fillStyle = palette.css.truth;
   context.globalAlpha = 0.35;
   const { movers } = scene;
   for (let i = 0; i + 2 < movers.length; i += 3) {

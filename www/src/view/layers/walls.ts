@@ -1,6 +1,6 @@
 // Segments of the line map: the walls that the filter believes in.
 
-import { LINE_STRIDE } from "../../protocol.js";
+import { LINE, LINE_STRIDE } from "../../protocol.js";
 import type { Brush } from "./layer.js";
 
 export function draw({ context, camera, palette, scene }: Brush): void {
@@ -10,9 +10,9 @@ export function draw({ context, camera, palette, scene }: Brush): void {
   context.lineCap = "round";
   context.beginPath();
   for (let i = 0; i + LINE_STRIDE <= lines.length; i += LINE_STRIDE) {
-    if (!lines[i + 10]) continue;
-    context.moveTo(lines[i + 5] ?? 0, lines[i + 6] ?? 0);
-    context.lineTo(lines[i + 7] ?? 0, lines[i + 8] ?? 0);
+    if (!lines[i + LINE.confirmed]) continue;
+    context.moveTo(lines[i + LINE.x1] ?? 0, lines[i + LINE.y1] ?? 0);
+    context.lineTo(lines[i + LINE.x2] ?? 0, lines[i + LINE.y2] ?? 0);
   }
   context.stroke();
 }

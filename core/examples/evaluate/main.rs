@@ -9,17 +9,19 @@
     reason = "the edge: files and the clock are here and nowhere below"
 )]
 
+mod output;
+
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::Parser;
 use serde_json::{Value, json};
 use slamlab_core::estimation::{RelationErrors, relation_errors};
 use slamlab_core::format::carmen::{CarmenLog, CarmenReader};
 use slamlab_core::format::relations::{self, Relation};
-use slamlab_core::format::{map_server, tum};
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::Replay;
 use slamlab_core::slam::{Method, SlamConfig};
@@ -51,25 +53,18 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    match evaluate(&arguments) {
-        Ok(figures) => {
-            if arguments.json {
-                println!("{figures}");
-            } else {
-                println!("{figures:#}");
-            }
-            ExitCode::SUCCESS
-        }
+    match evaluate(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            eprintln!("evaluate: {error:#}");
             ExitCode::FAILURE
         }
     }
 }
 
-fn evaluate(arguments: &Arguments) -> anyhow::Result<Value> {
+fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     let method: Method = arguments.method.parse().context("--method")?;
+    output::check(arguments)?;
     let truth = arguments
         .relations
         .as_deref()
@@ -90,13 +85,11 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<Value> {
     }
     let wall_seconds = start.elapsed().as_secs_f64();
     let trajectory = replay.trajectory();
-    if let Some(path) = &arguments.tum {
-        write(path, tum::write(trajectory.iter().copied()).as_bytes())?;
-    }
-    if let Some(path) = &arguments.map {
-        write_map(path, &replay)?;
-    }
-    Ok(json!({
+    let relations = truth
+        .map(|truth| measure(&truth, &trajectory))
+        .transpose()?;
+    output::save(arguments, &replay, &trajectory)?;
+    let figures = json!({
         "log": arguments.log.display().to_string(),
         "method": method.name(),
         "scans": scans,
@@ -106,9 +99,16 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<Value> {
         "scan_ms": { "median": quantile(&mut scan_ms, 0.5), "p99": quantile(&mut scan_ms, 0.99) },
         "peak_memory_mb": peak_memory_mb(),
         "loop_closures": replay.slam().loop_closures(),
-        "relations": truth.map(|truth| measure(&truth, &trajectory)),
+        "relations": relations,
         "state_hash": format!("{:016x}", replay.state_hash()),
-    }))
+    });
+    let mut out = std::io::stdout().lock();
+    if arguments.json {
+        writeln!(out, "{figures}")
+    } else {
+        writeln!(out, "{figures:#}")
+    }
+    .context("cannot write to standard output")
 }
 
 /// Reads in chunks, so that the text is never in memory as a whole.
@@ -135,29 +135,23 @@ fn read_relations(path: &Path) -> anyhow::Result<Vec<Relation>> {
     relations::parse(&std::fs::read(path).with_context(name)?).with_context(name)
 }
 
-fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    std::fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
-}
-
-fn write_map(path: &Path, replay: &Replay) -> anyhow::Result<()> {
-    let name = path
-        .file_name()
-        .map_or_else(|| "map.pgm".into(), |n| n.to_string_lossy());
-    let files = map_server::write(replay.slam().grid(), &name)
-        .with_context(|| format!("cannot write {}", path.display()))?;
-    write(path, &files.pgm)?;
-    write(&path.with_extension("yaml"), files.yaml.as_bytes())
-}
-
-fn measure(truth: &[Relation], trajectory: &[(f64, Pose2)]) -> Value {
+/// # Errors    If the relations are those of another log: no figure at all would look like no error at all.
+fn measure(truth: &[Relation], trajectory: &[(f64, Pose2)]) -> anyhow::Result<Value> {
     let chosen = |long: bool| {
         let relations = truth
             .iter()
             .filter(move |r| !long || (r.to_seconds - r.from_seconds).abs() >= LONG)
             .map(|r| (r.from_seconds, r.to_seconds, r.motion));
-        figures(&relation_errors(relations, trajectory))
+        let errors = relation_errors(relations, trajectory);
+        (errors.count > 0).then(|| figures(&errors))
     };
-    json!({ "all": chosen(false), "long": chosen(true) })
+    let Some(all) = chosen(false) else {
+        bail!(
+            "none of the {} relations joins two scans of the log; they belong to another one, or it is cut short",
+            truth.len()
+        );
+    };
+    Ok(json!({ "all": all, "long": chosen(true) }))
 }
 
 fn figures(errors: &RelationErrors) -> Value {

@@ -1,0 +1,93 @@
+//! The files that are written: all of them or none, and never over one that was read.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use slamlab_core::format::{map_server, tum};
+use slamlab_core::geom::Pose2;
+use slamlab_core::replay::Replay;
+
+use super::Arguments;
+
+/// Finds what would go wrong at the end of a long run before it begins.
+///
+/// # Errors    A folder that is missing, a file that two options name.
+pub(super) fn check(arguments: &Arguments) -> anyhow::Result<()> {
+    let mut taken = vec![("--log", arguments.log.clone())];
+    taken.extend(
+        arguments
+            .relations
+            .clone()
+            .map(|path| ("--relations", path)),
+    );
+    let map = arguments.map.as_deref();
+    let outputs = [
+        ("--tum", arguments.tum.clone()),
+        ("--map", map.map(Path::to_owned)),
+        ("the YAML of --map", map.map(yaml_of)),
+    ];
+    for (option, path) in outputs {
+        let Some(path) = path else { continue };
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
+        if path.file_name().is_none() || path.is_dir() {
+            bail!("{option}: {} is no name of a file", path.display());
+        }
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+            bail!("{option}: there is no folder {}", folder.display());
+        }
+        if let Some((other, _)) = taken.iter().find(|(_, known)| *known == path) {
+            bail!("{option}: {} is also the file of {other}", path.display());
+        }
+        taken.push((option, path));
+    }
+    Ok(())
+}
+
+/// Writes trajectory and map as asked for.
+///
+/// # Errors    An empty map, or a file that cannot be written; what stood there before is kept then.
+pub(super) fn save(
+    arguments: &Arguments,
+    replay: &Replay,
+    trajectory: &[(f64, Pose2)],
+) -> anyhow::Result<()> {
+    let mut files: Vec<(PathBuf, Vec<u8>)> = vec![];
+    if let Some(path) = &arguments.tum {
+        let text = tum::write(trajectory.iter().copied());
+        files.push((path.clone(), text.into_bytes()));
+    }
+    if let Some(path) = &arguments.map {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let map = map_server::write(replay.slam().grid(), &name)
+            .with_context(|| format!("cannot write {}", path.display()))?;
+        files.push((path.clone(), map.pgm));
+        files.push((yaml_of(path), map.yaml.into_bytes()));
+    }
+    // Beside the file first: a full disk spoils nothing.
+    for (path, bytes) in &files {
+        if let Err(error) = std::fs::write(part_of(path), bytes) {
+            for (path, _) in &files {
+                // It may never have come to be.
+                let _ = std::fs::remove_file(part_of(path));
+            }
+            return Err(error).with_context(|| format!("cannot write {}", path.display()));
+        }
+    }
+    for (path, _) in &files {
+        std::fs::rename(part_of(path), path)
+            .with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    Ok(())
+}
+
+fn yaml_of(map: &Path) -> PathBuf {
+    map.with_extension("yaml")
+}
+
+fn part_of(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".part");
+    name.into()
+}

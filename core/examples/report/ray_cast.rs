@@ -1,0 +1,216 @@
+//! `ray-cast`: how fast rays are cast in `campus`, and how the cost of a ray grows with the number of walls. About 10 s.
+//!
+//! 1. Rays from random places in random directions, 12 m long, the worst case for a cache; and scans of 360 beams from random
+//!    places, each ray alone and all at once as a fan. The requirement is on the slower two: every ray alone.
+//! 2. Buildings of 100 to 50 000 walls, all alike but for their size; scans of 360 beams. The cost of a beam is fitted by
+//!    a + b ln n, and by c nᵖ: an exponent near 0 is what log n looks like, 1 would be trying every wall.
+//! 3. Every distance of 20 000 random rays against all walls tried one by one.
+//!
+//! Times are the least of several runs: what disturbs them only adds.
+
+use std::f64::consts::TAU;
+use std::hint::black_box;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use nalgebra::{Point2, Vector2};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::json;
+use slamlab_core::geom::{Segment, sin_cos};
+use slamlab_core::sim::{Caster, Fan, Material, Wall, worlds};
+
+use super::{Args, Outcome};
+
+const RANGE: f64 = 12.0;
+const BEAMS: usize = 360;
+const SCANS: usize = 300;
+const REPEATS: usize = 5;
+const WALLS: [usize; 9] = [100, 200, 500, 1_000, 2_000, 5_000, 10_000, 20_000, 50_000];
+/// Cost of a ray against n may grow by at most this power of n.
+const MOST_EXPONENT: f64 = 0.25;
+
+type Ray = (Point2<f64>, Vector2<f64>);
+
+pub(crate) fn measure(args: &Args) -> Result<Outcome> {
+    let mut outcome = Outcome::default();
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let campus = worlds::builtin("campus").context("there is no world `campus`")?;
+    let (_, high) = campus.bounds();
+    let caster = Caster::new(campus.walls());
+    outcome.figure("campus_walls", caster.walls().len());
+    let places = places(high, &mut rng);
+    let random = rays(high, args.seeds.unwrap_or(1) as usize * 200_000, &mut rng);
+    let per_second = |seconds: f64| 1.0 / seconds;
+    outcome.at_least(
+        "campus_random_rays_per_second",
+        per_second(time_rays(&caster, &random)),
+        1e6,
+    );
+    outcome.at_least(
+        "campus_scan_beams_per_second",
+        per_second(time_scans(&caster, &places)),
+        1e6,
+    );
+    let fan = per_second(time_fans(&caster, &places)?);
+    outcome.figure("campus_fan_beams_per_second", fan);
+    let wrong = unlike_brute_force(&caster, random.iter().take(2_000))
+        + unlike_brute_force(
+            &Caster::new(building(1_000).0),
+            rays(Point2::new(40.0, 40.0), 18_000, &mut rng).iter(),
+        );
+    outcome.figure("rays_unlike_brute_force", wrong);
+    outcome.require(wrong == 0, || {
+        format!("{wrong} rays differ from trying every wall")
+    });
+    growth(&mut outcome)?;
+    Ok(outcome)
+}
+
+/// The cost of a beam against the number of walls.
+fn growth(outcome: &mut Outcome) -> Result<()> {
+    let mut table = Vec::new();
+    for walls in WALLS {
+        let (walls, side) = building(walls);
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let places = places(Point2::new(side, side), &mut rng);
+        let caster = Caster::new(walls);
+        let alone = 1e9 * time_scans(&caster, &places);
+        let fan = 1e9 * time_fans(&caster, &places)?;
+        table.push((caster.walls().len() as f64, alone, fan));
+    }
+    let rows: Vec<_> = table
+        .iter()
+        .map(|(n, alone, fan)| json!({ "walls": n, "ns_per_beam": alone, "fan_ns_per_beam": fan }))
+        .collect();
+    outcome.figure("growth", rows);
+    let logs: Vec<_> = table.iter().map(|(n, ns, _)| (n.ln(), *ns)).collect();
+    let (at_one, per_e_fold, off) = fit_line(&logs);
+    outcome.figure("log_fit_ns_at_1_wall", at_one);
+    outcome.figure("log_fit_ns_per_factor_e", per_e_fold);
+    outcome.figure("log_fit_rms_ns", off);
+    let powers: Vec<_> = table.iter().map(|(n, ns, _)| (n.ln(), ns.ln())).collect();
+    outcome.at_most("power_fit_exponent", fit_line(&powers).1, MOST_EXPONENT);
+    Ok(())
+}
+
+/// Intercept and slope of the least-squares line, and the root mean square of what is left.
+fn fit_line(points: &[(f64, f64)]) -> (f64, f64, f64) {
+    let n = points.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
+    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
+    let across: f64 = points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum();
+    let along: f64 = points.iter().map(|p| (p.0 - x).powi(2)).sum();
+    let slope = across / along;
+    let left = |p: &(f64, f64)| (p.1 - y - slope * (p.0 - x)).powi(2);
+    let squares: f64 = points.iter().map(left).sum();
+    (y - slope * x, slope, (squares / n).sqrt())
+}
+
+/// Seconds for each ray.
+fn time_rays(caster: &Caster, rays: &[Ray]) -> f64 {
+    let cast = || {
+        let hits = rays.iter().filter_map(|(o, d)| caster.cast(*o, *d, RANGE));
+        black_box(hits.map(|h| h.distance).sum::<f64>());
+    };
+    least_seconds(cast) / rays.len() as f64
+}
+
+/// Seconds for each beam of scans whose beams are cast one by one, their directions counted in.
+fn time_scans(caster: &Caster, places: &[Point2<f64>]) -> f64 {
+    let cast = || {
+        let mut sum = 0.0;
+        for place in places {
+            for beam in 0..BEAMS {
+                let (sin, cos) = sin_cos(TAU * beam as f64 / BEAMS as f64);
+                let hit = caster.cast(*place, Vector2::new(cos, sin), RANGE);
+                sum += hit.map_or(RANGE, |h| h.distance);
+            }
+        }
+        black_box(sum);
+    };
+    least_seconds(cast) / (places.len() * BEAMS) as f64
+}
+
+/// Seconds for each beam of scans whose beams are cast at once.
+fn time_fans(caster: &Caster, places: &[Point2<f64>]) -> Result<f64> {
+    let mut fan = Fan::new(BEAMS, 0.0, TAU / BEAMS as f64).context("more than a round")?;
+    let cast = || {
+        let mut sum = 0.0;
+        for place in places {
+            caster.cast_fan(*place, 0.0, RANGE, &mut fan);
+            sum += fan
+                .distances()
+                .iter()
+                .filter(|d| d.is_finite())
+                .sum::<f64>();
+        }
+        black_box(sum);
+    };
+    Ok(least_seconds(cast) / (places.len() * BEAMS) as f64)
+}
+
+fn least_seconds(mut run: impl FnMut()) -> f64 {
+    let once = |_| {
+        let begin = Instant::now();
+        run();
+        begin.elapsed().as_secs_f64()
+    };
+    (0..REPEATS).map(once).fold(f64::INFINITY, f64::min)
+}
+
+fn unlike_brute_force<'a>(caster: &Caster, rays: impl Iterator<Item = &'a Ray>) -> usize {
+    let differs = |(origin, direction): &&Ray| {
+        let all = caster.walls().iter();
+        let hits = all.filter_map(|w| w.segment.hit_by_ray(*origin, *direction));
+        let expect = hits.filter(|d| *d <= RANGE).min_by(f64::total_cmp);
+        let found = caster.cast(*origin, *direction, RANGE).map(|h| h.distance);
+        match (found, expect) {
+            (Some(found), Some(expect)) => (found - expect).abs() > 1e-9,
+            (found, expect) => found.is_some() != expect.is_some(),
+        }
+    };
+    rays.filter(differs).count()
+}
+
+fn places(high: Point2<f64>, rng: &mut ChaCha8Rng) -> Vec<Point2<f64>> {
+    let mut place = |_| Point2::new(rng.random_range(0.0..high.x), rng.random_range(0.0..high.y));
+    (0..SCANS).map(&mut place).collect()
+}
+
+fn rays(high: Point2<f64>, count: usize, rng: &mut ChaCha8Rng) -> Vec<Ray> {
+    let mut ray = |_| {
+        let origin = Point2::new(rng.random_range(0.0..high.x), rng.random_range(0.0..high.y));
+        let (sin, cos) = sin_cos(rng.random_range(0.0..TAU));
+        (origin, Vector2::new(cos, sin))
+    };
+    (0..count).map(&mut ray).collect()
+}
+
+/// Rooms of 4 x 4 m side by side with doors and furniture, ten walls each; and the side of the building, m.
+fn building(walls: usize) -> (Vec<Wall>, f64) {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let rooms = ((walls as f64 / 10.0).sqrt().ceil() as usize).max(1);
+    let mut all = Vec::new();
+    let mut add = |ax: f64, ay: f64, bx: f64, by: f64| {
+        all.push(Wall {
+            segment: Segment::new(Point2::new(ax, ay), Point2::new(bx, by)),
+            material: Material::Opaque,
+        });
+    };
+    for index in 0..rooms * rooms {
+        let (x, y) = (4.0 * (index % rooms) as f64, 4.0 * (index / rooms) as f64);
+        let door = rng.random_range(0.5..2.5);
+        add(x, y, x + door, y);
+        add(x + door + 0.9, y, x + 4.0, y);
+        add(x, y, x, y + door);
+        add(x, y + door + 0.9, x, y + 4.0);
+        for _ in 0..6 {
+            let (u, v) = (rng.random_range(0.3..3.5), rng.random_range(0.3..3.5));
+            let (sin, cos) = sin_cos(rng.random_range(0.0..TAU));
+            add(x + u, y + v, x + u + 0.4 * cos, y + v + 0.4 * sin);
+        }
+    }
+    all.truncate(walls);
+    (all, 4.0 * rooms as f64)
+}

@@ -1,0 +1,150 @@
+//! In: the lines found in a scan, and the truth. Out: how much of the walls was found, how much else was taken for walls.
+//!
+//! 1. A true piece is what neighbouring beams saw of one wall: at least 7 beams and 0.5 m. Beams on smaller pieces count nowhere: whether
+//!    those are lines is a matter of taste. Beams on pillars and wild ones are negatives.
+//! 2. A line claims the beams between its ends that lie within 5 σ of it, and belongs to the piece most of them saw.
+//! 3. Of beams: TPR, positives claimed by a line of their own piece; FPR, negatives claimed; PPV, claims that are right; ACC, beams
+//!    decided rightly.
+//! 4. Of pieces: over-segmented, those with two lines or more; missed, those with none. Of lines: under-segmented, those that
+//!    hold two pieces, each with at least a fifth of its beams.
+
+use std::collections::BTreeMap;
+
+use slamlab_core::features::LineFeature;
+
+use crate::scenes::Scene;
+
+const MIN_BEAMS: usize = 7;
+const MIN_LENGTH: f64 = 0.5;
+
+/// Counts over many scenes.
+#[derive(Default)]
+pub(crate) struct Score {
+    positives: usize,
+    negatives: usize,
+    right: usize,
+    wrong: usize,
+    claimed_negatives: usize,
+    pieces: usize,
+    missed: usize,
+    over: usize,
+    lines: usize,
+    under: usize,
+}
+
+/// What a beam truly saw.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Piece(usize),
+    Small,
+    Negative,
+}
+
+impl Score {
+    pub(crate) fn add(&mut self, scene: &Scene, lines: &[LineFeature]) {
+        let (kinds, n_pieces) = kinds(scene);
+        let mut lines_of_piece = vec![0; n_pieces];
+        let mut right = vec![false; kinds.len()];
+        let mut claimed = vec![false; kinds.len()];
+        for line in lines {
+            let beams = claims(scene, line);
+            let mut counts = BTreeMap::new();
+            for &beam in &beams {
+                if let Kind::Piece(piece) = kinds[beam] {
+                    *counts.entry(piece).or_insert(0_usize) += 1;
+                }
+            }
+            let owner = counts
+                .iter()
+                .max_by_key(|(_, n)| **n)
+                .map(|(piece, _)| *piece);
+            if let Some(owner) = owner {
+                lines_of_piece[owner] += 1;
+            }
+            let large = counts.values().filter(|n| **n * 5 >= beams.len()).count();
+            self.under += usize::from(large > 1);
+            self.lines += 1;
+            for beam in beams {
+                claimed[beam] = true;
+                right[beam] |= owner.is_some_and(|owner| kinds[beam] == Kind::Piece(owner));
+            }
+        }
+        self.pieces += n_pieces;
+        self.missed += lines_of_piece.iter().filter(|n| **n == 0).count();
+        self.over += lines_of_piece.iter().filter(|n| **n > 1).count();
+        for ((kind, claimed), right) in kinds.iter().zip(claimed).zip(right) {
+            let is_negative = *kind == Kind::Negative;
+            self.positives += usize::from(matches!(kind, Kind::Piece(_)));
+            self.negatives += usize::from(is_negative);
+            self.right += usize::from(right);
+            self.wrong += usize::from(claimed && !right && *kind != Kind::Small);
+            self.claimed_negatives += usize::from(claimed && is_negative);
+        }
+    }
+
+    /// By name; each a fraction of 1.
+    pub(crate) fn ratios(&self) -> BTreeMap<&'static str, f64> {
+        let ratio = |part: usize, whole: usize| part as f64 / whole as f64;
+        let left_alone = self.negatives - self.claimed_negatives;
+        BTreeMap::from([
+            ("tpr", ratio(self.right, self.positives)),
+            ("fpr", ratio(self.claimed_negatives, self.negatives)),
+            ("ppv", ratio(self.right, self.right + self.wrong)),
+            (
+                "acc",
+                ratio(self.right + left_alone, self.positives + self.negatives),
+            ),
+            ("over_segmented_pieces", ratio(self.over, self.pieces)),
+            ("missed_pieces", ratio(self.missed, self.pieces)),
+            ("under_segmented_lines", ratio(self.under, self.lines)),
+        ])
+    }
+}
+
+/// Step 2.
+fn claims(scene: &Scene, line: &LineFeature) -> Vec<usize> {
+    let beams = &scene.points.beams;
+    let n = beams.len();
+    let n_between = (line.last_beam + n - line.first_beam) % n + 1;
+    (0..n_between)
+        .map(|step| (line.first_beam + step) % n)
+        .filter(|&beam| {
+            line.line.signed_distance(beams[beam].end_in_robot).abs() <= 5.0 * scene.sigma
+        })
+        .collect()
+}
+
+/// Step 1, and the number of pieces. The scan is a full circle.
+fn kinds(scene: &Scene) -> (Vec<Kind>, usize) {
+    let truth = &scene.truth;
+    let n = truth.len();
+    let wall = |beam: usize| truth[beam % n].map(|(wall, _)| wall);
+    // Begin where the wall changes; wild beams on a wall do not end its piece.
+    let seen: Vec<usize> = (0..n).filter(|&beam| wall(beam).is_some()).collect();
+    let start = (0..seen.len()).find(|&i| {
+        let before = seen[(i + seen.len() - 1) % seen.len()];
+        wall(seen[i]) != wall(before)
+    });
+    let (mut kinds, mut n_pieces) = (vec![Kind::Negative; n], 0);
+    let start = start.unwrap_or(0);
+    let order: Vec<usize> = (0..seen.len())
+        .map(|i| seen[(start + i) % seen.len()])
+        .collect();
+    for piece in order.chunk_by(|&a, &b| wall(a) == wall(b) && (b + n - a) % n <= 3) {
+        let at = |beam: &usize| truth[*beam].map(|(_, point)| point);
+        let length = match (piece.first().and_then(at), piece.last().and_then(at)) {
+            (Some(first), Some(last)) => (last - first).norm(),
+            _ => 0.0,
+        };
+        let is_large = piece.len() >= MIN_BEAMS && length >= MIN_LENGTH;
+        for &beam in piece {
+            kinds[beam] = if is_large {
+                Kind::Piece(n_pieces)
+            } else {
+                Kind::Small
+            };
+        }
+        n_pieces += usize::from(is_large);
+    }
+    (kinds, n_pieces)
+}

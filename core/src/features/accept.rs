@@ -1,0 +1,62 @@
+//! In: a piece. Out: its line, if it is surely a wall.
+//!
+//! 1. Points at a corner or an edge are given up on both sides: which wall they belong to is anyone's guess, and the wrong
+//!    guess pulls the line every time the same way.
+//! 2. Fit with covariance; short, sparse, crooked and bent pieces are refused. A filter is ruined by one wrong
+//!    line and hardly misses a true one.
+
+use super::columns::Columns;
+use super::config::AcceptConfig;
+use super::fit::{Fit, fit_columns};
+use super::piece::Piece;
+
+/// The line of a piece; `None` where it is refused.
+pub(super) fn accept(
+    columns: &mut Columns,
+    mut piece: Piece,
+    config: &AcceptConfig,
+) -> Option<Fit> {
+    for _ in 0..config.trim {
+        for end in [piece.first(columns), piece.last(columns)] {
+            piece.drop_point(columns, end?);
+        }
+    }
+    let (first, last) = (piece.first(columns)?, piece.last(columns)?);
+    // The feet of two points are no farther apart than the points.
+    let reach = (columns.point(last) - columns.point(first)).norm();
+    if last + 1 - first < config.min_points.max(3) || reach < config.min_length {
+        return None;
+    }
+    piece.start = first;
+    piece.end = last + 1;
+    let fit = fit_columns(columns, &piece).ok()?;
+    let is_wall = fit.n_points >= config.min_points.max(3)
+        && (fit.ends[1] - fit.ends[0]).norm() >= config.min_length
+        && fit.cov[(0, 0)] <= config.max_alpha_sigma * config.max_alpha_sigma
+        && fit.chi2 <= chi2_limit(fit.n_points - 2, config.max_chi2_sigmas)
+        && fit.bend <= config.max_bend_sigmas;
+    is_wall.then_some(fit)
+}
+
+/// The value that χ² with `dof` degrees of freedom exceeds as seldom as a normal variable exceeds `sigmas`.
+///
+/// Source: Wilson & Hilferty (1931), "The distribution of chi-square".
+fn chi2_limit(dof: usize, sigmas: f64) -> f64 {
+    let dof = dof.max(1) as f64;
+    let spread = 2.0 / (9.0 * dof);
+    let root = 1.0 - spread + sigmas * spread.sqrt();
+    dof * root * root * root
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chi2_limits_are_those_of_the_tables() {
+        // 99.9 % quantiles.
+        for (dof, quantile) in [(4, 18.467), (10, 29.588), (50, 86.661)] {
+            assert!((chi2_limit(dof, 3.0902) - quantile).abs() < 0.02 * quantile);
+        }
+    }
+}

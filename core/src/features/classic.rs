@@ -1,0 +1,59 @@
+//! Split by a distance: the classic split-and-merge with the line through the end points.
+//!
+//! 1. A set of points is one line while none is farther than the threshold from the line through the first and the last.
+//! 2. Else it is split at the farthest one.
+//! 3. Neighbours merge where none of their points is farther than the threshold from the line fitted to both.
+//!
+//! Source: Pilch 2016 §1.2, eq. (1.6); TDK 2016 §4.2, fig. 4.4; Nguyen et al. (2007), "A comparison of line extraction algorithms
+//! using 2D range data for indoor mobile robotics", table 1.
+
+use std::ops::Range;
+
+use super::columns::Columns;
+use super::piece::{Piece, largest_distance};
+
+/// When points are one line, by a fixed distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Classic {
+    /// Farthest that a point may be from its line, m. Default 0.1. Growing: fewer walls torn by noise, fewer shallow corners found.
+    pub threshold: f64,
+}
+
+impl Default for Classic {
+    fn default() -> Self {
+        Self { threshold: 0.1 }
+    }
+}
+
+impl Classic {
+    /// Splits a run of points; `pieces` gets its lines in order.
+    pub(super) fn split(
+        &self,
+        columns: &Columns,
+        run: Range<usize>,
+        stack: &mut Vec<Piece>,
+        pieces: &mut Vec<Piece>,
+    ) {
+        stack.clear();
+        stack.push(Piece::whole(columns, run));
+        while let Some(piece) = stack.pop() {
+            match piece.farthest_from_chord(columns) {
+                Some((corner, distance)) if distance > self.threshold => {
+                    // The earlier part is taken first.
+                    let [earlier, later] = piece.split_after(columns, corner);
+                    stack.extend([later, earlier]);
+                }
+                _ if piece.n_points() >= 3 => pieces.push(piece),
+                _ => {}
+            }
+        }
+    }
+
+    /// Whether two pieces with a gap between them are one line.
+    pub(super) fn allows(&self, columns: &Columns, union: &Piece, gap: Range<usize>) -> bool {
+        let (normal, r) = union.moments.line();
+        [union.start..gap.start, gap.end..union.end]
+            .into_iter()
+            .all(|range| largest_distance(columns, range, &normal, r) <= self.threshold)
+    }
+}

@@ -1,0 +1,168 @@
+//! In: [`Points`]. Out: [`LineFeature`]s, one for each straight piece of wall that is surely one.
+//!
+//! 1. Runs of neighbouring beams ([`segment`]).
+//! 2. Split, by the chosen [`SplitRule`].
+//! 3. Merge ([`super::merge`]).
+//! 4. Fit with covariance, and a look at each line ([`super::accept`]).
+//!
+//! Lines and tests of sub-ranges come from prefix sums, so a split costs one pass over its points.
+
+use std::ops::Range;
+
+use nalgebra::Point2;
+
+use super::accept::accept;
+use super::columns::{Columns, Noise};
+use super::config::{LineConfig, LineError, SplitRule};
+use super::feature::LineFeature;
+use super::fit::is_usable;
+use super::merge::merge;
+use super::moments::Moments;
+use super::piece::Piece;
+use crate::points::{Points, Run, segment};
+
+/// Extracts lines; keeps its buffers between scans.
+#[derive(Clone, Debug, Default)]
+pub struct LineExtractor {
+    config: LineConfig,
+    runs: Vec<Run>,
+    /// Where each run begins in `columns`.
+    run_starts: Vec<usize>,
+    columns: Columns,
+    pieces: Vec<Piece>,
+    /// Room for the rules.
+    stack: Vec<Piece>,
+    sums: Vec<Moments>,
+}
+
+impl LineExtractor {
+    /// An extractor with the given settings, which [`LineConfig::validate`] has seen.
+    #[must_use]
+    pub fn new(config: LineConfig) -> Self {
+        Self {
+            config,
+            ..Self::default()
+        }
+    }
+
+    /// The lines in `points`, written to `lines` (cleared first) in the order of the beams.
+    ///
+    /// # Units    Robot frame; (α, r) in rad and m.
+    /// # Errors   [`LineError`] for a beam with a number that is not finite; `lines` stays as it was then. Points through which no line
+    ///            goes are no error: there is no line then.
+    /// # Source   See [`SplitRule`].
+    pub fn extract(
+        &mut self,
+        points: &Points,
+        lines: &mut Vec<LineFeature>,
+    ) -> Result<(), LineError> {
+        segment(points, &self.config.segmentation, &mut self.runs);
+        self.load(points)?;
+        self.split();
+        merge(
+            &mut self.columns,
+            &mut self.pieces,
+            &self.run_starts,
+            &self.config.split,
+            &self.config.merge,
+        );
+        lines.clear();
+        for &piece in &self.pieces {
+            if let Some(fit) = accept(&mut self.columns, piece, &self.config.accept) {
+                let origin = origin(points, &self.runs, &self.run_starts, fit.first());
+                lines.push(fit.feature(&self.columns, origin));
+            }
+        }
+        Ok(())
+    }
+
+    /// Fills the columns with the runs that are long enough.
+    fn load(&mut self, points: &Points) -> Result<(), LineError> {
+        let min_points = self.config.accept.min_points.max(3);
+        let mut is_suspect = false;
+        self.runs.retain(|run| {
+            let is_long = run.len >= min_points;
+            // A beam that is not a number belongs to nobody, so it is a short run.
+            is_suspect |= !is_long && !run.beams(points).all(is_usable);
+            is_long
+        });
+        let n_points = self.runs.iter().map(|run| run.len).sum();
+        check_bearings(points)?;
+        let noise = Noise {
+            bearing_sigma: points.bearing_sigma,
+            surface_sigma: self.config.accept.surface_sigma,
+        };
+        self.columns.reset(n_points, noise);
+        self.run_starts.clear();
+        for run in &self.runs {
+            self.run_starts.push(self.columns.len());
+            for beams in run.slices(points) {
+                self.columns.extend(beams);
+            }
+        }
+        if is_suspect || !self.columns.is_usable() {
+            check(points)?;
+        }
+        Ok(())
+    }
+
+    fn split(&mut self) {
+        self.pieces.clear();
+        let Self {
+            columns,
+            pieces,
+            stack,
+            sums,
+            ..
+        } = self;
+        for (&start, run) in self.run_starts.iter().zip(&self.runs) {
+            let range: Range<usize> = start..start + run.len;
+            match &self.config.split {
+                SplitRule::NoiseAware(rule) => rule.split(columns, range, stack, pieces),
+                SplitRule::Classic(rule) => rule.split(columns, range, stack, pieces),
+                SplitRule::Pilch(rule) => rule.split(columns, range, sums, pieces),
+            }
+        }
+    }
+}
+
+/// Where the sensor was at a point of the columns.
+fn origin(points: &Points, runs: &[Run], run_starts: &[usize], index: usize) -> Point2<f64> {
+    let next = run_starts.partition_point(|&start| start <= index);
+    let run = next
+        .checked_sub(1)
+        .and_then(|i| Some((runs.get(i)?, run_starts.get(i)?)));
+    let beam = run.and_then(|(run, start)| {
+        let n_beams = points.beams.len().max(1);
+        points.beams.get((run.first + index - start) % n_beams)
+    });
+    beam.map_or(points.sensor_in_robot, |beam| beam.origin_in_robot)
+}
+
+fn check_bearings(points: &Points) -> Result<(), LineError> {
+    let value = points.bearing_sigma;
+    if value >= 0.0 && value.is_finite() {
+        Ok(())
+    } else {
+        Err(LineError::BearingSigma { value })
+    }
+}
+
+/// Finds the beam that cannot be used.
+fn check(points: &Points) -> Result<(), LineError> {
+    match points.hits().find(|beam| !is_usable(beam)) {
+        Some(beam) => Err(LineError::Beam {
+            beam_idx: beam.beam_idx,
+            x: beam.end_in_robot.x,
+            y: beam.end_in_robot.y,
+            range: beam.range,
+            sigma: beam.sigma,
+        }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod degenerate_tests;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,191 @@
+//! Input through which no line goes, and damaged input.
+
+use nalgebra::{Point2, Vector2};
+use proptest::prelude::*;
+
+use super::*;
+use crate::features::{AcceptConfig, FitError, MergeConfig, fit_line};
+use crate::points::{Beam, SpacingModel};
+use crate::robot::Stamp;
+
+fn beam(beam_idx: usize, x: f64, y: f64) -> Beam {
+    let end = Point2::new(x, y);
+    Beam {
+        beam_idx,
+        origin_in_robot: Point2::origin(),
+        end_in_robot: end,
+        range: end.coords.norm(),
+        sigma: 0.01,
+        is_hit: true,
+    }
+}
+
+fn scan(beams: Vec<Beam>) -> Points {
+    Points {
+        stamp: Stamp(0),
+        sensor_in_robot: Point2::origin(),
+        bearing_sigma: 0.0,
+        beams,
+    }
+}
+
+fn wall() -> Points {
+    let along = (0..60).map(|i| beam(i, 2.0, 0.03 * i as f64 - 0.9));
+    scan(along.collect())
+}
+
+/// Every rule, with and without the gates.
+fn configs() -> Vec<LineConfig> {
+    let open = LineConfig {
+        accept: AcceptConfig::all(3, 0.0),
+        merge: MergeConfig {
+            across_runs: true,
+            ..MergeConfig::default()
+        },
+        ..LineConfig::default()
+    };
+    vec![
+        LineConfig::default(),
+        LineConfig::short_range(),
+        LineConfig::classic(0.05),
+        LineConfig::pilch(SpacingModel::even(360.0)),
+        open,
+    ]
+}
+
+#[test]
+fn points_without_a_line_are_typed_errors_of_the_fit() {
+    let equal = vec![beam(0, 1.0, 1.0); 12];
+    assert!(matches!(
+        fit_line(&equal, 0.0, 0.0),
+        Err(FitError::Degenerate { .. })
+    ));
+    let to_sensor: Vec<_> = (1..12).map(|i| beam(i, 0.3 * i as f64, 0.0)).collect();
+    assert!(matches!(
+        fit_line(&to_sensor, 0.0, 0.0),
+        Err(FitError::Unobservable { .. })
+    ));
+    // Bearings that are known to be uncertain make it a line again, with the distance as unsure as they are.
+    let unsure = fit_line(&to_sensor, 0.01, 0.0).unwrap();
+    assert!(unsure.cov.cholesky().is_some());
+    assert_eq!(
+        fit_line(&[], 0.0, 0.0),
+        Err(FitError::TooFew { n_points: 0 })
+    );
+    assert_eq!(
+        fit_line(&[beam(0, 1.0, 0.0)], 0.0, 0.0),
+        Err(FitError::TooFew { n_points: 1 })
+    );
+    let two = fit_line(&[beam(0, 1.0, -0.5), beam(1, 1.0, 0.5)], 0.0, 0.0).unwrap();
+    assert!((two.line.r() - 1.0).abs() < 1e-9 && two.n_points == 2);
+    for (bearing, surface) in [(f64::NAN, 0.0), (0.0, -1.0)] {
+        assert!(matches!(
+            fit_line(&equal, bearing, surface),
+            Err(FitError::Noise { .. })
+        ));
+    }
+}
+
+#[test]
+fn scans_without_a_line_give_none() {
+    let equal = scan((0..30).map(|i| beam(i, 1.0, 1.0)).collect());
+    let two = scan(vec![beam(0, 1.0, 0.0), beam(1, 1.0, 0.01)]);
+    let to_sensor = scan(
+        (0..30)
+            .map(|i| beam(i, 1.0 + 0.02 * i as f64, 0.0))
+            .collect(),
+    );
+    for config in configs() {
+        for points in [&equal, &two, &to_sensor, &scan(vec![])] {
+            let mut lines = vec![];
+            LineExtractor::new(config)
+                .extract(points, &mut lines)
+                .unwrap();
+            assert_eq!(lines, []);
+        }
+    }
+}
+
+#[test]
+fn a_number_that_is_none_is_an_error_that_says_where_and_leaves_the_lines() {
+    for config in configs() {
+        let mut extractor = LineExtractor::new(config);
+        let mut lines = vec![];
+        extractor.extract(&wall(), &mut lines).unwrap();
+        let before = lines.clone();
+        assert_eq!(before.len(), 1, "{config:?}");
+        let damages: [fn(&mut Beam); 7] = [
+            |b| b.end_in_robot.x = f64::NAN,
+            |b| b.end_in_robot.y = f64::INFINITY,
+            |b| b.range = f64::NAN,
+            |b| b.range = 0.0,
+            |b| b.sigma = f64::NAN,
+            |b| b.sigma = -0.01,
+            |b| b.origin_in_robot.x = f64::NEG_INFINITY,
+        ];
+        for (number, damage) in damages.iter().enumerate() {
+            let mut points = wall();
+            damage(&mut points.beams[17]);
+            let error = extractor.extract(&points, &mut lines);
+            assert!(
+                matches!(error, Err(LineError::Beam { beam_idx: 17, .. })),
+                "damage {number}: {error:?}"
+            );
+            assert_eq!(lines, before);
+        }
+        let mut points = wall();
+        points.bearing_sigma = f64::NAN;
+        let error = extractor.extract(&points, &mut lines);
+        assert!(matches!(error, Err(LineError::BearingSigma { .. })));
+        extractor.extract(&wall(), &mut lines).unwrap();
+        assert_eq!(lines, before);
+    }
+}
+
+#[test]
+fn settings_out_of_range_are_named() {
+    let check = |config: LineConfig, name: &str| {
+        let error = config.validate().unwrap_err().to_string();
+        assert!(error.contains(name), "{error}");
+    };
+    for config in configs() {
+        assert_eq!(config.validate(), Ok(()));
+    }
+    check(LineConfig::classic(f64::NAN), "split.threshold is NaN");
+    let mut config = LineConfig::default();
+    config.accept.min_length = -1.0;
+    check(config, "accept.min_length is -1; expected at least 0");
+    let mut config = LineConfig::default();
+    config.segmentation.max_step = 0.0;
+    check(config, "segmentation.max_step is 0");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn any_cloud_gives_lines_with_finite_positive_definite_covariances_or_a_typed_error(
+        ranges in prop::collection::vec((0.05..12.0_f64, 1e-4..0.3_f64, prop::bool::weighted(0.95)), 0..150),
+        flat in 0..2_u8, bearing_sigma in prop::sample::select(vec![0.0, 0.002, 0.1]), which in 0..5_usize, step in 0.0..0.1_f64,
+    ) {
+        let beams = ranges.iter().enumerate().map(|(i, &(range, sigma, is_hit))| {
+            let bearing = step * i as f64;
+            // Half of the clouds are rooms with walls, so that there are lines.
+            let range = if flat == 1 { (1.0 / libm::cos(bearing % 1.4 - 0.7) + 0.01 * range).min(11.0) } else { range };
+            let direction = Vector2::new(libm::cos(bearing), libm::sin(bearing));
+            Beam { sigma, is_hit, range, end_in_robot: Point2::from(direction * range), ..beam(i, 1.0, 0.0) }
+        });
+        let points = Points { bearing_sigma, ..scan(beams.collect()) };
+        let config = configs()[which];
+        let mut lines = vec![];
+        prop_assert!(LineExtractor::new(config).extract(&points, &mut lines).is_ok());
+        for line in &lines {
+            prop_assert!(line.cov.iter().all(|v| v.is_finite()) && line.cov.cholesky().is_some(), "{line:?}");
+            prop_assert!(line.chi2.is_finite() && line.line.r() >= 0.0 && line.length().is_finite());
+            prop_assert!(line.by_heading.iter().all(|v| v.norm().is_finite()));
+        }
+        if let Ok(line) = fit_line(&points.beams, bearing_sigma, 0.0) {
+            prop_assert!(line.cov.iter().all(|v| v.is_finite()) && line.cov.cholesky().is_some(), "{line:?}");
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! In: the points of one scan, and how uncertain the direction of each beam is. Out: what the scan surely says of the
+//! grid: straight ways that are free, and points on surfaces.
+//!
+//! A beam that meets a wall at a flat angle runs along it for metres. Half a degree off, it ends behind the wall, and a grid that
+//! takes beams as they are clears the wall away bit by bit: in a corridor most of both walls, seen from afar.
+//!
+//! 1. A beam is not a line but as wide as its direction is uncertain, `sigmas` standard deviations to either side. It
+//!    is surely free up to the nearest surface in that width, not up to its own end.
+//! 2. Cells have a size too: a wall's line crosses its cells anywhere, so that a beam within a cell of the wall may cross
+//!    the wall's own cells. The width grows by `margin_cells`.
+//! 3. Between two beams the surface is taken as straight: 1/ρ is linear in the bearing, to first order, as on a line
+//!    ρ cos(φ - α) = r.
+//! 4. The end is a point on a surface where moving it within its width (step 1, without that of cells) moves it across the surface
+//!    by less than `blur_cells`. With the way d along the beam and the way l across it that is d l / √(d² + l²).
+//!
+//! Thrun, Burgard & Fox (2005), "Probabilistic Robotics", §9.2 give beams a width for the same reason; there it is that of
+//! the sensor's cone.
+
+#[cfg(test)]
+mod tests;
+
+use nalgebra::Point2;
+
+use crate::points::{Beam, Points};
+
+/// How sure a scan has to be of what it draws.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EvidenceConfig {
+    /// How many standard deviations of its direction a beam is wide, to either side. Default 2; growing: cleaner walls,
+    /// less known from afar.
+    pub sigmas: f64,
+    /// By how many cells a beam is wider than that. Default 1: no beam clears the cells of a wall that it does not cross.
+    pub margin_cells: f64,
+    /// How many cells a surface may be off, at that many standard deviations. Default 1.
+    pub blur_cells: f64,
+}
+
+impl Default for EvidenceConfig {
+    fn default() -> Self {
+        Self {
+            sigmas: 2.0,
+            margin_cells: 1.0,
+            blur_cells: 1.0,
+        }
+    }
+}
+
+impl EvidenceConfig {
+    /// For a sensor that scans on command and sees each cell a few times at most: every beam counts, to its end.
+    #[must_use]
+    pub fn short_range() -> Self {
+        Self {
+            sigmas: 0.0,
+            margin_cells: 0.0,
+            ..Self::default()
+        }
+    }
+}
+
+/// What one scan surely says, robot frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Evidence {
+    /// Straight ways that are free, from the sensor on.
+    pub free: Vec<[Point2<f64>; 2]>,
+    /// Points on surfaces.
+    pub hits: Vec<Point2<f64>>,
+}
+
+impl Evidence {
+    /// Believes every beam to its end.
+    #[must_use]
+    pub fn of(points: &Points) -> Self {
+        let way = |beam: &Beam| [beam.origin_in_robot, beam.end_in_robot];
+        Self {
+            free: points.beams.iter().map(way).collect(),
+            hits: points.hits().map(|beam| beam.end_in_robot).collect(),
+        }
+    }
+
+    /// Believes each beam as far as its direction is certain.
+    ///
+    /// # Units    `bearing_sigmas`: standard deviation of each beam's direction, rad, in the order of `points.beams`;
+    ///            `resolution`: side of a cell, m.
+    #[must_use]
+    pub fn certain(
+        points: &Points,
+        bearing_sigmas: &[f64],
+        resolution: f64,
+        config: &EvidenceConfig,
+    ) -> Self {
+        let mut evidence = Self::default();
+        for (index, (beam, sigma)) in points.beams.iter().zip(bearing_sigmas).enumerate() {
+            let unsure = config.sigmas * sigma;
+            let margin = config.margin_cells * resolution / beam.range;
+            let free = nearest_within(&points.beams, index, unsure + margin);
+            let way = beam.end_in_robot - beam.origin_in_robot;
+            let end = beam.origin_in_robot + way * (free / beam.range).min(1.0);
+            evidence.free.push([beam.origin_in_robot, end]);
+            if beam.is_hit {
+                let along = beam.range - nearest_within(&points.beams, index, unsure);
+                let across = beam.range * unsure;
+                let blur = along * across / libm::hypot(along, across).max(f64::MIN_POSITIVE);
+                if blur <= config.blur_cells * resolution {
+                    evidence.hits.push(beam.end_in_robot);
+                }
+            }
+        }
+        evidence
+    }
+}
+
+/// The least range of all beams, and of the surface between them, within `width` radians of a beam to either side.
+fn nearest_within(beams: &[Beam], index: usize, width: f64) -> f64 {
+    let Some(beam) = beams.get(index) else {
+        return 0.0;
+    };
+    let count = beams.len();
+    let ahead = (1..count).map(|step| (index + step) % count);
+    let behind = (1..count).map(|step| (index + count - step) % count);
+    let ahead = nearest_on_one_side(beam, ahead.filter_map(|i| beams.get(i)), width);
+    let behind = nearest_on_one_side(beam, behind.filter_map(|i| beams.get(i)), width);
+    ahead.min(behind)
+}
+
+fn nearest_on_one_side<'a>(
+    beam: &Beam,
+    neighbours: impl Iterator<Item = &'a Beam>,
+    width: f64,
+) -> f64 {
+    let mut least = beam.range;
+    let mut last = (0.0, beam.range);
+    for neighbour in neighbours {
+        let angle = angle_between(beam, neighbour);
+        // Bearings go round; where they turn back, or beams are far apart, there is no surface between.
+        if angle <= last.0 || angle - last.0 > WIDEST_GAP {
+            break;
+        }
+        if angle >= width {
+            let part = (width - last.0) / (angle - last.0);
+            let between = (1.0 - part) / last.1 + part / neighbour.range;
+            return least.min(1.0 / between);
+        }
+        least = least.min(neighbour.range);
+        last = (angle, neighbour.range);
+    }
+    least
+}
+
+/// Neighbouring beams farther apart than this say nothing of what is between, rad.
+const WIDEST_GAP: f64 = 0.1;
+
+fn angle_between(a: &Beam, b: &Beam) -> f64 {
+    let (a, b) = (
+        a.end_in_robot - a.origin_in_robot,
+        b.end_in_robot - b.origin_in_robot,
+    );
+    libm::atan2(a.perp(&b).abs(), a.dot(&b))
+}

@@ -1,0 +1,191 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::map::cells_on_ray;
+use crate::points::Beam;
+use crate::robot::Stamp;
+
+fn beam_to(end: (f64, f64), is_hit: bool) -> Points {
+    let end_in_robot = Point2::new(end.0, end.1);
+    let beam = Beam {
+        beam_idx: 0,
+        origin_in_robot: Point2::origin(),
+        end_in_robot,
+        range: end_in_robot.coords.norm(),
+        sigma: 0.01,
+        is_hit,
+    };
+    Points {
+        stamp: Stamp(0),
+        sensor_in_robot: Point2::origin(),
+        bearing_sigma: 0.0,
+        beams: vec![beam],
+    }
+}
+
+fn grid() -> Grid {
+    Grid::new(GridConfig::default()).unwrap()
+}
+
+#[test]
+fn beam_clears_its_way_and_marks_its_end() {
+    let mut grid = grid();
+    grid.insert(&beam_to((1.0, 0.02), true), &Pose2::new(0.02, 0.0, 0.0));
+    let at = |x: f64| grid.probability(grid.cell_at(Point2::new(x, 0.02)));
+    assert!((at(0.5) - 0.4).abs() < 1e-6);
+    assert!((at(1.02) - 0.7).abs() < 1e-6);
+    assert!((at(1.2) - 0.5).abs() < 1e-12);
+}
+
+#[test]
+fn repeated_sightings_follow_bayes_until_the_clamp() {
+    let mut grid = grid();
+    let cell = grid.cell_at(Point2::new(1.01, 0.0));
+    let mut odds: f64 = 1.0;
+    for _ in 0..3 {
+        grid.insert(&beam_to((1.01, 0.0), true), &Pose2::identity());
+        odds *= 0.7 / 0.3;
+        assert!((grid.probability(cell) - odds / (1.0 + odds)).abs() < 1e-6);
+    }
+    for _ in 0..50 {
+        grid.insert(&beam_to((1.01, 0.0), true), &Pose2::identity());
+    }
+    assert!((grid.probability(cell) - 0.98).abs() < 1e-6);
+    for _ in 0..50 {
+        grid.insert(&beam_to((2.0, 0.0), false), &Pose2::identity());
+    }
+    assert_eq!(grid.state(cell), CellState::Free);
+}
+
+/// Log-odds of each cell ever seen, by the definition: per scan the set of cells hit, and of cells crossed but not hit.
+#[derive(Default)]
+struct Naive(BTreeMap<(i32, i32), f32>);
+
+impl Naive {
+    fn insert(&mut self, points: &Points, map_from_robot: &Pose2, config: &GridConfig) {
+        let scale = 1.0 / config.resolution;
+        let in_cells = |p: Point2<f64>| Point2::from((*map_from_robot * p).coords * scale);
+        let (mut hits, mut crossed) = (BTreeSet::new(), BTreeSet::new());
+        for beam in &points.beams {
+            let end = in_cells(beam.end_in_robot);
+            if beam.is_hit {
+                hits.insert((end.x.floor() as i32, end.y.floor() as i32));
+            }
+            cells_on_ray(in_cells(beam.origin_in_robot), end, |c| {
+                crossed.insert((c.col, c.row));
+            });
+        }
+        let log_odds = |p: f64| libm::log(p / (1.0 - p)) as f32;
+        let limit = log_odds(1.0 - config.clamp);
+        for cell in hits.union(&crossed) {
+            let by = log_odds(if hits.contains(cell) {
+                config.hit
+            } else {
+                config.miss
+            });
+            let value = self.0.entry(*cell).or_default();
+            *value = (*value + by).clamp(-limit, limit);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+    #[test]
+    fn every_cell_is_that_of_the_naive_grid(
+        scans in proptest::collection::vec(
+            (
+                (-9.0..9.0_f64, -9.0..9.0_f64, -3.2..3.2_f64),
+                proptest::collection::vec(((-12.0..12.0_f64, -12.0..12.0_f64), any::<bool>()), 0..40),
+            ),
+            1..12,
+        ),
+        grain in prop_oneof![Just(0.0), Just(0.5)],
+    ) {
+        // Half of the cases have their ends on the borders of cells, where rounding decides.
+        let snap = |v: f64| if grain > 0.0 { (v / grain).round() * grain } else { v };
+        let config = GridConfig::default();
+        let (mut grid, mut naive) = (grid(), Naive::default());
+        for ((x, y, heading), ends) in &scans {
+            let pose = Pose2::new(snap(*x), snap(*y), if grain > 0.0 { 0.0 } else { *heading });
+            let mut points = beam_to((0.0, 0.0), false);
+            points.beams = ends
+                .iter()
+                .flat_map(|&(end, is_hit)| beam_to((snap(end.0), snap(end.1)), is_hit).beams)
+                .collect();
+            grid.insert(&points, &pose);
+            naive.insert(&points, &pose, &config);
+        }
+        let mut known = 0;
+        for (block, cells) in grid.blocks_since(0) {
+            for (offset, value) in cells.iter().enumerate() {
+                let (col, row) = ((offset % BLOCK_CELLS) as i32, (offset / BLOCK_CELLS) as i32);
+                let expected = naive.0.get(&(block.col * BLOCK + col, block.row * BLOCK + row));
+                known += usize::from(expected.is_some());
+                prop_assert_eq!(value.to_bits(), expected.copied().unwrap_or(0.0).to_bits());
+            }
+        }
+        prop_assert_eq!(known, naive.0.len());
+    }
+}
+
+#[test]
+fn grows_to_all_sides_and_keeps_what_it_knew() {
+    let mut grid = grid();
+    let ends = [
+        (30.0, 0.0),
+        (-30.0, 1.0),
+        (0.0, 40.0),
+        (1.0, -40.0),
+        (-90.0, -90.0),
+    ];
+    for end in ends {
+        grid.insert(&beam_to(end, true), &Pose2::identity());
+    }
+    for end in ends {
+        assert_eq!(
+            grid.state(grid.cell_at(Point2::new(end.0, end.1))),
+            CellState::Occupied,
+            "{end:?}"
+        );
+    }
+    let bounds = grid.bounds().unwrap();
+    assert!(bounds.min.col <= -1800 && bounds.max.row >= 800);
+}
+
+#[test]
+fn absurd_points_take_no_memory() {
+    let mut grid = grid();
+    grid.insert(&beam_to((1e7, 1e7), true), &Pose2::identity());
+    grid.insert(&beam_to((f64::NAN, 0.0), true), &Pose2::identity());
+    assert!(grid.block_count() <= 70_000);
+}
+
+#[test]
+fn only_changed_blocks_are_reported() {
+    let mut grid = grid();
+    grid.insert(&beam_to((30.0, 0.0), true), &Pose2::identity());
+    let before = grid.revision();
+    grid.insert(&beam_to((1.0, 1.0), true), &Pose2::identity());
+    let changed: Vec<_> = grid
+        .blocks_since(before)
+        .map(|(b, _)| (b.col, b.row))
+        .collect();
+    assert_eq!(changed, [(0, 0)]);
+    assert_eq!(grid.blocks_since(0).count(), grid.block_count());
+}
+
+#[test]
+fn bad_configuration_is_named() {
+    let config = GridConfig {
+        resolution: 0.0,
+        ..GridConfig::default()
+    };
+    let error = Grid::new(config).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "grid: resolution is 0, expected between 0.001 and 10 m"
+    );
+}

@@ -1,0 +1,259 @@
+//! σ of the range, as a function of the range, from scans taken standing still.
+//!
+//! In: scans of a robot that did not move. Out: σ(ρ) = a + b ρ or a + b ρ², with the covariance of a and b.
+//!
+//! 1. Two readings of the same beam in successive scans differ by √2 σ: no mean is needed, and slow drift cancels
+//!    (von Neumann 1941, "Distribution of the ratio of the mean square successive difference to the variance").
+//! 2. Differences are gathered in bins of range. Those beyond [`SigmaConfig::clip`] deviations are outliers, edges and people, and
+//!    are left out, again and again until none is.
+//! 3. σ of a bin of n differences is known to σ √3 / (2 √n) (same paper, for large n); a and b follow by weighted least squares.
+//!
+//! Why differences: the variance about a mean of its own for each beam needs long recordings, and counts a door that was opened
+//! for noise.
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix2, Vector2};
+
+use crate::robot::Scan;
+
+/// Rounds of leaving out what is beyond the clip; noise without outliers needs two.
+const MOST_ROUNDS: usize = 20;
+
+/// How σ grows with the range.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Growth {
+    /// a + b ρ: time of flight.
+    #[default]
+    Linear,
+    /// a + b ρ²: triangulation.
+    Square,
+}
+
+/// How σ(ρ) is estimated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SigmaConfig {
+    /// How it grows. Default: linearly.
+    pub growth: Growth,
+    /// Width of a bin of range, m. Default 0.5; wider bins blur the growth.
+    pub bin: f64,
+    /// Differences beyond this many deviations are left out. Default 4.
+    pub clip: f64,
+    /// Fewest differences in a bin that counts. Default 50.
+    pub least_in_bin: usize,
+}
+
+impl Default for SigmaConfig {
+    fn default() -> Self {
+        Self {
+            growth: Growth::Linear,
+            bin: 0.5,
+            clip: 4.0,
+            least_in_bin: 50,
+        }
+    }
+}
+
+/// σ(ρ), with its doubts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SigmaFit {
+    /// How it grows.
+    pub growth: Growth,
+    /// a in m, b in m/m or m/m².
+    pub coefficients: Vector2<f64>,
+    /// Covariance of a and b.
+    pub cov: Matrix2<f64>,
+    /// Squared misfit of the bins over their variance; about the number of bins less two where the growth is the right one.
+    pub chi_squared: f64,
+    /// What it was fitted to.
+    pub bins: Vec<SigmaBin>,
+}
+
+/// The readings within one stretch of range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SigmaBin {
+    /// Mean range, m.
+    pub range: f64,
+    /// Standard deviation of a reading, m.
+    pub sigma: f64,
+    /// Differences that were used.
+    pub used: usize,
+    /// Differences that were left out.
+    pub clipped: usize,
+}
+
+/// Why no σ(ρ) can be estimated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SigmaError {
+    /// Scans of different sensors.
+    #[error(
+        "scan {scan} has {found} beams and the first has {expected}: they are not of one sensor"
+    )]
+    Uneven {
+        /// Number of the scan, from 0.
+        scan: usize,
+        /// Its beams.
+        found: usize,
+        /// Beams of the first.
+        expected: usize,
+    },
+    /// Too few readings, or all at one range.
+    #[error(
+        "{bins} bins of range have {least} differences or more, expected at least 3; record longer, or where ranges vary"
+    )]
+    TooFew {
+        /// Bins with enough.
+        bins: usize,
+        /// How many are enough.
+        least: usize,
+    },
+    /// A setting out of its range.
+    #[error("{field} is {value}, expected more than 0 and finite")]
+    Config {
+        /// The setting.
+        field: &'static str,
+        /// What stands there.
+        value: f64,
+    },
+    /// Readings without any noise, as from a perfect simulation: no bin has a weight.
+    #[error("the readings at {range:.2} m do not differ at all: there is no noise to estimate")]
+    NoNoise {
+        /// Mean range of the bin, m.
+        range: f64,
+    },
+}
+
+impl SigmaFit {
+    /// σ at `range`, m.
+    #[must_use]
+    pub fn at(&self, range: f64) -> f64 {
+        self.coefficients.dot(&self.growth.terms(range))
+    }
+
+    /// How uncertain σ at `range` is, m.
+    #[must_use]
+    pub fn error_at(&self, range: f64) -> f64 {
+        let terms = self.growth.terms(range);
+        terms.dot(&(self.cov * terms)).sqrt()
+    }
+}
+
+/// Estimates σ(ρ) from `scans`, taken one after the other by a sensor that did not move.
+///
+/// # Errors    [`SigmaError`]: scans of different sensors, too few readings, a setting out of range.
+pub fn estimate_sigma(scans: &[Scan], config: &SigmaConfig) -> Result<SigmaFit, SigmaError> {
+    for (field, value) in [("bin", config.bin), ("clip", config.clip)] {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(SigmaError::Config { field, value });
+        }
+    }
+    let bins: Vec<SigmaBin> = differences(scans, config.bin)?
+        .into_values()
+        .map(|of_bin| clipped(of_bin, config.clip))
+        .filter(|bin| bin.used >= config.least_in_bin.max(2))
+        .collect();
+    if bins.len() < 3 {
+        return Err(SigmaError::TooFew {
+            bins: bins.len(),
+            least: config.least_in_bin.max(2),
+        });
+    }
+    fit(bins, config.growth)
+}
+
+/// (range, difference) of successive readings of the same beam, by bin.
+fn differences(scans: &[Scan], bin: f64) -> Result<BTreeMap<u32, Vec<(f64, f64)>>, SigmaError> {
+    let mut bins: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
+    let pairs = scans.iter().zip(scans.iter().skip(1)).enumerate();
+    for (index, (before, after)) in pairs {
+        if after.len() != before.len() {
+            return Err(SigmaError::Uneven {
+                scan: index + 1,
+                found: after.len(),
+                expected: before.len(),
+            });
+        }
+        // The greatest range is what some sensors say where nothing came back.
+        let is_reading = |r: &f64| r.is_finite() && *r < before.max_range;
+        for (&first, &second) in before.ranges.iter().zip(&after.ranges) {
+            let (first, second) = (f64::from(first), f64::from(second));
+            if is_reading(&first) && is_reading(&second) {
+                let range = 0.5 * (first + second);
+                let of_bin = bins.entry((range / bin) as u32).or_default();
+                of_bin.push((range, second - first));
+            }
+        }
+    }
+    Ok(bins)
+}
+
+fn clipped(mut differences: Vec<(f64, f64)>, clip: f64) -> SigmaBin {
+    let all = differences.len();
+    let mut sigma = 0.0;
+    for _ in 0..MOST_ROUNDS {
+        let before = differences.len();
+        let squares: f64 = differences.iter().map(|d| d.1 * d.1).sum();
+        sigma = (0.5 * squares / before.max(1) as f64).sqrt();
+        let most = clip * sigma * std::f64::consts::SQRT_2;
+        differences.retain(|d| d.1.abs() <= most);
+        if differences.len() == before {
+            break;
+        }
+    }
+    let used = differences.len();
+    SigmaBin {
+        range: differences.iter().map(|d| d.0).sum::<f64>() / used.max(1) as f64,
+        sigma,
+        used,
+        clipped: all - used,
+    }
+}
+
+fn fit(bins: Vec<SigmaBin>, growth: Growth) -> Result<SigmaFit, SigmaError> {
+    let mut normal = Matrix2::zeros();
+    let mut right = Vector2::zeros();
+    for bin in &bins {
+        if bin.sigma <= 0.0 {
+            return Err(SigmaError::NoNoise { range: bin.range });
+        }
+        let terms = growth.terms(bin.range);
+        let weight = 1.0 / bin.variance();
+        normal += terms * terms.transpose() * weight;
+        right += terms * (weight * bin.sigma);
+    }
+    let Some(cov) = normal.try_inverse() else {
+        return Err(SigmaError::TooFew { bins: 1, least: 3 });
+    };
+    let coefficients = cov * right;
+    let misfit = |bin: &SigmaBin| {
+        let error = bin.sigma - coefficients.dot(&growth.terms(bin.range));
+        error * error / bin.variance()
+    };
+    Ok(SigmaFit {
+        growth,
+        chi_squared: bins.iter().map(misfit).sum(),
+        coefficients,
+        cov,
+        bins,
+    })
+}
+
+impl SigmaBin {
+    /// Variance of its σ, m².
+    fn variance(&self) -> f64 {
+        0.75 * self.sigma * self.sigma / self.used as f64
+    }
+}
+
+impl Growth {
+    fn terms(self, range: f64) -> Vector2<f64> {
+        match self {
+            Self::Linear => Vector2::new(1.0, range),
+            Self::Square => Vector2::new(1.0, range * range),
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! In: two neighbouring beams. Out: whether one surface may carry both.
+//!
+//! | rule | breaks where the distance of the neighbours exceeds | holds where others fail | fails |
+//! |---|---|---|---|
+//! | [`BreakRule::Adaptive`] | what a surface at the grazing angle would give, plus noise | a long wall seen at a flat angle | a slit seen head on |
+//! | [`BreakRule::MeanRatio`] | ν times the mean distance | a slit seen head on | a long wall seen at a flat angle; a slit beside a deep step |
+//! | [`BreakRule::Spacing`] | a multiple of k(ρ) = a ρ + b, the sensor's own spacing | a slit, beside a step too | a long wall seen at a flat angle |
+//!
+//! The tests hold each cell of the table.
+
+use nalgebra::{Point2, Vector2};
+
+use crate::points::{Beam, Points, Run, SpacingModel};
+
+/// When two neighbouring beams do not lie on one surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BreakRule {
+    /// The adaptive breakpoint detector: `D = ρ sin Δφ / sin(λ - Δφ) + n σ`, what a surface seen at the grazing angle λ would
+    /// give, plus noise. ρ is the shorter of both ranges so that the order of the beams does not matter, σ² the sum of both
+    /// variances.
+    ///
+    /// Source: Borges & Aldon (2004), "Line extraction in 2D range images for mobile robotics", eq. (3).
+    Adaptive {
+        /// Grazing angle λ below which a surface is not followed, rad. Default 0.17 (10°). Growing: more breaks on walls
+        /// seen at a flat angle, fewer walls joined across a depth step.
+        grazing_angle: f64,
+        /// Noise allowed on top, in standard deviations of the difference of two ranges. Default 3.
+        n_sigmas: f64,
+    },
+    /// Farther apart than `ratio` times the mean over neighbours that no lost beam separates: for doors that a ranger sees with
+    /// evenly spaced points.
+    ///
+    /// Source: TDK 2016 §4.2, d > ν d̄ with ν from 4 to 5.
+    MeanRatio {
+        /// ν. Growing: fewer breaks.
+        ratio: f64,
+    },
+    /// Farther apart than `ratio` times the sensor's spacing at the mean of both ranges.
+    ///
+    /// Source: Pilch 2016 §3.5.1 with ratio 2.
+    Spacing {
+        /// k(ρ), fitted per sensor.
+        spacing: SpacingModel,
+        /// How many times k. Growing: fewer breaks, flatter angles at which a wall is still followed.
+        ratio: f64,
+    },
+}
+
+impl Default for BreakRule {
+    fn default() -> Self {
+        Self::Adaptive {
+            grazing_angle: 0.17,
+            n_sigmas: 3.0,
+        }
+    }
+}
+
+/// The test of two neighbours on which something came back.
+pub(super) trait Joins {
+    fn joins(&self, a: &Ray, b: &Ray) -> bool;
+}
+
+/// A beam as the rules see it.
+#[derive(Clone, Copy)]
+pub(super) struct Ray {
+    end: Point2<f64>,
+    from_sensor: Vector2<f64>,
+    range: f64,
+    sigma: f64,
+}
+
+impl Ray {
+    pub(super) fn nowhere() -> Self {
+        Self {
+            end: Point2::origin(),
+            from_sensor: Vector2::zeros(),
+            range: 0.0,
+            sigma: 0.0,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn of(beam: &Beam) -> Self {
+        Self {
+            end: beam.end_in_robot,
+            from_sensor: beam.end_in_robot - beam.origin_in_robot,
+            range: beam.range,
+            sigma: beam.sigma,
+        }
+    }
+}
+
+/// Two beams: |sin Δφ| and cos Δφ, both times the product of the ranges.
+struct Pair {
+    sin: f64,
+    cos: f64,
+    product: f64,
+    distance_squared: f64,
+}
+
+impl Pair {
+    #[inline(always)]
+    fn of(a: &Ray, b: &Ray) -> Self {
+        Self {
+            sin: a.from_sensor.perp(&b.from_sensor).abs(),
+            cos: a.from_sensor.dot(&b.from_sensor),
+            product: a.range * b.range,
+            distance_squared: (b.end - a.end).norm_squared(),
+        }
+    }
+}
+
+/// The largest step in bearing, which every rule keeps to.
+pub(super) struct Step {
+    sin_max: f64,
+}
+
+impl Step {
+    pub(super) fn new(max_step: f64) -> Self {
+        Self {
+            sin_max: libm::sin(max_step),
+        }
+    }
+
+    #[inline(always)]
+    fn allows(&self, pair: &Pair) -> bool {
+        pair.cos > 0.0 && pair.sin <= self.sin_max * pair.product
+    }
+}
+
+impl Joins for Step {
+    fn joins(&self, a: &Ray, b: &Ray) -> bool {
+        self.allows(&Pair::of(a, b))
+    }
+}
+
+/// The constants of [`BreakRule::Adaptive`].
+pub(super) struct Adaptive {
+    step: Step,
+    sin_grazing: f64,
+    cos_grazing: f64,
+    n_sigmas: f64,
+}
+
+impl Adaptive {
+    pub(super) fn new(grazing_angle: f64, n_sigmas: f64, max_step: f64) -> Self {
+        Self {
+            step: Step::new(max_step),
+            sin_grazing: libm::sin(grazing_angle),
+            cos_grazing: libm::cos(grazing_angle),
+            n_sigmas,
+        }
+    }
+
+    #[inline(never)]
+    fn limit(&self, a: &Ray, b: &Ray, pair: &Pair) -> f64 {
+        let scale = 1.0 / pair.product;
+        let (sin_step, cos_step) = (pair.sin * scale, pair.cos * scale);
+        // sin(λ - Δφ); a coarse sensor's Δφ may come near λ, where the rule would let everything through.
+        let sin_rest =
+            (self.sin_grazing * cos_step - self.cos_grazing * sin_step).max(0.5 * self.sin_grazing);
+        let noise = self.n_sigmas * (a.sigma * a.sigma + b.sigma * b.sigma).sqrt();
+        a.range.min(b.range) * sin_step / sin_rest + noise
+    }
+}
+
+impl Joins for Adaptive {
+    #[inline(always)]
+    fn joins(&self, a: &Ray, b: &Ray) -> bool {
+        let pair = Pair::of(a, b);
+        if !self.step.allows(&pair) {
+            return false;
+        }
+        // sin(λ - Δφ) ≤ sin λ and the noise only adds: most neighbours pass here, without a division or a root.
+        let surely = self.sin_grazing * a.range.max(b.range);
+        if pair.distance_squared * surely * surely <= pair.sin * pair.sin {
+            return true;
+        }
+        let limit = self.limit(a, b, &pair);
+        pair.distance_squared <= limit * limit
+    }
+}
+
+/// The constants of [`BreakRule::Spacing`].
+pub(super) struct Spaced {
+    step: Step,
+    spacing: SpacingModel,
+    ratio: f64,
+}
+
+impl Spaced {
+    pub(super) fn new(spacing: SpacingModel, ratio: f64, max_step: f64) -> Self {
+        Self {
+            step: Step::new(max_step),
+            spacing,
+            ratio,
+        }
+    }
+}
+
+impl Joins for Spaced {
+    fn joins(&self, a: &Ray, b: &Ray) -> bool {
+        let pair = Pair::of(a, b);
+        let limit = self.ratio * self.spacing.between(a.range, b.range);
+        self.step.allows(&pair) && limit > 0.0 && pair.distance_squared <= limit * limit
+    }
+}
+
+/// [`BreakRule::MeanRatio`] on runs that [`Step`] has made.
+pub(super) fn break_by_mean(points: &Points, ratio: f64, runs: &mut Vec<Run>) {
+    let n_beams = points.beams.len();
+    let whole = std::mem::take(runs);
+    for run in whole {
+        let steps = || {
+            run.beams(points)
+                .zip(run.beams(points).skip(1))
+                .map(|(a, b)| (b.end_in_robot - a.end_in_robot).norm())
+        };
+        let mean = steps().sum::<f64>() / (run.len.max(2) - 1) as f64;
+        let mut part = Run {
+            first: run.first,
+            len: 1,
+        };
+        for (index, step) in steps().enumerate() {
+            if step > ratio * mean {
+                runs.push(part);
+                part = Run {
+                    first: (run.first + index + 1) % n_beams,
+                    len: 0,
+                };
+            }
+            part.len += 1;
+        }
+        runs.push(part);
+    }
+}

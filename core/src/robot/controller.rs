@@ -1,0 +1,215 @@
+//! The controller of the two motors: encoder counts and wished speeds in, two voltages out, once in a period.
+//!
+//! In: counts of both encoders, wished speeds and accelerations of both shafts. Out: voltages within the battery's.
+//!
+//! 1. Two observers follow the counts: angle, speed, current and load of each motor.
+//! 2. The wished motion is a state of its own: speeds as asked for, their integrals as angles, and the currents and
+//!    voltages that would hold them against the observed loads. What is less what is wished is the error;
+//!    u = u_wished - K e.
+//! 3. Both output errors are integrated, so that neither a load nor a wrong figure leaves one. The integral of the error of
+//!    Ψ'_L is taken from the angle itself: then no rounding of the estimated speed adds up, and the way is kept too.
+//! 4. Saturation: what both motors want in common gives way to what they want apart, so a weak battery makes the robot
+//!    slow, not crooked. While a part is cut off, its integrator does not run further in that direction
+//!    (conditional integration), so that nothing has to be unwound afterwards.
+//! 5. At rest the voltages are zero (the motors are shorted and brake), and all memory is dropped: nothing hums or
+//!    hunts between two counts.
+//!
+//! Straight driving is two equal speeds, turning on the spot two opposite ones, and any arc lies between: ΔΨ is then a
+//! ramp. Source: TDK 2016 §1.1.
+
+mod design;
+mod discrete;
+mod observer;
+mod riccati;
+#[cfg(test)]
+mod tests;
+
+pub use design::{ControllerConfig, DesignError, Gains, ObserverGains};
+pub use discrete::discretize;
+pub use observer::Observer;
+pub use riccati::{RiccatiError, filter_gain, regulator_gain, riccati};
+
+use nalgebra::SVector;
+
+use super::DriveTrain;
+
+/// What one shaft is to do now.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wish {
+    /// Speed, rad/s.
+    pub speed: f64,
+    /// Acceleration, rad/s².
+    pub acceleration: f64,
+}
+
+/// Drives two motors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DriveController {
+    train: DriveTrain,
+    gains: Gains,
+    radians_per_count: f64,
+    observers: [Observer; 2],
+    /// Wished angles less the observed ones of when the motion began: of the left shaft, and ΔΨ, rad.
+    wished: Angles,
+    /// Integral of the error of ΔΨ, rad s.
+    difference_integral: f64,
+    voltages: [f64; 2],
+}
+
+/// Two angles that the controller regulates, rad.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Angles {
+    /// Ψ_L.
+    pub left: f64,
+    /// ΔΨ = Ψ_L - Ψ_R.
+    pub difference: f64,
+}
+
+impl Angles {
+    /// (Ψ_L + Ψ_R) / 2.
+    #[must_use]
+    pub fn middle(&self) -> f64 {
+        self.left - 0.5 * self.difference
+    }
+}
+
+impl DriveController {
+    /// A controller for a robot that stands, its counts at `counts`; `train` holds the figures it believes in.
+    ///
+    /// # Units    `period` s; `radians_per_count` of a shaft.
+    /// # Errors    [`DesignError`].
+    pub fn new(
+        train: &DriveTrain,
+        period: f64,
+        radians_per_count: f64,
+        config: &ControllerConfig,
+    ) -> Result<Self, DesignError> {
+        let gains = Gains::design(train, period, radians_per_count, config)?;
+        Ok(Self {
+            train: *train,
+            gains,
+            radians_per_count,
+            observers: gains.observers.map(Observer::new),
+            wished: Angles::default(),
+            difference_integral: 0.0,
+            voltages: [0.0; 2],
+        })
+    }
+
+    /// The gains it uses.
+    #[must_use]
+    pub fn gains(&self) -> &Gains {
+        &self.gains
+    }
+
+    /// What the observers make of the counts, left and right.
+    #[must_use]
+    pub fn observers(&self) -> &[Observer; 2] {
+        &self.observers
+    }
+
+    /// The angles that are wished by now.
+    #[must_use]
+    pub fn wished(&self) -> Angles {
+        self.wished
+    }
+
+    /// Voltages of the present period, V: left, right.
+    #[must_use]
+    pub fn voltages(&self) -> [f64; 2] {
+        self.voltages
+    }
+
+    /// One period of standing: no voltage, and what is wished is to be where the counts say.
+    pub fn rest(&mut self, counts: [i64; 2]) -> [f64; 2] {
+        let angles = self.angles(counts);
+        for (observer, angle) in self.observers.iter_mut().zip(angles) {
+            observer.settle(angle);
+        }
+        self.wished = Angles {
+            left: angles[0],
+            difference: angles[0] - angles[1],
+        };
+        self.difference_integral = 0.0;
+        self.voltages = [0.0; 2];
+        self.voltages
+    }
+
+    /// One period of driving: takes the counts at its beginning, gives the voltages until its end.
+    pub fn step(&mut self, counts: [i64; 2], wishes: [Wish; 2]) -> [f64; 2] {
+        let angles = self.angles(counts);
+        let measured = self.voltages.into_iter().zip(angles);
+        for (observer, (voltage, angle)) in self.observers.iter_mut().zip(measured) {
+            observer.update(voltage, angle);
+        }
+        let error = self.error(wishes);
+        let wanted = self.wanted(&error, wishes);
+        self.voltages = within_battery(wanted, self.train.battery);
+        self.integrate(&error, wanted, wishes);
+        self.voltages
+    }
+
+    fn angles(&self, counts: [i64; 2]) -> [f64; 2] {
+        counts.map(|count| count as f64 * self.radians_per_count)
+    }
+
+    /// (ΔΨ, Ψ'_L, i_L, Ψ'_R, i_R, z_ΔΨ, z_Ψ'): what is less what is wished.
+    fn error(&self, wishes: [Wish; 2]) -> SVector<f64, 7> {
+        let [left, right] = &self.observers;
+        let [current_left, current_right] = self.held(wishes).map(|(current, _)| current);
+        SVector::from([
+            left.angle() - right.angle() - self.wished.difference,
+            left.speed() - wishes[0].speed,
+            left.current() - current_left,
+            right.speed() - wishes[1].speed,
+            right.current() - current_right,
+            self.difference_integral,
+            left.angle() - self.wished.left,
+        ])
+    }
+
+    fn wanted(&self, error: &SVector<f64, 7>, wishes: [Wish; 2]) -> [f64; 2] {
+        let feedback = self.gains.feedback * error;
+        let [left, right] = self.held(wishes).map(|(_, voltage)| voltage);
+        [left - feedback[0], right - feedback[1]]
+    }
+
+    /// Current and voltage that hold what is wished against the load that is observed.
+    fn held(&self, wishes: [Wish; 2]) -> [(f64, f64); 2] {
+        let motors = [&self.train.left, &self.train.right];
+        [0, 1].map(|side: usize| {
+            let load = self.observers[side].load();
+            motors[side].to_hold(wishes[side].speed, wishes[side].acceleration, load)
+        })
+    }
+
+    /// Lets the wished angles and the integral of ΔΨ go on, unless that would ask for more of what is cut off.
+    fn integrate(&mut self, error: &SVector<f64, 7>, wanted: [f64; 2], wishes: [Wish; 2]) {
+        let h = self.gains.period;
+        let cut = [0, 1].map(|side: usize| wanted[side] - self.voltages[side]);
+        let (cut_in_common, cut_apart) = (cut[0] + cut[1], cut[0] - cut[1]);
+        let [left, right] = wishes.map(|wish| wish.speed);
+        self.wished.difference += h * (left - right);
+        // More error makes less voltage: where voltage is cut off, only an error of the same sign may be added.
+        if cut_apart * error[0] >= 0.0 {
+            self.difference_integral += h * error[0];
+        }
+        let is_free = cut_in_common * error[1] >= 0.0;
+        // Wishing what is done leaves the integral as it is.
+        self.wished.left += h * if is_free {
+            left
+        } else {
+            self.observers[0].speed()
+        };
+    }
+}
+
+/// Cuts voltages to ±`battery`: first what both have in common, then what they have apart.
+fn within_battery([left, right]: [f64; 2], battery: f64) -> [f64; 2] {
+    let (common, apart) = (0.5 * (left + right), 0.5 * (left - right));
+    let apart = apart.clamp(-battery, battery);
+    let room = battery - apart.abs();
+    let common = common.clamp(-room, room);
+    // Once more for the last bit of the sums.
+    [common + apart, common - apart].map(|voltage| voltage.clamp(-battery, battery))
+}

@@ -1,0 +1,279 @@
+//! From the figures of the motors to the gains of the controller.
+//!
+//! In: a [`DriveTrain`], the period, and a [`ControllerConfig`]. Out: [`Gains`], or why there are none.
+//!
+//! 1. The five-state model must be controllable: for each eigenvalue λ of A the rows of [λI - A, B] are independent
+//!    (Hautus). What is not is named by its state.
+//! 2. It is made discrete for a voltage that is held during the period, and each output gets an integrator:
+//!    z ← z + h (y - y_wished), for ΔΨ and for Ψ'_L.
+//! 3. The weights of a linear-quadratic regulator are inverse squares of what is still acceptable (Bryson's rule).
+//! 4. Each motor's observer has the states (Ψ, Ψ', i, load): encoders count Ψ alone. The load torque is a state too, because
+//!    without it a load or a wrong figure leaves a lasting error in the estimated speed. Its gain is the stationary
+//!    Kalman filter's; the measurement's noise is that of rounding to counts, one twelfth of a count squared.
+//!
+//! Source: TDK 2016 §1.1 (model, state feedback, integrators); Åström & Wittenmark (1997), "Computer-controlled systems",
+//! ch. 9 and 11.
+
+use nalgebra::{Complex, DMatrix, Matrix2, Matrix4, SMatrix, SVector, Vector4};
+
+use super::discrete::discretize;
+use super::riccati::{RiccatiError, filter_gain, regulator_gain};
+use crate::robot::{DriveTrain, MotorError, MotorModel};
+
+/// Pivots of [λI - A, B] below this part of the largest are taken for 0.
+const UNCONTROLLABLE: f64 = 1e-9;
+
+/// What the controller is to achieve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControllerConfig {
+    /// Acceptable error of ΔΨ, rad. Default 0.05, five counts; smaller keeps straighter and takes more voltage.
+    pub difference: f64,
+    /// Acceptable error of a speed, rad/s. Default 0.3.
+    pub speed: f64,
+    /// Acceptable error of a current, A. Default 1.
+    pub current: f64,
+    /// Acceptable integral of the error of ΔΨ, rad s. Default 0.02; smaller ends lasting errors sooner and swings sooner.
+    pub difference_integral: f64,
+    /// Acceptable integral of the error of Ψ'_L, rad. Default 0.1; as above.
+    pub speed_integral: f64,
+    /// Voltage that is worth an acceptable error, as a part of the battery's. Default 0.28.
+    pub voltage: f64,
+    /// How fast the load may wander, as the observer is told: part of the stalled motor's torque per √s. Default 0.3; more
+    /// follows loads sooner and lets more of the counts' steps through.
+    pub load_drift: f64,
+}
+
+impl Default for ControllerConfig {
+    fn default() -> Self {
+        Self {
+            difference: 0.05,
+            speed: 0.3,
+            current: 1.0,
+            difference_integral: 0.02,
+            speed_integral: 0.1,
+            voltage: 0.28,
+            load_drift: 0.3,
+        }
+    }
+}
+
+/// Why there is no controller for these motors.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DesignError {
+    /// A figure of the motors.
+    #[error(transparent)]
+    Motor(#[from] MotorError),
+    /// A figure of the configuration, or the period.
+    #[error("controller: {field} is {value}, expected more than 0 and finite")]
+    Config {
+        /// The figure.
+        field: &'static str,
+        /// What stands there.
+        value: f64,
+    },
+    /// No voltage moves one of the modes.
+    #[error(
+        "the motors cannot be controlled: no voltage moves the mode of eigenvalue {eigenvalue:.4} 1/s, mostly {state}"
+    )]
+    Uncontrollable {
+        /// Real part of the mode's eigenvalue, 1/s.
+        eigenvalue: f64,
+        /// The state that has the largest part in it.
+        state: &'static str,
+    },
+    /// No gain for the feedback or an observer.
+    #[error("no gain for the {of}: {source}")]
+    Gain {
+        /// Which gain.
+        of: &'static str,
+        /// Why.
+        source: RiccatiError,
+    },
+}
+
+/// What the controller computes with at each period.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gains {
+    /// K of u = u_wished - K e, e = (ΔΨ, Ψ'_L, i_L, Ψ'_R, i_R, z_ΔΨ, z_Ψ'): what is less what is wished.
+    pub feedback: SMatrix<f64, 2, 7>,
+    /// Of the left and of the right motor.
+    pub observers: [ObserverGains; 2],
+    /// Period h, s.
+    pub period: f64,
+}
+
+/// The observer of one motor: x = (Ψ, Ψ', i, load).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObserverGains {
+    /// Φ of x⁺ = Φ x + Γ u.
+    pub transition: Matrix4<f64>,
+    /// Γ.
+    pub input: Vector4<f64>,
+    /// What one radian of innovation adds.
+    pub gain: Vector4<f64>,
+}
+
+impl Gains {
+    /// The gains for motors read and driven once in `period` seconds, by an encoder of `radians_per_count`.
+    ///
+    /// # Errors    [`DesignError`]: a figure that cannot be, a model that no voltage controls, an equation that does not
+    /// converge.
+    pub fn design(
+        train: &DriveTrain,
+        period: f64,
+        radians_per_count: f64,
+        config: &ControllerConfig,
+    ) -> Result<Self, DesignError> {
+        train.validate()?;
+        config.check(period, radians_per_count)?;
+        check_controllable(train)?;
+        let (a, b) = with_integrators(train, period);
+        let q = SMatrix::<f64, 7, 7>::from_diagonal(&SVector::from(config.state_weights()));
+        let r = Matrix2::from_diagonal(&SVector::from(config.voltage_weights(train)));
+        let feedback = regulator_gain(&a, &b, &q, &r).map_err(|source| DesignError::Gain {
+            of: "feedback",
+            source,
+        })?;
+        let observer = |motor: &MotorModel, of| {
+            let stalled = motor.torque_constant * train.battery / motor.resistance;
+            observer(
+                motor,
+                period,
+                radians_per_count,
+                config.load_drift * stalled,
+            )
+            .map_err(|source| DesignError::Gain { of, source })
+        };
+        Ok(Self {
+            feedback,
+            observers: [
+                observer(&train.left, "left observer")?,
+                observer(&train.right, "right observer")?,
+            ],
+            period,
+        })
+    }
+}
+
+impl ControllerConfig {
+    fn check(&self, period: f64, radians_per_count: f64) -> Result<(), DesignError> {
+        let figures = [
+            ("difference", self.difference),
+            ("speed", self.speed),
+            ("current", self.current),
+            ("difference_integral", self.difference_integral),
+            ("speed_integral", self.speed_integral),
+            ("voltage", self.voltage),
+            ("load_drift", self.load_drift),
+            ("period", period),
+            ("radians_per_count", radians_per_count),
+        ];
+        let is_bad = |value: f64| !(value > 0.0 && value.is_finite());
+        match figures.into_iter().find(|&(_, value)| is_bad(value)) {
+            Some((field, value)) => Err(DesignError::Config { field, value }),
+            None => Ok(()),
+        }
+    }
+
+    fn state_weights(&self) -> [f64; 7] {
+        [
+            self.difference,
+            self.speed,
+            self.current,
+            self.speed,
+            self.current,
+            self.difference_integral,
+            self.speed_integral,
+        ]
+        .map(|acceptable| 1.0 / (acceptable * acceptable))
+    }
+
+    fn voltage_weights(&self, train: &DriveTrain) -> [f64; 2] {
+        let acceptable = self.voltage * train.battery;
+        [1.0 / (acceptable * acceptable); 2]
+    }
+}
+
+/// The discrete model with both integrators: x = (ΔΨ, Ψ'_L, i_L, Ψ'_R, i_R, z_ΔΨ, z_Ψ').
+pub(super) fn with_integrators(
+    train: &DriveTrain,
+    period: f64,
+) -> (SMatrix<f64, 7, 7>, SMatrix<f64, 7, 2>) {
+    let (a, b) = train.matrices();
+    let (phi, s) = discretize(&a, period);
+    let mut with = SMatrix::<f64, 7, 7>::identity();
+    let mut input = SMatrix::<f64, 7, 2>::zeros();
+    with.fixed_view_mut::<5, 5>(0, 0).copy_from(&phi);
+    input.fixed_view_mut::<5, 2>(0, 0).copy_from(&(s * b));
+    with[(5, 0)] = period;
+    with[(6, 1)] = period;
+    (with, input)
+}
+
+fn observer(
+    motor: &MotorModel,
+    period: f64,
+    radians_per_count: f64,
+    load_drift: f64,
+) -> Result<ObserverGains, RiccatiError> {
+    let (of_motor, voltage, load) = motor.matrices();
+    let mut a = Matrix4::zeros();
+    a.fixed_view_mut::<3, 3>(0, 0).copy_from(&of_motor);
+    a.fixed_view_mut::<3, 1>(0, 3).copy_from(&load);
+    let (transition, s) = discretize(&a, period);
+    let input = s * Vector4::new(voltage.x, voltage.y, voltage.z, 0.0);
+    // A load that wanders moves the other states as well: to first order by S's last column.
+    let drift = s.column(3) * (load_drift / period.sqrt());
+    let process = drift * drift.transpose();
+    let rounding = radians_per_count * radians_per_count / 12.0;
+    let measured = Vector4::new(1.0, 0.0, 0.0, 0.0);
+    Ok(ObserverGains {
+        transition,
+        input,
+        gain: filter_gain(&transition, &measured, &process, rounding)?,
+    })
+}
+
+/// Hautus' test on the five-state model.
+fn check_controllable(train: &DriveTrain) -> Result<(), DesignError> {
+    const STATES: [&str; 5] = [
+        "the difference of the angles",
+        "the speed of the left motor",
+        "the current of the left motor",
+        "the speed of the right motor",
+        "the current of the right motor",
+    ];
+    let (a, b) = train.matrices();
+    let complex = |x: f64| Complex::new(x, 0.0);
+    for eigenvalue in a.complex_eigenvalues().iter() {
+        let rows = DMatrix::from_fn(5, 7, |row, column| match column {
+            5.. => complex(b[(row, column - 5)]),
+            _ if row == column => eigenvalue - a[(row, column)],
+            _ => complex(-a[(row, column)]),
+        });
+        // Pivoting over the columns of the conjugate transpose: the rows that depend on others come last.
+        let qr = rows.adjoint().col_piv_qr();
+        let r = qr.r();
+        let least = (0..5)
+            .map(|i| r[(i, i)].norm())
+            .fold(f64::INFINITY, f64::min);
+        if least <= UNCONTROLLABLE * r[(0, 0)].norm() {
+            return Err(DesignError::Uncontrollable {
+                eigenvalue: eigenvalue.re,
+                state: STATES[unmoved_state(&rows)],
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The state with the largest part in the left null vector of the rows: the mode that no column reaches.
+fn unmoved_state(rows: &DMatrix<Complex<f64>>) -> usize {
+    let eigen = (rows * rows.adjoint()).symmetric_eigen();
+    let mode = eigen
+        .eigenvectors
+        .column(eigen.eigenvalues.imin())
+        .map(|z| z.norm());
+    mode.imax()
+}

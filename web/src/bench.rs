@@ -1,0 +1,63 @@
+//! The drive controller on a bench, for the page: a step and a load, with the controller and without.
+
+use slamlab_core::robot::RobotModel;
+use slamlab_core::sim::response::{LoadStep, Loop, ResponseSample, Trial};
+use wasm_bindgen::prelude::{JsError, wasm_bindgen};
+
+/// Samples of the controller for each one that the page draws.
+const EVERY: usize = 10;
+
+/// What is asked of the motors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BenchTrial {
+    /// Wished speed as a part of the robot's highest.
+    pub(crate) forward: f64,
+    /// Part by which the right motor's magnet is stronger than the controller believes.
+    pub(crate) mismatch: f64,
+    /// Pull back on the left track, N.
+    pub(crate) pull: f64,
+    /// When it comes on, s.
+    pub(crate) pull_at: f64,
+    /// How long it takes, s.
+    pub(crate) seconds: f64,
+}
+
+/// Time series of one trial, closed loop beside open loop.
+#[wasm_bindgen(getter_with_clone)]
+#[derive(Clone, Debug, PartialEq)]
+pub struct BenchResponse {
+    /// Time, s.
+    pub seconds: Vec<f64>,
+    /// Wished speed of the tracks, m/s.
+    pub wished: Vec<f64>,
+    /// Speeds of left and right track with the controller, then without, m/s: four series one after the other.
+    pub speeds: Vec<f64>,
+    /// Heading less the wished one with the controller, then without, rad.
+    pub headings: Vec<f64>,
+}
+
+impl BenchResponse {
+    /// # Errors    No controller for the robot's figures, or motors that cannot be.
+    pub(crate) fn of(robot: &RobotModel, ask: BenchTrial) -> Result<Self, JsError> {
+        let mut trial = Trial::straight(robot, ask.forward * robot.max_speed, ask.seconds);
+        trial.motors.right = trial.motors.right.with_stronger_magnet(ask.mismatch);
+        trial.loads.push(LoadStep {
+            at: ask.pull_at,
+            left: ask.pull * robot.drive.metres_per_radian,
+            right: 0.0,
+        });
+        let (closed, open) = (trial.run(Loop::Closed)?, trial.run(Loop::Open)?);
+        let thin = |samples: &[ResponseSample], of: fn(&ResponseSample) -> f64| -> Vec<f64> {
+            samples.iter().step_by(EVERY).map(of).collect()
+        };
+        let both = |of: fn(&ResponseSample) -> f64| [thin(&closed, of), thin(&open, of)];
+        let ([left, open_left], [right, open_right]) =
+            (both(|s| s.speeds[0]), both(|s| s.speeds[1]));
+        Ok(Self {
+            seconds: thin(&closed, |s| s.seconds),
+            wished: thin(&closed, |s| s.wished[0]),
+            speeds: [left, right, open_left, open_right].concat(),
+            headings: both(|s| s.heading_error).concat(),
+        })
+    }
+}

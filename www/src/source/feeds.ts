@@ -1,0 +1,68 @@
+// What is collected between two frames, and what costs too much to ask for at each.
+
+import { SAMPLE, SAMPLE_STRIDE, TRAIL_STRIDE } from "../protocol.js";
+
+/** A number that costs more than a step, asked for a few times a second only. */
+export class Slow {
+  static readonly PERIOD = 300;
+  readonly #ask: () => number;
+  #at = -Infinity;
+  #value = NaN;
+
+  constructor(ask: () => number) {
+    this.#ask = ask;
+  }
+
+  get value(): number {
+    const now = performance.now();
+    if (now - this.#at > Slow.PERIOD) {
+      this.#value = this.#ask();
+      this.#at = performance.now();
+    }
+    return this.#value;
+  }
+
+  /** Asks again at the next look. */
+  refresh(): void {
+    this.#at = -Infinity;
+  }
+}
+
+/** Collects numbers until a frame takes them. */
+export class Samples {
+  #values: number[] = [];
+
+  add(sample: Record<keyof typeof SAMPLE, number>): void {
+    const at = this.#values.length;
+    this.#values.length = at + SAMPLE_STRIDE;
+    for (const key of Object.keys(SAMPLE) as (keyof typeof SAMPLE)[]) this.#values[at + SAMPLE[key]] = sample[key];
+  }
+
+  take(): Float64Array | null {
+    if (this.#values.length === 0) return null;
+    const taken = Float64Array.from(this.#values);
+    this.#values = [];
+    return taken;
+  }
+}
+
+/** Points of the trails, one for every few centimetres. */
+export class Trail {
+  static readonly SPACING = 0.03;
+  #values: number[] = [];
+  #last: [number, number] = [NaN, NaN];
+
+  add(point: [number, number, number, number, number, number]): void {
+    const [x, y] = [point[TRAIL_STRIDE - 2] ?? NaN, point[TRAIL_STRIDE - 1] ?? NaN];
+    if (Math.hypot(x - this.#last[0], y - this.#last[1]) < Trail.SPACING) return;
+    this.#last = [x, y];
+    this.#values.push(...point);
+  }
+
+  take(): Float32Array | null {
+    if (this.#values.length === 0) return null;
+    const taken = Float32Array.from(this.#values);
+    this.#values = [];
+    return taken;
+  }
+}

@@ -1,0 +1,163 @@
+// What a simulated and a recorded run have in common: both are SLAM with a pose, a map and a log of what happened.
+
+import type { RunStatus, WebExperiment, WebReplay } from "../../pkg/slamlab_web.js";
+import { type DiagnosisName, type Frame, type Inspection, LINE, LINE_STRIDE, type MethodName, type SavedFile, type SourceKind } from "../protocol.js";
+import { Samples, Slow } from "./feeds.js";
+import type { Change, Moment, Note, Source } from "./source.js";
+
+/** Cells along one side of a block of the module's grid. */
+const BLOCK_CELLS = 64;
+
+/** What a frame tells of SLAM itself. */
+type SlamChange = Pick<Frame, "grid" | "gridAnew" | "scan" | "lines" | "samples">;
+
+export abstract class Run<Module extends WebExperiment | WebReplay> implements Source {
+  abstract readonly kind: SourceKind;
+  readonly title: string;
+  readonly method: MethodName;
+  time = 0;
+  scans = 0;
+  finished = false;
+  protected readonly module: Module;
+  protected readonly knownArea: Slow;
+  #half: Float64Array;
+  #features = 0;
+  #known = { generation: 0, revision: 0, scans: -1 };
+  #samples = new Samples();
+  #notes: Note[] = [];
+
+  constructor(module: Module, title: string, method: MethodName) {
+    this.module = module;
+    this.title = title;
+    this.method = method;
+    this.#half = module.half_size();
+    this.knownArea = new Slow(() => module.known_area());
+  }
+
+  abstract step(): void;
+  abstract moment(): Moment;
+  abstract change(): Change;
+
+  notes(): Note[] {
+    return this.#notes.splice(0);
+  }
+
+  hash(): string {
+    return this.module.state_hash();
+  }
+
+  /** The grid as ROS map_server files. */
+  files(): SavedFile[] {
+    const name = this.title.replace(/\.[a-z]+$/i, "").replace(/[^\w-]+/g, "-");
+    const files = this.module.map_files(`${name}.pgm`);
+    const saved = [
+      { name: `${name}.pgm`, mime: "image/x-portable-graymap", bytes: new Uint8Array(files.pgm) },
+      { name: `${name}.yaml`, mime: "application/yaml", bytes: new TextEncoder().encode(files.yaml) },
+    ];
+    files.free();
+    return saved;
+  }
+
+  inspect(): Inspection | null {
+    const inside = this.module.inspect();
+    if (!inside) return null;
+    const { robot_rows: robotRows, landmarks, coefficients, sightings, candidates, odometry, gate, new_gate: newGate, max_gap: maxGap } = inside;
+    inside.free();
+    return { robotRows, landmarks, coefficients, sightings, candidates, odometry, gate, newGate, maxGap };
+  }
+
+  close(): void {
+    this.module.free();
+  }
+
+  protected note(level: Note["level"], text: string, topic?: string): void {
+    this.#notes.push({ time: this.time, level, text, ...(topic === undefined ? {} : { topic }) });
+  }
+
+  /** Reads the numbers of the moment. */
+  protected read<T>(use: (status: RunStatus) => T): T {
+    const status = this.module.status();
+    try {
+      return use(status);
+    } finally {
+      status.free();
+    }
+  }
+
+  /** Keeps what the plots need of the scan just taken in. */
+  protected sample(s: RunStatus, scanMillis: number, explored: number): void {
+    const merged = this.module.merged();
+    for (let i = 0; i + 1 < merged.length; i += 2) {
+      this.note("info", `Wall ${merged[i + 1]} turned out to be a part of wall ${merged[i]}: one wall from now on`, "merged");
+    }
+    this.#samples.add({
+      time: s.time,
+      positionError: Math.hypot(s.x - s.truth_x, s.y - s.truth_y),
+      positionSigma3: 3 * Math.sqrt(largestVariance(s.cov_xx, s.cov_xy, s.cov_yy)),
+      headingError: Math.abs(degrees(turnBetween(s.heading, s.truth_heading))),
+      headingSigma3: degrees(3 * Math.sqrt(Math.max(0, s.cov_heading))),
+      scanMillis,
+      explored,
+      nees: s.nees, neesLow: s.nees_low, neesHigh: s.nees_high,
+      nis: s.nis, nisLow: s.nis_low, nisHigh: s.nis_high,
+    });
+  }
+
+  /** The numbers that every source has. */
+  protected momentOf(s: RunStatus): Omit<Moment, "source" | "mode" | "reason" | "activity" | "explored"> {
+    const [halfLength = 0.1, halfWidth = 0.1] = this.#half;
+    return {
+      diagnosis: this.module.diagnosis() as DiagnosisName,
+      time: s.time, scans: s.scans, progress: s.progress, finished: this.finished,
+      goalX: s.goal_x, goalY: s.goal_y,
+      x: s.x, y: s.y, heading: s.heading,
+      covXx: s.cov_xx, covXy: s.cov_xy, covYy: s.cov_yy, covHeading: s.cov_heading,
+      truthX: s.truth_x, truthY: s.truth_y, truthHeading: s.truth_heading,
+      odometryX: s.odometry_x, odometryY: s.odometry_y, odometryHeading: s.odometry_heading,
+      positionError: Math.hypot(s.x - s.truth_x, s.y - s.truth_y), headingError: turnBetween(s.heading, s.truth_heading),
+      odometryError: Math.hypot(s.odometry_x - s.truth_x, s.odometry_y - s.truth_y),
+      knownArea: this.knownArea.value, features: this.#features,
+      distance: s.distance, contacts: s.contacts, halfLength, halfWidth,
+    };
+  }
+
+  /** What SLAM changed; scan and lines only where a scan came since. */
+  protected slamChange(): SlamChange {
+    const { generation, revision, scans } = this.#known;
+    const view = this.module.view(generation, revision);
+    const { blocks, cells, resolution } = view;
+    this.#known = { generation: view.generation, revision: view.revision, scans: this.scans };
+    const scanned = scans !== this.scans;
+    const lines = scanned ? view.lines : null;
+    if (lines) this.#features = countWalls(lines);
+    const change = {
+      grid: blocks.length === 0 ? null : { resolution, blockCells: BLOCK_CELLS, index: blocks, cells },
+      gridAnew: view.generation !== generation,
+      scan: scanned ? view.scan : null,
+      lines,
+      samples: this.#samples.take(),
+    };
+    view.free();
+    return change;
+  }
+}
+
+/** Variance along the most uncertain direction of a 2 x 2 covariance. */
+function largestVariance(xx: number, xy: number, yy: number): number {
+  return Math.max(0, (xx + yy) / 2 + Math.hypot((xx - yy) / 2, xy));
+}
+
+function countWalls(lines: Float64Array): number {
+  let count = 0;
+  for (let i = LINE.confirmed; i < lines.length; i += LINE_STRIDE) count += lines[i] ? 1 : 0;
+  return count;
+}
+
+function degrees(radians: number): number {
+  return (radians * 180) / Math.PI;
+}
+
+/** From `b` to `a`, in (-π, π]. */
+function turnBetween(a: number, b: number): number {
+  return Math.atan2(Math.sin(a - b), Math.cos(a - b));
+}

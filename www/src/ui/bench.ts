@@ -1,0 +1,117 @@
+// The drive controller on a bench: what it does for a straight drive when motors are not alike and something pulls at a track.
+
+import { css, html, type TemplateResult, unsafeCSS } from "lit";
+import uPlot from "uplot";
+import plotCss from "uplot/dist/uPlot.min.css";
+import type { BenchResponse } from "../protocol.js";
+import type { Topic } from "../store.js";
+import { SlamElement } from "./element.js";
+import { degrees, fixed } from "./format.js";
+import { axes, colourOf } from "./plot_style.js";
+import { shared } from "./style.js";
+
+const HEIGHT = 130;
+/** Wished speed as a part of the highest, when the pull comes on, and how long it all takes, s. */
+const TRIAL = { forward: 0.8, pullAt: 2.5, seconds: 5 };
+
+export class SlamBench extends SlamElement {
+  static override styles = [
+    unsafeCSS(plotCss),
+    shared,
+    css`
+      :host { display: block; margin-top: 14px; border-top: 1px solid var(--line); padding-top: 12px; }
+      :host([hidden]) { display: none; }
+      summary { cursor: pointer; font-weight: 550; font-size: 13.5px; min-height: 28px; }
+      p { margin: 8px 0; font-size: 12.5px; color: var(--muted); }
+      label { display: grid; grid-template-columns: 1fr auto; gap: 2px 8px; font-size: 12.5px; margin-bottom: 8px; }
+      input[type="range"] { grid-column: 1 / -1; width: 100%; accent-color: var(--accent); margin: 0; min-height: 24px; }
+      figcaption { display: flex; justify-content: space-between; gap: 8px; font-size: 12.5px; margin-bottom: 2px; }
+      figure { margin: 0 0 8px; }
+      .key { display: flex; flex-wrap: wrap; gap: 4px 12px; font-size: 12px; color: var(--muted); margin-bottom: 8px; }
+      .key span { display: inline-flex; align-items: center; gap: 5px; }
+      .key svg { width: 20px; height: 8px; }
+      .plot { height: 130px; }
+      .uplot, .u-wrap { font-family: var(--mono); }
+    `,
+  ];
+
+  protected override readonly topics: readonly Topic[] = ["run", "bench", "theme"];
+  #open = false;
+  #mismatch = 0.1;
+  #pull = 1;
+  #plots: uPlot[] = [];
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.store.on("run", () => this.#open && this.#ask());
+    new ResizeObserver(() => {
+      for (const plot of this.#plots) plot.setSize({ width: this.clientWidth, height: HEIGHT });
+    }).observe(this);
+  }
+
+  override render(): TemplateResult {
+    const { source, bench } = this.store;
+    this.toggleAttribute("hidden", source !== "sim");
+    return html`<details data-testid="bench" @toggle=${this.#toggle}>
+      <summary>Drive controller on the bench</summary>
+      <p>A step to ${100 * TRIAL.forward} % of full speed, straight ahead. The controller sees the encoders and corrects the voltages; without it they follow from the wished speed alone.</p>
+      <label>Right motor stronger than believed <span class="num">${fixed(100 * this.#mismatch, 0)} %</span>
+        <input type="range" min="0" max="30" step="1" data-testid="mismatch" .value=${String(100 * this.#mismatch)} @input=${(e: Event) => this.#set("mismatch", e)}></label>
+      <label>Pull at the left track after ${TRIAL.pullAt} s <span class="num">${fixed(this.#pull, 1)} N</span>
+        <input type="range" min="0" max="20" step="1" data-testid="pull" .value=${String(10 * this.#pull)} @input=${(e: Event) => this.#set("pull", e)}></label>
+      <div class="key">${[["path", "with controller", ""], ["odometry", "without", "4 3"], ["truth", "wished", "1 3"]].map(([colour, text, dash]) => html`<span><svg viewBox="0 0 20 8" aria-hidden="true"><path d="M0 4h20" stroke="var(--map-${colour})" stroke-width="2" stroke-dasharray=${dash ?? ""}/></svg>${text}</span>`)}</div>
+      <figure aria-label="Speeds of both tracks over time"><figcaption><span>Speeds of both tracks, m/s</span></figcaption><div class="plot"></div></figure>
+      <figure aria-label="Heading over time"><figcaption><span>Heading, °</span><span class="num" data-testid="bench-heading">${bench ? this.#words(bench) : ""}</span></figcaption><div class="plot"></div></figure>
+    </details>`;
+  }
+
+  override updated(): void {
+    const { bench } = this.store;
+    for (const plot of this.#plots) plot.destroy();
+    this.#plots = [];
+    const [speeds, headings] = this.renderRoot.querySelectorAll<HTMLElement>(".plot");
+    if (!bench || !this.#open || !speeds || !headings) return;
+    const n = bench.seconds.length;
+    const series = (all: Float64Array, i: number): Float64Array => all.subarray(i * n, (i + 1) * n);
+    const inDegrees = (all: Float64Array): Float64Array => all.map(degrees);
+    this.#plots = [
+      this.#plot(speeds, [bench.seconds, ...[2, 3, 0, 1].map((i) => series(bench.speeds, i)), bench.wished], ["odometry", "odometry", "path", "path", "truth"]),
+      this.#plot(headings, [bench.seconds, inDegrees(series(bench.headings, 1)), inDegrees(series(bench.headings, 0))], ["odometry", "path"]),
+    ];
+  }
+
+  #plot(host: HTMLElement, data: uPlot.AlignedData, colours: readonly string[]): uPlot {
+    const dashes: Readonly<Record<string, number[]>> = { odometry: [4, 3], truth: [1, 3], path: [] };
+    const series = colours.map((colour) => ({ stroke: colourOf(host, `map-${colour}`), width: 1.6, dash: dashes[colour] ?? [], points: { show: false } }));
+    return new uPlot({
+      width: Math.max(this.clientWidth, 100), height: HEIGHT, series: [{}, ...series], legend: { show: false },
+      cursor: { y: false, drag: { x: true, y: false } }, padding: [6, 6, 0, 0], scales: { x: { time: false } }, axes: axes(host),
+    }, data, host);
+  }
+
+  /** Heading at the end, with the controller and without. */
+  #words(bench: BenchResponse): string {
+    const n = bench.seconds.length;
+    const [closed, open] = [bench.headings[n - 1] ?? NaN, bench.headings[2 * n - 1] ?? NaN];
+    return `${fixed(degrees(closed), 1)}° against ${fixed(degrees(open), 0)}°`;
+  }
+
+  #toggle(event: Event): void {
+    this.#open = (event.currentTarget as HTMLDetailsElement).open;
+    if (this.#open) this.#ask();
+  }
+
+  #set(which: "mismatch" | "pull", event: Event): void {
+    const value = Number((event.target as HTMLInputElement).value);
+    if (which === "mismatch") this.#mismatch = value / 100;
+    else this.#pull = value / 10;
+    this.requestUpdate();
+    this.#ask();
+  }
+
+  #ask(): void {
+    this.client.send({ kind: "bench", trial: { ...TRIAL, mismatch: this.#mismatch, pull: this.#pull } });
+  }
+}
+
+customElements.define("slam-bench", SlamBench);

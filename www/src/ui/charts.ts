@@ -1,0 +1,145 @@
+// Curves of the run over its time, each with the bound or the band in which it should be.
+
+import { css, type CSSResultGroup, html, nothing, type PropertyValues, type TemplateResult, unsafeCSS } from "lit";
+import uPlot from "uplot";
+import plotCss from "uplot/dist/uPlot.min.css";
+import { SAMPLE } from "../protocol.js";
+import type { Topic } from "../store.js";
+import { SlamElement } from "./element.js";
+import { axes, colourOf, faint } from "./plot_style.js";
+import { shared } from "./style.js";
+
+export interface Curve {
+  title: string;
+  /** What it means, for who rests on the title. */
+  meaning: string;
+  unit: string;
+  /** Column of the value. */
+  value: number;
+  /** Columns of the bounds, the upper first; a lower one may be absent. */
+  bounds: readonly number[];
+  /** What the bounds are. */
+  key: string;
+  digits: number;
+  colour: string;
+}
+
+const HEIGHT = 84;
+const REDRAW_MILLIS = 250;
+
+export abstract class SlamCharts extends SlamElement {
+  static override styles: CSSResultGroup = [
+    unsafeCSS(plotCss),
+    shared,
+    css`
+      :host { display: block; }
+      h2 { margin-bottom: 8px; }
+      figure { margin: 0 0 6px; }
+      figure[hidden] { display: none; }
+      figcaption { display: flex; justify-content: space-between; font-size: 12.5px; margin-bottom: 2px; }
+      figcaption .num { color: var(--ink); }
+      .key { display: inline-flex; align-items: center; gap: 5px; color: var(--muted); }
+      .key i { width: 12px; height: 9px; border-radius: 2px; background: color-mix(in srgb, var(--band) 28%, transparent); border-top: 1.5px solid var(--band); }
+      .plot { height: 84px; }
+      .uplot, .u-wrap { font-family: var(--mono); }
+      .u-cursor-x, .u-cursor-y { border-color: var(--muted) !important; }
+    `,
+  ];
+
+  protected override readonly topics: readonly Topic[] = ["theme", "run"];
+  protected abstract readonly curves: readonly Curve[];
+  #plots: uPlot[] = [];
+  #drawn = -1;
+  #drawnAt = 0;
+  #theme = "";
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.store.on("moment", () => this.#feed());
+    new ResizeObserver(() => {
+      for (const plot of this.#plots) plot.setSize({ width: this.clientWidth, height: HEIGHT });
+      this.#drawn = -1;
+      this.#feed();
+    }).observe(this);
+  }
+
+  override render(): TemplateResult {
+    return html`${this.curves.map(
+      (curve, i) => html`<figure id="figure-${i}" aria-label=${`${curve.title} over time`}>
+        <figcaption title=${curve.meaning}><span>${curve.title} ${curve.key === "" ? nothing : html`<span class="key"><i class="band-${i}"></i>${curve.key}</span>`}</span><span class="num" id="now-${i}" data-testid="plot-${curve.value}"></span></figcaption>
+        <div class="plot" id="plot-${i}"></div>
+      </figure>`,
+    )}`;
+  }
+
+  override updated(_changed: PropertyValues): void {
+    const style = getComputedStyle(this);
+    const theme = style.color;
+    // Figures come and go with what there is to show.
+    const hosts = this.renderRoot.querySelectorAll<HTMLElement>(".plot");
+    if (theme === this.#theme && hosts.length === this.#plots.length && this.#plots.every((plot) => plot.root.isConnected)) return;
+    this.#theme = theme;
+    for (const plot of this.#plots) plot.destroy();
+    this.#plots = [...hosts].flatMap((host, i) => this.curves[i] ? [this.#make(this.curves[i], host, i)] : []);
+    this.#drawn = -1;
+    this.#feed();
+  }
+
+  #make(curve: Curve, host: HTMLElement, i: number): uPlot {
+    const line = colourOf(host, `map-${curve.colour}`);
+    this.renderRoot.querySelector<HTMLElement>(`.band-${i}`)?.style.setProperty("--band", line);
+    const band = faint(line);
+    const series: uPlot.Series[] = [{}, { stroke: line, width: 1.6, points: { show: false } }];
+    const bands = curve.bounds.length === 2;
+    series.splice(1, 0, ...curve.bounds.map(() => ({ stroke: band, width: 1, points: { show: false }, ...(bands ? {} : { fill: band }) })));
+    const options: uPlot.Options = {
+      width: Math.max(this.clientWidth, 100),
+      height: HEIGHT,
+      series,
+      ...(bands ? { bands: [{ series: [1, 2] as [number, number], fill: band }] } : {}),
+      legend: { show: false },
+      cursor: { y: false, sync: { key: "slamlab" }, points: { size: 6 }, drag: { x: true, y: false } },
+      padding: [6, 6, 0, 0],
+      scales: { x: { time: false }, y: { range: (_u, _min, max) => [0, Math.max(max * 1.1, 1e-6)] } },
+      axes: axes(host),
+      hooks: { setCursor: [() => this.#readout()] },
+    };
+    return new uPlot(options, columns(this.store.history.columns, curve), host);
+  }
+
+  #feed(): void {
+    const { history, playing } = this.store;
+    const now = performance.now();
+    if (history.version === this.#drawn || (playing && now - this.#drawnAt < REDRAW_MILLIS) || this.offsetParent === null) return;
+    this.#drawn = history.version;
+    this.#drawnAt = now;
+    this.#plots.forEach((plot, i) => {
+      const curve = this.curves[i];
+      if (!curve) return;
+      plot.setData(columns(history.columns, curve));
+      // A recording knows no truth, and some methods no innovations: an empty picture would only puzzle.
+      const empty = (history.columns[SAMPLE.time]?.length ?? 0) > 0 && ![curve.value, ...curve.bounds].some((k) => history.columns[k]?.some(Number.isFinite));
+      this.renderRoot.querySelector(`#figure-${i}`)?.toggleAttribute("hidden", empty);
+    });
+    this.#readout();
+  }
+
+  /** The number under the cursor, or else the latest. */
+  #readout(): void {
+    this.#plots.forEach((plot, i) => {
+      const curve = this.curves[i];
+      const target = this.renderRoot.querySelector(`#now-${i}`);
+      if (!curve || !target) return;
+      const values = plot.data[plot.data.length - 1] ?? [];
+      const at = plot.cursor.idx ?? values.length - 1;
+      const value = values[at];
+      target.textContent = typeof value === "number" ? `${value.toFixed(curve.digits)} ${curve.unit}`.trim() : "–";
+    });
+  }
+}
+
+function columns(all: readonly number[][], curve: Curve): uPlot.AlignedData {
+  const gaps = (index: number): (number | null)[] => (all[index] ?? []).map((v) => (Number.isFinite(v) ? v : null));
+  const time = all[SAMPLE.time] ?? [];
+  return [time, ...curve.bounds.map(gaps), gaps(curve.value)];
+}

@@ -1,0 +1,126 @@
+// Why this match: the lines of the last scan, what each was compared with, and what became of it.
+
+import { css, html, nothing, svg, type TemplateResult } from "lit";
+import { type Candidate, type Gate, type Sighting, sightingsOf, type Verdict } from "../inspect.js";
+import type { Inspection } from "../protocol.js";
+import type { Topic } from "../store.js";
+import { SlamElement } from "./element.js";
+import { degrees, fixed } from "./format.js";
+import { shared } from "./style.js";
+
+const VERDICT_WORDS: Readonly<Record<Verdict, string>> = {
+  matched: "recognised",
+  added: "a new wall",
+  ambiguous: "dropped: two walls explain it nearly as well",
+  "outside-gate": "dropped: too far for a match, too near for a new wall",
+  taken: "dropped: its wall was already seen in this scan",
+  seam: "dropped: it lies across the seam of the sweep",
+  singular: "dropped: its innovation has no proper covariance",
+};
+
+const GATE_WORDS: Readonly<Record<Gate, string>> = {
+  match: "inside the gate",
+  near: "between the gates",
+  far: "another wall",
+  beyond: "same line, another part",
+};
+
+export class SlamMatches extends SlamElement {
+  static override styles = [
+    shared,
+    css`
+      :host { display: block; margin-top: 16px; }
+      :host([hidden]) { display: none; }
+      header { display: flex; justify-content: space-between; align-items: center; gap: 8px; margin-bottom: 6px; }
+      header button { min-height: 28px; padding: 0 10px; font-size: 12.5px; }
+      p { margin: 0 0 8px; font-size: 12.5px; color: var(--muted); }
+      ul { list-style: none; margin: 0; padding: 0; }
+      li > button { width: 100%; justify-content: start; white-space: normal; text-align: left; font-weight: 400; font-size: 13px; line-height: 1.3; border-color: transparent; background: transparent; padding: 4px 8px; min-height: 32px; }
+      li > button:hover { background: var(--hover); }
+      .dot { width: 9px; height: 9px; border-radius: 50%; flex: none; border: 2px solid var(--muted); }
+      .matched { border-color: var(--good); background: var(--good); }
+      .added { border-color: var(--map-truth); background: var(--map-truth); }
+      .card { padding: 10px 12px; margin-bottom: 8px; border: 1px solid var(--line); border-radius: 12px; background: var(--sunk); font-size: 13px; }
+      .card b { font-weight: 600; }
+      table { width: 100%; border-collapse: collapse; margin-top: 6px; font-size: 12.5px; }
+      th { text-align: left; font-weight: 500; color: var(--muted); padding: 2px 0; }
+      td { padding: 3px 6px 3px 0; border-top: 1px solid var(--line); vertical-align: top; }
+      td.num, th.num { text-align: right; white-space: nowrap; }
+      tr.winner td { font-weight: 600; }
+      td small { display: block; font-weight: 400; color: var(--muted); font-size: 11.5px; }
+      .ruler { width: 100%; height: 34px; margin-top: 6px; overflow: visible; stroke-width: 1.5; }
+      .ruler line { stroke: var(--line-strong); }
+      .ruler text { fill: var(--muted); stroke: none; font: 500 11px/1 var(--mono); text-anchor: middle; }
+      .ruler circle { fill: var(--muted); stroke: var(--sunk); }
+      .ruler circle.winner { fill: var(--good); }
+      @media (pointer: coarse) { li > button { min-height: 44px; } }
+    `,
+  ];
+
+  protected override readonly topics: readonly Topic[] = ["inspection", "spot", "run"];
+
+  override render(): TemplateResult {
+    const { inspection, spot, method } = this.store;
+    this.toggleAttribute("hidden", method !== "line-ekf");
+    const sightings = inspection ? sightingsOf(inspection) : [];
+    const own = sightings.filter((s) => s.wall === spot.pinned);
+    const rival = sightings.filter((s) => s.wall !== spot.pinned && s.candidates.some((c) => c.wall === spot.pinned));
+    return html`<header><h2>Why this match?</h2>${spot.pinned === null ? nothing : html`<button data-testid="unpin" @click=${() => this.store.point({ pinned: null })}>All lines</button>`}</header>
+      ${spot.pinned === null ? this.#all(sightings) : this.#wall(spot.pinned, [...own, ...rival], inspection)}`;
+  }
+
+  #all(sightings: readonly Sighting[]): TemplateResult {
+    const count = (verdict: Verdict): number => sightings.filter((s) => s.verdict === verdict).length;
+    const dropped = sightings.length - count("matched") - count("added");
+    return html`<p data-testid="matches">The last scan shows ${sightings.length} lines: ${count("matched")} recognised, ${count("added")} new, ${dropped} not used. Choose one here, or click a wall on the map.</p>
+      <ul>${sightings.map((s) => {
+        const wall = s.wall ?? s.candidates[0]?.wall ?? null;
+        return html`<li><button ?disabled=${wall === null} @click=${() => this.store.point({ pinned: wall })}
+          @pointerenter=${() => this.store.point({ hovered: wall === null ? [] : [wall] })} @pointerleave=${() => this.store.point({ hovered: [] })}>
+          <i class="dot ${s.verdict}"></i><span>${s.wall === null ? "" : html`wall <b>${s.wall}</b> `}${VERDICT_WORDS[s.verdict]}${s.verdict === "matched" ? html` <span class="muted num">d² ${fixed(distanceOf(s), 1)}</span>` : ""}</span></button></li>`;
+      })}</ul>`;
+  }
+
+  #wall(wall: number, sightings: readonly Sighting[], inspection: Inspection | null): TemplateResult {
+    if (!inspection || sightings.length === 0) {
+      return html`<div class="card" data-testid="match"><b>Wall ${wall}</b> is not in the last scan, nor near any line of it.</div>`;
+    }
+    return html`${sightings.map((s) => html`<div class="card" data-testid="match">
+      <b>${s.wall === null ? "A line of the last scan" : `Wall ${s.wall}`}</b>: ${VERDICT_WORDS[s.verdict]}.
+      ${s.candidates.length === 0 ? html`<p>No known wall has its direction.</p>` : html`${this.#ruler(s, inspection)}${this.#table(s)}`}
+    </div>`)}`;
+  }
+
+  /** Squared distances on one axis with both gates. */
+  #ruler(s: Sighting, { gate, newGate }: Inspection): TemplateResult {
+    const most = newGate * 1.2;
+    const at = (d2: number): string => `${(100 * Math.min(d2, most)) / most}%`;
+    const mark = (d2: number, text: string): TemplateResult<2> => svg`<line x1=${at(d2)} x2=${at(d2)} y1="2" y2="16"/><text x=${at(d2)} y="29">${text}</text>`;
+    return html`<svg class="ruler" aria-hidden="true">
+      <line x1="0" x2="100%" y1="16" y2="16"/>${mark(gate, `gate ${fixed(gate, 1)}`)}${mark(newGate, `new ${fixed(newGate, 0)}`)}
+      ${s.candidates.map((c) => svg`<circle cx=${at(c.d2)} cy="16" r="4.5" class=${isWinner(s, c) ? "winner" : ""}/>`)}
+    </svg>`;
+  }
+
+  #table(s: Sighting): TemplateResult {
+    return html`<table>
+      <thead><tr><th>candidate</th><th class="num">d²</th><th class="num">Δα</th><th class="num">Δr</th></tr></thead>
+      <tbody>${s.candidates.map((c) => html`<tr class=${isWinner(s, c) ? "winner" : ""} @pointerenter=${() => this.store.point({ hovered: [c.wall] })} @pointerleave=${() => this.store.point({ hovered: [] })}>
+        <td>wall ${c.wall}${isWinner(s, c) ? " ✓" : ""}<small>${GATE_WORDS[c.gate]}${c.gap > 0 ? `, ${fixed(c.gap, 2)} m apart` : ""}</small></td>
+        <td class="num">${fixed(c.d2, 1)}</td>
+        <td class="num">${fixed(degrees(c.deltaAlpha), 1)}°<small>σ ${fixed(degrees(c.sigmaAlpha), 1)}°</small></td>
+        <td class="num">${fixed(100 * c.deltaR, 1)} cm<small>σ ${fixed(100 * c.sigmaR, 1)} cm</small></td>
+      </tr>`)}</tbody>
+    </table>`;
+  }
+}
+
+function isWinner(s: Sighting, c: Candidate): boolean {
+  return s.verdict === "matched" && s.wall === c.wall;
+}
+
+function distanceOf(s: Sighting): number {
+  return s.candidates.find((c) => isWinner(s, c))?.d2 ?? NaN;
+}
+
+customElements.define("slam-matches", SlamMatches);

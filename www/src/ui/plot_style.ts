@@ -1,0 +1,25 @@
+// What all plots look like in the present theme.
+
+import type uPlot from "uplot";
+
+/** A custom property as a colour that a canvas takes; `probe` is any element of the component. */
+export function colourOf(probe: HTMLElement, name: string): string {
+  probe.style.setProperty("color", `var(--${name})`);
+  const colour = getComputedStyle(probe).color;
+  probe.style.removeProperty("color");
+  return colour;
+}
+
+/** The same colour, hardly there. */
+export function faint(colour: string): string {
+  return colour.replace(/^rgb\((.*)\)$/, (_, parts: string) => `rgba(${parts}, 0.2)`);
+}
+
+/** Seconds below, values at the left. */
+export function axes(probe: HTMLElement): uPlot.Axis[] {
+  const axis = { stroke: colourOf(probe, "muted"), font: "11px IBM Plex Mono, monospace", ticks: { show: false }, grid: { stroke: colourOf(probe, "line"), width: 1 } };
+  return [
+    { ...axis, size: 20, gap: 2, space: 60, values: (_u, ticks) => ticks.map((t) => `${t} s`) },
+    { ...axis, size: 44, gap: 4, space: 28 },
+  ];
+}

@@ -1,0 +1,76 @@
+// Where everything is between two steps: the run moves 20 times a second, the screen 60 times.
+//
+// Drawn is the run at the time that its clock shows, less the way from worker to screen. The worker is up to a step ahead of that
+// clock, so this lies between two states that were both computed, and nothing is guessed. A run that is paused, or goes as fast
+// as it can, is drawn as of its newest step.
+
+import type { Clock, Frame, Status } from "../protocol.js";
+
+/** How far behind its clock a run is drawn: a picture of the screen, wall seconds, */
+const DELAY_SECONDS = 0.02;
+/** but no more than this, seconds of the run: where steps come faster than pictures there is little to smooth. */
+const DELAY_MOST = 0.1;
+/** States kept: the time that is drawn may lie between earlier ones than the last two. */
+const KEPT = 4;
+/** A longer silence than this between two states is no motion, seconds of the run. */
+const GAP = 1;
+
+export interface Instant {
+  readonly status: Status;
+  /** x y radius of what walks about. */
+  readonly movers: Float32Array;
+}
+
+const STILL: Clock = { wall: 0, time: 0, rate: 0 };
+
+export class Motion {
+  #kept: Instant[] = [];
+  #clock: Clock = STILL;
+
+  clear(): void {
+    this.#kept = [];
+    this.#clock = STILL;
+  }
+
+  take(frame: Frame): void {
+    const last = this.#kept.at(-1);
+    const instant = { status: frame.status, movers: frame.movers ?? last?.movers ?? new Float32Array(0) };
+    this.#clock = frame.clock;
+    // The same step told anew (after a command, say) replaces what was told of it.
+    if (last && last.status.time >= frame.status.time) this.#kept.pop();
+    this.#kept.push(instant);
+    if (this.#kept.length > KEPT) this.#kept.shift();
+  }
+
+  /** The state at a wall time, milliseconds since 1970; null before the first frame. */
+  at(wall: number): Instant | null {
+    const newest = this.#kept.at(-1);
+    const { rate } = this.#clock;
+    if (!newest || rate === 0) return newest ?? null;
+    const time = this.#clock.time + ((wall - this.#clock.wall) / 1000) * rate - Math.min(DELAY_SECONDS * rate, DELAY_MOST);
+    if (time >= newest.status.time) return newest;
+    const next = this.#kept.findIndex((instant) => instant.status.time > time);
+    const [a, b] = [this.#kept[next - 1], this.#kept[next]];
+    if (!a || !b || b.status.time - a.status.time > GAP) return b ?? newest;
+    return between(a, b, (time - a.status.time) / (b.status.time - a.status.time));
+  }
+}
+
+/** `part` of the way from `a` to `b`. */
+function between(a: Instant, b: Instant, part: number): Instant {
+  const mix = (key: "time" | "x" | "y" | "covXx" | "covXy" | "covYy" | "covHeading" | "truthX" | "truthY" | "odometryX" | "odometryY"): number =>
+    a.status[key] + (b.status[key] - a.status[key]) * part;
+  const turn = (key: "heading" | "truthHeading" | "odometryHeading"): number => {
+    const by = b.status[key] - a.status[key];
+    return a.status[key] + Math.atan2(Math.sin(by), Math.cos(by)) * part;
+  };
+  const status: Status = {
+    ...b.status,
+    time: mix("time"), x: mix("x"), y: mix("y"), heading: turn("heading"),
+    covXx: mix("covXx"), covXy: mix("covXy"), covYy: mix("covYy"), covHeading: mix("covHeading"),
+    truthX: mix("truthX"), truthY: mix("truthY"), truthHeading: turn("truthHeading"),
+    odometryX: mix("odometryX"), odometryY: mix("odometryY"), odometryHeading: turn("odometryHeading"),
+  };
+  const movers = a.movers.length === b.movers.length ? b.movers.map((value, i) => (a.movers[i] ?? value) * (1 - part) + value * part) : b.movers;
+  return { status, movers };
+}
