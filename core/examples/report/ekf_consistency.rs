@@ -7,9 +7,11 @@
 //!
 //! It holds if the consistent form's average lies in the band, and if no wall is there twice. About 90 s of one core.
 
+use std::collections::BTreeMap;
 use std::thread;
 
 use anyhow::{Result, anyhow};
+use slamlab_core::association::AssociationMethod;
 use slamlab_core::estimation::{Consistency, EkfConfig, OdometryErrors};
 
 use crate::Args;
@@ -17,7 +19,8 @@ use crate::outcome::Outcome;
 use crate::tour::{LOOP, Listener, OFFICE, Tour, drive};
 
 /// First-estimate Jacobians, newest-estimate Jacobians, and the first form without states for the odometry's systematic errors.
-const FORMS: [&str; 3] = ["consistent", "plain", "uncalibrated"];
+/// The last one matches the lines of a scan one by one instead of together.
+const FORMS: [&str; 4] = ["consistent", "plain", "uncalibrated", "nearest"];
 /// Scans of the first metre: what is known of the start exactly still shows in them.
 const FIRST_SCANS: usize = 20;
 
@@ -87,8 +90,14 @@ fn summarise(
     outcome.figure(key("end_error_worst_m"), most(&|l| l.end_error));
     outcome.figure(key("matches"), total(&|l| l.matches));
     outcome.figure(key("wrong_matches"), total(&|l| l.wrong_matches));
+    outcome.figure(key("matches_of_no_wall"), total(&|l| l.matches_of_no_wall));
     outcome.figure(key("merges"), total(&|l| l.merged));
     outcome.figure(key("wrong_merges"), total(&|l| l.wrong_merges));
+    let mut pairs: BTreeMap<String, usize> = BTreeMap::new();
+    for ((seen, known), times) in listeners.iter().flat_map(|l| &l.wrong_pairs) {
+        *pairs.entry(format!("{seen} for {known}")).or_default() += times;
+    }
+    outcome.figure(key("wrong_matches_by_wall"), serde_json::json!(pairs));
     let having = |what: &dyn Fn(&Listener) -> bool| -> Vec<u64> {
         let chosen = listeners.iter().filter(|l| what(l));
         chosen.map(|l| l.seed).collect()
@@ -124,7 +133,9 @@ fn all_seeds(tour: &'static Tour, seeds: u64) -> Result<Vec<Vec<Listener>>> {
         odometry_prior: OdometryErrors::default(),
         ..consistent
     };
-    let configs = [consistent, plain, uncalibrated];
+    let mut nearest = consistent;
+    nearest.association.method = AssociationMethod::Nearest;
+    let configs = [consistent, plain, uncalibrated, nearest];
     let workers = thread::available_parallelism().map_or(1, |n| n.get() as u64);
     let handles: Vec<_> = (0..workers)
         .map(|worker| {

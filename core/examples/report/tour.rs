@@ -8,7 +8,7 @@
 //! 3. A landmark belongs to the wall that its first sighting came from. A match with the landmark of another wall is an
 //!    error, unless both walls lie on one line: then α and r are right all the same.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use anyhow::{Context, Result};
 use nalgebra::{Point2, Vector2};
@@ -96,6 +96,10 @@ pub(crate) struct Listener {
     pub(crate) matches: usize,
     /// Matches with the landmark of a wall on another line.
     pub(crate) wrong_matches: usize,
+    /// How often which wall was taken for which other, by their numbers in the world.
+    pub(crate) wrong_pairs: BTreeMap<(usize, usize), usize>,
+    /// Matches of lines that rays do not find on one wall: across a corner, a gap, a pillar.
+    pub(crate) matches_of_no_wall: usize,
     /// Pairs of confirmed landmarks of one wall whose known parts overlap or touch.
     pub(crate) duplicates: usize,
     pub(crate) confirmed: usize,
@@ -258,8 +262,12 @@ impl Listener {
         }
         for found in &report.matches {
             let seen = wall_of_line.get(found.feature).copied().flatten();
-            if let Some((seen, known)) = seen.zip(self.wall(found.landmark)) {
-                self.wrong_matches += usize::from(!on_one_line(walls, seen, known));
+            self.matches_of_no_wall += usize::from(seen.is_none());
+            if let Some((seen, known)) = seen.zip(self.wall(found.landmark))
+                && !on_one_line(walls, seen, known)
+            {
+                self.wrong_matches += 1;
+                *self.wrong_pairs.entry((seen, known)).or_default() += 1;
             }
         }
         for merged in &report.merged {

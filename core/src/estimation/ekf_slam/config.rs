@@ -18,7 +18,7 @@ pub enum Consistency {
 pub struct MergeConfig {
     /// Largest d² of their difference. Default 5.99, 95 % of χ² with 2 degrees of freedom. Growing: more merges, more wrong ones.
     pub gate: f64,
-    /// The difference must be known to lie within this: its size and two standard deviations, rad. Default 0.05.
+    /// The difference and two standard deviations of it must not be greater than this, rad. Default 0.05.
     pub alpha: f64,
     /// The same for r where the two parts are nearest, m. Default 0.04: less than a wall is thick.
     pub r: f64,

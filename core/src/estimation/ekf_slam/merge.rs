@@ -7,6 +7,9 @@
 //!    seen from one pose share its error, and differ by much less than each is uncertain.
 //! 3. They are one if the difference is likely to be nothing, d² within the gate, and if it is known to be small: what is merely
 //!    not known well enough to tell apart stays apart until it is.
+//!    Two that differ in the mean of many sightings and yet lie on each other within less than a wall is thick are one wall too, of
+//!    which one was made from lines that something else spoilt (a pillar before it, a corner). Then the one that was seen less is
+//!    dropped and nothing is learnt from it.
 //! 4. That they are one is a measurement without noise: the difference is zero. The update moves everything that is correlated
 //!    with it (a loop closes here too); then the younger one's rows and columns go, which is the marginal of a Gaussian.
 
@@ -20,8 +23,23 @@ use crate::geom::{sin_cos, wrap};
 /// Parts of one wall in one scan may overlap by so much, m, as a corner's last beam is shared.
 pub(super) const SHARED: f64 = 0.1;
 
+/// Two landmarks on one line count as doubles if they overlap by so much, m.
+const DOUBLED: f64 = 0.3;
+
+/// What the known parts of two landmarks have in common.
+struct Shared {
+    /// The middle of the overlap, or of the gap.
+    about: Point2<f64>,
+    /// Length of the overlap, m; negative for a gap.
+    overlap: f64,
+    /// The largest distance of the two lines there, m.
+    off: f64,
+}
+
 /// How two landmarks differ.
 struct Difference {
+    /// Whether they are one wall as the covariance sees it; otherwise they only lie on each other.
+    is_likely: bool,
     v: Vector2<f64>,
     cov: Matrix2<f64>,
     d2: f64,
@@ -68,20 +86,22 @@ impl EkfSlam {
             if index == landmark || !is_wall(entry) {
                 continue;
             }
-            let Some(about) = self.between(own, entry) else {
+            let Some(shared) = self.between(own, entry) else {
                 continue;
             };
-            let difference = self.difference(landmark, index, about);
-            if self.is_one(&difference) && best.as_ref().is_none_or(|b| difference.d2 < b.1.d2) {
+            let difference = self.difference(landmark, index, shared.about);
+            let is_one = self.is_known(&difference)
+                && (difference.is_likely
+                    || (shared.overlap >= DOUBLED && shared.off <= self.config.merge.r));
+            if is_one && best.as_ref().is_none_or(|b| difference.d2 < b.1.d2) {
                 best = Some((index, difference));
             }
         }
         best
     }
 
-    /// The middle of what two landmarks share or of the gap between them; `None` where the gap is too large, or where direction
-    /// or distance rule out that they are one.
-    fn between(&self, a: &Entry, b: &Entry) -> Option<Point2<f64>> {
+    /// What two landmarks share; `None` where the gap is too large, or where direction or distance rule out that they are one.
+    fn between(&self, a: &Entry, b: &Entry) -> Option<Shared> {
         let merge = &self.config.merge;
         if wrap(a.line[0] - b.line[0]).abs() > merge.alpha {
             return None;
@@ -93,9 +113,16 @@ impl EkfSlam {
             return None;
         }
         let foot = a.anchor + Vector2::new(tangent.y, -tangent.x) * a.line[1];
-        let about = foot + tangent * (0.5 * (low + high));
-        let off = b.distance(about) - a.distance(about);
-        (off.abs() <= merge.r).then_some(about)
+        let off = |along: f64| {
+            let point = foot + tangent * along;
+            (b.distance(point) - a.distance(point)).abs()
+        };
+        let middle = 0.5 * (low + high);
+        (off(middle) <= merge.r).then(|| Shared {
+            about: foot + tangent * middle,
+            overlap: high - low,
+            off: off(low).max(off(high)),
+        })
     }
 
     /// `other` less `landmark`, (α, r) with r counted from `about`.
@@ -127,6 +154,7 @@ impl EkfSlam {
             .cholesky()
             .map_or(f64::INFINITY, |c| v.dot(&c.solve(&v)));
         Difference {
+            is_likely: d2 <= self.config.merge.gate,
             v,
             cov,
             d2,
@@ -134,15 +162,17 @@ impl EkfSlam {
         }
     }
 
-    fn is_one(&self, difference: &Difference) -> bool {
+    /// Whether the difference is known to be small.
+    fn is_known(&self, difference: &Difference) -> bool {
         let merge = &self.config.merge;
-        let most = |axis: usize| {
-            difference.v[axis].abs() + 2.0 * difference.cov[(axis, axis)].max(0.0).sqrt()
+        let within = |axis: usize, most: f64| {
+            let sigma = difference.cov[(axis, axis)].max(0.0).sqrt();
+            difference.v[axis].abs().max(2.0 * sigma) <= most
         };
-        difference.d2 <= merge.gate && most(0) <= merge.alpha && most(1) <= merge.r
+        difference.d2.is_finite() && within(0, merge.alpha) && within(1, merge.r)
     }
 
-    /// Makes one of two; the older one stays.
+    /// Makes one of two: the older one stays, or the one seen more often where they do not agree.
     fn merge(
         &mut self,
         landmark: usize,
@@ -153,11 +183,16 @@ impl EkfSlam {
     ) {
         // What is measured is zero: less than expected by the difference.
         let v = -difference.v;
-        if !self.absorb(&v, &difference.cov, &difference.columns, gain) {
+        if difference.is_likely && !self.absorb(&v, &difference.cov, &difference.columns, gain) {
             return;
         }
-        let is_older = self.landmarks[landmark].id < self.landmarks[other].id;
-        let (kept, gone) = if is_older {
+        let (own, twin) = (&self.landmarks[landmark], &self.landmarks[other]);
+        let stays = if difference.is_likely {
+            own.id < twin.id
+        } else {
+            own.sightings >= twin.sightings
+        };
+        let (kept, gone) = if stays {
             (landmark, other)
         } else {
             (other, landmark)
@@ -183,6 +218,7 @@ impl EkfSlam {
             kept: stays.id,
             gone: entry.id,
             d2: difference.d2,
+            is_joined: difference.is_likely,
         });
     }
 }
@@ -195,3 +231,6 @@ impl Entry {
         normal.dot(&(point - self.anchor)) - self.line[1]
     }
 }
+
+#[cfg(test)]
+mod tests;

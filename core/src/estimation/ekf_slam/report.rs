@@ -60,12 +60,14 @@ pub struct Rejected {
 /// Two landmarks that became one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Merged {
-    /// The older one, which stays.
+    /// The one that stays.
     pub kept: LandmarkId,
     /// The other, whose name is never given again.
     pub gone: LandmarkId,
     /// Squared Mahalanobis distance between the two, χ² with 2 degrees of freedom if they are one wall.
     pub d2: f64,
+    /// Whether the two were joined by a measurement; otherwise they lay on each other without agreeing, and `gone` was dropped.
+    pub is_joined: bool,
 }
 
 /// Why a line was not used.

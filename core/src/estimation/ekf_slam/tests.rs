@@ -22,7 +22,7 @@ fn correlated(cov: &Matrix2<f64>, rng: &mut ChaCha8Rng) -> Vector2<f64> {
     l * Vector2::new(normal(rng), normal(rng))
 }
 
-const ONCE: SweepTiming = SweepTiming {
+pub(super) const ONCE: SweepTiming = SweepTiming {
     lag: 0.0,
     stamp: Stamp(1),
     seconds: 0.0,
@@ -38,7 +38,7 @@ fn odometry(motion: Pose2, cov: Matrix3<f64>) -> Odometry {
     }
 }
 
-fn feature(alpha: f64, r: f64) -> LineFeature {
+pub(super) fn feature(alpha: f64, r: f64) -> LineFeature {
     let line = Line::new(alpha, r);
     let foot = Point2::from(line.normal() * line.r());
     let tangent = Vector2::new(-line.normal().y, line.normal().x);
@@ -55,12 +55,12 @@ fn feature(alpha: f64, r: f64) -> LineFeature {
     }
 }
 
-fn dense(slam: &EkfSlam) -> DMatrix<f64> {
+pub(super) fn dense(slam: &EkfSlam) -> DMatrix<f64> {
     let p = &slam.cov;
     DMatrix::from_fn(p.n(), p.n(), |i, j| p.get(i, j))
 }
 
-fn plain() -> EkfConfig {
+pub(super) fn plain() -> EkfConfig {
     EkfConfig {
         consistency: Consistency::Plain,
         alpha_sigma: 0.0,
@@ -345,6 +345,60 @@ fn bad_input_is_named_and_changes_nothing() {
     let p = dense(&slam);
     let after = (slam.pose, slam.landmarks, p, slam.scans, slam.pending.len());
     assert_eq!(before, after);
+}
+
+#[test]
+fn singular_innovation_is_told_and_changes_nothing() {
+    let mut slam = some_state();
+    let before = (slam.pose, slam.landmarks.clone(), dense(&slam));
+    let columns = [(0, [1.0, 1.0]), (1, [0.0, 0.0])];
+    let v = Vector2::new(0.1, 0.1);
+    for z in [
+        Matrix2::zeros(),
+        Matrix2::new(1.0, 1.0, 1.0, 1.0),
+        Matrix2::new(-1.0, 0.0, 0.0, 1.0),
+        Matrix2::new(f64::NAN, 0.0, 0.0, 1.0),
+    ] {
+        assert!(!slam.absorb(&v, &z, &columns, &mut Gain::default()), "{z}");
+    }
+    let infinite = Vector2::new(f64::INFINITY, 0.0);
+    let fine = Matrix2::identity();
+    assert!(!slam.absorb(&infinite, &fine, &columns, &mut Gain::default()));
+    assert_eq!(before, (slam.pose, slam.landmarks.clone(), dense(&slam)));
+}
+
+#[test]
+fn lines_matched_together_outvote_a_nearer_wrong_wall() {
+    // Walls 0.3 m apart one behind the other; then the robot moves 0.2 m towards them unnoticed.
+    let walls = [1.0, 1.3, 1.6].map(|r| feature(0.0, r));
+    let with = |method| {
+        let mut config = plain();
+        config.association.method = method;
+        // The nearest one is taken, however near the next.
+        config.association.ambiguity = 0.0;
+        config.association.new_gate = 16.0;
+        let mut slam = EkfSlam::new(config);
+        for _ in 0..5 {
+            slam.update(&walls, &ONCE).unwrap();
+        }
+        let unsure = Matrix3::from_diagonal(&Vector3::new(0.02, 1e-6, 1e-6));
+        slam.predict(&odometry(Pose2::identity(), unsure)).unwrap();
+        // The one that stands nearer to another wall's place than to its own comes first.
+        let seen = [1.3, 1.0, 1.6].map(|r| feature(0.0, r - 0.2));
+        let report = slam.update(&seen, &ONCE).unwrap();
+        let ids: Vec<_> = report
+            .matches
+            .iter()
+            .map(|m| (m.feature, m.landmark.0))
+            .collect();
+        (ids, slam.pose.x())
+    };
+    let (together, x) = with(AssociationMethod::Joint);
+    assert_eq!(together, [(0, 1), (1, 0), (2, 2)]);
+    assert!((x - 0.2).abs() < 0.02, "{x}");
+    let (nearest, x) = with(AssociationMethod::Nearest);
+    assert!(nearest.contains(&(0, 0)), "{nearest:?}");
+    assert!((x - 0.2).abs() > 0.1, "{x}");
 }
 
 /// A run through known walls with sightings made straight from the truth.
