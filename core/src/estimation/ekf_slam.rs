@@ -22,7 +22,7 @@
 //! Consistency: an EKF that takes its Jacobians at ever new estimates believes to learn its absolute heading, which nothing
 //! measures (Huang, Mourikis & Roumeliotis 2010, "Observability-based rules for designing consistent EKF SLAM
 //! estimators"). [`Consistency::FirstEstimates`] takes them at the first ones. Over 100 seeds the pose's mean NEES (3 is honest, 2.54
-//! to 3.50 the 95 % band) is 2.95 on a lap of `loop` and 3.01 on a tour of `office`; with Jacobians at the newest estimate 15.8 and 3.07.
+//! to 3.50 the 95 % band) is 2.96 on a lap of `loop` and 3.34 on a tour of `office`; with Jacobians at the newest estimate 2.63 and 3.45.
 //! Measured by `cargo run --release -p slamlab-core --example report -- ekf-consistency`.
 
 mod config;
