@@ -5,9 +5,11 @@
 #![allow(missing_docs, clippy::unwrap_used)] // a test binary has no public interface, and failing is its trade
 
 use slamlab_core::experiment::{Experiment, ExperimentConfig, Figures};
+use slamlab_core::geom::Pose2;
 use slamlab_core::pilot::{Mode, Status};
+use slamlab_core::points::{PointConfig, Points};
 use slamlab_core::robot::RobotModel;
-use slamlab_core::sim::{SensorModel, World, reachable_area, worlds};
+use slamlab_core::sim::{SensorKind, SensorModel, Simulation, World, reachable_area, worlds};
 
 /// Simulated seconds after which an errand counts as endless.
 const ENDLESS: f64 = 1800.0;
@@ -81,4 +83,17 @@ fn rangers_bring_the_robot_to_its_goal_by_truth() {
     }
     let mean = nees.iter().sum::<f64>() / nees.len() as f64;
     assert!(mean > 0.5 && mean < 6.0, "mean NEES {mean}, 3 is honest");
+}
+
+/// A SICK that sees nothing says its greatest range: that is free room, not a wall.
+#[test]
+fn greatest_range_of_a_sick_is_no_wall() {
+    let mut world = worlds::builtin("corridor").unwrap();
+    world.start = Pose2::new(1.0, 1.0, 0.0);
+    let mut sim = Simulation::new(world, RobotModel::rp6(), SensorKind::Sick.model(), 3).unwrap();
+    sim.advance(1.0);
+    let scan = sim.take_scan().unwrap();
+    let points = Points::from_scan(&scan, &Pose2::identity(), &PointConfig::default());
+    let far: Vec<_> = points.beams.iter().filter(|b| b.range >= 20.0).collect();
+    assert!(!far.is_empty() && far.iter().all(|b| !b.is_hit), "{far:?}");
 }

@@ -80,7 +80,7 @@ impl Evidence {
     /// Believes each beam as far as its direction is certain.
     ///
     /// # Units    `bearing_sigmas`: standard deviation of each beam's direction, rad, in the order of `points.beams`;
-    ///            `resolution`: side of a cell, m.
+    /// `resolution`: side of a cell, m.
     #[must_use]
     pub fn certain(
         points: &Points,

@@ -62,12 +62,17 @@ impl Default for PilotConfig {
 
 impl PilotConfig {
     /// For a sensor that scans on command and sees little: frontiers creep on by decimetres, so that one place is the
-    /// goal more often before it is known.
+    /// goal more often before it is known. Its ranges err by centimetres, so it keeps that much more from what it saw.
     #[must_use]
     pub fn short_range() -> Self {
+        let default = Self::default();
         Self {
             looks: 8,
-            ..Self::default()
+            safe: SafeConfig {
+                gap: 0.05,
+                ..default.safe
+            },
+            ..default
         }
     }
 }

@@ -71,7 +71,7 @@ impl Pilot {
                 self.phase = Phase::Look;
                 if (now.estimate.pose.position() - from).norm() < 0.5 * SHORT_LEG {
                     self.get_unstuck(now);
-                    return Some(Command::Forward(-SHORT_LEG));
+                    return Some(Command::Forward(-self.free_way(-1.0, SHORT_LEG, now)));
                 }
                 self.errand.stuck = 0;
                 None
@@ -122,12 +122,17 @@ impl Pilot {
             return Some(Command::Turn(error));
         }
         self.phase = Phase::Going(pose.position());
-        let length = way.norm();
+        Some(Command::Forward(self.free_way(1.0, way.norm(), now)))
+    }
+
+    /// How much of `length` (m) the last scan shows to be free ahead (`direction` 1) or behind (-1).
+    fn free_way(&self, direction: f64, length: f64, now: &Situation) -> f64 {
         let radius = self.model.radius() + self.config.safe.gap;
         let free = now.points.map_or(length, |points| {
-            free_distance((1.0, 0.0), points, &now.motion_since_scan, radius, length)
+            let along = (direction, 0.0);
+            free_distance(along, points, &now.motion_since_scan, radius, length)
         });
-        Some(Command::Forward(free.max(0.0)))
+        free.max(0.0)
     }
 
     /// How much of a leg leads over cells that were seen; at least a little, where the sensor is blind.

@@ -597,11 +597,6 @@ fn sick_sees_half_of_the_horizon_ten_times_a_second_and_says_its_greatest_range(
             .count()
             >= 9
     );
-    // The pipeline takes the greatest range for free room, not for a wall.
-    let config = crate::points::PointConfig::default();
-    let points = crate::points::Points::from_scan(&scans[0], &Pose2::identity(), &config);
-    let far = points.beams.iter().filter(|b| b.range >= 20.0);
-    assert!(far.clone().count() > 0 && far.clone().all(|b| !b.is_hit));
 }
 
 #[test]
