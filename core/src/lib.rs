@@ -55,3 +55,5 @@ pub mod replay;
 pub mod sim;
 
 pub mod format;
+
+pub mod wire;

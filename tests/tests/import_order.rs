@@ -15,7 +15,7 @@ use Imports::{AllBefore, These};
 
 /// The modules of `core`, each after those that it may import. `sim` and `format` are sources and sinks that no stage
 /// imports, so a real robot, the simulator and a recording can stand in for each other.
-const MAY_IMPORT: [(&str, Imports); 17] = [
+const MAY_IMPORT: [(&str, Imports); 18] = [
     ("geom", These(&[])),
     ("hash", These(&["geom"])),
     ("robot", These(&["geom"])),
@@ -42,6 +42,7 @@ const MAY_IMPORT: [(&str, Imports); 17] = [
     ("pilot", AllBefore),
     ("sim", These(&["geom", "robot"])),
     ("format", These(&["geom", "robot", "map", "sim"])),
+    ("wire", These(&["geom", "robot"])),
     ("experiment", AllBefore),
     ("replay", AllBefore),
 ];
