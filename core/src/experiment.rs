@@ -9,7 +9,7 @@
 
 mod figures;
 
-use crate::estimation::EkfConfig;
+use crate::estimation::{EkfConfig, ScanMatcherConfig};
 use crate::features::LineConfig;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
@@ -59,6 +59,10 @@ impl ExperimentConfig {
                 lines: LineConfig::short_range(),
                 ekf: EkfConfig::short_range(),
                 evidence: EvidenceConfig::short_range(),
+                matcher: ScanMatcherConfig {
+                    evidence: EvidenceConfig::short_range(),
+                    ..ScanMatcherConfig::default()
+                },
                 ..SlamConfig::default()
             };
             (slam, PilotConfig::short_range())
