@@ -12,7 +12,7 @@ mod figures;
 #[cfg(test)]
 mod tests;
 
-use crate::estimation::EkfConfig;
+use crate::estimation::{EkfConfig, ScanMatcherConfig};
 use crate::features::LineConfig;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
@@ -65,6 +65,10 @@ impl ExperimentConfig {
                 lines: LineConfig::short_range(),
                 ekf: EkfConfig::short_range(),
                 evidence: EvidenceConfig::short_range(),
+                matcher: ScanMatcherConfig {
+                    evidence: EvidenceConfig::short_range(),
+                    ..ScanMatcherConfig::default()
+                },
                 ..SlamConfig::default()
             };
             (slam, PilotConfig::short_range())
@@ -298,7 +302,8 @@ fn situation<'a>(sim: &Simulation, slam: &'a Slam, estimate: &'a PoseEstimate) -
         stamp: sim.stamp(),
         estimate,
         grid: slam.grid(),
-        points: slam.points(),
+        points: slam.obstacles(),
+        bumpers: sim.bumpers(),
         motion_since_scan: slam.motion_since_scan(),
         robot_is_busy: sim.is_busy(),
         scans_on_command: sim.scans_on_command(),

@@ -10,7 +10,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::battery::{Battery, BatteryModel};
-use super::body::{Body, Bumpers};
+use super::body::Body;
+use super::contact::Contacts;
 use super::drive::Drive;
 use super::movers::Walker;
 #[cfg(doc)]
@@ -19,7 +20,9 @@ use super::sensors::{Sensor, SensorError, SensorModel, Span, View};
 use super::{Caster, Disc, World, WorldError};
 use crate::geom::Pose2;
 use crate::robot::controller::DesignError;
-use crate::robot::{Command, Odometry, Robot, RobotModel, Scan, Stamp, TrackOdometry, Tracks};
+use crate::robot::{
+    Bumpers, Command, Odometry, Robot, RobotModel, Scan, Stamp, TrackOdometry, Tracks,
+};
 
 /// Simulated time of one step, s.
 pub const TIME_STEP: f64 = 0.005;
@@ -249,6 +252,12 @@ impl Simulation {
     /// How often the body began to touch something.
     #[must_use]
     pub fn contacts(&self) -> u32 {
+        self.body.contacts().total()
+    }
+
+    /// The same, by what was touched and who came.
+    #[must_use]
+    pub fn contact_counts(&self) -> Contacts {
         self.body.contacts()
     }
 
@@ -410,6 +419,10 @@ impl Robot for Simulation {
 
     fn take_scan(&mut self) -> Option<Scan> {
         self.take_scan()
+    }
+
+    fn bumpers(&self) -> Bumpers {
+        self.bumpers()
     }
 
     fn scans_on_command(&self) -> bool {
