@@ -35,6 +35,7 @@ pub mod worlds;
 pub use battery::BatteryModel;
 pub use body::Bumpers;
 pub use cast::{Caster, Fan, Hit};
+pub use motor::Motor;
 pub use reachable::{ReachableArea, reachable_area};
 pub use sensors::{SensorKind, SensorModel, UnknownSensor};
 pub use simulation::{SimError, Simulation, TIME_STEP};

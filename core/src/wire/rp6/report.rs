@@ -203,7 +203,7 @@ impl State {
         self.0 & 16 != 0
     }
 
-    /// The robot stopped by itself because no command came; the next one that moves it clears this.
+    /// The robot stopped by itself because no command came; the next one clears this.
     #[must_use]
     pub fn stopped_by_silence(self) -> bool {
         self.0 & 32 != 0
