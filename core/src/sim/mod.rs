@@ -37,6 +37,7 @@ pub mod worlds;
 pub use battery::BatteryModel;
 pub use cast::{Caster, Fan, Hit};
 pub use contact::Contacts;
+pub use motor::Motor;
 pub use reachable::{ReachableArea, reachable_area};
 pub use sensors::{SensorKind, SensorModel, UnknownSensor};
 pub use simulation::{SimError, Simulation, TIME_STEP};

@@ -7,3 +7,6 @@
 //! Units change here and only here: millimetres, degrees, ticks and counts outside; metres and radians inside.
 
 pub mod message;
+pub mod remotrol;
+pub mod rp6;
+pub mod rp6cntrl;
