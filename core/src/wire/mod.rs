@@ -6,4 +6,11 @@
 //!
 //! Units change here and only here: millimetres, degrees, ticks and counts outside; metres and radians inside.
 
+mod inbox;
+pub mod ld06;
 pub mod message;
+pub mod pilch;
+pub mod revolution;
+pub mod rplidar;
+
+pub use inbox::Tally;
