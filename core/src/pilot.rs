@@ -16,6 +16,7 @@ mod config;
 mod cycle;
 mod errand;
 mod explorer;
+mod stages;
 mod status;
 #[cfg(test)]
 mod tests;
@@ -31,6 +32,7 @@ use crate::plan::{Frontier, Path, Planner};
 use crate::points::Points;
 use crate::robot::{Command, RobotModel, Stamp};
 pub use config::PilotConfig;
+pub use stages::{Cut, Cycle, Stage, StageReport};
 pub use status::{Failure, Finish, Mode, Status};
 
 /// What the pilot knows at a tick.
@@ -65,6 +67,7 @@ pub struct Pilot {
     told: (f64, f64),
     errand: errand::Errand,
     phase: cycle::Phase,
+    cycle: Cycle,
     hand_scan: cycle::HandScan,
 }
 
@@ -82,6 +85,7 @@ impl Pilot {
             told: (0.0, 0.0),
             errand: errand::Errand::default(),
             phase: cycle::Phase::default(),
+            cycle: Cycle::default(),
             hand_scan: cycle::HandScan::default(),
         }
     }
@@ -93,6 +97,7 @@ impl Pilot {
         self.wish = (0.0, 0.0);
         self.errand = errand::Errand::default();
         self.phase = cycle::Phase::default();
+        self.cycle = Cycle::default();
     }
 
     /// By hand: drive with these speeds (m/s, rad/s) until told otherwise. Takes over from any errand.
@@ -117,6 +122,34 @@ impl Pilot {
             _ if now.scans_on_command => self.in_cycle(now),
             _ => Some(self.continuously(now)),
         }
+    }
+
+    /// One stage of the cycle, for someone who follows it stage by stage; as many of these in a row as give no command are
+    /// one [`Self::steer`]. The second tells whether there is more to do now.
+    pub(crate) fn steer_by_stage(&mut self, now: &Situation) -> (Option<Command>, bool) {
+        let in_cycle = self.mode != Mode::Manual
+            && !self.status.is_over()
+            && !now.robot_is_busy
+            && now.scans_on_command;
+        if !in_cycle {
+            return (self.steer(now), false);
+        }
+        match self.stage(now) {
+            cycle::Next::Stage => (None, true),
+            cycle::Next::Tell(command) => (Some(command), false),
+            cycle::Next::Wait => (None, false),
+        }
+    }
+
+    /// The cycle so far; empty for continuous driving.
+    #[must_use]
+    pub fn cycle(&self) -> &Cycle {
+        &self.cycle
+    }
+
+    /// What somebody else did for the cycle.
+    pub(crate) fn tell(&mut self, report: StageReport) {
+        self.cycle.tell(report);
     }
 
     fn by_hand(&mut self, now: &Situation) -> Option<Command> {

@@ -84,6 +84,8 @@ pub struct Simulation {
     memory: VecDeque<Moment>,
     scans: VecDeque<Scan>,
     scan: ScanOrder,
+    /// Whether scans nobody asked for are dropped, whatever the sensor.
+    on_command: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -146,6 +148,7 @@ impl Simulation {
             memory: VecDeque::from([start]),
             scans: VecDeque::new(),
             scan: ScanOrder::None,
+            on_command: false,
             world,
             robot,
             sensor_model: sensor,
@@ -160,6 +163,14 @@ impl Simulation {
             Command::Scan => ScanOrder::Waiting,
             _ => ScanOrder::None,
         };
+    }
+
+    /// A sensor that looks round all the time is to be heard only after [`Command::Scan`], the robot standing; or no longer so.
+    /// Scans that wait to be taken are dropped. No change for a sensor that scans on command anyway.
+    pub fn set_on_command(&mut self, on_command: bool) {
+        self.on_command = on_command;
+        self.scans.clear();
+        self.scan = ScanOrder::None;
     }
 
     /// Lets time pass; what is less than a step is kept for the next call.
@@ -335,6 +346,9 @@ impl Simulation {
     }
 
     fn keep(&mut self, scan: Scan) {
+        if self.on_command && self.scan != ScanOrder::UnderWay {
+            return;
+        }
         if self.scan == ScanOrder::UnderWay {
             self.scan = ScanOrder::None;
         }
@@ -399,7 +413,7 @@ impl Robot for Simulation {
     }
 
     fn scans_on_command(&self) -> bool {
-        self.sensor_model.scans_on_command()
+        self.on_command || self.sensor_model.scans_on_command()
     }
 }
 

@@ -107,6 +107,36 @@ impl Estimator {
         Ok(())
     }
 
+    /// First part of a scan: the lines in it, for a method that uses them.
+    pub(super) fn find_lines(&mut self, points: &Points) -> Result<(), SlamError> {
+        if let Self::Lines {
+            extractor,
+            features,
+            ..
+        } = self
+        {
+            extractor.extract(points, features)?;
+        }
+        Ok(())
+    }
+
+    /// Last part: what the scan shows, for a method that draws it once the pose is known.
+    pub(super) fn draw(&mut self, sweep: &Sweep) {
+        if let Self::Lines {
+            ekf,
+            smoother,
+            track,
+            grid,
+            ..
+        } = self
+        {
+            let pose = ekf.estimate().pose;
+            grid.draw(&sweep.evidence(ekf.report(), smoother, grid), &pose);
+            track.push((sweep.points.stamp, pose));
+        }
+    }
+
+    /// Middle part: the pose, and all of it for methods that draw at once.
     pub(super) fn correct(&mut self, sweep: &Sweep) -> Result<(), SlamError> {
         let points = sweep.points;
         match self {
@@ -119,19 +149,8 @@ impl Estimator {
                 grid.insert(points, &pose);
                 track.push((points.stamp, pose));
             }
-            Self::Lines {
-                ekf,
-                extractor,
-                features,
-                smoother,
-                track,
-                grid,
-            } => {
-                extractor.extract(points, features)?;
+            Self::Lines { ekf, features, .. } => {
                 ekf.update(features, &SweepTiming::at(points.stamp, sweep.scan))?;
-                let pose = ekf.estimate().pose;
-                grid.draw(&sweep.evidence(ekf.report(), smoother, grid), &pose);
-                track.push((points.stamp, pose));
             }
             Self::Matching {
                 matcher,

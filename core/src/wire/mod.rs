@@ -5,3 +5,5 @@
 //! devices share them, so that there is one truth about each byte.
 //!
 //! Units change here and only here: millimetres, degrees, ticks and counts outside; metres and radians inside.
+
+pub mod message;
