@@ -7,6 +7,7 @@ mod frontier;
 mod lattice;
 mod path;
 mod point_index;
+mod pull_tight;
 mod query;
 mod reach;
 mod route;
@@ -29,6 +30,7 @@ pub use cspace::{Both, ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown
 pub use frontier::{Frontier, FrontierConfig, find_frontiers};
 pub use lattice::Lattice;
 pub use path::{NoPath, Path, Planner};
+pub use pull_tight::pull_tight;
 pub use query::{Answer, Progress, Query};
 pub use reach::{floods_apart, may_reach};
 pub use route::{Route, RouteConfig, RouteFailure, plan_route};
