@@ -13,6 +13,7 @@ pub mod headers;
 pub mod host;
 mod listen;
 mod serve;
+pub mod source;
 
 pub use listen::{BindError, bind};
 pub use serve::{RunError, check_page, run};
