@@ -7,15 +7,18 @@
 //!
 //! The same configuration gives the same bits natively and in the browser; [`Experiment::state_hash`] shows it.
 
+mod by_stage;
 mod figures;
+#[cfg(test)]
+mod tests;
 
-use crate::estimation::EkfConfig;
+use crate::estimation::{EkfConfig, ScanMatcherConfig};
 use crate::features::LineConfig;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::{EvidenceConfig, GridConfig};
 use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation};
-use crate::robot::{Robot, RobotModel};
+use crate::robot::{Command, Robot, RobotModel, Scan};
 use crate::sim::{SensorModel, SimError, Simulation, World};
 use crate::slam::{Method, Slam, SlamConfig, SlamError};
 pub use figures::{Figures, Record, Sample};
@@ -40,6 +43,9 @@ pub struct ExperimentConfig {
     pub method: Method,
     /// What it does at first.
     pub mode: Mode,
+    /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg) also with a sensor that looks
+    /// round all the time. Default false.
+    pub cycle: bool,
     /// Settings of the estimation.
     pub slam: SlamConfig,
     /// Settings of planning and driving.
@@ -59,6 +65,10 @@ impl ExperimentConfig {
                 lines: LineConfig::short_range(),
                 ekf: EkfConfig::short_range(),
                 evidence: EvidenceConfig::short_range(),
+                matcher: ScanMatcherConfig {
+                    evidence: EvidenceConfig::short_range(),
+                    ..ScanMatcherConfig::default()
+                },
                 ..SlamConfig::default()
             };
             (slam, PilotConfig::short_range())
@@ -72,6 +82,7 @@ impl ExperimentConfig {
             seed,
             method: Method::LineEkf,
             mode: Mode::Explore,
+            cycle: false,
             slam,
             pilot,
         }
@@ -99,6 +110,10 @@ pub struct Experiment {
     dead_reckoning: Pose2,
     map_from_world: Pose2,
     record: Record,
+    /// Odometry readings of the present period that were taken; all of them between two periods.
+    readings: u32,
+    /// The pose before the scan that is taken in part by part.
+    before_scan: Pose2,
 }
 
 impl Experiment {
@@ -107,7 +122,7 @@ impl Experiment {
     /// # Errors    [`ExperimentError`] naming what cannot be.
     pub fn new(config: ExperimentConfig) -> Result<Self, ExperimentError> {
         let map_from_world = config.world.start.inverse();
-        let sim = Simulation::new(config.world, config.robot, config.sensor, config.seed)?;
+        let mut sim = Simulation::new(config.world, config.robot, config.sensor, config.seed)?;
         // The pilot draws its own numbers: what it decides must not change the noise of the sensors.
         let mut pilot = Pilot::new(
             config.robot,
@@ -115,6 +130,7 @@ impl Experiment {
             config.seed ^ 0x9E37_79B9_7F4A_7C15,
         );
         pilot.set_mode(config.mode);
+        sim.set_on_command(config.cycle);
         Ok(Self {
             sim,
             slam: Slam::new(config.method, config.slam)?,
@@ -122,6 +138,8 @@ impl Experiment {
             dead_reckoning: Pose2::identity(),
             map_from_world,
             record: Record::default(),
+            readings: READINGS,
+            before_scan: Pose2::identity(),
         })
     }
 
@@ -133,51 +151,54 @@ impl Experiment {
         self.advance()
     }
 
-    /// The first half of a step: the pilot looks at the map and tells the robot what to do.
+    /// The first half of a step: the pilot looks at the map and tells the robot what to do. Does nothing in the middle of a
+    /// period, where [`Self::next_stage`] may have left off.
     pub fn decide(&mut self) {
+        if self.readings < READINGS {
+            return;
+        }
         let estimate = self.slam.estimate();
-        let command = self.pilot.steer(&Situation {
-            stamp: self.sim.stamp(),
-            estimate: &estimate,
-            grid: self.slam.grid(),
-            points: self.slam.points(),
-            motion_since_scan: self.slam.motion_since_scan(),
-            robot_is_busy: self.sim.is_busy(),
-            scans_on_command: self.sim.sensor().scans_on_command(),
-        });
+        let command = self
+            .pilot
+            .steer(&situation(&self.sim, &self.slam, &estimate));
+        self.obey(command);
+    }
+
+    fn obey(&mut self, command: Option<Command>) {
         if let Some(command) = command {
             self.sim.command(command);
         }
+        self.readings = 0;
     }
 
     /// The second half of a step: the robot moves, odometry and scans are taken in. Tells whether a scan was.
     ///
     /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors make none such.
     pub fn advance(&mut self) -> Result<bool, SlamError> {
-        let mut has_scanned = false;
-        for _ in 0..READINGS {
-            self.sim.advance(CONTROL_PERIOD / f64::from(READINGS));
-            has_scanned |= self.sense()?;
+        let mut has_scanned = self.complete_scan()?;
+        while self.readings < READINGS {
+            if let Some(scan) = self.read()? {
+                self.begin_scan(scan)?;
+                has_scanned |= self.complete_scan()?;
+            }
         }
         Ok(has_scanned)
     }
 
-    fn sense(&mut self) -> Result<bool, SlamError> {
+    /// One reading of the odometry, and the scan that came with it.
+    fn read(&mut self) -> Result<Option<Scan>, SlamError> {
+        self.readings += 1;
+        self.sim.advance(CONTROL_PERIOD / f64::from(READINGS));
         let odometry = self.sim.odometry();
         self.dead_reckoning = self.dead_reckoning * odometry.motion;
         self.slam.odometry(&odometry)?;
-        let Some(scan) = self.sim.take_scan() else {
-            return Ok(false);
-        };
-        self.slam.scan(&scan)?;
-        let sample = Sample {
-            stamp: self.sim.stamp(),
-            truth: self.truth(),
-            estimate: self.slam.estimate(),
-            odometry: self.dead_reckoning,
-        };
-        self.record.push(sample, self.slam.explain());
-        Ok(true)
+        Ok(self.sim.take_scan())
+    }
+
+    /// Has the robot drive by the cycle, or as continuously as its sensor allows; its errand begins anew.
+    pub fn set_cycle(&mut self, cycle: bool) {
+        self.sim.set_on_command(cycle);
+        self.pilot.set_mode(self.pilot.mode());
     }
 
     /// Gives the robot another errand.
@@ -190,10 +211,16 @@ impl Experiment {
         self.pilot.drive(forward, turn);
     }
 
+    /// Whether it drives by the cycle: because it was told to, or because its sensor scans standing only.
+    #[must_use]
+    pub fn is_in_cycle(&self) -> bool {
+        self.sim.scans_on_command()
+    }
+
     /// Stops the robot at once; it forgets its errand.
     pub fn stop(&mut self) {
         self.pilot.stop();
-        self.sim.command(crate::robot::Command::Stop);
+        self.sim.command(Command::Stop);
     }
 
     /// The simulated robot in its world.
@@ -267,5 +294,18 @@ impl Experiment {
         hash.pose(&self.sim.truth()).pose(&self.dead_reckoning);
         self.slam.add_to(&mut hash);
         hash.finish()
+    }
+}
+
+fn situation<'a>(sim: &Simulation, slam: &'a Slam, estimate: &'a PoseEstimate) -> Situation<'a> {
+    Situation {
+        stamp: sim.stamp(),
+        estimate,
+        grid: slam.grid(),
+        points: slam.obstacles(),
+        bumpers: sim.bumpers(),
+        motion_since_scan: slam.motion_since_scan(),
+        robot_is_busy: sim.is_busy(),
+        scans_on_command: sim.scans_on_command(),
     }
 }

@@ -3,7 +3,8 @@
 //! In: odometry and scans. Out: the pose with its covariance, the trajectory, the grid.
 //!
 //! 1. Odometry since the last scan says where to look; the scan's oriented points are matched to the running submap
-//!    ([`match_to_surfels`]), with odometry's own covariance as the prior.
+//!    ([`match_to_surfels`]), with odometry's own covariance as the prior. Along a direction that the scan says nothing of,
+//!    a corridor's, odometry stands alone, and its covariance gathers until a scan fixes the direction again.
 //! 2. After some way or turn the scan becomes a keyframe: it is added to the submap and drawn into the grid.
 //! 3. After some keyframes the submap is closed and a new one begun, seeded with the last keyframes, so that there is
 //!    always a map to match to. Poses are kept relative to their submap: moving a submap moves all that was seen in it.
@@ -50,7 +51,8 @@ pub struct ScanMatcher {
     submaps: Vec<Submap>,
     running: SurfelMap,
     submap_from_robot: Pose2,
-    /// Covariance of the pose in the running submap: of the last match, or carried on by odometry since then.
+    /// Covariance of the pose in the running submap since the last keyframe: of the last match, and of odometry where that
+    /// said nothing.
     local_cov: Matrix3<f64>,
     /// Whether the last scan could not be matched, so that odometry alone tells the pose.
     is_blind: bool,
@@ -182,8 +184,14 @@ impl ScanMatcher {
         });
     }
 
-    /// Takes the points of a scan, in the robot frame at the end of the newest odometry.
+    /// Takes the points of a scan that was taken at once, in the robot frame at the end of the newest odometry.
     pub fn update(&mut self, points: &Points) -> MatchReport {
+        self.update_swept(points, &vec![points.bearing_sigma; points.beams.len()])
+    }
+
+    /// Takes the points of a scan, in the robot frame at the end of the newest odometry. `sigmas` tell how well the direction of
+    /// each beam is known in that frame, rad, in the order of `points.beams`: beams that were taken earlier are known worse.
+    pub fn update_swept(&mut self, points: &Points, sigmas: &[f64]) -> MatchReport {
         let surfaces = oriented_points(points, &self.config.oriented);
         let moved = self
             .pending
@@ -195,12 +203,12 @@ impl ScanMatcher {
             self.match_running(&surfaces, &predicted.pose, &prior)
         });
         let matched = registration.filter(|r| !matches!(r.verdict, Verdict::TooFewPoints { .. }));
-        let local = matched.map_or(predicted, |r| r.estimate);
+        let local = matched.map_or(predicted, |r| self.corrected(&r, &predicted));
         (self.submap_from_robot, self.local_cov) = (local.pose, local.cov);
         self.is_blind = matched.is_none();
         let keyframe = self.is_new_place(registration.map_or(1.0, |r| r.overlap));
         if keyframe {
-            self.add_keyframe(points, surfaces);
+            self.add_keyframe(points, sigmas, surfaces);
         }
         self.track.push(TrackPoint {
             stamp: points.stamp,
@@ -343,15 +351,41 @@ impl ScanMatcher {
         } else {
             turned * moved.cov * turned.transpose()
         };
-        let (way, turn) = (self.config.odometry_sigma, self.config.odometry_turn_sigma);
-        let floor = Vector3::new(way * way, way * way, turn * turn);
-        let cov = since_match + Matrix3::from_diagonal(&floor);
+        let cov = since_match + self.odometry_floor();
         // A covariance that odometry spoilt says nothing.
         let information = cov.try_inverse().unwrap_or_else(Matrix3::zeros);
         Prior {
             pose: predicted.pose,
             information,
         }
+    }
+
+    /// The matched pose with its covariance: that of the match where the points say something, odometry's since the last
+    /// keyframe where they do not.
+    fn corrected(&self, found: &Registration, predicted: &PoseEstimate) -> PoseEstimate {
+        let mut floor = self.odometry_floor();
+        if let Verdict::Degenerate { direction } = found.verdict {
+            let said = &found.information;
+            let turn = -(said[(0, 2)] * direction.x + said[(1, 2)] * direction.y);
+            let free = direction.push(turn / said[(2, 2)].max(1e-12)).normalize();
+            // Between two scans odometry may err by more than it says, but not always to the same side.
+            let observed = Matrix3::identity() - free * free.transpose();
+            floor = observed * floor * observed;
+        }
+        let believed = (predicted.cov + floor).try_inverse();
+        let cov = believed.and_then(|b| (b + found.information).try_inverse());
+        let mut cov = cov.unwrap_or(found.estimate.cov);
+        symmetrize(&mut cov);
+        PoseEstimate {
+            pose: found.estimate.pose,
+            cov,
+        }
+    }
+
+    /// What odometry is not believed better than between two scans.
+    fn odometry_floor(&self) -> Matrix3<f64> {
+        let (way, turn) = (self.config.odometry_sigma, self.config.odometry_turn_sigma);
+        Matrix3::from_diagonal(&Vector3::new(way * way, way * way, turn * turn))
     }
 
     /// Where little of the scan is known already, as behind a door, the map must grow sooner.
@@ -368,7 +402,7 @@ impl ScanMatcher {
         })
     }
 
-    fn add_keyframe(&mut self, points: &Points, surfaces: Vec<OrientedPoint>) {
+    fn add_keyframe(&mut self, points: &Points, sigmas: &[f64], surfaces: Vec<OrientedPoint>) {
         if self
             .submaps
             .last()
@@ -385,14 +419,14 @@ impl ScanMatcher {
         while self.recent.len() > self.config.overlap_keyframes {
             self.recent.pop_front();
         }
-        let keyframe = self.keyframe_of(points);
+        let keyframe = self.keyframe_of(points, sigmas);
         let map_from_robot = self.map_from_running() * at;
         keyframe.draw(&mut self.grid, &map_from_robot);
         self.keyframes.push(keyframe);
         self.last_keyframe = Some(at);
         // Carried on by odometry, the local covariance holds the whole way since the last match already.
         if !self.is_blind {
-            self.way_cov += self.local_cov;
+            self.way_cov += std::mem::take(&mut self.local_cov);
         }
         if let Some(submap) = self.submaps.last_mut() {
             submap.own_keyframes += 1;

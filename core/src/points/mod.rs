@@ -2,6 +2,7 @@
 
 mod cartesian;
 mod deskew;
+mod near;
 mod oriented;
 mod range_sigma;
 mod segmentation;
@@ -9,6 +10,7 @@ mod spacing;
 
 pub use cartesian::{Beam, PointConfig, Points};
 pub use deskew::{MotionHistory, MovedSince};
+pub use near::{NearConfig, NearField};
 pub use oriented::{OrientedConfig, OrientedPoint, oriented_points};
 pub use range_sigma::{Growth, SigmaBin, SigmaConfig, SigmaError, SigmaFit, estimate_sigma};
 pub use segmentation::{BreakRule, Run, SegmentationConfig, segment};

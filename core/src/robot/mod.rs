@@ -2,6 +2,7 @@
 //! commands, the figures of the robot itself, and what turns a ranger's volts into a range.
 
 mod adc;
+mod bumpers;
 mod characteristic;
 pub mod chassis;
 mod command;
@@ -14,6 +15,7 @@ mod scan;
 mod stamp;
 
 pub use adc::Adc;
+pub use bumpers::Bumpers;
 pub use characteristic::{
     CalibrationPair, Characteristic, CharacteristicError, Fit, LEAST_PAIRS, Variable,
 };

@@ -16,10 +16,11 @@
 use nalgebra::{Point2, Vector2};
 use rand::{Rng, RngExt};
 
+use super::contact::{Contacts, Touch};
 use super::noise::gaussian_pair;
 use super::{Caster, Disc};
 use crate::geom::{Pose2, Segment, sin_cos, wrap};
-use crate::robot::{OdometryBias, OdometryNoise, RobotModel, Tracks};
+use crate::robot::{Bumpers, OdometryBias, OdometryNoise, RobotModel, Tracks};
 
 /// The body stops this far before a touch, m, so that rounding never puts it inside of a wall.
 const SKIN: f64 = 1e-5;
@@ -29,17 +30,6 @@ const TOUCH: f64 = 1e-3;
 const MOST_SLIDES: usize = 4;
 /// How far around the body free room is looked for, m.
 const LOOKOUT: f64 = 0.4;
-
-/// Which bumpers are pressed.
-///
-/// The RP6 has two in front; a push from behind presses neither, but is a contact all the same.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Bumpers {
-    /// Front left.
-    pub left: bool,
-    /// Front right.
-    pub right: bool,
-}
 
 /// The robot's body in the world.
 #[derive(Clone, Debug)]
@@ -53,9 +43,8 @@ pub(super) struct Body {
     heading: f64,
     /// Around this point no wall is nearer than this, m.
     free: (Point2<f64>, f64),
-    contacts: u32,
-    /// Direction from the body to what it touches, world frame.
-    touching: Option<Vector2<f64>>,
+    contacts: Contacts,
+    touching: Option<Touch>,
     /// What of the last step's way ahead was lost to something in it, m.
     lost: f64,
 }
@@ -77,7 +66,7 @@ impl Body {
             position: world_from_robot.position(),
             heading: world_from_robot.heading(),
             free: (world_from_robot.position(), 0.0),
-            contacts: 0,
+            contacts: Contacts::default(),
             touching: None,
             lost: 0.0,
         }
@@ -99,7 +88,7 @@ impl Body {
         self.radius
     }
 
-    pub(super) fn contacts(&self) -> u32 {
+    pub(super) fn contacts(&self) -> Contacts {
         self.contacts
     }
 
@@ -109,10 +98,10 @@ impl Body {
     }
 
     pub(super) fn bumpers(&self) -> Bumpers {
-        let Some(touched) = self.touching else {
+        let Some(Touch { to, .. }) = self.touching else {
             return Bumpers::default();
         };
-        let bearing = wrap(libm::atan2(touched.y, touched.x) - self.heading);
+        let bearing = wrap(libm::atan2(to.y, to.x) - self.heading);
         let front = bearing.abs() < std::f64::consts::FRAC_PI_2;
         // Straight ahead presses both.
         Bumpers {
@@ -130,6 +119,7 @@ impl Body {
         rng: &mut impl Rng,
     ) {
         self.lost = 0.0;
+        let before = self.position;
         if tracks.left != 0.0 || tracks.right != 0.0 {
             let (way, turn) = self.slipped(tracks, rng);
             let lost = self.move_by(way, caster, movers);
@@ -137,7 +127,7 @@ impl Body {
             self.lost = lost.dot(&Vector2::new(cos, sin));
             self.heading = wrap(self.heading + turn);
         }
-        self.feel(caster, movers);
+        self.feel(self.position - before, caster, movers);
     }
 
     /// The motion in the world frame that comes of the tracks' way, and the turn.
@@ -235,30 +225,39 @@ impl Body {
         first
     }
 
-    /// Counts a contact when one begins.
-    fn feel(&mut self, caster: &Caster, movers: &[Disc]) {
-        let reach = self.radius + TOUCH;
-        let mut nearest: Option<Vector2<f64>> = None;
-        let mut take = |to: Vector2<f64>| {
-            if nearest.is_none_or(|n| to.norm_squared() < n.norm_squared()) {
-                nearest = Some(to);
+    /// Counts a contact when one begins, in a step in which the body moved by `way`.
+    fn feel(&mut self, way: Vector2<f64>, caster: &Caster, movers: &[Disc]) {
+        let touching = self
+            .nearest(caster, movers)
+            .filter(|touch| touch.to.norm() <= self.radius + TOUCH);
+        if let (Some(touch), None) = (&touching, &self.touching) {
+            self.contacts.count(touch, way);
+        }
+        self.touching = touching;
+    }
+
+    /// The nearest surface around, as far as it matters for a touch.
+    fn nearest(&self, caster: &Caster, movers: &[Disc]) -> Option<Touch> {
+        let mut nearest: Option<Touch> = None;
+        let mut take = |to: Vector2<f64>, is_mover: bool| {
+            if nearest.is_none_or(|n| to.norm_squared() < n.to.norm_squared()) {
+                nearest = Some(Touch { to, is_mover });
             }
         };
         if (self.position - self.free.0).norm() > self.free.1 {
-            caster.near(self.position, reach, |_, wall| {
-                take(wall.segment.closest_point(self.position) - self.position);
+            caster.near(self.position, self.radius + TOUCH, |_, wall| {
+                take(
+                    wall.segment.closest_point(self.position) - self.position,
+                    false,
+                );
             });
         }
         for mover in movers {
             let to = mover.centre - self.position;
             let distance = to.norm();
-            take(to * ((distance - mover.radius) / distance.max(1e-9)));
+            take(to * ((distance - mover.radius) / distance.max(1e-9)), true);
         }
-        let touching = nearest.filter(|to| to.norm() <= reach);
-        if touching.is_some() && self.touching.is_none() {
-            self.contacts = self.contacts.saturating_add(1);
-        }
-        self.touching = touching;
+        nearest
     }
 }
 
@@ -438,7 +437,7 @@ mod tests {
                 };
                 body.step(&way, &caster, &[], &mut rng);
             }
-            assert_eq!(body.contacts(), 1);
+            assert_eq!(body.contacts().walls, 1);
             let bumpers = body.bumpers();
             assert_eq!(
                 (bumpers.left, bumpers.right),

@@ -10,6 +10,7 @@
 //! | `motor` | a motor that turns: inertia, current, dry friction |
 //! | `response` | how motors and controller answer a step or a load, in time series |
 //! | `body` | from track motion to true motion: slip, collision, contacts, bumpers |
+//! | `contact` | contacts, counted by what was touched and who came |
 //! | `battery` | volts that sag with the load and fall with time |
 //! | `movers` | discs that walk along way-points |
 //! | `sensors/` | lidars, infra-red rangers on a servo, sonars |
@@ -21,6 +22,7 @@
 mod battery;
 mod body;
 mod cast;
+mod contact;
 mod drive;
 mod motor;
 mod movers;
@@ -33,8 +35,9 @@ mod world;
 pub mod worlds;
 
 pub use battery::BatteryModel;
-pub use body::Bumpers;
 pub use cast::{Caster, Fan, Hit};
+pub use contact::Contacts;
+pub use motor::Motor;
 pub use reachable::{ReachableArea, reachable_area};
 pub use sensors::{SensorKind, SensorModel, UnknownSensor};
 pub use simulation::{SimError, Simulation, TIME_STEP};

@@ -10,7 +10,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::battery::{Battery, BatteryModel};
-use super::body::{Body, Bumpers};
+use super::body::Body;
+use super::contact::Contacts;
 use super::drive::Drive;
 use super::movers::Walker;
 #[cfg(doc)]
@@ -19,7 +20,9 @@ use super::sensors::{Sensor, SensorError, SensorModel, Span, View};
 use super::{Caster, Disc, World, WorldError};
 use crate::geom::Pose2;
 use crate::robot::controller::DesignError;
-use crate::robot::{Command, Odometry, Robot, RobotModel, Scan, Stamp, TrackOdometry, Tracks};
+use crate::robot::{
+    Bumpers, Command, Odometry, Robot, RobotModel, Scan, Stamp, TrackOdometry, Tracks,
+};
 
 /// Simulated time of one step, s.
 pub const TIME_STEP: f64 = 0.005;
@@ -84,6 +87,8 @@ pub struct Simulation {
     memory: VecDeque<Moment>,
     scans: VecDeque<Scan>,
     scan: ScanOrder,
+    /// Whether scans nobody asked for are dropped, whatever the sensor.
+    on_command: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -146,6 +151,7 @@ impl Simulation {
             memory: VecDeque::from([start]),
             scans: VecDeque::new(),
             scan: ScanOrder::None,
+            on_command: false,
             world,
             robot,
             sensor_model: sensor,
@@ -160,6 +166,14 @@ impl Simulation {
             Command::Scan => ScanOrder::Waiting,
             _ => ScanOrder::None,
         };
+    }
+
+    /// A sensor that looks round all the time is to be heard only after [`Command::Scan`], the robot standing; or no longer so.
+    /// Scans that wait to be taken are dropped. No change for a sensor that scans on command anyway.
+    pub fn set_on_command(&mut self, on_command: bool) {
+        self.on_command = on_command;
+        self.scans.clear();
+        self.scan = ScanOrder::None;
     }
 
     /// Lets time pass; what is less than a step is kept for the next call.
@@ -238,6 +252,12 @@ impl Simulation {
     /// How often the body began to touch something.
     #[must_use]
     pub fn contacts(&self) -> u32 {
+        self.body.contacts().total()
+    }
+
+    /// The same, by what was touched and who came.
+    #[must_use]
+    pub fn contact_counts(&self) -> Contacts {
         self.body.contacts()
     }
 
@@ -335,6 +355,9 @@ impl Simulation {
     }
 
     fn keep(&mut self, scan: Scan) {
+        if self.on_command && self.scan != ScanOrder::UnderWay {
+            return;
+        }
         if self.scan == ScanOrder::UnderWay {
             self.scan = ScanOrder::None;
         }
@@ -398,8 +421,12 @@ impl Robot for Simulation {
         self.take_scan()
     }
 
+    fn bumpers(&self) -> Bumpers {
+        self.bumpers()
+    }
+
     fn scans_on_command(&self) -> bool {
-        self.sensor_model.scans_on_command()
+        self.on_command || self.sensor_model.scans_on_command()
     }
 }
 

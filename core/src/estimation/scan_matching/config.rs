@@ -1,7 +1,7 @@
 //! How scan matching works, and why it cannot begin.
 
 use super::super::submap::ClosureConfig;
-use crate::map::{GridConfig, GridError, SurfelConfig};
+use crate::map::{EvidenceConfig, GridConfig, GridError, SurfelConfig};
 use crate::points::OrientedConfig;
 use crate::registration::{MatchConfig, SearchWindow};
 
@@ -17,6 +17,8 @@ pub struct ScanMatcherConfig {
     /// The map that is drawn. By default a crossing beam counts for more than elsewhere (`miss` 0.3): keyframes are few,
     /// and what one of them saw through is to be free.
     pub grid: GridConfig,
+    /// How sure a keyframe has to be of what it draws.
+    pub evidence: EvidenceConfig,
     /// A scan becomes a keyframe after this way, m. Default 0.25.
     pub keyframe_distance: f64,
     /// A scan becomes a keyframe after this turn, rad. Default 0.2.
@@ -61,6 +63,7 @@ impl Default for ScanMatcherConfig {
                 miss: 0.3,
                 ..GridConfig::default()
             },
+            evidence: EvidenceConfig::default(),
             keyframe_distance: 0.25,
             keyframe_turn: 0.2,
             new_below: 0.6,
