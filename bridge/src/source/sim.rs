@@ -10,8 +10,8 @@
 use std::time::{Duration, Instant};
 
 use slamlab_core::format::world;
-use slamlab_core::robot::{Command, Robot};
-use slamlab_core::sim::{Bumpers, SensorModel, SimError, Simulation, World, worlds};
+use slamlab_core::robot::{Bumpers, Command, Robot};
+use slamlab_core::sim::{SensorModel, SimError, Simulation, World, worlds};
 use slamlab_core::wire::message::{DeviceState, LinkState};
 
 use super::{Event, Link, Order, Port, Profile, Source, Waited};
