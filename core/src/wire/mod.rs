@@ -6,7 +6,14 @@
 //!
 //! Units change here and only here: millimetres, degrees, ticks and counts outside; metres and radians inside.
 
+mod inbox;
+pub mod ld06;
 pub mod message;
+pub mod pilch;
 pub mod remotrol;
+pub mod revolution;
 pub mod rp6;
 pub mod rp6cntrl;
+pub mod rplidar;
+
+pub use inbox::Tally;
