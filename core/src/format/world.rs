@@ -34,6 +34,8 @@
 //! A field that is not in the table is refused: it is a misspelt one more often than a wish. Every error says the line
 //! and column, counted from 1.
 
+mod words;
+
 use nalgebra::{Point2, Vector2};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -102,7 +104,7 @@ pub fn read(bytes: &[u8]) -> Result<World, WorldFileError> {
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(WorldFileError::Empty);
     }
-    let file: WorldFile = serde_json::from_slice(bytes).map_err(|e| syntax(&e))?;
+    let file = parse(bytes)?;
     let world = file
         .into_world()
         .map_err(|(index, what)| WorldFileError::Obstacle {
@@ -128,14 +130,21 @@ pub fn write(world: &World) -> String {
     text
 }
 
-fn syntax(error: &serde_json::Error) -> WorldFileError {
-    let text = error.to_string();
-    // serde_json ends its messages with the place, which stands in front here.
-    let place = format!(" at line {} column {}", error.line(), error.column());
-    WorldFileError::Syntax {
+fn parse(bytes: &[u8]) -> Result<WorldFile, WorldFileError> {
+    let syntax = |error: &serde_json::Error, what: String| WorldFileError::Syntax {
         line: error.line().max(1),
         column: error.column().max(1),
-        what: text.strip_suffix(&place).unwrap_or(&text).to_owned(),
+        what,
+    };
+    let mut json = serde_json::Deserializer::from_slice(bytes);
+    let file = serde_path_to_error::deserialize(&mut json)
+        .map_err(|e| syntax(e.inner(), words::in_words(e.path(), e.inner())))?;
+    match json.end() {
+        Ok(()) => Ok(file),
+        Err(e) => Err(syntax(
+            &e,
+            "something stands after the end of the world".to_owned(),
+        )),
     }
 }
 

@@ -21,7 +21,7 @@ use super::{Caster, Disc, World, WorldError};
 use crate::geom::Pose2;
 use crate::robot::controller::DesignError;
 use crate::robot::{
-    Bumpers, Command, Odometry, Robot, RobotModel, Scan, Stamp, TrackOdometry, Tracks,
+    Bumpers, Command, Odometry, Robot, RobotModel, Scan, Stamp, TrackNoise, TrackOdometry, Tracks,
 };
 
 /// Simulated time of one step, s.
@@ -166,6 +166,11 @@ impl Simulation {
             Command::Scan => ScanOrder::Waiting,
             _ => ScanOrder::None,
         };
+    }
+
+    /// What the odometry says of its own errors from here on; the errors stay what they are.
+    pub fn tell_noise(&mut self, noise: TrackNoise) {
+        self.odometry.set_noise(noise);
     }
 
     /// A sensor that looks round all the time is to be heard only after [`Command::Scan`], the robot standing; or no longer so.
