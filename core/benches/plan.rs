@@ -9,8 +9,8 @@ use rand_chacha::ChaCha8Rng;
 use slamlab_core::geom::Pose2;
 use slamlab_core::map::{Grid, GridConfig};
 use slamlab_core::plan::{
-    FrontierConfig, GridSpace, RouteConfig, Unknown, Wavefront, find_frontiers, plan_route,
-    rect_around,
+    FrontierConfig, GridSpace, Planner, RouteConfig, Unknown, Wavefront, find_frontiers,
+    plan_route, rect_around,
 };
 use slamlab_core::points::{PointConfig, Points};
 use slamlab_core::sim::{SensorModel, Simulation, worlds};
@@ -54,9 +54,12 @@ fn plan(c: &mut Criterion) {
     c.bench_function("plan/frontiers", |b| {
         b.iter(|| find_frontiers(black_box(&space), &wave, &FrontierConfig::default()));
     });
-    for (name, single_tree) in [("plan/route_rrt_connect", false), ("plan/route_rrt", true)] {
+    for (name, planner) in [
+        ("plan/route_rrt_connect", Planner::RrtConnect),
+        ("plan/route_rrt", Planner::Rrt),
+    ] {
         let config = RouteConfig {
-            single_tree,
+            planner,
             ..RouteConfig::default()
         };
         c.bench_function(name, |b| {

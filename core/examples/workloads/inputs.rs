@@ -35,6 +35,14 @@ impl Inputs {
             .collect()
     }
 
+    /// The lines of a text file.
+    pub(crate) fn lines(&self, name: &str) -> Result<Vec<String>> {
+        let path = self.folder.join(name);
+        let text = std::fs::read_to_string(&path)
+            .with_context(|| format!("cannot read {}", path.display()))?;
+        Ok(text.lines().map(str::to_owned).collect())
+    }
+
     /// As [`Self::rows`], but exactly `N` numbers in each row.
     pub(crate) fn table<const N: usize>(&self, name: &str) -> Result<Vec<[f64; N]>> {
         let rows = self.rows::<N>(name)?;

@@ -17,6 +17,7 @@
 
 mod ekf_step;
 mod inputs;
+mod plan;
 mod rays;
 #[path = "../report/score.rs"]
 mod score;
@@ -36,6 +37,7 @@ type Entry = (&'static str, fn(&Inputs) -> Result<()>);
 /// All workloads, by name.
 const WORKLOADS: &[Entry] = &[
     ("ekf_step", ekf_step::run),
+    ("plan", plan::run),
     ("rays", rays::run),
     ("split_and_merge", split_and_merge::run),
 ];

@@ -209,6 +209,11 @@ impl fmt::Display for StageReport {
                     Planner::Straight => "the straight line is free",
                     Planner::Rrt => "found by RRT",
                     Planner::RrtConnect => "found by RRT-Connect",
+                    Planner::RrtStar => "found by RRT*",
+                    Planner::InformedRrtStar => "found by Informed RRT*",
+                    Planner::AStar => "found by A*",
+                    Planner::ThetaStar => "found by Theta*",
+                    Planner::Visibility => "found by the visibility graph",
                     Planner::Wavefront => "found by a wave over the grid",
                 };
                 let (x, y) = (goal.x, goal.y);

@@ -13,12 +13,15 @@
 //! 5. Dijkstra shortening over the path's chords, once over its corners, once over points set densely between them.
 
 use nalgebra::Point2;
-use rand::{Rng, RngExt};
+use rand::Rng;
 
 use super::cspace::{ConfigSpace, GridSpace, Unknown, rect_around};
 use super::path::{NoPath, Path, Planner};
+use super::query::Query;
 use super::reach::may_reach;
-use super::rrt::{Growth, RrtConfig, rrt, rrt_connect};
+use super::rrt::RrtConfig;
+use super::sampler::Sampler;
+use super::search::Search;
 use super::shorten::{densify, shorten};
 use super::wavefront::Wavefront;
 use crate::geom::Segment;
@@ -31,9 +34,10 @@ pub struct RouteConfig {
     pub margins: Vec<f64>,
     /// What to make of the unknown. Default free.
     pub unknown: Unknown,
-    /// Whether one tree grows, as in the source, instead of two. Default false.
-    pub single_tree: bool,
-    /// How trees grow.
+    /// Who looks for the path. Default [`Planner::RrtConnect`]; [`Planner::Rrt`] is the source's. Where the planner finds
+    /// none within its iterations the wavefront's own path is taken.
+    pub planner: Planner,
+    /// How trees grow, and the iterations of all planners.
     pub rrt: RrtConfig,
     /// How far the goal may be moved off a wall, m. Default 0.3.
     pub goal_reach: f64,
@@ -46,7 +50,7 @@ impl Default for RouteConfig {
         Self {
             margins: vec![0.12, 0.06, 0.02],
             unknown: Unknown::Free,
-            single_tree: false,
+            planner: Planner::RrtConnect,
             rrt: RrtConfig::default(),
             goal_reach: 0.3,
             escape_reach: 0.3,
@@ -156,35 +160,30 @@ fn plan_in<R: Rng>(
         // Neither a way over cells nor a proof that there is none: a tree had better try where walls are thinnest.
         return Err(fail(NoPath::BudgetSpent { iterations: 0 }));
     }
-    let straight = Segment::new(free_start, aim.point);
-    let (raw, by, growth) = if space.leg_is_free(&straight) {
-        let path = Path {
-            points: vec![free_start, aim.point],
-        };
-        (path, Planner::Straight, None)
-    } else {
-        let growth = grow(space, &wave, free_start, aim.point, config, rng);
-        let by_tree = if config.single_tree {
-            Planner::Rrt
-        } else {
-            Planner::RrtConnect
-        };
-        match (&growth.path, aim.cell.and_then(|c| wave.path_to(space, c))) {
-            (Some(path), _) => (path.clone(), by_tree, Some(growth)),
-            (None, Some(mut path)) => {
-                join_ends(&mut path, space, free_start, aim.point);
-                (path, Planner::Wavefront, Some(growth))
-            }
-            (None, None) => {
+    let query = Query {
+        start: free_start,
+        goal: aim.point,
+    };
+    let looked = look(space, &wave, query, config, rng);
+    let way = || {
+        let mut path = wave.path_to(space, aim.cell?)?;
+        join_ends(&mut path, space, free_start, aim.point);
+        Some(path)
+    };
+    let (raw, by) = match looked.path {
+        Some(path) => (path, looked.by),
+        None => match way() {
+            Some(path) => (path, Planner::Wavefront),
+            None => {
                 return Err(RouteFailure {
                     reason: NoPath::BudgetSpent {
-                        iterations: growth.iterations,
+                        iterations: looked.iterations,
                     },
-                    iterations: growth.iterations,
-                    tree: growth.tree,
+                    iterations: looked.iterations,
+                    tree: looked.tree,
                 });
             }
-        }
+        },
     };
     let corners = shorten(&raw, space);
     let mut path = shorten(&densify(&corners, spacing_for(&corners)), space);
@@ -193,13 +192,12 @@ fn plan_in<R: Rng>(
         path.points.insert(0, start);
         raw.points.insert(0, start);
     }
-    let (iterations, tree) = growth.map_or((0, vec![]), |g| (g.iterations, g.tree));
     Ok(Route {
         path,
         raw,
-        tree,
+        tree: looked.tree,
         by,
-        iterations,
+        iterations: looked.iterations,
         margin: 0.0,
     })
 }
@@ -254,28 +252,48 @@ fn aim_at(
     }
 }
 
-/// Grows the configured kind of tree, with points drawn from the cells that the wavefront reached, each moved by up to
-/// half a cell.
-fn grow<R: Rng>(
+/// What the configured planner found.
+struct Looked {
+    path: Option<Path>,
+    by: Planner,
+    iterations: usize,
+    tree: Vec<Segment>,
+}
+
+/// Asks the configured planner; trees draw from the cells that the wavefront reached.
+fn look<R: Rng>(
     space: &GridSpace,
     wave: &Wavefront,
-    start: Point2<f64>,
-    goal: Point2<f64>,
+    query: Query,
     config: &RouteConfig,
     rng: &mut R,
-) -> Growth {
-    let reached = wave.reached();
-    let draw = |rng: &mut R| {
-        let at = (rng.random::<f64>() * reached.len() as f64) as usize;
-        let centre = reached.get(at).map_or(goal, |&cell| space.centre_of(cell));
-        let shift = |u: f64| (u - 0.5) * space.resolution();
-        let (dx, dy) = (shift(rng.random()), shift(rng.random()));
-        Point2::new(centre.x + dx, centre.y + dy)
+) -> Looked {
+    let sampler = || {
+        let reached = wave.reached();
+        let mut centres: Vec<_> = reached.iter().map(|&c| space.centre_of(c)).collect();
+        if centres.is_empty() {
+            centres.push(query.goal);
+        }
+        Sampler::Squares {
+            centres,
+            side: space.resolution(),
+        }
     };
-    if config.single_tree {
-        rrt(space, start, goal, &config.rrt, rng, draw)
-    } else {
-        rrt_connect(space, start, goal, &config.rrt, rng, draw)
+    // A planner that is not offered here leaves the wavefront's path.
+    let Ok(mut search) = Search::new(config.planner, space, query, config.rrt, sampler) else {
+        return Looked {
+            path: None,
+            by: config.planner,
+            iterations: 0,
+            tree: vec![],
+        };
+    };
+    search.step(space, rng, config.rrt.max_iterations);
+    Looked {
+        path: search.path(),
+        by: search.planner(),
+        iterations: search.iterations(),
+        tree: search.tree(),
     }
 }
 

@@ -19,6 +19,7 @@
 
 mod design;
 mod discrete;
+pub mod fixed;
 mod observer;
 mod riccati;
 #[cfg(test)]

@@ -21,7 +21,8 @@ const MOST_EXTENT = 10_000;
 const MILESTONES = [0.25, 0.5, 0.75, 0.9, 0.95, 0.99];
 
 const PLANNERS: Readonly<Record<string, string>> = {
-  Straight: "a straight line", Rrt: "RRT", RrtConnect: "RRT-Connect", Wavefront: "a wave over the grid",
+  Straight: "a straight line", Rrt: "RRT", RrtConnect: "RRT-Connect", RrtStar: "RRT*", InformedRrtStar: "Informed RRT*",
+  AStar: "A*", ThetaStar: "Theta*", Visibility: "the visibility graph", Wavefront: "a wave over the grid",
 };
 
 export class SimSource extends Run<WebExperiment> {

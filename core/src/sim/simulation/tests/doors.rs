@@ -20,7 +20,12 @@ fn parted(is_open: bool, switches: &[f64]) -> World {
 }
 
 fn run(world: World) -> Simulation {
-    Simulation::new(world, RobotModel::rp6(), SensorModel::lidar(), 1).unwrap()
+    // Tracks that are not worn: it drives straight ahead.
+    let robot = RobotModel {
+        odometry_bias: OdometryBias::default(),
+        ..RobotModel::rp6()
+    };
+    Simulation::new(world, robot, SensorModel::lidar(), 1).unwrap()
 }
 
 fn range_ahead(sim: &Simulation) -> f64 {
