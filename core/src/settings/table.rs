@@ -4,6 +4,7 @@ use super::{Acts, Kind, Setting, Settings};
 use crate::association::AssociationMethod;
 use crate::estimation::Consistency;
 use crate::features::{Classic, LineConfig, NoiseAware, Pilch, SplitRule};
+use crate::plan::Planner;
 use crate::points::{Growth, RangeSigma};
 use crate::sim::SensorModel;
 use crate::sim::sensors::{LidarModel, RangerModel, SonarModel};
@@ -1034,16 +1035,23 @@ pub const TABLE: &[Setting] = &[
         set: |s, v| s.pilot.route.rrt.max_iterations = v as usize,
     },
     Setting {
-        key: "pilot.single_tree",
+        key: "pilot.planner",
         group: "Planning and driving",
-        name: "One tree",
+        name: "Planner",
         unit: "",
-        range: [0.0, 1.0],
-        kind: Kind::Switch,
+        range: [0.0, 5.0],
+        kind: Kind::Choice(&[
+            "RRT (TDK 2016)",
+            "RRT-Connect",
+            "RRT*",
+            "Informed RRT*",
+            "A*",
+            "Theta*",
+        ]),
         acts: Acts::AtOnce,
-        meaning: "The RRT of the source, instead of two trees that meet.",
-        get: |s| Some(f64::from(u8::from(s.pilot.route.single_tree))),
-        set: |s, v| s.pilot.route.single_tree = v != 0.0,
+        meaning: "Who looks for a way round what stands between robot and goal.",
+        get: planner,
+        set: set_planner,
     },
     Setting {
         key: "pilot.pace",
@@ -1324,4 +1332,25 @@ fn set_sigma_growth(settings: &mut Settings, value: f64) {
         least: 0.001,
     });
     settings.slam.points.sigma = (value != 0.0).then_some(RangeSigma { growth, ..before });
+}
+
+/// Those that can be chosen, in the order of the choice.
+const PLANNERS: [Planner; 6] = [
+    Planner::Rrt,
+    Planner::RrtConnect,
+    Planner::RrtStar,
+    Planner::InformedRrtStar,
+    Planner::AStar,
+    Planner::ThetaStar,
+];
+
+fn planner(s: &Settings) -> Option<f64> {
+    let place = PLANNERS.iter().position(|p| *p == s.pilot.route.planner)?;
+    Some(place as f64)
+}
+
+fn set_planner(s: &mut Settings, value: f64) {
+    if let Some(planner) = PLANNERS.get(value as usize) {
+        s.pilot.route.planner = *planner;
+    }
 }
