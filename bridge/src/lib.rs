@@ -9,9 +9,11 @@
 //!
 //! The folder is read at each request, so a rebuilt page needs a reload and not a restart.
 
+pub mod doctor;
 pub mod headers;
 pub mod host;
 mod listen;
+pub mod serial;
 mod serve;
 pub mod source;
 
