@@ -37,6 +37,7 @@ mod serve;
 mod session;
 pub mod source;
 pub mod token;
+pub mod udp;
 
 pub use accept::Limits;
 pub use clock::Clock;

@@ -1,6 +1,6 @@
 //! `slamlab-bridge`: flags, log, signals. The work is in the library.
 
-use std::net::SocketAddr;
+use std::net::{SocketAddr, UdpSocket};
 use std::process::ExitCode;
 
 use anyhow::Context;
@@ -8,6 +8,7 @@ use clap::Parser;
 use slamlab_bridge::doctor;
 use slamlab_bridge::source::Source;
 use slamlab_bridge::token::{self, Token};
+use slamlab_bridge::udp::{self, UdpConfig};
 use slamlab_bridge::{Config, run};
 
 mod flags;
@@ -15,6 +16,7 @@ mod open;
 
 use flags::{Command, Flags, RecordFlags, ServeFlags, TokenFlags};
 use slamlab_core::wire::message::Watching;
+use slamlab_core::wire::pilch::server::ServerConfig;
 
 #[tokio::main]
 async fn main() -> ExitCode {
@@ -47,6 +49,11 @@ async fn obey(flags: Flags) -> anyhow::Result<()> {
         }
         Some(Command::Token(flags)) => show_token(&flags),
         Some(Command::Doctor { ports }) => look_at(ports).await,
+        Some(Command::Udp {
+            paths,
+            listen,
+            client_port,
+        }) => serve_udp(paths, listen, client_port).await,
     }
 }
 
@@ -126,6 +133,30 @@ async fn look_at(mut ports: Vec<String>) -> anyhow::Result<()> {
         are_well &= finding.is_well();
     }
     anyhow::ensure!(are_well, "not all is well");
+    Ok(())
+}
+
+/// Serves a lidar by UDP until the program should stop.
+async fn serve_udp(paths: Vec<String>, listen: SocketAddr, client_port: u16) -> anyhow::Result<()> {
+    let socket =
+        UdpSocket::bind(listen).with_context(|| format!("cannot listen on UDP {listen}"))?;
+    println!(
+        "a lidar is at UDP {} (Ctrl+C stops it)",
+        socket.local_addr()?
+    );
+    let server = ServerConfig {
+        paths,
+        ..ServerConfig::default()
+    };
+    let stop = stop_signal();
+    let _server = udp::start(
+        socket,
+        UdpConfig {
+            server,
+            client_port,
+        },
+    )?;
+    stop.await;
     Ok(())
 }
 

@@ -6,12 +6,13 @@
 
 use std::time::{Duration, Instant};
 
-use slamlab_bridge::serial::{Retry, Rp6, SerialSource};
+use slamlab_bridge::serial::{Ld06, Retry, Rp6, SerialSource};
 use slamlab_bridge::source::{self, Event, Order, Running};
 use slamlab_core::geom::Pose2;
-use slamlab_core::robot::Command;
+use slamlab_core::robot::{Command, Odometry};
 use slamlab_core::sim::worlds;
 use slamlab_core::wire::message::{DeviceState, LinkState};
+use slamlab_core::wire::revolution::RevolutionConfig;
 use slamlab_core::wire::rp6;
 use slamlab_tests::devices::{self, Faults, Socket};
 use tokio::sync::mpsc;
@@ -155,6 +156,47 @@ fn odometry_is_that_of_the_robots_own_counts() {
         (driver.pose.heading() - turned).abs() < 1e-3,
         "{} and {turned}",
         driver.pose.heading()
+    );
+}
+
+#[test]
+fn robot_and_lidar_are_on_one_clock() {
+    let socket = Socket::plugged(robot()).unwrap();
+    let lidar = Socket::plugged(devices::Ld06::new(devices::View::from_start(
+        &worlds::builtin("arena").unwrap(),
+    )))
+    .unwrap();
+    // The robot's own clock is seconds ahead of its source's.
+    std::thread::sleep(Duration::from_secs(2));
+    let (sender, mut events) = mpsc::channel(source::MOST_WAITING);
+    let robot = SerialSource::new(Rp6::new("rp6:test"), socket.path());
+    let ld06 = Ld06::new("ld06:test", RevolutionConfig::ld06());
+    let ld06 = SerialSource::new(ld06, lidar.path());
+    let _robot = source::start(0, Box::new(robot), sender.clone()).unwrap();
+    let _lidar = source::start(1, Box::new(ld06), sender).unwrap();
+    let until = Instant::now() + Duration::from_secs(5);
+    let (mut last, mut apart) = (None, vec![]);
+    while Instant::now() < until {
+        match events.try_recv() {
+            Ok((_, Event::Odometry(odometry))) => {
+                let end = last.map_or(odometry.from, |odometry: Odometry| odometry.to);
+                assert_eq!(odometry.from, end, "odometry has no gaps");
+                last = Some(odometry);
+            }
+            Ok((_, Event::Scan(scan))) => {
+                apart.extend(last.map(|odometry| scan.stamp.since(odometry.to)));
+            }
+            Ok(_) => (),
+            Err(_) => std::thread::sleep(Duration::from_millis(2)),
+        }
+    }
+    // As they came at the same time, they were taken at about the same: a period of telemetry, and what a loaded machine adds.
+    apart.sort_by(f64::total_cmp);
+    let median = apart[apart.len() / 2];
+    assert!(
+        apart.len() > 10 && median.abs() < 0.04,
+        "{median} s apart, of {}",
+        apart.len()
     );
 }
 

@@ -4,7 +4,8 @@ use slamlab_core::robot::Stamp;
 
 use crate::source::{Event, Order, Profile};
 
-/// A device at the other end of a line. Time counts from the start of its source, on the bridge's clock.
+/// A device at the other end of a line. Time counts on the bridge's clock, the same for all devices; stamps of what a device
+/// tells are on that clock too, whatever its own says.
 pub trait Device: Send + 'static {
     /// What it is.
     fn profile(&self) -> Profile;

@@ -4,15 +4,17 @@
 //!    repeated when the robot came back: orders to move must have ceased for [`CALM`] seconds once.
 //! 2. While the robot is under way, a sign of life goes to it ten times a second, for its own watchdog. Speeds are given
 //!    anew all the time by whoever drives; where none came for [`FORGOTTEN`] seconds the source itself stops the robot.
-//! 3. An emergency stop is remembered while nobody answers, and given again to a robot that comes back.
+//! 3. The robot's stamps are put on the bridge's clock ([`ClockMap`]), on which the scans of other devices are.
+//! 4. An emergency stop is remembered while nobody answers, and given again to a robot that comes back.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use slamlab_core::robot::{Command, RobotModel, Stamp};
+use slamlab_core::robot::{Command, Odometry, RobotModel, Stamp};
 use slamlab_core::wire::message::{DeviceState, LinkState, RangerReading};
 use slamlab_core::wire::rp6::{self, Hello, Link, LinkConfig, Odometer, Phase, Ranger, Telemetry};
-use slamlab_core::wire::{Tally, rp6::Down};
+use slamlab_core::wire::rp6::{Down, Report as Said};
+use slamlab_core::wire::{ClockMap, Tally};
 
 use super::device::{Device, Want};
 use super::report::Report;
@@ -57,7 +59,10 @@ struct Robot {
     /// The last command that is acknowledged, and when it was given.
     asked: Option<(rp6::Command, Stamp)>,
     /// Time of the last telemetry by the robot's clock: wrapped and not.
-    clock: (u32, Stamp),
+    time: (u32, Stamp),
+    clock: ClockMap,
+    /// End of the last odometry on the bridge's clock.
+    last_end: Option<Stamp>,
 }
 
 /// What the robot was told to do.
@@ -123,7 +128,9 @@ impl Rp6 {
             last_told: Stamp(0),
             bumpers: [false; 2],
             asked: None,
-            clock: (0, Stamp(0)),
+            time: (0, Stamp(0)),
+            clock: ClockMap::new(telemetry_delay()),
+            last_end: None,
         });
         if self.is_cut_off {
             self.give(rp6::Command::EStop, now);
@@ -161,8 +168,17 @@ impl Rp6 {
         let Some(odometry) = robot.odometer.update(telemetry) else {
             return;
         };
-        let stamp = odometry.to;
-        robot.clock = (telemetry.time_ms, stamp);
+        robot.time = (telemetry.time_ms, odometry.to);
+        robot.clock.observe(odometry.to, now);
+        let Some(stamp) = robot.clock.host_time(odometry.to) else {
+            return;
+        };
+        let odometry = Odometry {
+            from: robot.last_end.unwrap_or(stamp),
+            to: stamp,
+            ..odometry
+        };
+        robot.last_end = Some(stamp);
         if let Motion::Errand(given) = robot.motion
             && now.since(given) > NOW_AND_THEN
             && !telemetry.state.moving()
@@ -225,10 +241,13 @@ impl Rp6 {
         let Some(robot) = &self.robot else {
             return;
         };
-        let (millis, stamp) = robot.clock;
+        let (millis, stamp) = robot.time;
         // Readings lie a little before or after telemetry; the clock wraps after 49 days.
         let later = ranger.time_ms.wrapping_sub(millis).cast_signed();
         let stamp = Stamp(stamp.0.saturating_add_signed(1000 * i64::from(later)));
+        let Some(stamp) = robot.clock.host_time(stamp) else {
+            return;
+        };
         let reading = RangerReading {
             index: ranger.index,
             servo: ranger.servo_angle() as f32,
@@ -421,6 +440,12 @@ impl Device for Rp6 {
     fn next_want(&mut self) -> Option<Want> {
         self.wants.pop_front()
     }
+}
+
+/// Seconds that a telemetry takes on the line: ten bits a byte.
+fn telemetry_delay() -> f64 {
+    let bytes = rp6::encode(0, &Said::Telemetry(Telemetry::default())).len();
+    10.0 * bytes as f64 / f64::from(Rp6::BAUD_RATE)
 }
 
 fn link_state(phase: Phase) -> LinkState {

@@ -1,5 +1,6 @@
 //! The life of a device on a line: open, serve, close, wait, open again.
 
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use slamlab_core::robot::Stamp;
@@ -13,6 +14,10 @@ use crate::source::{Port, Profile, Source, Waited};
 const TURN: Duration = Duration::from_millis(5);
 /// For what must still be said before the line closes.
 const LAST_WORDS: Duration = Duration::from_millis(100);
+
+/// The instant from which the stamps of all serial sources of this program count: scans and odometry of different devices
+/// lie on one time line.
+static EPOCH: OnceLock<Instant> = OnceLock::new();
 
 /// Pauses between tries to open a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,7 +88,7 @@ impl<D: Device> Source for SerialSource<D> {
         let mut life = Life {
             device,
             port,
-            began: Instant::now(),
+            began: *EPOCH.get_or_init(Instant::now),
             pause: retry.first,
             retry,
         };
