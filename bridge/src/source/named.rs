@@ -12,7 +12,7 @@ use super::sim::{SimSource, SimSourceError};
 #[non_exhaustive]
 pub enum SourceError {
     /// There is no such kind.
-    #[error("there is no source `{0}`; expected sim:WORLD or replay:FILE")]
+    #[error("there is no source `{0}`; expected sim:WORLD, sim:WORLD,SENSOR or replay:FILE")]
     Unknown(String),
     /// The simulated robot.
     #[error(transparent)]
@@ -25,7 +25,7 @@ pub enum SourceError {
 /// A source that was named and not opened yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SourceName {
-    /// `sim:WORLD`.
+    /// `sim:WORLD` or `sim:WORLD,SENSOR`.
     Sim(String),
     /// `replay:FILE`.
     Replay(String),
