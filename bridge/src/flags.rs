@@ -31,6 +31,12 @@ pub(crate) enum Command {
     },
     /// Show the address with which one may drive; makes a token if there is none
     Token(TokenFlags),
+    /// Look at serial ports: say what answers, how well it works, and what to do where it does not
+    Doctor {
+        /// Ports to look at; all of the machine where none is named
+        #[arg(value_name = "PORT")]
+        ports: Vec<String>,
+    },
 }
 
 #[derive(Args)]
@@ -47,7 +53,7 @@ pub(crate) struct ServeFlags {
     /// Show the page in the default browser
     #[arg(long)]
     pub(crate) open: bool,
-    /// Robot or sensor behind the page: sim:WORLD[,SENSOR], replay:FILE; may stand more than once
+    /// Robot or sensor behind the page: sim:WORLD[,SENSOR], replay:FILE, rp6:PORT, rplidar:PORT, ld06:PORT; may stand more than once
     #[arg(long, value_name = "KIND:WHICH")]
     pub(crate) source: Vec<SourceName>,
     /// Record to this new MCAP file
@@ -67,7 +73,7 @@ pub(crate) struct ServeFlags {
 pub(crate) struct RecordFlags {
     /// New MCAP file
     pub(crate) file: PathBuf,
-    /// Robot or sensor: sim:WORLD[,SENSOR]; may stand more than once
+    /// Robot or sensor: sim:WORLD[,SENSOR], rp6:PORT, rplidar:PORT, ld06:PORT; may stand more than once
     #[arg(long, value_name = "KIND:WHICH", required = true)]
     pub(crate) source: Vec<SourceName>,
 }

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::Parser;
+use slamlab_bridge::doctor;
 use slamlab_bridge::source::Source;
 use slamlab_bridge::token::{self, Token};
 use slamlab_bridge::{Config, run};
@@ -45,6 +46,7 @@ async fn obey(flags: Flags) -> anyhow::Result<()> {
             serve(flags).await
         }
         Some(Command::Token(flags)) => show_token(&flags),
+        Some(Command::Doctor { ports }) => look_at(ports).await,
     }
 }
 
@@ -97,6 +99,34 @@ async fn record(flags: RecordFlags) -> anyhow::Result<()> {
         ..Config::default()
     };
     Ok(run(listener, config, stop).await?)
+}
+
+/// Looks at ports side by side, and prints what it finds in their order.
+async fn look_at(mut ports: Vec<String>) -> anyhow::Result<()> {
+    if ports.is_empty() {
+        ports = doctor::ports().context("cannot list the serial ports")?;
+    }
+    anyhow::ensure!(
+        !ports.is_empty(),
+        "there is no serial port: plug the device in; on a Raspberry Pi's own pins, switch the serial port on and its \
+         console off (raspi-config)"
+    );
+    println!(
+        "looking at {}; this takes up to a quarter of a minute",
+        ports.join(", ")
+    );
+    let looks: Vec<_> = ports
+        .into_iter()
+        .map(|port| tokio::task::spawn_blocking(move || doctor::examine(&port)))
+        .collect();
+    let mut are_well = true;
+    for look in looks {
+        let finding = look.await.context("the doctor broke down")?;
+        println!("{finding}");
+        are_well &= finding.is_well();
+    }
+    anyhow::ensure!(are_well, "not all is well");
+    Ok(())
 }
 
 fn show_token(flags: &TokenFlags) -> anyhow::Result<()> {
