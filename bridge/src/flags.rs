@@ -66,7 +66,7 @@ pub(crate) struct ServeFlags {
     /// Show the page in the default browser
     #[arg(long)]
     pub(crate) open: bool,
-    /// Robot or sensor behind the page: sim:WORLD, replay:FILE, rp6:PORT, rplidar:PORT, ld06:PORT; may stand more than once
+    /// Robot or sensor behind the page: sim:WORLD[,SENSOR], replay:FILE, rp6:PORT, rplidar:PORT, ld06:PORT; may stand more than once
     #[arg(long, value_name = "KIND:WHICH")]
     pub(crate) source: Vec<SourceName>,
     /// Record to this new MCAP file
@@ -86,7 +86,7 @@ pub(crate) struct ServeFlags {
 pub(crate) struct RecordFlags {
     /// New MCAP file
     pub(crate) file: PathBuf,
-    /// Robot or sensor: sim:WORLD, rp6:PORT, rplidar:PORT, ld06:PORT; may stand more than once
+    /// Robot or sensor: sim:WORLD[,SENSOR], rp6:PORT, rplidar:PORT, ld06:PORT; may stand more than once
     #[arg(long, value_name = "KIND:WHICH", required = true)]
     pub(crate) source: Vec<SourceName>,
 }

@@ -17,7 +17,7 @@ use crate::serial::{Ld06, Rp6, Rplidar, SerialSource};
 pub enum SourceError {
     /// There is no such kind.
     #[error(
-        "there is no source `{0}`; expected sim:WORLD, replay:FILE, rp6:PORT, rplidar:PORT, rplidar-express:PORT or ld06:PORT"
+        "there is no source `{0}`; expected sim:WORLD[,SENSOR], replay:FILE, rp6:PORT, rplidar:PORT, rplidar-express:PORT or ld06:PORT"
     )]
     Unknown(String),
     /// The simulated robot.
@@ -31,7 +31,7 @@ pub enum SourceError {
 /// A source that was named and not opened yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SourceName {
-    /// `sim:WORLD`.
+    /// `sim:WORLD` or `sim:WORLD,SENSOR`.
     Sim(String),
     /// `replay:FILE`.
     Replay(String),

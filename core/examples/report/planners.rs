@@ -89,9 +89,21 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
         outcome.figure(name, Value::Object(figures));
     }
     totals.require(&mut outcome);
-    outcome.at_most("informed_1s_length_over_optimum_median", median(&informed), 1.02);
-    outcome.at_most("informed_1s_length_over_optimum_p90", quantile(&informed, 0.9), 1.02);
-    outcome.at_most("rrt_shortened_length_over_optimum_median", median(&shortened), 1.05);
+    outcome.at_most(
+        "informed_1s_length_over_optimum_median",
+        median(&informed),
+        1.02,
+    );
+    outcome.at_most(
+        "informed_1s_length_over_optimum_p90",
+        quantile(&informed, 0.9),
+        1.02,
+    );
+    outcome.at_most(
+        "rrt_shortened_length_over_optimum_median",
+        median(&shortened),
+        1.05,
+    );
     Ok(outcome)
 }
 
@@ -108,7 +120,11 @@ impl Totals {
     fn require(&self, outcome: &mut Outcome) {
         outcome.at_most("paths_that_collide", self.collisions as f64, 0.0);
         outcome.at_most("solvable_queries_without_path", self.unsolved as f64, 0.0);
-        outcome.at_most("disagreements_of_graph_and_flood", self.disagreements as f64, 0.0);
+        outcome.at_most(
+            "disagreements_of_graph_and_flood",
+            self.disagreements as f64,
+            0.0,
+        );
         outcome.at_most("unsolvable_queries_not_said_so", self.unsaid as f64, 0.0);
     }
 }
@@ -220,12 +236,7 @@ fn run(scene: &Scene, asked: &Asked, contender: Contender) -> Found {
     found
 }
 
-fn find(
-    scene: &Scene,
-    query: Query,
-    contender: Contender,
-    rng: &mut ChaCha8Rng,
-) -> Option<Path> {
+fn find(scene: &Scene, query: Query, contender: Contender, rng: &mut ChaCha8Rng) -> Option<Path> {
     let space = &scene.space;
     let (Once(planner) | Shortened(planner) | Tight(planner) | Timed(planner)) = contender;
     let sampler = || Sampler::anywhere(space);
