@@ -12,7 +12,10 @@
 //!    fault that it cannot mend; faults that it can (a pulled cable) it mends by itself, and says so by
 //!    [`Event::Link`]. Whoever drives has to arm again after any link that was not up.
 
+mod named;
 mod orders;
+pub mod replay;
+pub mod sim;
 
 use std::io;
 use std::sync::Arc;
@@ -24,6 +27,7 @@ use slamlab_core::robot::{Command, Odometry, RobotModel, Scan, Stamp};
 use slamlab_core::wire::message::{DeviceState, LinkState, RangerReading};
 use tokio::sync::mpsc;
 
+pub use named::{SourceError, SourceName};
 use orders::Orders;
 
 /// Events that wait for the hub, of all sources together.

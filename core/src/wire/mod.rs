@@ -6,6 +6,7 @@
 //!
 //! Units change here and only here: millimetres, degrees, ticks and counts outside; metres and radians inside.
 
+pub mod client;
 mod inbox;
 pub mod ld06;
 pub mod message;
