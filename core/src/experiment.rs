@@ -80,6 +80,14 @@ impl ExperimentConfig {
 
     /// The settings of estimation and driving for a sensor.
     pub(crate) fn settings_for(sensor: &SensorModel) -> (SlamConfig, PilotConfig) {
+        if let SensorModel::Sonar(sonar) = sensor {
+            let evidence = EvidenceConfig::cones(sonar.half_angle);
+            let slam = SlamConfig {
+                evidence,
+                ..SlamConfig::default()
+            };
+            return (slam, PilotConfig::default());
+        }
         if !sensor.scans_on_command() {
             return (SlamConfig::default(), PilotConfig::default());
         }

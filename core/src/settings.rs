@@ -5,7 +5,7 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | `table` | the settings, one entry each |
+//! | `table/` | the settings, one entry each |
 //! | `presets` | named sets of them |
 
 mod presets;
@@ -14,7 +14,7 @@ mod table;
 mod tests;
 
 pub use presets::{PRESETS, Preset};
-pub use table::TABLE;
+pub use table::table;
 
 use crate::experiment::ExperimentConfig;
 use crate::pilot::PilotConfig;
@@ -174,7 +174,7 @@ impl Settings {
     ///
     /// # Errors    [`SettingError`]; then nothing has changed.
     pub fn set(&mut self, key: &str, value: f64) -> Result<(), SettingError> {
-        let found = TABLE.iter().find(|setting| setting.key == key);
+        let found = table().find(|setting| setting.key == key);
         let setting = found.ok_or_else(|| SettingError::Unknown(key.to_owned()))?;
         setting.check(value)?;
         if self.get(setting).is_none() {

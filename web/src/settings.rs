@@ -1,6 +1,6 @@
 //! The table of settings, for the page.
 
-use slamlab_core::settings::{Acts, Kind, PRESETS, SettingError, Settings, TABLE};
+use slamlab_core::settings::{Acts, Kind, PRESETS, SettingError, Settings, table};
 use slamlab_core::sim::{RobotKind, SensorKind};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
@@ -49,9 +49,7 @@ pub fn setting_list(
     let defaults = Settings::of(kind.model(), &RobotKind::default().model());
     let mut settings = defaults.clone();
     apply(&mut settings, &keys, &values)?;
-    let present = TABLE
-        .iter()
-        .filter(|setting| settings.get(setting).is_some());
+    let present = table().filter(|setting| settings.get(setting).is_some());
     Ok(present
         .map(|setting| SettingInfo {
             key: setting.key.to_owned(),
@@ -107,7 +105,7 @@ pub(crate) fn apply(
     keys: &[String],
     values: &[f64],
 ) -> Result<(), SettingError> {
-    let place = |key: &str| TABLE.iter().position(|setting| setting.key == key);
+    let place = |key: &str| table().position(|setting| setting.key == key);
     let mut changes: Vec<_> = keys.iter().zip(values).collect();
     changes.sort_by_key(|(key, _)| place(key));
     for (key, &value) in changes {

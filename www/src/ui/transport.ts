@@ -36,9 +36,14 @@ export class SlamTransport extends SlamElement {
       progress::-moz-progress-bar { background: var(--accent); }
       @container stage (max-width: 640px) {
         .modes svg, .stop svg { display: none; }
-        select { min-width: 66px; padding: 0 4px; }
-        :host { gap: 6px; padding: 6px; }
-        .stop { padding: 0 12px; }
+        select { min-width: 58px; padding: 0 2px; }
+        :host { gap: 5px; padding: 6px; }
+        .time { gap: 4px; }
+        .time .icon { width: 34px; }
+        .time .play { width: 40px; }
+        .modes { padding: 2px; gap: 0; }
+        .modes button { padding: 0 7px; font-size: 13px; }
+        .stop { padding: 0 9px; font-size: 13px; }
       }
       @media (max-width: 760px) {
         .modes svg, .stop svg { display: block; }
