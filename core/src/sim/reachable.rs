@@ -20,6 +20,8 @@ use super::{Caster, Fan, Material, Wall, World};
 const RAYS: usize = 360;
 /// How far to look, m: what an RPLIDAR sees.
 const SIGHT: f64 = 12.0;
+/// Where no wall comes within this, it is outside of the building, m.
+const FARTHEST_WALL: f64 = 3.0 * SIGHT;
 /// Distance between look-outs, m.
 const LOOKOUT_SPACING: f64 = 0.5;
 /// Bound on the look-outs; beyond, they stand farther apart.
@@ -167,12 +169,11 @@ impl ReachableArea {
         let Some(mut fan) = Fan::new(RAYS, 0.0, TAU / RAYS as f64) else {
             return;
         };
-        let far = (self.cols + self.rows) as f64 * self.resolution;
         for row in (0..self.rows).step_by(spacing) {
             for col in (0..self.cols).step_by(spacing) {
                 let index = row * self.cols + col;
                 if self.standing.get(index) == Some(&true) {
-                    caster.cast_fan(self.centre(index), 0.0, far, &mut fan);
+                    caster.cast_fan(self.centre(index), 0.0, FARTHEST_WALL, &mut fan);
                     self.look_from(self.centre(index), &fan);
                 }
             }

@@ -6,6 +6,7 @@
 
 mod check;
 mod interface;
+mod past;
 
 use std::collections::VecDeque;
 
@@ -14,6 +15,7 @@ use rand_chacha::ChaCha8Rng;
 
 pub use self::check::SimError;
 use self::check::check_robot;
+use self::past::Moment;
 use super::battery::{Battery, BatteryModel};
 use super::body::Body;
 use super::contact::Contacts;
@@ -34,8 +36,6 @@ const STEP_MICROS: u64 = 5_000;
 const DRIVE_PERIODS: usize = 5;
 /// Speed with which tracks scrub over the ground from which on they push with all their grip, m/s.
 const FULL_SCRUB: f64 = 0.02;
-/// Steps that are remembered for readings at an earlier stamp: two seconds.
-const REMEMBERED: usize = 400;
 /// Room around a leaf in which nobody may stand when it shuts, m.
 const DOOR_ROOM: f64 = 0.02;
 /// Scans that wait to be taken; more push out the oldest.
@@ -67,12 +67,6 @@ pub struct Simulation {
     scan: ScanOrder,
     /// Whether scans nobody asked for are dropped, whatever the sensor.
     on_command: bool,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Moment {
-    ticks: [i64; 2],
-    truth: Pose2,
 }
 
 /// How far a [`Command::Scan`] has come.
@@ -188,16 +182,6 @@ impl Simulation {
         self.drive.counts()
     }
 
-    /// Encoder counts at an earlier stamp (that of a scan, say), up to two seconds back; in between steps the nearest
-    /// count of a straight line.
-    #[must_use]
-    pub fn ticks_at(&self, stamp: Stamp) -> Option<[i64; 2]> {
-        let (before, after, part) = self.moments_around(stamp)?;
-        let at = |i: i64, j: i64| i + ((j - i) as f64 * part).round() as i64;
-        let ([left, right], [next_left, next_right]) = (before.ticks, after.ticks);
-        Some([at(left, next_left), at(right, next_right)])
-    }
-
     /// The oldest scan that nobody took yet.
     pub fn take_scan(&mut self) -> Option<Scan> {
         self.scans.pop_front()
@@ -213,13 +197,6 @@ impl Simulation {
     #[must_use]
     pub fn truth(&self) -> Pose2 {
         self.body.pose()
-    }
-
-    /// Where the robot really was at an earlier stamp, up to two seconds back: `world_from_robot`.
-    #[must_use]
-    pub fn truth_at(&self, stamp: Stamp) -> Option<Pose2> {
-        let (before, after, part) = self.moments_around(stamp)?;
-        Some(before.truth * before.truth.delta_to(&after.truth).fraction(part))
     }
 
     /// Forward speed, m/s, and turn rate, rad/s, that the tracks run at.
@@ -382,30 +359,6 @@ impl Simulation {
             self.scans.pop_front();
         }
         self.scans.push_back(scan);
-    }
-
-    fn remember(&mut self) {
-        if self.memory.len() == REMEMBERED {
-            self.memory.pop_front();
-        }
-        self.memory.push_back(Moment {
-            ticks: self.ticks(),
-            truth: self.body.pose(),
-        });
-    }
-
-    /// The remembered steps before and after `stamp`, and how far it is from the one to the other.
-    fn moments_around(&self, stamp: Stamp) -> Option<(Moment, Moment, f64)> {
-        let oldest = self.steps - (self.memory.len() as u64 - 1);
-        let before = (stamp.0 / STEP_MICROS).checked_sub(oldest)? as usize;
-        let part = (stamp.0 % STEP_MICROS) as f64 / STEP_MICROS as f64;
-        let first = *self.memory.get(before)?;
-        let second = if part > 0.0 {
-            *self.memory.get(before + 1)?
-        } else {
-            first
-        };
-        Some((first, second, part))
     }
 
     fn seconds(&self) -> f64 {

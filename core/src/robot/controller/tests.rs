@@ -160,10 +160,8 @@ fn a_battery_that_sags_lowers_the_limit_and_none_raises_it() {
         (-1.0, 0.0),
     ] {
         controller.set_supply(supply);
-        assert_eq!(
-            controller.step([0; 2], far_too_fast),
-            [limit; 2],
-            "{supply}"
-        );
+        let voltages = controller.step([0; 2], far_too_fast);
+        let most = voltages.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        assert!((most - limit).abs() < 1e-9, "{supply} V: {voltages:?}");
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::Point2;
 
 use super::*;
+use crate::robot::OdometryNoise;
 use crate::sim::{Door, reachable_area};
 
 /// A room of 6 m x 2 m, parted at x = 3 by a wall with a door of 1 m in it; the robot stands in the left half and looks right.
@@ -20,9 +21,14 @@ fn parted(is_open: bool, switches: &[f64]) -> World {
 }
 
 fn run(world: World) -> Simulation {
-    // Tracks that are not worn: it drives straight ahead.
+    // Tracks that neither slip nor are worn: it drives straight ahead.
     let robot = RobotModel {
         odometry_bias: OdometryBias::default(),
+        odometry_noise: OdometryNoise {
+            per_metre: 0.0,
+            lateral_per_metre: 0.0,
+            heading_per_radian: 0.0,
+        },
         ..RobotModel::rp6()
     };
     Simulation::new(world, robot, SensorModel::lidar(), 1).unwrap()
