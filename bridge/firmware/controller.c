@@ -78,8 +78,8 @@ static void within_battery(const int32_t wanted[2], int32_t voltages[2]) {
   voltages[RIGHT] = common - apart;
 }
 
-/* 1 where a and b have the same sign or one is 0. Their product would not fit. */
-static uint8_t agree(int32_t a, int32_t b) { return a == 0 || b == 0 || (a < 0) == (b < 0); }
+/* Whether an integrator may go on: nothing is cut off (but what halving rounds away), or the error has the sign of what is. */
+static uint8_t may_integrate(int32_t cut, int32_t error) { return size(cut) <= 4 || error == 0 || (cut < 0) == (error < 0); }
 
 void controller_step(const int16_t counts[2], const wish_t wishes[2], int32_t voltages[2]) {
   int32_t moved_left = observe(LEFT, counts[LEFT]);
@@ -109,11 +109,11 @@ void controller_step(const int16_t counts[2], const wish_t wishes[2], int32_t vo
 
   /* Integrators go on, unless that would ask for more of what is cut off. More error makes less voltage. */
   int32_t cut[2] = {wanted[LEFT] - voltages[LEFT], wanted[RIGHT] - voltages[RIGHT]};
-  if (agree(cut[LEFT] - cut[RIGHT], difference_error)) {
+  if (may_integrate(cut[LEFT] - cut[RIGHT], difference_error)) {
     integral = clamp(integral + difference_error / INTEGRAL_UNIT, MOST_ERROR);
   }
   difference_error -= wishes[LEFT].speed - wishes[RIGHT].speed;
-  uint8_t is_free = agree(cut[LEFT] + cut[RIGHT], speed_error[LEFT]);
+  uint8_t is_free = may_integrate(cut[LEFT] + cut[RIGHT], speed_error[LEFT]);
   left_error -= is_free ? wishes[LEFT].speed : observers[LEFT].speed;
   applied[LEFT] = voltages[LEFT];
   applied[RIGHT] = voltages[RIGHT];

@@ -108,6 +108,11 @@ impl Pilot {
         self.cycle = Cycle::default();
     }
 
+    /// Other settings from the next tick on.
+    pub fn reconfigure(&mut self, config: PilotConfig) {
+        self.config = config;
+    }
+
     /// By hand: drive with these speeds (m/s, rad/s) until told otherwise. Takes over from any errand.
     pub fn drive(&mut self, forward: f64, turn: f64) {
         if self.mode != Mode::Manual {

@@ -221,6 +221,21 @@ impl Slam {
         self.motion_since_scan = Pose2::identity();
     }
 
+    /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids and of the scan matcher
+    /// hold for a whole run, and so does what the filter knew of the odometry beforehand.
+    ///
+    /// # Errors    [`SlamError::Lines`] naming the first setting out of range; then the old ones stay.
+    pub fn reconfigure(&mut self, config: &SlamConfig) -> Result<(), SlamError> {
+        config.lines.validate()?;
+        self.config = SlamConfig {
+            matcher: self.config.matcher.clone(),
+            grid: self.config.grid,
+            ..config.clone()
+        };
+        self.estimator.reconfigure(&self.config);
+        Ok(())
+    }
+
     /// Completes all work that was put off, at the end of a log.
     pub fn finish(&mut self) {
         if let Estimator::Matching { matcher, .. } = &mut self.estimator {
@@ -319,6 +334,12 @@ impl Slam {
     #[must_use]
     pub fn pending_points(&self) -> Option<&Points> {
         self.pending.as_ref().map(|pending| &pending.points)
+    }
+
+    /// The next part of the scan that is taken in part by part.
+    #[must_use]
+    pub fn pending_part(&self) -> Option<ScanPart> {
+        self.pending.as_ref().map(|pending| pending.next)
     }
 
     /// The same points and, beside them, what was seen before and stands nearer now than the sensor sees: what a pilot must

@@ -1,5 +1,7 @@
 //! Fixtures shared by tests and benches.
 
+#[cfg(unix)]
+pub mod devices;
 pub mod update_cost;
 
 /// Numbers in [0, 1) without any crate, the same everywhere: a 64-bit linear congruential generator (Knuth, MMIX).

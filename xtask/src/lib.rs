@@ -10,6 +10,7 @@
 
 pub mod browser_cost;
 pub mod check;
+pub mod firmware;
 pub mod page;
 pub mod report;
 pub mod serve;

@@ -12,6 +12,9 @@ pub use cartesian::{Beam, PointConfig, Points};
 pub use deskew::{MotionHistory, MovedSince};
 pub use near::{NearConfig, NearField};
 pub use oriented::{OrientedConfig, OrientedPoint, oriented_points};
-pub use range_sigma::{Growth, SigmaBin, SigmaConfig, SigmaError, SigmaFit, estimate_sigma};
+pub use range_sigma::{
+    Growth, RangeSigma, SigmaBin, SigmaConfig, SigmaError, SigmaFit, estimate_sigma,
+    estimate_sigma_of_stretches,
+};
 pub use segmentation::{BreakRule, Run, SegmentationConfig, segment};
 pub use spacing::{SpacingError, SpacingModel};

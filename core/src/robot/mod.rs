@@ -23,6 +23,6 @@ pub use command::Command;
 pub use interface::Robot;
 pub use model::{OdometryBias, OdometryNoise, RobotModel};
 pub use motor::{DriveTrain, MotorError, MotorModel};
-pub use odometry::{Odometry, OdometryError, TrackOdometry, Tracks};
+pub use odometry::{Odometry, OdometryError, TrackNoise, TrackOdometry, Tracks};
 pub use scan::{Scan, ScanError};
 pub use stamp::Stamp;

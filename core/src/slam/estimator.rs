@@ -118,6 +118,13 @@ impl Estimator {
         Ok(())
     }
 
+    pub(super) fn reconfigure(&mut self, config: &SlamConfig) {
+        if let Self::Lines { ekf, extractor, .. } = self {
+            **extractor = LineExtractor::new(config.lines);
+            ekf.reconfigure(config.ekf);
+        }
+    }
+
     /// First part of a scan: the lines in it, for a method that uses them.
     pub(super) fn find_lines(&mut self, points: &Points) -> Result<(), SlamError> {
         if let Self::Lines {
