@@ -2,6 +2,7 @@
 
 #[cfg(unix)]
 pub mod devices;
+pub mod update_cost;
 
 /// Numbers in [0, 1) without any crate, the same everywhere: a 64-bit linear congruential generator (Knuth, MMIX).
 pub fn numbers() -> impl Iterator<Item = f64> {

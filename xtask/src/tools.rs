@@ -3,7 +3,7 @@
 use std::env;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus};
+use std::process::{Command, ExitStatus, Stdio};
 
 use anyhow::{Context, Result, bail};
 
@@ -131,6 +131,24 @@ pub fn run(command: &mut Command) -> Result<()> {
         bail!("`{shown}` failed ({status})");
     }
     Ok(())
+}
+
+/// Runs a command and returns what it prints on standard output.
+///
+/// # Errors
+/// If it cannot be started or fails; what it printed is told then.
+pub fn output(command: &mut Command) -> Result<String> {
+    let shown = shown(command);
+    eprintln!("$ {shown}");
+    let output = command
+        .stderr(Stdio::inherit())
+        .output()
+        .with_context(|| format!("cannot start `{shown}`"))?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    if !output.status.success() {
+        bail!("`{shown}` failed ({}):\n{text}", output.status);
+    }
+    Ok(text)
 }
 
 /// The command as a person would type it: the program's name and its arguments.
