@@ -33,7 +33,7 @@ pub fn test() -> Result<()> {
     }
     tools::run(
         cargo
-            .args(["test", "--locked", "--no-fail-fast", "--manifest-path"])
+            .args(["test", "--no-fail-fast", "--manifest-path"])
             .arg(manifest),
     )
 }

@@ -250,7 +250,10 @@ impl Link {
     fn take_hello(&mut self, hello: Hello, now: Stamp) {
         if hello.protocol != super::PROTOCOL {
             self.lose(Down::OtherProtocol(hello.protocol));
-            self.enter(Phase::ResetNeeded, now);
+            // Entered anew it would be greeted at once, and answer at once.
+            if self.phase != Phase::ResetNeeded {
+                self.enter(Phase::ResetNeeded, now);
+            }
             return;
         }
         let is_answer = hello.nonce == self.nonce && hello.nonce != 0;

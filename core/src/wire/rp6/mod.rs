@@ -52,6 +52,7 @@ mod frame;
 mod link;
 mod message;
 mod report;
+mod sweep;
 #[cfg(test)]
 mod tests;
 
@@ -62,3 +63,4 @@ pub use message::{Command, Message};
 pub use report::{
     Capabilities, Fault, Hello, PROTOCOL, Ranger, Report, ResetCause, State, Telemetry, Verdict,
 };
+pub use sweep::{RangerFigures, SweepReader};
