@@ -5,10 +5,13 @@
 //! 3. [`serve`] builds the bridge and becomes it.
 //! 4. [`check`] and [`suites`] run every check and every test, and end with a table of what passed ([`report`]).
 //!
+//! [`measure`] prints figures that the bridge promises, and whether they hold.
+//!
 //! [`tools`] finds the programs all this needs, and says how to install a missing one.
 
 pub mod check;
 pub mod firmware;
+pub mod measure;
 pub mod page;
 pub mod report;
 pub mod serve;
