@@ -2,9 +2,9 @@
 
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
 use xtask::wasm::Profile;
-use xtask::{browser_cost, check, page, serve, suites};
+use xtask::{check, measure, page, serve, suites};
 
 /// slamlab's commands.
 #[derive(Parser)]
@@ -40,19 +40,12 @@ enum Command {
         #[arg(value_enum)]
         suites: Vec<suites::Suite>,
     },
-    /// Measures a claim and prints its figures as JSON; an error if it does not hold
+    /// Measures what is promised: JSON, and success only if it holds
     Report {
-        /// Which claim
+        /// What to measure
         #[arg(value_enum)]
-        name: Claim,
+        promise: measure::Promise,
     },
-}
-
-/// What can be measured.
-#[derive(Clone, Copy, ValueEnum)]
-enum Claim {
-    /// An update of the line filter in headless Chromium takes at most 1.5 times as long as natively
-    BrowserCost,
 }
 
 #[derive(Args)]
@@ -94,10 +87,8 @@ fn obey(command: Command) -> anyhow::Result<()> {
         }
         Command::Build { speed } => page::build(speed.profile()),
         Command::Check => check::all(),
+        Command::Report { promise } => measure::measure(promise),
         Command::Test { suites } => suites::run(&suites),
-        Command::Report {
-            name: Claim::BrowserCost,
-        } => browser_cost::report(),
     }
 }
 

@@ -7,5 +7,6 @@ mod access;
 mod client;
 mod driving;
 mod recording;
+#[allow(dead_code)] // `examples/bridge_report` uses the rest
 mod robot;
 mod streams;

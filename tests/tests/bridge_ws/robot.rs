@@ -1,5 +1,6 @@
 //! A simulated robot that remembers when it was told what, and how its motors ran.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -23,9 +24,12 @@ struct Remembered {
     /// The link is to be as if a cable were pulled.
     is_cut: bool,
     has_ended: bool,
+    /// When the odometry up to this stamp was sent.
+    sent: BTreeMap<u64, Instant>,
 }
 
 impl Memory {
+    /// What it was told, and when.
     pub(crate) fn orders(&self) -> Vec<(Instant, Order)> {
         self.0.lock().unwrap().orders.clone()
     }
@@ -47,6 +51,10 @@ impl Memory {
 
     pub(crate) fn cut(&self, is_cut: bool) {
         self.0.lock().unwrap().is_cut = is_cut;
+    }
+
+    pub(crate) fn sent(&self, stamp: u64) -> Option<Instant> {
+        self.0.lock().unwrap().sent.get(&stamp).copied()
     }
 
     pub(crate) fn has_ended(&self) -> bool {
@@ -159,6 +167,13 @@ impl TestRobot {
         if is_cut {
             return;
         }
+        let now = Instant::now();
+        self.memory
+            .0
+            .lock()
+            .unwrap()
+            .sent
+            .insert(odometry.to.0, now);
         port.send(Event::Odometry(odometry));
         if let Some(scan) = scan {
             port.send(Event::Scan(scan));
