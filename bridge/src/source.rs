@@ -12,7 +12,10 @@
 //!    fault that it cannot mend; faults that it can (a pulled cable) it mends by itself, and says so by
 //!    [`Event::Link`]. Whoever drives has to arm again after any link that was not up.
 
+mod named;
 mod orders;
+pub mod replay;
+pub mod sim;
 
 use std::io;
 use std::sync::Arc;
@@ -24,12 +27,14 @@ use slamlab_core::robot::{Command, Odometry, RobotModel, Scan, Stamp};
 use slamlab_core::wire::message::{DeviceState, LinkState, RangerReading};
 use tokio::sync::mpsc;
 
+pub use named::{SourceError, SourceName};
 use orders::Orders;
 
 /// Events that wait for the hub, of all sources together.
 pub const MOST_WAITING: usize = 4096;
 
-/// What a source says. Stamps are of the robot's clock; a source that has none counts µs since it started.
+/// What a source says. Stamps of one program's serial devices are all on one clock; a simulated robot and a recording have
+/// their own.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Event {

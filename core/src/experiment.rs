@@ -12,19 +12,21 @@ mod figures;
 #[cfg(test)]
 mod tests;
 
-use crate::estimation::EkfConfig;
+use crate::estimation::{EkfConfig, ScanMatcherConfig};
 use crate::features::LineConfig;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::{EvidenceConfig, GridConfig};
 use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation};
-use crate::robot::{Command, Robot, RobotModel, Scan};
-use crate::sim::{SensorModel, SimError, Simulation, World};
+use crate::robot::{Command, Robot, RobotModel, Scan, TrackNoise};
+use crate::sim::{NoDoor, SensorModel, SimError, Simulation, World};
 use crate::slam::{Method, Slam, SlamConfig, SlamError};
 pub use figures::{Figures, Record, Sample};
 
 /// Simulated time of one step, s: how often the pilot decides.
 pub const CONTROL_PERIOD: f64 = 0.05;
+/// Steps that scans of a standing robot may take: ten minutes.
+const MOST_STANDING: usize = 12_000;
 /// Odometry readings in one step. A turning sensor is de-skewed by them, so they come faster than decisions.
 const READINGS: u32 = 5;
 
@@ -46,6 +48,8 @@ pub struct ExperimentConfig {
     /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg) also with a sensor that looks
     /// round all the time. Default false.
     pub cycle: bool,
+    /// What the odometry says of its own errors; how it errs is the robot's.
+    pub odometry: TrackNoise,
     /// Settings of the estimation.
     pub slam: SlamConfig,
     /// Settings of planning and driving.
@@ -59,18 +63,7 @@ impl ExperimentConfig {
     /// of odometry: it takes Celej's quicker grid, and the `short_range` figures of lines, filter and pilot.
     #[must_use]
     pub fn new(world: World, robot: RobotModel, sensor: SensorModel, seed: u64) -> Self {
-        let (slam, pilot) = if sensor.scans_on_command() {
-            let slam = SlamConfig {
-                grid: GridConfig::celej(),
-                lines: LineConfig::short_range(),
-                ekf: EkfConfig::short_range(),
-                evidence: EvidenceConfig::short_range(),
-                ..SlamConfig::default()
-            };
-            (slam, PilotConfig::short_range())
-        } else {
-            (SlamConfig::default(), PilotConfig::default())
-        };
+        let (slam, pilot) = Self::settings_for(&sensor);
         Self {
             world,
             robot,
@@ -79,9 +72,37 @@ impl ExperimentConfig {
             method: Method::LineEkf,
             mode: Mode::Explore,
             cycle: false,
+            odometry: TrackNoise::Proportional(robot.odometry_noise),
             slam,
             pilot,
         }
+    }
+
+    /// The settings of estimation and driving for a sensor.
+    pub(crate) fn settings_for(sensor: &SensorModel) -> (SlamConfig, PilotConfig) {
+        if let SensorModel::Sonar(sonar) = sensor {
+            let evidence = EvidenceConfig::cones(sonar.half_angle);
+            let slam = SlamConfig {
+                evidence,
+                ..SlamConfig::default()
+            };
+            return (slam, PilotConfig::default());
+        }
+        if !sensor.scans_on_command() {
+            return (SlamConfig::default(), PilotConfig::default());
+        }
+        let slam = SlamConfig {
+            grid: GridConfig::celej(),
+            lines: LineConfig::short_range(),
+            ekf: EkfConfig::short_range(),
+            evidence: EvidenceConfig::short_range(),
+            matcher: ScanMatcherConfig {
+                evidence: EvidenceConfig::short_range(),
+                ..ScanMatcherConfig::default()
+            },
+            ..SlamConfig::default()
+        };
+        (slam, PilotConfig::short_range())
     }
 }
 
@@ -127,6 +148,7 @@ impl Experiment {
         );
         pilot.set_mode(config.mode);
         sim.set_on_command(config.cycle);
+        sim.tell_noise(config.odometry);
         Ok(Self {
             sim,
             slam: Slam::new(config.method, config.slam)?,
@@ -191,6 +213,48 @@ impl Experiment {
         Ok(self.sim.take_scan())
     }
 
+    /// Other settings from here on, as far as they can be changed during a run (see [`Slam::reconfigure`]).
+    ///
+    /// # Errors    [`SlamError`] naming the first setting out of range; then the old ones stay.
+    pub fn reconfigure(
+        &mut self,
+        slam: &SlamConfig,
+        pilot: &PilotConfig,
+        odometry: TrackNoise,
+    ) -> Result<(), SlamError> {
+        self.slam.reconfigure(slam)?;
+        self.pilot.reconfigure(pilot.clone());
+        self.sim.tell_noise(odometry);
+        Ok(())
+    }
+
+    /// `count` scans of a robot that is just like this one and stands where it stands, for [`crate::points::estimate_sigma`];
+    /// fewer where they would take more than ten minutes. The run itself goes on as if nothing had been.
+    #[must_use]
+    pub fn standing_scans(&self, count: usize) -> Vec<Scan> {
+        let mut sim = self.sim.clone();
+        sim.command(Command::Stop);
+        let on_command = sim.scans_on_command();
+        let (mut scans, mut stands) = (vec![], false);
+        for _ in 0..MOST_STANDING {
+            if on_command && stands && !sim.is_busy() {
+                sim.command(Command::Scan);
+            }
+            sim.advance(CONTROL_PERIOD);
+            let came = sim.take_scan();
+            // What was seen before it stood, and during the sweep in which it came to stand, does not count.
+            if stands {
+                scans.extend(came);
+            } else {
+                stands = sim.speeds() == (0.0, 0.0) || (came.is_some() && is_slow(sim.speeds()));
+            }
+            if scans.len() == count {
+                break;
+            }
+        }
+        scans
+    }
+
     /// Has the robot drive by the cycle, or as continuously as its sensor allows; its errand begins anew.
     pub fn set_cycle(&mut self, cycle: bool) {
         self.sim.set_on_command(cycle);
@@ -211,6 +275,13 @@ impl Experiment {
     #[must_use]
     pub fn is_in_cycle(&self) -> bool {
         self.sim.scans_on_command()
+    }
+
+    /// Opens or shuts a door of the world.
+    ///
+    /// # Errors    [`NoDoor`].
+    pub fn set_door(&mut self, index: usize, open: bool) -> Result<(), NoDoor> {
+        self.sim.set_door(index, open)
     }
 
     /// Stops the robot at once; it forgets its errand.
@@ -293,12 +364,18 @@ impl Experiment {
     }
 }
 
+/// Motors under control stand within a small fraction of a millimetre, not to the bit.
+fn is_slow((forward, turn): (f64, f64)) -> bool {
+    forward.abs() < 1e-3 && turn.abs() < 1e-3
+}
+
 fn situation<'a>(sim: &Simulation, slam: &'a Slam, estimate: &'a PoseEstimate) -> Situation<'a> {
     Situation {
         stamp: sim.stamp(),
         estimate,
         grid: slam.grid(),
-        points: slam.points(),
+        points: slam.obstacles(),
+        bumpers: sim.bumpers(),
         motion_since_scan: slam.motion_since_scan(),
         robot_is_busy: sim.is_busy(),
         scans_on_command: sim.scans_on_command(),

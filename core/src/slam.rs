@@ -20,7 +20,7 @@ use crate::features::{LineConfig, LineError, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::{EvidenceConfig, Grid, GridConfig, GridError};
-use crate::points::{MotionHistory, PointConfig, Points};
+use crate::points::{MotionHistory, NearField, PointConfig, Points};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
 use estimator::{Estimator, Sweep};
 
@@ -84,6 +84,9 @@ pub struct Slam {
     history: MotionHistory,
     estimator: Estimator,
     points: Option<Points>,
+    near: NearField,
+    /// The same points, with what is near and was not seen.
+    obstacles: Option<Points>,
     motion_since_scan: Pose2,
     /// A scan that is taken in part by part.
     pending: Option<Pending>,
@@ -119,6 +122,8 @@ impl Slam {
             history: MotionHistory::new(5.0),
             config,
             points: None,
+            near: NearField::default(),
+            obstacles: None,
             motion_since_scan: Pose2::identity(),
             pending: None,
         })
@@ -210,8 +215,25 @@ impl Slam {
     }
 
     fn conclude(&mut self, points: Points) {
+        self.near.update(&points, &self.motion_since_scan);
+        self.obstacles = Some(self.near.with_unseen(&points));
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
+    }
+
+    /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids and of the scan matcher
+    /// hold for a whole run, and so does what the filter knew of the odometry beforehand.
+    ///
+    /// # Errors    [`SlamError::Lines`] naming the first setting out of range; then the old ones stay.
+    pub fn reconfigure(&mut self, config: &SlamConfig) -> Result<(), SlamError> {
+        config.lines.validate()?;
+        self.config = SlamConfig {
+            matcher: self.config.matcher.clone(),
+            grid: self.config.grid,
+            ..config.clone()
+        };
+        self.estimator.reconfigure(&self.config);
+        Ok(())
     }
 
     /// Completes all work that was put off, at the end of a log.
@@ -312,6 +334,19 @@ impl Slam {
     #[must_use]
     pub fn pending_points(&self) -> Option<&Points> {
         self.pending.as_ref().map(|pending| &pending.points)
+    }
+
+    /// The next part of the scan that is taken in part by part.
+    #[must_use]
+    pub fn pending_part(&self) -> Option<ScanPart> {
+        self.pending.as_ref().map(|pending| pending.next)
+    }
+
+    /// The same points and, beside them, what was seen before and stands nearer now than the sensor sees: what a pilot must
+    /// not drive into.
+    #[must_use]
+    pub fn obstacles(&self) -> Option<&Points> {
+        self.obstacles.as_ref()
     }
 
     /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.

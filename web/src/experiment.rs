@@ -3,16 +3,22 @@
 use std::cell::OnceCell;
 
 use nalgebra::Point2;
-use slamlab_core::experiment::{Experiment, ExperimentConfig};
+use slamlab_core::experiment::Experiment;
+use slamlab_core::format::calibration;
 use slamlab_core::format::world;
 use slamlab_core::geom::Pose2;
-use slamlab_core::pilot::Mode;
-use slamlab_core::sim::{ReachableArea, SensorKind, World, reachable_area, worlds};
-use slamlab_core::slam::Method;
+use slamlab_core::pilot::{Mode, Stage};
+use slamlab_core::settings::Settings;
+use slamlab_core::sim::{
+    Material, ReachableArea, SensorKind, SensorModel, World, reachable_area, worlds,
+};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::bench::{BenchResponse, BenchTrial};
+use crate::calibration::variable_of;
 use crate::inspection::Inspection;
+use crate::settings::apply;
+use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
 use crate::view::{self, MapFiles, SlamView};
 
@@ -23,9 +29,50 @@ pub enum SetupError {
     /// No built-in world of that name.
     #[error("there is no world `{0}`; expected one of {expected}", expected = worlds::NAMES.join(", "))]
     World(String),
+    /// Calibration pairs for a sensor without.
+    #[error("calibration pairs belong to IR rangers; this run has another sensor")]
+    Calibration,
     /// No mode of that name to start with.
     #[error("there is no mode `{0}` to start with; expected manual or explore")]
     Mode(String),
+}
+
+/// What a simulated run starts from.
+#[wasm_bindgen(getter_with_clone)]
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WebSetup {
+    /// Name of a built-in world, or the text of a world file.
+    pub world: String,
+    /// Whether it is the text.
+    pub is_file: bool,
+    /// Name of the sensor.
+    pub sensor: String,
+    /// Of all noise.
+    pub seed: u32,
+    /// Name of the method.
+    pub method: String,
+    /// `manual` or `explore`.
+    pub mode: String,
+    /// Whether it drives by the cycle.
+    pub cycle: bool,
+    /// Settings that differ from their defaults.
+    pub keys: Vec<String>,
+    /// Their numbers.
+    pub values: Vec<f64>,
+    /// Calibration pairs of the rangers as text; empty for those of the data sheet.
+    pub calibration: String,
+    /// What their characteristic is a polynomial of: `volts` or `per-volt`.
+    pub variable: String,
+}
+
+#[wasm_bindgen]
+impl WebSetup {
+    /// An empty setup.
+    #[wasm_bindgen(constructor)]
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
 }
 
 /// A simulated robot that maps, finds itself, plans and drives.
@@ -33,42 +80,145 @@ pub enum SetupError {
 #[derive(Debug)]
 pub struct WebExperiment {
     experiment: Experiment,
+    settings: Settings,
     /// What can be explored at all; found out when it is first asked for.
     area: OnceCell<ReachableArea>,
 }
 
 #[wasm_bindgen]
 impl WebExperiment {
-    /// `world`: name of a built-in world, or the text of a world file. `mode`: `manual` or `explore`.
+    /// A run from this setup.
     ///
     /// # Errors    A sentence on the first thing that cannot be.
     #[wasm_bindgen(constructor)]
-    pub fn new(
-        world: &str,
-        is_file: bool,
-        sensor: &str,
-        seed: u32,
-        method: &str,
-        mode: &str,
-    ) -> Result<Self, JsError> {
-        let world = load_world(world, is_file)?;
-        let sensor: SensorKind = sensor.parse()?;
-        let mode = match mode {
+    pub fn new(setup: WebSetup) -> Result<Self, JsError> {
+        let world = load_world(&setup.world, setup.is_file)?;
+        let sensor: SensorKind = setup.sensor.parse()?;
+        let mode = match setup.mode.as_str() {
             "manual" => Mode::Manual,
             "explore" => Mode::Explore,
             other => return Err(SetupError::Mode(other.to_owned()).into()),
         };
-        let method: Method = method.parse()?;
         let robot = world.robot.model();
-        let config = ExperimentConfig {
-            method,
-            mode,
-            ..ExperimentConfig::new(world, robot, sensor.model(), u64::from(seed))
-        };
+        let mut settings = Settings::of(sensor.model(), &robot);
+        apply(&mut settings, &setup.keys, &setup.values)?;
+        if !setup.calibration.is_empty() {
+            let SensorModel::Rangers(rangers) = &mut settings.sensor else {
+                return Err(SetupError::Calibration.into());
+            };
+            rangers.variable = variable_of(&setup.variable)?;
+            rangers.calibration =
+                calibration::fit(setup.calibration.as_bytes(), rangers.variable)?.0;
+        }
+        let mut config = settings.experiment(world, robot, u64::from(setup.seed));
+        config.method = setup.method.parse()?;
+        config.mode = mode;
+        config.cycle = setup.cycle;
         Ok(Self {
             experiment: Experiment::new(config)?,
+            settings,
             area: OnceCell::new(),
         })
+    }
+
+    /// Changes settings that act at once.
+    ///
+    /// # Errors    A sentence on a setting that cannot be; then all stay as they were.
+    pub fn configure(&mut self, keys: Vec<String>, values: Vec<f64>) -> Result<(), JsError> {
+        let mut settings = self.settings.clone();
+        apply(&mut settings, &keys, &values)?;
+        let odometry = settings.odometry.used();
+        self.experiment
+            .reconfigure(&settings.slam, &settings.pilot, odometry)?;
+        self.settings = settings;
+        Ok(())
+    }
+
+    /// Drive by the cycle of TDK 2016 §6.3, or continuously.
+    pub fn set_cycle(&mut self, cycle: bool) {
+        self.experiment.set_cycle(cycle);
+    }
+
+    /// Whether it drives by the cycle.
+    #[must_use]
+    pub fn in_cycle(&self) -> bool {
+        self.experiment.is_in_cycle()
+    }
+
+    /// Goes on to the end of the next stage of the cycle; its name, or empty where there is none.
+    ///
+    /// # Errors    A scan that cannot be used.
+    pub fn next_stage(&mut self) -> Result<String, JsError> {
+        let stage = self.experiment.next_stage()?;
+        Ok(stage.map(name_of).unwrap_or_default())
+    }
+
+    /// Names of the stages, each followed by what it gave last (empty before).
+    #[must_use]
+    pub fn stages(&self) -> Vec<String> {
+        let cycle = self.experiment.pilot().cycle();
+        let told = |stage| {
+            cycle
+                .report(stage)
+                .map(ToString::to_string)
+                .unwrap_or_default()
+        };
+        Stage::ALL
+            .iter()
+            .flat_map(|&(name, stage)| [name.to_owned(), told(stage)])
+            .collect()
+    }
+
+    /// The stage of the newest report; empty before the first.
+    #[must_use]
+    pub fn stage(&self) -> String {
+        self.experiment
+            .pilot()
+            .cycle()
+            .now()
+            .map(name_of)
+            .unwrap_or_default()
+    }
+
+    /// Which round of the cycle this is, and the number of reports so far.
+    #[must_use]
+    pub fn cycle_count(&self) -> Vec<f64> {
+        let cycle = self.experiment.pilot().cycle();
+        vec![f64::from(cycle.round()), cycle.count() as f64]
+    }
+
+    /// σ(ρ) of the sensor, from `scans` of a twin that stands where the robot is.
+    ///
+    /// # Errors    A sentence on why it cannot be told.
+    pub fn estimate_sigma(&self, scans: u32, growth: &str) -> Result<SigmaCurve, JsError> {
+        let scans = self.experiment.standing_scans(scans as usize);
+        let truth = match self.experiment.sim().sensor() {
+            SensorModel::Lidar(model) => Some((model.sigma, model.sigma_per_metre)),
+            SensorModel::Sonar(model) => Some((model.sigma, model.sigma_per_metre)),
+            SensorModel::Rangers(_) => None,
+        };
+        SigmaCurve::of(&[&scans], growth, truth)
+    }
+
+    /// Material of each true wall: 0 opaque, 1 glass, 2 dark.
+    #[must_use]
+    pub fn materials(&self) -> Vec<u8> {
+        let walls = self.experiment.sim().caster().walls();
+        let code = |material| match material {
+            Material::Opaque => 0,
+            Material::Glass => 1,
+            Material::Dark => 2,
+        };
+        walls.iter().map(|wall| code(wall.material)).collect()
+    }
+
+    /// Half the opening of a beam, rad: that of a sonar's cone, 0 for a ray of light.
+    #[must_use]
+    pub fn beam_half_angle(&self) -> f64 {
+        match self.experiment.sim().sensor() {
+            SensorModel::Sonar(model) => model.half_angle,
+            _ => 0.0,
+        }
     }
 
     /// First half of a control period: the pilot decides.
@@ -281,10 +431,11 @@ impl WebExperiment {
         SlamView::since(self.experiment.slam(), generation, revision)
     }
 
-    /// Why the last scan's lines were matched, and how errors hang together; nothing for methods without a line map.
+    /// Why the last scan's lines were matched, and, with `matrix`, how errors hang together; nothing for methods without a line
+    /// map.
     #[must_use]
-    pub fn inspect(&self) -> Option<Inspection> {
-        Inspection::of(self.experiment.slam())
+    pub fn inspect(&self, matrix: bool) -> Option<Inspection> {
+        Inspection::of(self.experiment.slam(), matrix)
     }
 
     /// Walls that the last scan showed to be parts of others: the one that stays and the one that goes, pair by pair.
@@ -318,6 +469,13 @@ impl WebExperiment {
     pub fn state_hash(&self) -> String {
         format!("{:016x}", self.experiment.state_hash())
     }
+}
+
+fn name_of(stage: Stage) -> String {
+    let entry = Stage::ALL.iter().find(|(_, known)| *known == stage);
+    entry
+        .map(|(name, _)| (*name).to_owned())
+        .unwrap_or_default()
 }
 
 fn load_world(world: &str, is_file: bool) -> Result<World, JsError> {

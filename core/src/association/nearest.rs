@@ -1,13 +1,16 @@
 //! In: the landmarks that one sighting may be. Out: which one it is, or that nobody can tell.
 //!
-//! 1. Inside the gate, a landmark whose known part overlaps the seen part goes before one across a gap; then the nearer one in
-//!    standard deviations wins.
-//! 2. A second landmark at another place that explains the sighting nearly as well makes it ambiguous: it is dropped.
-//! 3. Outside of the gate but not far outside, it is dropped too. Only what is far from everything is new.
+//! 1. Inside the gate, a confirmed landmark goes before one that is not yet. A line that noise threw out of the gate of its wall
+//!    becomes a second landmark beside it; would both compete for the sightings to come, noise of one sign would go to the one, of
+//!    the other sign to the other, and both become walls, each sure of itself and wrong.
+//! 2. A landmark whose known part overlaps the seen part goes before one across a gap; then the nearer one in standard deviations wins.
+//! 3. A second landmark at another place that explains the sighting nearly as well makes it ambiguous: it is dropped.
+//! 4. Outside of the gate but not far outside, it is dropped too. Only what is far from everything is new.
 //!
 //! Why so shy: a wrong match cannot be undone by an EKF, a lost sighting costs next to nothing; the next scan shows
 //! the wall again. Joint compatibility (`joint`) looks at all lines of a scan together.
 
+use super::Paired;
 use crate::geom::CHI2_2DOF_99;
 
 /// How the lines of a scan find their landmarks.
@@ -15,7 +18,7 @@ use crate::geom::CHI2_2DOF_99;
 pub enum AssociationMethod {
     /// Each by itself, the nearest in its gate; dropped where two are as near. Needs no memory of its own.
     Nearest,
-    /// All of a scan together ([`super::joint_matches`]): for walls that are close and alike, poses that are less certain than walls
+    /// All of a scan together ([`super::JointSearch`]): for walls that are close and alike, poses that are less certain than walls
     /// are apart, and lines that are spoilt. One such line, taken in first while the robot turned and so knew its heading badly,
     /// threw one of a hundred laps of `loop` by 3 m; the other lines of its scan outvote it.
     #[default]
@@ -31,6 +34,9 @@ pub struct AssociationConfig {
     pub gate: f64,
     /// Smallest d² to every landmark of a new one. Default 25. Growing: fewer duplicates, new walls found later.
     pub new_gate: f64,
+    /// Matched together: largest d² of a line from where all other lines of its scan expect it. Default 13.82, 99.9 %. Growing:
+    /// spoilt lines get in among many good ones.
+    pub outlier_gate: f64,
     /// A second candidate must be this much worse in d². Default 4: e² times less likely.
     pub ambiguity: f64,
     /// Largest free distance between the seen and the known part of one wall, m. Default 0.5: less than a door.
@@ -45,6 +51,7 @@ impl Default for AssociationConfig {
             method: AssociationMethod::default(),
             gate: CHI2_2DOF_99,
             new_gate: 25.0,
+            outlier_gate: 13.82,
             ambiguity: 4.0,
             max_gap: 0.5,
             same_place: 0.03,
@@ -61,6 +68,10 @@ pub struct Candidate {
     pub d2: f64,
     /// Free distance along the wall, m; 0 or less where the parts overlap.
     pub gap: f64,
+    /// Whether the seen part cannot be taken for a part of this wall, by where along the line it lies.
+    pub is_beyond: bool,
+    /// Whether it was seen often enough to be a wall.
+    pub is_confirmed: bool,
     /// Where the landmark is expected: α, rad, and signed r, m.
     pub expected: [f64; 2],
 }
@@ -80,17 +91,16 @@ pub enum Choice {
 
 /// Picks the landmark that a sighting is.
 ///
-/// # Units    `gap`s in m, compared with `config.max_gap` by the caller's slack already taken off.
 /// # Source   TDK 2016 §3.2 (gate); the rest as the module says.
 #[must_use]
 pub fn choose(candidates: &[Candidate], config: &AssociationConfig) -> Choice {
     let near = || {
         candidates
             .iter()
-            .filter(|c| c.gap <= config.max_gap && c.d2 <= config.new_gate)
+            .filter(|c| !c.is_beyond && c.d2 <= config.new_gate)
     };
     let mut best: Option<&Candidate> = None;
-    for candidate in near().filter(|c| c.d2 <= config.gate) {
+    for candidate in plausible(candidates, config.gate) {
         let rank = |c: &Candidate| (c.gap > 0.0, c.d2);
         if best.is_none_or(|b| rank(candidate) < rank(b)) {
             best = Some(candidate);
@@ -106,6 +116,7 @@ pub fn choose(candidates: &[Candidate], config: &AssociationConfig) -> Choice {
     let is_rival = |c: &&Candidate| {
         let apart = c.expected.iter().zip(&best.expected);
         c.index != best.index
+            && (c.is_confirmed || !best.is_confirmed)
             && c.d2 - best.d2 < config.ambiguity
             && apart
                 .into_iter()
@@ -117,22 +128,33 @@ pub fn choose(candidates: &[Candidate], config: &AssociationConfig) -> Choice {
     Choice::Match(*best)
 }
 
-/// What a sighting is after all of its scan were matched together: `paired` is its landmark, or `None` where none agreed with the
-/// others'. The state has moved since, so the pairing must still be near.
+/// The landmarks inside the gate: the confirmed ones, or where there are none the others.
+pub fn plausible(candidates: &[Candidate], gate: f64) -> impl Iterator<Item = &Candidate> {
+    let is_inside = move |c: &&Candidate| !c.is_beyond && c.d2 <= gate;
+    let is_known = candidates.iter().filter(is_inside).any(|c| c.is_confirmed);
+    candidates
+        .iter()
+        .filter(is_inside)
+        .filter(move |c| c.is_confirmed == is_known)
+}
+
+/// What a sighting is after all of its scan were matched together and found it to be `paired`. The state has moved since, so the
+/// pairing must still be near.
 #[must_use]
 pub fn choose_paired(
     candidates: &[Candidate],
-    paired: Option<usize>,
+    paired: Paired,
     config: &AssociationConfig,
 ) -> Choice {
-    let is_near = |c: &&Candidate| c.gap <= config.max_gap && c.d2 <= config.new_gate;
+    let is_near = |c: &&Candidate| !c.is_beyond && c.d2 <= config.new_gate;
     let mut near = candidates.iter().filter(is_near);
     match paired {
-        Some(index) => near
+        Paired::Landmark(index) => near
             .find(|c| c.index == index)
             .map_or(Choice::Near, |c| Choice::Match(*c)),
-        None if near.next().is_some() => Choice::Near,
-        None => Choice::New,
+        Paired::Ambiguous => Choice::Ambiguous,
+        Paired::Nothing if near.next().is_some() => Choice::Near,
+        Paired::Nothing => Choice::New,
     }
 }
 
@@ -145,6 +167,8 @@ mod tests {
             index,
             d2,
             gap,
+            is_beyond: gap > 0.5,
+            is_confirmed: true,
             expected: [0.0, r],
         }
     }
@@ -199,9 +223,23 @@ mod tests {
         let config = AssociationConfig::default();
         let near = [candidate(0, 1.0, -1.0, 1.0), candidate(1, 12.0, -1.0, 1.3)];
         let of = |paired| choose_paired(&near, paired, &config);
-        assert_eq!(of(Some(1)), Choice::Match(near[1]));
-        assert_eq!(of(Some(2)), Choice::Near);
-        assert_eq!(of(None), Choice::Near);
-        assert_eq!(choose_paired(&[], None, &config), Choice::New);
+        assert_eq!(of(Paired::Landmark(1)), Choice::Match(near[1]));
+        assert_eq!(of(Paired::Landmark(2)), Choice::Near);
+        assert_eq!(of(Paired::Ambiguous), Choice::Ambiguous);
+        assert_eq!(of(Paired::Nothing), Choice::Near);
+        let none = choose_paired(&[], Paired::Nothing, &config);
+        assert_eq!(none, Choice::New);
+    }
+
+    #[test]
+    fn landmark_not_yet_confirmed_gets_only_what_no_wall_explains() {
+        let wall = |d2| candidate(0, d2, -1.0, 1.0);
+        let fresh = Candidate {
+            is_confirmed: false,
+            ..candidate(1, 1.0, -1.0, 1.1)
+        };
+        check(&[wall(8.0), fresh], Choice::Match(wall(8.0)));
+        check(&[fresh], Choice::Match(fresh));
+        check(&[wall(9.5), fresh], Choice::Match(fresh));
     }
 }

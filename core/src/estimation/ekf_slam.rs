@@ -43,13 +43,14 @@ mod tests;
 use nalgebra::{Matrix2, Matrix3, Matrix5, Point2};
 
 pub(super) use self::input::{check_feature, check_odometry};
+use self::joint::JointScratch;
 use self::landmark::Entry;
 pub(super) use self::robot_state::RobotState;
 use self::robot_state::{POSE, ROBOT};
 use self::sweep::{as_seen, order};
 use super::covariance::Covariance;
 use super::triangle::SymmetricMatrix;
-use crate::association::{AssociationMethod, Candidate, Choice, choose, choose_paired};
+use crate::association::{AssociationMethod, Candidate, Choice, Paired, choose, choose_paired};
 use crate::features::LineFeature;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::robot::Odometry;
@@ -101,6 +102,9 @@ struct Scratch {
     gain: Gain,
     order: Vec<usize>,
     candidates: Vec<Candidate>,
+    joint: JointScratch,
+    /// What each line is, where all of a scan are matched together.
+    paired: Vec<Paired>,
 }
 
 impl EkfSlam {
@@ -122,6 +126,11 @@ impl EkfSlam {
             scratch: Scratch::default(),
             report: UpdateReport::default(),
         }
+    }
+
+    /// Other settings from the next scan on; what was known beforehand of the odometry is in the state already.
+    pub fn reconfigure(&mut self, config: EkfConfig) {
+        self.config = config;
     }
 
     /// The pose in the map frame, at the end of the last odometry.
@@ -202,13 +211,13 @@ impl EkfSlam {
         let end = sweep.stamp.seconds();
         let moved = self.motion_until(end).motion != Pose2::identity();
         order(features, sweep, &mut scratch.order);
-        let paired = match (self.config.association.method, scratch.order.first()) {
-            (AssociationMethod::Joint, Some(&first)) => {
-                self.advance_to(end - features.get(first).map_or(0.0, |f| sweep.age_of(f)));
-                Some(self.pair_jointly(features, sweep))
-            }
-            _ => None,
-        };
+        scratch.paired.clear();
+        if self.config.association.method == AssociationMethod::Joint
+            && let Some(first) = scratch.order.first().and_then(|first| features.get(*first))
+        {
+            self.advance_to(end - sweep.age_of(first));
+            self.pair_jointly(features, sweep, &mut scratch.joint, &mut scratch.paired);
+        }
         for &index in &scratch.order {
             let Some(feature) = features.get(index) else {
                 continue;
@@ -222,9 +231,7 @@ impl EkfSlam {
             let rest = self.motion_until(end);
             let feature = as_seen(feature, &rest, sweep);
             let (before, known) = (self.pose, report.matches.len());
-            let paired = paired
-                .as_ref()
-                .map(|paired| paired.get(index).copied().flatten());
+            let paired = scratch.paired.get(index).copied();
             self.take_in(
                 (index, paired),
                 &feature,
@@ -259,11 +266,11 @@ impl EkfSlam {
         Ok(&self.report)
     }
 
-    /// Steps 3 and 4 for one line, in the robot frame of the state: its number, and its landmark where all lines of the scan were
+    /// Steps 3 and 4 for one line, in the robot frame of the state: its number, and what it is where all lines of the scan were
     /// matched together.
     fn take_in(
         &mut self,
-        (index, paired): (usize, Option<Option<usize>>),
+        (index, paired): (usize, Option<Paired>),
         seen: &LineFeature,
         candidates: &mut Vec<Candidate>,
         gain: &mut Gain,
@@ -278,7 +285,7 @@ impl EkfSlam {
         }
         let config = &self.config.association;
         let choice = match paired {
-            Some(landmark) => choose_paired(candidates, landmark, config),
+            Some(paired) => choose_paired(candidates, paired, config),
             None => choose(candidates, config),
         };
         let verdict = match choice {

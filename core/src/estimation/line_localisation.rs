@@ -142,10 +142,13 @@ impl LineLocaliser {
         let (expected, _) = self.expect(self.map.get(index)?);
         let innovation = expected.innovation(&OrientedLine::of(seen))?;
         let along = self.state.cov[(0, 0)].max(self.state.cov[(1, 1)]).sqrt();
+        let gap = expected.gap(seen) - 3.0 * along;
         Some(Candidate {
             index,
             d2: innovation.d2,
-            gap: expected.gap(seen) - 3.0 * along,
+            gap,
+            is_beyond: gap > self.association.max_gap,
+            is_confirmed: true,
             expected: [expected.alpha, expected.r],
         })
     }

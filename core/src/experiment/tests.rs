@@ -102,3 +102,34 @@ fn a_lidar_that_is_heard_standing_only_reaches_its_goal() {
         assert_eq!((run.sim().contacts(), moving_scans), (0, 0), "seed {seed}");
     }
 }
+
+#[test]
+fn scans_of_a_standing_twin_show_the_noise_of_the_sensor_and_leave_the_run_alone() {
+    use crate::points::{SigmaConfig, estimate_sigma};
+    use crate::sim::sensors::LidarModel;
+    let world = worlds::builtin("office").unwrap();
+    // A bearing that errs adds to the range along a slanting wall.
+    let lidar = SensorModel::Lidar(LidarModel {
+        bearing_sigma: 0.0,
+        ..LidarModel::default()
+    });
+    let config = ExperimentConfig::new(world.clone(), world.robot.model(), lidar, 4);
+    let mut run = Experiment::new(config).unwrap();
+    while run.seconds() < 5.0 {
+        run.step().unwrap();
+    }
+    let before = run.state_hash();
+    let scans = run.standing_scans(100);
+    assert_eq!((scans.len(), run.state_hash()), (100, before));
+    let fit = estimate_sigma(&scans, &SigmaConfig::default()).unwrap();
+    let SensorModel::Lidar(lidar) = run.sim().sensor() else {
+        panic!("not a lidar");
+    };
+    for range in [1.0, 3.0] {
+        let (found, truth) = (fit.at(range), lidar.sigma_at(range));
+        assert!(
+            (found - truth).abs() < 4.0 * fit.error_at(range) + 3e-4,
+            "{range} m: {found} {truth}"
+        );
+    }
+}

@@ -6,10 +6,13 @@
 //! 2. Its residual is the distance to the surfel's line; far ones are doubted by a Cauchy kernel whose scale shrinks
 //!    from iteration to iteration, so that a bad start is pulled in and outliers end without a say.
 //! 3. Gauss-Newton on (x, y, θ), with the prior as one more residual, until the step is nothing.
-//! 4. The covariance is the inverse of what the points and the prior say. The verdict looks at the points alone: a
+//! 4. A direction of which the points say next to nothing is the prior's alone, in each iteration: what little they seem to say
+//!    along a corridor comes of noisy normals, and pulls towards where the map was seen from.
+//! 5. The covariance is the inverse of what the points and the prior say. The verdict looks at the points alone: a
 //!    corridor says nothing about the way along it, and that is told, not hidden.
 //!
-//! Source: Censi (2008), "An ICP variant using a point-to-line metric"; the Cauchy kernel's scale is in metres.
+//! Source: Censi (2008), "An ICP variant using a point-to-line metric"; the Cauchy kernel's scale is in metres. Step 4: Zhang,
+//! Kaess & Singh (2016), "On degeneracy of optimization-based state estimation problems".
 
 use nalgebra::{Matrix2, Matrix3, SymmetricEigen, Vector2, Vector3};
 
@@ -90,7 +93,7 @@ pub enum Verdict {
 pub struct Registration {
     /// `map_from_points`, with the covariance of points and prior together.
     pub estimate: PoseEstimate,
-    /// What the points alone say: the inverse of their covariance.
+    /// What the points alone say: the inverse of their covariance; nothing along a degenerate direction.
     pub information: Matrix3<f64>,
     /// Points within two of the kernel's scales from their surface.
     pub inliers: usize,
@@ -134,9 +137,12 @@ pub fn match_to_surfels(
     let mut iterations = 0;
     while iterations < config.max_iterations && !settled {
         iterations += 1;
-        let sums = accumulate(points, map, &pose, kernel, config);
+        let mut sums = accumulate(points, map, &pose, kernel, config);
         if sums.matched < config.min_points {
             break;
+        }
+        if let Some(free) = free_direction(&sums.hessian, config.min_share) {
+            sums.silence(&free);
         }
         let weight = weight_of(&sums);
         let off = Vector3::new(
@@ -159,14 +165,20 @@ pub fn match_to_surfels(
         settled = at_end && step.x.abs().max(step.y.abs()) < 2e-4 && step.z.abs() < 1e-4;
         kernel = (0.5 * kernel).max(config.last_kernel);
     }
-    let sums = accumulate(points, map, &pose, config.last_kernel, config);
+    let mut sums = accumulate(points, map, &pose, config.last_kernel, config);
+    let free = free_direction(&sums.hessian, config.min_share);
+    if let Some(free) = &free {
+        sums.silence(free);
+    }
     let information = sums.hessian * weight_of(&sums);
     let verdict = if sums.inliers < config.min_points {
         Verdict::TooFewPoints {
             found: sums.inliers,
         }
-    } else if let Some(direction) = degenerate_direction(&sums.hessian, config.min_share) {
-        Verdict::Degenerate { direction }
+    } else if let Some(free) = free {
+        Verdict::Degenerate {
+            direction: free.xy().normalize(),
+        }
     } else if settled {
         Verdict::Converged
     } else {
@@ -244,8 +256,21 @@ fn accumulate(
     sums
 }
 
-/// The direction of which the points say next to nothing, once the heading is free as well.
-fn degenerate_direction(hessian: &Matrix3<f64>, min_share: f64) -> Option<Vector2<f64>> {
+impl Sums {
+    /// Takes away all that is said along the motion `free` (x, y, θ), and nothing of what is said of the rest.
+    fn silence(&mut self, free: &Vector3<f64>) {
+        let push = self.hessian * free;
+        let said = free.dot(&push);
+        // Nothing to take away where nothing is said at all.
+        if said > 0.0 {
+            self.gradient -= push * (free.dot(&self.gradient) / said);
+            self.hessian -= push * push.transpose() / said;
+        }
+    }
+}
+
+/// The motion (x, y, θ; its shift of length 1) of which the points say next to nothing, the heading following as it likes best.
+fn free_direction(hessian: &Matrix3<f64>, min_share: f64) -> Option<Vector3<f64>> {
     let total = hessian[(0, 0)] + hessian[(1, 1)];
     let cross = Vector2::new(hessian[(0, 2)], hessian[(1, 2)]);
     let turn = hessian[(2, 2)].max(1e-12);
@@ -253,8 +278,9 @@ fn degenerate_direction(hessian: &Matrix3<f64>, min_share: f64) -> Option<Vector
         hessian.fixed_view::<2, 2>(0, 0).into_owned() - cross * cross.transpose() / turn;
     let eigen = SymmetricEigen::new(shift);
     let (least, _) = eigen.eigenvalues.argmin();
+    let direction: Vector2<f64> = eigen.eigenvectors.column(least).into_owned();
     (eigen.eigenvalues[least] < min_share * total)
-        .then(|| eigen.eigenvectors.column(least).into_owned())
+        .then(|| direction.push(-cross.dot(&direction) / turn))
 }
 
 #[cfg(test)]
@@ -380,6 +406,61 @@ mod tests {
             "{pose:?}"
         );
         assert!(found.estimate.cov[(0, 0)] > 0.5 && found.estimate.cov[(1, 1)] < 1e-4);
+    }
+
+    #[test]
+    fn noisy_normals_along_a_corridor_do_not_pull_the_pose_off_a_weak_prior() {
+        use rand::{RngExt, SeedableRng};
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        // Normals 0.1 rad off: they seem to tell the way along the walls with a hundredth of the points' say.
+        let mut crooked = || {
+            let mut points = walls(&[((-5.0, -1.0), (5.0, -1.0)), ((5.0, 1.0), (-5.0, 1.0))]);
+            for point in &mut points {
+                let turn = Pose2::new(0.0, 0.0, rng.random_range(-0.17..0.17));
+                point.normal = turn.rotate(point.normal);
+            }
+            points
+        };
+        let (map, points) = (map_of(&crooked()), crooked());
+        let start = Pose2::new(0.15, 0.05, 0.02);
+        let found = match_to_surfels(&points, &map, &start, &weak(start), &MatchConfig::default());
+        let Verdict::Degenerate { direction } = found.verdict else {
+            panic!("{found:?}")
+        };
+        assert!(direction.x.abs() > 0.99, "{direction}");
+        // A prior of 30 m keeps the way along the corridor to the millimetre, and its own doubt of it.
+        let pose = found.estimate.pose;
+        assert!((pose.x() - 0.15).abs() < 5e-3, "{pose:?}");
+        assert!(pose.y().abs() < 0.01 && pose.heading().abs() < 2e-3);
+        assert!(found.estimate.cov[(0, 0)] > 900.0, "{:?}", found.estimate);
+    }
+
+    #[test]
+    fn silencing_a_motion_leaves_what_is_said_of_the_others() {
+        let free = Vector3::new(0.6, 0.8, -0.3);
+        let hessian = Matrix3::new(4.0, 1.0, 0.5, 1.0, 3.0, -0.2, 0.5, -0.2, 2.0);
+        let mut sums = Sums {
+            hessian,
+            gradient: Vector3::new(1.0, -2.0, 0.5),
+            matched: 0,
+            inliers: 0,
+            squares: 0.0,
+        };
+        let gradient = sums.gradient;
+        sums.silence(&free);
+        assert!((sums.hessian * free).norm() < 1e-12 && sums.gradient.dot(&free).abs() < 1e-12);
+        // Where the way along it is free, what is left is the least that the cost can be: the Schur complement.
+        for other in [Vector3::x(), Vector3::new(0.2, -1.0, 0.7)] {
+            let cost = |t: f64| {
+                let step = other + free * t;
+                0.5 * step.dot(&(hessian * step)) + gradient.dot(&step)
+            };
+            let best = -free.dot(&(hessian * other + gradient)) / free.dot(&(hessian * free));
+            let at_rest = -free.dot(&gradient) / free.dot(&(hessian * free));
+            let least = cost(best) - (0.5 * at_rest * free.dot(&gradient));
+            let left = 0.5 * other.dot(&(sums.hessian * other)) + sums.gradient.dot(&other);
+            assert!((left - least).abs() < 1e-12, "{left} {least}");
+        }
     }
 
     #[test]

@@ -2,7 +2,6 @@
 
 use super::OdometryErrors;
 use crate::association::AssociationConfig;
-use crate::geom::CHI2_2DOF_95;
 
 /// Where the Jacobians are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,7 +15,8 @@ pub enum Consistency {
 /// When two landmarks are surely one wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MergeConfig {
-    /// Largest d² of their difference. Default 5.99, 95 % of χ² with 2 degrees of freedom. Growing: more merges, more wrong ones.
+    /// Largest d² of their difference. Default 13.82, 99.9 % of χ² with 2 degrees of freedom: parts of a wall that was seen for the last
+    /// time are compared with the same error for ever; at 95 % one pair in twenty stayed apart. Growing: more wrong merges.
     pub gate: f64,
     /// The difference and two standard deviations of it must not be greater than this, rad. Default 0.05.
     pub alpha: f64,
@@ -27,7 +27,7 @@ pub struct MergeConfig {
 impl Default for MergeConfig {
     fn default() -> Self {
         Self {
-            gate: CHI2_2DOF_95,
+            gate: 13.82,
             alpha: 0.05,
             r: 0.04,
         }

@@ -1,17 +1,18 @@
 //! Step 3, first half: what the state expects to see of a landmark, and how far a sighting is from it.
 
-use nalgebra::{Matrix2, Matrix2x3, Point2};
+use nalgebra::{Matrix2, Matrix2x3, Point2, Vector2};
 
 use super::super::line_model::{Linearisation, observe};
 use super::{Considered, Consistency, EkfSlam, Gate, ROBOT};
 use crate::association::{Candidate, ExpectedLine, Innovation, OrientedLine};
 use crate::features::LineFeature;
-use crate::geom::{Pose2, wrap};
+use crate::geom::{Pose2, sin_cos, wrap};
 
 /// A landmark is not looked at closer if its r alone is further off than this many times the gate for new walls.
 const FAR_GATES: f64 = 4.0;
 
 /// What is expected of one landmark, with the Jacobians that led to it.
+#[derive(Clone, Debug)]
 pub(super) struct Expectation {
     pub(super) line: ExpectedLine,
     pub(super) by_pose: Matrix2x3<f64>,
@@ -37,11 +38,15 @@ impl EkfSlam {
         let expected = self.expect(landmark);
         let innovation = self.innovation(&expected, seen)?;
         // The wall's ends are known no better than where the robot is along it.
-        let gap = expected.line.gap(seen) - 3.0 * expected.along_sigma;
+        let free = expected.line.gap(seen);
+        let gap = free - 3.0 * expected.along_sigma;
         let candidate = Candidate {
             index: landmark,
             d2: innovation.d2,
             gap,
+            is_beyond: gap > self.config.association.max_gap
+                || (free > 0.0 && !self.is_surely_on(&expected.line, &innovation, seen)),
+            is_confirmed: entry.sightings >= self.config.confirm_sightings,
             expected: [expected.line.alpha, expected.line.r],
         };
         let considered = Considered {
@@ -53,6 +58,34 @@ impl EkfSlam {
             gate: self.gate(&candidate),
         };
         Some((candidate, considered))
+    }
+
+    /// Whether a sighting beside the known part of a wall is known to lie on its line, as well as two landmarks must be to be merged
+    /// ([`super::MergeConfig`]). Within a gate that is wide because little is known lies also the next wall, 10 cm further back.
+    fn is_surely_on(
+        &self,
+        expected: &ExpectedLine,
+        innovation: &Innovation,
+        seen: &LineFeature,
+    ) -> bool {
+        let pairs = expected
+            .ends
+            .iter()
+            .flat_map(|known| seen.ends.iter().map(move |end| (known, end)));
+        let nearest = pairs.min_by(|a, b| (a.0 - a.1).norm().total_cmp(&(b.0 - b.1).norm()));
+        let Some((known, end)) = nearest else {
+            return false;
+        };
+        let merge = &self.config.merge;
+        let (sin, cos) = sin_cos(expected.alpha);
+        let along = Vector2::new(-sin, cos).dot(&nalgebra::center(known, end).coords);
+        let across = Vector2::new(-along, 1.0);
+        let off = across.dot(&innovation.v);
+        let sigma = |variance: f64| variance.max(0.0).sqrt();
+        let off_sigma = sigma(across.dot(&(innovation.cov * across)));
+        let turn_sigma = sigma(innovation.cov[(0, 0)]);
+        innovation.v.x.abs().max(2.0 * turn_sigma) <= merge.alpha
+            && off.abs().max(2.0 * off_sigma) <= merge.r
     }
 
     /// Whether the distance r alone rules a landmark out, by a bound of its variance that needs the diagonal of P only: that of a
@@ -75,7 +108,7 @@ impl EkfSlam {
         let config = &self.config.association;
         match candidate.d2 {
             d2 if d2 > config.new_gate => Gate::Far,
-            _ if candidate.gap > config.max_gap => Gate::Beyond,
+            _ if candidate.is_beyond => Gate::Beyond,
             d2 if d2 > config.gate => Gate::Near,
             _ => Gate::Match,
         }

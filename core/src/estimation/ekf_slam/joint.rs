@@ -6,56 +6,81 @@
 //! odometry's covariance added to each by itself. That this part is common to several lines is left out, which makes the test
 //! a little more generous. The updates that follow are still made one by one, each at its own instant.
 
-use std::collections::BTreeMap;
-
 use nalgebra::{Matrix2, Matrix2x3};
 
 use super::expect::Expectation;
 use super::merge::SHARED;
 use super::sweep::{SweepTiming, as_seen};
 use super::{EkfSlam, ROBOT};
-use crate::association::{ExpectedLine, JointConfig, Pairing, joint_matches};
+use crate::association::{
+    Candidate, ExpectedLine, JointConfig, JointSearch, Paired, Pairing, plausible,
+};
 use crate::features::LineFeature;
 
 /// More sets of pairings than this are not looked at; a scan of twenty lines needs some hundred.
 const MOST_SETS: usize = 5_000;
 
+/// What the search keeps from scan to scan, so that none of it is allocated anew.
+#[derive(Clone, Debug, Default)]
+pub(super) struct JointScratch {
+    search: JointSearch,
+    seen: Vec<LineFeature>,
+    candidates: Vec<Candidate>,
+    pairings: Vec<Pairing>,
+    /// Of each landmark that some line may be, by its index.
+    expected: Vec<(usize, Expectation)>,
+}
+
+impl JointScratch {
+    fn expected(&self, landmark: usize) -> Option<&Expectation> {
+        let place = self
+            .expected
+            .binary_search_by_key(&landmark, |(known, _)| *known);
+        self.expected.get(place.ok()?).map(|(_, expected)| expected)
+    }
+}
+
 impl EkfSlam {
-    /// For each of `features` the index of its landmark. The state stands at the first of them.
+    /// For each of `features` what it is. The state stands at the first of them.
     pub(super) fn pair_jointly(
         &self,
         features: &[LineFeature],
         sweep: &SweepTiming,
-    ) -> Vec<Option<usize>> {
-        let seen: Vec<LineFeature> = features.iter().map(|f| self.seen_now(f, sweep)).collect();
-        let mut expected: BTreeMap<usize, Expectation> = BTreeMap::new();
-        let candidates: Vec<Vec<Pairing>> = seen
-            .iter()
-            .enumerate()
-            .map(|(sighting, line)| self.pairings(sighting, line, &mut expected))
-            .collect();
+        scratch: &mut JointScratch,
+        paired: &mut Vec<Paired>,
+    ) {
+        scratch.seen.clear();
+        scratch
+            .seen
+            .extend(features.iter().map(|f| self.seen_now(f, sweep)));
+        scratch.expected.clear();
+        let mut search = std::mem::take(&mut scratch.search);
+        search.clear();
+        for sighting in 0..features.len() {
+            self.pairings(sighting, scratch);
+            search.sight(scratch.pairings.iter().copied());
+        }
         let cross = |a: &Pairing, b: &Pairing| {
             if a.landmark == b.landmark
-                && !are_two_parts(seen.get(a.sighting)?, seen.get(b.sighting)?)
+                && !are_two_parts(scratch.seen.get(a.sighting)?, scratch.seen.get(b.sighting)?)
             {
                 return None;
             }
             Some(self.cross(
-                (a.landmark, expected.get(&a.landmark)?),
-                (b.landmark, expected.get(&b.landmark)?),
+                (a.landmark, scratch.expected(a.landmark)?),
+                (b.landmark, scratch.expected(b.landmark)?),
             ))
         };
+        let association = &self.config.association;
         let config = JointConfig {
-            gate: self.config.association.gate,
+            gate: association.gate,
+            outlier_gate: association.outlier_gate,
+            ambiguity: association.ambiguity,
+            same_place: association.same_place,
             most_sets: MOST_SETS,
         };
-        let found = joint_matches(&candidates, cross, &config);
-        found
-            .chosen
-            .iter()
-            .zip(&candidates)
-            .map(|(place, own)| Some(own.get((*place)?)?.landmark))
-            .collect()
+        paired.clone_from(&search.run(cross, &config).paired);
+        scratch.search = search;
     }
 
     /// A line of the sweep as it would be seen from where the state stands.
@@ -69,41 +94,35 @@ impl EkfSlam {
         line
     }
 
-    fn pairings(
-        &self,
-        sighting: usize,
-        seen: &LineFeature,
-        expected: &mut BTreeMap<usize, Expectation>,
-    ) -> Vec<Pairing> {
-        let config = &self.config.association;
-        let mut pairings = vec![];
-        for landmark in 0..self.landmarks.len() {
-            let Some((candidate, _)) = self.compare(landmark, seen) else {
+    /// The landmarks that a line may be by itself, the nearest first.
+    fn pairings(&self, sighting: usize, scratch: &mut JointScratch) {
+        scratch.pairings.clear();
+        scratch.candidates.clear();
+        let Some(seen) = scratch.seen.get(sighting) else {
+            return;
+        };
+        let compared = (0..self.landmarks.len()).filter_map(|l| Some(self.compare(l, seen)?.0));
+        scratch.candidates.extend(compared);
+        scratch.candidates.sort_by(|a, b| a.d2.total_cmp(&b.d2));
+        for candidate in plausible(&scratch.candidates, self.config.association.gate) {
+            let landmark = candidate.index;
+            let expectation = self.expect(landmark);
+            let Some(innovation) = self.innovation(&expectation, seen) else {
                 continue;
             };
-            if candidate.d2 > config.gate || candidate.gap > config.max_gap {
-                continue;
-            }
-            let expectation = self.expect(landmark);
-            if let Some(innovation) = self.innovation(&expectation, seen) {
-                pairings.push(Pairing {
-                    sighting,
-                    landmark,
-                    v: innovation.v,
-                    cov: innovation.cov,
-                });
-                expected.insert(landmark, expectation);
+            scratch.pairings.push(Pairing {
+                sighting,
+                landmark,
+                v: innovation.v,
+                cov: innovation.cov,
+            });
+            let place = scratch
+                .expected
+                .binary_search_by_key(&landmark, |(known, _)| *known);
+            if let Err(place) = place {
+                scratch.expected.insert(place, (landmark, expectation));
             }
         }
-        pairings.sort_by(|a, b| {
-            let d2 = |p: &Pairing| {
-                p.cov
-                    .cholesky()
-                    .map_or(f64::INFINITY, |c| p.v.dot(&c.solve(&p.v)))
-            };
-            d2(a).total_cmp(&d2(b))
-        });
-        pairings
     }
 
     /// Covariance of what is expected of two landmarks: H_a P H_bᵀ.

@@ -6,7 +6,7 @@
 //! 2. Their difference in (α, r) is taken about a point between the parts, with its covariance from the 4x4 block of P: landmarks
 //!    seen from one pose share its error, and differ by much less than each is uncertain.
 //! 3. They are one if the difference is likely to be nothing, d² within the gate, and if it is known to be small: what is merely
-//!    not known well enough to tell apart stays apart until it is.
+//!    not known well enough to tell apart stays apart until it is. Lines beside the known part of a wall are matched by the same rule.
 //!    Two that differ in the mean of many sightings and yet lie on each other within less than a wall is thick are one wall too, of
 //!    which one was made from lines that something else spoilt (a pillar before it, a corner). Then the one that was seen less is
 //!    dropped and nothing is learnt from it.
@@ -26,6 +26,9 @@ pub(super) const SHARED: f64 = 0.1;
 /// Two landmarks on one line count as doubles if they overlap by so much, m.
 const DOUBLED: f64 = 0.3;
 
+/// Two landmarks of a greater angle, rad, are not compared.
+const MOST_TURN: f64 = 0.3;
+
 /// What the known parts of two landmarks have in common.
 struct Shared {
     /// The middle of the overlap, or of the gap.
@@ -38,8 +41,8 @@ struct Shared {
 
 /// How two landmarks differ.
 struct Difference {
-    /// Whether they are one wall as the covariance sees it; otherwise they only lie on each other.
-    is_likely: bool,
+    /// Whether they are one wall as the covariance sees it, and known to be; otherwise they at most lie on each other.
+    is_joined: bool,
     v: Vector2<f64>,
     cov: Matrix2<f64>,
     d2: f64,
@@ -90,9 +93,7 @@ impl EkfSlam {
                 continue;
             };
             let difference = self.difference(landmark, index, shared.about);
-            let is_one = self.is_known(&difference)
-                && (difference.is_likely
-                    || (shared.overlap >= DOUBLED && shared.off <= self.config.merge.r));
+            let is_one = difference.is_joined || self.is_double(&shared, &difference);
             if is_one && best.as_ref().is_none_or(|b| difference.d2 < b.1.d2) {
                 best = Some((index, difference));
             }
@@ -103,7 +104,7 @@ impl EkfSlam {
     /// What two landmarks share; `None` where the gap is too large, or where direction or distance rule out that they are one.
     fn between(&self, a: &Entry, b: &Entry) -> Option<Shared> {
         let merge = &self.config.merge;
-        if wrap(a.line[0] - b.line[0]).abs() > merge.alpha {
+        if wrap(a.line[0] - b.line[0]).abs() > MOST_TURN {
             return None;
         }
         let tangent = a.tangent();
@@ -154,7 +155,7 @@ impl EkfSlam {
             .cholesky()
             .map_or(f64::INFINITY, |c| v.dot(&c.solve(&v)));
         Difference {
-            is_likely: d2 <= self.config.merge.gate,
+            is_joined: d2 <= self.config.merge.gate && self.is_known(&v, &cov),
             v,
             cov,
             d2,
@@ -162,14 +163,24 @@ impl EkfSlam {
         }
     }
 
-    /// Whether the difference is known to be small.
-    fn is_known(&self, difference: &Difference) -> bool {
+    /// Whether a difference is known to be small.
+    fn is_known(&self, v: &Vector2<f64>, cov: &Matrix2<f64>) -> bool {
         let merge = &self.config.merge;
         let within = |axis: usize, most: f64| {
-            let sigma = difference.cov[(axis, axis)].max(0.0).sqrt();
-            difference.v[axis].abs().max(2.0 * sigma) <= most
+            let sigma = cov[(axis, axis)].max(0.0).sqrt();
+            v[axis].abs().max(2.0 * sigma) <= most
         };
-        difference.d2.is_finite() && within(0, merge.alpha) && within(1, merge.r)
+        within(0, merge.alpha) && within(1, merge.r)
+    }
+
+    /// Whether two lie on each other, whatever their directions: over a short wall a spoilt line may cross it at a great angle.
+    fn is_double(&self, shared: &Shared, difference: &Difference) -> bool {
+        let most = self.config.merge.r;
+        let sigma = difference.cov[(1, 1)].max(0.0).sqrt();
+        difference.d2.is_finite()
+            && shared.overlap >= DOUBLED
+            && shared.off <= most
+            && 2.0 * sigma <= most
     }
 
     /// Makes one of two: the older one stays, or the one seen more often where they do not agree.
@@ -183,11 +194,11 @@ impl EkfSlam {
     ) {
         // What is measured is zero: less than expected by the difference.
         let v = -difference.v;
-        if difference.is_likely && !self.absorb(&v, &difference.cov, &difference.columns, gain) {
+        if difference.is_joined && !self.absorb(&v, &difference.cov, &difference.columns, gain) {
             return;
         }
         let (own, twin) = (&self.landmarks[landmark], &self.landmarks[other]);
-        let stays = if difference.is_likely {
+        let stays = if difference.is_joined {
             own.id < twin.id
         } else {
             own.sightings >= twin.sightings
@@ -218,7 +229,7 @@ impl EkfSlam {
             kept: stays.id,
             gone: entry.id,
             d2: difference.d2,
-            is_joined: difference.is_likely,
+            is_joined: difference.is_joined,
         });
     }
 }

@@ -123,7 +123,8 @@ pub enum Gate {
     Near,
     /// Another wall by its direction or distance.
     Far,
-    /// On the same line, but another wall: the free distance between the two parts is too large.
+    /// Beside the known part, and not its continuation: the free distance between the two is too large, or it is not known well enough
+    /// whether both lie on one line.
     Beyond,
 }
 

@@ -61,7 +61,7 @@ use serde::{Deserialize, Serialize};
 pub const PROTOCOL: u8 = 1;
 
 /// XXH64 over one sample of each kind of message, in both formats: it changes whenever a name, a type or an order does.
-pub const SCHEMA: u64 = 0;
+pub const SCHEMA: u64 = 0x74eb_a5a3_c7e4_2ac9;
 
 /// Codes with which the bridge closes a connection, beside those of RFC 6455 (1001 bridge ends, 1007 malformed, 1008 too
 /// many messages, 1009 too large, 1013 too slow to take what must not be dropped).

@@ -1,0 +1,244 @@
+//! Runs through known walls, with sightings made straight from the truth.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Vector2, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::super::*;
+use super::{ONCE, odometry};
+use crate::geom::{Line, Segment, wrap};
+use crate::robot::{OdometryNoise, Tracks};
+
+/// A run through known walls with sightings made straight from the truth.
+pub(super) struct Run {
+    pub(super) slam: EkfSlam,
+    truth: Pose2,
+    pub(super) walls: Vec<Segment>,
+    noise: OdometryNoise,
+    rng: ChaCha8Rng,
+    range: f64,
+    /// Sum and number of NEES values of the pose.
+    pub(super) nees: (f64, u32),
+    pub(super) nis: (f64, usize),
+    /// Which wall a landmark is, and how often another one was taken for it.
+    wall_of: Vec<(LandmarkId, usize)>,
+    pub(super) wrong: u32,
+}
+
+const WIDTH: f64 = 0.2;
+
+impl Run {
+    pub(super) fn new(
+        config: EkfConfig,
+        walls: &[Segment],
+        start: Pose2,
+        range: f64,
+        seed: u64,
+    ) -> Self {
+        // Walls in the map frame, which starts at the robot.
+        let to_map = start.inverse();
+        let in_map = |w: &Segment| Segment::new(to_map * w.a, to_map * w.b);
+        Self {
+            slam: EkfSlam::new(config),
+            truth: Pose2::identity(),
+            walls: walls.iter().map(in_map).collect(),
+            noise: OdometryNoise {
+                per_metre: 2.5e-4,
+                lateral_per_metre: 1e-4,
+                heading_per_radian: 2e-3,
+            },
+            rng: ChaCha8Rng::seed_from_u64(seed),
+            range,
+            nees: (0.0, 0),
+            nis: (0.0, 0),
+            wall_of: vec![],
+            wrong: 0,
+        }
+    }
+
+    /// Drives to `goal` (map frame): a turn and a straight line, a scan every 0.1 m.
+    pub(super) fn go(&mut self, goal: Point2<f64>) {
+        let step = self.truth.inverse() * goal;
+        let turn = libm::atan2(step.y, step.x);
+        let parts = 1 + (turn.abs() / 0.2) as usize;
+        for _ in 0..parts {
+            let arc = 0.5 * WIDTH * turn / parts as f64;
+            self.step(Tracks {
+                left: -arc,
+                right: arc,
+            });
+        }
+        let parts = 1 + ((goal - self.truth.position()).norm() / 0.1) as usize;
+        let advance = (goal - self.truth.position()).norm() / parts as f64;
+        for _ in 0..parts {
+            self.step(Tracks {
+                left: advance,
+                right: advance,
+            });
+        }
+    }
+
+    /// Moves by what the odometry says, disturbed as its covariance says, and takes a scan.
+    pub(super) fn step(&mut self, tracks: Tracks) {
+        let motion = tracks.motion(WIDTH);
+        let cov = tracks.covariance(WIDTH, &self.noise) + Matrix3::identity() * 1e-10;
+        let l = cov.cholesky().unwrap().l();
+        let rng = &mut self.rng;
+        let e = l * Vector3::new(normal(rng), normal(rng), normal(rng));
+        self.truth =
+            self.truth * Pose2::new(motion.x() + e.x, motion.y() + e.y, motion.heading() + e.z);
+        self.slam.predict(&odometry(motion, cov)).unwrap();
+        let features = self.see();
+        let report = self.slam.update(&features, &ONCE).unwrap();
+        for &(feature, id) in &report.added {
+            self.wall_of.push((id, features[feature].first_beam));
+        }
+        for m in &report.matches {
+            let wall = features[m.feature].first_beam;
+            let right = self.wall_of.contains(&(m.landmark, wall));
+            self.wrong += u32::from(!right);
+        }
+        self.nis = (self.nis.0 + report.nis, self.nis.1 + report.matches.len());
+        if let Some(nees) = self.slam.estimate().nees(&self.truth) {
+            self.nees = (self.nees.0 + nees, self.nees.1 + 1);
+        }
+    }
+
+    /// The part of each wall within range and in sight (middle and quarters), noisy.
+    fn see(&mut self) -> Vec<LineFeature> {
+        let robot_from_map = self.truth.inverse();
+        let mut seen = vec![];
+        for (number, wall) in self.walls.iter().enumerate() {
+            let local = Segment::new(robot_from_map * wall.a, robot_from_map * wall.b);
+            let visible: Vec<Point2<f64>> = (0..=20)
+                .map(|i| local.a + local.vector() * (f64::from(i) / 20.0))
+                .filter(|p| p.coords.norm() < self.range && self.is_free(*p, &local))
+                .collect();
+            let (Some(a), Some(b)) = (visible.first(), visible.last()) else {
+                continue;
+            };
+            let Some(line) = Line::through(*a, *b) else {
+                continue;
+            };
+            if (b - a).norm() < 0.4 || line.r() < 0.1 {
+                continue;
+            }
+            let (middle, length) = (nalgebra::center(a, b), (b - a).norm());
+            // A regression over points every 0.1 m with σ = 0.02 m, moved from the middle of the wall to the origin.
+            let n = (length / 0.1).max(4.0);
+            let (var_alpha, var_middle) = (12.0 * 4e-4 / (n * length * length), 4e-4 / n);
+            let lever = Vector2::new(-line.normal().y, line.normal().x).dot(&middle.coords);
+            let cov = Matrix2::new(
+                var_alpha,
+                lever * var_alpha,
+                lever * var_alpha,
+                var_middle + lever * lever * var_alpha,
+            );
+            let e = correlated(&cov, &mut self.rng);
+            let noisy = Line::new(line.alpha() + e.x, line.r() + e.y);
+            seen.push(LineFeature {
+                line: noisy,
+                cov,
+                ends: [noisy.project(*a), noisy.project(*b)],
+                seen_from_origin_side: true,
+                first_beam: number,
+                last_beam: number,
+                n_points: n as usize,
+                chi2: n - 2.0,
+                by_heading: [Vector2::zeros(); 2],
+            });
+        }
+        seen
+    }
+
+    fn is_free(&self, point: Point2<f64>, own: &Segment) -> bool {
+        let to_map = self.truth;
+        let ray = point.coords * (1.0 - 1e-6);
+        let sight = Segment::new(to_map.position(), to_map * Point2::from(ray));
+        let own_in_map = Segment::new(to_map * own.a, to_map * own.b);
+        self.walls.iter().all(|w| {
+            let same = (w.a - own_in_map.a).norm() < 1e-9 && (w.b - own_in_map.b).norm() < 1e-9;
+            same || !w.crosses(&sight)
+        })
+    }
+
+    pub(super) fn error(&self) -> (f64, f64) {
+        let pose = self.slam.estimate().pose;
+        (
+            (pose.position() - self.truth.position()).norm(),
+            wrap(pose.heading() - self.truth.heading()).abs(),
+        )
+    }
+}
+
+pub(super) fn polygon(points: &[(f64, f64)]) -> Vec<Segment> {
+    let next = points.iter().cycle().skip(1);
+    let corner = |p: &(f64, f64)| Point2::new(p.0, p.1);
+    points
+        .iter()
+        .zip(next)
+        .map(|(a, b)| Segment::new(corner(a), corner(b)))
+        .collect()
+}
+
+/// A ring corridor 2 m wide, centre line 2 * (w + h), around the origin of the world; with niches so that it can be told
+/// where along it one is.
+pub(super) fn ring(w: f64, h: f64) -> Vec<Segment> {
+    let (x, y) = (0.5 * w, 0.5 * h);
+    let mut walls = polygon(&[
+        (-x - 1.0, -y - 1.0),
+        (-2.0, -y - 1.0),
+        (-2.0, -y - 1.5),
+        (-1.0, -y - 1.5),
+        (-1.0, -y - 1.0),
+        (x + 1.0, -y - 1.0),
+        (x + 1.0, -1.0),
+        (x + 1.6, -1.0),
+        (x + 1.6, 0.0),
+        (x + 1.0, 0.0),
+        (x + 1.0, y + 1.0),
+        (1.5, y + 1.0),
+        (1.5, y + 1.5),
+        (0.0, y + 1.5),
+        (0.0, y + 1.0),
+        (-x - 1.0, y + 1.0),
+    ]);
+    walls.extend(polygon(&[
+        (-x + 1.0, -y + 1.0),
+        (x - 1.0, -y + 1.0),
+        (x - 1.0, y - 1.0),
+        (-x + 1.0, y - 1.0),
+    ]));
+    walls
+}
+
+pub(super) fn drive_ring(config: EkfConfig, w: f64, h: f64, laps: usize, seed: u64) -> Run {
+    let start = Pose2::new(-0.5 * w, -0.5 * h, 0.0);
+    let mut run = Run::new(config, &ring(w, h), start, 8.0, seed);
+    for _ in 0..laps {
+        for (x, y) in [
+            (0.3 * w, 0.0),
+            (w, 0.0),
+            (w, h),
+            (0.4 * w, h),
+            (0.0, h),
+            (0.0, 0.0),
+        ] {
+            run.go(Point2::new(x, y));
+        }
+    }
+    run
+}
+
+pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    let (u, v): (f64, f64) = (rng.random(), rng.random());
+    (-2.0 * libm::log(1.0 - u)).sqrt() * libm::cos(TAU * v)
+}
+
+/// Two correlated normal numbers of the given covariance.
+pub(super) fn correlated(cov: &Matrix2<f64>, rng: &mut ChaCha8Rng) -> Vector2<f64> {
+    let l = cov.cholesky().unwrap().l();
+    l * Vector2::new(normal(rng), normal(rng))
+}
