@@ -164,10 +164,10 @@ impl Lattice {
     #[must_use]
     pub fn point(&self, cell: usize) -> Point2<f64> {
         let ends = self.ends.iter().flatten();
-        let own = ends
+        let mut own = ends
             .filter(|(end, _)| *end == cell)
             .map(|(_, point)| *point);
-        own.last().unwrap_or_else(|| self.centre(cell))
+        own.next().unwrap_or_else(|| self.centre(cell))
     }
 
     /// Whether the robot can be there.

@@ -3,14 +3,16 @@
 //! In: points, one by one. Out: the nearest one to a place, and all within a distance of it.
 //!
 //! A raster whose cells hold two points on average: when there are more, the cells are halved and all points registered
-//! anew, which costs each point a constant on average. Points of a tree come evenly spread, so a raster beats a k-d tree,
-//! which has to be kept balanced while it grows.
+//! anew, which costs each point a constant on average. Points of a tree come evenly spread, which suits a raster; a k-d tree
+//! would have to be kept balanced while it grows.
 
 use nalgebra::Point2;
 
 const NONE: u32 = u32::MAX;
 /// Cells along the longer side, at first.
 const FIRST_CELLS: f64 = 8.0;
+/// So many points are looked through faster than cells, most of which are empty.
+const FEW: usize = 64;
 /// More cells than this are not made.
 const MOST_CELLS: usize = 1 << 22;
 
@@ -113,8 +115,23 @@ impl PointIndex {
         }
     }
 
+    /// As [`PointIndex::nearest`], one by one.
+    fn nearest_of_few(&self, point: Point2<f64>) -> Option<(usize, f64)> {
+        let mut best = (0, f64::INFINITY);
+        for (number, other) in self.points.iter().enumerate() {
+            let squared = (other - point).norm_squared();
+            if squared < best.1 {
+                best = (number, squared);
+            }
+        }
+        best.1.is_finite().then(|| (best.0, best.1.sqrt()))
+    }
+
     /// Number and distance of the nearest point, the oldest one of several; `None` while there is none.
     pub(super) fn nearest(&self, point: Point2<f64>) -> Option<(usize, f64)> {
+        if self.points.len() <= FEW {
+            return self.nearest_of_few(point);
+        }
         let (col, row) = self.cell_of(point);
         let at = (point - self.bounds.0) / self.side;
         let to_border = |at: f64, cell: i32| (at - f64::from(cell)).min(f64::from(cell + 1) - at);

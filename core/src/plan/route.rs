@@ -6,17 +6,19 @@
 //!    the middle of a hall and still passes a tight door.
 //! 2. A wavefront from the start tells what can be reached. A goal too near to a wall moves to the nearest place that
 //!    can; where no continuous path leads, that is a proof ([`may_reach`]).
-//! 3. The straight line if it is free; else a tree (RRT-Connect, or the source's RRT) that draws its points where the
-//!    wavefront arrived.
-//! 4. A tree that spent its budget although the wavefront arrived hands over to the wavefront's own path, and the route
+//! 3. The straight line if it is free; else the configured planner; trees draw their points where the wavefront
+//!    arrived.
+//! 4. A planner that spent its budget although the wavefront arrived hands over to the wavefront's own path, and the route
 //!    says so ([`Planner::Wavefront`]).
-//! 5. Dijkstra shortening over the path's chords, once over its corners, once over points set densely between them.
+//! 5. Shortening as configured: over the path's chords, once over its corners, once over points set densely between them;
+//!    and pulled tight.
 
 use nalgebra::Point2;
 use rand::Rng;
 
 use super::cspace::{ConfigSpace, GridSpace, Unknown, rect_around};
 use super::path::{NoPath, Path, Planner};
+use super::pull_tight::pull_tight;
 use super::query::Query;
 use super::reach::may_reach;
 use super::rrt::RrtConfig;
@@ -37,7 +39,9 @@ pub struct RouteConfig {
     /// Who looks for the path. Default [`Planner::RrtConnect`]; [`Planner::Rrt`] is the source's. Where the planner finds
     /// none within its iterations the wavefront's own path is taken.
     pub planner: Planner,
-    /// How trees grow, and the iterations of all planners.
+    /// What is done to make its path shorter. Default [`Shortening::Chords`].
+    pub shortening: Shortening,
+    /// How trees grow, and for how many iterations.
     pub rrt: RrtConfig,
     /// How far the goal may be moved off a wall, m. Default 0.3.
     pub goal_reach: f64,
@@ -51,9 +55,37 @@ impl Default for RouteConfig {
             margins: vec![0.12, 0.06, 0.02],
             unknown: Unknown::Free,
             planner: Planner::RrtConnect,
+            shortening: Shortening::Chords,
             rrt: RrtConfig::default(),
             goal_reach: 0.3,
             escape_reach: 0.3,
+        }
+    }
+}
+
+/// How a path is made shorter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shortening {
+    /// Not at all.
+    Nothing,
+    /// Dijkstra's algorithm over its chords (TDK 2016 §5.3), then over chords between points set densely on it.
+    Chords,
+    /// The same, then pulled tight: the shortest way through the same gaps, in more and shorter legs.
+    Tight,
+}
+
+impl Shortening {
+    /// The path made shorter.
+    #[must_use]
+    pub fn apply<S: ConfigSpace + ?Sized>(self, path: &Path, space: &S) -> Path {
+        if self == Self::Nothing {
+            return path.clone();
+        }
+        let corners = shorten(path, space);
+        let dense = shorten(&densify(&corners, spacing_for(&corners)), space);
+        match self {
+            Self::Tight => pull_tight(&dense, space),
+            _ => dense,
         }
     }
 }
@@ -185,8 +217,7 @@ fn plan_in<R: Rng>(
             }
         },
     };
-    let corners = shorten(&raw, space);
-    let mut path = shorten(&densify(&corners, spacing_for(&corners)), space);
+    let mut path = config.shortening.apply(&raw, space);
     let mut raw = raw;
     if free_start != start {
         path.points.insert(0, start);
@@ -288,7 +319,12 @@ fn look<R: Rng>(
             tree: vec![],
         };
     };
-    search.step(space, rng, config.rrt.max_iterations);
+    let budget = match config.planner {
+        // They end by themselves, when all cells are expanded.
+        Planner::AStar | Planner::ThetaStar => usize::MAX,
+        _ => config.rrt.max_iterations,
+    };
+    search.step(space, rng, budget);
     Looked {
         path: search.path(),
         by: search.planner(),

@@ -206,7 +206,7 @@ mod tests {
         #[test]
         fn blocked_arcs_are_those_that_sampling_finds(
             walls in proptest::collection::vec(proptest::array::uniform4(-1.0..1.0_f64), 0..5),
-            from in 0.0..6.28_f64, turn in 0.0..6.2_f64, sign in prop_oneof![Just(1.0), Just(-1.0)],
+            from in 0.0..6.2_f64, turn in 0.0..6.2_f64, sign in prop_oneof![Just(1.0), Just(-1.0)],
         ) {
             let walls: Vec<Segment> = walls.iter()
                 .map(|w| Segment::new(Point2::new(w[0], w[1]), Point2::new(w[2], w[3])))

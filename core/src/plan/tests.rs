@@ -163,12 +163,15 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
 
     #[test]
-    fn routes_never_collide_and_exist_where_a_flood_says_so(boxes in boxes(), seed in 0_u64..1000, single_tree: bool) {
-        let planner = if single_tree { Planner::Rrt } else { Planner::RrtConnect };
+    fn routes_never_collide_and_exist_where_a_flood_says_so(boxes in boxes(), seed in 0_u64..1000, which in 0_usize..6, is_tight: bool) {
+        let planner = [
+            Planner::Rrt, Planner::RrtConnect, Planner::RrtStar, Planner::InformedRrtStar, Planner::AStar, Planner::ThetaStar,
+        ][which];
+        let shortening = if is_tight { Shortening::Tight } else { Shortening::Chords };
         let grid = floor(&boxes);
         let walls = walls_of(&grid);
         let margin = 0.03;
-        let config = RouteConfig { margins: vec![margin], planner, goal_reach: 0.0, ..RouteConfig::default() };
+        let config = RouteConfig { margins: vec![margin], planner, shortening, goal_reach: 0.0, ..RouteConfig::default() };
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         // Half a cell: walls may be anywhere in their cells.
         let keep = RADIUS + margin + 0.5 * RESOLUTION;

@@ -2,9 +2,9 @@
 //!
 //! In: targets, one after another. Out: legs that grow towards them, in steps of bounded length.
 //!
-//! A leg that is blocked ends at the last whole step before the wall, if there is any. A vertex at the wall itself would be the
-//! nearest one to all that lies behind the wall, and nothing can grow from there: in `world_office.csv` trees that went up to the
-//! wall needed twenty times as long.
+//! A leg that is blocked ends at the last whole step before the wall, if there is any. A vertex at the wall itself would be
+//! the nearest one to all that lies behind the wall, and nothing can grow from there: trees that went up to the wall took
+//! 4.2 ms for the median query in the peers' `world_office.csv`, these take 0.1 ms (`--example workloads -- plan`).
 
 use nalgebra::Point2;
 

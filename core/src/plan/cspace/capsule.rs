@@ -10,7 +10,7 @@ use crate::geom::Segment;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Capsule {
     a: Point2<f64>,
-    /// Unit vector from one end to the other; zero for a segment without length.
+    /// Unit vector from one end to the other; any for a segment without length.
     along: Vector2<f64>,
     length: f64,
     radius: f64,
@@ -22,7 +22,7 @@ impl Capsule {
         let along = if length > 0.0 {
             segment.vector() / length
         } else {
-            Vector2::zeros()
+            Vector2::x()
         };
         Self {
             a: segment.a,

@@ -8,7 +8,7 @@ use nalgebra::{Point2, Vector2};
 use crate::geom::Segment;
 
 /// Cells for each wall: more make lists short and walks long.
-const CELLS_PER_WALL: f64 = 16.0;
+const CELLS_PER_WALL: f64 = 8.0;
 /// Least and greatest number of cells along the longer side.
 const SIDE_CELLS: (f64, f64) = (8.0, 512.0);
 
