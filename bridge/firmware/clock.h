@@ -4,8 +4,9 @@
 
 #include <stdint.h>
 
-/* Motors go off when the driver has been silent for this long. */
-#define SILENCE_MS 400
+/* Motors go off when the driver has been silent for this long. What is promised is 400 ms from the moment at which the host
+ * sends its last command; the rest is that command's time on the line and in the main loop. */
+#define SILENCE_MS 390
 
 void clock_init(void);
 

@@ -7,6 +7,7 @@
 #define FAULT_NONE 0
 #define FAULT_LEFT_ENCODER 1
 #define FAULT_RIGHT_ENCODER 2
+#define FAULT_BATTERY_LOW 4
 
 /* Each returns whether the robot can do that. */
 uint8_t drive_velocity(int16_t forward_mm_s, int16_t turn_mrad_s);

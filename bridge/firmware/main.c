@@ -34,6 +34,9 @@ static uint8_t reset_cause(void) {
   return CAUSE_POWER_ON;
 }
 
+/* 5.5 V behind the divider: the least that the manual allows. */
+#define BATTERY_LOW 563
+
 static uint8_t state_bits(uint8_t was_silenced) {
   uint8_t state = 0;
   if (PINB & (1 << BUMPER_LEFT_PIN)) state |= STATE_BUMPER_LEFT;
@@ -55,6 +58,7 @@ static void send_telemetry(uint32_t now, uint8_t was_silenced) {
       .state = state_bits(was_silenced),
       .fault = drive_fault(),
   };
+  if (t.fault == FAULT_NONE && t.battery < BATTERY_LOW) t.fault = FAULT_BATTERY_LOW;
   report_telemetry(&t);
 }
 

@@ -6,9 +6,9 @@
 
 #include "board.h"
 
-/* Timer 2 counts in steps of 4 us and holds 256 of them. A pulse or a pause is made of pieces of at most PIECE steps; the
- * rest of each is at least half of that, so that there is time to set the next one. */
-#define STEPS_PER_MS 250
+/* Timer 2 counts in steps of 1 us and holds 256 of them. A pulse or a pause is made of pieces of at most PIECE steps, and
+ * none is shorter than half of that, so that there is time to set the next one: 5000 interrupts a second, 4 % of the time. */
+#define STEPS_PER_MS 1000
 #define PERIOD_STEPS (20 * STEPS_PER_MS)
 #define PIECE 200
 
@@ -18,7 +18,7 @@ static int16_t angle;
 void servo_init(void) {
   DDRA |= 1 << SERVO_PIN;
   OCR2 = PIECE - 1;
-  TCCR2 = (1 << WGM21) | (1 << CS21) | (1 << CS20); /* cleared on a match; 8 MHz / 32 */
+  TCCR2 = (1 << WGM21) | (1 << CS21); /* cleared on a match; 8 MHz / 8 */
   TIMSK |= 1 << OCIE2;
 }
 
@@ -48,8 +48,8 @@ ISR(TIMER2_COMP_vect) {
 
 void servo_point(int16_t mrad) {
   angle = mrad;
-  /* 1 ms, 250 steps, for pi/2: 0.15915 steps for a mrad. */
-  uint16_t steps = 3 * STEPS_PER_MS / 2 + (int16_t)((int32_t)mrad * 10430 / 65536);
+  /* 1 ms, 1000 steps, for pi/2: 0.63662 steps for a mrad. */
+  uint16_t steps = 3 * STEPS_PER_MS / 2 + (int16_t)((int32_t)mrad * 41722 / 65536);
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { pulse = steps; }
 }
 

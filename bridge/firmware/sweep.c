@@ -5,9 +5,9 @@
 #include "report.h"
 #include "servo.h"
 
-/* A ranger measures once in 38.3 +- 9.6 ms and holds its output meanwhile: after this long at an angle, what it says was
- * measured there. */
-#define DWELL_MS 48
+/* A new angle reaches the servo with its next pulse, 20 ms later at most; a ranger measures once in 38.3 +- 9.6 ms and holds
+ * its output meanwhile. After this long what it says was measured at the new angle. */
+#define DWELL_MS 70
 
 static uint8_t number;
 static uint8_t is_under_way;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use slamlab_bridge::source::SourceName;
+use slamlab_core::wire::pilch;
 
 /// Serves slamlab's page, and relays robot and sensors to it.
 #[derive(Parser)]
@@ -31,6 +32,24 @@ pub(crate) enum Command {
     },
     /// Show the address with which one may drive; makes a token if there is none
     Token(TokenFlags),
+    /// Serve an RPLIDAR by the UDP protocol of Pilch's server; anyone who reaches the address may use it
+    Udp {
+        /// Ports that a client may have opened
+        #[arg(value_name = "PORT", required = true)]
+        paths: Vec<String>,
+        /// Address to listen on
+        #[arg(long, value_name = "IP:PORT", default_value_t = UDP)]
+        listen: SocketAddr,
+        /// Port at which the client listens
+        #[arg(long, default_value_t = pilch::CLIENT_PORT)]
+        client_port: u16,
+    },
+    /// Look at serial ports: say what answers, how well it works, and what to do where it does not
+    Doctor {
+        /// Ports to look at; all of the machine where none is named
+        #[arg(value_name = "PORT")]
+        ports: Vec<String>,
+    },
 }
 
 #[derive(Args)]
@@ -47,7 +66,7 @@ pub(crate) struct ServeFlags {
     /// Show the page in the default browser
     #[arg(long)]
     pub(crate) open: bool,
-    /// Robot or sensor behind the page: sim:WORLD, replay:FILE; may stand more than once
+    /// Robot or sensor behind the page: sim:WORLD[,SENSOR], replay:FILE, rp6:PORT, rplidar:PORT, ld06:PORT; may stand more than once
     #[arg(long, value_name = "KIND:WHICH")]
     pub(crate) source: Vec<SourceName>,
     /// Record to this new MCAP file
@@ -67,7 +86,7 @@ pub(crate) struct ServeFlags {
 pub(crate) struct RecordFlags {
     /// New MCAP file
     pub(crate) file: PathBuf,
-    /// Robot or sensor: sim:WORLD; may stand more than once
+    /// Robot or sensor: sim:WORLD[,SENSOR], rp6:PORT, rplidar:PORT, ld06:PORT; may stand more than once
     #[arg(long, value_name = "KIND:WHICH", required = true)]
     pub(crate) source: Vec<SourceName>,
 }
@@ -92,6 +111,8 @@ pub(crate) struct TokenFile {
 }
 
 const LOCAL: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8080);
+
+const UDP: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), pilch::SERVER_PORT);
 
 #[cfg(test)]
 mod tests {

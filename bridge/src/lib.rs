@@ -15,12 +15,14 @@
 //! 3. `accept` limits connections; `http` refuses requests whose `Host` is a foreign name ([`host`]), finds files, adds the
 //!    headers that fence the page in ([`headers`]); `session` talks to one client, behind its [`token`].
 //! 4. [`safety`] holds the rules, apart from all this: whether the robot may move, and by whom.
-//! 5. [`record`] writes down what was said, so that nothing acknowledged is lost.
+//! 5. [`serial`] holds the sources at serial ports; [`doctor`] says what is wrong with them.
+//! 6. [`record`] writes down what was said, so that nothing acknowledged is lost.
 //!
 //! The page's folder is read at each request, so a rebuilt page needs a reload and not a restart.
 
 mod accept;
 mod clock;
+pub mod doctor;
 pub mod headers;
 pub mod host;
 mod http;
@@ -30,10 +32,12 @@ mod metrics;
 mod rate;
 pub mod record;
 pub mod safety;
+pub mod serial;
 mod serve;
 mod session;
 pub mod source;
 pub mod token;
+pub mod udp;
 
 pub use accept::Limits;
 pub use clock::Clock;

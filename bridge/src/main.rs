@@ -1,12 +1,14 @@
 //! `slamlab-bridge`: flags, log, signals. The work is in the library.
 
-use std::net::SocketAddr;
+use std::net::{SocketAddr, UdpSocket};
 use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::Parser;
+use slamlab_bridge::doctor;
 use slamlab_bridge::source::Source;
 use slamlab_bridge::token::{self, Token};
+use slamlab_bridge::udp::{self, UdpConfig};
 use slamlab_bridge::{Config, run};
 
 mod flags;
@@ -14,6 +16,7 @@ mod open;
 
 use flags::{Command, Flags, RecordFlags, ServeFlags, TokenFlags};
 use slamlab_core::wire::message::Watching;
+use slamlab_core::wire::pilch::server::ServerConfig;
 
 #[tokio::main]
 async fn main() -> ExitCode {
@@ -45,6 +48,12 @@ async fn obey(flags: Flags) -> anyhow::Result<()> {
             serve(flags).await
         }
         Some(Command::Token(flags)) => show_token(&flags),
+        Some(Command::Doctor { ports }) => look_at(ports).await,
+        Some(Command::Udp {
+            paths,
+            listen,
+            client_port,
+        }) => serve_udp(paths, listen, client_port).await,
     }
 }
 
@@ -97,6 +106,58 @@ async fn record(flags: RecordFlags) -> anyhow::Result<()> {
         ..Config::default()
     };
     Ok(run(listener, config, stop).await?)
+}
+
+/// Looks at ports side by side, and prints what it finds in their order.
+async fn look_at(mut ports: Vec<String>) -> anyhow::Result<()> {
+    if ports.is_empty() {
+        ports = doctor::ports().context("cannot list the serial ports")?;
+    }
+    anyhow::ensure!(
+        !ports.is_empty(),
+        "there is no serial port: plug the device in; on a Raspberry Pi's own pins, switch the serial port on and its \
+         console off (raspi-config)"
+    );
+    println!(
+        "looking at {}; this takes up to a quarter of a minute",
+        ports.join(", ")
+    );
+    let looks: Vec<_> = ports
+        .into_iter()
+        .map(|port| tokio::task::spawn_blocking(move || doctor::examine(&port)))
+        .collect();
+    let mut are_well = true;
+    for look in looks {
+        let finding = look.await.context("the doctor broke down")?;
+        println!("{finding}");
+        are_well &= finding.is_well();
+    }
+    anyhow::ensure!(are_well, "not all is well");
+    Ok(())
+}
+
+/// Serves a lidar by UDP until the program should stop.
+async fn serve_udp(paths: Vec<String>, listen: SocketAddr, client_port: u16) -> anyhow::Result<()> {
+    let socket =
+        UdpSocket::bind(listen).with_context(|| format!("cannot listen on UDP {listen}"))?;
+    println!(
+        "a lidar is at UDP {} (Ctrl+C stops it)",
+        socket.local_addr()?
+    );
+    let server = ServerConfig {
+        paths,
+        ..ServerConfig::default()
+    };
+    let stop = stop_signal();
+    let _server = udp::start(
+        socket,
+        UdpConfig {
+            server,
+            client_port,
+        },
+    )?;
+    stop.await;
+    Ok(())
 }
 
 fn show_token(flags: &TokenFlags) -> anyhow::Result<()> {

@@ -33,7 +33,8 @@ use orders::Orders;
 /// Events that wait for the hub, of all sources together.
 pub const MOST_WAITING: usize = 4096;
 
-/// What a source says. Stamps are of the robot's clock; a source that has none counts µs since it started.
+/// What a source says. Stamps of one program's serial devices are all on one clock; a simulated robot and a recording have
+/// their own.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Event {

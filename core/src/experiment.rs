@@ -19,7 +19,7 @@ use crate::hash::StateHash;
 use crate::map::{EvidenceConfig, GridConfig};
 use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation};
 use crate::robot::{Command, Robot, RobotModel, Scan, TrackNoise};
-use crate::sim::{SensorModel, SimError, Simulation, World};
+use crate::sim::{NoDoor, SensorModel, SimError, Simulation, World};
 use crate::slam::{Method, Slam, SlamConfig, SlamError};
 pub use figures::{Figures, Record, Sample};
 
@@ -275,6 +275,13 @@ impl Experiment {
     #[must_use]
     pub fn is_in_cycle(&self) -> bool {
         self.sim.scans_on_command()
+    }
+
+    /// Opens or shuts a door of the world.
+    ///
+    /// # Errors    [`NoDoor`].
+    pub fn set_door(&mut self, index: usize, open: bool) -> Result<(), NoDoor> {
+        self.sim.set_door(index, open)
     }
 
     /// Stops the robot at once; it forgets its errand.

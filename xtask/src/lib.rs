@@ -8,6 +8,7 @@
 //! [`tools`] finds the programs all this needs, and says how to install a missing one.
 
 pub mod check;
+pub mod firmware;
 pub mod page;
 pub mod report;
 pub mod serve;

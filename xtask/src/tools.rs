@@ -148,7 +148,9 @@ fn need(what: &str, names: &[&str], install: &str) -> Result<PathBuf> {
     Ok(found)
 }
 
-fn in_path(name: &str) -> Option<PathBuf> {
+/// Where a program is, if it is in the path.
+#[must_use]
+pub fn in_path(name: &str) -> Option<PathBuf> {
     let endings: &[&str] = if cfg!(windows) {
         &[".exe", ".cmd"]
     } else {

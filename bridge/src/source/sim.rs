@@ -11,7 +11,9 @@ use std::time::{Duration, Instant};
 
 use slamlab_core::format::world;
 use slamlab_core::robot::{Bumpers, Command, Robot};
-use slamlab_core::sim::{SensorModel, SimError, Simulation, World, worlds};
+use slamlab_core::sim::{
+    SensorKind, SensorModel, SimError, Simulation, UnknownSensor, World, worlds,
+};
 use slamlab_core::wire::message::{DeviceState, LinkState};
 
 use super::{Event, Link, Order, Port, Profile, Source, Waited};
@@ -48,6 +50,9 @@ pub enum SimSourceError {
         /// What is wrong with it.
         source: world::WorldFileError,
     },
+    /// No such sensor.
+    #[error(transparent)]
+    Sensor(#[from] UnknownSensor),
     /// The robot cannot be in it.
     #[error(transparent)]
     Sim(#[from] SimError),
@@ -61,13 +66,17 @@ pub struct SimSource {
 }
 
 impl SimSource {
-    /// The robot and sensor of the world of this name, built in or a file, with the world's seed.
+    /// The world of this name, built in or a file, with its robot, sensor and seed; `WORLD,SENSOR` takes another sensor.
     ///
-    /// # Errors    [`SimSourceError`]: there is no such world, or it cannot be used.
-    pub fn new(world: &str) -> Result<Self, SimSourceError> {
-        let name = format!("sim:{world}");
-        let world = find(world)?;
-        let (robot, sensor, seed) = (world.robot.model(), world.sensor.model(), world.seed);
+    /// # Errors    [`SimSourceError`]: there is no such world or sensor, or it cannot be used.
+    pub fn new(which: &str) -> Result<Self, SimSourceError> {
+        let name = format!("sim:{which}");
+        let (world, sensor) = match which.split_once(',') {
+            Some((world, sensor)) => (find(world)?, Some(sensor.parse::<SensorKind>()?)),
+            None => (find(which)?, None),
+        };
+        let sensor = sensor.unwrap_or(world.sensor).model();
+        let (robot, seed) = (world.robot.model(), world.seed);
         let simulation = Simulation::new(world, robot, sensor, seed)?;
         Ok(Self { name, simulation })
     }
@@ -212,6 +221,18 @@ mod tests {
         let error = SimSource::new("atlantis").unwrap_err().to_string();
         assert!(
             error.contains("`atlantis`") && error.contains("arena"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn another_sensor_can_be_named() {
+        let lidar = SimSource::new("arena,lidar").unwrap().profile();
+        let rangers = SimSource::new("arena,rangers").unwrap().profile();
+        assert!(!lidar.scans_on_command && rangers.scans_on_command);
+        let error = SimSource::new("arena,nose").unwrap_err().to_string();
+        assert!(
+            error.contains("`nose`") && error.contains("lidar"),
             "{error}"
         );
     }

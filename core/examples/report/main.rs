@@ -19,6 +19,7 @@ mod ekf_consistency;
 mod ekf_cost;
 mod line_fit;
 mod outcome;
+mod planners;
 mod ray_cast;
 mod scenes;
 mod score;
@@ -41,6 +42,7 @@ const REPORTS: &[Entry] = &[
     ("ekf-consistency", ekf_consistency::measure),
     ("ekf-cost", ekf_cost::measure),
     ("line-fit", line_fit::measure),
+    ("planners", planners::measure),
     ("ray-cast", ray_cast::measure),
     ("split-merge", split_merge::measure),
 ];

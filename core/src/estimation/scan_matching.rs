@@ -15,21 +15,22 @@
 
 mod canvas;
 mod config;
+mod local;
 mod loops;
 #[cfg(test)]
 mod tests;
 
 use std::collections::VecDeque;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
 use self::canvas::{Keyframe, Redraw};
 use super::pose_graph::PoseGraph;
 use super::submap::ClosedSubmap;
 use crate::geom::{Pose2, PoseEstimate, symmetrize};
-use crate::map::{Grid, LikelihoodPyramid, SurfelMap};
+use crate::map::{Grid, SurfelMap};
 use crate::points::{OrientedPoint, Points, oriented_points};
-use crate::registration::{Prior, Registration, Verdict, match_to_surfels, search};
+use crate::registration::{Registration, Verdict};
 use crate::robot::{Odometry, Stamp};
 
 pub use self::config::{ScanMatcherConfig, ScanMatcherError};
@@ -104,52 +105,7 @@ impl ScanMatcher {
     ///
     /// # Errors   [`ScanMatcherError`], naming the first field out of range.
     pub fn new(config: ScanMatcherConfig) -> Result<Self, ScanMatcherError> {
-        let check = |field, value: f64, low: f64, high: f64, expected| {
-            if value >= low && value <= high {
-                Ok(())
-            } else {
-                Err(ScanMatcherError::Config {
-                    field,
-                    value,
-                    expected,
-                })
-            }
-        };
-        check(
-            "keyframe_distance",
-            config.keyframe_distance,
-            0.01,
-            10.0,
-            "from 0.01 to 10 m",
-        )?;
-        check(
-            "keyframe_turn",
-            config.keyframe_turn,
-            0.01,
-            3.2,
-            "from 0.01 to 3.2 rad",
-        )?;
-        check(
-            "surfels.cell",
-            config.surfels.cell,
-            0.01,
-            0.5,
-            "from 0.01 to 0.5 m",
-        )?;
-        check(
-            "surfels.reach",
-            config.surfels.reach,
-            0.01,
-            2.0,
-            "from 0.01 to 2 m",
-        )?;
-        check(
-            "submap_keyframes",
-            config.submap_keyframes as f64,
-            2.0,
-            1e4,
-            "from 2 to 10000",
-        )?;
+        config.validate()?;
         let mut graph = PoseGraph::default();
         graph.add_pose(Pose2::identity());
         Ok(Self {
@@ -287,105 +243,6 @@ impl ScanMatcher {
         self.submaps
             .last()
             .map_or_else(Pose2::identity, |s| s.map_from_submap)
-    }
-
-    /// Matches to the running submap; where too little fits, looks around for a pose that fits better: odometry may
-    /// have slipped.
-    fn match_running(
-        &self,
-        surfaces: &[OrientedPoint],
-        predicted: &Pose2,
-        prior: &Prior,
-    ) -> Registration {
-        let config = &self.config;
-        let found = match_to_surfels(surfaces, &self.running, predicted, prior, &config.matching);
-        if found.overlap >= config.lost_below {
-            return found;
-        }
-        let places = self.running.surfels().iter().map(|s| s.position);
-        let points: Vec<_> = surfaces.iter().map(|s| s.position).collect();
-        let candidate = LikelihoodPyramid::new(places, 0.05, 0.05, 5)
-            .and_then(|map| search(&points, &map, predicted, &config.lost_window, 0.2));
-        let Some(candidate) = candidate else {
-            return found;
-        };
-        let weak = Prior {
-            pose: candidate.pose,
-            information: prior.information * 0.01,
-        };
-        let again = match_to_surfels(
-            surfaces,
-            &self.running,
-            &candidate.pose,
-            &weak,
-            &config.matching,
-        );
-        if again.overlap > found.overlap + 0.1 && again.inliers >= config.matching.min_points {
-            again
-        } else {
-            found
-        }
-    }
-
-    /// The pose in the running submap by odometry alone.
-    fn carried_on(&self, moved: &Odometry) -> PoseEstimate {
-        let before = Odometry {
-            from: moved.from,
-            to: moved.from,
-            motion: self.submap_from_robot,
-            cov: self.local_cov,
-        };
-        let now = before.then(moved);
-        PoseEstimate {
-            pose: now.motion,
-            cov: now.cov,
-        }
-    }
-
-    /// What odometry says since the last match; the pose at that match is the map's, and not doubted here.
-    fn prior(&self, predicted: &PoseEstimate, moved: &Odometry) -> Prior {
-        let (cos, sin) = self.submap_from_robot.cos_sin();
-        let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
-        let since_match = if self.is_blind {
-            predicted.cov
-        } else {
-            turned * moved.cov * turned.transpose()
-        };
-        let cov = since_match + self.odometry_floor();
-        // A covariance that odometry spoilt says nothing.
-        let information = cov.try_inverse().unwrap_or_else(Matrix3::zeros);
-        Prior {
-            pose: predicted.pose,
-            information,
-        }
-    }
-
-    /// The matched pose with its covariance: that of the match where the points say something, odometry's since the last
-    /// keyframe where they do not.
-    fn corrected(&self, found: &Registration, predicted: &PoseEstimate) -> PoseEstimate {
-        let mut floor = self.odometry_floor();
-        if let Verdict::Degenerate { direction } = found.verdict {
-            let said = &found.information;
-            let turn = -(said[(0, 2)] * direction.x + said[(1, 2)] * direction.y);
-            let free = direction.push(turn / said[(2, 2)].max(1e-12)).normalize();
-            // Between two scans odometry may err by more than it says, but not always to the same side.
-            let observed = Matrix3::identity() - free * free.transpose();
-            floor = observed * floor * observed;
-        }
-        let believed = (predicted.cov + floor).try_inverse();
-        let cov = believed.and_then(|b| (b + found.information).try_inverse());
-        let mut cov = cov.unwrap_or(found.estimate.cov);
-        symmetrize(&mut cov);
-        PoseEstimate {
-            pose: found.estimate.pose,
-            cov,
-        }
-    }
-
-    /// What odometry is not believed better than between two scans.
-    fn odometry_floor(&self) -> Matrix3<f64> {
-        let (way, turn) = (self.config.odometry_sigma, self.config.odometry_turn_sigma);
-        Matrix3::from_diagonal(&Vector3::new(way * way, way * way, turn * turn))
     }
 
     /// Where little of the scan is known already, as behind a door, the map must grow sooner.

@@ -22,6 +22,7 @@ mod tangents;
 mod tests;
 mod theta_star;
 mod tree;
+mod vertex_tree;
 mod visibility;
 mod wavefront;
 

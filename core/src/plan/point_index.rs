@@ -10,7 +10,7 @@ use nalgebra::Point2;
 
 const NONE: u32 = u32::MAX;
 /// Cells along the longer side, at first.
-const FIRST_CELLS: f64 = 16.0;
+const FIRST_CELLS: f64 = 8.0;
 /// More cells than this are not made.
 const MOST_CELLS: usize = 1 << 22;
 

@@ -28,12 +28,15 @@ pub struct RrtConfig {
     pub max_iterations: usize,
     /// Growth shorter than this is dropped, m. Default 0.02: trees do not swarm along walls.
     pub min_growth: f64,
-    /// Longest leg that RRT* grows, m. Default infinite: to the last collision-free point, as the others. Shorter: more
-    /// vertices before the goal is reached.
+    /// Longest leg of all trees but the source's, which goes on to the last collision-free point, m. Default 5. Shorter:
+    /// more vertices, shorter and slower first paths.
     pub range: f64,
     /// Radius in which RRT* looks for better parents, in units of the least that converges (Karaman & Frazzoli 2011,
     /// theorem 38). Default 1; larger is shorter in fewer, slower iterations.
     pub rewire_factor: f64,
+    /// Whether RRT* gets its first path from RRT-Connect, shortened, which finds one many times sooner. Default true; false
+    /// is RRT* as published.
+    pub is_seeded: bool,
 }
 
 impl Default for RrtConfig {
@@ -42,8 +45,9 @@ impl Default for RrtConfig {
             goal_bias: 0.1,
             max_iterations: 3000,
             min_growth: 0.02,
-            range: f64::INFINITY,
+            range: 5.0,
             rewire_factor: 1.0,
+            is_seeded: true,
         }
     }
 }

@@ -4,14 +4,13 @@
 //! trees to be drawn.
 //!
 //! An iteration:
-//! 1. One tree is extended towards a random point to the last collision-free one; the first time, towards the other root.
-//! 2. The other tree is extended straight towards what grew. Where it arrives, the branches make the path.
+//! 1. One tree grows a step towards a random point, from the vertex nearest to it; the first time, towards the other root.
+//! 2. The other tree grows towards what grew, as many steps as are free. Where it arrives, the branches make the path.
 //! 3. The trees change places.
 //!
 //! It needs far fewer iterations than one tree where the last metres lead through a door.
 //!
-//! Source: Kuffner & LaValle (2000), "RRT-Connect: an efficient approach to single-query path planning". We extend from the
-//! nearest point of the tree, edges included, and in one leg as long as it is free.
+//! Source: Kuffner & LaValle (2000), "RRT-Connect: an efficient approach to single-query path planning".
 
 use rand::Rng;
 
@@ -20,7 +19,7 @@ use super::path::Path;
 use super::query::Query;
 use super::rrt::RrtConfig;
 use super::sampler::Sampler;
-use super::tree::Tree;
+use super::vertex_tree::VertexTree;
 use crate::geom::Segment;
 
 /// Two trees, from the start and from the goal.
@@ -29,8 +28,8 @@ pub struct RrtConnect {
     query: Query,
     config: RrtConfig,
     sampler: Sampler,
-    growing: Tree,
-    other: Tree,
+    growing: VertexTree,
+    other: VertexTree,
     /// Whether `growing` is the tree from the start.
     from_start: bool,
     is_first: bool,
@@ -47,8 +46,8 @@ impl RrtConnect {
         sampler: Sampler,
     ) -> Self {
         Self {
-            growing: Tree::new(query.start, space.bounds()),
-            other: Tree::new(query.goal, space.bounds()),
+            growing: VertexTree::new(query.start, space.bounds()),
+            other: VertexTree::new(query.goal, space.bounds()),
             from_start: true,
             is_first: true,
             query,
@@ -65,10 +64,10 @@ impl RrtConnect {
         } else {
             self.sampler.draw(rng)
         };
-        let least = self.config.min_growth;
-        if let Some(grown) = self.growing.extend(space, target, least) {
-            let point = self.growing.branch_end(grown.index);
-            let joined = self.other.extend(space, point, least);
+        let step = self.config.range;
+        if let Some(grown) = self.growing.extend(space, target, step) {
+            let point = self.growing.point(grown.index);
+            let joined = self.other.connect(space, point, step);
             if let Some(met) = joined.filter(|v| v.arrived) {
                 self.join(grown.index, met.index);
                 return;

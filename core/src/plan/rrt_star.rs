@@ -3,10 +3,11 @@
 //! In: a configuration space, start and goal, a seeded generator, iteration by iteration. Out: a path that gets shorter with
 //! every step, towards the shortest one there is, and the tree.
 //!
-//! An iteration:
+//! Before there is a path, two trees grow as in RRT-Connect; their path, shortened, is the first branch (unless `is_seeded` is
+//! false). Then, an iteration:
 //! 1. Draw a point. Once there is a path of length c, Informed RRT* draws from the ellipse of all points over which a way of
 //!    at most c can lead; its foci are start and goal. Points over which none can lead are dropped.
-//! 2. Extend from the nearest vertex to the last collision-free point, at most `range` far.
+//! 2. Extend from the nearest vertex towards the point, at most `range` far; drop it where that leg is blocked.
 //! 3. The parent of the new vertex is the vertex near it over which it is nearest to the start.
 //! 4. Vertices near it that are nearer to the start over the new one get it as parent; what hangs on them moves with them.
 //! 5. The goal, a vertex of its own, is tried from every new vertex that could shorten the way to it.
@@ -27,13 +28,15 @@ use super::path::Path;
 use super::point_index::PointIndex;
 use super::query::Query;
 use super::rrt::RrtConfig;
+use super::rrt_connect::RrtConnect;
 use super::sampler::Sampler;
+use super::shorten::shorten;
 use crate::geom::{Segment, sin_cos};
 
 /// Gains less than this are rounding, m.
 const LEAST_GAIN: f64 = 1e-9;
-/// Draws from the ellipse before one that lies outside of the bounds is given up.
-const DRAWS: usize = 8;
+/// Draws before an iteration is given up, of points outside of the bounds or over which no shorter way can lead.
+const DRAWS: usize = 16;
 
 /// A tree from the start that keeps getting shorter.
 #[derive(Clone, Debug)]
@@ -47,6 +50,8 @@ pub struct RrtStar {
     branches: Branches,
     /// Where the path to the goal comes from, and its length.
     goal: Option<(usize, f64)>,
+    /// Who looks for the first path.
+    scout: Option<Box<RrtConnect>>,
     /// Vertices near the new one: the way to it over each, m, and the distance.
     near: Vec<(f64, f64, usize)>,
 }
@@ -64,7 +69,9 @@ impl RrtStar {
         let bounds = space.bounds();
         let mut index = PointIndex::new(bounds);
         index.insert(query.start);
+        let scout = || RrtConnect::new(space, query, config, sampler.clone());
         let mut star = Self {
+            scout: config.is_seeded.then(|| Box::new(scout())),
             query,
             config,
             sampler,
@@ -81,8 +88,23 @@ impl RrtStar {
 
     /// Steps 1 to 5, once.
     pub fn iterate<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) {
-        let drawn = self.draw(rng);
-        if self.least_way_over(drawn) >= self.length() {
+        if let Some(mut scout) = self.scout.take() {
+            scout.iterate(space, rng);
+            match scout.path() {
+                Some(path) => self.plant(space, &shorten(path, space)),
+                None => self.scout = Some(scout),
+            }
+            return;
+        }
+        let length = self.length();
+        let mut drawn = self.draw(rng);
+        for _ in 1..DRAWS {
+            if self.least_way_over(drawn) < length {
+                break;
+            }
+            drawn = self.draw(rng);
+        }
+        if self.least_way_over(drawn) >= length {
             return;
         }
         let Some((point, nearest)) = self.extend(space, drawn) else {
@@ -98,6 +120,17 @@ impl RrtStar {
         self.index.insert(point);
         let vertex = self.branches.grow(parent, way);
         self.rewire(space, vertex);
+        self.try_goal(space, vertex);
+    }
+
+    /// Makes a branch of a free path from the start to the goal.
+    fn plant<S: ConfigSpace + ?Sized>(&mut self, space: &S, path: &Path) {
+        let mut vertex = 0;
+        for leg in path.legs().take(path.points.len().saturating_sub(2)) {
+            let way = self.branches.way_to(vertex) + leg.length();
+            self.index.insert(leg.b);
+            vertex = self.branches.grow(vertex, way);
+        }
         self.try_goal(space, vertex);
     }
 
@@ -126,6 +159,9 @@ impl RrtStar {
     /// The legs of the tree.
     #[must_use]
     pub fn edges(&self) -> Vec<Segment> {
+        if let Some(scout) = &self.scout {
+            return scout.edges();
+        }
         let points = self.index.points();
         let legs = (0..points.len()).filter_map(|v| Some((self.branches.parent(v)?, v)));
         legs.map(|(a, b)| Segment::new(points[a], points[b]))
@@ -179,14 +215,8 @@ impl RrtStar {
         } else {
             drawn
         };
-        let free = space.free_length(&Segment::new(from, aim));
-        if free < self.config.min_growth {
-            return None;
-        }
-        if free >= reach {
-            return Some((aim, nearest));
-        }
-        Some((from + (aim - from) * (free / reach), nearest))
+        let is_free = space.leg_is_free(&Segment::new(from, aim));
+        (is_free && reach >= self.config.min_growth).then_some((aim, nearest))
     }
 
     /// Collects the vertices within the radius of the new point, the shortest way over them first.

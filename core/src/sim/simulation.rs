@@ -4,25 +4,28 @@
 //! of [`DRIVE_PERIOD`] as fit; the body slips and collides, which the motors feel in the next step; the sensor takes the
 //! readings that fall into the step.
 
+mod check;
+mod interface;
+
 use std::collections::VecDeque;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+pub use self::check::SimError;
+use self::check::check_robot;
 use super::battery::{Battery, BatteryModel};
 use super::body::Body;
 use super::contact::Contacts;
+use super::doors::{Doors, NoDoor};
 use super::drive::Drive;
 use super::movers::Walker;
 #[cfg(doc)]
 use super::response::DRIVE_PERIOD;
-use super::sensors::{Sensor, SensorError, SensorModel, Span, View};
-use super::{Caster, Disc, World, WorldError};
-use crate::geom::Pose2;
-use crate::robot::controller::DesignError;
-use crate::robot::{
-    Bumpers, Command, Odometry, Robot, RobotModel, Scan, Stamp, TrackNoise, TrackOdometry, Tracks,
-};
+use super::sensors::{Sensor, SensorModel, Span, View};
+use super::{Caster, Disc, World};
+use crate::geom::{Pose2, Segment};
+use crate::robot::{Bumpers, Command, RobotModel, Scan, Stamp, TrackNoise, TrackOdometry, Tracks};
 
 /// Simulated time of one step, s.
 pub const TIME_STEP: f64 = 0.005;
@@ -33,36 +36,10 @@ const DRIVE_PERIODS: usize = 5;
 const FULL_SCRUB: f64 = 0.02;
 /// Steps that are remembered for readings at an earlier stamp: two seconds.
 const REMEMBERED: usize = 400;
+/// Room around a leaf in which nobody may stand when it shuts, m.
+const DOOR_ROOM: f64 = 0.02;
 /// Scans that wait to be taken; more push out the oldest.
 const MOST_WAITING: usize = 16;
-
-/// Why a simulation cannot begin.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SimError {
-    /// The world cannot be used.
-    #[error("world {name:?}: {source}")]
-    World {
-        /// Name of the world.
-        name: String,
-        /// What is wrong with it.
-        source: WorldError,
-    },
-    /// The sensor cannot be used.
-    #[error(transparent)]
-    Sensor(#[from] SensorError),
-    /// The robot's motors cannot be used, or not controlled.
-    #[error("robot: {0}")]
-    Drive(#[from] DesignError),
-    /// The robot cannot be used.
-    #[error("robot: {field} is {value}, expected more than 0 and finite")]
-    Robot {
-        /// The figure.
-        field: &'static str,
-        /// What stands there.
-        value: f64,
-    },
-}
 
 /// A robot in a world.
 #[derive(Clone, Debug)]
@@ -71,6 +48,7 @@ pub struct Simulation {
     robot: RobotModel,
     sensor_model: SensorModel,
     caster: Caster,
+    doors: Doors,
     walkers: Vec<Walker>,
     movers: Vec<Disc>,
     drive: Drive,
@@ -124,6 +102,7 @@ impl Simulation {
                 source,
             });
         }
+        let doors = Doors::new(&world.doors);
         let walkers: Vec<Walker> = world.movers.iter().map(Walker::new).collect();
         let mut motion_rng = ChaCha8Rng::seed_from_u64(seed);
         motion_rng.set_stream(1);
@@ -136,12 +115,13 @@ impl Simulation {
         let mut odometry = TrackOdometry::new(&robot);
         odometry.update(Stamp(0), start.ticks);
         Ok(Self {
-            caster: Caster::new(world.walls()),
+            caster: caster_of(&world, &doors),
+            doors,
             movers: walkers.iter().map(Walker::disc).collect(),
             walkers,
             body: Body::new(&robot, &world.start, &mut motion_rng),
             drive: Drive::new(&robot, &mut motion_rng)?,
-            battery: Battery::new(BatteryModel::default()),
+            battery: Battery::new(BatteryModel::for_motors(robot.drive.battery)),
             sensor: at_work,
             motion_rng,
             sensor_rng,
@@ -284,7 +264,19 @@ impl Simulation {
         &self.world
     }
 
-    /// The walls of the world, ready for rays.
+    /// Opens or shuts a door of the world; its own times go on from there. One that is to shut waits until nobody stands in it.
+    ///
+    /// # Errors    [`NoDoor`].
+    pub fn set_door(&mut self, index: usize, open: bool) -> Result<(), NoDoor> {
+        self.doors.order(index, open)
+    }
+
+    /// Whether each door is open now, in the order of the world's.
+    pub fn doors_open(&self) -> impl Iterator<Item = bool> + '_ {
+        self.doors.are_open()
+    }
+
+    /// The walls of the world and the doors that are shut now, ready for rays.
     #[must_use]
     pub fn caster(&self) -> &Caster {
         &self.caster
@@ -316,6 +308,7 @@ impl Simulation {
         let start = (self.body.position(), self.body.heading());
         let from = self.seconds();
         self.walk_movers();
+        self.move_doors();
         self.move_robot();
         self.steps += 1;
         let span = Span {
@@ -345,16 +338,35 @@ impl Simulation {
         }
     }
 
+    fn move_doors(&mut self) {
+        let (robot, radius) = (self.body.position(), self.body.radius());
+        let movers = &self.movers;
+        // A body that touches a leaf must not stand in it by a rounding.
+        let is_clear = |leaf: &Segment| {
+            leaf.distance(robot) > radius + DOOR_ROOM
+                && movers
+                    .iter()
+                    .all(|disc| leaf.distance(disc.centre) > disc.radius + DOOR_ROOM)
+        };
+        if self.doors.step(self.stamp().seconds(), is_clear) {
+            self.caster = caster_of(&self.world, &self.doors);
+            self.body.forget_free_room();
+        }
+    }
+
     fn move_robot(&mut self) {
         let scrubbing = self.body.lost() / TIME_STEP;
         let scrub = self.robot.drive.grip * (scrubbing / FULL_SCRUB).clamp(-1.0, 1.0);
         let mut tracks = Tracks::default();
+        let mut watts = 0.0;
+        self.drive.set_supply(self.battery.volts());
         for _ in 0..DRIVE_PERIODS {
             let ran = self.drive.step(scrub);
             tracks.left += ran.left;
             tracks.right += ran.right;
+            watts += self.drive.watts();
         }
-        self.battery.step(TIME_STEP, &tracks);
+        self.battery.step(TIME_STEP, watts / DRIVE_PERIODS as f64);
         self.body
             .step(&tracks, &self.caster, &self.movers, &mut self.motion_rng);
     }
@@ -401,58 +413,11 @@ impl Simulation {
     }
 }
 
-impl Robot for Simulation {
-    fn model(&self) -> &RobotModel {
-        &self.robot
-    }
-
-    fn stamp(&self) -> Stamp {
-        self.stamp()
-    }
-
-    fn command(&mut self, command: Command) {
-        self.command(command);
-    }
-
-    fn is_busy(&self) -> bool {
-        self.is_busy()
-    }
-
-    fn odometry(&mut self) -> Odometry {
-        self.odometry.update(self.stamp(), self.ticks())
-    }
-
-    fn take_scan(&mut self) -> Option<Scan> {
-        self.take_scan()
-    }
-
-    fn bumpers(&self) -> Bumpers {
-        self.bumpers()
-    }
-
-    fn scans_on_command(&self) -> bool {
-        self.on_command || self.sensor_model.scans_on_command()
-    }
-}
-
-fn check_robot(robot: &RobotModel) -> Result<(), SimError> {
-    let figures = [
-        ("length", robot.length),
-        ("width", robot.width),
-        ("track_width", robot.track_width),
-        ("metres_per_tick", robot.metres_per_tick),
-        ("max_speed", robot.max_speed),
-        ("max_turn_rate", robot.max_turn_rate),
-        ("max_acceleration", robot.max_acceleration),
-        ("max_turn_acceleration", robot.max_turn_acceleration),
-    ];
-    match figures
-        .into_iter()
-        .find(|(_, value)| !(*value > 0.0 && value.is_finite()))
-    {
-        None => Ok(()),
-        Some((field, value)) => Err(SimError::Robot { field, value }),
-    }
+/// Walls first, so that doors change no number of theirs.
+fn caster_of(world: &World, doors: &Doors) -> Caster {
+    let mut walls = world.walls();
+    walls.extend(doors.shut());
+    Caster::new(walls)
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@
 //! Units change here and only here: millimetres, degrees, ticks and counts outside; metres and radians inside.
 
 pub mod client;
+mod clock;
 mod inbox;
 pub mod ld06;
 pub mod message;
@@ -17,4 +18,5 @@ pub mod rp6;
 pub mod rp6cntrl;
 pub mod rplidar;
 
+pub use clock::ClockMap;
 pub use inbox::Tally;

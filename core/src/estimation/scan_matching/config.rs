@@ -85,6 +85,60 @@ impl Default for ScanMatcherConfig {
     }
 }
 
+impl ScanMatcherConfig {
+    /// Checks the figures.
+    ///
+    /// # Errors   [`ScanMatcherError::Config`], naming the first field out of range.
+    pub fn validate(&self) -> Result<(), ScanMatcherError> {
+        let check = |field, value: f64, low: f64, high: f64, expected| {
+            if value >= low && value <= high {
+                Ok(())
+            } else {
+                Err(ScanMatcherError::Config {
+                    field,
+                    value,
+                    expected,
+                })
+            }
+        };
+        check(
+            "keyframe_distance",
+            self.keyframe_distance,
+            0.01,
+            10.0,
+            "from 0.01 to 10 m",
+        )?;
+        check(
+            "keyframe_turn",
+            self.keyframe_turn,
+            0.01,
+            3.2,
+            "from 0.01 to 3.2 rad",
+        )?;
+        check(
+            "surfels.cell",
+            self.surfels.cell,
+            0.01,
+            0.5,
+            "from 0.01 to 0.5 m",
+        )?;
+        check(
+            "surfels.reach",
+            self.surfels.reach,
+            0.01,
+            2.0,
+            "from 0.01 to 2 m",
+        )?;
+        check(
+            "submap_keyframes",
+            self.submap_keyframes as f64,
+            2.0,
+            1e4,
+            "from 2 to 10000",
+        )
+    }
+}
+
 /// Why scan matching cannot begin.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

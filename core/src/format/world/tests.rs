@@ -2,8 +2,11 @@
 
 use proptest::prelude::*;
 
+use nalgebra::{Point2, Vector2};
+
 use super::*;
-use crate::sim::worlds;
+use crate::geom::{Pose2, Segment};
+use crate::sim::{Door, Material, Mover, Obstacle, RobotKind, SensorKind, Shape, worlds};
 
 const ROOM: &str = r#"{
   "slamlab_world": 1,
@@ -256,8 +259,26 @@ fn world() -> impl Strategy<Value = World> {
             radius,
             pause,
         });
+    let door = (
+        point(),
+        0.5..2.0_f64,
+        any::<bool>(),
+        proptest::collection::vec(0.1..9.0_f64, 0..4),
+    )
+        .prop_map(|(a, width, is_open, waits)| Door {
+            leaf: Segment::new(a, a + nalgebra::Vector2::new(width, 0.0)),
+            is_open,
+            switches: waits
+                .iter()
+                .scan(0.0, |at, wait| {
+                    *at += wait;
+                    Some(*at)
+                })
+                .collect(),
+        });
     let lists = (
         proptest::collection::vec(obstacle(), 0..6),
+        proptest::collection::vec(door, 0..3),
         proptest::collection::vec(mover, 0..3),
     );
     (
@@ -269,8 +290,9 @@ fn world() -> impl Strategy<Value = World> {
         0..SensorKind::ALL.len(),
     )
         .prop_map(
-            |(name, (obstacles, movers), goal, seed, pioneer, sensor)| World {
+            |(name, (obstacles, doors, movers), goal, seed, pioneer, sensor)| World {
                 obstacles,
+                doors,
                 movers,
                 goal,
                 seed,

@@ -51,36 +51,38 @@ impl Capsule {
     pub(super) fn entry(&self, origin: Point2<f64>, direction: Vector2<f64>) -> f64 {
         let from_a = origin - self.a;
         let (place, off) = (from_a.dot(&self.along), self.along.perp(&from_a));
-        // Towards the wall this leg comes nearer by `closing` a metre; it never does where that is not positive.
-        let closing = -off.signum() * self.along.perp(&direction);
-        if off.abs() >= self.radius && closing <= 0.0 {
-            return f64::INFINITY;
-        }
+        // The strip between the flat sides is entered first; from there the axis itself, or the disc at one end.
+        let mut there = place;
         if off.abs() >= self.radius {
+            let closing = -off.signum() * self.along.perp(&direction);
+            if closing <= 0.0 {
+                return f64::INFINITY;
+            }
             let t = (off.abs() - self.radius) / closing;
-            let there = place + t * direction.dot(&self.along);
+            there += t * direction.dot(&self.along);
             if (0.0..=self.length).contains(&there) {
                 return t;
             }
+        } else if (0.0..=self.length).contains(&place) {
+            return 0.0;
         }
-        let end = from_a - self.along * self.length;
-        let (first, second) = (
-            disc_entry(from_a, direction, self.radius),
-            disc_entry(end, direction, self.radius),
-        );
-        if self.contains(origin) {
-            0.0
+        if there < 0.0 {
+            disc_entry(from_a, direction, self.radius)
         } else {
-            first.min(second)
+            disc_entry(from_a - self.along * self.length, direction, self.radius)
         }
     }
 }
 
-/// Where a leg from `from`, counted from the disc's centre, enters a disc that it does not start in.
+/// Where a leg from `from`, counted from the disc's centre, enters a disc; 0 where it starts inside.
 #[inline]
 fn disc_entry(from: Vector2<f64>, direction: Vector2<f64>, radius: f64) -> f64 {
+    let outside = from.norm_squared() - radius * radius;
+    if outside < 0.0 {
+        return 0.0;
+    }
     let middle = -from.dot(&direction);
-    let half_squared = middle * middle - from.norm_squared() + radius * radius;
+    let half_squared = middle * middle - outside;
     if half_squared <= 0.0 || middle <= 0.0 {
         return f64::INFINITY;
     }

@@ -184,7 +184,7 @@ impl ConfigSpace for SegmentSpace {
     /// Exact: the leg is the axis of a capsule that no wall may enter.
     fn free_length(&self, leg: &Segment) -> f64 {
         let length = leg.length();
-        if !(length > 0.0 && length.is_finite() && self.is_free(leg.a)) {
+        if !(length > 0.0 && length.is_finite() && self.is_inside(leg.a)) {
             return 0.0;
         }
         let direction = leg.vector() / length;
@@ -211,9 +211,7 @@ impl ConfigSpace for SegmentSpace {
         if length <= 0.0 {
             return self.is_free(leg.a);
         }
-        self.is_free(leg.b)
-            && self
-                .first_entry(leg.a, leg.vector() / length, length)
-                .is_infinite()
+        self.first_entry(leg.a, leg.vector() / length, length)
+            .is_infinite()
     }
 }
