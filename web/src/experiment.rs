@@ -34,6 +34,10 @@ impl WebExperiment {
     ///
     /// # Errors    A sentence on the first thing that cannot be.
     #[wasm_bindgen(constructor)]
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "handed over: the page need not free it"
+    )]
     pub fn new(setup: WebSetup) -> Result<Self, JsError> {
         let (config, settings) = setup.read()?;
         Ok(Self {
@@ -46,6 +50,10 @@ impl WebExperiment {
     /// Changes settings that act at once.
     ///
     /// # Errors    A sentence on a setting that cannot be; then all stay as they were.
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "lists of text cross the border by value only"
+    )]
     pub fn configure(&mut self, keys: Vec<String>, values: Vec<f64>) -> Result<(), JsError> {
         let mut settings = self.settings.clone();
         apply(&mut settings, &keys, &values)?;
@@ -106,7 +114,7 @@ impl WebExperiment {
     #[must_use]
     pub fn cycle_count(&self) -> Vec<f64> {
         let cycle = self.experiment.pilot().cycle();
-        vec![f64::from(cycle.round()), cycle.count() as f64]
+        vec![f64::from(cycle.round()), cycle.told() as f64]
     }
 
     /// σ(ρ) of the sensor, from `scans` of a twin that stands where the robot is.
