@@ -228,7 +228,7 @@ impl Slam {
     pub fn reconfigure(&mut self, config: &SlamConfig) -> Result<(), SlamError> {
         config.lines.validate()?;
         self.config = SlamConfig {
-            matcher: self.config.matcher.clone(),
+            matcher: self.config.matcher,
             grid: self.config.grid,
             ..config.clone()
         };

@@ -4,76 +4,19 @@ use std::cell::OnceCell;
 
 use nalgebra::Point2;
 use slamlab_core::experiment::Experiment;
-use slamlab_core::format::calibration;
-use slamlab_core::format::world;
 use slamlab_core::geom::Pose2;
 use slamlab_core::pilot::{Mode, Stage};
 use slamlab_core::settings::Settings;
-use slamlab_core::sim::{
-    Material, ReachableArea, SensorKind, SensorModel, World, reachable_area, worlds,
-};
+use slamlab_core::sim::{Material, ReachableArea, SensorModel, reachable_area};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::bench::{BenchResponse, BenchTrial};
-use crate::calibration::variable_of;
 use crate::inspection::Inspection;
 use crate::settings::apply;
+use crate::setup::WebSetup;
 use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
 use crate::view::{self, MapFiles, SlamView};
-
-/// Why a setup names something that does not exist.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SetupError {
-    /// No built-in world of that name.
-    #[error("there is no world `{0}`; expected one of {expected}", expected = worlds::NAMES.join(", "))]
-    World(String),
-    /// Calibration pairs for a sensor without.
-    #[error("calibration pairs belong to IR rangers; this run has another sensor")]
-    Calibration,
-    /// No mode of that name to start with.
-    #[error("there is no mode `{0}` to start with; expected manual or explore")]
-    Mode(String),
-}
-
-/// What a simulated run starts from.
-#[wasm_bindgen(getter_with_clone)]
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct WebSetup {
-    /// Name of a built-in world, or the text of a world file.
-    pub world: String,
-    /// Whether it is the text.
-    pub is_file: bool,
-    /// Name of the sensor.
-    pub sensor: String,
-    /// Of all noise.
-    pub seed: u32,
-    /// Name of the method.
-    pub method: String,
-    /// `manual` or `explore`.
-    pub mode: String,
-    /// Whether it drives by the cycle.
-    pub cycle: bool,
-    /// Settings that differ from their defaults.
-    pub keys: Vec<String>,
-    /// Their numbers.
-    pub values: Vec<f64>,
-    /// Calibration pairs of the rangers as text; empty for those of the data sheet.
-    pub calibration: String,
-    /// What their characteristic is a polynomial of: `volts` or `per-volt`.
-    pub variable: String,
-}
-
-#[wasm_bindgen]
-impl WebSetup {
-    /// An empty setup.
-    #[wasm_bindgen(constructor)]
-    #[must_use]
-    pub fn new() -> Self {
-        Self::default()
-    }
-}
 
 /// A simulated robot that maps, finds itself, plans and drives.
 #[wasm_bindgen]
@@ -91,29 +34,12 @@ impl WebExperiment {
     ///
     /// # Errors    A sentence on the first thing that cannot be.
     #[wasm_bindgen(constructor)]
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "handed over: the page need not free it"
+    )]
     pub fn new(setup: WebSetup) -> Result<Self, JsError> {
-        let world = load_world(&setup.world, setup.is_file)?;
-        let sensor: SensorKind = setup.sensor.parse()?;
-        let mode = match setup.mode.as_str() {
-            "manual" => Mode::Manual,
-            "explore" => Mode::Explore,
-            other => return Err(SetupError::Mode(other.to_owned()).into()),
-        };
-        let robot = world.robot.model();
-        let mut settings = Settings::of(sensor.model(), &robot);
-        apply(&mut settings, &setup.keys, &setup.values)?;
-        if !setup.calibration.is_empty() {
-            let SensorModel::Rangers(rangers) = &mut settings.sensor else {
-                return Err(SetupError::Calibration.into());
-            };
-            rangers.variable = variable_of(&setup.variable)?;
-            rangers.calibration =
-                calibration::fit(setup.calibration.as_bytes(), rangers.variable)?.0;
-        }
-        let mut config = settings.experiment(world, robot, u64::from(setup.seed));
-        config.method = setup.method.parse()?;
-        config.mode = mode;
-        config.cycle = setup.cycle;
+        let (config, settings) = setup.read()?;
         Ok(Self {
             experiment: Experiment::new(config)?,
             settings,
@@ -124,6 +50,10 @@ impl WebExperiment {
     /// Changes settings that act at once.
     ///
     /// # Errors    A sentence on a setting that cannot be; then all stay as they were.
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "lists of text cross the border by value only"
+    )]
     pub fn configure(&mut self, keys: Vec<String>, values: Vec<f64>) -> Result<(), JsError> {
         let mut settings = self.settings.clone();
         apply(&mut settings, &keys, &values)?;
@@ -184,7 +114,7 @@ impl WebExperiment {
     #[must_use]
     pub fn cycle_count(&self) -> Vec<f64> {
         let cycle = self.experiment.pilot().cycle();
-        vec![f64::from(cycle.round()), cycle.count() as f64]
+        vec![f64::from(cycle.round()), cycle.told() as f64]
     }
 
     /// σ(ρ) of the sensor, from `scans` of a twin that stands where the robot is.
@@ -476,11 +406,4 @@ fn name_of(stage: Stage) -> String {
     entry
         .map(|(name, _)| (*name).to_owned())
         .unwrap_or_default()
-}
-
-fn load_world(world: &str, is_file: bool) -> Result<World, JsError> {
-    if is_file {
-        return Ok(world::read(world.as_bytes())?);
-    }
-    worlds::builtin(world).ok_or_else(|| SetupError::World(world.to_owned()).into())
 }

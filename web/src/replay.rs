@@ -30,6 +30,10 @@ impl WebLogReader {
     ///
     /// # Errors    A sentence on a method or a setting that does not exist.
     #[wasm_bindgen(constructor)]
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "lists of text cross the border by value only"
+    )]
     pub fn new(method: &str, keys: Vec<String>, values: Vec<f64>) -> Result<Self, JsError> {
         let mut settings = Settings::of(SensorModel::lidar(), &RobotModel::pioneer());
         apply(&mut settings, &keys, &values)?;

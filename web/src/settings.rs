@@ -40,6 +40,10 @@ pub struct PresetInfo {
 ///
 /// # Errors    A sentence on a sensor or a setting that does not exist.
 #[wasm_bindgen]
+#[allow(
+    clippy::needless_pass_by_value,
+    reason = "lists of text cross the border by value only"
+)]
 pub fn setting_list(
     sensor: &str,
     keys: Vec<String>,

@@ -4,10 +4,8 @@
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
 import init, { WebExperiment, WebLogReader, WebSetup, calibrate, data_sheet, preset_list, sensor_names, setting_list, world_names } from "../pkg/slamlab_web.js";
-import {
-  type Answer, type Calibration, type Clock, type Command, type Inspection, type MethodName, type Named, type Pairs, type Preset, type Setting, type SettingValues, type Setup,
-  transferables,
-} from "./protocol.js";
+import { type Answer, type Clock, type Command, type Inspection, type MethodName, type Named, type Setup, transferables } from "./protocol.js";
+import { calibrationOf, listOf, presetOf, settingOf } from "./source/convert.js";
 import { ReplaySource } from "./source/replay.js";
 import { SimSource } from "./source/sim.js";
 import type { Source } from "./source/source.js";
@@ -263,10 +261,10 @@ function handle(command: Command): void {
       sim?.configure(...listOf(command.settings));
       break;
     case "settings":
-      post({ kind: "settings", settings: settingsOf(command.sensor, command.settings) });
+      post({ kind: "settings", settings: setting_list(command.sensor, ...listOf(command.settings)).map(settingOf) });
       break;
     case "calibrate":
-      post({ kind: "calibrated", ...attempt("calibration", () => calibrationOf(command.pairs)) });
+      post({ kind: "calibrated", ...attempt("calibration", () => calibrationOf(calibrate(command.pairs.text, command.pairs.variable))) });
       break;
     case "sigma":
       if (source) post({ kind: "sigma", ...attempt("curve", () => source?.estimateSigma(command.growth) ?? null) });
@@ -323,33 +321,6 @@ function setupOf(setup: Setup): WebSetup {
   });
 }
 
-function listOf(settings: SettingValues): [string[], Float64Array] {
-  return [Object.keys(settings), Float64Array.from(Object.values(settings))];
-}
-
-function settingsOf(sensor: string, settings: SettingValues): Setting[] {
-  return setting_list(sensor, ...listOf(settings)).map((info) => {
-    const { key, group, name, unit, low, high, kind, choices, at_once: atOnce, meaning, default: usual } = info;
-    info.free();
-    return { key, group, name, unit, low, high, kind: kind as Setting["kind"], choices, atOnce, meaning, default: usual };
-  });
-}
-
-function presets(): Preset[] {
-  return preset_list().map((info) => {
-    const { group, name, meaning, keys, values } = info;
-    info.free();
-    return { group, name, meaning, values: Object.fromEntries(keys.map((key, i) => [key, values[i] ?? NaN])) };
-  });
-}
-
-function calibrationOf({ text, variable }: Pairs): Calibration {
-  const fit = calibrate(text, variable);
-  const { ranges, volts, residuals, sigma, reverses_at: reversesAt, domain, curve_volts: curveVolts, curve_ranges: curveRanges } = fit;
-  fit.free();
-  return { ranges, volts, residuals, sigma, reversesAt, domain, curveVolts, curveRanges };
-}
-
 /** A result under its name, or in words why there is none: what was given is the giver's to mend. */
 function attempt<Name extends string, T>(name: Name, work: () => T): { [key in Name]: T | null } & { error: string } {
   let [result, error] = [null as T | null, ""];
@@ -393,6 +364,6 @@ function sensors(): Named[] {
   return names.flatMap((name, i) => (i % 2 === 0 ? [{ name, title: names[i + 1] ?? name }] : []));
 }
 
-module.then(() => post({ kind: "ready", worlds: world_names(), sensors: sensors(), presets: presets(), dataSheet: data_sheet() }), (error: unknown) => {
+module.then(() => post({ kind: "ready", worlds: world_names(), sensors: sensors(), presets: preset_list().map(presetOf), dataSheet: data_sheet() }), (error: unknown) => {
   fail(new Error(`The simulator could not be loaded: ${wordsOf(error)}. Reload the page.`));
 });

@@ -18,12 +18,12 @@ impl Experiment {
     /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors make none such.
     pub fn next_stage(&mut self) -> Result<Option<Stage>, SlamError> {
         for _ in 0..MOST_PIECES {
-            let told = self.pilot.cycle().count();
+            let told = self.pilot.cycle().told();
             self.piece()?;
             let cycle = self.pilot.cycle();
             // That the sensor begins to look round is no end of a stage.
             let looks = cycle.now().and_then(|stage| cycle.report(stage));
-            if cycle.count() > told && looks != Some(&StageReport::LooksRound) {
+            if cycle.told() > told && looks != Some(&StageReport::LooksRound) {
                 return Ok(cycle.now());
             }
             if self.pilot.status().is_over() || !self.is_in_cycle() {

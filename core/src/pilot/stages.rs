@@ -303,7 +303,7 @@ impl Cycle {
 
     /// Reports so far.
     #[must_use]
-    pub fn count(&self) -> u64 {
+    pub fn told(&self) -> u64 {
         self.count
     }
 
@@ -337,7 +337,7 @@ mod tests {
         });
         cycle.tell(StageReport::Turn { angle: -0.5 });
         assert_eq!(
-            (cycle.now(), cycle.count(), cycle.round()),
+            (cycle.now(), cycle.told(), cycle.round()),
             (Some(Stage::Turn), 3, 1)
         );
         let said = |stage| cycle.report(stage).map(ToString::to_string);

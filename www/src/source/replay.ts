@@ -2,8 +2,9 @@
 
 import type { RunStatus, WebReplay } from "../../pkg/slamlab_web.js";
 import { type Growth, type MethodName, type SigmaCurve, TRAIL_STRIDE } from "../protocol.js";
+import { sigmaCurve } from "./convert.js";
 import { Trail } from "./feeds.js";
-import { Run, sigmaCurve } from "./run.js";
+import { Run } from "./run.js";
 import type { Change, Moment, Note } from "./source.js";
 
 /** The whole trail is fetched this often, wall milliseconds: closing a loop moves all of it. */

@@ -1,7 +1,6 @@
 // What a simulated and a recorded run have in common: both are SLAM with a pose, a map and a log of what happened.
 
 import type { RunStatus, WebExperiment, WebReplay } from "../../pkg/slamlab_web.js";
-import type { SigmaCurve as WebSigmaCurve } from "../../pkg/slamlab_web.js";
 import { type DiagnosisName, type Frame, type Growth, type Inspection, LINE, LINE_STRIDE, type MethodName, type SavedFile, type SigmaCurve, type SourceKind } from "../protocol.js";
 import { Samples, Slow } from "./feeds.js";
 import type { Change, Moment, Note, Source } from "./source.js";
@@ -149,13 +148,6 @@ export abstract class Run<Module extends WebExperiment | WebReplay> implements S
     view.free();
     return change;
   }
-}
-
-/** An estimate of the module, freed there. */
-export function sigmaCurve(growth: Growth, estimate: WebSigmaCurve): SigmaCurve {
-  const { scans, stretches, coefficients, errors, chi_squared: chiSquared, bins, curve_ranges: curveRanges, curve_sigmas: curveSigmas, truth } = estimate;
-  estimate.free();
-  return { growth, scans, stretches, coefficients, errors, chiSquared, bins, curveRanges, curveSigmas, truth };
 }
 
 /** Variance along the most uncertain direction of a 2 x 2 covariance. */

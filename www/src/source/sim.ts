@@ -2,9 +2,10 @@
 
 import type { RunStatus, WebExperiment } from "../../pkg/slamlab_web.js";
 import type { BenchResponse, BenchTrial, Cycle, Growth, ModeName, Setup, SigmaCurve } from "../protocol.js";
+import { sigmaCurve } from "./convert.js";
 import { errand } from "./errand.js";
 import { Slow, Trail } from "./feeds.js";
-import { Run, sigmaCurve } from "./run.js";
+import { Run } from "./run.js";
 import type { Change, Moment } from "./source.js";
 
 const EMPTY = new Float32Array(0);
