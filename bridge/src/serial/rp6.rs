@@ -20,6 +20,8 @@ use super::device::{Device, Want};
 use super::report::Report;
 use crate::source::{Event, Order, Profile};
 
+mod words;
+
 /// Seconds without an order to move before one counts, after the robot came up.
 const CALM: f64 = 0.3;
 /// Seconds between two signs of life.
@@ -151,7 +153,7 @@ impl Rp6 {
             Down::NobodyThere if self.was_boot_loader => {
                 "the RP6's boot loader answers, but starts no program that does: flash slamlab's firmware".into()
             }
-            _ => cause_and_cure(why),
+            _ => words::cause_and_cure(why),
         };
         self.state(match why {
             Down::EmergencyShutdown | Down::NobodyThere | Down::OtherProtocol(_) => {
@@ -214,20 +216,7 @@ impl Rp6 {
     }
 
     fn fault(&mut self, fault: rp6::Fault) {
-        let detail = match fault {
-            rp6::Fault::None => "",
-            rp6::Fault::LeftEncoder => {
-                "the left motor runs but its encoder is silent: track blocked, or cable off"
-            }
-            rp6::Fault::RightEncoder => {
-                "the right motor runs but its encoder is silent: track blocked, or cable off"
-            }
-            rp6::Fault::Overcurrent => "a motor draws too much: something blocks the tracks",
-            rp6::Fault::BatteryLow => "the battery is nearly empty: charge it",
-            rp6::Fault::Other(_) => {
-                "the robot reports a fault that this bridge does not know: update the bridge"
-            }
-        };
+        let detail = words::fault_and_cure(fault);
         if self.report.detail != detail {
             self.report.detail = detail.into();
             self.state(match fault {
@@ -453,34 +442,5 @@ fn link_state(phase: Phase) -> LinkState {
         Phase::Running => LinkState::Up,
         Phase::ResetNeeded => LinkState::ResetNeeded,
         Phase::Listening | Phase::BootLoader | Phase::Greeting => LinkState::Opening,
-    }
-}
-
-/// What a broken link means to whoever stands beside the robot.
-pub(crate) fn cause_and_cure(why: Down) -> String {
-    match why {
-        Down::Silence => "the RP6 fell silent: loose cable, or it was switched off".into(),
-        Down::Unanswered => {
-            "the RP6 does not acknowledge commands: its receive line (RX) is loose or noisy".into()
-        }
-        Down::Restarted => {
-            "the RP6 started anew: reset, or its battery is weak; it is greeted again".into()
-        }
-        Down::EmergencyShutdown => {
-            "the RP6 has shut down because a motor is blocked: free the tracks and press \
-                                    its reset button; flash slamlab's firmware, which does not hang"
-                .into()
-        }
-        Down::NobodyThere => {
-            "nobody answers at 38400 baud: switch the RP6 on, start its program (START button), \
-                              check TX and RX, and that slamlab's firmware is flashed"
-                .into()
-        }
-        Down::OtherProtocol(version) => {
-            format!(
-                "the RP6 speaks version {version} of the protocol, the bridge another: flash the firmware of this bridge"
-            )
-        }
-        Down::Closed => "the port is closed".into(),
     }
 }
