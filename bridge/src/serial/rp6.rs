@@ -1,27 +1,30 @@
 //! An RP6 as a source: the link of `core` on a line.
 //!
 //! 1. The link comes up disarmed, and the source arms it when an order to move comes; but not one that was already being
-//!    repeated when the robot came back: orders to move must have ceased for [`CALM`] seconds once.
+//!    repeated when the robot came back: orders to move must have ceased for 0.3 seconds once.
 //! 2. While the robot is under way, a sign of life goes to it ten times a second, for its own watchdog. Speeds are given
-//!    anew all the time by whoever drives; where none came for [`FORGOTTEN`] seconds the source itself stops the robot.
-//! 3. The robot's stamps are put on the bridge's clock ([`ClockMap`]), on which the scans of other devices are.
+//!    anew all the time by whoever drives; where none came for half a second the source itself stops the robot.
+//! 3. The robot's stamps are put on the bridge's clock ([`slamlab_core::wire::ClockMap`]), on which the scans of other devices are.
 //! 4. An emergency stop is remembered while nobody answers, and given again to a robot that comes back.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use slamlab_core::robot::{Command, Odometry, RobotModel, Stamp};
+use slamlab_core::wire::Tally;
 use slamlab_core::wire::message::{DeviceState, LinkState, RangerReading};
-use slamlab_core::wire::rp6::{self, Hello, Link, LinkConfig, Odometer, Phase, Ranger, Telemetry};
-use slamlab_core::wire::rp6::{Down, Report as Said};
-use slamlab_core::wire::{ClockMap, Tally};
+use slamlab_core::wire::rp6::Down;
+use slamlab_core::wire::rp6::{self, Hello, Link, LinkConfig, Phase, Ranger, Telemetry};
 
 use super::device::{Device, Want};
 use super::report::Report;
 use crate::source::{Event, Order, Profile};
 
-/// Seconds without an order to move before one counts, after the robot came up.
-const CALM: f64 = 0.3;
+mod robot;
+mod words;
+
+use robot::{Motion, Robot};
+
 /// Seconds between two signs of life.
 const ALIVE: f64 = 0.1;
 /// Seconds after which a speed that is not given anew is forgotten, and the robot stopped.
@@ -43,36 +46,6 @@ pub struct Rp6 {
     was_boot_loader: bool,
     is_cut_off: bool,
     wants: VecDeque<Want>,
-}
-
-/// A robot that answers.
-#[derive(Debug)]
-struct Robot {
-    odometer: Odometer,
-    motion: Motion,
-    /// Since when no order to move was refused, and whether that has been long enough.
-    calm_since: Stamp,
-    is_calm: bool,
-    last_alive: Stamp,
-    last_told: Stamp,
-    bumpers: [bool; 2],
-    /// The last command that is acknowledged, and when it was given.
-    asked: Option<(rp6::Command, Stamp)>,
-    /// Time of the last telemetry by the robot's clock: wrapped and not.
-    time: (u32, Stamp),
-    clock: ClockMap,
-    /// End of the last odometry on the bridge's clock.
-    last_end: Option<Stamp>,
-}
-
-/// What the robot was told to do.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Motion {
-    None,
-    /// At these speeds; given at this time.
-    Speed(Stamp),
-    /// Some way, angle or sweep; given at this time.
-    Errand(Stamp),
 }
 
 impl Rp6 {
@@ -119,19 +92,7 @@ impl Rp6 {
         self.report.model = format!("RP6, firmware {major}.{minor}");
         self.report.detail.clear();
         self.was_boot_loader = false;
-        self.robot = Some(Robot {
-            odometer: Odometer::new(&hello.model()),
-            motion: Motion::None,
-            calm_since: now,
-            is_calm: false,
-            last_alive: now,
-            last_told: Stamp(0),
-            bumpers: [false; 2],
-            asked: None,
-            time: (0, Stamp(0)),
-            clock: ClockMap::new(telemetry_delay()),
-            last_end: None,
-        });
+        self.robot = Some(Robot::new(hello, now));
         if self.is_cut_off {
             self.give(rp6::Command::EStop, now);
         }
@@ -151,7 +112,7 @@ impl Rp6 {
             Down::NobodyThere if self.was_boot_loader => {
                 "the RP6's boot loader answers, but starts no program that does: flash slamlab's firmware".into()
             }
-            _ => cause_and_cure(why),
+            _ => words::cause_and_cure(why),
         };
         self.state(match why {
             Down::EmergencyShutdown | Down::NobodyThere | Down::OtherProtocol(_) => {
@@ -214,20 +175,7 @@ impl Rp6 {
     }
 
     fn fault(&mut self, fault: rp6::Fault) {
-        let detail = match fault {
-            rp6::Fault::None => "",
-            rp6::Fault::LeftEncoder => {
-                "the left motor runs but its encoder is silent: track blocked, or cable off"
-            }
-            rp6::Fault::RightEncoder => {
-                "the right motor runs but its encoder is silent: track blocked, or cable off"
-            }
-            rp6::Fault::Overcurrent => "a motor draws too much: something blocks the tracks",
-            rp6::Fault::BatteryLow => "the battery is nearly empty: charge it",
-            rp6::Fault::Other(_) => {
-                "the robot reports a fault that this bridge does not know: update the bridge"
-            }
-        };
+        let detail = words::fault_and_cure(fault);
         if self.report.detail != detail {
             self.report.detail = detail.into();
             self.state(match fault {
@@ -360,17 +308,6 @@ impl Rp6 {
     }
 }
 
-impl Robot {
-    /// Whether an order to move counts: not one that was being repeated all along while the robot came back.
-    fn may_move(&mut self, now: Stamp) -> bool {
-        self.is_calm |= now.since(self.calm_since) >= CALM;
-        if !self.is_calm {
-            self.calm_since = now;
-        }
-        self.is_calm
-    }
-}
-
 impl Device for Rp6 {
     fn profile(&self) -> Profile {
         Profile {
@@ -442,45 +379,10 @@ impl Device for Rp6 {
     }
 }
 
-/// Seconds that a telemetry takes on the line: ten bits a byte.
-fn telemetry_delay() -> f64 {
-    let bytes = rp6::encode(0, &Said::Telemetry(Telemetry::default())).len();
-    10.0 * bytes as f64 / f64::from(Rp6::BAUD_RATE)
-}
-
 fn link_state(phase: Phase) -> LinkState {
     match phase {
         Phase::Running => LinkState::Up,
         Phase::ResetNeeded => LinkState::ResetNeeded,
         Phase::Listening | Phase::BootLoader | Phase::Greeting => LinkState::Opening,
-    }
-}
-
-/// What a broken link means to whoever stands beside the robot.
-pub(crate) fn cause_and_cure(why: Down) -> String {
-    match why {
-        Down::Silence => "the RP6 fell silent: loose cable, or it was switched off".into(),
-        Down::Unanswered => {
-            "the RP6 does not acknowledge commands: its receive line (RX) is loose or noisy".into()
-        }
-        Down::Restarted => {
-            "the RP6 started anew: reset, or its battery is weak; it is greeted again".into()
-        }
-        Down::EmergencyShutdown => {
-            "the RP6 has shut down because a motor is blocked: free the tracks and press \
-                                    its reset button; flash slamlab's firmware, which does not hang"
-                .into()
-        }
-        Down::NobodyThere => {
-            "nobody answers at 38400 baud: switch the RP6 on, start its program (START button), \
-                              check TX and RX, and that slamlab's firmware is flashed"
-                .into()
-        }
-        Down::OtherProtocol(version) => {
-            format!(
-                "the RP6 speaks version {version} of the protocol, the bridge another: flash the firmware of this bridge"
-            )
-        }
-        Down::Closed => "the port is closed".into(),
     }
 }

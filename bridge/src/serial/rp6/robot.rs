@@ -1,0 +1,72 @@
+//! An RP6 that answers: what is remembered of it until its link breaks.
+
+use slamlab_core::robot::Stamp;
+use slamlab_core::wire::ClockMap;
+use slamlab_core::wire::rp6::{self, Hello, Odometer, Report, Telemetry};
+
+/// Seconds without an order to move before one counts, after the robot came up.
+const CALM: f64 = 0.3;
+
+/// A robot that answers.
+#[derive(Debug)]
+pub(super) struct Robot {
+    pub(super) odometer: Odometer,
+    pub(super) motion: Motion,
+    /// Since when no order to move was refused, and whether that has been long enough.
+    pub(super) calm_since: Stamp,
+    pub(super) is_calm: bool,
+    pub(super) last_alive: Stamp,
+    pub(super) last_told: Stamp,
+    pub(super) bumpers: [bool; 2],
+    /// The last command that is acknowledged, and when it was given.
+    pub(super) asked: Option<(rp6::Command, Stamp)>,
+    /// Time of the last telemetry by the robot's clock: wrapped and not.
+    pub(super) time: (u32, Stamp),
+    pub(super) clock: ClockMap,
+    /// End of the last odometry on the bridge's clock.
+    pub(super) last_end: Option<Stamp>,
+}
+
+/// What the robot was told to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Motion {
+    None,
+    /// At these speeds; given at this time.
+    Speed(Stamp),
+    /// Some way, angle or sweep; given at this time.
+    Errand(Stamp),
+}
+
+impl Robot {
+    /// A robot that just said hello.
+    pub(super) fn new(hello: &Hello, now: Stamp) -> Self {
+        Self {
+            odometer: Odometer::new(&hello.model()),
+            motion: Motion::None,
+            calm_since: now,
+            is_calm: false,
+            last_alive: now,
+            last_told: Stamp(0),
+            bumpers: [false; 2],
+            asked: None,
+            time: (0, Stamp(0)),
+            clock: ClockMap::new(telemetry_delay()),
+            last_end: None,
+        }
+    }
+
+    /// Whether an order to move counts: not one that was being repeated all along while the robot came back.
+    pub(super) fn may_move(&mut self, now: Stamp) -> bool {
+        self.is_calm |= now.since(self.calm_since) >= CALM;
+        if !self.is_calm {
+            self.calm_since = now;
+        }
+        self.is_calm
+    }
+}
+
+/// Seconds that a telemetry takes on the line: ten bits a byte.
+fn telemetry_delay() -> f64 {
+    let bytes = rp6::encode(0, &Report::Telemetry(Telemetry::default())).len();
+    10.0 * bytes as f64 / f64::from(super::Rp6::BAUD_RATE)
+}
