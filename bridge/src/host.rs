@@ -29,6 +29,19 @@ pub fn is_ours(authority: &str) -> bool {
     name.parse::<Ipv4Addr>().is_ok() || name == "localhost" || is_mdns_name(&name)
 }
 
+/// Whether a page of this `Origin` may connect to a server that was called by this `Host`: the page that the server itself
+/// sent, or one that was allowed by name. Without an origin it is no browser, and no page can have made it connect.
+#[must_use]
+pub fn is_allowed_origin(origin: Option<&str>, host: Option<&str>, allowed: &[String]) -> bool {
+    let Some(origin) = origin else {
+        return true;
+    };
+    let own = origin
+        .strip_prefix("http://")
+        .or(origin.strip_prefix("https://"));
+    own.is_some() && own == host || allowed.iter().any(|allowed| allowed == origin)
+}
+
 /// The authority without `:port`; nothing if what follows the colon is not a port.
 fn without_port(authority: &str) -> Option<&str> {
     match authority.rsplit_once(':') {
@@ -67,6 +80,36 @@ mod tests {
         ] {
             assert!(is_ours(host), "{host}");
         }
+    }
+
+    #[test]
+    fn only_the_own_page_and_those_named_may_connect() {
+        let allowed = ["https://lab.example".to_owned()];
+        let check = |origin, host, expect| {
+            assert_eq!(
+                is_allowed_origin(origin, host, &allowed),
+                expect,
+                "{origin:?} {host:?}"
+            );
+        };
+        let host = Some("robot.local:8080");
+        check(None, host, true);
+        check(Some("http://robot.local:8080"), host, true);
+        check(Some("https://lab.example"), host, true);
+        for foreign in [
+            "",
+            "null",
+            "http://robot.local",
+            "http://robot.local:8081",
+            "http://robot.local:8080.evil.com",
+            "ftp://robot.local:8080",
+            "robot.local:8080",
+            "https://lab.example.evil.com",
+            "http://lab.example",
+        ] {
+            check(Some(foreign), host, false);
+        }
+        check(Some("http://robot.local:8080"), None, false);
     }
 
     #[test]

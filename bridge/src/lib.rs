@@ -1,18 +1,45 @@
-//! The bridge: serves the page to a browser on this machine or on the same network.
+//! The bridge: serves the page to a browser on this machine or on the same network, relays robot and sensors to it, and
+//! keeps the robot safe when anything between the person and the motors fails.
 //!
-//! In comes a listening socket, the folder of the built page and a future that ends when the program should stop;
-//! out go HTTP answers.
+//! In comes a listening socket, a [`Config`] and a future that ends when the program should stop; out go HTTP answers and
+//! WebSocket messages ([`slamlab_core::wire::message`]), and orders to the robot.
+//!
+//! ```text
+//!   sources ── events ──> hub ── messages ──> outboxes ──> sessions ──> clients
+//!           <── orders ──  │  <──────────── messages ───────────────
+//!                       safety, recorder
+//! ```
 //!
 //! 1. [`bind`] opens the socket, and says in a sentence what to do when the port is taken.
-//! 2. [`run`] refuses requests whose `Host` is a foreign name ([`host`]), finds the file, prefers its pre-compressed
-//!    form, and adds the headers that fence the page in ([`headers`]).
+//! 2. [`run`] starts the sources ([`source`]), each on a thread, and the hub, one task that owns all state.
+//! 3. `accept` limits connections; `http` refuses requests whose `Host` is a foreign name ([`host`]), finds files, adds the
+//!    headers that fence the page in ([`headers`]); `session` talks to one client, behind its [`token`].
+//! 4. [`safety`] holds the rules, apart from all this: whether the robot may move, and by whom.
+//! 5. [`serial`] holds the sources at serial ports; [`doctor`] says what is wrong with them.
+//! 6. [`record`] writes down what was said, so that nothing acknowledged is lost.
 //!
-//! The folder is read at each request, so a rebuilt page needs a reload and not a restart.
+//! The page's folder is read at each request, so a rebuilt page needs a reload and not a restart.
 
+mod accept;
+mod clock;
+pub mod doctor;
 pub mod headers;
 pub mod host;
+mod http;
+mod hub;
 mod listen;
+mod metrics;
+mod rate;
+pub mod record;
+pub mod safety;
+pub mod serial;
 mod serve;
+mod session;
+pub mod source;
+pub mod token;
+pub mod udp;
 
+pub use accept::Limits;
+pub use clock::Clock;
 pub use listen::{BindError, bind};
-pub use serve::{RunError, check_page, run};
+pub use serve::{Config, RunError, check_page, run};

@@ -3,7 +3,13 @@
 use std::io;
 use std::net::SocketAddr;
 
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpSocket};
+
+/// What lies in the system's buffer of a slow client is old by the time it arrives; the bridge keeps the newest itself.
+/// Accepted sockets take it over, bytes.
+const SEND_BUFFER: u32 = 32 * 1024;
+/// Connections that the system keeps until the bridge takes them.
+const WAITING: u32 = 1024;
 
 /// Why the bridge cannot listen.
 #[derive(Debug, thiserror::Error)]
@@ -50,13 +56,25 @@ pub enum BindError {
 ///
 /// # Errors
 /// [`BindError`] says which address, why not, and what to do.
+#[allow(clippy::unused_async)] // it needs a runtime to register with
 pub async fn bind(address: SocketAddr) -> Result<TcpListener, BindError> {
-    TcpListener::bind(address)
-        .await
-        .map_err(|source| match source.kind() {
-            io::ErrorKind::AddrInUse => BindError::InUse { address },
-            io::ErrorKind::PermissionDenied => BindError::Denied { address },
-            io::ErrorKind::AddrNotAvailable => BindError::NotOurs { address },
-            _ => BindError::Other { address, source },
-        })
+    open(address).map_err(|source| match source.kind() {
+        io::ErrorKind::AddrInUse => BindError::InUse { address },
+        io::ErrorKind::PermissionDenied => BindError::Denied { address },
+        io::ErrorKind::AddrNotAvailable => BindError::NotOurs { address },
+        _ => BindError::Other { address, source },
+    })
+}
+
+fn open(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = match address {
+        SocketAddr::V4(_) => TcpSocket::new_v4()?,
+        SocketAddr::V6(_) => TcpSocket::new_v6()?,
+    };
+    // As the standard library does: a restarted bridge gets its port back at once. On Windows it would mean something else.
+    #[cfg(unix)]
+    socket.set_reuseaddr(true)?;
+    socket.set_send_buffer_size(SEND_BUFFER)?;
+    socket.bind(address)?;
+    socket.listen(WAITING)
 }

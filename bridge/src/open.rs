@@ -2,8 +2,8 @@
 
 use std::process::{Command, Stdio};
 
-/// Asks the system to show `url`; if it cannot, a warning says so and the bridge goes on.
-pub(crate) fn in_browser(url: &str) {
+/// Asks the system to show `url`; if it cannot, a warning names `plain`, which holds no token, and the bridge goes on.
+pub(crate) fn in_browser(url: &str, plain: &str) {
     let mut command = if cfg!(target_os = "macos") {
         Command::new("open")
     } else if cfg!(windows) {
@@ -20,6 +20,6 @@ pub(crate) fn in_browser(url: &str) {
         .stderr(Stdio::null())
         .spawn();
     if let Err(error) = started {
-        tracing::warn!("cannot open a browser ({error}); open {url} yourself");
+        tracing::warn!("cannot open a browser ({error}); open {plain} yourself");
     }
 }

@@ -1,23 +1,60 @@
-//! Answers requests: foreign hosts are refused, files are found, headers are added.
+//! The whole bridge: sources, hub, recorder and server, from start to stop.
 
 use std::future::Future;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
-use axum::Router;
-use axum::extract::Request;
-use axum::http::{StatusCode, Uri, header};
-use axum::middleware::{self, Next};
-use axum::response::{IntoResponse, Response};
+use slamlab_core::wire::message::{About, PROTOCOL, RobotFigures, SCHEMA, Watching};
 use tokio::net::TcpListener;
-use tokio::sync::watch;
-use tower_http::services::ServeDir;
+use tokio::sync::{mpsc, watch};
 
-use crate::{headers, host};
+use crate::accept::{self, Limits};
+use crate::clock::Clock;
+use crate::http::{self, Shared};
+use crate::hub::{self, HubParts};
+use crate::metrics::Metrics;
+use crate::record::{RecordError, Recorder};
+use crate::safety::SafetyConfig;
+use crate::source::{self, Running, Source};
+use crate::token::Token;
 
 /// How long open requests may take to end after the shutdown began.
 const GRACE: Duration = Duration::from_secs(2);
+
+/// What to serve.
+#[derive(Default)]
+pub struct Config {
+    /// Folder of the built page; without one, there is only the WebSocket.
+    pub page: Option<PathBuf>,
+    /// Robots and sensors. The first with a robot takes the commands.
+    pub sources: Vec<Box<dyn Source>>,
+    /// Who has it may drive. Without one, nobody may.
+    pub token: Option<Token>,
+    /// Whether watching needs the token.
+    pub watching: Option<Watching>,
+    /// Origins of other pages that may connect, exactly as a browser writes them: `https://lab.example`. The page that the
+    /// bridge serves needs no entry.
+    pub origins: Vec<String>,
+    /// Where to record to; a new file.
+    pub record: Option<PathBuf>,
+    /// Of sockets, messages and times.
+    pub limits: Limits,
+    /// The rules for driving.
+    pub safety: SafetyConfig,
+}
+
+impl Config {
+    /// A page, and no robot behind it.
+    #[must_use]
+    pub fn of_page(page: PathBuf) -> Self {
+        Self {
+            page: Some(page),
+            ..Self::default()
+        }
+    }
+}
 
 /// Why the bridge does not serve, or no longer.
 #[derive(Debug, thiserror::Error)]
@@ -32,40 +69,125 @@ pub enum RunError {
         /// The folder that was looked into.
         dir: PathBuf,
     },
-    /// The socket failed.
-    #[error("serving stopped: {0}")]
-    Io(#[from] io::Error),
+    /// More sources than their numbers can tell apart.
+    #[error("{count} sources; expected at most 256")]
+    Sources {
+        /// How many there are.
+        count: usize,
+    },
+    /// A source got no thread.
+    #[error("source {name} cannot start: {source}")]
+    Start {
+        /// Its name.
+        name: String,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The recording cannot begin.
+    #[error(transparent)]
+    Record(#[from] RecordError),
 }
 
-/// Serves the page in `page_dir` on `listener` until `shutdown` ends, then lets open requests end within two seconds.
+/// Serves on `listener` until `shutdown` ends; then the robot is stopped, the recording finished, and open requests may end
+/// within two seconds.
 ///
 /// # Errors
-/// [`RunError::NoPage`] at once if the folder has no `index.html`; [`RunError::Io`] if the socket fails.
+/// [`RunError`] at once if something of `config` cannot be had.
 pub async fn run(
     listener: TcpListener,
-    page_dir: PathBuf,
+    config: Config,
     shutdown: impl Future<Output = ()> + Send + 'static,
 ) -> Result<(), RunError> {
-    check_page(&page_dir)?;
-    let (stop, mut stopped) = watch::channel(false);
-    let mut graceful = stopped.clone();
-    let server = axum::serve(listener, router(&page_dir)).with_graceful_shutdown(async move {
-        let _ = graceful.wait_for(|stop| *stop).await;
+    if let Some(page) = &config.page {
+        check_page(page)?;
+    }
+    let clock = Clock::start();
+    let metrics = Arc::new(Metrics::default());
+    let record = config.record.as_deref();
+    let recorder = record
+        .map(|path| Recorder::start(path, clock))
+        .transpose()?;
+    let (sender, events) = mpsc::channel(source::MOST_WAITING);
+    let sources = start(config.sources, &sender)?;
+    let (hub, clients) = mpsc::channel(hub::MOST_WAITING);
+    let shared = Arc::new(Shared {
+        page: config.page,
+        about: about(&sources, config.watching),
+        robot: robot(&sources),
+        token: config.token,
+        origins: config.origins,
+        limits: config.limits,
+        safety: config.safety,
+        hub,
+        clock,
+        metrics: Arc::clone(&metrics),
     });
-    tokio::spawn(async move {
-        shutdown.await;
-        let _ = stop.send(true);
-    });
-    let too_late = async {
-        let _ = stopped.wait_for(|stop| *stop).await;
-        tokio::time::sleep(GRACE).await;
+    let (stop, stopped) = watch::channel(false);
+    let parts = HubParts {
+        clock,
+        sources,
+        events,
+        clients,
+        metrics,
+        recorder,
+        safety: config.safety,
     };
-    tokio::select! {
-        result = server => result.map_err(RunError::Io),
-        () = too_late => {
-            tracing::warn!("some requests were still open after {} s and were cut off", GRACE.as_secs());
-            Ok(())
-        }
+    let hub = tokio::spawn(hub::run(parts, accept::until(stopped.clone())));
+    let server = tokio::spawn(accept::run(
+        listener,
+        http::router(&shared),
+        shared,
+        stopped,
+    ));
+    shutdown.await;
+    // Whoever listens is gone already if this fails.
+    let _ = stop.send(true);
+    // The hub first: it has the robot.
+    if hub.await.is_err() {
+        tracing::error!("the hub panicked");
+    }
+    if tokio::time::timeout(GRACE, server).await.is_err() {
+        tracing::warn!(
+            "some requests were still open after {} s and were cut off",
+            GRACE.as_secs()
+        );
+    }
+    Ok(())
+}
+
+fn start(
+    sources: Vec<Box<dyn Source>>,
+    events: &mpsc::Sender<(u8, source::Event)>,
+) -> Result<Vec<Running>, RunError> {
+    let count = sources.len();
+    let start = |(number, source): (usize, Box<dyn Source>)| {
+        let number = u8::try_from(number).map_err(|_| RunError::Sources { count })?;
+        let name = source.profile().name;
+        source::start(number, source, events.clone())
+            .map_err(|source| RunError::Start { name, source })
+    };
+    sources.into_iter().enumerate().map(start).collect()
+}
+
+fn robot(sources: &[Running]) -> Option<RobotFigures> {
+    sources.iter().find_map(|source| {
+        let robot = source.profile.robot.as_ref()?;
+        Some(RobotFigures::new(robot, source.profile.scans_on_command))
+    })
+}
+
+fn about(sources: &[Running], watching: Option<Watching>) -> About {
+    About {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        protocol: PROTOCOL,
+        schema: format!("{SCHEMA:016x}"),
+        websocket: http::SOCKET_PATH.to_owned(),
+        watching: watching.unwrap_or(Watching::Anyone),
+        robot: robot(sources).map(|robot| robot.preset),
+        sources: sources
+            .iter()
+            .map(|source| source.profile.name.clone())
+            .collect(),
     }
 }
 
@@ -80,50 +202,5 @@ pub fn check_page(page_dir: &Path) -> Result<(), RunError> {
         Err(RunError::NoPage {
             dir: page_dir.to_owned(),
         })
-    }
-}
-
-fn router(page_dir: &Path) -> Router {
-    let files = ServeDir::new(page_dir)
-        .precompressed_br()
-        .precompressed_gzip();
-    Router::new()
-        .fallback_service(files)
-        .layer(middleware::from_fn(fence))
-}
-
-/// Refuses foreign hosts, gives errors a sentence, and adds the headers.
-async fn fence(request: Request, next: Next) -> Response {
-    let path = request.uri().path().to_owned();
-    let mut response = if is_for_us(&request) {
-        explain(next.run(request).await, &path)
-    } else {
-        (
-            StatusCode::MISDIRECTED_REQUEST,
-            "slamlab answers only to an IP address, localhost or a .local name.\n",
-        )
-            .into_response()
-    };
-    let success = response.status().is_success() || response.status() == StatusCode::NOT_MODIFIED;
-    headers::add(response.headers_mut(), &path, success);
-    response
-}
-
-/// Both places that can name a host must name one of ours: the `Host` header, and the target if it is absolute.
-fn is_for_us(request: &Request) -> bool {
-    let mut hosts = request.headers().get_all(header::HOST).iter();
-    let header = hosts.next().and_then(|host| host.to_str().ok());
-    let target = Uri::authority(request.uri()).map(axum::http::uri::Authority::as_str);
-    hosts.next().is_none() && header.is_some_and(host::is_ours) && target.is_none_or(host::is_ours)
-}
-
-fn explain(response: Response, path: &str) -> Response {
-    match response.status() {
-        StatusCode::NOT_FOUND => (
-            StatusCode::NOT_FOUND,
-            format!("There is no {path} in this page.\n"),
-        )
-            .into_response(),
-        _ => response,
     }
 }

@@ -3,14 +3,14 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::geom::Pose2;
 use slamlab_core::map::{Grid, GridConfig};
 use slamlab_core::plan::{
-    FrontierConfig, GridSpace, RouteConfig, Unknown, Wavefront, find_frontiers, plan_route,
-    rect_around,
+    FrontierConfig, GridSpace, Planner, Query, RouteConfig, RrtConfig, SegmentSpace, Unknown,
+    Wavefront, find_frontiers, plan_route, pull_tight, rect_around, shorten, solve,
 };
 use slamlab_core::points::{PointConfig, Points};
 use slamlab_core::sim::{SensorModel, Simulation, worlds};
@@ -54,9 +54,12 @@ fn plan(c: &mut Criterion) {
     c.bench_function("plan/frontiers", |b| {
         b.iter(|| find_frontiers(black_box(&space), &wave, &FrontierConfig::default()));
     });
-    for (name, single_tree) in [("plan/route_rrt_connect", false), ("plan/route_rrt", true)] {
+    for (name, planner) in [
+        ("plan/route_rrt_connect", Planner::RrtConnect),
+        ("plan/route_rrt", Planner::Rrt),
+    ] {
         let config = RouteConfig {
-            single_tree,
+            planner,
             ..RouteConfig::default()
         };
         c.bench_function(name, |b| {
@@ -66,5 +69,51 @@ fn plan(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, plan);
+/// Every planner on the way through the exact walls of `office`, and what makes its path shorter.
+fn over_walls(c: &mut Criterion) {
+    let Some(world) = worlds::builtin("office") else {
+        return;
+    };
+    let walls = world.walls().into_iter().map(|wall| wall.segment).collect();
+    let Ok(space) = SegmentSpace::new(walls, RADIUS, world.bounds()) else {
+        return;
+    };
+    let query = Query {
+        start: world.start.position(),
+        goal: world.start.position() + Vector2::new(13.0, 0.2),
+    };
+    let config = RrtConfig {
+        max_iterations: 2000,
+        ..RrtConfig::default()
+    };
+    for (name, planner) in [
+        ("walls/rrt", Planner::Rrt),
+        ("walls/rrt_connect", Planner::RrtConnect),
+        ("walls/rrt_star_2000", Planner::RrtStar),
+        ("walls/informed_rrt_star_2000", Planner::InformedRrtStar),
+        ("walls/visibility", Planner::Visibility),
+    ] {
+        c.bench_function(name, |b| {
+            let mut rng = ChaCha8Rng::seed_from_u64(1);
+            b.iter(|| {
+                solve(planner, black_box(&space), query, &config, &mut rng)
+                    .path
+                    .is_ok()
+            });
+        });
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let answer = solve(Planner::RrtConnect, &space, query, &config, &mut rng);
+    let Ok(path) = answer.path else {
+        return;
+    };
+    c.bench_function("walls/shorten", |b| {
+        b.iter(|| shorten(black_box(&path), &space))
+    });
+    c.bench_function("walls/pull_tight", |b| {
+        b.iter(|| pull_tight(black_box(&path), &space))
+    });
+}
+
+criterion_group!(benches, plan, over_walls);
 criterion_main!(benches);

@@ -110,6 +110,7 @@ fn run(arguments: &Arguments, mode: Mode, seed: u64) -> Result<()> {
             grid: &grid,
             points: points.as_ref(),
             motion_since_scan: scanned_at.delta_to(&pose),
+            bumpers: sim.bumpers(),
             robot_is_busy: sim.is_busy(),
             scans_on_command: arguments.rangers,
         });

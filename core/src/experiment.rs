@@ -7,21 +7,26 @@
 //!
 //! The same configuration gives the same bits natively and in the browser; [`Experiment::state_hash`] shows it.
 
+mod by_stage;
 mod figures;
+#[cfg(test)]
+mod tests;
 
-use crate::estimation::EkfConfig;
+use crate::estimation::{EkfConfig, ScanMatcherConfig};
 use crate::features::LineConfig;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::{EvidenceConfig, GridConfig};
 use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation};
-use crate::robot::{Robot, RobotModel};
-use crate::sim::{SensorModel, SimError, Simulation, World};
+use crate::robot::{Command, Robot, RobotModel, Scan, TrackNoise};
+use crate::sim::{NoDoor, SensorModel, SimError, Simulation, World};
 use crate::slam::{Method, Slam, SlamConfig, SlamError};
 pub use figures::{Figures, Record, Sample};
 
 /// Simulated time of one step, s: how often the pilot decides.
 pub const CONTROL_PERIOD: f64 = 0.05;
+/// Steps that scans of a standing robot may take: ten minutes.
+const MOST_STANDING: usize = 12_000;
 /// Odometry readings in one step. A turning sensor is de-skewed by them, so they come faster than decisions.
 const READINGS: u32 = 5;
 
@@ -40,6 +45,11 @@ pub struct ExperimentConfig {
     pub method: Method,
     /// What it does at first.
     pub mode: Mode,
+    /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg) also with a sensor that looks
+    /// round all the time. Default false.
+    pub cycle: bool,
+    /// What the odometry says of its own errors; how it errs is the robot's.
+    pub odometry: TrackNoise,
     /// Settings of the estimation.
     pub slam: SlamConfig,
     /// Settings of planning and driving.
@@ -53,18 +63,7 @@ impl ExperimentConfig {
     /// of odometry: it takes Celej's quicker grid, and the `short_range` figures of lines, filter and pilot.
     #[must_use]
     pub fn new(world: World, robot: RobotModel, sensor: SensorModel, seed: u64) -> Self {
-        let (slam, pilot) = if sensor.scans_on_command() {
-            let slam = SlamConfig {
-                grid: GridConfig::celej(),
-                lines: LineConfig::short_range(),
-                ekf: EkfConfig::short_range(),
-                evidence: EvidenceConfig::short_range(),
-                ..SlamConfig::default()
-            };
-            (slam, PilotConfig::short_range())
-        } else {
-            (SlamConfig::default(), PilotConfig::default())
-        };
+        let (slam, pilot) = Self::settings_for(&sensor);
         Self {
             world,
             robot,
@@ -72,9 +71,38 @@ impl ExperimentConfig {
             seed,
             method: Method::LineEkf,
             mode: Mode::Explore,
+            cycle: false,
+            odometry: TrackNoise::Proportional(robot.odometry_noise),
             slam,
             pilot,
         }
+    }
+
+    /// The settings of estimation and driving for a sensor.
+    pub(crate) fn settings_for(sensor: &SensorModel) -> (SlamConfig, PilotConfig) {
+        if let SensorModel::Sonar(sonar) = sensor {
+            let evidence = EvidenceConfig::cones(sonar.half_angle);
+            let slam = SlamConfig {
+                evidence,
+                ..SlamConfig::default()
+            };
+            return (slam, PilotConfig::default());
+        }
+        if !sensor.scans_on_command() {
+            return (SlamConfig::default(), PilotConfig::default());
+        }
+        let slam = SlamConfig {
+            grid: GridConfig::celej(),
+            lines: LineConfig::short_range(),
+            ekf: EkfConfig::short_range(),
+            evidence: EvidenceConfig::short_range(),
+            matcher: ScanMatcherConfig {
+                evidence: EvidenceConfig::short_range(),
+                ..ScanMatcherConfig::default()
+            },
+            ..SlamConfig::default()
+        };
+        (slam, PilotConfig::short_range())
     }
 }
 
@@ -99,6 +127,10 @@ pub struct Experiment {
     dead_reckoning: Pose2,
     map_from_world: Pose2,
     record: Record,
+    /// Odometry readings of the present period that were taken; all of them between two periods.
+    readings: u32,
+    /// The pose before the scan that is taken in part by part.
+    before_scan: Pose2,
 }
 
 impl Experiment {
@@ -107,7 +139,7 @@ impl Experiment {
     /// # Errors    [`ExperimentError`] naming what cannot be.
     pub fn new(config: ExperimentConfig) -> Result<Self, ExperimentError> {
         let map_from_world = config.world.start.inverse();
-        let sim = Simulation::new(config.world, config.robot, config.sensor, config.seed)?;
+        let mut sim = Simulation::new(config.world, config.robot, config.sensor, config.seed)?;
         // The pilot draws its own numbers: what it decides must not change the noise of the sensors.
         let mut pilot = Pilot::new(
             config.robot,
@@ -115,6 +147,8 @@ impl Experiment {
             config.seed ^ 0x9E37_79B9_7F4A_7C15,
         );
         pilot.set_mode(config.mode);
+        sim.set_on_command(config.cycle);
+        sim.tell_noise(config.odometry);
         Ok(Self {
             sim,
             slam: Slam::new(config.method, config.slam)?,
@@ -122,6 +156,8 @@ impl Experiment {
             dead_reckoning: Pose2::identity(),
             map_from_world,
             record: Record::default(),
+            readings: READINGS,
+            before_scan: Pose2::identity(),
         })
     }
 
@@ -133,51 +169,96 @@ impl Experiment {
         self.advance()
     }
 
-    /// The first half of a step: the pilot looks at the map and tells the robot what to do.
+    /// The first half of a step: the pilot looks at the map and tells the robot what to do. Does nothing in the middle of a
+    /// period, where [`Self::next_stage`] may have left off.
     pub fn decide(&mut self) {
+        if self.readings < READINGS {
+            return;
+        }
         let estimate = self.slam.estimate();
-        let command = self.pilot.steer(&Situation {
-            stamp: self.sim.stamp(),
-            estimate: &estimate,
-            grid: self.slam.grid(),
-            points: self.slam.points(),
-            motion_since_scan: self.slam.motion_since_scan(),
-            robot_is_busy: self.sim.is_busy(),
-            scans_on_command: self.sim.sensor().scans_on_command(),
-        });
+        let command = self
+            .pilot
+            .steer(&situation(&self.sim, &self.slam, &estimate));
+        self.obey(command);
+    }
+
+    fn obey(&mut self, command: Option<Command>) {
         if let Some(command) = command {
             self.sim.command(command);
         }
+        self.readings = 0;
     }
 
     /// The second half of a step: the robot moves, odometry and scans are taken in. Tells whether a scan was.
     ///
     /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors make none such.
     pub fn advance(&mut self) -> Result<bool, SlamError> {
-        let mut has_scanned = false;
-        for _ in 0..READINGS {
-            self.sim.advance(CONTROL_PERIOD / f64::from(READINGS));
-            has_scanned |= self.sense()?;
+        let mut has_scanned = self.complete_scan()?;
+        while self.readings < READINGS {
+            if let Some(scan) = self.read()? {
+                self.begin_scan(scan)?;
+                has_scanned |= self.complete_scan()?;
+            }
         }
         Ok(has_scanned)
     }
 
-    fn sense(&mut self) -> Result<bool, SlamError> {
+    /// One reading of the odometry, and the scan that came with it.
+    fn read(&mut self) -> Result<Option<Scan>, SlamError> {
+        self.readings += 1;
+        self.sim.advance(CONTROL_PERIOD / f64::from(READINGS));
         let odometry = self.sim.odometry();
         self.dead_reckoning = self.dead_reckoning * odometry.motion;
         self.slam.odometry(&odometry)?;
-        let Some(scan) = self.sim.take_scan() else {
-            return Ok(false);
-        };
-        self.slam.scan(&scan)?;
-        let sample = Sample {
-            stamp: self.sim.stamp(),
-            truth: self.truth(),
-            estimate: self.slam.estimate(),
-            odometry: self.dead_reckoning,
-        };
-        self.record.push(sample, self.slam.explain());
-        Ok(true)
+        Ok(self.sim.take_scan())
+    }
+
+    /// Other settings from here on, as far as they can be changed during a run (see [`Slam::reconfigure`]).
+    ///
+    /// # Errors    [`SlamError`] naming the first setting out of range; then the old ones stay.
+    pub fn reconfigure(
+        &mut self,
+        slam: &SlamConfig,
+        pilot: &PilotConfig,
+        odometry: TrackNoise,
+    ) -> Result<(), SlamError> {
+        self.slam.reconfigure(slam)?;
+        self.pilot.reconfigure(pilot.clone());
+        self.sim.tell_noise(odometry);
+        Ok(())
+    }
+
+    /// `count` scans of a robot that is just like this one and stands where it stands, for [`crate::points::estimate_sigma`];
+    /// fewer where they would take more than ten minutes. The run itself goes on as if nothing had been.
+    #[must_use]
+    pub fn standing_scans(&self, count: usize) -> Vec<Scan> {
+        let mut sim = self.sim.clone();
+        sim.command(Command::Stop);
+        let on_command = sim.scans_on_command();
+        let (mut scans, mut stands) = (vec![], false);
+        for _ in 0..MOST_STANDING {
+            if on_command && stands && !sim.is_busy() {
+                sim.command(Command::Scan);
+            }
+            sim.advance(CONTROL_PERIOD);
+            let came = sim.take_scan();
+            // What was seen before it stood, and during the sweep in which it came to stand, does not count.
+            if stands {
+                scans.extend(came);
+            } else {
+                stands = sim.speeds() == (0.0, 0.0) || (came.is_some() && is_slow(sim.speeds()));
+            }
+            if scans.len() == count {
+                break;
+            }
+        }
+        scans
+    }
+
+    /// Has the robot drive by the cycle, or as continuously as its sensor allows; its errand begins anew.
+    pub fn set_cycle(&mut self, cycle: bool) {
+        self.sim.set_on_command(cycle);
+        self.pilot.set_mode(self.pilot.mode());
     }
 
     /// Gives the robot another errand.
@@ -190,10 +271,23 @@ impl Experiment {
         self.pilot.drive(forward, turn);
     }
 
+    /// Whether it drives by the cycle: because it was told to, or because its sensor scans standing only.
+    #[must_use]
+    pub fn is_in_cycle(&self) -> bool {
+        self.sim.scans_on_command()
+    }
+
+    /// Opens or shuts a door of the world.
+    ///
+    /// # Errors    [`NoDoor`].
+    pub fn set_door(&mut self, index: usize, open: bool) -> Result<(), NoDoor> {
+        self.sim.set_door(index, open)
+    }
+
     /// Stops the robot at once; it forgets its errand.
     pub fn stop(&mut self) {
         self.pilot.stop();
-        self.sim.command(crate::robot::Command::Stop);
+        self.sim.command(Command::Stop);
     }
 
     /// The simulated robot in its world.
@@ -267,5 +361,23 @@ impl Experiment {
         hash.pose(&self.sim.truth()).pose(&self.dead_reckoning);
         self.slam.add_to(&mut hash);
         hash.finish()
+    }
+}
+
+/// Motors under control stand within a small fraction of a millimetre, not to the bit.
+fn is_slow((forward, turn): (f64, f64)) -> bool {
+    forward.abs() < 1e-3 && turn.abs() < 1e-3
+}
+
+fn situation<'a>(sim: &Simulation, slam: &'a Slam, estimate: &'a PoseEstimate) -> Situation<'a> {
+    Situation {
+        stamp: sim.stamp(),
+        estimate,
+        grid: slam.grid(),
+        points: slam.obstacles(),
+        bumpers: sim.bumpers(),
+        motion_since_scan: slam.motion_since_scan(),
+        robot_is_busy: sim.is_busy(),
+        scans_on_command: sim.scans_on_command(),
     }
 }

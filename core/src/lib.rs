@@ -49,6 +49,8 @@ pub mod pilot;
 
 pub mod experiment;
 
+pub mod settings;
+
 pub mod replay;
 
 // Sources and sinks: no stage imports them.

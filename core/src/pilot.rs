@@ -8,7 +8,9 @@
 //! 4. Continuous sensors: follow the legs by turn-and-go, every speed made safe. The way is compared with the map twice
 //!    a second, and planned anew when something stands in it or the frontier has vanished. A sensor on a servo: scan,
 //!    plan, one turn and one leg over what has been seen, again.
-//! 5. A robot that does not get on backs off, tries again, and in the end says that it is stuck.
+//! 5. A robot that does not get on, or whose bumpers say that it stands against something no scan shows, backs off, tries
+//!    again, and in the end says that it is stuck.
+//! 6. While a continuous sensor is silent the robot stands and says so; it goes on with the next scan.
 //!
 //! Planning happens on these events only, never at the rate of the ticks.
 
@@ -16,6 +18,7 @@ mod config;
 mod cycle;
 mod errand;
 mod explorer;
+mod stages;
 mod status;
 #[cfg(test)]
 mod tests;
@@ -29,8 +32,9 @@ use crate::geom::{Pose2, PoseEstimate, Segment};
 use crate::map::Grid;
 use crate::plan::{Frontier, Path, Planner};
 use crate::points::Points;
-use crate::robot::{Command, RobotModel, Stamp};
+use crate::robot::{Bumpers, Command, RobotModel, Stamp};
 pub use config::PilotConfig;
+pub use stages::{Cut, Cycle, Stage, StageReport};
 pub use status::{Failure, Finish, Mode, Status};
 
 /// What the pilot knows at a tick.
@@ -42,10 +46,13 @@ pub struct Situation<'a> {
     pub estimate: &'a PoseEstimate,
     /// The map.
     pub grid: &'a Grid,
-    /// The last scan, robot frame at its stamp.
+    /// What stands around, robot frame at the stamp of the last scan: its points, and what is too near to be seen
+    /// ([`crate::slam::Slam::obstacles`]).
     pub points: Option<&'a Points>,
     /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.
     pub motion_since_scan: Pose2,
+    /// Which bumpers are pressed.
+    pub bumpers: Bumpers,
     /// Whether the robot is still at the last command (a turn, a leg, a sweep).
     pub robot_is_busy: bool,
     /// Whether the sensor scans only when told to, the robot standing.
@@ -65,7 +72,10 @@ pub struct Pilot {
     told: (f64, f64),
     errand: errand::Errand,
     phase: cycle::Phase,
+    cycle: Cycle,
     hand_scan: cycle::HandScan,
+    /// Whether bumpers were pressed at the last tick.
+    was_bumped: bool,
 }
 
 impl Pilot {
@@ -82,7 +92,9 @@ impl Pilot {
             told: (0.0, 0.0),
             errand: errand::Errand::default(),
             phase: cycle::Phase::default(),
+            cycle: Cycle::default(),
             hand_scan: cycle::HandScan::default(),
+            was_bumped: false,
         }
     }
 
@@ -93,6 +105,12 @@ impl Pilot {
         self.wish = (0.0, 0.0);
         self.errand = errand::Errand::default();
         self.phase = cycle::Phase::default();
+        self.cycle = Cycle::default();
+    }
+
+    /// Other settings from the next tick on.
+    pub fn reconfigure(&mut self, config: PilotConfig) {
+        self.config = config;
     }
 
     /// By hand: drive with these speeds (m/s, rad/s) until told otherwise. Takes over from any errand.
@@ -110,13 +128,47 @@ impl Pilot {
 
     /// What to tell the robot now; `None`: nothing new, it carries on.
     pub fn steer(&mut self, now: &Situation) -> Option<Command> {
+        let has_bumped = now.bumpers.any() && !self.was_bumped;
+        self.was_bumped = now.bumpers.any();
         match self.mode {
             Mode::Manual => self.by_hand(now),
             _ if self.status.is_over() => Some(Command::Stop),
-            _ if now.robot_is_busy => None,
+            // A leg that leads into something ends here; the cycle looks again.
+            _ if now.robot_is_busy => {
+                let ends = has_bumped && matches!(self.phase, cycle::Phase::Going(_));
+                ends.then_some(Command::Stop)
+            }
             _ if now.scans_on_command => self.in_cycle(now),
-            _ => Some(self.continuously(now)),
+            _ => Some(self.continuously(has_bumped, now)),
         }
+    }
+
+    /// One stage of the cycle, for someone who follows it stage by stage; as many of these in a row as give no command are
+    /// one [`Self::steer`]. The second tells whether there is more to do now.
+    pub(crate) fn steer_by_stage(&mut self, now: &Situation) -> (Option<Command>, bool) {
+        let in_cycle = self.mode != Mode::Manual
+            && !self.status.is_over()
+            && !now.robot_is_busy
+            && now.scans_on_command;
+        if !in_cycle {
+            return (self.steer(now), false);
+        }
+        match self.stage(now) {
+            cycle::Next::Stage => (None, true),
+            cycle::Next::Tell(command) => (Some(command), false),
+            cycle::Next::Wait => (None, false),
+        }
+    }
+
+    /// The cycle so far; empty for continuous driving.
+    #[must_use]
+    pub fn cycle(&self) -> &Cycle {
+        &self.cycle
+    }
+
+    /// What somebody else did for the cycle.
+    pub(crate) fn tell(&mut self, report: StageReport) {
+        self.cycle.tell(report);
     }
 
     fn by_hand(&mut self, now: &Situation) -> Option<Command> {
@@ -132,7 +184,16 @@ impl Pilot {
         is_due.then_some(Command::Scan)
     }
 
-    fn continuously(&mut self, now: &Situation) -> Command {
+    fn continuously(&mut self, has_bumped: bool, now: &Situation) -> Command {
+        if self.is_blind(now) {
+            return self.wait_for_scan();
+        }
+        if matches!(self.status, Status::Waiting(_)) {
+            self.status = Status::Scanning;
+        }
+        if has_bumped {
+            self.get_unstuck(now);
+        }
         if let Some(until) = self.errand.backing_until {
             if now.stamp < until {
                 return self.safely((-0.3 * self.model.max_speed, 0.0), now, self.config.safe);
@@ -160,20 +221,40 @@ impl Pilot {
         }
     }
 
-    /// The wished speeds, as far as the last scan allows; standing where a continuous sensor has fallen silent.
+    /// Whether a continuous sensor has fallen silent.
+    fn is_blind(&self, now: &Situation) -> bool {
+        let age = now.points.map_or_else(
+            || now.stamp.seconds(),
+            |points| now.stamp.since(points.stamp),
+        );
+        !now.scans_on_command && age > self.config.safe.stale_after
+    }
+
+    fn wait_for_scan(&mut self) -> Command {
+        // Waiting for eyes is no lack of progress.
+        self.errand.watch.reset();
+        let seconds = self.config.safe.stale_after;
+        self.status = Status::Waiting(Failure::NoScan { seconds });
+        self.told = (0.0, 0.0);
+        Command::Stop
+    }
+
+    /// The wished speeds, as far as the last scan and the bumpers allow; standing where a continuous sensor has fallen silent.
     fn safely(&mut self, wish: (f64, f64), now: &Situation, config: SafeConfig) -> Command {
-        let age = now
-            .points
-            .map_or(f64::INFINITY, |p| now.stamp.since(p.stamp));
+        if self.is_blind(now) {
+            return self.wait_for_scan();
+        }
+        let wish = match now.bumpers.any() {
+            true => (wish.0.min(0.0), wish.1),
+            false => wish,
+        };
         let (forward, turn) = match now.points {
-            _ if !now.scans_on_command && age > config.stale_after => {
-                return Command::Stop;
-            }
             Some(points) => {
                 let since = &now.motion_since_scan;
                 limit_speed(wish, self.told, points, since, &self.model, &config)
             }
-            None => within_model(wish, &self.model),
+            None if now.scans_on_command => within_model(wish, &self.model),
+            None => (0.0, 0.0),
         };
         self.told = (forward, turn);
         Command::Velocity { forward, turn }

@@ -8,8 +8,11 @@ use crate::estimation::ConsistencyWindow;
 use crate::format::carmen::{CarmenLog, CarmenScan};
 use crate::geom::Pose2;
 use crate::hash::StateHash;
-use crate::robot::{Odometry, RobotModel, Stamp, Tracks};
+use crate::robot::{Odometry, RobotModel, Scan, Stamp, Tracks};
 use crate::slam::{Method, Slam, SlamConfig, SlamError};
+
+/// Motion between two scans that counts as none, m and rad: less than what logs are rounded to.
+const STILL: f64 = 1e-4;
 
 /// A log that is being replayed.
 #[derive(Clone, Debug)]
@@ -88,6 +91,21 @@ impl Replay {
     #[must_use]
     pub fn log(&self) -> &CarmenLog {
         &self.log
+    }
+
+    /// Stretches of scans during which the odometry stood still, three scans or more.
+    #[must_use]
+    pub fn standing_stretches(&self) -> Vec<Vec<Scan>> {
+        let scans = &self.log.scans;
+        let stands = |a: &CarmenScan, b: &CarmenScan| {
+            let motion = a.odom_from_robot.delta_to(&b.odom_from_robot);
+            motion.position().coords.norm() < STILL && motion.heading().abs() < STILL
+        };
+        scans
+            .chunk_by(stands)
+            .filter(|stretch| stretch.len() >= 3)
+            .map(|stretch| stretch.iter().map(|scan| self.log.scan(scan)).collect())
+            .collect()
     }
 
     /// What does the work.
@@ -208,6 +226,25 @@ mod tests {
         assert!((raw.odometry_pose().x() - 1.1 * 1.95).abs() < 1e-6);
         assert!((raw.trajectory()[39].1.x() - 1.1 * 1.95).abs() < 1e-6);
         assert_ne!(raw.state_hash(), matched.state_hash());
+    }
+
+    #[test]
+    fn stretches_are_where_the_odometry_stood() {
+        let mut log = small_log();
+        assert!(
+            replay(log.clone(), Method::Odometry)
+                .standing_stretches()
+                .is_empty()
+        );
+        for scans in [10..14, 20..22, 30..37] {
+            let stands = log.scans[scans.start].odom_from_robot;
+            for scan in &mut log.scans[scans] {
+                scan.odom_from_robot = stands;
+            }
+        }
+        let stretches = replay(log, Method::Odometry).standing_stretches();
+        let lengths: Vec<usize> = stretches.iter().map(Vec::len).collect();
+        assert_eq!(lengths, [4, 7]);
     }
 
     /// The buildings that others are measured on, with the same parameters for all.

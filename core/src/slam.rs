@@ -20,7 +20,7 @@ use crate::features::{LineConfig, LineError, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::{EvidenceConfig, Grid, GridConfig, GridError};
-use crate::points::{MotionHistory, PointConfig, Points};
+use crate::points::{MotionHistory, NearField, PointConfig, Points};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
 use estimator::{Estimator, Sweep};
 
@@ -84,7 +84,30 @@ pub struct Slam {
     history: MotionHistory,
     estimator: Estimator,
     points: Option<Points>,
+    near: NearField,
+    /// The same points, with what is near and was not seen.
+    obstacles: Option<Points>,
     motion_since_scan: Pose2,
+    /// A scan that is taken in part by part.
+    pending: Option<Pending>,
+}
+
+/// The parts in which a scan is taken in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ScanPart {
+    /// Lines are found.
+    Lines,
+    /// The pose is corrected.
+    Localise,
+    /// The map is drawn.
+    Map,
+}
+
+#[derive(Clone, Debug)]
+struct Pending {
+    scan: Scan,
+    points: Points,
+    next: ScanPart,
 }
 
 impl Slam {
@@ -99,7 +122,10 @@ impl Slam {
             history: MotionHistory::new(5.0),
             config,
             points: None,
+            near: NearField::default(),
+            obstacles: None,
             motion_since_scan: Pose2::identity(),
+            pending: None,
         })
     }
 
@@ -108,6 +134,7 @@ impl Slam {
     /// # Errors    [`SlamError::Odometry`] for a motion that is not finite, whatever the method.
     pub fn odometry(&mut self, odometry: &Odometry) -> Result<(), SlamError> {
         odometry.validate()?;
+        while self.continue_scan()?.is_some() {}
         self.estimator.predict(odometry)?;
         self.history.push(odometry);
         self.motion_since_scan = self.motion_since_scan * odometry.motion;
@@ -119,17 +146,93 @@ impl Slam {
     /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises, [`SlamError::Lines`] and [`SlamError::Ekf`] for one
     /// that the line extraction or the filter refuses.
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
+        while self.continue_scan()?.is_some() {}
+        let points = self.points_of(scan)?;
+        for part in [ScanPart::Lines, ScanPart::Localise, ScanPart::Map] {
+            self.take_in(part, scan, &points)?;
+        }
+        self.conclude(points);
+        Ok(())
+    }
+
+    /// The same part by part: [`Self::continue_scan`] does the parts. The next motion or scan does those that are left.
+    ///
+    /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises.
+    pub fn begin_scan(&mut self, scan: Scan) -> Result<(), SlamError> {
+        while self.continue_scan()?.is_some() {}
+        self.pending = Some(Pending {
+            points: self.points_of(&scan)?,
+            scan,
+            next: ScanPart::Lines,
+        });
+        Ok(())
+    }
+
+    /// Does the next part of the scan that was begun, and tells which; `None` where nothing is left to do.
+    ///
+    /// # Errors    [`SlamError`] as of [`Self::scan`]; what is left of the scan is given up.
+    pub fn continue_scan(&mut self) -> Result<Option<ScanPart>, SlamError> {
+        let Some(Pending { scan, points, next }) = self.pending.take() else {
+            return Ok(None);
+        };
+        self.take_in(next, &scan, &points)?;
+        let after = match next {
+            ScanPart::Lines => Some(ScanPart::Localise),
+            ScanPart::Localise => Some(ScanPart::Map),
+            ScanPart::Map => None,
+        };
+        match after {
+            Some(next) => self.pending = Some(Pending { scan, points, next }),
+            None => self.conclude(points),
+        }
+        Ok(Some(next))
+    }
+
+    fn points_of(&self, scan: &Scan) -> Result<Points, SlamError> {
         scan.validate()?;
-        let points = Points::from_rolling_scan(scan, &self.history, &self.config.points);
+        Ok(Points::from_rolling_scan(
+            scan,
+            &self.history,
+            &self.config.points,
+        ))
+    }
+
+    fn take_in(&mut self, part: ScanPart, scan: &Scan, points: &Points) -> Result<(), SlamError> {
         let sweep = Sweep {
             scan,
-            points: &points,
+            points,
             history: &self.history,
             config: &self.config,
         };
-        self.estimator.correct(&sweep)?;
+        match part {
+            ScanPart::Lines => self.estimator.find_lines(points),
+            ScanPart::Localise => self.estimator.correct(&sweep),
+            ScanPart::Map => {
+                self.estimator.draw(&sweep);
+                Ok(())
+            }
+        }
+    }
+
+    fn conclude(&mut self, points: Points) {
+        self.near.update(&points, &self.motion_since_scan);
+        self.obstacles = Some(self.near.with_unseen(&points));
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
+    }
+
+    /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids and of the scan matcher
+    /// hold for a whole run, and so does what the filter knew of the odometry beforehand.
+    ///
+    /// # Errors    [`SlamError::Lines`] naming the first setting out of range; then the old ones stay.
+    pub fn reconfigure(&mut self, config: &SlamConfig) -> Result<(), SlamError> {
+        config.lines.validate()?;
+        self.config = SlamConfig {
+            matcher: self.config.matcher,
+            grid: self.config.grid,
+            ..config.clone()
+        };
+        self.estimator.reconfigure(&self.config);
         Ok(())
     }
 
@@ -225,6 +328,25 @@ impl Slam {
     #[must_use]
     pub fn points(&self) -> Option<&Points> {
         self.points.as_ref()
+    }
+
+    /// Points of the scan that is taken in part by part, before its last part.
+    #[must_use]
+    pub fn pending_points(&self) -> Option<&Points> {
+        self.pending.as_ref().map(|pending| &pending.points)
+    }
+
+    /// The next part of the scan that is taken in part by part.
+    #[must_use]
+    pub fn pending_part(&self) -> Option<ScanPart> {
+        self.pending.as_ref().map(|pending| pending.next)
+    }
+
+    /// The same points and, beside them, what was seen before and stands nearer now than the sensor sees: what a pilot must
+    /// not drive into.
+    #[must_use]
+    pub fn obstacles(&self) -> Option<&Points> {
+        self.obstacles.as_ref()
     }
 
     /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.

@@ -108,6 +108,8 @@ test('a method without a filter says so; a recording can be mapped again by anot
   await expect.poll(async () => (await lab.state()).method).toBe('line-ekf');
   await lab.watch((s) => s.finished && s.features > 3, 'it is mapped again, with walls').toBe(true);
   await lab.show('filter');
+  // The matrix is fetched while it is in sight.
+  await lab.at('correlations').scrollIntoViewIfNeeded();
   await expect(lab.at('correlations')).toHaveAttribute('data-rows', /^[1-9]/);
   await expect(lab.at('diagnosis')).toBeVisible();
 });

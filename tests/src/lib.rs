@@ -1,5 +1,9 @@
 //! Fixtures shared by tests and benches.
 
+#[cfg(unix)]
+pub mod devices;
+pub mod update_cost;
+
 /// Numbers in [0, 1) without any crate, the same everywhere: a 64-bit linear congruential generator (Knuth, MMIX).
 pub fn numbers() -> impl Iterator<Item = f64> {
     let mut state = 1_u64;

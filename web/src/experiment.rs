@@ -3,72 +3,152 @@
 use std::cell::OnceCell;
 
 use nalgebra::Point2;
-use slamlab_core::experiment::{Experiment, ExperimentConfig};
-use slamlab_core::format::world;
+use slamlab_core::experiment::Experiment;
 use slamlab_core::geom::Pose2;
-use slamlab_core::pilot::Mode;
-use slamlab_core::sim::{ReachableArea, SensorKind, World, reachable_area, worlds};
-use slamlab_core::slam::Method;
+use slamlab_core::pilot::{Mode, Stage};
+use slamlab_core::settings::Settings;
+use slamlab_core::sim::{Material, ReachableArea, SensorModel, reachable_area};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::bench::{BenchResponse, BenchTrial};
 use crate::inspection::Inspection;
+use crate::settings::apply;
+use crate::setup::WebSetup;
+use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
 use crate::view::{self, MapFiles, SlamView};
-
-/// Why a setup names something that does not exist.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SetupError {
-    /// No built-in world of that name.
-    #[error("there is no world `{0}`; expected one of {expected}", expected = worlds::NAMES.join(", "))]
-    World(String),
-    /// No mode of that name to start with.
-    #[error("there is no mode `{0}` to start with; expected manual or explore")]
-    Mode(String),
-}
 
 /// A simulated robot that maps, finds itself, plans and drives.
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct WebExperiment {
     experiment: Experiment,
+    settings: Settings,
     /// What can be explored at all; found out when it is first asked for.
     area: OnceCell<ReachableArea>,
 }
 
 #[wasm_bindgen]
 impl WebExperiment {
-    /// `world`: name of a built-in world, or the text of a world file. `mode`: `manual` or `explore`.
+    /// A run from this setup.
     ///
     /// # Errors    A sentence on the first thing that cannot be.
     #[wasm_bindgen(constructor)]
-    pub fn new(
-        world: &str,
-        is_file: bool,
-        sensor: &str,
-        seed: u32,
-        method: &str,
-        mode: &str,
-    ) -> Result<Self, JsError> {
-        let world = load_world(world, is_file)?;
-        let sensor: SensorKind = sensor.parse()?;
-        let mode = match mode {
-            "manual" => Mode::Manual,
-            "explore" => Mode::Explore,
-            other => return Err(SetupError::Mode(other.to_owned()).into()),
-        };
-        let method: Method = method.parse()?;
-        let robot = world.robot.model();
-        let config = ExperimentConfig {
-            method,
-            mode,
-            ..ExperimentConfig::new(world, robot, sensor.model(), u64::from(seed))
-        };
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "handed over: the page need not free it"
+    )]
+    pub fn new(setup: WebSetup) -> Result<Self, JsError> {
+        let (config, settings) = setup.read()?;
         Ok(Self {
             experiment: Experiment::new(config)?,
+            settings,
             area: OnceCell::new(),
         })
+    }
+
+    /// Changes settings that act at once.
+    ///
+    /// # Errors    A sentence on a setting that cannot be; then all stay as they were.
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "lists of text cross the border by value only"
+    )]
+    pub fn configure(&mut self, keys: Vec<String>, values: Vec<f64>) -> Result<(), JsError> {
+        let mut settings = self.settings.clone();
+        apply(&mut settings, &keys, &values)?;
+        let odometry = settings.odometry.used();
+        self.experiment
+            .reconfigure(&settings.slam, &settings.pilot, odometry)?;
+        self.settings = settings;
+        Ok(())
+    }
+
+    /// Drive by the cycle of TDK 2016 §6.3, or continuously.
+    pub fn set_cycle(&mut self, cycle: bool) {
+        self.experiment.set_cycle(cycle);
+    }
+
+    /// Whether it drives by the cycle.
+    #[must_use]
+    pub fn in_cycle(&self) -> bool {
+        self.experiment.is_in_cycle()
+    }
+
+    /// Goes on to the end of the next stage of the cycle; its name, or empty where there is none.
+    ///
+    /// # Errors    A scan that cannot be used.
+    pub fn next_stage(&mut self) -> Result<String, JsError> {
+        let stage = self.experiment.next_stage()?;
+        Ok(stage.map(name_of).unwrap_or_default())
+    }
+
+    /// Names of the stages, each followed by what it gave last (empty before).
+    #[must_use]
+    pub fn stages(&self) -> Vec<String> {
+        let cycle = self.experiment.pilot().cycle();
+        let told = |stage| {
+            cycle
+                .report(stage)
+                .map(ToString::to_string)
+                .unwrap_or_default()
+        };
+        Stage::ALL
+            .iter()
+            .flat_map(|&(name, stage)| [name.to_owned(), told(stage)])
+            .collect()
+    }
+
+    /// The stage of the newest report; empty before the first.
+    #[must_use]
+    pub fn stage(&self) -> String {
+        self.experiment
+            .pilot()
+            .cycle()
+            .now()
+            .map(name_of)
+            .unwrap_or_default()
+    }
+
+    /// Which round of the cycle this is, and the number of reports so far.
+    #[must_use]
+    pub fn cycle_count(&self) -> Vec<f64> {
+        let cycle = self.experiment.pilot().cycle();
+        vec![f64::from(cycle.round()), cycle.told() as f64]
+    }
+
+    /// σ(ρ) of the sensor, from `scans` of a twin that stands where the robot is.
+    ///
+    /// # Errors    A sentence on why it cannot be told.
+    pub fn estimate_sigma(&self, scans: u32, growth: &str) -> Result<SigmaCurve, JsError> {
+        let scans = self.experiment.standing_scans(scans as usize);
+        let truth = match self.experiment.sim().sensor() {
+            SensorModel::Lidar(model) => Some((model.sigma, model.sigma_per_metre)),
+            SensorModel::Sonar(model) => Some((model.sigma, model.sigma_per_metre)),
+            SensorModel::Rangers(_) => None,
+        };
+        SigmaCurve::of(&[&scans], growth, truth)
+    }
+
+    /// Material of each true wall: 0 opaque, 1 glass, 2 dark.
+    #[must_use]
+    pub fn materials(&self) -> Vec<u8> {
+        let walls = self.experiment.sim().caster().walls();
+        let code = |material| match material {
+            Material::Opaque => 0,
+            Material::Glass => 1,
+            Material::Dark => 2,
+        };
+        walls.iter().map(|wall| code(wall.material)).collect()
+    }
+
+    /// Half the opening of a beam, rad: that of a sonar's cone, 0 for a ray of light.
+    #[must_use]
+    pub fn beam_half_angle(&self) -> f64 {
+        match self.experiment.sim().sensor() {
+            SensorModel::Sonar(model) => model.half_angle,
+            _ => 0.0,
+        }
     }
 
     /// First half of a control period: the pilot decides.
@@ -281,10 +361,11 @@ impl WebExperiment {
         SlamView::since(self.experiment.slam(), generation, revision)
     }
 
-    /// Why the last scan's lines were matched, and how errors hang together; nothing for methods without a line map.
+    /// Why the last scan's lines were matched, and, with `matrix`, how errors hang together; nothing for methods without a line
+    /// map.
     #[must_use]
-    pub fn inspect(&self) -> Option<Inspection> {
-        Inspection::of(self.experiment.slam())
+    pub fn inspect(&self, matrix: bool) -> Option<Inspection> {
+        Inspection::of(self.experiment.slam(), matrix)
     }
 
     /// Walls that the last scan showed to be parts of others: the one that stays and the one that goes, pair by pair.
@@ -320,9 +401,9 @@ impl WebExperiment {
     }
 }
 
-fn load_world(world: &str, is_file: bool) -> Result<World, JsError> {
-    if is_file {
-        return Ok(world::read(world.as_bytes())?);
-    }
-    worlds::builtin(world).ok_or_else(|| SetupError::World(world.to_owned()).into())
+fn name_of(stage: Stage) -> String {
+    let entry = Stage::ALL.iter().find(|(_, known)| *known == stage);
+    entry
+        .map(|(name, _)| (*name).to_owned())
+        .unwrap_or_default()
 }

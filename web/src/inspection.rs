@@ -1,8 +1,8 @@
 //! The filter's inside, flattened for the page: how errors hang together, and why each line was matched.
 
 use nalgebra::Point2;
-use slamlab_core::estimation::{Considered, Explanation, Gate, Rejection, Verdict};
-use slamlab_core::slam::Slam;
+use slamlab_core::estimation::{Considered, Correlations, Explanation, Gate, Rejection, Verdict};
+use slamlab_core::slam::{ScanPart, Slam};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::view;
@@ -15,7 +15,7 @@ pub struct Inspection {
     pub robot_rows: u32,
     /// Landmarks in the order of their rows, two each: α, then r.
     pub landmarks: Vec<u32>,
-    /// Correlation coefficients, row by row.
+    /// Correlation coefficients, row by row; empty where they were not asked for.
     pub coefficients: Vec<f32>,
     /// For each line of the scan: x1, y1, x2, y2 in the map frame (m), verdict, landmark (NaN without), number of
     /// candidates.
@@ -33,9 +33,18 @@ pub struct Inspection {
 }
 
 impl Inspection {
-    /// `None` for methods without a line map.
-    pub(crate) fn of(slam: &Slam) -> Option<Self> {
-        let (report, correlations) = (slam.explain()?, slam.correlations()?);
+    /// `None` for methods without a line map, and while lines were found that are not yet compared with it. Without `matrix` the
+    /// coefficients are left out: they are many.
+    pub(crate) fn of(slam: &Slam, matrix: bool) -> Option<Self> {
+        if slam.pending_part() == Some(ScanPart::Localise) {
+            return None;
+        }
+        let report = slam.explain()?;
+        let correlations = if matrix {
+            slam.correlations()?
+        } else {
+            Correlations::default()
+        };
         let association = &slam.config().ekf.association;
         let map_from_robot = view::map_from_robot_at_scan(slam);
         let mut inspection = Self {

@@ -4,16 +4,24 @@
 //! `www/src/source`. An error becomes a JavaScript `Error` with the core's own sentence, a panic a thrown string.
 
 mod bench;
+mod calibration;
 mod experiment;
 mod inspection;
 mod replay;
+mod settings;
+mod setup;
+mod sigma;
 mod status;
 mod view;
 
 pub use bench::BenchResponse;
-pub use experiment::{SetupError, WebExperiment};
+pub use calibration::{Calibration, CalibrationError, calibrate, data_sheet};
+pub use experiment::WebExperiment;
 pub use inspection::Inspection;
 pub use replay::{WebLogReader, WebReplay};
+pub use settings::{PresetInfo, SettingInfo, preset_list, setting_list};
+pub use setup::{SetupError, WebSetup};
+pub use sigma::{GrowthError, SigmaCurve};
 pub use status::RunStatus;
 pub use view::{MapFiles, SlamView};
 

@@ -2,11 +2,15 @@
 
 use slamlab_core::format::carmen::CarmenReader;
 use slamlab_core::replay::Replay;
-use slamlab_core::robot::RobotModel;
-use slamlab_core::slam::{Method, SlamConfig};
+use slamlab_core::robot::{RobotModel, Scan};
+use slamlab_core::settings::Settings;
+use slamlab_core::sim::SensorModel;
+use slamlab_core::slam::Method;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::inspection::Inspection;
+use crate::settings::apply;
+use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
 use crate::view::{self, MapFiles, SlamView};
 
@@ -16,18 +20,27 @@ use crate::view::{self, MapFiles, SlamView};
 pub struct WebLogReader {
     reader: CarmenReader,
     method: Method,
+    settings: Settings,
 }
 
 #[wasm_bindgen]
 impl WebLogReader {
-    /// For a replay by the given method.
+    /// For a replay by the given method, with the settings that differ from their defaults; those of a sensor and of driving do
+    /// not matter to a log.
     ///
-    /// # Errors    A sentence on a method that does not exist.
+    /// # Errors    A sentence on a method or a setting that does not exist.
     #[wasm_bindgen(constructor)]
-    pub fn new(method: &str) -> Result<Self, JsError> {
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "lists of text cross the border by value only"
+    )]
+    pub fn new(method: &str, keys: Vec<String>, values: Vec<f64>) -> Result<Self, JsError> {
+        let mut settings = Settings::of(SensorModel::lidar(), &RobotModel::pioneer());
+        apply(&mut settings, &keys, &values)?;
         Ok(Self {
             reader: CarmenReader::default(),
             method: method.parse()?,
+            settings,
         })
     }
 
@@ -43,7 +56,7 @@ impl WebLogReader {
     /// # Errors    A sentence on what is wrong with the log, with its line.
     pub fn finish(self) -> Result<WebReplay, JsError> {
         let log = self.reader.finish()?;
-        let replay = Replay::new(log, self.method, SlamConfig::default())?;
+        let replay = Replay::new(log, self.method, self.settings.slam)?;
         Ok(WebReplay { replay })
     }
 }
@@ -75,6 +88,15 @@ impl WebReplay {
             scans: replay.scans_done() as u32,
             ..RunStatus::of(replay.slam(), &replay.odometry_pose(), replay.consistency())
         }
+    }
+
+    /// σ(ρ) of the sensor, from the stretches of the log in which the robot stood.
+    ///
+    /// # Errors    A sentence on why it cannot be told.
+    pub fn estimate_sigma(&self, growth: &str) -> Result<SigmaCurve, JsError> {
+        let stretches = self.replay.standing_stretches();
+        let stretches: Vec<&[Scan]> = stretches.iter().map(Vec::as_slice).collect();
+        SigmaCurve::of(&stretches, growth, None)
     }
 
     /// What the log holds, in words.
@@ -124,10 +146,11 @@ impl WebReplay {
         SlamView::since(self.replay.slam(), generation, revision)
     }
 
-    /// Why the last scan's lines were matched, and how errors hang together; nothing for methods without a line map.
+    /// Why the last scan's lines were matched, and, with `matrix`, how errors hang together; nothing for methods without a line
+    /// map.
     #[must_use]
-    pub fn inspect(&self) -> Option<Inspection> {
-        Inspection::of(self.replay.slam())
+    pub fn inspect(&self, matrix: bool) -> Option<Inspection> {
+        Inspection::of(self.replay.slam(), matrix)
     }
 
     /// Walls that the last scan showed to be parts of others: the one that stays and the one that goes, pair by pair.

@@ -25,6 +25,8 @@ pub struct SlamView {
     pub cells: Vec<u8>,
     /// x y of what the last scan hit.
     pub scan: Vec<f32>,
+    /// x1 y1 x2 y2 of the lines found in the last scan.
+    pub found: Vec<f32>,
     /// The walls of the line map, see `LINE_STRIDE` of www/src/protocol.ts.
     pub lines: Vec<f64>,
 }
@@ -45,6 +47,7 @@ impl SlamView {
             blocks: vec![],
             cells: vec![],
             scan: hits(slam),
+            found: found(slam),
             lines: lines(slam),
         };
         for (block, log_odds) in grid.blocks_since(known) {
@@ -98,12 +101,23 @@ pub(crate) fn free_area(slam: &Slam) -> f64 {
 
 fn hits(slam: &Slam) -> Vec<f32> {
     let map_from_robot = map_from_robot_at_scan(slam);
-    let hits = slam.points().into_iter().flat_map(Points::hits);
+    // A scan that is taken in part by part is shown from its first part on; the robot stands.
+    let points = slam.pending_points().or(slam.points());
+    let hits = points.into_iter().flat_map(Points::hits);
     hits.flat_map(|beam| flat(map_from_robot * beam.end_in_robot))
         .collect()
 }
 
+fn found(slam: &Slam) -> Vec<f32> {
+    let map_from_robot = map_from_robot_at_scan(slam);
+    let ends = slam.features().iter().flat_map(|line| line.ends);
+    ends.flat_map(|end| flat(map_from_robot * end)).collect()
+}
+
 pub(crate) fn map_from_robot_at_scan(slam: &Slam) -> Pose2 {
+    if slam.pending_points().is_some() {
+        return slam.estimate().pose;
+    }
     slam.estimate().pose * slam.motion_since_scan().inverse()
 }
 

@@ -1,6 +1,6 @@
 // The page's end of the wire to the worker: sends commands, hands frames to scene and store.
 
-import type { Answer, Command, MethodName, Setup, SourceKind } from "./protocol.js";
+import type { Answer, Command, MethodName, SettingValues, Setup, SourceKind } from "./protocol.js";
 import { downloadAll } from "./save.js";
 import type { Store } from "./store.js";
 import type { Scene } from "./view/scene.js";
@@ -41,6 +41,30 @@ export class Client {
   setSpeed(factor: number): void {
     this.#store.set("run", { speed: factor });
     this.send({ kind: "speed", factor });
+  }
+
+  /** The cycle on or off, in the run and in those that follow. */
+  setCycle(on: boolean): void {
+    const store = this.#store;
+    store.set("run", { setup: { ...store.setup, cycle: on }, inCycle: on });
+    // The stages speak of the lines of a scan: they are worth seeing.
+    store.set("view", { layers: { ...store.layers, found: on } });
+    this.send({ kind: "cycle", on });
+    if (on && store.status?.mode === "manual") this.explore();
+    else this.#wake();
+  }
+
+  /** Goes on to the end of the next stage of the cycle. */
+  nextStage(): void {
+    this.send({ kind: "stage" });
+  }
+
+  /** Settings of this run and those that follow; what acts only on a restart waits for one. */
+  configure(settings: SettingValues): void {
+    const store = this.#store;
+    store.set("settings", { setup: { ...store.setup, settings } });
+    this.send({ kind: "configure", settings });
+    this.send({ kind: "settings", sensor: store.setup.sensor, settings });
   }
 
   explore(): void {
@@ -93,7 +117,7 @@ export class Client {
         this.start({ world: file.name, worldJson, mode: "explore" });
       } else {
         store.set("run", { reading: { name: file.name, done: 0 } });
-        this.send({ kind: "replay", name: file.name, bytes, method }, [bytes]);
+        this.send({ kind: "replay", name: file.name, bytes, method, settings: estimationOnly(store.setup.settings) }, [bytes]);
         this.#opening = file;
       }
     } catch (error) {
@@ -125,7 +149,7 @@ export class Client {
     const store = this.#store;
     switch (answer.kind) {
       case "ready":
-        store.set("run", { worlds: answer.worlds, sensors: answer.sensors });
+        store.set("run", { worlds: answer.worlds, sensors: answer.sensors, presets: answer.presets, dataSheet: answer.dataSheet });
         break;
       case "started":
         this.#run = answer.run;
@@ -134,6 +158,8 @@ export class Client {
         this.#scene.clear();
         store.history.clear();
         store.inspection = null;
+        store.cycle = null;
+        store.sigma = { curve: null, error: "" };
         store.spot = { hovered: [], pinned: null };
         store.log = [];
         store.status = null;
@@ -145,6 +171,10 @@ export class Client {
         store.tell("toast");
         store.tell("log");
         store.tell("inspection");
+        store.tell("cycle");
+        store.tell("sigma");
+        store.started = { ...store.setup };
+        this.send({ kind: "settings", sensor: store.setup.sensor, settings: store.setup.settings });
         this.onStart();
         break;
       case "frame":
@@ -169,6 +199,15 @@ export class Client {
       case "bench":
         store.set("bench", { bench: answer.response });
         break;
+      case "settings":
+        store.set("settings", { settings: answer.settings });
+        break;
+      case "calibrated":
+        store.set("calibration", { calibration: { fit: answer.calibration, error: answer.error } });
+        break;
+      case "sigma":
+        store.set("sigma", { sigma: { curve: answer.curve, error: answer.error } });
+        break;
       case "saved":
         downloadAll(answer.files);
         store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(" and ")}` });
@@ -180,4 +219,9 @@ export class Client {
         break;
     }
   }
+}
+
+/** Settings that a recording knows too: it has its own sensor and its own odometry. */
+function estimationOnly(settings: SettingValues): SettingValues {
+  return Object.fromEntries(Object.entries(settings).filter(([key]) => /^(points|lines|ekf|match|grid|evidence)\./.test(key)));
 }

@@ -6,17 +6,21 @@ import { download, mapPicture } from "./save.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
 import "./ui/bench.js";
+import "./ui/calibration.js";
 import "./ui/consistency.js";
 import "./ui/correlations.js";
+import { SlamCycle } from "./ui/cycle.js";
 import "./ui/drop.js";
 import type { SlamElement } from "./ui/element.js";
 import "./ui/header.js";
 import { SlamHelp } from "./ui/help.js";
-import "./ui/legend.js";
+import { SlamLegend } from "./ui/legend.js";
 import "./ui/log.js";
 import "./ui/matches.js";
 import "./ui/plots.js";
+import "./ui/settings.js";
 import "./ui/setup.js";
+import "./ui/sigma.js";
 import "./ui/status.js";
 import "./ui/stick.js";
 import "./ui/tabs.js";
@@ -38,23 +42,35 @@ function place<T extends SlamElement | SlamMap>(tag: string): T {
   const slot = document.querySelector(`[data-place="${tag}"]`);
   const element = document.createElement(tag) as T;
   Object.assign(element, { store, client });
-  if (element instanceof SlamMap) element.scene = scene;
+  if (element instanceof SlamMap || element instanceof SlamLegend) element.scene = scene;
   slot?.append(element);
   return element;
 }
 
 const map = place<SlamMap>("slam-map");
 const transport = place<SlamTransport>("slam-transport");
+const cycle = place<SlamCycle>("slam-cycle");
 const help = place<SlamHelp>("slam-help");
-for (const tag of ["slam-header", "slam-setup", "slam-status", "slam-plots", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
+for (const tag of ["slam-header", "slam-setup", "slam-status", "slam-plots", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-settings", "slam-calibration", "slam-sigma", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
   place(tag);
 }
 
 client.onStart = () => map.restart();
 
-/** The worker tells of the filter's inside only while somebody looks at it. */
+/** The worker tells of the filter's inside only while somebody looks at it, and of the matrix only while it is in sight. */
+let matrixInSight = false;
+const tellInspect = (): void => client.send({ kind: "inspect", on: store.tab === "filter", matrix: matrixInSight });
+const matrix = document.querySelector("slam-correlations");
+if (matrix) {
+  new IntersectionObserver((entries) => {
+    const inSight = entries.at(-1)?.isIntersecting ?? false;
+    if (inSight === matrixInSight) return;
+    matrixInSight = inSight;
+    tellInspect();
+  }).observe(matrix);
+}
 store.on("tab", () => {
-  client.send({ kind: "inspect", on: store.tab === "filter" });
+  tellInspect();
   if (store.tab !== "filter") store.point({ hovered: [], pinned: null });
 });
 
@@ -74,6 +90,8 @@ startKeyboard({
     1: () => client.manual(),
     2: () => client.aim(),
     3: () => client.explore(),
+    4: () => store.source === "sim" && client.setCycle(!store.setup.cycle),
+    ".": () => cycle.next(),
     "+": () => map.zoom(1.25),
     "=": () => map.zoom(1.25),
     "-": () => map.zoom(0.8),
@@ -103,6 +121,8 @@ Object.defineProperty(window, "slamlab", {
     get setup() { return store.setup; },
     get method() { return store.method; },
     get spot() { return store.spot; },
+    get cycle() { return store.cycle; },
+    get materials() { return [...new Set(scene.materials)]; },
     get seq() { return store.seq; },
     /** The robot as it is drawn at this moment. */
     get drawn() { return scene.status && { time: scene.status.time, x: scene.status.x, y: scene.status.y, heading: scene.status.heading }; },

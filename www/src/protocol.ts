@@ -26,11 +26,88 @@ export interface Setup {
   seed: number;
   method: MethodName;
   mode: ModeName;
+  /** Scan standing, plan, one turn, one leg, again, whatever the sensor. */
+  cycle: boolean;
+  /** Settings that differ from their defaults, by their keys. */
+  settings: SettingValues;
+  /** Calibration of the rangers; null for that of the data sheet. */
+  calibration: Pairs | null;
+}
+
+export type SettingValues = Readonly<Record<string, number>>;
+
+/** Calibration pairs of a ranger as text, and what the characteristic is a polynomial of. */
+export interface Pairs {
+  text: string;
+  variable: "volts" | "per-volt";
+}
+
+/** One setting of the core's table. */
+export interface Setting {
+  key: string;
+  group: string;
+  name: string;
+  unit: string;
+  low: number;
+  high: number;
+  kind: "real" | "whole" | "switch" | "choice";
+  choices: readonly string[];
+  /** Whether a change acts at once; otherwise when the run begins anew. */
+  atOnce: boolean;
+  meaning: string;
+  default: number;
+}
+
+export interface Preset {
+  group: string;
+  name: string;
+  meaning: string;
+  values: SettingValues;
+}
+
+/** A ranger's characteristic of the fifth degree and how well it fits; m and V. */
+export interface Calibration {
+  ranges: Float64Array;
+  volts: Float64Array;
+  /** Fitted less true range of each pair. */
+  residuals: Float64Array;
+  sigma: number;
+  /** Volts at which the curve turns round; NaN where it does not. */
+  reversesAt: number;
+  /** Lowest and highest volts; beyond, they are clamped. */
+  domain: Float64Array;
+  curveVolts: Float64Array;
+  curveRanges: Float64Array;
+}
+
+/** How σ of the range grows with the range. */
+export type Growth = "linear" | "square";
+
+/** Places of the numbers of each bin in `SigmaCurve.bins`; m. */
+export const SIGMA_BIN = { range: 0, sigma: 1, error: 2, used: 3, clipped: 4 } as const;
+export const SIGMA_BIN_STRIDE = 5;
+
+/** σ(ρ) of a sensor as estimated from scans taken standing. */
+export interface SigmaCurve {
+  growth: Growth;
+  scans: number;
+  stretches: number;
+  /** a, b, and the least σ to believe. */
+  coefficients: Float64Array;
+  /** Standard deviations of a and b. */
+  errors: Float64Array;
+  /** Misfit of the bins and its degrees of freedom. */
+  chiSquared: Float64Array;
+  bins: Float64Array;
+  curveRanges: Float64Array;
+  curveSigmas: Float64Array;
+  /** What the simulation drew its noise with; empty where nobody knows. */
+  truth: Float64Array;
 }
 
 export type Command =
   | { kind: "start"; setup: Setup; play: boolean }
-  | { kind: "replay"; name: string; bytes: ArrayBuffer; method: MethodName }
+  | { kind: "replay"; name: string; bytes: ArrayBuffer; method: MethodName; settings: SettingValues }
   | { kind: "play" }
   | { kind: "pause" }
   /** Advances to the next scan and pauses. */
@@ -46,8 +123,19 @@ export type Command =
   | { kind: "stop" }
   /** Ends reading a log, and a replay where it stands; what was mapped stays. */
   | { kind: "cancel" }
-  /** Whether frames carry what goes on inside the filter. */
-  | { kind: "inspect"; on: boolean }
+  /** Whether frames carry what goes on inside the filter, and whether with the matrix, which is long. */
+  | { kind: "inspect"; on: boolean; matrix: boolean }
+  /** Drive by the cycle, or continuously. */
+  | { kind: "cycle"; on: boolean }
+  /** Goes on to the end of the next stage of the cycle and pauses. */
+  | { kind: "stage" }
+  /** Settings that act at once: all that differ from their defaults. */
+  | { kind: "configure"; settings: SettingValues }
+  /** The settings that this sensor has, with these changes. */
+  | { kind: "settings"; sensor: SensorName; settings: SettingValues }
+  | { kind: "calibrate"; pairs: Pairs }
+  /** σ(ρ) from a log's scans taken standing, or from those of a simulated robot that stands. */
+  | { kind: "sigma"; growth: Growth }
   /** A trial of the simulated robot's drive controller. */
   | { kind: "bench"; trial: BenchTrial }
   | { kind: "save" }
@@ -109,6 +197,18 @@ export interface Status {
   /** Half length and half width of the robot, m. */
   halfLength: number;
   halfWidth: number;
+  /** Half the opening of a sonar's cone, rad; 0 for a ray of light. */
+  beamHalfAngle: number;
+}
+
+/** The cycle of TDK 2016 §6.3: scan standing, plan, one turn, one leg, again. */
+export interface Cycle {
+  /** Scans asked for so far. */
+  round: number;
+  /** Name of the newest stage; empty before the first. */
+  now: string;
+  /** In the order in which they are done; what each gave last, empty before. */
+  stages: readonly { readonly name: string; readonly text: string }[];
 }
 
 /** Grid blocks that changed since the frame before. */
@@ -180,7 +280,7 @@ export interface Inspection {
   robotRows: number;
   /** Landmarks in the order of their rows. */
   landmarks: Uint32Array;
-  /** Correlation coefficients, row by row, -1 to 1. */
+  /** Correlation coefficients, row by row, -1 to 1; empty where the matrix was not asked for. */
   coefficients: Float32Array;
   /** Lines of the scan, see SIGHTING. */
   sightings: Float64Array;
@@ -219,9 +319,17 @@ export interface Frame {
   gridAnew: boolean;
   /** x y of what the last scan hit. */
   scan: Float32Array | null;
+  /** x1 y1 x2 y2 of the lines found in it. */
+  found: Float32Array | null;
+  /** What the stages of the cycle gave; null where nothing changed. */
+  cycle: Cycle | null;
+  /** Whether the robot drives by the cycle. */
+  inCycle: boolean;
   lines: Float64Array | null;
   /** x1 y1 x2 y2 of the true walls. */
   truth: Float32Array | null;
+  /** Material of each of them: 0 opaque, 1 glass, 2 dark. */
+  materials: Uint8Array | null;
   /** x y radius of what walks about. */
   movers: Float32Array | null;
   /** x y of the legs still to drive. */
@@ -275,7 +383,7 @@ export interface SavedFile {
 
 export type Answer =
   /** The module is there, with these worlds and sensors. */
-  | { kind: "ready"; worlds: string[]; sensors: Named[] }
+  | { kind: "ready"; worlds: string[]; sensors: Named[]; presets: Preset[]; dataSheet: string }
   | { kind: "started"; run: number; source: SourceKind; title: string; method: MethodName; setup: Setup | null; playing: boolean }
   | Frame
   /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands still meanwhile. */
@@ -285,13 +393,18 @@ export type Answer =
   | { kind: "event"; run: number; time: number; level: LogLevel; text: string; topic?: string }
   | { kind: "saved"; files: SavedFile[] }
   | { kind: "bench"; response: BenchResponse }
+  | { kind: "settings"; settings: Setting[] }
+  /** A calibration, or what is wrong with the pairs. */
+  | { kind: "calibrated"; calibration: Calibration | null; error: string }
+  /** An estimate, or why there is none. */
+  | { kind: "sigma"; curve: SigmaCurve | null; error: string }
   /** Something could not be done; the state before stays. */
   | { kind: "failed"; text: string };
 
 /** The arrays of a frame that change hands. */
 export function transferables(frame: Frame): ArrayBuffer[] {
   const arrays = [
-    frame.grid?.index, frame.grid?.cells, frame.scan, frame.lines, frame.truth, frame.movers, frame.path, frame.rawPath, frame.tree,
+    frame.grid?.index, frame.grid?.cells, frame.scan, frame.found, frame.lines, frame.truth, frame.materials, frame.movers, frame.path, frame.rawPath, frame.tree,
     frame.frontiers, frame.trail, frame.samples, frame.inspection?.landmarks, frame.inspection?.coefficients, frame.inspection?.sightings,
     frame.inspection?.candidates, frame.inspection?.odometry,
   ];

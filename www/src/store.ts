@@ -1,15 +1,15 @@
 // What the page knows, and who wants to hear of changes. Components read it and send commands; nothing is computed here.
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
-import type { BenchResponse, Frame, Inspection, LogLevel, MethodName, Named, Setup, SourceKind, Status } from "./protocol.js";
+import type { BenchResponse, Calibration, Cycle, Frame, Inspection, LogLevel, MethodName, Named, Preset, Setting, Setup, SigmaCurve, SourceKind, Status } from "./protocol.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import { History } from "./history.js";
 
 export type Theme = "system" | "light" | "dark";
-export type Tab = "run" | "status" | "plots" | "filter" | "layers" | "log" | "";
+export type Tab = "run" | "status" | "plots" | "filter" | "settings" | "layers" | "log" | "";
 
 /** `moment` is told at most ten times a second; the rest at once. */
-export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench";
+export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma";
 
 export interface LogEntry {
   time: number;
@@ -49,7 +49,19 @@ export class Store {
   /** What the module offers; empty until it is there. */
   worlds: string[] = [];
   sensors: Named[] = [];
-  setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore" };
+  setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore", cycle: false, settings: {}, calibration: null };
+  /** What the present run was started from: settings that wait for a restart differ. */
+  started: Setup = this.setup;
+  /** The settings that there are for this sensor. */
+  settings: Setting[] = [];
+  presets: Preset[] = [];
+  /** Calibration pairs of the simulated rangers' data sheet, as text. */
+  dataSheet = "";
+  calibration: { fit: Calibration | null; error: string } = { fit: null, error: "" };
+  sigma: { curve: SigmaCurve | null; error: string } = { curve: null, error: "" };
+  /** Whether the robot drives by the cycle, and what its stages gave. */
+  inCycle = false;
+  cycle: Cycle | null = null;
   /** Of the present run. */
   method: MethodName = this.setup.method;
   /** Go to is chosen, and the next click on the map says where. */
@@ -57,7 +69,7 @@ export class Store {
   follow = false;
   threeTones = false;
   layers: Record<LayerName, boolean> = Object.fromEntries(
-    LAYERS.map((name) => [name, name !== "tree" && name !== "rawPath"]),
+    LAYERS.map((name) => [name, name !== "tree" && name !== "rawPath" && name !== "found"]),
   ) as Record<LayerName, boolean>;
   theme: Theme = "system";
   tab: Tab = "";
@@ -93,7 +105,9 @@ export class Store {
     this.status = frame.status;
     this.seq = frame.seq;
     if (frame.samples) this.history.append(frame.samples);
-    if (frame.inspection) this.set("inspection", { inspection: frame.inspection });
+    if (frame.inspection) this.set("inspection", { inspection: withMatrix(frame.inspection, this.inspection) });
+    if (frame.inCycle !== this.inCycle) this.set("run", { inCycle: frame.inCycle });
+    if (frame.cycle) this.set("cycle", { cycle: frame.cycle });
     const now = performance.now();
     const turned = before?.finished !== frame.status.finished || before.mode !== frame.status.mode;
     if (turned || !this.playing || now - this.#told >= 100) {
@@ -112,6 +126,13 @@ export class Store {
     this.log = [...rest, { ...entry, count: (earlier?.count ?? 0) + 1 }];
     this.tell("log");
   }
+}
+
+/** The matrix that was there before goes with its own landmarks: without a new one there is none. */
+function withMatrix(next: Inspection, before: Inspection | null): Inspection {
+  if (next.coefficients.length > 0 || !before) return next;
+  const { robotRows, landmarks, coefficients } = before;
+  return { ...next, robotRows, landmarks, coefficients };
 }
 
 /** Renders its host again when one of the topics is told. */

@@ -3,8 +3,9 @@
 // It paces the source (simulated seconds for each second), works in slices short enough that every message is heard within
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
-import init, { WebExperiment, WebLogReader, sensor_names, world_names } from "../pkg/slamlab_web.js";
-import { type Answer, type Clock, type Command, type Inspection, type MethodName, type Named, transferables } from "./protocol.js";
+import init, { WebExperiment, WebLogReader, WebSetup, calibrate, data_sheet, preset_list, sensor_names, setting_list, world_names } from "../pkg/slamlab_web.js";
+import { type Answer, type Clock, type Command, type Inspection, type MethodName, type Named, type Setup, transferables } from "./protocol.js";
+import { calibrationOf, listOf, presetOf, settingOf } from "./source/convert.js";
 import { ReplaySource } from "./source/replay.js";
 import { SimSource } from "./source/sim.js";
 import type { Source } from "./source/source.js";
@@ -50,8 +51,10 @@ let anchor = { wall: 0, time: 0 };
 /** The pace over the last second. */
 let pace = { wall: 0, time: 0, factor: NaN };
 let hashAt = -Infinity;
-let inspecting = false;
+let inspecting = { on: false, matrix: false };
 let inspectAt = -Infinity;
+/** Scans that the page has looked into. */
+let inspected = -1;
 let scheduled = false;
 const immediate = new MessageChannel();
 immediate.port1.onmessage = () => turn();
@@ -172,11 +175,12 @@ function show(): void {
   post(frame, transferables(frame));
 }
 
-/** Where somebody looks into the filter: a few times a second, and whenever the run stands. */
+/** Where somebody looks into the filter: after a scan, but a few times a second at most. */
 function inspection(source: Source, now: number): Inspection | null {
-  if (!inspecting || (playing && now - inspectAt < INSPECT_MILLIS)) return null;
+  if (!inspecting.on || inspected === source.version || (playing && now - inspectAt < INSPECT_MILLIS)) return null;
   inspectAt = now;
-  return source.inspect();
+  inspected = source.version;
+  return source.inspect(inspecting.matrix);
 }
 
 function clock(): Clock {
@@ -190,6 +194,7 @@ let began = 0;
 function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, "kind" | "run" | "source" | "title" | "method">): void {
   source?.close();
   source = next;
+  inspected = -1;
   run += 1;
   seq = 0;
   stale = true;
@@ -210,9 +215,7 @@ function handle(command: Command): void {
       if (reading) stopReading();
       const { setup } = command;
       try {
-        const world = setup.worldJson ?? setup.world;
-        const experiment = new WebExperiment(world, setup.worldJson !== null, setup.sensor, setup.seed, setup.method, setup.mode);
-        begin(new SimSource(experiment, setup), { setup, playing: command.play });
+        begin(new SimSource(new WebExperiment(setupOf(setup)), setup), { setup, playing: command.play });
       } catch (error) {
         refuse(setup.worldJson === null ? "" : setup.world, error);
       }
@@ -220,7 +223,7 @@ function handle(command: Command): void {
     }
     case "replay":
       if (reading) stopReading();
-      reading = { name: command.name, method: command.method, bytes: new Uint8Array(command.bytes), reader: new WebLogReader(command.method), at: 0, toldAt: -Infinity };
+      reading = { name: command.name, method: command.method, bytes: new Uint8Array(command.bytes), reader: new WebLogReader(command.method, ...listOf(command.settings)), at: 0, toldAt: -Infinity };
       schedule(true);
       break;
     case "play":
@@ -241,6 +244,30 @@ function handle(command: Command): void {
       speed = command.factor;
       rebase();
       schedule(true);
+      break;
+    case "stage":
+      setPlaying(false);
+      sim?.nextStage();
+      stale = true;
+      show();
+      break;
+    case "cycle":
+      if (!sim) break;
+      sim.setCycle(command.on);
+      stale = true;
+      show();
+      break;
+    case "configure":
+      sim?.configure(...listOf(command.settings));
+      break;
+    case "settings":
+      post({ kind: "settings", settings: setting_list(command.sensor, ...listOf(command.settings)).map(settingOf) });
+      break;
+    case "calibrate":
+      post({ kind: "calibrated", ...attempt("calibration", () => calibrationOf(calibrate(command.pairs.text, command.pairs.variable))) });
+      break;
+    case "sigma":
+      if (source) post({ kind: "sigma", ...attempt("curve", () => source?.estimateSigma(command.growth) ?? null) });
       break;
     case "explore":
     case "manual":
@@ -266,9 +293,10 @@ function handle(command: Command): void {
       }
       break;
     case "inspect":
-      inspecting = command.on;
+      inspecting = { on: command.on, matrix: command.matrix };
       inspectAt = -Infinity;
-      stale ||= inspecting;
+      inspected = -1;
+      stale ||= inspecting.on;
       show();
       break;
     case "bench":
@@ -282,6 +310,26 @@ function handle(command: Command): void {
       if (stale) show();
       break;
   }
+}
+
+function setupOf(setup: Setup): WebSetup {
+  const web = new WebSetup();
+  const [keys, values] = listOf(setup.settings);
+  return Object.assign(web, {
+    world: setup.worldJson ?? setup.world, is_file: setup.worldJson !== null, sensor: setup.sensor, seed: setup.seed, method: setup.method, mode: setup.mode,
+    cycle: setup.cycle, keys, values, calibration: setup.calibration?.text ?? "", variable: setup.calibration?.variable ?? "",
+  });
+}
+
+/** A result under its name, or in words why there is none: what was given is the giver's to mend. */
+function attempt<Name extends string, T>(name: Name, work: () => T): { [key in Name]: T | null } & { error: string } {
+  let [result, error] = [null as T | null, ""];
+  try {
+    result = work();
+  } catch (thrown) {
+    error = wordsOf(thrown);
+  }
+  return { [name]: result, error } as { [key in Name]: T | null } & { error: string };
 }
 
 /** What was given cannot be used: that is the giver's to mend, and no fault of the page. */
@@ -316,6 +364,6 @@ function sensors(): Named[] {
   return names.flatMap((name, i) => (i % 2 === 0 ? [{ name, title: names[i + 1] ?? name }] : []));
 }
 
-module.then(() => post({ kind: "ready", worlds: world_names(), sensors: sensors() }), (error: unknown) => {
+module.then(() => post({ kind: "ready", worlds: world_names(), sensors: sensors(), presets: preset_list().map(presetOf), dataSheet: data_sheet() }), (error: unknown) => {
   fail(new Error(`The simulator could not be loaded: ${wordsOf(error)}. Reload the page.`));
 });

@@ -4,10 +4,16 @@
 //! 2. [`page`] installs the locked npm packages and bundles the page into `www/dist`.
 //! 3. [`serve`] builds the bridge and becomes it.
 //! 4. [`check`] and [`suites`] run every check and every test, and end with a table of what passed ([`report`]).
+//! 5. [`browser_cost`] measures what the browser adds to the filter's work.
+//!
+//! [`measure`] prints figures that the bridge promises, and whether they hold.
 //!
 //! [`tools`] finds the programs all this needs, and says how to install a missing one.
 
+pub mod browser_cost;
 pub mod check;
+pub mod firmware;
+pub mod measure;
 pub mod page;
 pub mod report;
 pub mod serve;

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use xtask::wasm::Profile;
-use xtask::{check, page, serve, suites};
+use xtask::{check, measure, page, serve, suites};
 
 /// slamlab's commands.
 #[derive(Parser)]
@@ -39,6 +39,12 @@ enum Command {
         /// Only these suites; all of them if none is named
         #[arg(value_enum)]
         suites: Vec<suites::Suite>,
+    },
+    /// Measures what is promised: JSON, and success only if it holds
+    Report {
+        /// What to measure
+        #[arg(value_enum)]
+        promise: measure::Promise,
     },
 }
 
@@ -81,6 +87,7 @@ fn obey(command: Command) -> anyhow::Result<()> {
         }
         Command::Build { speed } => page::build(speed.profile()),
         Command::Check => check::all(),
+        Command::Report { promise } => measure::measure(promise),
         Command::Test { suites } => suites::run(&suites),
     }
 }

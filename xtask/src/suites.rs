@@ -7,7 +7,7 @@ use clap::ValueEnum;
 
 use crate::report::Report;
 use crate::wasm::Profile;
-use crate::{page, serve, tools};
+use crate::{firmware, page, serve, tools};
 
 /// A group of tests that runs by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -18,6 +18,8 @@ pub enum Suite {
     Wasm,
     /// The page in headless Chromium, served by the bridge, at desktop and phone size
     Page,
+    /// The robot's firmware in a simulated microcontroller; skipped where avr-gcc or what simavr is built from is missing
+    Firmware,
 }
 
 /// Runs the named suites, or all of them if none is named.
@@ -36,6 +38,7 @@ pub fn run(suites: &[Suite]) -> Result<()> {
             Suite::Native => report.step("native tests", native),
             Suite::Wasm => report.step("tests in the browser", wasm),
             Suite::Page => report.step("the page", the_page),
+            Suite::Firmware => report.step("the firmware", firmware::test),
         }
     }
     report.finish()

@@ -3,7 +3,7 @@
 use std::env;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus};
+use std::process::{Command, ExitStatus, Stdio};
 
 use anyhow::{Context, Result, bail};
 
@@ -133,6 +133,24 @@ pub fn run(command: &mut Command) -> Result<()> {
     Ok(())
 }
 
+/// Runs a command and returns what it prints on standard output.
+///
+/// # Errors
+/// If it cannot be started or fails; what it printed is told then.
+pub fn output(command: &mut Command) -> Result<String> {
+    let shown = shown(command);
+    eprintln!("$ {shown}");
+    let output = command
+        .stderr(Stdio::inherit())
+        .output()
+        .with_context(|| format!("cannot start `{shown}`"))?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    if !output.status.success() {
+        bail!("`{shown}` failed ({}):\n{text}", output.status);
+    }
+    Ok(text)
+}
+
 /// The command as a person would type it: the program's name and its arguments.
 fn shown(command: &Command) -> String {
     let program = Path::new(command.get_program());
@@ -148,7 +166,9 @@ fn need(what: &str, names: &[&str], install: &str) -> Result<PathBuf> {
     Ok(found)
 }
 
-fn in_path(name: &str) -> Option<PathBuf> {
+/// Where a program is, if it is in the path.
+#[must_use]
+pub fn in_path(name: &str) -> Option<PathBuf> {
     let endings: &[&str] = if cfg!(windows) {
         &[".exe", ".cmd"]
     } else {

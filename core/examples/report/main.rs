@@ -21,6 +21,7 @@ mod errand;
 mod heading;
 mod line_fit;
 mod outcome;
+mod planners;
 mod ray_cast;
 mod scenes;
 mod score;
@@ -43,6 +44,7 @@ const REPORTS: &[Entry] = &[
     ("ekf-consistency", ekf_consistency::measure),
     ("ekf-cost", ekf_cost::measure),
     ("line-fit", line_fit::measure),
+    ("planners", planners::measure),
     ("ray-cast", ray_cast::measure),
     ("split-merge", split_merge::measure),
 ];

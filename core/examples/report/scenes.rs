@@ -15,17 +15,10 @@ use slamlab_core::points::{Beam, Points};
 use slamlab_core::robot::Stamp;
 
 use crate::line_fit::normal;
+use crate::score::Scene;
 
 pub(crate) const BEAMS: usize = 360;
 const WILD: f64 = 0.01;
-
-/// A scan and its truth.
-pub(crate) struct Scene {
-    pub(crate) points: Points,
-    /// The flat wall that each beam hit, and where; `None` for pillars and wild beams.
-    pub(crate) truth: Vec<Option<(usize, Point2<f64>)>>,
-    pub(crate) sigma: f64,
-}
 
 impl Scene {
     pub(crate) fn drawn(seed: u64, sigma: f64) -> Self {

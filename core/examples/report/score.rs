@@ -10,12 +10,21 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Point2;
 use slamlab_core::features::LineFeature;
-
-use crate::scenes::Scene;
+use slamlab_core::points::Points;
 
 const MIN_BEAMS: usize = 7;
 const MIN_LENGTH: f64 = 0.5;
+
+/// A scan of a full circle and its truth.
+pub(crate) struct Scene {
+    pub(crate) points: Points,
+    /// The flat wall that each beam hit, and where; `None` for pillars and wild beams.
+    pub(crate) truth: Vec<Option<(usize, Point2<f64>)>>,
+    /// Standard deviation of the ranges, m.
+    pub(crate) sigma: f64,
+}
 
 /// Counts over many scenes.
 #[derive(Default)]

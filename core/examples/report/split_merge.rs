@@ -24,8 +24,8 @@ use slamlab_core::points::SpacingModel;
 
 use crate::Args;
 use crate::outcome::Outcome;
-use crate::scenes::{BEAMS, Scene};
-use crate::score::Score;
+use crate::scenes::BEAMS;
+use crate::score::{Scene, Score};
 
 const CENTIMETRES: std::ops::RangeInclusive<u32> = 1..=10;
 /// So many rules of [`rules`] keep the same lines.

@@ -22,7 +22,8 @@ use crate::robot::RobotModel;
 pub struct SafeConfig {
     /// Distance kept between the robot's disc and obstacles, m. Default 0.018: below what planned paths keep.
     pub gap: f64,
-    /// Time from a command to its effect, s. Default 0.15: a tick, a scan, and the motors.
+    /// Time from what is seen to an effect, s. Default 0.3: a tick, a revolution of a lidar, and the motors. What stands still
+    /// asks for half of that, since odometry moves its points along; a person who comes nearer meanwhile for all of it.
     pub reaction: f64,
     /// Part of the robot's acceleration that braking counts on. Default 0.7.
     pub braking: f64,
@@ -34,7 +35,7 @@ impl Default for SafeConfig {
     fn default() -> Self {
         Self {
             gap: 0.018,
-            reaction: 0.15,
+            reaction: 0.3,
             braking: 0.7,
             stale_after: 0.5,
         }

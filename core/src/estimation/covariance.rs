@@ -94,23 +94,35 @@ impl Covariance {
             product.clear();
             product.resize(self.n(), 0.0);
         }
-        for (state, h) in h {
-            let column = self.settled.column(*state);
-            for ((a, b), p) in first.iter_mut().zip(second.iter_mut()).zip(column) {
-                *a += h[0] * p;
-                *b += h[1] * p;
-            }
+        for neighbours in h.chunk_by(|a, b| a.0 + 1 == b.0) {
+            self.add_neighbours(neighbours, first, second);
         }
-        for w in self.vectors() {
+        let mut factors = [[0.0; 2]; MOST];
+        for (factors, w) in factors.iter_mut().zip(self.vectors()) {
             let by = |axis: usize| -> f64 {
                 h.iter()
                     .map(|(state, h)| w.get(*state).map_or(f64::NAN, |w| w * h[axis]))
                     .sum()
             };
-            let (by_first, by_second) = (by(0), by(1));
-            for ((a, b), w) in first.iter_mut().zip(second.iter_mut()).zip(w) {
-                *a -= by_first * w;
-                *b -= by_second * w;
+            *factors = [by(0), by(1)];
+        }
+        let (n, waiting) = (self.n(), &self.waiting);
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || subtract_multiples(waiting, n, &factors, first, second),
+        );
+    }
+
+    /// Adds columns that stand side by side, two or three at a time.
+    fn add_neighbours(&self, columns: &[Column], first: &mut [f64], second: &mut [f64]) {
+        match columns {
+            [] => {}
+            [a] => self.settled.add_columns(a.0, &[a.1], first, second),
+            [a, b] => self.settled.add_columns(a.0, &[a.1, b.1], first, second),
+            [a, b, c, rest @ ..] => {
+                self.settled
+                    .add_columns(a.0, &[a.1, b.1, c.1], first, second);
+                self.add_neighbours(rest, first, second);
             }
         }
     }
@@ -149,6 +161,52 @@ impl Covariance {
     fn vectors(&self) -> impl Iterator<Item = &[f64]> {
         self.waiting.chunks_exact(self.n())
     }
+}
+
+/// `first` -= Σ f₀ w and `second` -= Σ f₁ w over the vectors w of `n` numbers each: a few numbers at a time stay in registers
+/// while all vectors are taken off.
+#[inline(always)]
+fn subtract_multiples(
+    vectors: &[f64],
+    n: usize,
+    factors: &[[f64; 2]; MOST],
+    first: &mut [f64],
+    second: &mut [f64],
+) {
+    let parts = first.chunks_mut(TILE).zip(second.chunks_mut(TILE));
+    for (index, (first, second)) in parts.enumerate() {
+        let own = vectors.chunks_exact(n).zip(factors);
+        let own = own.filter_map(|(w, f)| Some((w.get(TILE * index..)?, f)));
+        if let (Some(a), Some(b)) = (first.as_mut_array(), second.as_mut_array()) {
+            subtract_from_tile(own, a, b);
+            continue;
+        }
+        for (w, [by_first, by_second]) in own {
+            for ((a, b), w) in first.iter_mut().zip(second.iter_mut()).zip(w) {
+                *a -= by_first * w;
+                *b -= by_second * w;
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn subtract_from_tile<'a>(
+    vectors: impl Iterator<Item = (&'a [f64], &'a [f64; 2])>,
+    first: &mut [f64; TILE],
+    second: &mut [f64; TILE],
+) {
+    let (mut a, mut b) = (*first, *second);
+    for (w, [by_first, by_second]) in vectors {
+        let Some(w) = w.first_chunk::<TILE>() else {
+            break;
+        };
+        for lane in 0..TILE {
+            a[lane] -= by_first * w[lane];
+            b[lane] -= by_second * w[lane];
+        }
+    }
+    (*first, *second) = (a, b);
 }
 
 #[cfg(test)]

@@ -132,6 +132,11 @@ impl EkfSlam {
         })
     }
 
+    /// Other settings from the next scan on; what was known beforehand of the odometry is in the state already.
+    pub fn reconfigure(&mut self, config: EkfConfig) {
+        self.config = config;
+    }
+
     /// The pose in the map frame, at the end of the last odometry.
     #[must_use]
     pub fn estimate(&self) -> PoseEstimate {

@@ -3,7 +3,8 @@
 //! In: odometry and scans. Out: the pose with its covariance, the trajectory, the grid.
 //!
 //! 1. Odometry since the last scan says where to look; the scan's oriented points are matched to the running submap
-//!    ([`match_to_surfels`]), with odometry's own covariance as the prior.
+//!    ([`match_to_surfels`]), with odometry's own covariance as the prior. Along a direction that the scan says nothing of,
+//!    a corridor's, odometry stands alone, and its covariance gathers until a scan fixes the direction again.
 //! 2. After some way or turn the scan becomes a keyframe: it is added to the submap and drawn into the grid.
 //! 3. After some keyframes the submap is closed and a new one begun, seeded with the last keyframes, so that there is
 //!    always a map to match to. Poses are kept relative to their submap: moving a submap moves all that was seen in it.
@@ -14,21 +15,22 @@
 
 mod canvas;
 mod config;
+mod local;
 mod loops;
 #[cfg(test)]
 mod tests;
 
 use std::collections::VecDeque;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
 use self::canvas::{Keyframe, Redraw};
 use super::pose_graph::PoseGraph;
 use super::submap::ClosedSubmap;
 use crate::geom::{Pose2, PoseEstimate, symmetrize};
-use crate::map::{Grid, LikelihoodPyramid, SurfelMap};
+use crate::map::{Grid, SurfelMap};
 use crate::points::{OrientedPoint, Points, oriented_points};
-use crate::registration::{Prior, Registration, Verdict, match_to_surfels, search};
+use crate::registration::{Registration, Verdict};
 use crate::robot::{Odometry, Stamp};
 
 pub use self::config::{ScanMatcherConfig, ScanMatcherError};
@@ -50,7 +52,8 @@ pub struct ScanMatcher {
     submaps: Vec<Submap>,
     running: SurfelMap,
     submap_from_robot: Pose2,
-    /// Covariance of the pose in the running submap: of the last match, or carried on by odometry since then.
+    /// Covariance of the pose in the running submap since the last keyframe: of the last match, and of odometry where that
+    /// said nothing.
     local_cov: Matrix3<f64>,
     /// Whether the last scan could not be matched, so that odometry alone tells the pose.
     is_blind: bool,
@@ -102,52 +105,7 @@ impl ScanMatcher {
     ///
     /// # Errors   [`ScanMatcherError`], naming the first field out of range.
     pub fn new(config: ScanMatcherConfig) -> Result<Self, ScanMatcherError> {
-        let check = |field, value: f64, low: f64, high: f64, expected| {
-            if value >= low && value <= high {
-                Ok(())
-            } else {
-                Err(ScanMatcherError::Config {
-                    field,
-                    value,
-                    expected,
-                })
-            }
-        };
-        check(
-            "keyframe_distance",
-            config.keyframe_distance,
-            0.01,
-            10.0,
-            "from 0.01 to 10 m",
-        )?;
-        check(
-            "keyframe_turn",
-            config.keyframe_turn,
-            0.01,
-            3.2,
-            "from 0.01 to 3.2 rad",
-        )?;
-        check(
-            "surfels.cell",
-            config.surfels.cell,
-            0.01,
-            0.5,
-            "from 0.01 to 0.5 m",
-        )?;
-        check(
-            "surfels.reach",
-            config.surfels.reach,
-            0.01,
-            2.0,
-            "from 0.01 to 2 m",
-        )?;
-        check(
-            "submap_keyframes",
-            config.submap_keyframes as f64,
-            2.0,
-            1e4,
-            "from 2 to 10000",
-        )?;
+        config.validate()?;
         let mut graph = PoseGraph::default();
         graph.add_pose(Pose2::identity());
         Ok(Self {
@@ -182,8 +140,14 @@ impl ScanMatcher {
         });
     }
 
-    /// Takes the points of a scan, in the robot frame at the end of the newest odometry.
+    /// Takes the points of a scan that was taken at once, in the robot frame at the end of the newest odometry.
     pub fn update(&mut self, points: &Points) -> MatchReport {
+        self.update_swept(points, &vec![points.bearing_sigma; points.beams.len()])
+    }
+
+    /// Takes the points of a scan, in the robot frame at the end of the newest odometry. `sigmas` tell how well the direction of
+    /// each beam is known in that frame, rad, in the order of `points.beams`: beams that were taken earlier are known worse.
+    pub fn update_swept(&mut self, points: &Points, sigmas: &[f64]) -> MatchReport {
         let surfaces = oriented_points(points, &self.config.oriented);
         let moved = self
             .pending
@@ -195,12 +159,12 @@ impl ScanMatcher {
             self.match_running(&surfaces, &predicted.pose, &prior)
         });
         let matched = registration.filter(|r| !matches!(r.verdict, Verdict::TooFewPoints { .. }));
-        let local = matched.map_or(predicted, |r| r.estimate);
+        let local = matched.map_or(predicted, |r| self.corrected(&r, &predicted));
         (self.submap_from_robot, self.local_cov) = (local.pose, local.cov);
         self.is_blind = matched.is_none();
         let keyframe = self.is_new_place(registration.map_or(1.0, |r| r.overlap));
         if keyframe {
-            self.add_keyframe(points, surfaces);
+            self.add_keyframe(points, sigmas, surfaces);
         }
         self.track.push(TrackPoint {
             stamp: points.stamp,
@@ -281,79 +245,6 @@ impl ScanMatcher {
             .map_or_else(Pose2::identity, |s| s.map_from_submap)
     }
 
-    /// Matches to the running submap; where too little fits, looks around for a pose that fits better: odometry may
-    /// have slipped.
-    fn match_running(
-        &self,
-        surfaces: &[OrientedPoint],
-        predicted: &Pose2,
-        prior: &Prior,
-    ) -> Registration {
-        let config = &self.config;
-        let found = match_to_surfels(surfaces, &self.running, predicted, prior, &config.matching);
-        if found.overlap >= config.lost_below {
-            return found;
-        }
-        let places = self.running.surfels().iter().map(|s| s.position);
-        let points: Vec<_> = surfaces.iter().map(|s| s.position).collect();
-        let candidate = LikelihoodPyramid::new(places, 0.05, 0.05, 5)
-            .and_then(|map| search(&points, &map, predicted, &config.lost_window, 0.2));
-        let Some(candidate) = candidate else {
-            return found;
-        };
-        let weak = Prior {
-            pose: candidate.pose,
-            information: prior.information * 0.01,
-        };
-        let again = match_to_surfels(
-            surfaces,
-            &self.running,
-            &candidate.pose,
-            &weak,
-            &config.matching,
-        );
-        if again.overlap > found.overlap + 0.1 && again.inliers >= config.matching.min_points {
-            again
-        } else {
-            found
-        }
-    }
-
-    /// The pose in the running submap by odometry alone.
-    fn carried_on(&self, moved: &Odometry) -> PoseEstimate {
-        let before = Odometry {
-            from: moved.from,
-            to: moved.from,
-            motion: self.submap_from_robot,
-            cov: self.local_cov,
-        };
-        let now = before.then(moved);
-        PoseEstimate {
-            pose: now.motion,
-            cov: now.cov,
-        }
-    }
-
-    /// What odometry says since the last match; the pose at that match is the map's, and not doubted here.
-    fn prior(&self, predicted: &PoseEstimate, moved: &Odometry) -> Prior {
-        let (cos, sin) = self.submap_from_robot.cos_sin();
-        let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
-        let since_match = if self.is_blind {
-            predicted.cov
-        } else {
-            turned * moved.cov * turned.transpose()
-        };
-        let (way, turn) = (self.config.odometry_sigma, self.config.odometry_turn_sigma);
-        let floor = Vector3::new(way * way, way * way, turn * turn);
-        let cov = since_match + Matrix3::from_diagonal(&floor);
-        // A covariance that odometry spoilt says nothing.
-        let information = cov.try_inverse().unwrap_or_else(Matrix3::zeros);
-        Prior {
-            pose: predicted.pose,
-            information,
-        }
-    }
-
     /// Where little of the scan is known already, as behind a door, the map must grow sooner.
     fn is_new_place(&self, overlap: f64) -> bool {
         let part = if overlap < self.config.new_below {
@@ -368,7 +259,7 @@ impl ScanMatcher {
         })
     }
 
-    fn add_keyframe(&mut self, points: &Points, surfaces: Vec<OrientedPoint>) {
+    fn add_keyframe(&mut self, points: &Points, sigmas: &[f64], surfaces: Vec<OrientedPoint>) {
         if self
             .submaps
             .last()
@@ -385,14 +276,14 @@ impl ScanMatcher {
         while self.recent.len() > self.config.overlap_keyframes {
             self.recent.pop_front();
         }
-        let keyframe = self.keyframe_of(points);
+        let keyframe = self.keyframe_of(points, sigmas);
         let map_from_robot = self.map_from_running() * at;
         keyframe.draw(&mut self.grid, &map_from_robot);
         self.keyframes.push(keyframe);
         self.last_keyframe = Some(at);
         // Carried on by odometry, the local covariance holds the whole way since the last match already.
         if !self.is_blind {
-            self.way_cov += self.local_cov;
+            self.way_cov += std::mem::take(&mut self.local_cov);
         }
         if let Some(submap) = self.submaps.last_mut() {
             submap.own_keyframes += 1;

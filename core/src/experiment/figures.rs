@@ -5,7 +5,7 @@ use crate::estimation::{ConsistencyWindow, UpdateReport, ate_rmse};
 use crate::geom::{Pose2, PoseEstimate, wrap};
 use crate::map::CellState;
 use crate::robot::Stamp;
-use crate::sim::ReachableArea;
+use crate::sim::{Contacts, ReachableArea};
 
 /// Poses at one scan, map frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,8 +80,8 @@ pub struct Figures {
     pub sim_seconds: f64,
     /// Part of the reachable area that is known, 0 to 1.
     pub explored_fraction: f64,
-    /// How often the robot touched something.
-    pub contacts: u32,
+    /// How often the robot touched something, and who came.
+    pub contacts: Contacts,
     /// Distance of the estimated from the true position now, m.
     pub position_error: f64,
     /// Difference of the headings now, rad, not negative.
@@ -116,7 +116,7 @@ impl Experiment {
         Figures {
             sim_seconds: self.sim.stamp().seconds(),
             explored_fraction: self.explored_fraction(area),
-            contacts: self.sim.contacts(),
+            contacts: self.sim.contact_counts(),
             position_error: (truth.position() - estimate.position()).norm(),
             heading_error: wrap(truth.heading() - estimate.heading()).abs(),
             odometry_error: (truth.position() - self.dead_reckoning.position()).norm(),

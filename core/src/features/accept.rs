@@ -9,6 +9,7 @@ use super::columns::Columns;
 use super::config::AcceptConfig;
 use super::fit::{Fit, fit_columns};
 use super::piece::Piece;
+use crate::geom::chi2_quantile;
 
 /// The line of a piece; `None` where it is refused.
 pub(super) fn accept(
@@ -30,33 +31,11 @@ pub(super) fn accept(
     piece.start = first;
     piece.end = last + 1;
     let fit = fit_columns(columns, &piece).ok()?;
+    let degrees = fit.n_points.saturating_sub(2).max(1) as f64;
     let is_wall = fit.n_points >= config.min_points.max(3)
         && (fit.ends[1] - fit.ends[0]).norm() >= config.min_length
         && fit.cov[(0, 0)] <= config.max_alpha_sigma * config.max_alpha_sigma
-        && fit.chi2 <= chi2_limit(fit.n_points - 2, config.max_chi2_sigmas)
+        && fit.chi2 <= chi2_quantile(degrees, config.max_chi2_sigmas)
         && fit.bend <= config.max_bend_sigmas;
     is_wall.then_some(fit)
-}
-
-/// The value that χ² with `dof` degrees of freedom exceeds as seldom as a normal variable exceeds `sigmas`.
-///
-/// Source: Wilson & Hilferty (1931), "The distribution of chi-square".
-fn chi2_limit(dof: usize, sigmas: f64) -> f64 {
-    let dof = dof.max(1) as f64;
-    let spread = 2.0 / (9.0 * dof);
-    let root = 1.0 - spread + sigmas * spread.sqrt();
-    dof * root * root * root
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn chi2_limits_are_those_of_the_tables() {
-        // 99.9 % quantiles.
-        for (dof, quantile) in [(4, 18.467), (10, 29.588), (50, 86.661)] {
-            assert!((chi2_limit(dof, 3.0902) - quantile).abs() < 0.02 * quantile);
-        }
-    }
 }

@@ -41,7 +41,8 @@ impl Classic {
                 Some((corner, distance)) if distance > self.threshold => {
                     // The earlier part is taken first.
                     let [earlier, later] = piece.split_after(columns, corner);
-                    stack.extend([later, earlier]);
+                    stack.push(later);
+                    stack.push(earlier);
                 }
                 _ if piece.n_points() >= 3 => pieces.push(piece),
                 _ => {}

@@ -43,6 +43,7 @@ pub(super) struct Columns {
     var_across: Vec<f64>,
     number: Vec<f64>,
     keep: Vec<f64>,
+    n_dropped: usize,
     /// Sums over all points before each one, kept or not.
     prefix: Vec<Moments>,
 }
@@ -70,6 +71,7 @@ impl Columns {
     /// Empties the columns and makes room for `n_points`.
     pub(super) fn reset(&mut self, n_points: usize, noise: Noise) {
         self.len = 0;
+        self.n_dropped = 0;
         self.noise = noise;
         self.largest = f64x4::ZERO;
         self.smallest = f64x4::splat(f64::INFINITY);
@@ -216,7 +218,14 @@ impl Columns {
     pub(super) fn drop_point(&mut self, index: usize) {
         if let Some(keep) = self.keep.get_mut(index) {
             *keep = 0.0;
+            self.n_dropped += 1;
         }
+    }
+
+    /// Whether no point at all was left out.
+    #[inline]
+    pub(super) fn all_kept(&self) -> bool {
+        self.n_dropped == 0
     }
 
     /// The points of a range that were not left out.
@@ -370,5 +379,7 @@ pub(super) fn total(lanes: f64x4) -> f64 {
 #[inline(always)]
 pub(super) fn greatest(lanes: f64x4) -> f64 {
     let [a, b, c, d] = lanes.to_array();
-    a.max(b).max(c.max(d))
+    // `f64::max` also looks for NaN, of which there is none.
+    let greater = |a: f64, b: f64| if a > b { a } else { b };
+    greater(greater(a, b), greater(c, d))
 }

@@ -56,7 +56,8 @@ impl NoiseAware {
             } else if let Some((corner, _)) = piece.farthest_from_chord(columns) {
                 // The earlier part is taken first.
                 let [earlier, later] = piece.split_after(columns, corner);
-                stack.extend([later, earlier]);
+                stack.push(later);
+                stack.push(earlier);
             }
         }
     }

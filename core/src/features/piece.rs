@@ -54,13 +54,22 @@ impl Piece {
 
     /// Both parts of the piece, the second beginning after `corner`.
     pub(super) fn split_after(&self, columns: &Columns, corner: usize) -> [Self; 2] {
-        [self.start..corner + 1, corner + 1..self.end].map(|range| {
-            let mut part = Self::whole(columns, range.clone());
-            for index in range.filter(|&index| !columns.is_kept(index)) {
-                part.moments = part.moments.minus(&columns.moments_of(index));
-            }
-            part
-        })
+        [
+            Self::kept_of(columns, self.start..corner + 1),
+            Self::kept_of(columns, corner + 1..self.end),
+        ]
+    }
+
+    /// The points of a range that were not left out.
+    fn kept_of(columns: &Columns, range: Range<usize>) -> Self {
+        let mut part = Self::whole(columns, range.clone());
+        if columns.all_kept() {
+            return part;
+        }
+        for index in range.filter(|&index| !columns.is_kept(index)) {
+            part.moments = part.moments.minus(&columns.moments_of(index));
+        }
+        part
     }
 
     /// The kept point, neither the first nor the last, that is farthest from the line through these two, and how far, m.
@@ -98,21 +107,24 @@ fn farthest(
     let distances = |x: f64x4, y: f64x4, keep: f64x4| {
         ((nx * x + ny * y - r).abs() + f64x4::ONE) * keep - f64x4::ONE
     };
-    let (mut best, mut best_block) = (-1.0, None);
+    // Each lane has its own farthest point and the block in which it stands.
+    let (mut best, mut best_block) = (f64x4::splat(-1.0), f64x4::splat(-1.0));
     let start = range.start;
     let blocks = columns.blocks(range);
     for block in 0..blocks.len() {
         let b = blocks.at(block);
         let found = distances(b.x, b.y, b.keep);
-        let greatest = greatest(found);
-        if greatest > best {
-            best = greatest;
-            best_block = Some((start + LANES * block, found));
-        }
+        let is_farther = found.simd_gt(best);
+        best = is_farther.select(found, best);
+        best_block = is_farther.select(f64x4::splat(block as f64), best_block);
     }
-    let (index, found) = best_block?;
-    let lane = (found.to_array().iter()).position(|&d| d >= best);
-    Some(index + lane.unwrap_or(LANES))
+    let most = greatest(best);
+    let lanes = best.to_array().into_iter().zip(best_block.to_array());
+    let indices = lanes.enumerate().filter_map(|(lane, (distance, block))| {
+        let is_best = distance >= most && block >= 0.0;
+        is_best.then(|| start + LANES * block as usize + lane)
+    });
+    indices.min()
 }
 
 /// The greatest distance of a kept point from a line, m.

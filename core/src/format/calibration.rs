@@ -8,10 +8,11 @@
 //! ```
 //!
 //! Fields are parted by commas, semicolons, tabs or blanks; `#` begins a comment. A first line of words names the columns: the
-//! first `range_m` (also without a header), `range_cm` or `range_mm`, the second `volts`. Whether the pairs make sense is
-//! judged by [`crate::robot::Characteristic::fit`].
+//! first `range_m` (also without a header), `range_cm` or `range_mm`, the second `volts`, `millivolts` or `adc`: counts of the
+//! RP6's converter. Whether the pairs make sense is judged by [`crate::robot::Characteristic::fit`]; [`fit`] says the line of
+//! one that does not.
 
-use crate::robot::CalibrationPair;
+use crate::robot::{Adc, CalibrationPair, Characteristic, CharacteristicError, Fit, Variable};
 
 /// Most pairs that are read.
 const MOST_PAIRS: usize = 10_000;
@@ -48,7 +49,7 @@ pub enum CalibrationFileError {
     },
     /// A header of other columns.
     #[error(
-        "calibration, line {line}: columns `{found}`, expected range_m, range_cm or range_mm, and volts"
+        "calibration, line {line}: columns `{found}`, expected range_m, range_cm or range_mm, and volts, millivolts or adc"
     )]
     Header {
         /// Line, from 1.
@@ -56,6 +57,17 @@ pub enum CalibrationFileError {
         /// What stands there.
         found: String,
     },
+    /// A pair that cannot be one, or that does not fit the one before.
+    #[error("calibration, line {line}: {source}")]
+    Pair {
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong with it.
+        source: CharacteristicError,
+    },
+    /// Pairs that settle no characteristic.
+    #[error(transparent)]
+    Characteristic(CharacteristicError),
     /// Absurdly many pairs.
     #[error("calibration, line {line}: more than {MOST_PAIRS} pairs")]
     TooMany {
@@ -68,12 +80,41 @@ pub enum CalibrationFileError {
 ///
 /// # Errors    [`CalibrationFileError`], with the line. Never panics, whatever the bytes.
 pub fn read(bytes: &[u8]) -> Result<Vec<CalibrationPair>, CalibrationFileError> {
+    Ok(read_lines(bytes)?
+        .into_iter()
+        .map(|(_, pair)| pair)
+        .collect())
+}
+
+/// Reads pairs and fits a characteristic to them.
+///
+/// # Errors    [`CalibrationFileError`], with the line where one is at fault.
+pub fn fit(
+    bytes: &[u8],
+    variable: Variable,
+) -> Result<(Vec<CalibrationPair>, Fit), CalibrationFileError> {
+    let (lines, pairs): (Vec<usize>, Vec<CalibrationPair>) = read_lines(bytes)?.into_iter().unzip();
+    match Characteristic::fit(&pairs, variable) {
+        Ok(fit) => Ok((pairs, fit)),
+        Err(source) => Err(match &source {
+            CharacteristicError::Value { pair, .. }
+            | CharacteristicError::OutOfOrder { pair, .. } => {
+                let line = lines.get(pair.saturating_sub(1)).copied().unwrap_or(1);
+                CalibrationFileError::Pair { line, source }
+            }
+            _ => CalibrationFileError::Characteristic(source),
+        }),
+    }
+}
+
+/// The pairs, each with its line.
+fn read_lines(bytes: &[u8]) -> Result<Vec<(usize, CalibrationPair)>, CalibrationFileError> {
     let text = std::str::from_utf8(bytes).map_err(|e| CalibrationFileError::Text {
         at: e.valid_up_to(),
     })?;
     // Spreadsheets put a byte-order mark first.
     let text = text.trim_start_matches('\u{feff}');
-    let (mut pairs, mut metres, mut is_first) = (Vec::new(), 1.0, true);
+    let (mut pairs, mut columns, mut is_first) = (Vec::new(), Columns::default(), true);
     for (index, content) in text.lines().enumerate() {
         let line = index + 1;
         let fields = fields(content);
@@ -86,16 +127,17 @@ pub fn read(bytes: &[u8]) -> Result<Vec<CalibrationPair>, CalibrationFileError> 
         };
         let is_header = std::mem::take(&mut is_first) && volts.starts_with(char::is_alphabetic);
         if is_header && number(line, "volts", volts).is_err() {
-            metres = unit(line, range, volts)?;
+            columns = Columns::named(line, range, volts)?;
             continue;
         }
         if pairs.len() == MOST_PAIRS {
             return Err(CalibrationFileError::TooMany { line });
         }
-        pairs.push(CalibrationPair {
-            range: metres * number(line, "range", range)?,
-            volts: number(line, "volts", volts)?,
-        });
+        let pair = CalibrationPair {
+            range: columns.metres * number(line, "range", range)?,
+            volts: columns.volts(number(line, columns.second, volts)?),
+        };
+        pairs.push((line, pair));
     }
     Ok(pairs)
 }
@@ -107,16 +149,51 @@ fn fields(line: &str) -> Vec<&str> {
     parted.filter(|field| !field.is_empty()).collect()
 }
 
-/// Metres of the unit that the header names.
-fn unit(line: usize, range: &str, volts: &str) -> Result<f64, CalibrationFileError> {
-    match (range, volts) {
-        ("range_m", "volts") => Ok(1.0),
-        ("range_cm", "volts") => Ok(0.01),
-        ("range_mm", "volts") => Ok(0.001),
-        _ => Err(CalibrationFileError::Header {
-            line,
-            found: quote(&format!("{range}, {volts}")),
-        }),
+/// What the columns hold.
+#[derive(Clone, Copy)]
+struct Columns {
+    /// Metres of one unit of the first.
+    metres: f64,
+    /// Name of the second.
+    second: &'static str,
+}
+
+impl Default for Columns {
+    fn default() -> Self {
+        Self {
+            metres: 1.0,
+            second: "volts",
+        }
+    }
+}
+
+impl Columns {
+    fn named(line: usize, range: &str, volts: &str) -> Result<Self, CalibrationFileError> {
+        let metres = match range {
+            "range_m" => Some(1.0),
+            "range_cm" => Some(0.01),
+            "range_mm" => Some(0.001),
+            _ => None,
+        };
+        let second = ["volts", "millivolts", "adc"];
+        let second = second.into_iter().find(|name| *name == volts);
+        let (Some(metres), Some(second)) = (metres, second) else {
+            return Err(CalibrationFileError::Header {
+                line,
+                found: quote(&format!("{range}, {volts}")),
+            });
+        };
+        Ok(Self { metres, second })
+    }
+
+    /// Volts of a number of the second column.
+    fn volts(&self, number: f64) -> f64 {
+        match self.second {
+            "millivolts" => 1e-3 * number,
+            // The middle of the volts that give this count, as `Adc::volts`; here a mean of several counts has a fraction.
+            "adc" => (number + 0.5) * Adc::rp6().step(),
+            _ => number,
+        }
     }
 }
 
@@ -156,6 +233,35 @@ mod tests {
         expect("# by ruler\nrange_cm; volts\n\n10; 2.28 # dark board\n20;1.30\n");
         expect("range_mm\tvolts\n100\t2.28\n200\t1.30\n");
         assert_eq!(read(b""), Ok(vec![]));
+    }
+
+    #[test]
+    fn counts_of_the_converter_become_volts() {
+        let pairs = read(b"range_cm adc\n10 466\n20 266.5").unwrap();
+        assert!((pairs[0].volts - Adc::rp6().volts(466)).abs() < 1e-12);
+        assert!((pairs[1].volts - 267.0 * 5.0 / 1024.0).abs() < 1e-12);
+        let pairs = read(b"range_mm,millivolts\n100,2280\n200,1300").unwrap();
+        assert!((pairs[0].volts - 2.28).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_pair_that_cannot_be_is_named_by_its_line() {
+        let good = "range_cm;volts\n# ruler\n10;2.28\n20;1.30\n30;0.90\n40;0.75\n50;0.60\n60;0.50\n70;0.45\n80;0.40\n";
+        let (pairs, fitted) = fit(good.as_bytes(), Variable::PerVolt).unwrap();
+        assert_eq!(pairs.len(), 8);
+        assert!(fitted.sigma < 0.02, "{}", fitted.sigma);
+        let message = |from: &str, to: &str| {
+            let text = good.replace(from, to);
+            fit(text.as_bytes(), Variable::PerVolt)
+                .unwrap_err()
+                .to_string()
+        };
+        let turned = message("40;0.75", "40;0.95");
+        assert!(turned.starts_with("calibration, line 6: "), "{turned}");
+        assert!(turned.contains("fewer volts"), "{turned}");
+        assert!(message("20;1.30", "20;-1").contains("line 4: calibration pair 2: volts is -1"));
+        let few = fit(b"10 2\n20 1", Variable::Volts).unwrap_err().to_string();
+        assert!(few.contains("2 pairs, expected at least 7"), "{few}");
     }
 
     #[test]

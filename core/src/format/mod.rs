@@ -2,6 +2,7 @@
 
 pub mod calibration;
 pub mod carmen;
+pub mod firmware_header;
 pub mod map_server;
 pub mod relations;
 mod rows;

@@ -29,25 +29,23 @@
 //! | `sensor` | optional: `lidar` (default), `sick`, `rangers` or `sonar` |
 //! | `seed` | optional: whole number, default 1 |
 //! | `obstacles` | `polyline` (`points`, optional `closed`), `polygon` (`points`), `rectangle` (`centre`, `size`, optional `angle`), `circle` (`centre`, `radius`); each with an optional `material`: `opaque` (default), `glass`, `dark` |
+//! | `doors` | optional: `from`, `to` (ends of the shut leaf), optional `open` at time 0 (default false), optional `switches`: rising times, s, at each of which it opens or shuts |
 //! | `movers` | optional: `waypoints`, `speed`, `radius`, optional `closed`, optional `pause` at each way-point, s |
 //!
 //! A field that is not in the table is refused: it is a misspelt one more often than a wish. Every error says the line
 //! and column, counted from 1.
 
-use nalgebra::{Point2, Vector2};
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize};
+mod record;
+mod words;
 
-use crate::geom::Pose2;
-use crate::sim::{Material, Mover, Obstacle, RobotKind, SensorKind, Shape, World, WorldError};
+use self::record::WorldFile;
+use crate::sim::{World, WorldError};
 
 /// JSON schema of a world file (2020-12), for editors.
 pub const SCHEMA: &str = include_str!("world.schema.json");
 
 /// Longest file that is read, bytes.
 const LONGEST: usize = 64 << 20;
-/// Longest name, bytes.
-const LONGEST_NAME: usize = 200;
 
 /// Why a world file cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -102,7 +100,7 @@ pub fn read(bytes: &[u8]) -> Result<World, WorldFileError> {
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(WorldFileError::Empty);
     }
-    let file: WorldFile = serde_json::from_slice(bytes).map_err(|e| syntax(&e))?;
+    let file = parse(bytes)?;
     let world = file
         .into_world()
         .map_err(|(index, what)| WorldFileError::Obstacle {
@@ -128,14 +126,21 @@ pub fn write(world: &World) -> String {
     text
 }
 
-fn syntax(error: &serde_json::Error) -> WorldFileError {
-    let text = error.to_string();
-    // serde_json ends its messages with the place, which stands in front here.
-    let place = format!(" at line {} column {}", error.line(), error.column());
-    WorldFileError::Syntax {
+fn parse(bytes: &[u8]) -> Result<WorldFile, WorldFileError> {
+    let syntax = |error: &serde_json::Error, what: String| WorldFileError::Syntax {
         line: error.line().max(1),
         column: error.column().max(1),
-        what: text.strip_suffix(&place).unwrap_or(&text).to_owned(),
+        what,
+    };
+    let mut json = serde_json::Deserializer::from_slice(bytes);
+    let file = serde_path_to_error::deserialize(&mut json)
+        .map_err(|e| syntax(e.inner(), words::in_words(e.path(), e.inner())))?;
+    match json.end() {
+        Ok(()) => Ok(file),
+        Err(e) => Err(syntax(
+            &e,
+            "something stands after the end of the world".to_owned(),
+        )),
     }
 }
 
@@ -191,329 +196,6 @@ fn line_of_key(bytes: &[u8], key: &str, index: Option<usize>) -> Option<usize> {
     }
     None
 }
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WorldFile {
-    #[serde(deserialize_with = "version")]
-    slamlab_world: u32,
-    #[serde(deserialize_with = "name")]
-    name: String,
-    start: PoseFile,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    goal: Option<PointFile>,
-    #[serde(default)]
-    robot: RobotFile,
-    #[serde(default)]
-    sensor: SensorFile,
-    #[serde(default = "first_seed")]
-    seed: u64,
-    obstacles: Vec<ObstacleFile>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    movers: Vec<MoverFile>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PoseFile {
-    x: f64,
-    y: f64,
-    #[serde(default)]
-    heading: f64,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PointFile {
-    x: f64,
-    y: f64,
-}
-
-#[derive(Clone, Copy, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum RobotFile {
-    #[default]
-    Rp6,
-    Pioneer,
-}
-
-#[derive(Clone, Copy, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum SensorFile {
-    #[default]
-    Lidar,
-    Sick,
-    Rangers,
-    Sonar,
-}
-
-#[derive(Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum MaterialFile {
-    #[default]
-    Opaque,
-    Glass,
-    Dark,
-}
-
-#[derive(Clone, Copy, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum ShapeFile {
-    Polyline,
-    Polygon,
-    Rectangle,
-    Circle,
-}
-
-/// All shapes in one flat record: a tagged enum would lose the line of what is wrong inside of it.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ObstacleFile {
-    shape: ShapeFile,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    points: Option<Vec<[f64; 2]>>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    closed: Option<bool>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    centre: Option<[f64; 2]>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    size: Option<[f64; 2]>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    angle: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    radius: Option<f64>,
-    #[serde(default, skip_serializing_if = "is_opaque")]
-    material: MaterialFile,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MoverFile {
-    waypoints: Vec<[f64; 2]>,
-    #[serde(default)]
-    closed: bool,
-    speed: f64,
-    radius: f64,
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pause: f64,
-}
-
-fn is_zero(number: &f64) -> bool {
-    *number == 0.0
-}
-
-fn is_opaque(material: &MaterialFile) -> bool {
-    *material == MaterialFile::Opaque
-}
-
-fn first_seed() -> u64 {
-    1
-}
-
-fn version<'de, D: Deserializer<'de>>(from: D) -> Result<u32, D::Error> {
-    match u32::deserialize(from)? {
-        1 => Ok(1),
-        other => Err(D::Error::custom(format!(
-            "slamlab_world is {other}, expected 1"
-        ))),
-    }
-}
-
-fn name<'de, D: Deserializer<'de>>(from: D) -> Result<String, D::Error> {
-    let name = String::deserialize(from)?;
-    if name.len() <= LONGEST_NAME {
-        return Ok(name);
-    }
-    let bytes = name.len();
-    Err(D::Error::custom(format!(
-        "name has {bytes} bytes, expected at most {LONGEST_NAME}"
-    )))
-}
-
-impl ObstacleFile {
-    fn into_obstacle(self) -> Result<Obstacle, String> {
-        self.refuse_strangers()?;
-        let material = self.material.into();
-        let shape = match self.shape {
-            ShapeFile::Polyline => Shape::Polyline {
-                points: points(&need("polyline", "points", self.points)?),
-                closed: self.closed.unwrap_or(false),
-            },
-            ShapeFile::Polygon => Shape::Polygon(points(&need("polygon", "points", self.points)?)),
-            ShapeFile::Rectangle => Shape::Rectangle {
-                centre: need("rectangle", "centre", self.centre)?.into(),
-                size: Vector2::from(need("rectangle", "size", self.size)?),
-                angle: self.angle.unwrap_or(0.0),
-            },
-            ShapeFile::Circle => Shape::Circle {
-                centre: need("circle", "centre", self.centre)?.into(),
-                radius: need("circle", "radius", self.radius)?,
-            },
-        };
-        Ok(Obstacle { shape, material })
-    }
-
-    /// A field that belongs to another shape is a mistake.
-    fn refuse_strangers(&self) -> Result<(), String> {
-        let (kind, fields): (_, &[&str]) = match self.shape {
-            ShapeFile::Polyline => ("polyline", &["points", "closed"]),
-            ShapeFile::Polygon => ("polygon", &["points"]),
-            ShapeFile::Rectangle => ("rectangle", &["centre", "size", "angle"]),
-            ShapeFile::Circle => ("circle", &["centre", "radius"]),
-        };
-        let given = [
-            ("points", self.points.is_some()),
-            ("closed", self.closed.is_some()),
-            ("centre", self.centre.is_some()),
-            ("size", self.size.is_some()),
-            ("angle", self.angle.is_some()),
-            ("radius", self.radius.is_some()),
-        ];
-        match given
-            .iter()
-            .find(|(field, given)| *given && !fields.contains(field))
-        {
-            None => Ok(()),
-            Some((field, _)) => Err(format!(
-                "{kind} has the field `{field}`, expected only `{}`",
-                fields.join("`, `")
-            )),
-        }
-    }
-
-    fn of(obstacle: &Obstacle) -> Self {
-        let bare = |shape| Self {
-            shape,
-            points: None,
-            closed: None,
-            centre: None,
-            size: None,
-            angle: None,
-            radius: None,
-            material: obstacle.material.into(),
-        };
-        match &obstacle.shape {
-            Shape::Polyline { points, closed } => Self {
-                points: Some(pairs(points)),
-                closed: closed.then_some(true),
-                ..bare(ShapeFile::Polyline)
-            },
-            Shape::Polygon(points) => Self {
-                points: Some(pairs(points)),
-                ..bare(ShapeFile::Polygon)
-            },
-            Shape::Rectangle {
-                centre,
-                size,
-                angle,
-            } => Self {
-                centre: Some([centre.x, centre.y]),
-                size: Some([size.x, size.y]),
-                angle: Some(*angle),
-                ..bare(ShapeFile::Rectangle)
-            },
-            Shape::Circle { centre, radius } => Self {
-                centre: Some([centre.x, centre.y]),
-                radius: Some(*radius),
-                ..bare(ShapeFile::Circle)
-            },
-        }
-    }
-}
-
-fn need<T>(kind: &str, field: &str, value: Option<T>) -> Result<T, String> {
-    value.ok_or_else(|| format!("{kind} lacks the field `{field}`"))
-}
-
-fn points(pairs: &[[f64; 2]]) -> Vec<Point2<f64>> {
-    pairs.iter().map(|&p| p.into()).collect()
-}
-
-fn pairs(points: &[Point2<f64>]) -> Vec<[f64; 2]> {
-    points.iter().map(|p| [p.x, p.y]).collect()
-}
-
-impl WorldFile {
-    /// The world, or the number of the obstacle that is none and why.
-    fn into_world(self) -> Result<World, (usize, String)> {
-        let mover = |m: MoverFile| Mover {
-            waypoints: points(&m.waypoints),
-            closed: m.closed,
-            speed: m.speed,
-            radius: m.radius,
-            pause: m.pause,
-        };
-        let obstacle =
-            |(index, o): (usize, ObstacleFile)| o.into_obstacle().map_err(|e| (index, e));
-        let obstacles: Result<_, _> = self
-            .obstacles
-            .into_iter()
-            .enumerate()
-            .map(obstacle)
-            .collect();
-        Ok(World {
-            name: self.name,
-            obstacles: obstacles?,
-            movers: self.movers.into_iter().map(mover).collect(),
-            start: Pose2::new(self.start.x, self.start.y, self.start.heading),
-            goal: self.goal.map(|g| Point2::new(g.x, g.y)),
-            robot: self.robot.into(),
-            sensor: self.sensor.into(),
-            seed: self.seed,
-        })
-    }
-}
-
-impl From<&World> for WorldFile {
-    fn from(world: &World) -> Self {
-        let mover = |m: &Mover| MoverFile {
-            waypoints: pairs(&m.waypoints),
-            closed: m.closed,
-            speed: m.speed,
-            radius: m.radius,
-            pause: m.pause,
-        };
-        Self {
-            slamlab_world: 1,
-            name: world.name.clone(),
-            start: PoseFile {
-                x: world.start.x(),
-                y: world.start.y(),
-                heading: world.start.heading(),
-            },
-            goal: world.goal.map(|g| PointFile { x: g.x, y: g.y }),
-            robot: world.robot.into(),
-            sensor: world.sensor.into(),
-            seed: world.seed,
-            obstacles: world.obstacles.iter().map(ObstacleFile::of).collect(),
-            movers: world.movers.iter().map(mover).collect(),
-        }
-    }
-}
-
-/// The same closed set on both sides of the file.
-macro_rules! same_names {
-    ($file:ident, $core:ident: $($variant:ident),+) => {
-        impl From<$file> for $core {
-            fn from(file: $file) -> Self {
-                match file {
-                    $($file::$variant => Self::$variant),+
-                }
-            }
-        }
-        impl From<$core> for $file {
-            fn from(core: $core) -> Self {
-                match core {
-                    $($core::$variant => Self::$variant),+
-                }
-            }
-        }
-    };
-}
-
-same_names!(RobotFile, RobotKind: Rp6, Pioneer);
-same_names!(SensorFile, SensorKind: Lidar, Sick, Rangers, Sonar);
-same_names!(MaterialFile, Material: Opaque, Glass, Dark);
 
 #[cfg(test)]
 mod tests;

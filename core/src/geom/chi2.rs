@@ -34,6 +34,14 @@ mod tests {
             );
             assert!((band[1] / high - 1.0).abs() < 0.02, "{degrees}: {band:?}");
         }
+        // 99.9 %.
+        for (degrees, high) in [(4.0, 18.467), (10.0, 29.588), (50.0, 86.661)] {
+            let quantile = chi2_quantile(degrees, 3.0902);
+            assert!(
+                (quantile / high - 1.0).abs() < 0.02,
+                "{degrees}: {quantile}"
+            );
+        }
         assert_eq!(chi2_quantile(0.0, 1.96), 0.0);
     }
 }

@@ -13,13 +13,15 @@
 //! 4. The end is a point on a surface where moving it within its width (step 1, without that of cells) moves it across the surface
 //!    by less than `blur_cells`. With the way d along the beam and the way l across it that is d l / √(d² + l²).
 //!
+//! Sonars hear the nearest thing in a cone: there the whole cone is free up to it ([`EvidenceConfig::cone`]).
+//!
 //! Thrun, Burgard & Fox (2005), "Probabilistic Robotics", §9.2 give beams a width for the same reason; there it is that of
 //! the sensor's cone.
 
 #[cfg(test)]
 mod tests;
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
 use crate::points::{Beam, Points};
 
@@ -33,6 +35,9 @@ pub struct EvidenceConfig {
     pub margin_cells: f64,
     /// How many cells a surface may be off, at that many standard deviations. Default 1.
     pub blur_cells: f64,
+    /// Half the opening of the cones that the readings are of, rad. Default 0: beams. More than 0: nothing stands nearer in all of
+    /// a cone than its reading, and the figures above do not matter.
+    pub cone: f64,
 }
 
 impl Default for EvidenceConfig {
@@ -41,11 +46,21 @@ impl Default for EvidenceConfig {
             sigmas: 2.0,
             margin_cells: 1.0,
             blur_cells: 1.0,
+            cone: 0.0,
         }
     }
 }
 
 impl EvidenceConfig {
+    /// For sonars with cones of this half opening, rad.
+    #[must_use]
+    pub fn cones(half_angle: f64) -> Self {
+        Self {
+            cone: half_angle,
+            ..Self::default()
+        }
+    }
+
     /// For a sensor that scans on command and sees each cell a few times at most: every beam counts, to its end.
     #[must_use]
     pub fn short_range() -> Self {
@@ -88,6 +103,9 @@ impl Evidence {
         resolution: f64,
         config: &EvidenceConfig,
     ) -> Self {
+        if config.cone > 0.0 {
+            return Self::of_cones(points, resolution, config.cone);
+        }
         let mut evidence = Self::default();
         for (index, (beam, sigma)) in points.beams.iter().zip(bearing_sigmas).enumerate() {
             let unsure = config.sigmas * sigma;
@@ -103,6 +121,33 @@ impl Evidence {
                 if blur <= config.blur_cells * resolution {
                     evidence.hits.push(beam.end_in_robot);
                 }
+            }
+        }
+        evidence
+    }
+}
+
+impl Evidence {
+    /// Cones are free as far as the nearest thing in them, which was heard; where on the arc it stands nobody knows, and the axis
+    /// is the best guess. The last cell before the arc is left alone.
+    ///
+    /// Source: Thrun, Burgard & Fox (2005), §9.2, the inverse model of a sonar.
+    fn of_cones(points: &Points, resolution: f64, half_angle: f64) -> Self {
+        let mut evidence = Self::default();
+        for beam in &points.beams {
+            let reach = (beam.range - resolution).max(0.0);
+            let way = beam.end_in_robot - beam.origin_in_robot;
+            // No cell of the arc lies between two rays.
+            let rays = (half_angle * beam.range / resolution).ceil() as i32;
+            for ray in -rays..=rays {
+                let angle = half_angle * f64::from(ray) / f64::from(rays.max(1));
+                let (sin, cos) = crate::geom::sin_cos(angle);
+                let turned = Vector2::new(cos * way.x - sin * way.y, sin * way.x + cos * way.y);
+                let end = beam.origin_in_robot + turned * (reach / beam.range);
+                evidence.free.push([beam.origin_in_robot, end]);
+            }
+            if beam.is_hit {
+                evidence.hits.push(beam.end_in_robot);
             }
         }
         evidence

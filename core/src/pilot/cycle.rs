@@ -1,6 +1,6 @@
 //! The sense-plan-act cycle for sensors that scan on command, the robot standing still.
 //!
-//! 1. Scan, plan, turn, drive one leg, again.
+//! 1. Scan, plan, truncate, turn, drive one leg, again. Each stage is told ([`StageReport`]), and can be done alone.
 //! 2. A leg ends where the map does, and where odometry would have lost the heading: tracks slip by degrees in a turn or
 //!    a metre, and the next scan has to find walls where the filter's first order still holds. A turn that uses all of
 //!    that up is followed by a scan, then by the leg.
@@ -10,6 +10,7 @@
 
 use nalgebra::Point2;
 
+use super::stages::{Cut, StageReport};
 use super::{Pilot, Situation, Status};
 use crate::control::free_distance;
 use crate::geom::{Pose2, Segment, wrap};
@@ -24,6 +25,12 @@ pub(super) enum Phase {
     Look,
     /// A scan was asked for at this time.
     Looking(Stamp),
+    /// To plan; whether the scan before followed a turn on the spot.
+    Plan { has_turned: bool },
+    /// To cut the plan to one leg.
+    Truncate { leg: Segment, has_turned: bool },
+    /// To turn by this angle, and to scan then.
+    TurnAndLook(f64),
     /// To drive to this point, after so many turns.
     Leg(Point2<f64>, usize),
     /// A leg was begun here.
@@ -41,88 +48,169 @@ const SHORT_LEG: f64 = 0.05;
 /// A sensor that answers no command within this time is asked again, s.
 const SCAN_TIMEOUT: f64 = 30.0;
 
+/// What one stage of the cycle leads to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Next {
+    /// To the next stage, at once.
+    Stage,
+    /// To a command.
+    Tell(Command),
+    /// To nothing, for now: the robot carries on.
+    Wait,
+}
+
 impl Pilot {
-    /// One step of the cycle; `None` while the robot carries on.
+    /// Stages of the cycle up to the next command; `None` while the robot carries on.
     pub(super) fn in_cycle(&mut self, now: &Situation) -> Option<Command> {
+        loop {
+            match self.stage(now) {
+                Next::Stage => {}
+                Next::Tell(command) => return Some(command),
+                Next::Wait => return None,
+            }
+        }
+    }
+
+    /// One stage of the cycle.
+    pub(super) fn stage(&mut self, now: &Situation) -> Next {
         match self.phase {
             Phase::Look => {
                 self.phase = Phase::Looking(now.stamp);
-                self.status = Status::Scanning;
-                Some(Command::Scan)
+                self.look(now)
             }
             Phase::Turning => {
                 self.phase = Phase::LookingAfterTurn(now.stamp);
-                self.status = Status::Scanning;
-                Some(Command::Scan)
+                self.look(now)
             }
-            Phase::Looking(since) | Phase::LookingAfterTurn(since) => {
-                let has_seen = now.points.is_some_and(|points| points.stamp > since);
-                if !has_seen {
-                    if now.stamp.since(since) > SCAN_TIMEOUT {
-                        self.phase = Phase::Look;
-                    }
-                    return None;
-                }
-                let has_turned = matches!(self.phase, Phase::LookingAfterTurn(_));
-                self.plan_leg(has_turned, now)
+            Phase::Looking(since) | Phase::LookingAfterTurn(since) => self.await_scan(since, now),
+            Phase::Plan { has_turned } => self.plan_leg(has_turned, now),
+            Phase::Truncate { leg, has_turned } => self.truncate(&leg, has_turned, now),
+            Phase::TurnAndLook(angle) => {
+                self.phase = Phase::Turning;
+                self.cycle.tell(StageReport::Turn { angle });
+                Next::Tell(Command::Turn(angle))
             }
             Phase::Leg(to, turns) => self.begin_leg(to, turns, now),
             Phase::Going(from) => {
                 self.phase = Phase::Look;
                 if (now.estimate.pose.position() - from).norm() < 0.5 * SHORT_LEG {
                     self.get_unstuck(now);
-                    return Some(Command::Forward(-self.free_way(-1.0, SHORT_LEG, now)));
+                    let length = -self.free_way(-1.0, SHORT_LEG, now);
+                    let wished = -SHORT_LEG;
+                    self.cycle.tell(StageReport::Go { length, wished });
+                    return Next::Tell(Command::Forward(length));
                 }
                 self.errand.stuck = 0;
-                None
+                Next::Wait
             }
         }
     }
 
+    fn look(&mut self, now: &Situation) -> Next {
+        self.status = Status::Scanning;
+        if self.cycle.now().is_none() {
+            let estimate = *now.estimate;
+            self.cycle.tell(StageReport::Init { estimate });
+        }
+        self.cycle.tell(StageReport::LooksRound);
+        Next::Tell(Command::Scan)
+    }
+
+    fn await_scan(&mut self, since: Stamp, now: &Situation) -> Next {
+        let has_turned = matches!(self.phase, Phase::LookingAfterTurn(_));
+        if now.points.is_some_and(|points| points.stamp > since) {
+            self.phase = Phase::Plan { has_turned };
+            return Next::Stage;
+        }
+        if now.stamp.since(since) > SCAN_TIMEOUT {
+            self.phase = Phase::Look;
+        }
+        Next::Wait
+    }
+
     /// Plans anew after each scan and takes the first leg.
-    fn plan_leg(&mut self, has_turned: bool, now: &Situation) -> Option<Command> {
+    fn plan_leg(&mut self, has_turned: bool, now: &Situation) -> Next {
         self.phase = Phase::Look;
         self.errand.next_review = now.stamp;
         self.errand.follower = None;
         if !self.has_way(now) {
-            return None;
+            let why = self.status.to_string();
+            self.cycle.tell(StageReport::NoPath { why });
+            return Next::Wait;
         }
+        self.tell_plan();
         let here = now.estimate.pose.position();
         let ahead = self.errand.follower.as_ref().map(|f| f.remaining(here));
         let to_go = ahead.as_ref().map_or(0.0, crate::plan::Path::length);
         let first = ahead.and_then(|path| path.legs().find(|leg| leg.length() > 0.02));
         let Some(leg) = first.filter(|_| to_go > self.config.follow.tolerance) else {
             self.arrive(now);
-            return None;
+            return Next::Wait;
         };
         let leg = Segment::new(here, leg.b);
+        self.phase = Phase::Truncate { leg, has_turned };
+        Next::Stage
+    }
+
+    fn tell_plan(&mut self) {
+        let Some(route) = &self.errand.route else {
+            return;
+        };
+        let report = StageReport::Plan {
+            goal: route.path.points.last().copied().unwrap_or_default(),
+            length: route.path.length(),
+            legs: route.path.legs().count(),
+            by: route.by,
+        };
+        self.cycle.tell(report);
+    }
+
+    /// Cuts the first leg to what was seen and to what odometry can be trusted for.
+    fn truncate(&mut self, leg: &Segment, has_turned: bool, now: &Situation) -> Next {
         let way = leg.vector();
         let turn = wrap(libm::atan2(way.y, way.x) - now.estimate.pose.heading());
         let trusted = trusted_length(turn, &self.model, self.config.leg_heading_sigma);
         // Once for each leg: where two ways are alike, the robot must not turn to and fro.
         if trusted < 2.0 * SHORT_LEG && !has_turned {
-            self.phase = Phase::Turning;
-            return Some(Command::Turn(turn));
+            self.tell_cut(0.0, leg, Cut::TurnFirst);
+            self.phase = Phase::TurnAndLook(turn);
+            return Next::Stage;
         }
-        let length = self
-            .seen_length(&leg, now)
-            .min(self.config.longest_leg)
-            .min(trusted.max(2.0 * SHORT_LEG));
-        let to = here + leg.vector() * (length / leg.length()).min(1.0);
-        self.begin_leg(to, 0, now)
+        let whole = leg.length();
+        let cuts = [
+            (self.seen_length(leg, now), Cut::Unseen),
+            (self.config.longest_leg, Cut::Longest),
+            (trusted.max(2.0 * SHORT_LEG), Cut::Odometry),
+        ];
+        let (length, cut) = cuts.into_iter().fold((whole, Cut::Nothing), |least, next| {
+            if next.0 < least.0 { next } else { least }
+        });
+        self.tell_cut(length, leg, cut);
+        let to = leg.a + way * (length / whole).min(1.0);
+        self.phase = Phase::Leg(to, 0);
+        Next::Stage
+    }
+
+    fn tell_cut(&mut self, length: f64, leg: &Segment, cut: Cut) {
+        let leg = leg.length();
+        self.cycle.tell(StageReport::Truncate { length, leg, cut });
     }
 
     /// Turns towards the end of the leg, then drives.
-    fn begin_leg(&mut self, to: Point2<f64>, turns: usize, now: &Situation) -> Option<Command> {
+    fn begin_leg(&mut self, to: Point2<f64>, turns: usize, now: &Situation) -> Next {
         let pose = &now.estimate.pose;
         let way = to - pose.position();
-        let error = wrap(libm::atan2(way.y, way.x) - pose.heading());
-        if error.abs() > SMALL_TURN && turns < 3 {
+        let angle = wrap(libm::atan2(way.y, way.x) - pose.heading());
+        if angle.abs() > SMALL_TURN && turns < 3 {
             self.phase = Phase::Leg(to, turns + 1);
-            return Some(Command::Turn(error));
+            self.cycle.tell(StageReport::Turn { angle });
+            return Next::Tell(Command::Turn(angle));
         }
         self.phase = Phase::Going(pose.position());
-        Some(Command::Forward(self.free_way(1.0, way.norm(), now)))
+        let wished = way.norm();
+        let length = self.free_way(1.0, wished, now);
+        self.cycle.tell(StageReport::Go { length, wished });
+        Next::Tell(Command::Forward(length))
     }
 
     /// How much of `length` (m) the last scan shows to be free ahead (`direction` 1) or behind (-1).

@@ -24,6 +24,8 @@ pub enum Status {
     Driving,
     /// Standing to look: during a sweep, or until the map has settled.
     Scanning,
+    /// Standing for a reason that passes; then it goes on by itself.
+    Waiting(Failure),
     /// Done.
     Finished(Finish),
     /// Given up.
@@ -45,7 +47,7 @@ impl std::fmt::Display for Status {
             Self::Driving => f.write_str("driving"),
             Self::Scanning => f.write_str("looking"),
             Self::Finished(finish) => finish.fmt(f),
-            Self::Failed(failure) => failure.fmt(f),
+            Self::Waiting(failure) | Self::Failed(failure) => failure.fmt(f),
         }
     }
 }
@@ -118,6 +120,12 @@ pub enum Failure {
     /// There is no way.
     #[error(transparent)]
     NoPath(#[from] NoPath),
+    /// The sensor has fallen silent: nothing is known of what stands in the way. The robot waits for it.
+    #[error("no scan for {seconds:.1} s")]
+    NoScan {
+        /// How old the newest scan may be, s.
+        seconds: f64,
+    },
     /// The robot does not move although it should, and backing off did not help.
     #[error("stuck at ({x:.2}, {y:.2}) m: backing off {attempts} times did not help")]
     Stuck {

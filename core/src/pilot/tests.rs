@@ -8,7 +8,7 @@ use super::*;
 use crate::geom::sin_cos;
 use crate::map::{CellIndex, CellState, GridConfig};
 use crate::points::Beam;
-use nalgebra::{Matrix3, Vector2};
+use nalgebra::{Matrix3, Point2, Vector2};
 
 const TICK: f64 = 0.05;
 
@@ -90,6 +90,7 @@ impl Toy {
                 grid: &self.grid,
                 points: Some(&self.points),
                 motion_since_scan: self.scanned_at.delta_to(&self.pose),
+                bumpers: Bumpers::default(),
                 robot_is_busy: false,
                 scans_on_command: false,
             });
@@ -268,6 +269,7 @@ fn speeds_by_hand_are_the_models_before_the_first_scan_too() {
             grid: &toy.grid,
             points: None,
             motion_since_scan: Pose2::identity(),
+            bumpers: Bumpers::default(),
             robot_is_busy: false,
             scans_on_command: true,
         })
@@ -291,11 +293,73 @@ fn a_silent_lidar_holds_the_robot() {
             grid: &toy.grid,
             points: Some(&toy.points),
             motion_since_scan: Pose2::identity(),
+            bumpers: Bumpers::default(),
             robot_is_busy: false,
             scans_on_command: false,
         });
         assert_eq!(command == Some(Command::Stop), holds, "{age}: {command:?}");
     }
+}
+
+#[test]
+fn an_errand_waits_for_a_silent_lidar_says_so_and_goes_on() {
+    let mut toy = Toy::new(flat(), Pose2::identity(), RobotModel::rp6());
+    let mut pilot = pilot(toy.model, Mode::Explore, 3);
+    toy.run(&mut pilot, 5.0);
+    assert_eq!(*pilot.status(), Status::Driving);
+    // Ten seconds of silence: it brakes within half a second and stands.
+    let (points, estimate) = (toy.points.clone(), PoseEstimate::exact(toy.pose));
+    for tick in 1..200_u32 {
+        let command = pilot.steer(&Situation {
+            stamp: points.stamp.plus(f64::from(tick) * TICK),
+            estimate: &estimate,
+            grid: &toy.grid,
+            points: Some(&points),
+            motion_since_scan: Pose2::identity(),
+            bumpers: Bumpers::default(),
+            robot_is_busy: false,
+            scans_on_command: false,
+        });
+        if tick > 10 {
+            assert_eq!(command, Some(Command::Stop), "{tick}");
+            assert_eq!(pilot.status().to_string(), "no scan for 0.5 s");
+            assert!(!pilot.status().is_over());
+        }
+    }
+    let before = toy.driven;
+    toy.run(&mut pilot, toy.stamp().seconds() + 5.0);
+    assert!(toy.driven > before + 0.3, "{} {}", toy.driven, before);
+}
+
+#[test]
+fn a_pressed_bumper_sends_the_robot_back_and_in_the_end_makes_it_give_the_goal_up() {
+    let mut toy = Toy::new(flat(), Pose2::identity(), RobotModel::rp6());
+    let mut pilot = pilot(toy.model, Mode::GoTo(Point2::new(2.0, 0.0)), 3);
+    // A pane that no scan shows, 0.5 m ahead of where it starts.
+    let pane = toy.pose.x() + 0.5;
+    while toy.stamp().seconds() < 120.0 && !pilot.status().is_over() {
+        let touches = toy.pose.x() + toy.model.radius() >= pane;
+        let estimate = PoseEstimate::exact(toy.pose);
+        let command = pilot.steer(&Situation {
+            stamp: toy.stamp(),
+            estimate: &estimate,
+            grid: &toy.grid,
+            points: Some(&toy.points),
+            motion_since_scan: toy.scanned_at.delta_to(&toy.pose),
+            bumpers: Bumpers {
+                left: touches,
+                right: touches,
+            },
+            robot_is_busy: false,
+            scans_on_command: false,
+        });
+        if touches && let Some(Command::Velocity { forward, .. }) = command {
+            assert!(forward <= 0.0, "drives on into the pane");
+        }
+        toy.step(command);
+    }
+    let failed = matches!(pilot.status(), Status::Failed(Failure::Stuck { .. }));
+    assert!(failed, "{}", pilot.status());
 }
 
 #[test]

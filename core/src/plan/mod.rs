@@ -1,23 +1,53 @@
 //! From the map to a path, or to the reason why there is none.
 
+mod a_star;
+mod branches;
 mod cspace;
+mod footprint;
 mod frontier;
+mod lattice;
 mod path;
+mod point_index;
+mod pull_tight;
+mod query;
 mod reach;
 mod route;
 mod rrt;
+mod rrt_connect;
+mod rrt_star;
+mod sampler;
+mod search;
+#[cfg(test)]
+mod search_tests;
 mod shorten;
+mod smooth;
+mod tangents;
 #[cfg(test)]
 mod tests;
+mod theta_star;
 mod tree;
+mod vertex_tree;
+mod visibility;
 mod wavefront;
 
-pub use cspace::{Both, ConfigSpace, GridSpace, SegmentSpace, Unknown, rect_around};
+pub use a_star::AStar;
+pub use cspace::{Both, ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown, rect_around};
+pub use footprint::{Footprint, FootprintError};
 pub use frontier::{Frontier, FrontierConfig, find_frontiers};
+pub use lattice::Lattice;
 pub use path::{NoPath, Path, Planner};
-pub use reach::may_reach;
-pub use route::{Route, RouteConfig, RouteFailure, plan_route};
-pub use rrt::{Growth, RrtConfig, anywhere, rrt, rrt_connect};
+pub use pull_tight::pull_tight;
+pub use query::{Answer, Progress, Query};
+pub use reach::{floods_apart, may_reach};
+pub use route::{Route, RouteConfig, RouteFailure, Shortening, plan_route};
+pub use rrt::{Rrt, RrtConfig};
+pub use rrt_connect::RrtConnect;
+pub use rrt_star::RrtStar;
+pub use sampler::Sampler;
+pub use search::{Search, solve};
 pub use shorten::{densify, shorten};
-pub use tree::{Nearest, Tree};
+pub use smooth::{Piece, SmoothConfig, smooth};
+pub use theta_star::ThetaStar;
+pub use tree::{Grown, Nearest, Tree};
+pub use visibility::Visibility;
 pub use wavefront::Wavefront;

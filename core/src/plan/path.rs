@@ -27,7 +27,7 @@ impl Path {
     }
 }
 
-/// Which planner found the path.
+/// Which planner looks for the path, or found it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Planner {
     /// The straight line was free.
@@ -36,6 +36,16 @@ pub enum Planner {
     Rrt,
     /// Two trees that grow towards each other (Kuffner & LaValle 2000).
     RrtConnect,
+    /// One tree that is wired anew where that shortens it (Karaman & Frazzoli 2011).
+    RrtStar,
+    /// The same, drawing only where the path can still be shortened (Gammell et al. 2014).
+    InformedRrtStar,
+    /// Cells in eight directions, the shortest way over them (Hart et al. 1968).
+    AStar,
+    /// Cells with legs in any direction (Nash et al. 2007).
+    ThetaStar,
+    /// Tangents of the walls' ends: the shortest path there is.
+    Visibility,
     /// The cells of the grid, when the trees had spent their budget and the grid proved that there is a way.
     Wavefront,
 }
@@ -69,6 +79,18 @@ pub enum NoPath {
         x: f64,
         /// y of the goal, m.
         y: f64,
+    },
+    /// The planner has tried all it can, which is no proof: its cells may be too large for the gap that leads there.
+    #[error("no path among the {iterations} places that the planner could try")]
+    Exhausted {
+        /// Iterations used.
+        iterations: usize,
+    },
+    /// The planner cannot work in such a space.
+    #[error("{planner:?} cannot plan in this space")]
+    NotOffered {
+        /// Which one.
+        planner: Planner,
     },
     /// Nothing found, nothing proved.
     #[error("no path found within {iterations} iterations")]

@@ -19,9 +19,9 @@
 //!
 //! Source: Nielson & Hamann (1991), "The asymptotic decider: resolving the ambiguity in marching cubes", for the saddle.
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
-use super::cspace::GridSpace;
+use super::cspace::{ConfigSpace, GridSpace};
 
 /// Whether a continuous path from `start` to `goal`, both free, may exist. `false` is a proof.
 #[must_use]
@@ -38,6 +38,57 @@ pub fn may_reach(space: &GridSpace, start: Point2<f64>, goal: Point2<f64>) -> bo
     let (from, to) = (flood.best_centre(start), flood.best_centre(goal));
     flood.joins(from, to, |[a, b, c, d]| a * d >= b * c)
 }
+
+/// Whether a flood over squares of the given side proves that no path joins two places: squares are open of which any
+/// part may be free, as the room changes by no more than the way. `false` proves nothing: gaps that are too narrow by
+/// less than two squares may count as open.
+#[must_use]
+pub fn floods_apart<S: ConfigSpace + ?Sized>(
+    space: &S,
+    a: Point2<f64>,
+    b: Point2<f64>,
+    side: f64,
+) -> bool {
+    let (low, high) = space.bounds();
+    let extent = high - low;
+    let side = side.max((extent.x * extent.y / MOST_SQUARES).sqrt());
+    let count = |length: f64| (length / side).ceil().max(1.0) as usize;
+    let (cols, rows) = (count(extent.x), count(extent.y));
+    let square = |point: Point2<f64>| {
+        let at = (point - low) / side;
+        let place = |at: f64, count: usize| (at.max(0.0) as usize).min(count - 1);
+        place(at.y, rows) * cols + place(at.x, cols)
+    };
+    let is_open = |square: usize| {
+        let at = |place: usize| (place as f64 + 0.5) * side;
+        let middle = low + Vector2::new(at(square % cols), at(square / cols));
+        // Only the last square of a row may stick out; its middle is then taken to the border.
+        space.room(middle.inf(&high)) + side >= 0.0
+    };
+    let (from, to) = (square(a), square(b));
+    let mut seen = vec![false; cols * rows];
+    let mut todo = vec![from];
+    seen[from] = true;
+    while let Some(at) = todo.pop() {
+        if at == to {
+            return false;
+        }
+        let (col, row) = (at % cols, at / cols);
+        for r in row.saturating_sub(1)..(row + 2).min(rows) {
+            for c in col.saturating_sub(1)..(col + 2).min(cols) {
+                let next = r * cols + c;
+                if !seen[next] && is_open(next) {
+                    seen[next] = true;
+                    todo.push(next);
+                }
+            }
+        }
+    }
+    true
+}
+
+/// More squares than this are not flooded: they become larger, and prove less.
+const MOST_SQUARES: f64 = 4e6;
 
 /// The cells of a space, those with room enough open.
 struct Flood<'a> {

@@ -6,19 +6,24 @@
 //!    the middle of a hall and still passes a tight door.
 //! 2. A wavefront from the start tells what can be reached. A goal too near to a wall moves to the nearest place that
 //!    can; where no continuous path leads, that is a proof ([`may_reach`]).
-//! 3. The straight line if it is free; else a tree (RRT-Connect, or the source's RRT) that draws its points where the
-//!    wavefront arrived.
-//! 4. A tree that spent its budget although the wavefront arrived hands over to the wavefront's own path, and the route
+//! 3. The straight line if it is free; else the configured planner; trees draw their points where the wavefront
+//!    arrived.
+//! 4. A planner that spent its budget although the wavefront arrived hands over to the wavefront's own path, and the route
 //!    says so ([`Planner::Wavefront`]).
-//! 5. Dijkstra shortening over the path's chords, once over its corners, once over points set densely between them.
+//! 5. Shortening as configured: over the path's chords, once over its corners, once over points set densely between them;
+//!    and pulled tight.
 
 use nalgebra::Point2;
-use rand::{Rng, RngExt};
+use rand::Rng;
 
 use super::cspace::{ConfigSpace, GridSpace, Unknown, rect_around};
 use super::path::{NoPath, Path, Planner};
+use super::pull_tight::pull_tight;
+use super::query::Query;
 use super::reach::may_reach;
-use super::rrt::{Growth, RrtConfig, rrt, rrt_connect};
+use super::rrt::RrtConfig;
+use super::sampler::Sampler;
+use super::search::Search;
 use super::shorten::{densify, shorten};
 use super::wavefront::Wavefront;
 use crate::geom::Segment;
@@ -31,9 +36,12 @@ pub struct RouteConfig {
     pub margins: Vec<f64>,
     /// What to make of the unknown. Default free.
     pub unknown: Unknown,
-    /// Whether one tree grows, as in the source, instead of two. Default false.
-    pub single_tree: bool,
-    /// How trees grow.
+    /// Who looks for the path. Default [`Planner::RrtConnect`]; [`Planner::Rrt`] is the source's. Where the planner finds
+    /// none within its iterations the wavefront's own path is taken.
+    pub planner: Planner,
+    /// What is done to make its path shorter. Default [`Shortening::Chords`].
+    pub shortening: Shortening,
+    /// How trees grow, and for how many iterations.
     pub rrt: RrtConfig,
     /// How far the goal may be moved off a wall, m. Default 0.3.
     pub goal_reach: f64,
@@ -46,10 +54,38 @@ impl Default for RouteConfig {
         Self {
             margins: vec![0.12, 0.06, 0.02],
             unknown: Unknown::Free,
-            single_tree: false,
+            planner: Planner::RrtConnect,
+            shortening: Shortening::Chords,
             rrt: RrtConfig::default(),
             goal_reach: 0.3,
             escape_reach: 0.3,
+        }
+    }
+}
+
+/// How a path is made shorter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shortening {
+    /// Not at all.
+    Nothing,
+    /// Dijkstra's algorithm over its chords (TDK 2016 §5.3), then over chords between points set densely on it.
+    Chords,
+    /// The same, then pulled tight: the shortest way through the same gaps, in more and shorter legs.
+    Tight,
+}
+
+impl Shortening {
+    /// The path made shorter.
+    #[must_use]
+    pub fn apply<S: ConfigSpace + ?Sized>(self, path: &Path, space: &S) -> Path {
+        if self == Self::Nothing {
+            return path.clone();
+        }
+        let corners = shorten(path, space);
+        let dense = shorten(&densify(&corners, spacing_for(&corners)), space);
+        match self {
+            Self::Tight => pull_tight(&dense, space),
+            _ => dense,
         }
     }
 }
@@ -156,50 +192,43 @@ fn plan_in<R: Rng>(
         // Neither a way over cells nor a proof that there is none: a tree had better try where walls are thinnest.
         return Err(fail(NoPath::BudgetSpent { iterations: 0 }));
     }
-    let straight = Segment::new(free_start, aim.point);
-    let (raw, by, growth) = if space.leg_is_free(&straight) {
-        let path = Path {
-            points: vec![free_start, aim.point],
-        };
-        (path, Planner::Straight, None)
-    } else {
-        let growth = grow(space, &wave, free_start, aim.point, config, rng);
-        let by_tree = if config.single_tree {
-            Planner::Rrt
-        } else {
-            Planner::RrtConnect
-        };
-        match (&growth.path, aim.cell.and_then(|c| wave.path_to(space, c))) {
-            (Some(path), _) => (path.clone(), by_tree, Some(growth)),
-            (None, Some(mut path)) => {
-                join_ends(&mut path, space, free_start, aim.point);
-                (path, Planner::Wavefront, Some(growth))
-            }
-            (None, None) => {
+    let query = Query {
+        start: free_start,
+        goal: aim.point,
+    };
+    let looked = look(space, &wave, query, config, rng);
+    let way = || {
+        let mut path = wave.path_to(space, aim.cell?)?;
+        join_ends(&mut path, space, free_start, aim.point);
+        Some(path)
+    };
+    let (raw, by) = match looked.path {
+        Some(path) => (path, looked.by),
+        None => match way() {
+            Some(path) => (path, Planner::Wavefront),
+            None => {
                 return Err(RouteFailure {
                     reason: NoPath::BudgetSpent {
-                        iterations: growth.iterations,
+                        iterations: looked.iterations,
                     },
-                    iterations: growth.iterations,
-                    tree: growth.tree,
+                    iterations: looked.iterations,
+                    tree: looked.tree,
                 });
             }
-        }
+        },
     };
-    let corners = shorten(&raw, space);
-    let mut path = shorten(&densify(&corners, spacing_for(&corners)), space);
+    let mut path = config.shortening.apply(&raw, space);
     let mut raw = raw;
     if free_start != start {
         path.points.insert(0, start);
         raw.points.insert(0, start);
     }
-    let (iterations, tree) = growth.map_or((0, vec![]), |g| (g.iterations, g.tree));
     Ok(Route {
         path,
         raw,
-        tree,
+        tree: looked.tree,
         by,
-        iterations,
+        iterations: looked.iterations,
         margin: 0.0,
     })
 }
@@ -254,28 +283,53 @@ fn aim_at(
     }
 }
 
-/// Grows the configured kind of tree, with points drawn from the cells that the wavefront reached, each moved by up to
-/// half a cell.
-fn grow<R: Rng>(
+/// What the configured planner found.
+struct Looked {
+    path: Option<Path>,
+    by: Planner,
+    iterations: usize,
+    tree: Vec<Segment>,
+}
+
+/// Asks the configured planner; trees draw from the cells that the wavefront reached.
+fn look<R: Rng>(
     space: &GridSpace,
     wave: &Wavefront,
-    start: Point2<f64>,
-    goal: Point2<f64>,
+    query: Query,
     config: &RouteConfig,
     rng: &mut R,
-) -> Growth {
-    let reached = wave.reached();
-    let draw = |rng: &mut R| {
-        let at = (rng.random::<f64>() * reached.len() as f64) as usize;
-        let centre = reached.get(at).map_or(goal, |&cell| space.centre_of(cell));
-        let shift = |u: f64| (u - 0.5) * space.resolution();
-        let (dx, dy) = (shift(rng.random()), shift(rng.random()));
-        Point2::new(centre.x + dx, centre.y + dy)
+) -> Looked {
+    let sampler = || {
+        let reached = wave.reached();
+        let mut centres: Vec<_> = reached.iter().map(|&c| space.centre_of(c)).collect();
+        if centres.is_empty() {
+            centres.push(query.goal);
+        }
+        Sampler::Squares {
+            centres,
+            side: space.resolution(),
+        }
     };
-    if config.single_tree {
-        rrt(space, start, goal, &config.rrt, rng, draw)
-    } else {
-        rrt_connect(space, start, goal, &config.rrt, rng, draw)
+    // A planner that is not offered here leaves the wavefront's path.
+    let Ok(mut search) = Search::new(config.planner, space, query, config.rrt, sampler) else {
+        return Looked {
+            path: None,
+            by: config.planner,
+            iterations: 0,
+            tree: vec![],
+        };
+    };
+    let budget = match config.planner {
+        // They end by themselves, when all cells are expanded.
+        Planner::AStar | Planner::ThetaStar => usize::MAX,
+        _ => config.rrt.max_iterations,
+    };
+    search.step(space, rng, budget);
+    Looked {
+        path: search.path(),
+        by: search.planner(),
+        iterations: search.iterations(),
+        tree: search.tree(),
     }
 }
 

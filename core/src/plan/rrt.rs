@@ -1,23 +1,20 @@
-//! Rapidly exploring random trees.
+//! Rapidly exploring random tree, one tree as in the source.
 //!
-//! In: a configuration space, start and goal, a budget, a seeded generator. Out: a path or none, the budget used, and
-//! the trees to be drawn.
+//! In: a configuration space, start and goal, a seeded generator, iteration by iteration. Out: a path or none yet, and the
+//! tree to be drawn.
 //!
-//! One tree (TDK 2016 §5.2):
+//! An iteration (TDK 2016 §5.2):
 //! 1. Draw a random point; with probability `goal_bias` take the goal instead.
 //! 2. Find the nearest point of the tree, on vertices and on edges; an edge is split there.
 //! 3. Extend towards the drawn point to the last collision-free one.
-//! 4. Stop when the goal is reached or the budget is spent.
-//!
-//! Two trees (Kuffner & LaValle 2000, "RRT-Connect"): one from either end; whenever one has grown, the other is
-//! extended straight towards the new point, and they change places. It needs far fewer iterations where the last metres
-//! lead through a door.
+//! 4. When the goal is reached, the branch to it is the path.
 
-use nalgebra::Point2;
 use rand::{Rng, RngExt};
 
 use super::cspace::ConfigSpace;
 use super::path::Path;
+use super::query::Query;
+use super::sampler::Sampler;
 use super::tree::Tree;
 use crate::geom::Segment;
 
@@ -31,6 +28,15 @@ pub struct RrtConfig {
     pub max_iterations: usize,
     /// Growth shorter than this is dropped, m. Default 0.02: trees do not swarm along walls.
     pub min_growth: f64,
+    /// Longest leg of all trees but the source's, which goes on to the last collision-free point, m. Default 5. Shorter:
+    /// more vertices, shorter and slower first paths.
+    pub range: f64,
+    /// Radius in which RRT* looks for better parents, in units of the least that converges (Karaman & Frazzoli 2011,
+    /// theorem 38). Default 1; larger is shorter in fewer, slower iterations.
+    pub rewire_factor: f64,
+    /// Whether RRT* gets its first path from RRT-Connect, shortened, which finds one many times sooner. Default true; false
+    /// is RRT* as published.
+    pub is_seeded: bool,
 }
 
 impl Default for RrtConfig {
@@ -39,143 +45,69 @@ impl Default for RrtConfig {
             goal_bias: 0.1,
             max_iterations: 3000,
             min_growth: 0.02,
+            range: 5.0,
+            rewire_factor: 1.0,
+            is_seeded: true,
         }
     }
 }
 
-/// What came of growing.
+/// One tree that grows from the start.
 #[derive(Clone, Debug)]
-pub struct Growth {
-    /// The path, if the goal was reached.
-    pub path: Option<Path>,
-    /// Points drawn.
-    pub iterations: usize,
-    /// Legs of all trees.
-    pub tree: Vec<Segment>,
+pub struct Rrt {
+    query: Query,
+    config: RrtConfig,
+    sampler: Sampler,
+    tree: Tree,
+    path: Option<Path>,
 }
 
-/// One tree from `start`, which must be free, as must be `goal`.
-///
-/// `draw` gives the random points, [`anywhere`] for the source's; one that knows where the free space is needs fewer.
-pub fn rrt<S: ConfigSpace + ?Sized, R: Rng>(
-    space: &S,
-    start: Point2<f64>,
-    goal: Point2<f64>,
-    config: &RrtConfig,
-    rng: &mut R,
-    mut draw: impl FnMut(&mut R) -> Point2<f64>,
-) -> Growth {
-    let mut tree = Tree::new(start, space.bounds());
-    for iteration in 1..=config.max_iterations {
-        let target = if rng.random::<f64>() < config.goal_bias {
+impl Rrt {
+    /// A tree of the start alone; both ends of the query must be free.
+    #[must_use]
+    pub fn new<S: ConfigSpace + ?Sized>(
+        space: &S,
+        query: Query,
+        config: RrtConfig,
+        sampler: Sampler,
+    ) -> Self {
+        Self {
+            tree: Tree::new(query.start, space.bounds()),
+            query,
+            config,
+            sampler,
+            path: None,
+        }
+    }
+
+    /// Steps 1 to 4, once.
+    pub fn iterate<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) {
+        let goal = self.query.goal;
+        let target = if rng.random::<f64>() < self.config.goal_bias {
             goal
         } else {
-            draw(rng)
+            self.sampler.draw(rng)
         };
-        let Some(vertex) = extend(&mut tree, space, target, config) else {
-            continue;
-        };
-        if vertex.arrived && target == goal {
-            return Growth {
-                path: Some(Path {
-                    points: tree.branch(vertex.index),
-                }),
-                iterations: iteration,
-                tree: tree.edges().collect(),
-            };
+        let grown = self.tree.extend(space, target, self.config.min_growth);
+        if let Some(vertex) = grown
+            && vertex.arrived
+            && target == goal
+        {
+            self.path = Some(Path {
+                points: self.tree.branch(vertex.index),
+            });
         }
     }
-    Growth {
-        path: None,
-        iterations: config.max_iterations,
-        tree: tree.edges().collect(),
-    }
-}
 
-/// Two trees, from `start` and from `goal`, both of which must be free.
-pub fn rrt_connect<S: ConfigSpace + ?Sized, R: Rng>(
-    space: &S,
-    start: Point2<f64>,
-    goal: Point2<f64>,
-    config: &RrtConfig,
-    rng: &mut R,
-    mut draw: impl FnMut(&mut R) -> Point2<f64>,
-) -> Growth {
-    let mut growing = Tree::new(start, space.bounds());
-    let mut other = Tree::new(goal, space.bounds());
-    let mut from_start = true;
-    for iteration in 1..=config.max_iterations {
-        // The first attempt joins the roots.
-        let target = if iteration == 1 { goal } else { draw(rng) };
-        if let Some(grown) = extend(&mut growing, space, target, config) {
-            let point = growing.branch_end(grown.index);
-            let joined = extend(&mut other, space, point, config).filter(|v| v.arrived);
-            if let Some(met) = joined {
-                let mut points = growing.branch(grown.index);
-                points.extend(other.branch(met.index).into_iter().rev().skip(1));
-                if !from_start {
-                    points.reverse();
-                }
-                return Growth {
-                    path: Some(Path { points }),
-                    iterations: iteration,
-                    tree: growing.edges().chain(other.edges()).collect(),
-                };
-            }
-        }
-        std::mem::swap(&mut growing, &mut other);
-        from_start = !from_start;
+    /// The path, if the goal was reached.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_ref()
     }
-    Growth {
-        path: None,
-        iterations: config.max_iterations,
-        tree: growing.edges().chain(other.edges()).collect(),
-    }
-}
 
-/// Random points anywhere within the bounds of a space.
-pub fn anywhere<S: ConfigSpace + ?Sized, R: Rng>(space: &S) -> impl FnMut(&mut R) -> Point2<f64> {
-    let (low, high) = space.bounds();
-    move |rng| {
-        let (x, y) = (rng.random::<f64>(), rng.random::<f64>());
-        Point2::new(low.x + (high.x - low.x) * x, low.y + (high.y - low.y) * y)
+    /// The legs of the tree.
+    #[must_use]
+    pub fn edges(&self) -> Vec<Segment> {
+        self.tree.edges().collect()
     }
-}
-
-struct Grown {
-    index: usize,
-    /// Whether the target itself was reached.
-    arrived: bool,
-}
-
-/// Steps 2 and 3: from the nearest point of the tree to the last collision-free one towards `target`.
-fn extend<S: ConfigSpace + ?Sized>(
-    tree: &mut Tree,
-    space: &S,
-    target: Point2<f64>,
-    config: &RrtConfig,
-) -> Option<Grown> {
-    let nearest = tree.nearest(target);
-    if nearest.distance == 0.0 {
-        return Some(Grown {
-            index: tree.split(&nearest),
-            arrived: true,
-        });
-    }
-    let leg = Segment::new(nearest.point, target);
-    let free = space.free_length(&leg);
-    let arrived = free >= leg.length();
-    if !arrived && free < config.min_growth {
-        return None;
-    }
-    let point = if arrived {
-        target
-    } else {
-        leg.a + leg.vector() * (free / leg.length())
-    };
-    let vertex = tree.split(&nearest);
-    Some(Grown {
-        index: tree.grow(vertex, point),
-        arrived,
-    })
 }

@@ -163,11 +163,15 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
 
     #[test]
-    fn routes_never_collide_and_exist_where_a_flood_says_so(boxes in boxes(), seed in 0_u64..1000, single_tree: bool) {
+    fn routes_never_collide_and_exist_where_a_flood_says_so(boxes in boxes(), seed in 0_u64..1000, which in 0_usize..6, is_tight: bool) {
+        let planner = [
+            Planner::Rrt, Planner::RrtConnect, Planner::RrtStar, Planner::InformedRrtStar, Planner::AStar, Planner::ThetaStar,
+        ][which];
+        let shortening = if is_tight { Shortening::Tight } else { Shortening::Chords };
         let grid = floor(&boxes);
         let walls = walls_of(&grid);
         let margin = 0.03;
-        let config = RouteConfig { margins: vec![margin], single_tree, goal_reach: 0.0, ..RouteConfig::default() };
+        let config = RouteConfig { margins: vec![margin], planner, shortening, goal_reach: 0.0, ..RouteConfig::default() };
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         // Half a cell: walls may be anywhere in their cells.
         let keep = RADIUS + margin + 0.5 * RESOLUTION;
@@ -210,15 +214,17 @@ proptest! {
         let space = GridSpace::new(&grid, whole(), RADIUS, Unknown::Free);
         prop_assume!(space.is_free(START) && space.is_free(GOAL));
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let draw = anywhere(&space);
-        let growth = rrt(&space, START, GOAL, &RrtConfig { max_iterations: 800, ..RrtConfig::default() }, &mut rng, draw);
+        let query = Query { start: START, goal: GOAL };
+        let config = RrtConfig { max_iterations: 800, ..RrtConfig::default() };
+        let mut search = Search::new(Planner::Rrt, &space, query, config, || Sampler::anywhere(&space)).unwrap();
+        search.step(&space, &mut rng, 800);
         // The march may step over half a step, on which the room shrinks by √2 a metre.
         let slack = space.step() * std::f64::consts::FRAC_1_SQRT_2;
         let reachable = may_reach(&space.with_keep(RADIUS - slack), START, GOAL);
-        prop_assert!(growth.path.is_none() || reachable, "the proof of no path is wrong");
-        if let Some(path) = growth.path {
+        prop_assert!(search.path().is_none() || reachable, "the proof of no path is wrong");
+        if let Some(path) = search.path() {
             prop_assert!(nearest_wall(&path, &walls_of(&grid)) > RADIUS + 0.5 * RESOLUTION - 0.005);
-            prop_assert!(growth.iterations <= 800);
+            prop_assert!(search.iterations() <= 800);
         }
     }
 
@@ -260,7 +266,7 @@ fn shortest_chords_round_a_box_touch_its_corner_only() {
     // A wall from (1, 0) to (1, 1): the shortest way from (0, 0.5) to (2, 0.5) bends round its end.
     let wall = Segment::new(Point2::new(1.0, 0.0), Point2::new(1.0, 1.0));
     let bounds = (Point2::new(-1.0, 0.0), Point2::new(3.0, 3.0));
-    let space = SegmentSpace::new(vec![wall], 0.1, bounds);
+    let space = SegmentSpace::new(vec![wall], 0.1, bounds).unwrap();
     let points = [
         (0.0, 0.5),
         (0.0, 2.0),
@@ -282,7 +288,7 @@ fn a_leg_past_a_segment_is_judged_by_the_exact_capsule() {
     let wall = Segment::new(Point2::new(0.0, 0.0), Point2::new(1.0, 0.0));
     let bounds = (Point2::new(-2.0, -2.0), Point2::new(3.0, 2.0));
     for (keep, free) in [(0.2 - 1e-9, true), (0.2 + 1e-9, false)] {
-        let space = SegmentSpace::new(vec![wall], keep, bounds);
+        let space = SegmentSpace::new(vec![wall], keep, bounds).unwrap();
         let leg = Segment::new(Point2::new(-1.0, 0.2), Point2::new(2.0, 0.2));
         assert_eq!(space.leg_is_free(&leg), free);
         let marched = space.free_length(&leg);
@@ -301,7 +307,10 @@ fn both_spaces_at_once_are_as_tight_as_the_tighter() {
     let bounds = space.bounds();
     let leg = Segment::new(Point2::new(1.0, 1.5), Point2::new(2.0, 1.5));
     assert!(space.leg_is_free(&leg));
-    let both = Both(space, SegmentSpace::new(vec![wall], RADIUS, bounds));
+    let both = Both(
+        space,
+        SegmentSpace::new(vec![wall], RADIUS, bounds).unwrap(),
+    );
     assert!(!both.leg_is_free(&leg) && both.is_free(leg.a));
 }
 

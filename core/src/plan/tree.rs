@@ -9,6 +9,7 @@
 
 use nalgebra::Point2;
 
+use super::cspace::ConfigSpace;
 use crate::geom::Segment;
 use crate::map::cells_on_ray;
 
@@ -36,6 +37,15 @@ pub struct Nearest {
     pub edge: usize,
     /// Distance, m.
     pub distance: f64,
+}
+
+/// What an extension has added.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grown {
+    /// The new vertex, or the one that was there already.
+    pub index: usize,
+    /// Whether the target itself was reached.
+    pub arrived: bool,
 }
 
 impl Tree {
@@ -127,6 +137,38 @@ impl Tree {
         vertex
     }
 
+    /// Grows from the nearest point of the tree to the last collision-free one towards `target`; `None` where that is
+    /// less than `least` metres.
+    pub fn extend<S: ConfigSpace + ?Sized>(
+        &mut self,
+        space: &S,
+        target: Point2<f64>,
+        least: f64,
+    ) -> Option<Grown> {
+        let nearest = self.nearest(target);
+        if nearest.distance == 0.0 {
+            let index = self.split(&nearest);
+            return Some(Grown {
+                index,
+                arrived: true,
+            });
+        }
+        let leg = Segment::new(nearest.point, target);
+        let free = space.free_length(&leg);
+        let arrived = free >= leg.length();
+        if !arrived && free < least {
+            return None;
+        }
+        let point = if arrived {
+            target
+        } else {
+            leg.a + leg.vector() * (free / leg.length())
+        };
+        let vertex = self.split(&nearest);
+        let index = self.grow(vertex, point);
+        Some(Grown { index, arrived })
+    }
+
     /// Where a vertex is.
     #[must_use]
     pub fn branch_end(&self, vertex: usize) -> Point2<f64> {
@@ -154,8 +196,13 @@ struct Raster {
     side: f64,
     cols: i32,
     rows: i32,
-    cells: Vec<Vec<u32>>,
+    /// The last entry of each cell; [`NONE`] where there is none.
+    heads: Vec<u32>,
+    /// An edge, and the entry before it in the same cell.
+    entries: Vec<(u32, u32)>,
 }
+
+const NONE: u32 = u32::MAX;
 
 /// Cells along the longer side of the raster.
 const RASTER_CELLS: f64 = 48.0;
@@ -171,7 +218,8 @@ impl Raster {
             side,
             cols,
             rows,
-            cells: vec![vec![]; (cols * rows) as usize],
+            heads: vec![NONE; (cols * rows) as usize],
+            entries: vec![],
         }
     }
 
@@ -186,10 +234,11 @@ impl Raster {
 
     fn register(&mut self, edge: usize, a: Point2<f64>, b: Point2<f64>) {
         let (a, b) = (self.at(a), self.at(b));
-        let (cols, cells) = (self.cols, &mut self.cells);
+        let (cols, heads, entries) = (self.cols, &mut self.heads, &mut self.entries);
         cells_on_ray(a, b, |cell| {
-            if let Some(edges) = cells.get_mut((cell.row * cols + cell.col) as usize) {
-                edges.push(edge as u32);
+            if let Some(head) = heads.get_mut((cell.row * cols + cell.col) as usize) {
+                entries.push((edge as u32, *head));
+                *head = entries.len() as u32 - 1;
             }
         });
     }
@@ -212,8 +261,11 @@ impl Raster {
                 let mut c = col - ring;
                 while c <= col + ring {
                     if (0..self.cols).contains(&c) {
-                        for &edge in &self.cells[(r * self.cols + c) as usize] {
+                        let mut at = self.heads[(r * self.cols + c) as usize];
+                        while at != NONE {
+                            let (edge, before) = self.entries[at as usize];
                             least = visit(edge as usize);
+                            at = before;
                         }
                     }
                     c += step;

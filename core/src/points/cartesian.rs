@@ -7,7 +7,7 @@
 
 use nalgebra::{Point2, Vector2};
 
-use super::MotionHistory;
+use super::{MotionHistory, RangeSigma};
 use crate::geom::Pose2;
 use crate::robot::{Scan, Stamp};
 
@@ -18,6 +18,8 @@ pub struct PointConfig {
     pub min_range: f64,
     /// Readings farther than this count as no return, m. Default infinite: the sensor's own limit.
     pub max_range: f64,
+    /// σ(ρ) of this sensor, as estimated. Default none: what the scan says of itself.
+    pub sigma: Option<RangeSigma>,
 }
 
 impl Default for PointConfig {
@@ -25,6 +27,7 @@ impl Default for PointConfig {
         Self {
             min_range: 0.05,
             max_range: f64::INFINITY,
+            sigma: None,
         }
     }
 }
@@ -131,7 +134,7 @@ impl Points {
                     origin_in_robot: robot_from_beam.position(),
                     end_in_robot: robot_from_beam * Point2::from(Vector2::new(cos, sin) * range),
                     range,
-                    sigma: f64::from(sigma),
+                    sigma: config.sigma.map_or(f64::from(sigma), |s| s.at(range)),
                     is_hit,
                 })
             })

@@ -2,6 +2,7 @@
 
 mod cartesian;
 mod deskew;
+mod near;
 mod oriented;
 mod range_sigma;
 mod segmentation;
@@ -9,7 +10,11 @@ mod spacing;
 
 pub use cartesian::{Beam, PointConfig, Points};
 pub use deskew::{MotionHistory, MovedSince};
+pub use near::{NearConfig, NearField};
 pub use oriented::{OrientedConfig, OrientedPoint, oriented_points};
-pub use range_sigma::{Growth, SigmaBin, SigmaConfig, SigmaError, SigmaFit, estimate_sigma};
+pub use range_sigma::{
+    Growth, RangeSigma, SigmaBin, SigmaConfig, SigmaError, SigmaFit, estimate_sigma,
+    estimate_sigma_of_stretches,
+};
 pub use segmentation::{BreakRule, Run, SegmentationConfig, segment};
 pub use spacing::{SpacingError, SpacingModel};

@@ -85,6 +85,28 @@ pub struct SigmaBin {
     pub clipped: usize,
 }
 
+/// σ(ρ) to use instead of what a scan says of itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RangeSigma {
+    /// How it grows.
+    pub growth: Growth,
+    /// a, m.
+    pub constant: f64,
+    /// b, m/m or m/m².
+    pub slope: f64,
+    /// σ is not less than this, m, more than 0: a fit may run below 0 where nothing was measured.
+    pub least: f64,
+}
+
+impl RangeSigma {
+    /// σ at `range`, m.
+    #[must_use]
+    pub fn at(&self, range: f64) -> f64 {
+        let terms = self.growth.terms(range);
+        (self.constant + self.slope * terms[1]).max(self.least)
+    }
+}
+
 /// Why no σ(ρ) can be estimated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -134,6 +156,18 @@ impl SigmaFit {
         self.coefficients.dot(&self.growth.terms(range))
     }
 
+    /// To be used for other scans of the sensor; not below half of the least that was measured.
+    #[must_use]
+    pub fn to_use(&self) -> RangeSigma {
+        let least = self.bins.iter().map(|bin| bin.sigma);
+        RangeSigma {
+            growth: self.growth,
+            constant: self.coefficients[0],
+            slope: self.coefficients[1],
+            least: 0.5 * least.fold(f64::INFINITY, f64::min),
+        }
+    }
+
     /// How uncertain σ at `range` is, m.
     #[must_use]
     pub fn error_at(&self, range: f64) -> f64 {
@@ -146,12 +180,22 @@ impl SigmaFit {
 ///
 /// # Errors    [`SigmaError`]: scans of different sensors, too few readings, a setting out of range.
 pub fn estimate_sigma(scans: &[Scan], config: &SigmaConfig) -> Result<SigmaFit, SigmaError> {
+    estimate_sigma_of_stretches(&[scans], config)
+}
+
+/// The same from several stretches of scans; between two stretches the sensor may have moved.
+///
+/// # Errors    [`SigmaError`]: scans of different sensors in one stretch, too few readings, a setting out of range.
+pub fn estimate_sigma_of_stretches(
+    stretches: &[&[Scan]],
+    config: &SigmaConfig,
+) -> Result<SigmaFit, SigmaError> {
     for (field, value) in [("bin", config.bin), ("clip", config.clip)] {
         if !(value > 0.0 && value.is_finite()) {
             return Err(SigmaError::Config { field, value });
         }
     }
-    let bins: Vec<SigmaBin> = differences(scans, config.bin)?
+    let bins: Vec<SigmaBin> = differences(stretches, config.bin)?
         .into_values()
         .map(|of_bin| clipped(of_bin, config.clip))
         .filter(|bin| bin.used >= config.least_in_bin.max(2))
@@ -165,30 +209,39 @@ pub fn estimate_sigma(scans: &[Scan], config: &SigmaConfig) -> Result<SigmaFit, 
     fit(bins, config.growth)
 }
 
-/// (range, difference) of successive readings of the same beam, by bin.
-fn differences(scans: &[Scan], bin: f64) -> Result<BTreeMap<u32, Vec<(f64, f64)>>, SigmaError> {
-    let mut bins: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
-    let pairs = scans.iter().zip(scans.iter().skip(1)).enumerate();
-    for (index, (before, after)) in pairs {
-        if after.len() != before.len() {
-            return Err(SigmaError::Uneven {
-                scan: index + 1,
-                found: after.len(),
-                expected: before.len(),
-            });
-        }
-        // The greatest range is what some sensors say where nothing came back.
-        let is_reading = |r: &f64| r.is_finite() && *r < before.max_range;
-        for (&first, &second) in before.ranges.iter().zip(&after.ranges) {
-            let (first, second) = (f64::from(first), f64::from(second));
-            if is_reading(&first) && is_reading(&second) {
-                let range = 0.5 * (first + second);
-                let of_bin = bins.entry((range / bin) as u32).or_default();
-                of_bin.push((range, second - first));
+/// (range, difference) of successive readings, by bin.
+type Bins = BTreeMap<u32, Vec<(f64, f64)>>;
+
+/// Those of the same beam, within each stretch.
+fn differences(stretches: &[&[Scan]], bin: f64) -> Result<Bins, SigmaError> {
+    let mut bins = Bins::new();
+    for scans in stretches {
+        let pairs = scans.iter().zip(scans.iter().skip(1)).enumerate();
+        for (index, (before, after)) in pairs {
+            if after.len() != before.len() {
+                return Err(SigmaError::Uneven {
+                    scan: index + 1,
+                    found: after.len(),
+                    expected: before.len(),
+                });
             }
+            compare(before, after, bin, &mut bins);
         }
     }
     Ok(bins)
+}
+
+fn compare(before: &Scan, after: &Scan, bin: f64, bins: &mut Bins) {
+    // The greatest range is what some sensors say where nothing came back.
+    let is_reading = |r: &f64| r.is_finite() && *r < before.max_range;
+    for (&first, &second) in before.ranges.iter().zip(&after.ranges) {
+        let (first, second) = (f64::from(first), f64::from(second));
+        if is_reading(&first) && is_reading(&second) {
+            let range = 0.5 * (first + second);
+            let of_bin = bins.entry((range / bin) as u32).or_default();
+            of_bin.push((range, second - first));
+        }
+    }
 }
 
 fn clipped(mut differences: Vec<(f64, f64)>, clip: f64) -> SigmaBin {

@@ -19,6 +19,7 @@
 
 mod design;
 mod discrete;
+pub mod fixed;
 mod observer;
 mod riccati;
 #[cfg(test)]
@@ -47,6 +48,8 @@ pub struct Wish {
 pub struct DriveController {
     train: DriveTrain,
     gains: Gains,
+    /// No motor gets more, V.
+    supply: f64,
     radians_per_count: f64,
     observers: [Observer; 2],
     /// Wished angles less the observed ones of when the motion began: of the left shaft, and ΔΨ, rad.
@@ -87,6 +90,7 @@ impl DriveController {
         let gains = Gains::design(train, period, radians_per_count, config)?;
         Ok(Self {
             train: *train,
+            supply: train.battery,
             gains,
             radians_per_count,
             observers: gains.observers.map(Observer::new),
@@ -100,6 +104,14 @@ impl DriveController {
     #[must_use]
     pub fn gains(&self) -> &Gains {
         &self.gains
+    }
+
+    /// Takes what the battery gives now, V: saturation falls with it. It never counts on more than the drive train's own
+    /// figure; what is no number leaves it as it was.
+    pub fn set_supply(&mut self, volts: f64) {
+        if volts.is_finite() {
+            self.supply = volts.clamp(0.0, self.train.battery);
+        }
     }
 
     /// What the observers make of the counts, left and right.
@@ -144,7 +156,7 @@ impl DriveController {
         }
         let error = self.error(wishes);
         let wanted = self.wanted(&error, wishes);
-        self.voltages = within_battery(wanted, self.train.battery);
+        self.voltages = within_battery(wanted, self.supply);
         self.integrate(&error, wanted, wishes);
         self.voltages
     }

@@ -1,6 +1,6 @@
 //! What every robot answers: the simulated one, a real one behind its bridge.
 
-use super::{Command, Odometry, RobotModel, Scan, Stamp};
+use super::{Bumpers, Command, Odometry, RobotModel, Scan, Stamp};
 
 /// A robot, as those see it who drive it.
 ///
@@ -27,6 +27,11 @@ pub trait Robot {
 
     /// The oldest scan that nobody took yet.
     fn take_scan(&mut self) -> Option<Scan>;
+
+    /// Which bumpers are pressed now; a robot without any presses none.
+    fn bumpers(&self) -> Bumpers {
+        Bumpers::default()
+    }
 
     /// Whether it scans only on [`Command::Scan`], standing; others scan all the time.
     fn scans_on_command(&self) -> bool;

@@ -2,6 +2,7 @@
 //! commands, the figures of the robot itself, and what turns a ranger's volts into a range.
 
 mod adc;
+mod bumpers;
 mod characteristic;
 pub mod chassis;
 mod command;
@@ -14,6 +15,7 @@ mod scan;
 mod stamp;
 
 pub use adc::Adc;
+pub use bumpers::Bumpers;
 pub use characteristic::{
     CalibrationPair, Characteristic, CharacteristicError, Fit, LEAST_PAIRS, Variable,
 };
@@ -21,6 +23,6 @@ pub use command::Command;
 pub use interface::Robot;
 pub use model::{OdometryBias, OdometryNoise, RobotModel};
 pub use motor::{DriveTrain, MotorError, MotorModel};
-pub use odometry::{Odometry, OdometryError, TrackOdometry, Tracks};
+pub use odometry::{Odometry, OdometryError, TrackNoise, TrackOdometry, Tracks};
 pub use scan::{Scan, ScanError};
 pub use stamp::Stamp;

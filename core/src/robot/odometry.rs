@@ -140,6 +140,21 @@ impl Tracks {
     /// (2004), eq. (5.8).
     #[must_use]
     pub fn covariance(&self, track_width: f64, noise: &OdometryNoise) -> Matrix3<f64> {
+        let of_track = |way: f64| noise.per_metre * way.abs();
+        let mut cov = self.propagated(track_width, [of_track(self.left), of_track(self.right)]);
+        let advance = 0.5 * (self.right + self.left);
+        let turn = (self.right - self.left) / track_width;
+        cov[(1, 1)] += noise.lateral_per_metre * advance.abs();
+        cov[(2, 2)] += noise.heading_per_radian * turn.abs();
+        symmetrize(&mut cov);
+        cov
+    }
+
+    /// F_u Q F_uᵀ: covariance of [`Tracks::motion`] for variances of the distances of the left and the right track, m².
+    ///
+    /// Source: TDK 2016 §3.1.
+    #[must_use]
+    pub fn propagated(&self, track_width: f64, variances: [f64; 2]) -> Matrix3<f64> {
         let advance = 0.5 * (self.right + self.left);
         let turn = (self.right - self.left) / track_width;
         let (sin, cos) = sin_cos(0.5 * turn);
@@ -153,17 +168,31 @@ impl Tracks {
             0.5 * sin - across, 0.5 * sin + across,
             -1.0 / track_width, 1.0 / track_width,
         );
-        let tracks = Matrix2::new(
-            noise.per_metre * self.left.abs(),
-            0.0,
-            0.0,
-            noise.per_metre * self.right.abs(),
-        );
+        let tracks = Matrix2::new(variances[0], 0.0, 0.0, variances[1]);
         let mut cov = by_tracks * tracks * by_tracks.transpose();
-        cov[(1, 1)] += noise.lateral_per_metre * advance.abs();
-        cov[(2, 2)] += noise.heading_per_radian * turn.abs();
         symmetrize(&mut cov);
         cov
+    }
+}
+
+/// What a filter is told of the chance in the odometry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TrackNoise {
+    /// Variances grow with the way and the turn.
+    Proportional(OdometryNoise),
+    /// The same variance for each track in each reading of the encoders, m², however far it ran: a robot that stands loses its
+    /// way, and one that runs is believed too much. TDK 2016 §3.1, the source's constant Q.
+    Constant(f64),
+}
+
+impl TrackNoise {
+    /// Covariance of [`Tracks::motion`].
+    #[must_use]
+    pub fn covariance(&self, tracks: &Tracks, track_width: f64) -> Matrix3<f64> {
+        match self {
+            Self::Proportional(noise) => tracks.covariance(track_width, noise),
+            Self::Constant(variance) => tracks.propagated(track_width, [*variance; 2]),
+        }
     }
 }
 
@@ -172,7 +201,7 @@ impl Tracks {
 pub struct TrackOdometry {
     metres_per_tick: f64,
     track_width: f64,
-    noise: OdometryNoise,
+    noise: TrackNoise,
     last: Option<(Stamp, [i64; 2])>,
 }
 
@@ -183,9 +212,14 @@ impl TrackOdometry {
         Self {
             metres_per_tick: model.metres_per_tick,
             track_width: model.track_width,
-            noise: model.odometry_noise,
+            noise: TrackNoise::Proportional(model.odometry_noise),
             last: None,
         }
+    }
+
+    /// From here on the covariances are these.
+    pub fn set_noise(&mut self, noise: TrackNoise) {
+        self.noise = noise;
     }
 
     /// The motion since the last call, from counts `[left, right]`; the first call stands still.
@@ -202,7 +236,7 @@ impl TrackOdometry {
             from,
             to: stamp,
             motion: tracks.motion(self.track_width),
-            cov: tracks.covariance(self.track_width, &self.noise),
+            cov: self.noise.covariance(&tracks, self.track_width),
         }
     }
 }
@@ -314,6 +348,27 @@ mod tests {
             let analytic = Tracks { left, right }.covariance(b, &noise);
             assert!((numeric - analytic).norm() < 1e-8, "{numeric} {analytic}");
         }
+    }
+
+    #[test]
+    fn constant_noise_does_not_ask_how_far_the_tracks_ran() {
+        let (b, q) = (0.2, 1e-6);
+        let noise = TrackNoise::Constant(q);
+        let standing = noise.covariance(&Tracks::default(), b);
+        // Δs = (R + L)/2 and Δθ = (R - L)/b of two independent errors.
+        assert!((standing[(0, 0)] - 0.5 * q).abs() < 1e-18);
+        assert!((standing[(2, 2)] - 2.0 * q / (b * b)).abs() < 1e-15);
+        let straight = Tracks {
+            left: 1.0,
+            right: 1.0,
+        };
+        assert!((noise.covariance(&straight, b)[(2, 2)] - standing[(2, 2)]).abs() < 1e-18);
+        let model = RobotModel::rp6();
+        let proportional = TrackNoise::Proportional(model.odometry_noise);
+        assert_eq!(
+            proportional.covariance(&straight, b),
+            straight.covariance(b, &model.odometry_noise)
+        );
     }
 
     #[test]

@@ -1,16 +1,17 @@
 //! The battery: volts that sag with the load and fall with time.
 //!
-//! In: how fast the tracks run in each step. Out: volts, as the robot's converter counts them.
+//! In: the power that the motors take in each step. Out: volts, as the robot's converter counts them.
 //!
-//! 1. The motors draw a current for turning at all and one that grows with their speed and with its change; the
-//!    electronics draw theirs always.
+//! 1. Motors are fed by chopping: of the battery's voltage U a motor at voltage u gets the part u/U of the time, and its current i
+//!    flows through the battery for that part. A motor that pushes a wall induces no voltage against its current: it draws
+//!    most. One that brakes feeds nothing back. The electronics draw theirs always.
 //! 2. Charge is current times time; the open-circuit voltage of a cell follows from the charge that is left.
 //! 3. The terminals show less by current times inner resistance.
 //!
 //! Source: the RP6 manual (six NiMH cells, 2.5 Ah, analogue reading of the battery); discharge curve rounded from cell data
 //! sheets (Panasonic HHR): quick from 1.40 V, flat near 1.24 V, and a cliff below a tenth of the charge.
 
-use crate::robot::{Adc, Tracks};
+use crate::robot::Adc;
 
 /// Figures of a battery and of what it feeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,10 +24,6 @@ pub struct BatteryModel {
     pub resistance: f64,
     /// What the electronics draw, A. Default 0.25.
     pub idle: f64,
-    /// What a motor draws for each m/s of its track, A s/m. Default 2.
-    pub per_speed: f64,
-    /// What a motor draws for each m/s² of its track, A s²/m. Default 0.8.
-    pub per_acceleration: f64,
     /// What the volts are counted by. Default: 10 bits over 15 V, behind the robot's divider.
     pub adc: Adc,
 }
@@ -38,8 +35,6 @@ impl Default for BatteryModel {
             capacity: 9000.0,
             resistance: 0.25,
             idle: 0.25,
-            per_speed: 2.0,
-            per_acceleration: 0.8,
             adc: Adc {
                 bits: 10,
                 reference: 15.0,
@@ -47,6 +42,28 @@ impl Default for BatteryModel {
         }
     }
 }
+
+impl BatteryModel {
+    /// As many cells as motors for `volts` need: 1.2 V each. Default for 7.2 V; resistance and converter grow with it.
+    #[must_use]
+    pub fn for_motors(volts: f64) -> Self {
+        let default = Self::default();
+        let cells = volts / NOMINAL;
+        let part = cells / default.cells;
+        Self {
+            cells,
+            resistance: part * default.resistance,
+            adc: Adc {
+                reference: part * default.adc.reference,
+                ..default.adc
+            },
+            ..default
+        }
+    }
+}
+
+/// What a cell is said to have, V.
+const NOMINAL: f64 = 1.2;
 
 /// Charge left (as a part) and open-circuit volts of a cell, from full to empty.
 const CELL: [(f64, f64); 6] = [
@@ -66,8 +83,6 @@ pub(super) struct Battery {
     drawn: f64,
     /// Current of the last step, A.
     current: f64,
-    /// Speeds of the tracks in the last step, m/s.
-    speeds: Tracks,
 }
 
 impl Battery {
@@ -76,36 +91,31 @@ impl Battery {
             model,
             drawn: 0.0,
             current: model.idle,
-            speeds: Tracks::default(),
         }
     }
 
-    /// Takes what the tracks ran (m) in `dt` seconds.
-    pub(super) fn step(&mut self, dt: f64, run: &Tracks) {
-        let speeds = Tracks {
-            left: run.left / dt,
-            right: run.right / dt,
-        };
-        let of_motor = |before: f64, now: f64| {
-            // Braking feeds nothing back.
-            let quicker = (now.abs() - before.abs()).max(0.0) / dt;
-            self.model.per_speed * now.abs() + self.model.per_acceleration * quicker
-        };
-        let left = of_motor(self.speeds.left, speeds.left);
-        let right = of_motor(self.speeds.right, speeds.right);
-        self.current = self.model.idle + left + right;
+    /// Takes what the motors drew in `dt` seconds, W on average.
+    pub(super) fn step(&mut self, dt: f64, watts: f64) {
+        // The volts of the step before: they hardly change in one.
+        let volts = self.terminals().max(LEAST_VOLTS);
+        self.current = self.model.idle + watts.max(0.0) / volts;
         self.drawn += self.current * dt;
-        self.speeds = speeds;
+    }
+
+    fn terminals(&self) -> f64 {
+        let left = 1.0 - self.drawn / self.model.capacity;
+        self.model.cells * cell_volts(left) - self.model.resistance * self.current
     }
 
     /// Volts at the terminals, as the converter counts them.
     pub(super) fn volts(&self) -> f64 {
-        let left = 1.0 - self.drawn / self.model.capacity;
-        let open = self.model.cells * cell_volts(left);
-        let sagged = open - self.model.resistance * self.current;
+        let sagged = self.terminals();
         self.model.adc.volts(self.model.adc.counts(sagged))
     }
 }
+
+/// Below this the current for a power is no longer asked for, V: electronics switch off sooner.
+const LEAST_VOLTS: f64 = 1.0;
 
 /// Open-circuit volts of a cell with this part of its charge left.
 fn cell_volts(left: f64) -> f64 {
@@ -125,45 +135,44 @@ mod tests {
 
     const DT: f64 = 0.005;
 
-    fn after(seconds: f64, speed: f64) -> Battery {
+    fn after(seconds: f64, watts: f64) -> Battery {
         let mut battery = Battery::new(BatteryModel::default());
-        let run = Tracks {
-            left: speed * DT,
-            right: -speed * DT,
-        };
         for _ in 0..(seconds / DT).round() as usize {
-            battery.step(DT, &run);
+            battery.step(DT, watts);
         }
         battery
     }
 
     #[test]
     fn volts_sag_with_the_load_by_current_times_resistance() {
-        // 0.25 A against 0.25 + 2 · 2 · 0.3 A: 1.2 A and 0.25 Ω more.
-        let sag = after(1.0, 0.0).volts() - after(1.0, 0.3).volts();
-        assert!((sag - 0.30).abs() < 0.03, "{sag}");
-        // Gathering speed costs more than keeping it.
-        let mut battery = after(1.0, 0.0);
-        let run = |speed: f64| Tracks {
-            left: speed * DT,
-            right: speed * DT,
-        };
-        battery.step(DT, &run(0.003));
-        let quickening = battery.current;
-        battery.step(DT, &run(0.003));
-        assert!((quickening - battery.current - 2.0 * 0.8 * 0.6).abs() < 1e-9);
+        // 8.4 V open: at 9.6 W the current i solves i = 0.25 + 9.6 / (8.4 - 0.25 i), 1.44 A.
+        let loaded = after(0.5, 9.6);
+        assert!((loaded.current - 1.44).abs() < 0.01, "{}", loaded.current);
+        let sag = after(0.5, 0.0).volts() - loaded.volts();
+        assert!((sag - 0.25 * 1.19).abs() < 0.02, "{sag}");
+        // Who brakes feeds nothing back.
+        assert_eq!(after(0.5, -3.0).current, 0.25);
     }
 
     #[test]
     fn volts_fall_with_time_until_the_battery_is_empty() {
         let volts: Vec<f64> = (0..8)
-            .map(|i| after(1200.0 * f64::from(i), 0.3).volts())
+            .map(|i| after(1200.0 * f64::from(i), 8.0).volts())
             .collect();
         assert!(volts.windows(2).all(|w| w[1] <= w[0]), "{volts:?}");
-        // 9000 A s at 1.45 A last 6207 s; at the cliff a cell has 0.9 V.
-        let last = after(6300.0, 0.3).volts();
-        assert!((last - (6.0 * 0.9 - 0.25 * 1.45)).abs() < 0.02, "{last}");
+        // 2.5 A h at 0.25 A last ten hours.
+        assert!(after(0.9 * 36_000.0, 0.0).volts() > 7.0);
+        assert!(after(1.01 * 36_000.0, 0.0).volts() < 5.5);
         assert!((cell_volts(0.7) - 1.27).abs() < 1e-12);
         assert_eq!((cell_volts(2.0), cell_volts(-1.0)), (1.40, 0.90));
+    }
+
+    #[test]
+    fn motors_of_12_volts_get_ten_cells() {
+        assert_eq!(BatteryModel::for_motors(7.2).cells.round(), 6.0);
+        let model = BatteryModel::for_motors(12.0);
+        assert!((model.cells - 10.0).abs() < 1e-12);
+        let volts = Battery::new(model).volts();
+        assert!((13.8..14.0).contains(&volts), "{volts}");
     }
 }

@@ -16,10 +16,11 @@
 use nalgebra::{Point2, Vector2};
 use rand::{Rng, RngExt};
 
+use super::contact::{Contacts, Touch};
 use super::noise::gaussian_pair;
 use super::{Caster, Disc};
 use crate::geom::{Pose2, Segment, sin_cos, wrap};
-use crate::robot::{OdometryBias, OdometryNoise, RobotModel, Tracks};
+use crate::robot::{Bumpers, OdometryBias, OdometryNoise, RobotModel, Tracks};
 
 /// The body stops this far before a touch, m, so that rounding never puts it inside of a wall.
 const SKIN: f64 = 1e-5;
@@ -29,17 +30,6 @@ const TOUCH: f64 = 1e-3;
 const MOST_SLIDES: usize = 4;
 /// How far around the body free room is looked for, m.
 const LOOKOUT: f64 = 0.4;
-
-/// Which bumpers are pressed.
-///
-/// The RP6 has two in front; a push from behind presses neither, but is a contact all the same.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Bumpers {
-    /// Front left.
-    pub left: bool,
-    /// Front right.
-    pub right: bool,
-}
 
 /// The robot's body in the world.
 #[derive(Clone, Debug)]
@@ -53,9 +43,8 @@ pub(super) struct Body {
     heading: f64,
     /// Around this point no wall is nearer than this, m.
     free: (Point2<f64>, f64),
-    contacts: u32,
-    /// Direction from the body to what it touches, world frame.
-    touching: Option<Vector2<f64>>,
+    contacts: Contacts,
+    touching: Option<Touch>,
     /// What of the last step's way ahead was lost to something in it, m.
     lost: f64,
 }
@@ -77,7 +66,7 @@ impl Body {
             position: world_from_robot.position(),
             heading: world_from_robot.heading(),
             free: (world_from_robot.position(), 0.0),
-            contacts: 0,
+            contacts: Contacts::default(),
             touching: None,
             lost: 0.0,
         }
@@ -99,8 +88,13 @@ impl Body {
         self.radius
     }
 
-    pub(super) fn contacts(&self) -> u32 {
+    pub(super) fn contacts(&self) -> Contacts {
         self.contacts
+    }
+
+    /// Walls have changed: what was known of free room is void.
+    pub(super) fn forget_free_room(&mut self) {
+        self.free = (self.position, 0.0);
     }
 
     /// How much farther the tracks ran than the body moved in the last step because something stood in the way, m.
@@ -109,10 +103,10 @@ impl Body {
     }
 
     pub(super) fn bumpers(&self) -> Bumpers {
-        let Some(touched) = self.touching else {
+        let Some(Touch { to, .. }) = self.touching else {
             return Bumpers::default();
         };
-        let bearing = wrap(libm::atan2(touched.y, touched.x) - self.heading);
+        let bearing = wrap(libm::atan2(to.y, to.x) - self.heading);
         let front = bearing.abs() < std::f64::consts::FRAC_PI_2;
         // Straight ahead presses both.
         Bumpers {
@@ -130,6 +124,7 @@ impl Body {
         rng: &mut impl Rng,
     ) {
         self.lost = 0.0;
+        let before = self.position;
         if tracks.left != 0.0 || tracks.right != 0.0 {
             let (way, turn) = self.slipped(tracks, rng);
             let lost = self.move_by(way, caster, movers);
@@ -137,7 +132,7 @@ impl Body {
             self.lost = lost.dot(&Vector2::new(cos, sin));
             self.heading = wrap(self.heading + turn);
         }
-        self.feel(caster, movers);
+        self.feel(self.position - before, caster, movers);
     }
 
     /// The motion in the world frame that comes of the tracks' way, and the turn.
@@ -235,30 +230,39 @@ impl Body {
         first
     }
 
-    /// Counts a contact when one begins.
-    fn feel(&mut self, caster: &Caster, movers: &[Disc]) {
-        let reach = self.radius + TOUCH;
-        let mut nearest: Option<Vector2<f64>> = None;
-        let mut take = |to: Vector2<f64>| {
-            if nearest.is_none_or(|n| to.norm_squared() < n.norm_squared()) {
-                nearest = Some(to);
+    /// Counts a contact when one begins, in a step in which the body moved by `way`.
+    fn feel(&mut self, way: Vector2<f64>, caster: &Caster, movers: &[Disc]) {
+        let touching = self
+            .nearest(caster, movers)
+            .filter(|touch| touch.to.norm() <= self.radius + TOUCH);
+        if let (Some(touch), None) = (&touching, &self.touching) {
+            self.contacts.count(touch, way);
+        }
+        self.touching = touching;
+    }
+
+    /// The nearest surface around, as far as it matters for a touch.
+    fn nearest(&self, caster: &Caster, movers: &[Disc]) -> Option<Touch> {
+        let mut nearest: Option<Touch> = None;
+        let mut take = |to: Vector2<f64>, is_mover: bool| {
+            if nearest.is_none_or(|n| to.norm_squared() < n.to.norm_squared()) {
+                nearest = Some(Touch { to, is_mover });
             }
         };
         if (self.position - self.free.0).norm() > self.free.1 {
-            caster.near(self.position, reach, |_, wall| {
-                take(wall.segment.closest_point(self.position) - self.position);
+            caster.near(self.position, self.radius + TOUCH, |_, wall| {
+                take(
+                    wall.segment.closest_point(self.position) - self.position,
+                    false,
+                );
             });
         }
         for mover in movers {
             let to = mover.centre - self.position;
             let distance = to.norm();
-            take(to * ((distance - mover.radius) / distance.max(1e-9)));
+            take(to * ((distance - mover.radius) / distance.max(1e-9)), true);
         }
-        let touching = nearest.filter(|to| to.norm() <= reach);
-        if touching.is_some() && self.touching.is_none() {
-            self.contacts = self.contacts.saturating_add(1);
-        }
-        self.touching = touching;
+        nearest
     }
 }
 
@@ -328,132 +332,4 @@ fn touch_of_disc(
 }
 
 #[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-    use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
-
-    use super::*;
-    use crate::sim::{Material, Wall};
-
-    fn caster(segments: &[Segment]) -> Caster {
-        let wall = |&segment: &Segment| Wall {
-            segment,
-            material: Material::Opaque,
-        };
-        Caster::new(segments.iter().map(wall).collect())
-    }
-
-    fn segment() -> impl Strategy<Value = Segment> {
-        (-3.0..3.0_f64, -3.0..3.0_f64, -2.0..2.0_f64, -2.0..2.0_f64)
-            .prop_map(|(x, y, dx, dy)| Segment::new(Point2::new(x, y), Point2::new(x + dx, y + dy)))
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(500))]
-
-        #[test]
-        fn touch_is_where_the_distance_first_falls_to_the_radius(s in segment(), angle in -3.2..3.2_f64, radius in 0.05..0.5_f64) {
-            let from = Point2::origin();
-            prop_assume!(s.distance(from) > radius);
-            let direction = Vector2::new(libm::cos(angle), libm::sin(angle));
-            let step = 1e-3;
-            let sampled = (0..8000).map(|i| f64::from(i) * step).find(|t| s.distance(from + direction * *t) < radius);
-            match (touch_of_segment(&s, from, direction, radius), sampled) {
-                (Some((reach, normal)), Some(t)) => {
-                    prop_assert!(reach <= t && t - reach < 1.5 * step, "{reach} {t}");
-                    prop_assert!((s.distance(from + direction * reach) - radius).abs() < 1e-9);
-                    prop_assert!((normal.norm() - 1.0).abs() < 1e-9 && normal.dot(&direction) <= 0.0);
-                }
-                // A nick between two samples is no contradiction.
-                (Some((reach, _)), None) => prop_assert!(s.distance(from + direction * (reach + step)) > radius - step || reach > 7.9),
-                (None, Some(t)) => prop_assert!(false, "touches at {t}"),
-                (None, None) => {}
-            }
-        }
-
-        #[test]
-        fn never_inside_of_a_wall_and_never_through_it_at_any_speed(
-            walls in proptest::collection::vec(segment(), 1..25),
-            ways in proptest::collection::vec((-3.2..3.2_f64, 0.0..1.0_f64), 1..40),
-            fastest in 0.001..5.0_f64,
-        ) {
-            let model = RobotModel::rp6();
-            let room = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)].map(|(x, y)| Point2::new(x, y));
-            let mut segments: Vec<Segment> = walls;
-            segments.extend((0..4).map(|i| Segment::new(room[i], room[(i + 1) % 4])));
-            segments.retain(|s| s.distance(Point2::origin()) > model.radius());
-            let caster = caster(&segments);
-            let mut body = Body::new(&model, &Pose2::identity(), &mut ChaCha8Rng::seed_from_u64(0));
-            for (angle, part) in ways {
-                let before = body.position;
-                body.move_by(Vector2::new(libm::cos(angle), libm::sin(angle)) * (part * fastest), &caster, &[]);
-                for s in &segments {
-                    prop_assert!(s.distance(body.position) >= model.radius() - 1e-9, "inside by {}", model.radius() - s.distance(body.position));
-                }
-                prop_assert!((body.position - before).norm() <= part * fastest + 1e-9);
-                prop_assert!(body.position.x.abs() < 4.0 && body.position.y.abs() < 4.0);
-            }
-        }
-    }
-
-    #[test]
-    fn slides_along_a_wall_and_stops_in_a_corner() {
-        let model = RobotModel::rp6();
-        let caster = caster(&[
-            Segment::new(Point2::new(1.0, -5.0), Point2::new(1.0, 1.0)),
-            Segment::new(Point2::new(1.0, 1.0), Point2::new(-5.0, 1.0)),
-        ]);
-        let mut body = Body::new(
-            &model,
-            &Pose2::identity(),
-            &mut ChaCha8Rng::seed_from_u64(0),
-        );
-        body.move_by(Vector2::new(2.0, 0.5), &caster, &[]);
-        assert!((body.position - Point2::new(1.0 - model.radius(), 0.5)).norm() < 1e-4);
-        body.move_by(Vector2::new(2.0, 3.0), &caster, &[]);
-        let corner = Point2::new(1.0 - model.radius(), 1.0 - model.radius());
-        assert!((body.position - corner).norm() < 1e-4, "{}", body.position);
-    }
-
-    #[test]
-    fn a_long_touch_is_one_contact_and_presses_the_bumper_on_its_side() {
-        let model = RobotModel::rp6();
-        let caster = caster(&[Segment::new(Point2::new(0.3, -5.0), Point2::new(0.3, 5.0))]);
-        let mut rng = ChaCha8Rng::seed_from_u64(0);
-        for (heading, expect) in [
-            (0.0, (true, true)),
-            (0.5, (false, true)),
-            (-0.5, (true, false)),
-        ] {
-            let mut body = Body::new(
-                &model,
-                &Pose2::new(0.0, 0.0, heading),
-                &mut ChaCha8Rng::seed_from_u64(0),
-            );
-            for _ in 0..200 {
-                let way = Tracks {
-                    left: 0.001_5,
-                    right: 0.001_5,
-                };
-                body.step(&way, &caster, &[], &mut rng);
-            }
-            assert_eq!(body.contacts(), 1);
-            let bumpers = body.bumpers();
-            assert_eq!(
-                (bumpers.left, bumpers.right),
-                expect,
-                "at {heading}: {}",
-                body.heading
-            );
-            for _ in 0..20 {
-                let way = Tracks {
-                    left: -0.001_5,
-                    right: -0.001_5,
-                };
-                body.step(&way, &caster, &[], &mut rng);
-            }
-            assert_eq!(body.bumpers(), Bumpers::default());
-        }
-    }
-}
+mod tests;

@@ -137,6 +137,18 @@ impl Drive {
         self.motors.map(|motor| motor.current())
     }
 
+    /// Takes what the battery gives, V, as its converter counts it.
+    pub(super) fn set_supply(&mut self, volts: f64) {
+        self.controller.set_supply(volts);
+    }
+
+    /// Power that the motors take from the battery, W: voltage times current, nothing where one brakes.
+    pub(super) fn watts(&self) -> f64 {
+        let [left, right] = self.controller.voltages();
+        let [of_left, of_right] = self.currents();
+        (left * of_left).max(0.0) + (right * of_right).max(0.0)
+    }
+
     /// Runs the tracks for one period. `scrub` is the force, N, with which the ground brakes each track because the body
     /// does not follow it; its sign is that of the tracks' motion.
     pub(super) fn step(&mut self, scrub: f64) -> Tracks {

@@ -10,7 +10,9 @@
 //! | `motor` | a motor that turns: inertia, current, dry friction |
 //! | `response` | how motors and controller answer a step or a load, in time series |
 //! | `body` | from track motion to true motion: slip, collision, contacts, bumpers |
+//! | `contact` | contacts, counted by what was touched and who came |
 //! | `battery` | volts that sag with the load and fall with time |
+//! | `doors` | doors that open and shut, by the clock and on order |
 //! | `movers` | discs that walk along way-points |
 //! | `sensors/` | lidars, infra-red rangers on a servo, sonars |
 //! | `reachable` | what can be explored at all: the denominator of "explored fraction" |
@@ -21,6 +23,8 @@
 mod battery;
 mod body;
 mod cast;
+mod contact;
+mod doors;
 mod drive;
 mod motor;
 mod movers;
@@ -33,9 +37,11 @@ mod world;
 pub mod worlds;
 
 pub use battery::BatteryModel;
-pub use body::Bumpers;
 pub use cast::{Caster, Fan, Hit};
-pub use reachable::{ReachableArea, reachable_area};
+pub use contact::Contacts;
+pub use doors::NoDoor;
+pub use motor::Motor;
+pub use reachable::{ReachableArea, reachable_area, standing_area};
 pub use sensors::{SensorKind, SensorModel, UnknownSensor};
 pub use simulation::{SimError, Simulation, TIME_STEP};
-pub use world::{Disc, Material, Mover, Obstacle, RobotKind, Shape, Wall, World, WorldError};
+pub use world::{Disc, Door, Material, Mover, Obstacle, RobotKind, Shape, Wall, World, WorldError};

@@ -16,7 +16,7 @@ const NO_CURRENT: f64 = 1e-9;
 
 /// One motor with gear and track.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Motor {
+pub struct Motor {
     model: MotorModel,
     transition: Matrix3<f64>,
     of_voltage: Vector3<f64>,
@@ -29,7 +29,8 @@ pub(super) struct Motor {
 
 impl Motor {
     /// A motor that stands, to be stepped by `period` seconds.
-    pub(super) fn new(model: &MotorModel, period: f64) -> Self {
+    #[must_use]
+    pub fn new(model: &MotorModel, period: f64) -> Self {
         let (a, voltage, load) = model.matrices();
         let (transition, s) = discretize(&a, period);
         Self {
@@ -42,26 +43,33 @@ impl Motor {
         }
     }
 
-    pub(super) fn angle(&self) -> f64 {
+    /// Angle of the shaft, rad.
+    #[must_use]
+    pub fn angle(&self) -> f64 {
         self.state[0]
     }
 
-    pub(super) fn speed(&self) -> f64 {
+    /// Speed of the shaft, rad/s.
+    #[must_use]
+    pub fn speed(&self) -> f64 {
         self.state[1]
     }
 
-    pub(super) fn current(&self) -> f64 {
+    /// Current, A.
+    #[must_use]
+    pub fn current(&self) -> f64 {
         self.state[2]
     }
 
     /// Whether it stands without current, so that nothing will change without voltage.
-    pub(super) fn is_at_rest(&self) -> bool {
+    #[must_use]
+    pub fn is_at_rest(&self) -> bool {
         self.speed() == 0.0 && self.current() == 0.0
     }
 
     /// One period with `voltage` on the motor, `load` (N m, against positive turning) on its shaft, and `brake` (N m,
     /// against any turning) beside its own dry friction.
-    pub(super) fn step(&mut self, voltage: f64, load: f64, brake: f64) {
+    pub fn step(&mut self, voltage: f64, load: f64, brake: f64) {
         let speed = self.speed();
         let pull = self.model.torque_constant * self.current() - load;
         let dry = self.model.dry_friction + brake;

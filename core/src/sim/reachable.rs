@@ -5,17 +5,23 @@
 //!
 //! 1. Flood from the start over cells whose middle is at least the radius away from every wall: where the robot's
 //!    middle can be.
-//! 2. From a lattice of those cells look all round; the cells that the rays cross before they meet a wall can be seen.
-//! 3. Cells with a wall in or at them count for nothing: whether a map calls them free or occupied is chance.
+//! 2. From a lattice of those cells look all round, as far as a lidar sees; the cells that the rays cross before they meet a wall
+//!    can be seen.
+//! 3. Doors that open at some time count as open.
+//! 4. Cells with a wall in or at them count for nothing: whether a map calls them free or occupied is chance.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Point2, Vector2};
 
-use super::{Caster, Fan, World};
+use super::{Caster, Fan, Material, Wall, World};
 
 /// Rays from each look-out.
 const RAYS: usize = 360;
+/// How far to look, m: what an RPLIDAR sees.
+const SIGHT: f64 = 12.0;
+/// Where no wall comes within this, it is outside of the building, m.
+const FARTHEST_WALL: f64 = 3.0 * SIGHT;
 /// Distance between look-outs, m.
 const LOOKOUT_SPACING: f64 = 0.5;
 /// Bound on the look-outs; beyond, they stand farther apart.
@@ -45,12 +51,32 @@ pub struct ReachableArea {
 /// # Units    `resolution`: side of a cell, m; made larger where the world would need more than 4 million cells.
 #[must_use]
 pub fn reachable_area(world: &World, robot_radius: f64, resolution: f64) -> ReachableArea {
-    let caster = Caster::new(world.walls());
+    let caster = caster_of(world);
     let mut area = ReachableArea::empty(world, resolution);
     area.flood(world.start.position(), robot_radius, &caster);
     area.look_round(&caster);
     area.leave_out_walls(&caster);
     area
+}
+
+/// The same without looking: only where the robot's middle can be counts.
+///
+/// # Units    As of [`reachable_area`].
+#[must_use]
+pub fn standing_area(world: &World, robot_radius: f64, resolution: f64) -> ReachableArea {
+    let mut area = ReachableArea::empty(world, resolution);
+    area.flood(world.start.position(), robot_radius, &caster_of(world));
+    area
+}
+
+fn caster_of(world: &World) -> Caster {
+    let mut walls = world.walls();
+    let never = world.doors.iter().filter(|door| !door.ever_opens());
+    walls.extend(never.map(|door| Wall {
+        segment: door.leaf,
+        material: Material::Opaque,
+    }));
+    Caster::new(walls)
 }
 
 impl ReachableArea {
@@ -143,12 +169,11 @@ impl ReachableArea {
         let Some(mut fan) = Fan::new(RAYS, 0.0, TAU / RAYS as f64) else {
             return;
         };
-        let far = (self.cols + self.rows) as f64 * self.resolution;
         for row in (0..self.rows).step_by(spacing) {
             for col in (0..self.cols).step_by(spacing) {
                 let index = row * self.cols + col;
                 if self.standing.get(index) == Some(&true) {
-                    caster.cast_fan(self.centre(index), 0.0, far, &mut fan);
+                    caster.cast_fan(self.centre(index), 0.0, FARTHEST_WALL, &mut fan);
                     self.look_from(self.centre(index), &fan);
                 }
             }
@@ -161,9 +186,12 @@ impl ReachableArea {
             let Some(direction) = fan.direction(beam).filter(|_| distance.is_finite()) else {
                 continue;
             };
-            for step in 1..(distance / self.resolution) as usize {
-                let seen = self.index_of(eye + direction * (step as f64 * self.resolution));
-                if let Some(cell) = seen.and_then(|index| self.cells.get_mut(index)) {
+            // In cells, once: a step is then two sums. Walls end the way before the rim does.
+            let from = (eye - self.low) / self.resolution;
+            for step in 1..(distance.min(SIGHT) / self.resolution) as usize {
+                let at = from + direction * step as f64;
+                let index = at.y as usize * self.cols + at.x as usize;
+                if let Some(cell) = self.cells.get_mut(index) {
                     *cell = true;
                 }
             }
@@ -181,7 +209,7 @@ impl ReachableArea {
         }
     }
 
-    fn centre(&self, index: usize) -> Point2<f64> {
+    pub(super) fn centre(&self, index: usize) -> Point2<f64> {
         let (row, col) = (index / self.cols, index % self.cols);
         self.low + Vector2::new(col as f64 + 0.5, row as f64 + 0.5) * self.resolution
     }

@@ -4,22 +4,30 @@
 //! of [`DRIVE_PERIOD`] as fit; the body slips and collides, which the motors feel in the next step; the sensor takes the
 //! readings that fall into the step.
 
+mod check;
+mod interface;
+mod past;
+
 use std::collections::VecDeque;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+pub use self::check::SimError;
+use self::check::check_robot;
+use self::past::Moment;
 use super::battery::{Battery, BatteryModel};
-use super::body::{Body, Bumpers};
+use super::body::Body;
+use super::contact::Contacts;
+use super::doors::{Doors, NoDoor};
 use super::drive::Drive;
 use super::movers::Walker;
 #[cfg(doc)]
 use super::response::DRIVE_PERIOD;
-use super::sensors::{Sensor, SensorError, SensorModel, Span, View};
-use super::{Caster, Disc, World, WorldError};
-use crate::geom::Pose2;
-use crate::robot::controller::DesignError;
-use crate::robot::{Command, Odometry, Robot, RobotModel, Scan, Stamp, TrackOdometry, Tracks};
+use super::sensors::{Sensor, SensorModel, Span, View};
+use super::{Caster, Disc, World};
+use crate::geom::{Pose2, Segment};
+use crate::robot::{Bumpers, Command, RobotModel, Scan, Stamp, TrackNoise, TrackOdometry, Tracks};
 
 /// Simulated time of one step, s.
 pub const TIME_STEP: f64 = 0.005;
@@ -28,38 +36,10 @@ const STEP_MICROS: u64 = 5_000;
 const DRIVE_PERIODS: usize = 5;
 /// Speed with which tracks scrub over the ground from which on they push with all their grip, m/s.
 const FULL_SCRUB: f64 = 0.02;
-/// Steps that are remembered for readings at an earlier stamp: two seconds.
-const REMEMBERED: usize = 400;
+/// Room around a leaf in which nobody may stand when it shuts, m.
+const DOOR_ROOM: f64 = 0.02;
 /// Scans that wait to be taken; more push out the oldest.
 const MOST_WAITING: usize = 16;
-
-/// Why a simulation cannot begin.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SimError {
-    /// The world cannot be used.
-    #[error("world {name:?}: {source}")]
-    World {
-        /// Name of the world.
-        name: String,
-        /// What is wrong with it.
-        source: WorldError,
-    },
-    /// The sensor cannot be used.
-    #[error(transparent)]
-    Sensor(#[from] SensorError),
-    /// The robot's motors cannot be used, or not controlled.
-    #[error("robot: {0}")]
-    Drive(#[from] DesignError),
-    /// The robot cannot be used.
-    #[error("robot: {field} is {value}, expected more than 0 and finite")]
-    Robot {
-        /// The figure.
-        field: &'static str,
-        /// What stands there.
-        value: f64,
-    },
-}
 
 /// A robot in a world.
 #[derive(Clone, Debug)]
@@ -68,6 +48,7 @@ pub struct Simulation {
     robot: RobotModel,
     sensor_model: SensorModel,
     caster: Caster,
+    doors: Doors,
     walkers: Vec<Walker>,
     movers: Vec<Disc>,
     drive: Drive,
@@ -84,12 +65,8 @@ pub struct Simulation {
     memory: VecDeque<Moment>,
     scans: VecDeque<Scan>,
     scan: ScanOrder,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Moment {
-    ticks: [i64; 2],
-    truth: Pose2,
+    /// Whether scans nobody asked for are dropped, whatever the sensor.
+    on_command: bool,
 }
 
 /// How far a [`Command::Scan`] has come.
@@ -119,6 +96,7 @@ impl Simulation {
                 source,
             });
         }
+        let doors = Doors::new(&world.doors);
         let walkers: Vec<Walker> = world.movers.iter().map(Walker::new).collect();
         let mut motion_rng = ChaCha8Rng::seed_from_u64(seed);
         motion_rng.set_stream(1);
@@ -131,12 +109,13 @@ impl Simulation {
         let mut odometry = TrackOdometry::new(&robot);
         odometry.update(Stamp(0), start.ticks);
         Ok(Self {
-            caster: Caster::new(world.walls()),
+            caster: caster_of(&world, &doors),
+            doors,
             movers: walkers.iter().map(Walker::disc).collect(),
             walkers,
             body: Body::new(&robot, &world.start, &mut motion_rng),
             drive: Drive::new(&robot, &mut motion_rng)?,
-            battery: Battery::new(BatteryModel::default()),
+            battery: Battery::new(BatteryModel::for_motors(robot.drive.battery)),
             sensor: at_work,
             motion_rng,
             sensor_rng,
@@ -146,6 +125,7 @@ impl Simulation {
             memory: VecDeque::from([start]),
             scans: VecDeque::new(),
             scan: ScanOrder::None,
+            on_command: false,
             world,
             robot,
             sensor_model: sensor,
@@ -160,6 +140,19 @@ impl Simulation {
             Command::Scan => ScanOrder::Waiting,
             _ => ScanOrder::None,
         };
+    }
+
+    /// What the odometry says of its own errors from here on; the errors stay what they are.
+    pub fn tell_noise(&mut self, noise: TrackNoise) {
+        self.odometry.set_noise(noise);
+    }
+
+    /// A sensor that looks round all the time is to be heard only after [`Command::Scan`], the robot standing; or no longer so.
+    /// Scans that wait to be taken are dropped. No change for a sensor that scans on command anyway.
+    pub fn set_on_command(&mut self, on_command: bool) {
+        self.on_command = on_command;
+        self.scans.clear();
+        self.scan = ScanOrder::None;
     }
 
     /// Lets time pass; what is less than a step is kept for the next call.
@@ -189,16 +182,6 @@ impl Simulation {
         self.drive.counts()
     }
 
-    /// Encoder counts at an earlier stamp (that of a scan, say), up to two seconds back; in between steps the nearest
-    /// count of a straight line.
-    #[must_use]
-    pub fn ticks_at(&self, stamp: Stamp) -> Option<[i64; 2]> {
-        let (before, after, part) = self.moments_around(stamp)?;
-        let at = |i: i64, j: i64| i + ((j - i) as f64 * part).round() as i64;
-        let ([left, right], [next_left, next_right]) = (before.ticks, after.ticks);
-        Some([at(left, next_left), at(right, next_right)])
-    }
-
     /// The oldest scan that nobody took yet.
     pub fn take_scan(&mut self) -> Option<Scan> {
         self.scans.pop_front()
@@ -216,13 +199,6 @@ impl Simulation {
         self.body.pose()
     }
 
-    /// Where the robot really was at an earlier stamp, up to two seconds back: `world_from_robot`.
-    #[must_use]
-    pub fn truth_at(&self, stamp: Stamp) -> Option<Pose2> {
-        let (before, after, part) = self.moments_around(stamp)?;
-        Some(before.truth * before.truth.delta_to(&after.truth).fraction(part))
-    }
-
     /// Forward speed, m/s, and turn rate, rad/s, that the tracks run at.
     #[must_use]
     pub fn speeds(&self) -> (f64, f64) {
@@ -238,6 +214,12 @@ impl Simulation {
     /// How often the body began to touch something.
     #[must_use]
     pub fn contacts(&self) -> u32 {
+        self.body.contacts().total()
+    }
+
+    /// The same, by what was touched and who came.
+    #[must_use]
+    pub fn contact_counts(&self) -> Contacts {
         self.body.contacts()
     }
 
@@ -259,7 +241,19 @@ impl Simulation {
         &self.world
     }
 
-    /// The walls of the world, ready for rays.
+    /// Opens or shuts a door of the world; its own times go on from there. One that is to shut waits until nobody stands in it.
+    ///
+    /// # Errors    [`NoDoor`].
+    pub fn set_door(&mut self, index: usize, open: bool) -> Result<(), NoDoor> {
+        self.doors.order(index, open)
+    }
+
+    /// Whether each door is open now, in the order of the world's.
+    pub fn doors_open(&self) -> impl Iterator<Item = bool> + '_ {
+        self.doors.are_open()
+    }
+
+    /// The walls of the world and the doors that are shut now, ready for rays.
     #[must_use]
     pub fn caster(&self) -> &Caster {
         &self.caster
@@ -291,6 +285,7 @@ impl Simulation {
         let start = (self.body.position(), self.body.heading());
         let from = self.seconds();
         self.walk_movers();
+        self.move_doors();
         self.move_robot();
         self.steps += 1;
         let span = Span {
@@ -320,21 +315,43 @@ impl Simulation {
         }
     }
 
+    fn move_doors(&mut self) {
+        let (robot, radius) = (self.body.position(), self.body.radius());
+        let movers = &self.movers;
+        // A body that touches a leaf must not stand in it by a rounding.
+        let is_clear = |leaf: &Segment| {
+            leaf.distance(robot) > radius + DOOR_ROOM
+                && movers
+                    .iter()
+                    .all(|disc| leaf.distance(disc.centre) > disc.radius + DOOR_ROOM)
+        };
+        if self.doors.step(self.stamp().seconds(), is_clear) {
+            self.caster = caster_of(&self.world, &self.doors);
+            self.body.forget_free_room();
+        }
+    }
+
     fn move_robot(&mut self) {
         let scrubbing = self.body.lost() / TIME_STEP;
         let scrub = self.robot.drive.grip * (scrubbing / FULL_SCRUB).clamp(-1.0, 1.0);
         let mut tracks = Tracks::default();
+        let mut watts = 0.0;
+        self.drive.set_supply(self.battery.volts());
         for _ in 0..DRIVE_PERIODS {
             let ran = self.drive.step(scrub);
             tracks.left += ran.left;
             tracks.right += ran.right;
+            watts += self.drive.watts();
         }
-        self.battery.step(TIME_STEP, &tracks);
+        self.battery.step(TIME_STEP, watts / DRIVE_PERIODS as f64);
         self.body
             .step(&tracks, &self.caster, &self.movers, &mut self.motion_rng);
     }
 
     fn keep(&mut self, scan: Scan) {
+        if self.on_command && self.scan != ScanOrder::UnderWay {
+            return;
+        }
         if self.scan == ScanOrder::UnderWay {
             self.scan = ScanOrder::None;
         }
@@ -344,83 +361,16 @@ impl Simulation {
         self.scans.push_back(scan);
     }
 
-    fn remember(&mut self) {
-        if self.memory.len() == REMEMBERED {
-            self.memory.pop_front();
-        }
-        self.memory.push_back(Moment {
-            ticks: self.ticks(),
-            truth: self.body.pose(),
-        });
-    }
-
-    /// The remembered steps before and after `stamp`, and how far it is from the one to the other.
-    fn moments_around(&self, stamp: Stamp) -> Option<(Moment, Moment, f64)> {
-        let oldest = self.steps - (self.memory.len() as u64 - 1);
-        let before = (stamp.0 / STEP_MICROS).checked_sub(oldest)? as usize;
-        let part = (stamp.0 % STEP_MICROS) as f64 / STEP_MICROS as f64;
-        let first = *self.memory.get(before)?;
-        let second = if part > 0.0 {
-            *self.memory.get(before + 1)?
-        } else {
-            first
-        };
-        Some((first, second, part))
-    }
-
     fn seconds(&self) -> f64 {
         self.stamp().seconds()
     }
 }
 
-impl Robot for Simulation {
-    fn model(&self) -> &RobotModel {
-        &self.robot
-    }
-
-    fn stamp(&self) -> Stamp {
-        self.stamp()
-    }
-
-    fn command(&mut self, command: Command) {
-        self.command(command);
-    }
-
-    fn is_busy(&self) -> bool {
-        self.is_busy()
-    }
-
-    fn odometry(&mut self) -> Odometry {
-        self.odometry.update(self.stamp(), self.ticks())
-    }
-
-    fn take_scan(&mut self) -> Option<Scan> {
-        self.take_scan()
-    }
-
-    fn scans_on_command(&self) -> bool {
-        self.sensor_model.scans_on_command()
-    }
-}
-
-fn check_robot(robot: &RobotModel) -> Result<(), SimError> {
-    let figures = [
-        ("length", robot.length),
-        ("width", robot.width),
-        ("track_width", robot.track_width),
-        ("metres_per_tick", robot.metres_per_tick),
-        ("max_speed", robot.max_speed),
-        ("max_turn_rate", robot.max_turn_rate),
-        ("max_acceleration", robot.max_acceleration),
-        ("max_turn_acceleration", robot.max_turn_acceleration),
-    ];
-    match figures
-        .into_iter()
-        .find(|(_, value)| !(*value > 0.0 && value.is_finite()))
-    {
-        None => Ok(()),
-        Some((field, value)) => Err(SimError::Robot { field, value }),
-    }
+/// Walls first, so that doors change no number of theirs.
+fn caster_of(world: &World, doors: &Doors) -> Caster {
+    let mut walls = world.walls();
+    walls.extend(doors.shut());
+    Caster::new(walls)
 }
 
 #[cfg(test)]

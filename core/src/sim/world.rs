@@ -7,6 +7,7 @@
 //! Polygons, rectangles and circles are solid; the outline of a room is a closed polyline.
 
 mod check;
+mod door;
 mod mover;
 mod shape;
 #[cfg(test)]
@@ -20,11 +21,14 @@ use crate::geom::{Pose2, Segment};
 use crate::robot::RobotModel;
 
 pub use self::check::WorldError;
+pub use self::door::Door;
 pub use self::mover::{Disc, Mover};
 pub use self::shape::Shape;
 
 /// More walls than this are refused.
 const MOST_WALLS: usize = 200_000;
+/// More doors than this are refused.
+const MOST_DOORS: usize = 1_000;
 /// More movers than this are refused.
 const MOST_MOVERS: usize = 1_000;
 
@@ -35,6 +39,8 @@ pub struct World {
     pub name: String,
     /// What stands still.
     pub obstacles: Vec<Obstacle>,
+    /// What opens and shuts.
+    pub doors: Vec<Door>,
     /// What walks about.
     pub movers: Vec<Mover>,
     /// Where the robot starts: `world_from_robot` at time 0.
@@ -107,6 +113,7 @@ impl World {
         Self {
             name: name.into(),
             obstacles: Vec::new(),
+            doors: Vec::new(),
             movers: Vec::new(),
             start,
             goal: None,
@@ -189,7 +196,7 @@ impl World {
         counts.sum()
     }
 
-    /// Every straight piece of surface, in the order of the obstacles.
+    /// Every straight piece of surface that stands still, in the order of the obstacles. Doors are none of them.
     #[must_use]
     pub fn walls(&self) -> Vec<Wall> {
         let of_obstacle = |obstacle: &Obstacle| {
@@ -210,9 +217,11 @@ impl World {
             .walls()
             .into_iter()
             .flat_map(|w| [w.segment.a, w.segment.b]);
+        let doors = self.doors.iter().flat_map(|d| [d.leaf.a, d.leaf.b]);
         let ways = self.movers.iter().flat_map(|m| m.waypoints.iter().copied());
         let start = self.start.position();
-        ends.chain(ways)
+        ends.chain(doors)
+            .chain(ways)
             .chain(self.goal)
             .fold((start, start), |(low, high), p| (low.inf(&p), high.sup(&p)))
     }
@@ -245,6 +254,11 @@ impl World {
             walls <= MOST_WALLS,
             "at most 200000",
         )?;
+        let doors = self.doors.len();
+        check_count("world", "doors", doors, doors <= MOST_DOORS, "at most 1000")?;
+        for (index, door) in self.doors.iter().enumerate() {
+            door.check(&format!("door {index}"))?;
+        }
         let movers = self.movers.len();
         check_count(
             "world",
@@ -277,6 +291,13 @@ impl World {
             if distance < radius || obstacle.shape.holds(start) {
                 let kind = obstacle.shape.kind();
                 return blocked(format!("obstacle {index} (a {kind})"), distance);
+            }
+        }
+        let shut = |door: &Door| !door.is_open;
+        for (index, door) in self.doors.iter().enumerate().filter(|(_, d)| shut(d)) {
+            let distance = door.leaf.distance(start);
+            if distance < radius {
+                return blocked(format!("door {index}"), distance);
             }
         }
         for (index, mover) in self.movers.iter().enumerate() {

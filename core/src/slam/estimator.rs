@@ -5,7 +5,7 @@ use crate::estimation::{EkfSlam, ScanMatcher, SweepSmoother, SweepTiming, Update
 use crate::features::{LineExtractor, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::map::{Evidence, Grid};
-use crate::points::{Beam, MotionHistory, Points};
+use crate::points::{Beam, MotionHistory, MovedSince, Points};
 use crate::robot::{Odometry, Scan, Stamp};
 
 /// A method and its state.
@@ -41,6 +41,17 @@ pub(super) struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
+    /// How well the direction of each usable beam is known in the robot's frame of now, by odometry and the sensor, rad.
+    fn direction_sigmas(&self) -> Vec<f64> {
+        let (scan, end) = (self.scan, self.scan.stamp.seconds());
+        let taken =
+            |beam: &Beam| Stamp::from_seconds(end - scan.sweep * scan.age_fraction(beam.beam_idx));
+        let moved = self.history.since(self.points.beams.iter().map(taken));
+        let bearing = self.points.bearing_sigma * self.points.bearing_sigma;
+        let sigma = |m: &MovedSince| (m.heading_variance + bearing).sqrt();
+        moved.iter().map(sigma).collect()
+    }
+
     /// What the scan surely says, once the filter has corrected the pose at some instants of it.
     fn evidence(
         &self,
@@ -107,6 +118,43 @@ impl Estimator {
         Ok(())
     }
 
+    pub(super) fn reconfigure(&mut self, config: &SlamConfig) {
+        if let Self::Lines { ekf, extractor, .. } = self {
+            **extractor = LineExtractor::new(config.lines);
+            ekf.reconfigure(config.ekf);
+        }
+    }
+
+    /// First part of a scan: the lines in it, for a method that uses them.
+    pub(super) fn find_lines(&mut self, points: &Points) -> Result<(), SlamError> {
+        if let Self::Lines {
+            extractor,
+            features,
+            ..
+        } = self
+        {
+            extractor.extract(points, features)?;
+        }
+        Ok(())
+    }
+
+    /// Last part: what the scan shows, for a method that draws it once the pose is known.
+    pub(super) fn draw(&mut self, sweep: &Sweep) {
+        if let Self::Lines {
+            ekf,
+            smoother,
+            track,
+            grid,
+            ..
+        } = self
+        {
+            let pose = ekf.estimate().pose;
+            grid.draw(&sweep.evidence(ekf.report(), smoother, grid), &pose);
+            track.push((sweep.points.stamp, pose));
+        }
+    }
+
+    /// Middle part: the pose, and all of it for methods that draw at once.
     pub(super) fn correct(&mut self, sweep: &Sweep) -> Result<(), SlamError> {
         let points = sweep.points;
         match self {
@@ -119,25 +167,14 @@ impl Estimator {
                 grid.insert(points, &pose);
                 track.push((points.stamp, pose));
             }
-            Self::Lines {
-                ekf,
-                extractor,
-                features,
-                smoother,
-                track,
-                grid,
-            } => {
-                extractor.extract(points, features)?;
+            Self::Lines { ekf, features, .. } => {
                 ekf.update(features, &SweepTiming::at(points.stamp, sweep.scan))?;
-                let pose = ekf.estimate().pose;
-                grid.draw(&sweep.evidence(ekf.report(), smoother, grid), &pose);
-                track.push((points.stamp, pose));
             }
             Self::Matching {
                 matcher,
                 since_scan,
             } => {
-                matcher.update(points);
+                matcher.update_swept(points, &sweep.direction_sigmas());
                 *since_scan = None;
             }
         }

@@ -5,3 +5,18 @@
 //! devices share them, so that there is one truth about each byte.
 //!
 //! Units change here and only here: millimetres, degrees, ticks and counts outside; metres and radians inside.
+
+pub mod client;
+mod clock;
+mod inbox;
+pub mod ld06;
+pub mod message;
+pub mod pilch;
+pub mod remotrol;
+pub mod revolution;
+pub mod rp6;
+pub mod rp6cntrl;
+pub mod rplidar;
+
+pub use clock::ClockMap;
+pub use inbox::Tally;

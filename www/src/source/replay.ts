@@ -1,7 +1,8 @@
 // A recorded log through the same SLAM. It knows no truth, takes no commands, and ends.
 
 import type { RunStatus, WebReplay } from "../../pkg/slamlab_web.js";
-import { type MethodName, TRAIL_STRIDE } from "../protocol.js";
+import { type Growth, type MethodName, type SigmaCurve, TRAIL_STRIDE } from "../protocol.js";
+import { sigmaCurve } from "./convert.js";
 import { Trail } from "./feeds.js";
 import { Run } from "./run.js";
 import type { Change, Moment, Note } from "./source.js";
@@ -21,6 +22,10 @@ export class ReplaySource extends Run<WebReplay> {
   constructor(module: WebReplay, name: string, method: MethodName) {
     super(module, name, method);
     this.note("info", `Opened ${name}: ${module.summary()}`);
+  }
+
+  estimateSigma(growth: Growth): SigmaCurve {
+    return sigmaCurve(growth, this.module.estimate_sigma(growth));
   }
 
   step(): void {
@@ -43,7 +48,7 @@ export class ReplaySource extends Run<WebReplay> {
     const reason = this.#cancelled ? "cancelled" : "end of the recording";
     return this.read((s) => ({
       ...this.momentOf(s), source: this.kind, mode: "manual", reason: this.finished ? reason : "", activity: "",
-      explored: NaN, distance: this.#distance,
+      explored: NaN, distance: this.#distance, beamHalfAngle: 0,
     }));
   }
 
@@ -53,7 +58,7 @@ export class ReplaySource extends Run<WebReplay> {
     if (trail) this.#trailAt = now;
     return {
       ...this.slamChange(),
-      truth: null, movers: null, path: null, rawPath: null, tree: null, frontiers: null,
+      truth: null, materials: null, cycle: null, inCycle: false, movers: null, path: null, rawPath: null, tree: null, frontiers: null,
       trail: trail ? thinned(this.module.trail()) : null,
       trailAnew: trail,
     };

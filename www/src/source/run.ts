@@ -1,7 +1,7 @@
 // What a simulated and a recorded run have in common: both are SLAM with a pose, a map and a log of what happened.
 
 import type { RunStatus, WebExperiment, WebReplay } from "../../pkg/slamlab_web.js";
-import { type DiagnosisName, type Frame, type Inspection, LINE, LINE_STRIDE, type MethodName, type SavedFile, type SourceKind } from "../protocol.js";
+import { type DiagnosisName, type Frame, type Growth, type Inspection, LINE, LINE_STRIDE, type MethodName, type SavedFile, type SigmaCurve, type SourceKind } from "../protocol.js";
 import { Samples, Slow } from "./feeds.js";
 import type { Change, Moment, Note, Source } from "./source.js";
 
@@ -9,7 +9,7 @@ import type { Change, Moment, Note, Source } from "./source.js";
 const BLOCK_CELLS = 64;
 
 /** What a frame tells of SLAM itself. */
-type SlamChange = Pick<Frame, "grid" | "gridAnew" | "scan" | "lines" | "samples">;
+type SlamChange = Pick<Frame, "grid" | "gridAnew" | "scan" | "found" | "lines" | "samples">;
 
 export abstract class Run<Module extends WebExperiment | WebReplay> implements Source {
   abstract readonly kind: SourceKind;
@@ -22,7 +22,7 @@ export abstract class Run<Module extends WebExperiment | WebReplay> implements S
   protected readonly knownArea: Slow;
   #half: Float64Array;
   #features = 0;
-  #known = { generation: 0, revision: 0, scans: -1 };
+  #known = { generation: 0, revision: 0, version: -1 };
   #samples = new Samples();
   #notes: Note[] = [];
 
@@ -32,6 +32,11 @@ export abstract class Run<Module extends WebExperiment | WebReplay> implements S
     this.method = method;
     this.#half = module.half_size();
     this.knownArea = new Slow(() => module.known_area());
+  }
+
+  /** Scans, and what of a scan was taken in part by part. */
+  get version(): number {
+    return this.scans;
   }
 
   abstract step(): void;
@@ -58,13 +63,15 @@ export abstract class Run<Module extends WebExperiment | WebReplay> implements S
     return saved;
   }
 
-  inspect(): Inspection | null {
-    const inside = this.module.inspect();
+  inspect(matrix: boolean): Inspection | null {
+    const inside = this.module.inspect(matrix);
     if (!inside) return null;
     const { robot_rows: robotRows, landmarks, coefficients, sightings, candidates, odometry, gate, new_gate: newGate, max_gap: maxGap } = inside;
     inside.free();
     return { robotRows, landmarks, coefficients, sightings, candidates, odometry, gate, newGate, maxGap };
   }
+
+  abstract estimateSigma(growth: Growth): SigmaCurve;
 
   close(): void {
     this.module.free();
@@ -104,7 +111,7 @@ export abstract class Run<Module extends WebExperiment | WebReplay> implements S
   }
 
   /** The numbers that every source has. */
-  protected momentOf(s: RunStatus): Omit<Moment, "source" | "mode" | "reason" | "activity" | "explored"> {
+  protected momentOf(s: RunStatus): Omit<Moment, "source" | "mode" | "reason" | "activity" | "explored" | "beamHalfAngle"> {
     const [halfLength = 0.1, halfWidth = 0.1] = this.#half;
     return {
       diagnosis: this.module.diagnosis() as DiagnosisName,
@@ -123,17 +130,18 @@ export abstract class Run<Module extends WebExperiment | WebReplay> implements S
 
   /** What SLAM changed; scan and lines only where a scan came since. */
   protected slamChange(): SlamChange {
-    const { generation, revision, scans } = this.#known;
+    const { generation, revision, version } = this.#known;
     const view = this.module.view(generation, revision);
     const { blocks, cells, resolution } = view;
-    this.#known = { generation: view.generation, revision: view.revision, scans: this.scans };
-    const scanned = scans !== this.scans;
+    this.#known = { generation: view.generation, revision: view.revision, version: this.version };
+    const scanned = version !== this.version;
     const lines = scanned ? view.lines : null;
     if (lines) this.#features = countWalls(lines);
     const change = {
       grid: blocks.length === 0 ? null : { resolution, blockCells: BLOCK_CELLS, index: blocks, cells },
       gridAnew: view.generation !== generation,
       scan: scanned ? view.scan : null,
+      found: scanned ? view.found : null,
       lines,
       samples: this.#samples.take(),
     };

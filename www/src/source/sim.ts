@@ -1,7 +1,8 @@
 // A simulated run: world, robot, sensors, SLAM and pilot in one deterministic loop of the module.
 
 import type { RunStatus, WebExperiment } from "../../pkg/slamlab_web.js";
-import type { BenchResponse, BenchTrial, ModeName, Setup } from "../protocol.js";
+import type { BenchResponse, BenchTrial, Cycle, Growth, ModeName, Setup, SigmaCurve } from "../protocol.js";
+import { sigmaCurve } from "./convert.js";
 import { errand } from "./errand.js";
 import { Slow, Trail } from "./feeds.js";
 import { Run } from "./run.js";
@@ -17,11 +18,15 @@ const PLAN_PERIOD = 120;
 /** Of a world larger than this, m², nobody waits until all that can be reached is counted; the area known is told all the same. */
 const MOST_EXTENT = 10_000;
 
+/** Scans of a standing twin from which σ(ρ) is estimated. */
+const STANDING_SCANS = 120;
+
 /** Parts of the reachable area worth a line in the log when they become known. */
 const MILESTONES = [0.25, 0.5, 0.75, 0.9, 0.95, 0.99];
 
 const PLANNERS: Readonly<Record<string, string>> = {
-  Straight: "a straight line", Rrt: "RRT", RrtConnect: "RRT-Connect", Wavefront: "a wave over the grid",
+  Straight: "a straight line", Rrt: "RRT", RrtConnect: "RRT-Connect", RrtStar: "RRT*", InformedRrtStar: "Informed RRT*",
+  AStar: "A*", ThetaStar: "Theta*", Visibility: "the visibility graph", Wavefront: "a wave over the grid",
 };
 
 export class SimSource extends Run<WebExperiment> {
@@ -32,6 +37,10 @@ export class SimSource extends Run<WebExperiment> {
   #planAt = -Infinity;
   #sent: Record<PlanPart, Float32Array> = { path: EMPTY, rawPath: EMPTY, tree: EMPTY, frontiers: EMPTY };
   #told = { goal: "", end: "", contacts: 0, milestones: 0 };
+  /** Reports of the cycle so far, and those that the page has. */
+  #reports = 0;
+  #reportsSent = -1;
+  #beamHalfAngle: number;
   /** Commands so far: the legs of one errand are told in one line. */
   #errands = 0;
 
@@ -39,6 +48,7 @@ export class SimSource extends Run<WebExperiment> {
     super(module, setup.world, setup.method);
     const countable = module.extent() < MOST_EXTENT;
     this.#explored = new Slow(() => (countable ? module.explored() : NaN));
+    this.#beamHalfAngle = module.beam_half_angle();
     this.read((s) => this.#look(s, 0));
     this.note("info", `A robot with ${setup.sensor} wakes up in ${setup.world}, seed ${setup.seed}`);
   }
@@ -50,6 +60,42 @@ export class SimSource extends Run<WebExperiment> {
     this.module.advance();
     const millis = performance.now() - begin;
     this.read((s) => this.#look(s, millis));
+  }
+
+  /** Lines and pose change within a scan that is followed stage by stage. */
+  override get version(): number {
+    return this.scans + this.#reports;
+  }
+
+  setCycle(on: boolean): void {
+    this.module.set_cycle(on);
+    this.note("info", on ? "Drives by the cycle: scan standing, plan, one turn, one leg, again" : "Drives while it looks round");
+    this.#commanded();
+  }
+
+  /** Goes on to the end of the next stage of the cycle. */
+  nextStage(): void {
+    const begin = performance.now();
+    const stage = this.module.next_stage();
+    const millis = performance.now() - begin;
+    this.read((s) => this.#look(s, millis));
+    if (stage === "") return;
+    const { stages } = this.#cycle();
+    this.note("info", `${stage}: ${stages.find((s) => s.name === stage)?.text ?? ""}`);
+  }
+
+  configure(keys: string[], values: Float64Array): void {
+    this.module.configure(keys, values);
+  }
+
+  estimateSigma(growth: Growth): SigmaCurve {
+    return sigmaCurve(growth, this.module.estimate_sigma(STANDING_SCANS, growth));
+  }
+
+  #cycle(): Cycle {
+    const flat = this.module.stages();
+    const stages = flat.flatMap((name, i) => (i % 2 === 0 ? [{ name, text: flat[i + 1] ?? "" }] : []));
+    return { round: this.module.cycle_count()[0] ?? 0, now: this.module.stage(), stages };
   }
 
   explore(): void {
@@ -91,7 +137,7 @@ export class SimSource extends Run<WebExperiment> {
     return this.read((s) => ({
       ...this.momentOf(s), source: this.kind, mode, reason: s.finished ? activity : "",
       activity: s.finished ? "" : errand(mode, activity, s.x, s.y, s.goal_x, s.goal_y),
-      explored: this.#explored.value,
+      explored: this.#explored.value, beamHalfAngle: this.#beamHalfAngle,
     }));
   }
 
@@ -101,10 +147,16 @@ export class SimSource extends Run<WebExperiment> {
     const plan = now - this.#planAt >= PLAN_PERIOD;
     if (plan) this.#planAt = now;
     const truth = this.#truthSent ? null : module.truth();
+    const materials = this.#truthSent ? null : module.materials();
+    const told = this.#reports !== this.#reportsSent;
+    this.#reportsSent = this.#reports;
     this.#truthSent = true;
     return {
       ...this.slamChange(),
       truth,
+      materials,
+      cycle: told ? this.#cycle() : null,
+      inCycle: module.in_cycle(),
       movers: module.movers(),
       path: this.#fresh("path", module.path()),
       rawPath: plan ? this.#fresh("rawPath", module.raw_path()) : null,
@@ -135,6 +187,7 @@ export class SimSource extends Run<WebExperiment> {
   #look(s: RunStatus, millis: number): void {
     this.time = s.time;
     this.finished = s.finished;
+    this.#reports = this.module.cycle_count()[1] ?? 0;
     this.#trail.add([s.truth_x, s.truth_y, s.odometry_x, s.odometry_y, s.x, s.y]);
     if (s.scans > this.scans) {
       this.scans = s.scans;

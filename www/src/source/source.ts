@@ -1,6 +1,6 @@
 // The one shape that all sources of the worker share.
 
-import type { Frame, Inspection, LogLevel, MethodName, SavedFile, SourceKind, Status } from "../protocol.js";
+import type { Frame, Growth, Inspection, LogLevel, MethodName, SavedFile, SigmaCurve, SourceKind, Status } from "../protocol.js";
 
 /** What changed since the last call; the worker adds run, number and pace. */
 export type Change = Omit<Frame, "kind" | "run" | "seq" | "clock" | "status" | "inspection">;
@@ -25,12 +25,16 @@ export interface Source {
   readonly finished: boolean;
   /** Scans processed so far. */
   readonly scans: number;
+  /** Grows with everything that may change the inside of the filter. */
+  readonly version: number;
   /** The smallest step forward. */
   step(): void;
   moment(): Moment;
   change(): Change;
-  /** The inside of the filter; null for methods without a line filter. */
-  inspect(): Inspection | null;
+  /** The inside of the filter, with the matrix or without; null for methods without a line filter. */
+  inspect(matrix: boolean): Inspection | null;
+  /** σ(ρ) of the sensor from scans taken standing; throws in words where it cannot be told. */
+  estimateSigma(growth: Growth): SigmaCurve;
   /** What happened since the last call, for the log. */
   notes(): Note[];
   hash(): string;

@@ -13,6 +13,8 @@ const KEYS: readonly (readonly [string, string])[] = [
   ["N", "step one scan"],
   ["[ ]", "slower, faster"],
   ["1 2 3", "Manual, Go to, Explore"],
+  ["4", "the cycle: scan standing, plan, one turn, one leg"],
+  [".", "in the cycle: the next stage"],
   ["Enter", "with the map in focus: go to the cross in the middle"],
   ["Shift + arrow keys", "with the map in focus: move the view"],
   ["+ − 0", "zoom in, zoom out, show everything"],

@@ -25,11 +25,13 @@ export const icons = {
   hand: icon(svg`<path d="M12 3.5v17M3.5 12h17M12 3.5 9.7 6M12 3.5 14.3 6M12 20.5 9.7 18M12 20.5l2.3-2.5M3.5 12 6 9.7M3.5 12 6 14.3M20.5 12 18 9.7M20.5 12 18 14.3"/>`),
   pin: icon(svg`<path d="M12 21s6.5-5.8 6.5-11A6.5 6.5 0 0 0 5.5 10c0 5.2 6.5 11 6.5 11z"/><circle cx="12" cy="10" r="2.3"/>`),
   compass: icon(svg`<circle cx="12" cy="12" r="9"/><path d="m15.8 8.2-2.2 5.4-5.4 2.2 2.2-5.4z"/>`),
+  cycle: icon(svg`<path d="M12 4a8 8 0 0 1 7.6 5.5M19.9 13a8 8 0 0 1-5 6.4M11 20a8 8 0 0 1-6.6-5M4.1 11A8 8 0 0 1 9 4.6"/><path d="M19.8 5v4.6h-4.6"/>`),
   close: icon(svg`<path d="M6 6l12 12M18 6 6 18"/>`),
   layers: icon(svg`<path d="m12 3.5 9 4.8-9 4.8-9-4.8z"/><path d="m3 12.5 9 4.8 9-4.8M3 16.6l9 4.8 9-4.8" opacity=".7"/>`),
   gauge: icon(svg`<path d="M4 17a8.5 8.5 0 1 1 16 0"/><path d="m12 14 4-5"/>`),
   chart: icon(svg`<path d="M4 4v16h16"/><path d="m7 15 4-5 3 3 5-7"/>`),
   matrix: icon(svg`<rect x="4" y="4" width="16" height="16" rx="2.5"/><path d="M4 9.3h16M4 14.7h16M9.3 4v16M14.7 4v16" opacity=".6"/><path d="M4.5 4.5h4.3v4.3H4.5zM9.8 9.8h4.4v4.4H9.8zM15.2 15.2h4.3v4.3h-4.3z" fill="currentColor" stroke="none"/>`),
   list: icon(svg`<path d="M8 6h12M8 12h12M8 18h12M4 6h.01M4 12h.01M4 18h.01" stroke-width="2"/>`),
+  flag: icon(svg`<path d="M6 21V4M6 5c4-2.5 8 2.5 12.5 0v8.5C14 16 10 11 6 13.500"/>`),
   sliders: icon(svg`<path d="M4 7h9M17 7h3M4 17h3M11 17h9"/><circle cx="15" cy="7" r="2"/><circle cx="9" cy="17" r="2"/>`),
 };

@@ -2,7 +2,7 @@
 
 import { css, html, svg, type TemplateResult } from "lit";
 import type { Topic } from "../store.js";
-import type { LayerName } from "../view/scene.js";
+import type { LayerName, Scene } from "../view/scene.js";
 import { SlamElement } from "./element.js";
 import { shared } from "./style.js";
 
@@ -26,6 +26,7 @@ const ENTRIES: readonly Entry[] = [
     sign: svg`<rect x="2" y="2" width="8" height="14" fill="var(--map-free)" stroke="var(--line-strong)" stroke-width="1"/><rect x="10" y="2" width="8" height="14" fill="var(--map-unknown)" stroke="var(--line-strong)" stroke-width="1"/><rect x="18" y="2" width="8" height="14" fill="var(--map-occupied)" stroke="none"/>` },
   { name: "scan", label: "Current scan", meaning: "What the sensor sees just now.",
     sign: svg`<path d="M4 14h.01M8 10h.01M13 7h.01M18 6h.01M23 8h.01" stroke="var(--map-scan)" stroke-width="3.4"/>` },
+  { name: "found", label: "Lines found", meaning: "Straight pieces of the last scan, before they are compared with the walls.", sign: stroke("found", "", 3.5) },
   { name: "walls", label: "Walls", meaning: "Segments of the line map: the walls the filter believes in.", sign: stroke("walls", "", 3) },
   { name: "lines", label: "Line uncertainty", meaning: "The wall lies in this band with 95 % probability; it narrows as the wall is seen again.",
     sign: svg`<path d="M2 3c8 4 16 4 24 0v12c-8-4-16-4-24 0z" fill="var(--map-lines)" fill-opacity=".35" stroke="var(--map-lines)" stroke-width="1"/>` },
@@ -36,6 +37,14 @@ const ENTRIES: readonly Entry[] = [
   { name: "tree", label: "Search tree", meaning: "All that the planner (RRT) tried.",
     sign: svg`<path d="M3 14 9 9l5 4m-5-4 4-6m0 0 6 3m-6-3 4 7 7 2" stroke="var(--map-tree)" stroke-width="1.6"/>`, simOnly: true },
   { name: "truth", label: "Truth", meaning: "The real walls and the real pose. Only the simulator knows them.", sign: stroke("truth", "5 4", 2), simOnly: true },
+];
+
+/** What of the truth is special, shown where the world has it. */
+const MATERIALS: readonly { has: (scene: Scene) => boolean; label: string; meaning: string; sign: TemplateResult<2> }[] = [
+  { has: (scene) => scene.materials.includes(1), label: "Glass", meaning: "A lidar sees through it, but for beams that meet it squarely. A sonar hears it.", sign: stroke("glass", "8 2 2 2", 3) },
+  { has: (scene) => scene.materials.includes(2), label: "Dark wall", meaning: "It swallows light: a lidar sees it from near only.", sign: stroke("dark", "2 2.5", 3.5) },
+  { has: (scene) => scene.movers.length > 0, label: "People", meaning: "They walk about. What moves must not become a wall.",
+    sign: svg`<circle cx="14" cy="9" r="7" fill="var(--map-people)" fill-opacity=".28" stroke="var(--map-people)" stroke-width="1.5"/><circle cx="14" cy="9" r="2.8" fill="var(--map-people)" stroke="none"/>` },
 ];
 
 export class SlamLegend extends SlamElement {
@@ -55,12 +64,26 @@ export class SlamLegend extends SlamElement {
       input:checked { background: var(--accent); }
       input:checked::after { left: 14px; }
       small { display: none; color: var(--muted); font-size: 12.5px; line-height: 1.35; grid-column: 2 / -1; margin: -4px 0 4px; }
+      .material div { display: grid; grid-template-columns: 28px 1fr; align-items: center; gap: 9px; padding: 2px 0 2px 16px; font-size: 12.5px; color: var(--muted); min-height: 24px; }
       .tones { margin-top: 6px; padding-top: 8px; border-top: 1px solid var(--line); }
       @media (max-width: 760px) { small { display: block; } label { min-height: 40px; font-size: 14px; } li { border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); } }
     `,
   ];
 
   protected override readonly topics: readonly Topic[] = ["view", "run"];
+  /** Set by main.ts: tells which materials the world has. */
+  scene!: Scene;
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    // Materials and people come with the first frame of a run.
+    let seen = "";
+    this.store.on("moment", () => {
+      const now = MATERIALS.map((m) => m.has(this.scene)).join();
+      if (now !== seen) this.requestUpdate();
+      seen = now;
+    });
+  }
 
   override render(): TemplateResult {
     const { store } = this;
@@ -73,6 +96,7 @@ export class SlamLegend extends SlamElement {
             <input type="checkbox" role="switch" data-testid="layer-${e.name}" aria-label=${e.label} aria-description=${e.meaning} .checked=${store.layers[e.name]} @change=${() => this.toggle(e.name)}>
             <small>${e.meaning}</small></label></li>`,
         )}
+        ${store.source === "sim" && store.layers.truth ? MATERIALS.filter((m) => m.has(this.scene)).map((m) => html`<li class="material" title=${m.meaning} data-testid="material-${m.label}"><div><svg viewBox="0 0 28 18" aria-hidden="true">${m.sign}</svg><span>${m.label}</span><small>${m.meaning}</small></div></li>`) : ""}
         <li class="tones"><label title="Show the grid in three tones only, as it is saved, instead of by probability">
           <svg viewBox="0 0 28 18" aria-hidden="true"><path d="M2 9h24" stroke="var(--muted)" stroke-width="8" stroke-dasharray="8 0.01" stroke-opacity=".5"/></svg><span>Three tones</span>
           <input type="checkbox" role="switch" data-testid="three-tones" aria-label="Three tones" .checked=${store.threeTones} @change=${() => store.set("view", { threeTones: !store.threeTones })}></label></li>

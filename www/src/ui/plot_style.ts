@@ -17,9 +17,14 @@ export function faint(colour: string): string {
 
 /** Seconds below, values at the left. */
 export function axes(probe: HTMLElement): uPlot.Axis[] {
+  return numberAxes(probe, "s");
+}
+
+/** A number with its unit below, values at the left. */
+export function numberAxes(probe: HTMLElement, unit: string): uPlot.Axis[] {
   const axis = { stroke: colourOf(probe, "muted"), font: "11px IBM Plex Mono, monospace", ticks: { show: false }, grid: { stroke: colourOf(probe, "line"), width: 1 } };
   return [
-    { ...axis, size: 20, gap: 2, space: 60, values: (_u, ticks) => ticks.map((t) => `${t} s`) },
+    { ...axis, size: 20, gap: 2, space: 60, values: (_u, ticks) => ticks.map((t) => `${t} ${unit}`) },
     { ...axis, size: 44, gap: 4, space: 28 },
   ];
 }

@@ -23,6 +23,14 @@ const WORLD_WORDS: Readonly<Record<string, string>> = {
   campus: "Campus: 120 houses, for speed",
 };
 
+/** What a sensor can do, and what it cannot. */
+const SENSOR_WORDS: Readonly<Record<string, string>> = {
+  lidar: "RPLIDAR: 360 beams all round to 12 m, one turn in 0.18 s. Sees walls as lines; glass and dark walls hardly.",
+  sick: "SICK: half of the horizon to 20 m, very precise. Nothing behind the robot; says its greatest range where nothing comes back.",
+  rangers: "Sharp rangers on a servo: 0.2 to 1.5 m, and only while the robot stands. Drives by the cycle.",
+  sonar: "16 cones of 30°: each hears the nearest thing, no matter where in it. No lines to recognise, so the pose comes from the wheels alone, and drifts.",
+};
+
 export class SlamSetup extends SlamElement {
   static override styles = [
     shared,
@@ -41,6 +49,7 @@ export class SlamSetup extends SlamElement {
       input[type="file"] { position: absolute; width: 1px; height: 1px; opacity: 0; }
       input[type="file"]:focus-visible + .button { outline: 2px solid var(--focus); outline-offset: 2px; }
       .button:hover { border-color: var(--line-strong); background: var(--hover); }
+      p.about { margin: 0; color: var(--muted); line-height: 1.4; }
       p { margin: 10px 0 0; font-size: 12.5px; }
       .files label { display: contents; }
       .files label .button { flex: 1.35; padding: 0 8px; }
@@ -77,6 +86,7 @@ export class SlamSetup extends SlamElement {
             <option value="scan-matching" .selected=${method === "scan-matching"}>Scan matching</option>
           </select>
         </label>
+        ${recorded ? "" : html`<p class="wide about" data-testid="about-sensor">${SENSOR_WORDS[setup.sensor] ?? ""}${setup.calibration && setup.sensor === "rangers" ? html` <b>Own calibration.</b>` : ""}</p>`}
         <label ?hidden=${recorded}>Seed
           <span class="seed">
             <input type="number" inputmode="numeric" min="0" max="4294967295" step="1" data-testid="seed" .value=${String(setup.seed)}
@@ -103,8 +113,12 @@ export class SlamSetup extends SlamElement {
     `;
   }
 
+  /** Figures of one sensor mean nothing to another. */
   #restart(patch: Partial<typeof this.store.setup>): void {
-    this.client.start({ mode: "explore", ...patch });
+    const { sensor, settings, calibration } = this.store.setup;
+    const leaves = patch.sensor !== undefined && patch.sensor !== sensor;
+    const others = Object.fromEntries(Object.entries(settings).filter(([key]) => !/^(lidar|rangers|sonar)\./.test(key)));
+    this.client.start({ mode: "explore", settings: leaves ? others : settings, calibration: leaves ? null : calibration, ...patch });
   }
 
   #seed(event: Event): void {

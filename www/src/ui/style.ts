@@ -2,6 +2,26 @@
 
 import { css } from "lit";
 
+/** A tool that folds away: a sentence, some fields, a picture. */
+export const tool = css`
+  :host { display: block; border-top: 1px solid var(--line); margin-top: 14px; padding-top: 4px; }
+  :host([hidden]), [hidden] { display: none; }
+  summary { cursor: pointer; font-weight: 550; font-size: 13.5px; min-height: 40px; display: flex; align-items: center; list-style: none; }
+  summary::before { content: "›"; width: 16px; color: var(--muted); transition: transform .12s; }
+  summary::-webkit-details-marker { display: none; }
+  details[open] > summary::before { transform: rotate(90deg); }
+  p { margin: 6px 0 8px; font-size: 12.5px; line-height: 1.5; color: var(--muted); }
+  p b { color: var(--ink); font-weight: 500; }
+  code { font: 500 12px/1 var(--mono); color: var(--ink); }
+  p.bad { color: var(--warn-ink); }
+  p.good { color: var(--good-ink); }
+  figure { margin: 0 0 10px; }
+  figcaption { display: flex; justify-content: space-between; gap: 8px; font-size: 12.5px; margin-bottom: 2px; }
+  .plot { height: 150px; }
+  .uplot, .u-wrap { font-family: var(--mono); }
+  .apply { width: 100%; margin-bottom: 8px; white-space: normal; }
+`;
+
 export const shared = css`
   *, *::before, *::after { box-sizing: border-box; }
   :host { font: 400 14px/1.45 var(--sans); color: var(--ink); }

@@ -1,4 +1,4 @@
-// On a phone the panels share one sheet, on a wide screen plots, filter and log share the rest of the side: these choose which.
+// On a phone the panels share one sheet, on a wide screen plots, filter, settings and log share the rest of the side: these choose which.
 
 import { css, html, type TemplateResult } from "lit";
 import type { Tab, Topic } from "../store.js";
@@ -7,10 +7,11 @@ import { icons } from "./icons.js";
 import { shared } from "./style.js";
 
 const TABS: readonly { tab: Exclude<Tab, "">; label: string; icon: TemplateResult; phoneOnly?: boolean }[] = [
-  { tab: "run", label: "Run", icon: icons.sliders, phoneOnly: true },
+  { tab: "run", label: "Run", icon: icons.flag, phoneOnly: true },
   { tab: "status", label: "Status", icon: icons.gauge, phoneOnly: true },
   { tab: "plots", label: "Plots", icon: icons.chart },
   { tab: "filter", label: "Filter", icon: icons.matrix },
+  { tab: "settings", label: "Settings", icon: icons.sliders },
   { tab: "layers", label: "Layers", icon: icons.layers, phoneOnly: true },
   { tab: "log", label: "Log", icon: icons.list },
 ];
@@ -25,7 +26,8 @@ export class SlamTabs extends SlamElement {
       @media (min-width: 761px) {
         nav { border-bottom: 1px solid var(--line); border-top: 0; }
         .phone { display: none; }
-        button { flex-direction: row; gap: 8px; min-height: 42px; font-size: 13px; }
+        button { flex-direction: row; gap: 6px; min-height: 42px; font-size: 13px; }
+        button svg { width: 16px; height: 16px; }
         button[aria-pressed="true"] { box-shadow: inset 0 -2.5px 0 var(--accent); }
       }
     `,
@@ -48,10 +50,10 @@ export class SlamTabs extends SlamElement {
     </nav>`;
   }
 
-  /** On a wide screen one of the three is always shown. */
+  /** On a wide screen one of the four is always shown. */
   get #shown(): Tab {
     const { tab } = this.store;
-    return this.#wide.matches && tab !== "filter" && tab !== "log" ? "plots" : tab;
+    return this.#wide.matches && tab !== "filter" && tab !== "settings" && tab !== "log" ? "plots" : tab;
   }
 
   #choose(tab: Tab): void {

@@ -24,6 +24,8 @@ export class SlamTransport extends SlamElement {
       .modes button { border: 0; background: transparent; min-height: 36px; border-radius: 9px; }
       .modes button:hover { background: var(--hover); }
       .modes button[aria-pressed="true"] { background: var(--accent); color: var(--on-accent); }
+      .modes .cycle { border-left: 1px solid var(--line); border-radius: 0 9px 9px 0; }
+      .modes .cycle[aria-pressed="true"] { background: var(--ink); color: var(--surface); border-radius: 9px; opacity: 1; }
       .stop { min-height: 44px; padding: 0 18px; border-radius: 12px; border-color: transparent; background: var(--danger); color: #fff; font-weight: 700; letter-spacing: .04em; }
       .stop:hover { background: var(--danger-hover); border-color: transparent; }
       .progress { display: flex; flex-direction: column; gap: 5px; min-width: 190px; font-size: 12.5px; }
@@ -34,15 +36,20 @@ export class SlamTransport extends SlamElement {
       progress::-moz-progress-bar { background: var(--accent); }
       @container stage (max-width: 640px) {
         .modes svg, .stop svg { display: none; }
-        select { min-width: 66px; padding: 0 4px; }
-        :host { gap: 6px; padding: 6px; }
-        .stop { padding: 0 12px; }
+        select { min-width: 58px; padding: 0 2px; }
+        :host { gap: 5px; padding: 6px; }
+        .time { gap: 4px; }
+        .time .icon { width: 34px; }
+        .time .play { width: 40px; }
+        .modes { padding: 2px; gap: 0; }
+        .modes button { padding: 0 7px; font-size: 13px; }
+        .stop { padding: 0 9px; font-size: 13px; }
       }
       @media (max-width: 760px) {
         .modes svg, .stop svg { display: block; }
         :host { flex-wrap: wrap; gap: 8px; border-radius: 0; border-width: 1px 0 0; box-shadow: none; padding: 8px 10px; }
         .modes, .progress { order: -1; flex: 1 0 100%; }
-        .modes button { flex: 1; padding: 0 6px; min-height: 40px; }
+        .modes button { flex: 1; padding: 0 4px; min-height: 40px; gap: 5px; font-size: 13px; }
         .time { flex: 1; }
         select { flex: 1; }
         .stop { flex: 1; }
@@ -89,6 +96,9 @@ export class SlamTransport extends SlamElement {
       ${mode("manual", "Manual", "1", icons.hand, () => client.manual())}
       ${mode("goto", "Go to", "2", icons.pin, () => client.aim())}
       ${mode("explore", "Explore", "3", icons.compass, () => client.explore())}
+      <button class="cycle" data-testid="mode-cycle" aria-pressed=${store.inCycle} ?disabled=${store.inCycle && !store.setup.cycle}
+        title=${store.inCycle && !store.setup.cycle ? "This sensor looks round only while the robot stands: it always drives by the cycle" : "The cycle (4): scan standing, plan, one turn, one leg, again"}
+        @click=${(e: Event) => { client.setCycle(!store.setup.cycle); this.giveBackFocus(e); }}>${icons.cycle}Cycle</button>
     </div>`;
   }
 

@@ -1,6 +1,7 @@
 // Draws the layers that are switched on, from the ground up.
 
 import type { LayerName } from "./scene.js";
+import * as found from "./layers/found.js";
 import * as frontiers from "./layers/frontiers.js";
 import * as grid from "./layers/grid.js";
 import type { Brush } from "./layers/layer.js";
@@ -12,9 +13,12 @@ import * as spot from "./layers/spot.js";
 import * as trails from "./layers/trails.js";
 import * as tree from "./layers/tree.js";
 import * as truth from "./layers/truth.js";
+import { TruthPicture } from "./layers/truth_picture.js";
 import * as walls from "./layers/walls.js";
 
 export type Switches = Readonly<Record<LayerName, boolean>>;
+
+const truthPicture = new TruthPicture();
 
 /** The ground: changes only with the map and the camera. */
 export function drawGround(brush: Brush, on: Switches): void {
@@ -22,7 +26,7 @@ export function drawGround(brush: Brush, on: Switches): void {
   brush.camera.applyTo(brush.context);
   if (on.grid) grid.draw(brush);
   grid.drawRules(brush);
-  if (on.truth) truth.drawWalls(brush);
+  if (on.truth) truthPicture.draw(brush);
 }
 
 const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
@@ -32,6 +36,7 @@ const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
   ["walls", walls.draw],
   ["tree", tree.draw],
   ["scan", scan.draw],
+  ["found", found.draw],
   ["rawPath", path.drawRaw],
   ["path", path.draw],
   ["trails", trails.draw],

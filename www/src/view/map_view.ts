@@ -19,7 +19,7 @@ const EASE = 6;
 const REFIT_MILLIS = 300;
 
 /** The panels that a phone shows as a sheet over the map. */
-const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", layers: "#legend", log: "#log-panel" } as const;
+const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", settings: "#settings-panel", layers: "#legend", log: "#log-panel" } as const;
 
 export class SlamMap extends LitElement {
   static override styles = [
@@ -43,7 +43,7 @@ export class SlamMap extends LitElement {
       #bar { height: 6px; border: 1.5px solid var(--ink); border-top: 0; opacity: .8; }
       @container stage (max-width: 900px) { #foot { bottom: 92px; } }
       @media (max-width: 760px) {
-        #foot { bottom: calc(var(--dock) + 10px); left: 12px; }
+        #foot { bottom: auto; top: 12px; left: 12px; }
         #hover { display: none; }
         #tools { right: 10px; top: 10px; }
       }
@@ -66,6 +66,7 @@ export class SlamMap extends LitElement {
   #drawn = { ground: "", overlays: "" };
   #lastTick = 0;
   #sightings: readonly Sighting[] = [];
+  #inCycle = false;
   /** Grows with every change of what lights up. */
   #spotVersion = 0;
   #abort = new AbortController();
@@ -84,6 +85,12 @@ export class SlamMap extends LitElement {
       this.#spotVersion += 1;
     });
     this.store.on("tab", () => requestAnimationFrame(() => this.#resize()));
+    // The strip of the cycle takes room from the map of a phone.
+    this.store.on("run", () => {
+      if (this.store.inCycle === this.#inCycle) return;
+      this.#inCycle = this.store.inCycle;
+      requestAnimationFrame(() => this.#resize());
+    });
     requestAnimationFrame((now) => this.#tick(now));
   }
 
@@ -231,7 +238,7 @@ export class SlamMap extends LitElement {
     const legend = matchMedia("(min-width: 1180px)").matches ? 238 : 14;
     this.camera.inset = phone
       ? { top: 12, right: 12, bottom: covered + 12, left: 12 }
-      : { top: 24, right: 62, bottom: 92, left: legend };
+      : { top: 24, right: 62, bottom: this.store.inCycle ? 206 : 92, left: legend };
     for (const id of ["ground", "overlays"]) {
       const canvas = this.#element(id) as HTMLCanvasElement;
       canvas.width = Math.round(clientWidth * ratio);

@@ -3,7 +3,7 @@
 
 const NAMES = [
   "unknown", "free", "occupied", "gridline", "truth", "odometry", "estimate", "robot", "scan", "walls", "lines", "path", "tree",
-  "frontiers", "ink",
+  "frontiers", "ink", "glass", "dark", "people", "found",
 ] as const;
 
 export type PaletteName = (typeof NAMES)[number];

@@ -5,7 +5,7 @@ import type { Box } from "./camera.js";
 import { Motion } from "./motion.js";
 import { Tiles } from "./tiles.js";
 
-export const LAYERS = ["grid", "truth", "walls", "lines", "scan", "frontiers", "tree", "rawPath", "path", "trails", "robot"] as const;
+export const LAYERS = ["grid", "truth", "walls", "lines", "scan", "found", "frontiers", "tree", "rawPath", "path", "trails", "robot"] as const;
 export type LayerName = (typeof LAYERS)[number];
 
 const EMPTY = new Float32Array(0);
@@ -15,8 +15,12 @@ export class Scene {
   /** Status and movers as of the picture that is being drawn, see `animate`. */
   status: Status | null = null;
   scan: Float32Array = EMPTY;
+  /** Lines found in it, x1 y1 x2 y2. */
+  found: Float32Array = EMPTY;
   lines: Float64Array = new Float64Array(0);
   truth: Float32Array = EMPTY;
+  /** Material of each true wall: 0 opaque, 1 glass, 2 dark. */
+  materials: Uint8Array = new Uint8Array(0);
   movers: Float32Array = EMPTY;
   path: Float32Array = EMPTY;
   rawPath: Float32Array = EMPTY;
@@ -33,7 +37,8 @@ export class Scene {
     this.tiles.clear();
     this.status = null;
     this.#motion.clear();
-    this.scan = this.truth = this.movers = this.path = this.rawPath = this.tree = this.frontiers = EMPTY;
+    this.materials = new Uint8Array(0);
+    this.scan = this.found = this.truth = this.movers = this.path = this.rawPath = this.tree = this.frontiers = EMPTY;
     this.lines = new Float64Array(0);
     this.trailLength = 0;
     this.version += 1;
@@ -44,7 +49,9 @@ export class Scene {
     if (frame.gridAnew) this.tiles.clear();
     if (frame.grid) this.tiles.take(frame.grid);
     this.scan = frame.scan ?? this.scan;
+    this.found = frame.found ?? this.found;
     this.lines = frame.lines ?? this.lines;
+    this.materials = frame.materials ?? this.materials;
     this.truth = frame.truth ?? this.truth;
     this.path = frame.path ?? this.path;
     this.rawPath = frame.rawPath ?? this.rawPath;

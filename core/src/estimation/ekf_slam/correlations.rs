@@ -5,7 +5,7 @@
 use super::{EkfSlam, LandmarkId};
 
 /// The matrix of correlation coefficients of the state (x, y, θ, …, α₁, r₁, α₂, r₂, …).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Correlations {
     /// Number of rows, as many as columns.
     pub n: usize,

@@ -1,16 +1,16 @@
 //! The map that is shown: keyframes drawn into the grid, and drawn anew where a closed loop has moved them.
 //!
 //! In: scans that became keyframes, and the poses of the submaps. Out: the grid. A new grid is made beside the old one,
-//! some keyframes at each scan, and takes its place when it is complete: no scan has to wait for it.
+//! some keyframes at each scan, and takes its place when it is complete: no scan has to wait for it. What is drawn of a keyframe
+//! is what it surely says ([`Evidence::certain`]): beams taken as thin and exact clear walls that they meet at a flat angle.
 
 use nalgebra::Point2;
 
 use super::super::pose_graph::differs;
 use super::ScanMatcher;
 use crate::geom::Pose2;
-use crate::map::Grid;
+use crate::map::{Evidence, Grid};
 use crate::points::{Beam, Points};
-use crate::robot::Stamp;
 
 /// A grid in the making.
 #[derive(Clone, Debug)]
@@ -19,14 +19,15 @@ pub(super) struct Redraw {
     pub(super) next: usize,
 }
 
-/// What is drawn: the ends of the beams, in single precision.
+/// What is drawn, in single precision.
 #[derive(Clone, Debug)]
 pub(super) struct Keyframe {
     pub(super) submap: usize,
     pub(super) submap_from_robot: Pose2,
-    pub(super) origin: Point2<f64>,
-    pub(super) ends: Vec<[f32; 2]>,
-    pub(super) hits: Vec<bool>,
+    /// Free ways: from (x, y) to (x, y), robot frame, m.
+    free: Vec<[f32; 4]>,
+    /// Points on surfaces, robot frame, m.
+    hits: Vec<[f32; 2]>,
 }
 
 impl ScanMatcher {
@@ -65,62 +66,71 @@ impl ScanMatcher {
         }
     }
 
-    pub(super) fn keyframe_of(&self, points: &Points) -> Keyframe {
-        let mut keyframe = Keyframe {
+    /// What is drawn of a scan taken here; `sigmas` as in [`ScanMatcher::update_swept`].
+    pub(super) fn keyframe_of(&self, points: &Points, sigmas: &[f64]) -> Keyframe {
+        let heading = self.local_cov[(2, 2)].max(0.0);
+        let sigmas: Vec<f64> = sigmas.iter().map(|s| (s * s + heading).sqrt()).collect();
+        let shortened = Points {
+            beams: points
+                .beams
+                .iter()
+                .map(|beam| self.believed(beam))
+                .collect(),
+            ..points.clone()
+        };
+        let config = &self.config.evidence;
+        let evidence = Evidence::certain(&shortened, &sigmas, self.grid.resolution(), config);
+        let single = |p: &Point2<f64>| [p.x as f32, p.y as f32];
+        let way = |[from, to]: &[Point2<f64>; 2]| {
+            let ([a, b], [c, d]) = (single(from), single(to));
+            [a, b, c, d]
+        };
+        Keyframe {
             submap: self.submaps.len() - 1,
             submap_from_robot: self.submap_from_robot,
-            origin: points.sensor_in_robot,
-            ends: Vec::with_capacity(points.beams.len()),
-            hits: Vec::with_capacity(points.beams.len()),
-        };
-        for beam in &points.beams {
-            let along = beam.end_in_robot - beam.origin_in_robot;
-            let length = if beam.is_hit {
-                1.0
-            } else {
-                (self.config.no_return_clears / beam.range).min(1.0)
-            };
-            let end = beam.origin_in_robot + along * length;
-            keyframe.ends.push([end.x as f32, end.y as f32]);
-            keyframe.hits.push(beam.is_hit);
+            free: evidence.free.iter().map(way).collect(),
+            hits: evidence.hits.iter().map(single).collect(),
         }
-        keyframe
+    }
+
+    /// A beam as far as it is believed: one without a return for a few metres.
+    fn believed(&self, beam: &Beam) -> Beam {
+        let part = (self.config.no_return_clears / beam.range).min(1.0);
+        if beam.is_hit || part >= 1.0 {
+            return *beam;
+        }
+        let way = (beam.end_in_robot - beam.origin_in_robot) * part;
+        Beam {
+            end_in_robot: beam.origin_in_robot + way,
+            range: beam.range * part,
+            ..*beam
+        }
     }
 }
 
 impl Keyframe {
-    /// The beams, from the sensor to their ends, in the submap.
+    /// The beams, from the sensor to where they are surely free, in the submap.
     pub(super) fn rays(&self) -> impl Iterator<Item = (Point2<f64>, Point2<f64>)> + '_ {
         let at = self.submap_from_robot;
-        self.ends.iter().map(move |end| {
-            let end = Point2::new(f64::from(end[0]), f64::from(end[1]));
-            (at * self.origin, at * end)
+        self.free.iter().map(move |&[a, b, c, d]| {
+            let [from, to] = [double([a, b]), double([c, d])];
+            (at * from, at * to)
         })
     }
 
     pub(super) fn draw(&self, grid: &mut Grid, map_from_robot: &Pose2) {
-        let beams =
-            self.ends
+        let evidence = Evidence {
+            free: self
+                .free
                 .iter()
-                .zip(&self.hits)
-                .enumerate()
-                .map(|(beam_idx, (end, &is_hit))| {
-                    let end_in_robot = Point2::new(f64::from(end[0]), f64::from(end[1]));
-                    Beam {
-                        beam_idx,
-                        origin_in_robot: self.origin,
-                        end_in_robot,
-                        range: (end_in_robot - self.origin).norm(),
-                        sigma: 0.01,
-                        is_hit,
-                    }
-                });
-        let points = Points {
-            stamp: Stamp::default(),
-            sensor_in_robot: self.origin,
-            bearing_sigma: 0.0,
-            beams: beams.collect(),
+                .map(|&[a, b, c, d]| [double([a, b]), double([c, d])])
+                .collect(),
+            hits: self.hits.iter().copied().map(double).collect(),
         };
-        grid.insert(&points, map_from_robot);
+        grid.draw(&evidence, map_from_robot);
     }
+}
+
+fn double([x, y]: [f32; 2]) -> Point2<f64> {
+    Point2::new(f64::from(x), f64::from(y))
 }

@@ -1,7 +1,7 @@
 //! How scan matching works, and why it cannot begin.
 
 use super::super::submap::ClosureConfig;
-use crate::map::{GridConfig, GridError, SurfelConfig};
+use crate::map::{EvidenceConfig, GridConfig, GridError, SurfelConfig};
 use crate::points::OrientedConfig;
 use crate::registration::{MatchConfig, SearchWindow};
 
@@ -17,6 +17,8 @@ pub struct ScanMatcherConfig {
     /// The map that is drawn. By default a crossing beam counts for more than elsewhere (`miss` 0.3): keyframes are few,
     /// and what one of them saw through is to be free.
     pub grid: GridConfig,
+    /// How sure a keyframe has to be of what it draws.
+    pub evidence: EvidenceConfig,
     /// A scan becomes a keyframe after this way, m. Default 0.25.
     pub keyframe_distance: f64,
     /// A scan becomes a keyframe after this turn, rad. Default 0.2.
@@ -61,6 +63,7 @@ impl Default for ScanMatcherConfig {
                 miss: 0.3,
                 ..GridConfig::default()
             },
+            evidence: EvidenceConfig::default(),
             keyframe_distance: 0.25,
             keyframe_turn: 0.2,
             new_below: 0.6,
@@ -79,6 +82,60 @@ impl Default for ScanMatcherConfig {
             odometry_sigma: 0.02,
             odometry_turn_sigma: 0.02,
         }
+    }
+}
+
+impl ScanMatcherConfig {
+    /// Checks the figures.
+    ///
+    /// # Errors   [`ScanMatcherError::Config`], naming the first field out of range.
+    pub fn validate(&self) -> Result<(), ScanMatcherError> {
+        let check = |field, value: f64, low: f64, high: f64, expected| {
+            if value >= low && value <= high {
+                Ok(())
+            } else {
+                Err(ScanMatcherError::Config {
+                    field,
+                    value,
+                    expected,
+                })
+            }
+        };
+        check(
+            "keyframe_distance",
+            self.keyframe_distance,
+            0.01,
+            10.0,
+            "from 0.01 to 10 m",
+        )?;
+        check(
+            "keyframe_turn",
+            self.keyframe_turn,
+            0.01,
+            3.2,
+            "from 0.01 to 3.2 rad",
+        )?;
+        check(
+            "surfels.cell",
+            self.surfels.cell,
+            0.01,
+            0.5,
+            "from 0.01 to 0.5 m",
+        )?;
+        check(
+            "surfels.reach",
+            self.surfels.reach,
+            0.01,
+            2.0,
+            "from 0.01 to 2 m",
+        )?;
+        check(
+            "submap_keyframes",
+            self.submap_keyframes as f64,
+            2.0,
+            1e4,
+            "from 2 to 10000",
+        )
     }
 }
 

@@ -1,6 +1,6 @@
 //! Two laps of a ring with odometry that drifts, and what bad input does.
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector3};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -2,8 +2,11 @@
 
 use proptest::prelude::*;
 
+use nalgebra::{Point2, Vector2};
+
 use super::*;
-use crate::sim::worlds;
+use crate::geom::{Pose2, Segment};
+use crate::sim::{Door, Material, Mover, Obstacle, RobotKind, SensorKind, Shape, worlds};
 
 const ROOM: &str = r#"{
   "slamlab_world": 1,
@@ -31,7 +34,7 @@ fn errors_say_line_field_and_what_was_expected() {
     check(
         r#""name": "room","#,
         "",
-        &["line 9, column 1", "missing field `name`"],
+        &["line 9, column 1", "the field `name` is missing"],
     );
     check(
         r#""x": 1.0"#,
@@ -50,7 +53,7 @@ fn errors_say_line_field_and_what_was_expected() {
     check(
         r#""x": 1.0"#,
         r#""x": 1e999"#,
-        &["line 4", "number out of range"],
+        &["line 4", "the number is too large"],
     );
     check(r#""x": 1.0"#, r#""x": NaN"#, &["line 4", "expected"]);
     check(
@@ -61,7 +64,7 @@ fn errors_say_line_field_and_what_was_expected() {
     check(
         r#""x": 1.0"#,
         r#""x": "one""#,
-        &["line 4", "invalid type", "f64"],
+        &["line 4", "start, x: is text (\"one\"), expected a number"],
     );
     check(
         "0.2 }",
@@ -73,7 +76,7 @@ fn errors_say_line_field_and_what_was_expected() {
         r#"0.2, "material": "wood" }"#,
         &[
             "line 7",
-            "unknown variant `wood`",
+            "obstacle 1, material: there is no `wood`; expected one of",
             "`opaque`, `glass`, `dark`",
         ],
     );
@@ -94,14 +97,40 @@ fn errors_say_line_field_and_what_was_expected() {
     check(
         r#""radius": 0.2"#,
         r#""radios": 0.2"#,
-        &["line 7", "unknown field `radios`"],
+        &[
+            "line 7",
+            "obstacle 1, radios: there is no field `radios`; expected one of",
+        ],
     );
     check(
         r#""circle""#,
         r#""ring""#,
-        &["line 7", "unknown variant `ring`"],
+        &["line 7", "obstacle 1, shape: there is no `ring`"],
     );
-    check("[4, 0], ", "[4, 0, 1], ", &["line 6"]);
+    check(
+        "[4, 0], ",
+        "[4, 0, 1], ",
+        &["line 6", "obstacle 0, point 1"],
+    );
+    check(
+        "[4, 0], ",
+        "[4], ",
+        &["line 6", "obstacle 0, point 1", "a pair of numbers [x, y]"],
+    );
+    check(
+        "[3, 1]",
+        "3",
+        &[
+            "line 7",
+            "obstacle 1, centre: is the whole number 3, expected a pair of numbers [x, y]",
+        ],
+    );
+    check(r#""y": 1.0 }"#, r#""y": 1.0 } }"#, &["line 4"]);
+    check(
+        r#""name": "room","#,
+        r#""name": "room""#,
+        &["line 4", "expected a comma or } after a field"],
+    );
     check(
         "[[0, 0], [4, 0], [4, 3], [0, 3]]",
         "[[0, 0]]",
@@ -112,7 +141,14 @@ fn errors_say_line_field_and_what_was_expected() {
         r#""slamlab_world": 2"#,
         &["line 2", "slamlab_world is 2, expected 1"],
     );
-    check("  ]\n}", "  ]", &["line 8", "EOF"]);
+    check(
+        "  ]\n}",
+        "  ]",
+        &[
+            "line 8",
+            "the file ends inside of an object: a } is missing",
+        ],
+    );
     check("room", &"r".repeat(300), &["line 3", "name has 300 bytes"]);
 }
 
@@ -223,8 +259,26 @@ fn world() -> impl Strategy<Value = World> {
             radius,
             pause,
         });
+    let door = (
+        point(),
+        0.5..2.0_f64,
+        any::<bool>(),
+        proptest::collection::vec(0.1..9.0_f64, 0..4),
+    )
+        .prop_map(|(a, width, is_open, waits)| Door {
+            leaf: Segment::new(a, a + nalgebra::Vector2::new(width, 0.0)),
+            is_open,
+            switches: waits
+                .iter()
+                .scan(0.0, |at, wait| {
+                    *at += wait;
+                    Some(*at)
+                })
+                .collect(),
+        });
     let lists = (
         proptest::collection::vec(obstacle(), 0..6),
+        proptest::collection::vec(door, 0..3),
         proptest::collection::vec(mover, 0..3),
     );
     (
@@ -236,8 +290,9 @@ fn world() -> impl Strategy<Value = World> {
         0..SensorKind::ALL.len(),
     )
         .prop_map(
-            |(name, (obstacles, movers), goal, seed, pioneer, sensor)| World {
+            |(name, (obstacles, doors, movers), goal, seed, pioneer, sensor)| World {
                 obstacles,
+                doors,
                 movers,
                 goal,
                 seed,

@@ -202,3 +202,36 @@ fn strange_beams_are_harmless() {
     let none = Evidence::certain(&strange, &[], CELL, &EvidenceConfig::default());
     assert_eq!(none, Evidence::default());
 }
+
+#[test]
+fn a_sonar_clears_its_whole_cone_up_to_what_it_heard_and_no_farther() {
+    let (half, range) = (0.262, 2.0);
+    let mut points = points(|_| None);
+    points.beams.truncate(1);
+    points.beams[0].range = range;
+    points.beams[0].end_in_robot = Point2::new(range, 0.0);
+    points.beams[0].is_hit = true;
+    let evidence = Evidence::certain(&points, &[half], CELL, &EvidenceConfig::cones(half));
+    let mut grid = Grid::new(GridConfig::default()).unwrap();
+    // What was seen once is not yet believed.
+    for _ in 0..2 {
+        grid.draw(&evidence, &Pose2::identity());
+    }
+    assert_eq!(evidence.hits, [Point2::new(range, 0.0)]);
+    // Every cell of the sector but those at its border, by a search of its own.
+    for col in -50..60 {
+        for row in -50..50 {
+            let centre = Point2::new(f64::from(col) + 0.5, f64::from(row) + 0.5) * CELL;
+            let (r, angle) = (centre.coords.norm(), libm::atan2(centre.y, centre.x).abs());
+            let known = grid.state(CellIndex { col, row }) != CellState::Unknown;
+            let margin = 0.75 * CELL / r;
+            if r < range - 2.0 * CELL && angle < half - margin && r > CELL {
+                assert!(known, "unknown at {centre}");
+            }
+            let is_hit = (centre - evidence.hits[0]).norm() < CELL;
+            if !is_hit && (r > range + 1e-9 || angle > half + margin) && r > 1.5 * CELL {
+                assert!(!known, "known at {centre}");
+            }
+        }
+    }
+}

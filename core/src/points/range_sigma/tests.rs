@@ -119,3 +119,39 @@ fn poor_recordings_are_refused() {
     };
     assert!(message(&good, &narrow).contains("bin is NaN"));
 }
+
+#[test]
+fn stretches_are_not_compared_with_one_another() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let here = scans(Growth::Linear, 0.0, &mut rng);
+    // Elsewhere all is 20 cm nearer, and the stretches are long enough that one false pair of scans would show.
+    let mut there = scans(Growth::Linear, 0.0, &mut rng);
+    for range in there.iter_mut().flat_map(|scan| &mut scan.ranges) {
+        *range -= 0.2;
+    }
+    let stretches: Vec<&[Scan]> = here.chunks(2).chain(there.chunks(2)).collect();
+    let fit = estimate_sigma_of_stretches(&stretches, &SigmaConfig::default()).unwrap();
+    assert!(
+        fit.bins.iter().all(|bin| bin.clipped == 0),
+        "{:?}",
+        fit.bins
+    );
+    for range in [1.0, 4.0, 7.0] {
+        let error = (fit.at(range) - truth(Growth::Linear).dot(&Vector2::new(1.0, range))).abs();
+        assert!(error < 4.0 * fit.error_at(range) + 2e-4, "{range}: {error}");
+    }
+}
+
+#[test]
+fn what_is_to_be_used_is_the_fit_and_never_nothing() {
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    let fit = estimate_sigma(
+        &scans(Growth::Linear, 0.0, &mut rng),
+        &SigmaConfig::default(),
+    )
+    .unwrap();
+    let mut used = fit.to_use();
+    assert!((used.at(3.0) - fit.at(3.0)).abs() < 1e-15);
+    used.constant = -1.0;
+    assert!(used.at(0.0) == used.least && used.least > 0.004, "{used:?}");
+}

@@ -91,6 +91,7 @@ impl Ray {
 }
 
 /// Two beams: |sin Δφ| and cos Δφ, both times the product of the ranges.
+#[derive(Clone, Copy)]
 struct Pair {
     sin: f64,
     cos: f64,
@@ -152,15 +153,15 @@ impl Adaptive {
         }
     }
 
+    /// `shorter`: of both ranges. `variance`: of their difference. By value: references would keep every beam on the stack.
     #[inline(never)]
-    fn limit(&self, a: &Ray, b: &Ray, pair: &Pair) -> f64 {
+    fn limit(&self, shorter: f64, variance: f64, pair: Pair) -> f64 {
         let scale = 1.0 / pair.product;
         let (sin_step, cos_step) = (pair.sin * scale, pair.cos * scale);
         // sin(λ - Δφ); a coarse sensor's Δφ may come near λ, where the rule would let everything through.
         let sin_rest =
             (self.sin_grazing * cos_step - self.cos_grazing * sin_step).max(0.5 * self.sin_grazing);
-        let noise = self.n_sigmas * (a.sigma * a.sigma + b.sigma * b.sigma).sqrt();
-        a.range.min(b.range) * sin_step / sin_rest + noise
+        shorter * sin_step / sin_rest + self.n_sigmas * variance.sqrt()
     }
 }
 
@@ -172,11 +173,13 @@ impl Joins for Adaptive {
             return false;
         }
         // sin(λ - Δφ) ≤ sin λ and the noise only adds: most neighbours pass here, without a division or a root.
-        let surely = self.sin_grazing * a.range.max(b.range);
+        let longer = if a.range > b.range { a.range } else { b.range };
+        let surely = self.sin_grazing * longer;
         if pair.distance_squared * surely * surely <= pair.sin * pair.sin {
             return true;
         }
-        let limit = self.limit(a, b, &pair);
+        let variance = a.sigma * a.sigma + b.sigma * b.sigma;
+        let limit = self.limit(a.range.min(b.range), variance, pair);
         pair.distance_squared <= limit * limit
     }
 }

@@ -142,3 +142,26 @@ fn saturation_gives_way_in_common_first() {
     assert_eq!(within_battery([-12.0, -10.0], 7.0), [-7.0, -5.0]);
     assert_eq!(within_battery([20.0, -20.0], 7.0), [7.0, -7.0]);
 }
+
+#[test]
+fn a_battery_that_sags_lowers_the_limit_and_none_raises_it() {
+    let train = DriveTrain::rp6();
+    let mut controller =
+        DriveController::new(&train, PERIOD, COUNT, &ControllerConfig::default()).unwrap();
+    let far_too_fast = [Wish {
+        speed: 1e3,
+        acceleration: 0.0,
+    }; 2];
+    for (supply, limit) in [
+        (5.0, 5.0),
+        (20.0, train.battery),
+        (6.0, 6.0),
+        (f64::NAN, 6.0),
+        (-1.0, 0.0),
+    ] {
+        controller.set_supply(supply);
+        let voltages = controller.step([0; 2], far_too_fast);
+        let most = voltages.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        assert!((most - limit).abs() < 1e-9, "{supply} V: {voltages:?}");
+    }
+}

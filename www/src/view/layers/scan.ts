@@ -1,4 +1,4 @@
-// What the last scan hit, and the fan in which it looked.
+// What the last scan hit, and the fan in which it looked; of a sonar the cones, for it knows no more of the direction.
 
 import type { Brush } from "./layer.js";
 
@@ -6,6 +6,10 @@ export function draw({ context, camera, palette, scene }: Brush): void {
   const { scan, status } = scene;
   if (!status || scan.length === 0) return;
   context.fillStyle = context.strokeStyle = palette.css.scan;
+  if (status.beamHalfAngle > 0) {
+    drawCones(context, scan, status.x, status.y, status.beamHalfAngle, camera.px(1.5));
+    return;
+  }
   context.globalAlpha = 0.1;
   context.lineWidth = camera.px(1);
   const every = Math.max(1, Math.ceil(scan.length / 2 / 90));
@@ -20,4 +24,23 @@ export function draw({ context, camera, palette, scene }: Brush): void {
   context.beginPath();
   for (let i = 0; i + 1 < scan.length; i += 2) context.rect((scan[i] ?? 0) - size / 2, (scan[i + 1] ?? 0) - size / 2, size, size);
   context.fill();
+}
+
+/** Something answered from somewhere on each arc. */
+function drawCones(context: CanvasRenderingContext2D, scan: Float32Array, x: number, y: number, half: number, pixel: number): void {
+  context.lineWidth = pixel;
+  for (let i = 0; i + 1 < scan.length; i += 2) {
+    const [dx, dy] = [(scan[i] ?? 0) - x, (scan[i + 1] ?? 0) - y];
+    const [range, axis] = [Math.hypot(dx, dy), Math.atan2(dy, dx)];
+    context.globalAlpha = 0.07;
+    context.beginPath();
+    context.moveTo(x, y);
+    context.arc(x, y, range, axis - half, axis + half);
+    context.fill();
+    context.globalAlpha = 0.9;
+    context.beginPath();
+    context.arc(x, y, range, axis - half, axis + half);
+    context.stroke();
+  }
+  context.globalAlpha = 1;
 }

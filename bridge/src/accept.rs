@@ -1,0 +1,171 @@
+//! Takes connections, no more than there may be, and none that dawdles.
+//!
+//! In: the listening socket. Out: HTTP connections that are served, each on a task of its own.
+//!
+//! 1. Beyond the limit a connection gets 503 and is closed: the limit counts WebSockets too.
+//! 2. A request whose header is not there in time ends its connection (slowloris), and so does one that is open for too long
+//!    without becoming a WebSocket.
+//! 3. At the end, connections may finish what they are at.
+
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use axum::Router;
+use axum::extract::Request;
+use axum::response::Response;
+use hyper::body::Incoming;
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
+use tokio::task::JoinSet;
+use tower::ServiceExt;
+
+use crate::http::Shared;
+
+/// How much the bridge takes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Sockets that may be open at the same time. Default 300.
+    pub sockets: usize,
+    /// A request's header must be there so soon. Default 5 s.
+    pub header: Duration,
+    /// A connection that is no WebSocket ends after so long. Default 120 s.
+    pub request: Duration,
+    /// The first message must be there so soon. Default 2 s.
+    pub hello: Duration,
+    /// A client that says nothing for so long is gone. Default 5 s.
+    pub heartbeat: Duration,
+    /// A client that takes nothing for so long is gone. Default 30 s.
+    pub write: Duration,
+    /// Longest message from a client, bytes. Default 64 KiB.
+    pub message: usize,
+    /// Messages of one client in a second, over longer times; twice as many at once. Default 200.
+    pub rate: u32,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            sockets: 300,
+            header: Duration::from_secs(5),
+            request: Duration::from_secs(120),
+            hello: Duration::from_secs(2),
+            heartbeat: Duration::from_secs(5),
+            write: Duration::from_secs(30),
+            message: 64 * 1024,
+            rate: 200,
+        }
+    }
+}
+
+const FULL: &[u8] =
+    b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: text/plain\r\ncontent-length: 42\r\n\
+    retry-after: 5\r\nconnection: close\r\n\r\nslamlab has as many guests as it can take.";
+/// Room for the header of a request, bytes.
+const HEADER_BYTES: usize = 16 * 1024;
+/// The system was out of handles: some are given back soon.
+const OUT_OF_HANDLES: Duration = Duration::from_millis(50);
+
+/// A place among the sockets; it is free again when the last holder drops it.
+pub(crate) type Place = Arc<OwnedSemaphorePermit>;
+
+/// Takes connections until `stopped`, then waits for those that are open.
+pub(crate) async fn run(
+    listener: TcpListener,
+    router: Router,
+    shared: Arc<Shared>,
+    stopped: watch::Receiver<bool>,
+) {
+    let stop = until(stopped.clone());
+    tokio::pin!(stop);
+    let places = Arc::new(Semaphore::new(shared.limits.sockets));
+    let mut open = JoinSet::new();
+    loop {
+        let accepted = tokio::select! {
+            accepted = listener.accept() => accepted,
+            Some(_) = open.join_next() => continue,
+            () = &mut stop => break,
+        };
+        let stream = match accepted {
+            Ok((stream, _)) => stream,
+            Err(error) => {
+                tracing::warn!("a connection could not be taken: {error}");
+                tokio::time::sleep(OUT_OF_HANDLES).await;
+                continue;
+            }
+        };
+        let taken = shared.limits.sockets - places.available_permits();
+        shared
+            .metrics
+            .sockets
+            .store(taken as u64, Ordering::Relaxed);
+        match Arc::clone(&places).try_acquire_owned() {
+            Ok(place) => {
+                open.spawn(connection(
+                    stream,
+                    router.clone(),
+                    Arc::new(place),
+                    shared.limits,
+                    stopped.clone(),
+                ));
+            }
+            Err(_) => {
+                shared.metrics.turned_away.fetch_add(1, Ordering::Relaxed);
+                // What does not fit into an empty socket buffer at once is not worth waiting for.
+                let _ = stream.try_write(FULL);
+            }
+        }
+    }
+    drop(listener);
+    while open.join_next().await.is_some() {}
+}
+
+/// Ends when the bridge is to stop.
+pub(crate) async fn until(mut stopped: watch::Receiver<bool>) {
+    // An error means that whoever could stop it is gone: stop as well.
+    let _ = stopped.wait_for(|stop| *stop).await;
+}
+
+/// Serves one connection until it ends or becomes a WebSocket.
+async fn connection(
+    stream: TcpStream,
+    router: Router,
+    place: Place,
+    limits: Limits,
+    stopped: watch::Receiver<bool>,
+) {
+    // Commands are small and must not wait for others to fill a packet.
+    if let Err(error) = stream.set_nodelay(true) {
+        tracing::debug!("TCP_NODELAY: {error}");
+    }
+    let service = service_fn(move |mut request: Request<Incoming>| {
+        request.extensions_mut().insert(Arc::clone(&place));
+        answer(router.clone(), request)
+    });
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(limits.header)
+        .max_buf_size(HEADER_BYTES)
+        .serve_connection(TokioIo::new(stream), service)
+        .with_upgrades();
+    tokio::pin!(connection);
+    let ended = tokio::select! {
+        ended = &mut connection => ended,
+        () = tokio::time::sleep(limits.request) => return,
+        () = until(stopped) => {
+            connection.as_mut().graceful_shutdown();
+            connection.await
+        }
+    };
+    if let Err(error) = ended {
+        tracing::debug!("a connection ended: {error}");
+    }
+}
+
+async fn answer(router: Router, request: Request<Incoming>) -> Result<Response, Infallible> {
+    router.oneshot(request).await
+}

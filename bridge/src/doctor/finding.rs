@@ -1,0 +1,149 @@
+//! What was found at a port, and how it is told.
+
+use std::fmt;
+
+/// A device that is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// The robot.
+    Rp6,
+    /// A lidar that speaks unasked.
+    Ld06,
+    /// A lidar that is asked.
+    Rplidar,
+}
+
+/// What is wrong, why, and what helps.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem(
+    /// A sentence.
+    pub String,
+);
+
+/// What came of a device while it was watched.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measured {
+    /// For how long data came, s.
+    pub seconds: f64,
+    /// Scans.
+    pub scans: u64,
+    /// Scans a second, by their own stamps.
+    pub scans_per_second: f64,
+    /// Beams of a scan.
+    pub beams: usize,
+    /// Readings of the odometry.
+    pub odometries: u64,
+    /// Frames that came damaged.
+    pub damaged: u64,
+    /// Bytes that belonged to no frame.
+    pub skipped: u64,
+}
+
+/// What was found at a port.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// The port.
+    pub path: String,
+    /// What answers.
+    pub kind: Option<Kind>,
+    /// What it says that it is.
+    pub model: String,
+    /// How it works.
+    pub measured: Measured,
+    /// What is wrong; empty where all is well.
+    pub problems: Vec<Problem>,
+}
+
+impl Finding {
+    /// Whether something answers and nothing is wrong.
+    #[must_use]
+    pub fn is_well(&self) -> bool {
+        self.kind.is_some() && self.problems.is_empty()
+    }
+
+    /// How the device is named on the command line of `serve`.
+    #[must_use]
+    pub fn source(&self) -> Option<String> {
+        let kind = match self.kind? {
+            Kind::Rp6 => "rp6",
+            Kind::Ld06 => "ld06",
+            Kind::Rplidar => "rplidar",
+        };
+        Some(format!("{kind}:{}", self.path))
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let what = match (self.kind, self.model.as_str()) {
+            (None, _) => "nothing that is known",
+            (Some(Kind::Rp6), "") => "RP6",
+            (Some(Kind::Ld06), "") => "LD06",
+            (Some(Kind::Rplidar), "") => "RPLIDAR",
+            (Some(_), model) => model,
+        };
+        write!(f, "{}: {what}", self.path)?;
+        let m = &self.measured;
+        if m.scans > 0 {
+            write!(
+                f,
+                "\n  {:.1} scans/s of {} beams",
+                m.scans_per_second, m.beams
+            )?;
+        }
+        if m.odometries > 0 {
+            write!(
+                f,
+                "\n  odometry {:.0} times a second",
+                m.odometries as f64 / m.seconds
+            )?;
+        }
+        if m.scans + m.odometries > 0 {
+            write!(
+                f,
+                "\n  {} damaged frames, {} stray bytes in {:.1} s",
+                m.damaged, m.skipped, m.seconds
+            )?;
+        }
+        for Problem(sentence) in &self.problems {
+            write!(f, "\n  PROBLEM {sentence}")?;
+        }
+        if let (true, Some(source)) = (self.is_well(), self.source()) {
+            write!(
+                f,
+                "\n  well; use it with: slamlab-bridge serve --source {source}"
+            )?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_finding_says_what_where_how_and_what_to_do() {
+        let mut finding = Finding {
+            path: "/dev/ttyUSB0".into(),
+            kind: Some(Kind::Rplidar),
+            model: "RPLIDAR A1M8".into(),
+            measured: Measured {
+                seconds: 2.0,
+                scans: 11,
+                scans_per_second: 5.5,
+                beams: 360,
+                ..Measured::default()
+            },
+            problems: vec![],
+        };
+        let text = finding.to_string();
+        assert_eq!(
+            text,
+            "/dev/ttyUSB0: RPLIDAR A1M8\n  5.5 scans/s of 360 beams\n  0 damaged frames, 0 stray bytes in 2.0 s\n  well; \
+             use it with: slamlab-bridge serve --source rplidar:/dev/ttyUSB0"
+        );
+        finding.problems.push(Problem("weak power".into()));
+        assert!(finding.to_string().ends_with("PROBLEM weak power") && !finding.is_well());
+    }
+}

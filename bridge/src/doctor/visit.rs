@@ -1,0 +1,190 @@
+//! A while with a device on its port.
+
+use std::time::{Duration, Instant};
+
+use slamlab_core::robot::Stamp;
+use slamlab_core::wire::message::DeviceState;
+
+use super::finding::Measured;
+use crate::serial::{Device, Line, OpenError, PortSettings, Received, Want};
+use crate::source::Event;
+
+/// How long the line is waited for at a time.
+const TURN: Duration = Duration::from_millis(5);
+/// Scans, or readings of odometry, that are enough.
+const ENOUGH_SCANS: u64 = 10;
+const ENOUGH_ODOMETRIES: u64 = 100;
+/// For a stop to go out before the port closes.
+const LAST_WORDS: Duration = Duration::from_millis(100);
+
+/// What came of it.
+#[derive(Debug)]
+pub(super) struct Visit {
+    /// What the device says that it is; empty where none did.
+    pub(super) model: String,
+    /// Cause and cure of the last fault.
+    pub(super) detail: String,
+    pub(super) state: DeviceState,
+    /// Why the line broke.
+    pub(super) broken: Option<String>,
+    /// Bytes that came.
+    pub(super) bytes: u64,
+    began: Option<Instant>,
+    ended: Option<Instant>,
+    scans: Vec<(Stamp, usize)>,
+    odometries: u64,
+    damage: [u64; 2],
+    /// Damage when data began to come: what is heard in the middle of a frame is not the line's fault.
+    damage_before: [u64; 2],
+}
+
+/// Opens the device's line and lets it work: up to `to_answer` until it says something of itself, then up to `to_work` until enough
+/// came or it is in fault.
+///
+/// # Errors    Why the port does not open.
+pub(super) fn visit(
+    device: &mut dyn Device,
+    path: &str,
+    to_answer: Duration,
+    to_work: Duration,
+) -> Result<Visit, OpenError> {
+    let mut line = Line::open(&PortSettings {
+        path: path.into(),
+        baud_rate: device.baud_rate(),
+    })?;
+    let mut seen = Visit::new();
+    let opened = Instant::now();
+    let mut until = opened + to_answer;
+    let now = || Stamp(opened.elapsed().as_micros() as u64);
+    device.opened(now());
+    while Instant::now() < until && seen.broken.is_none() && !seen.is_enough() {
+        match line.receive(TURN) {
+            Received::Bytes(bytes, _) => {
+                seen.bytes += bytes.len() as u64;
+                device.receive(&bytes, now());
+            }
+            Received::Nothing => (),
+            Received::Broken(error) => seen.broken = Some(error.to_string()),
+        }
+        device.tick(now());
+        let was_silent = seen.is_silent();
+        seen.fulfil(device, &mut line);
+        if was_silent && !seen.is_silent() {
+            until = Instant::now() + to_work;
+        }
+    }
+    device.close(now());
+    seen.fulfil(device, &mut line);
+    std::thread::sleep(LAST_WORDS);
+    Ok(seen)
+}
+
+impl Visit {
+    fn new() -> Self {
+        Self {
+            model: String::new(),
+            detail: String::new(),
+            state: DeviceState::Waiting,
+            broken: None,
+            bytes: 0,
+            began: None,
+            ended: None,
+            scans: vec![],
+            odometries: 0,
+            damage: [0; 2],
+            damage_before: [0; 2],
+        }
+    }
+
+    /// How the device worked.
+    pub(super) fn measured(&self) -> Measured {
+        let seconds = match (self.began, self.ended) {
+            (Some(began), Some(ended)) => (ended - began).as_secs_f64(),
+            _ => 0.0,
+        };
+        let turns = self.scans.len().saturating_sub(1) as f64;
+        let [first, last] = [self.scans.first(), self.scans.last()]
+            .map(|scan| scan.map_or(Stamp(0), |scan| scan.0));
+        let [damaged, skipped] = [0, 1].map(|i: usize| {
+            let count = |damage: &[u64; 2]| damage.get(i).copied().unwrap_or(0);
+            count(&self.damage).saturating_sub(count(&self.damage_before))
+        });
+        Measured {
+            seconds,
+            scans: self.scans.len() as u64,
+            scans_per_second: if last > first {
+                turns / last.since(first)
+            } else {
+                0.0
+            },
+            beams: self.scans.last().map_or(0, |scan| scan.1),
+            odometries: self.odometries,
+            damaged,
+            skipped,
+        }
+    }
+
+    /// Whether the device said nothing of itself, nor its boot loader.
+    fn is_silent(&self) -> bool {
+        self.model.is_empty() && self.detail.is_empty()
+    }
+
+    fn is_enough(&self) -> bool {
+        self.state == DeviceState::Fault
+            || self.scans.len() as u64 >= ENOUGH_SCANS
+            || self.odometries >= ENOUGH_ODOMETRIES
+    }
+
+    fn fulfil(&mut self, device: &mut dyn Device, line: &mut Line) {
+        while let Some(want) = device.next_want() {
+            match want {
+                Want::Write(bytes) => {
+                    if let Err(error) = line.send(bytes) {
+                        self.broken = Some(error.to_string());
+                    }
+                }
+                // A port without DTR is none the worse.
+                Want::Dtr(is_set) => drop(line.set_dtr(is_set)),
+                Want::Tell(event) => self.see(event),
+                Want::Well | Want::Reopen => (),
+            }
+        }
+    }
+
+    fn see(&mut self, event: Event) {
+        match event {
+            Event::Device {
+                state,
+                model,
+                detail,
+            } => {
+                // What is wrong stays said when the device is stopped after it.
+                if !(self.state == DeviceState::Fault
+                    && detail.is_empty()
+                    && state == DeviceState::Waiting)
+                {
+                    (self.state, self.detail) = (state, detail);
+                }
+                self.model = model;
+            }
+            Event::Link(link) => self.damage = [link.damaged, link.skipped],
+            Event::Scan(scan) => {
+                self.data();
+                self.scans.push((scan.stamp, scan.len()));
+            }
+            Event::Odometry(_) => {
+                self.data();
+                self.odometries += 1;
+            }
+            _ => (),
+        }
+    }
+
+    fn data(&mut self) {
+        if self.began.is_none() {
+            self.began = Some(Instant::now());
+            self.damage_before = self.damage;
+        }
+        self.ended = Some(Instant::now());
+    }
+}

@@ -1,0 +1,143 @@
+//! Answers requests: foreign hosts are refused, files are found, headers are added; the WebSocket begins here.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use axum::extract::{Extension, Query, Request, State, WebSocketUpgrade};
+use axum::http::{HeaderMap, StatusCode, Uri, header};
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use axum::{Json, Router};
+use slamlab_core::wire::message::{About, Format, RobotFigures};
+use tokio::sync::mpsc;
+use tower_http::services::ServeDir;
+
+use crate::accept::{Limits, Place};
+use crate::clock::Clock;
+use crate::hub::FromClient;
+use crate::metrics::Metrics;
+use crate::safety::SafetyConfig;
+use crate::token::Token;
+use crate::{headers, host, session};
+
+/// Path of the WebSocket.
+pub(crate) const SOCKET_PATH: &str = "/ws";
+
+/// What all connections share.
+pub(crate) struct Shared {
+    pub(crate) page: Option<PathBuf>,
+    pub(crate) about: About,
+    pub(crate) robot: Option<RobotFigures>,
+    pub(crate) token: Option<Token>,
+    pub(crate) origins: Vec<String>,
+    pub(crate) limits: Limits,
+    pub(crate) safety: SafetyConfig,
+    pub(crate) hub: mpsc::Sender<FromClient>,
+    pub(crate) clock: Clock,
+    pub(crate) metrics: Arc<Metrics>,
+}
+
+pub(crate) fn router(shared: &Arc<Shared>) -> Router {
+    let router = Router::new()
+        .route("/healthz", get(async || "ok\n"))
+        .route("/metrics", get(metrics))
+        .route("/bridge.json", get(about))
+        .route(SOCKET_PATH, get(socket));
+    let router = match &shared.page {
+        Some(page) => {
+            router.fallback_service(ServeDir::new(page).precompressed_br().precompressed_gzip())
+        }
+        None => router,
+    };
+    router
+        .layer(middleware::from_fn(fence))
+        .with_state(Arc::clone(shared))
+}
+
+async fn about(State(shared): State<Arc<Shared>>) -> Json<About> {
+    Json(shared.about.clone())
+}
+
+async fn metrics(State(shared): State<Arc<Shared>>) -> impl IntoResponse {
+    const KIND: &str = "text/plain; version=0.0.4";
+    ([(header::CONTENT_TYPE, KIND)], shared.metrics.text())
+}
+
+/// What stands behind `?` of the WebSocket's address.
+#[derive(serde::Deserialize)]
+struct Wishes {
+    fmt: Option<String>,
+}
+
+/// A page of another origin must not use the robot through the browser of somebody who may (cross-site WebSocket hijacking).
+async fn socket(
+    State(shared): State<Arc<Shared>>,
+    Extension(place): Extension<Place>,
+    Query(wishes): Query<Wishes>,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    let mut origins = headers.get_all(header::ORIGIN).iter();
+    let origin = origins.next().map(|origin| origin.to_str().unwrap_or(""));
+    let host = headers
+        .get(header::HOST)
+        .and_then(|host| host.to_str().ok());
+    if origins.next().is_some() || !host::is_allowed_origin(origin, host, &shared.origins) {
+        const WHY: &str = "This page may not use the bridge; see --allow-origin.\n";
+        return (StatusCode::FORBIDDEN, WHY).into_response();
+    }
+    let format = match wishes.fmt.as_deref() {
+        None | Some("binary") => Format::Binary,
+        Some("json") => Format::Json,
+        Some(_) => {
+            return (StatusCode::BAD_REQUEST, "fmt is `binary` or `json`.\n").into_response();
+        }
+    };
+    upgrade
+        .max_message_size(shared.limits.message)
+        .max_frame_size(shared.limits.message)
+        .read_buffer_size(8 * 1024)
+        .write_buffer_size(0)
+        .max_write_buffer_size(1024 * 1024)
+        .on_upgrade(async move |socket| {
+            session::run(socket, &shared, format).await;
+            drop(place);
+        })
+}
+
+/// Refuses foreign hosts, gives errors a sentence, and adds the headers.
+async fn fence(request: Request, next: Next) -> Response {
+    let path = request.uri().path().to_owned();
+    let mut response = if is_for_us(&request) {
+        explain(next.run(request).await, &path)
+    } else {
+        (
+            StatusCode::MISDIRECTED_REQUEST,
+            "slamlab answers only to an IP address, localhost or a .local name.\n",
+        )
+            .into_response()
+    };
+    let success = response.status().is_success() || response.status() == StatusCode::NOT_MODIFIED;
+    headers::add(response.headers_mut(), &path, success);
+    response
+}
+
+/// Both places that can name a host must name one of ours: the `Host` header, and the target if it is absolute.
+fn is_for_us(request: &Request) -> bool {
+    let mut hosts = request.headers().get_all(header::HOST).iter();
+    let header = hosts.next().and_then(|host| host.to_str().ok());
+    let target = Uri::authority(request.uri()).map(axum::http::uri::Authority::as_str);
+    hosts.next().is_none() && header.is_some_and(host::is_ours) && target.is_none_or(host::is_ours)
+}
+
+fn explain(response: Response, path: &str) -> Response {
+    match response.status() {
+        StatusCode::NOT_FOUND => (
+            StatusCode::NOT_FOUND,
+            format!("There is no {path} in this page.\n"),
+        )
+            .into_response(),
+        _ => response,
+    }
+}

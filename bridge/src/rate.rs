@@ -1,0 +1,53 @@
+//! How often something may happen: a token bucket.
+
+use std::time::Duration;
+
+/// Fills by `rate` a second, and holds twice that.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bucket {
+    rate: f64,
+    level: f64,
+    filled: Duration,
+}
+
+impl Bucket {
+    pub(crate) fn new(rate: u32, now: Duration) -> Self {
+        let rate = f64::from(rate);
+        Self {
+            rate,
+            level: 2.0 * rate,
+            filled: now,
+        }
+    }
+
+    /// Whether it may happen once more.
+    pub(crate) fn take(&mut self, now: Duration) -> bool {
+        let passed = now.saturating_sub(self.filled).as_secs_f64();
+        self.filled = now;
+        self.level = (self.level + self.rate * passed).min(2.0 * self.rate);
+        let is_left = self.level >= 1.0;
+        if is_left {
+            self.level -= 1.0;
+        }
+        is_left
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn twice_the_rate_at_once_and_the_rate_for_ever() {
+        let mut bucket = Bucket::new(10, Duration::ZERO);
+        let at_once = (0..100).filter(|_| bucket.take(Duration::ZERO)).count();
+        assert_eq!(at_once, 20);
+        let steady = (1..=1000)
+            .filter(|i| bucket.take(Duration::from_millis(10 * i)))
+            .count();
+        assert!((99..=101).contains(&steady), "{steady} in 10 s");
+        // A long pause fills it no further.
+        let later = Duration::from_secs(1000);
+        assert_eq!((0..100).filter(|_| bucket.take(later)).count(), 20);
+    }
+}

@@ -1,0 +1,105 @@
+//! A file that is whole up to what was acknowledged, whatever fails.
+//!
+//! In: bytes of one or more records. Out: after [`Journal::commit`], these bytes stand in the file, or none of them.
+
+use std::cell::RefCell;
+use std::fs::File;
+use std::io::{self, Seek, SeekFrom, Write};
+use std::rc::Rc;
+
+/// What a journal needs of a file; tests have one that fails.
+pub(super) trait Storage: Write {
+    /// Forgets everything from `length` on, and writes there next.
+    fn cut(&mut self, length: u64) -> io::Result<()>;
+    /// Forces to the disk what was written.
+    fn force(&mut self) -> io::Result<()>;
+}
+
+impl Storage for File {
+    fn cut(&mut self, length: u64) -> io::Result<()> {
+        self.set_len(length)?;
+        self.seek(SeekFrom::Start(length)).map(|_| ())
+    }
+
+    fn force(&mut self) -> io::Result<()> {
+        self.sync_data()
+    }
+}
+
+/// Collects what the format's writer writes, and gives it to the file as a whole. Clones share the same file: the format's
+/// writer has one, its owner another.
+#[derive(Debug)]
+pub(super) struct Journal<S>(Rc<RefCell<State<S>>>);
+
+#[derive(Debug)]
+struct State<S> {
+    storage: S,
+    waiting: Vec<u8>,
+    length: u64,
+    has_failed: bool,
+}
+
+impl<S> Clone for Journal<S> {
+    fn clone(&self) -> Self {
+        Self(Rc::clone(&self.0))
+    }
+}
+
+impl<S: Storage> Journal<S> {
+    pub(super) fn new(storage: S) -> Self {
+        Self(Rc::new(RefCell::new(State {
+            storage,
+            waiting: Vec::new(),
+            length: 0,
+            has_failed: false,
+        })))
+    }
+
+    /// Gives to the file what waits.
+    ///
+    /// # Errors    What the system said; the file then ends where it did before, and takes nothing more.
+    pub(super) fn commit(&self) -> io::Result<()> {
+        let state = &mut *self.0.borrow_mut();
+        let bytes = std::mem::take(&mut state.waiting);
+        let Err(error) = state.storage.write_all(&bytes) else {
+            state.length += bytes.len() as u64;
+            return Ok(());
+        };
+        state.has_failed = true;
+        state.storage.cut(state.length)?;
+        Err(error)
+    }
+
+    /// Forces to the disk what was committed.
+    pub(super) fn force(&self) -> io::Result<()> {
+        self.0.borrow_mut().storage.force()
+    }
+}
+
+impl<S: Storage> Write for Journal<S> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut state = self.0.borrow_mut();
+        if state.has_failed {
+            return Err(io::Error::other("the recording has ended"));
+        }
+        state.waiting.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// The format's writer asks where it is, and goes nowhere else.
+impl<S: Storage> Seek for Journal<S> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let state = self.0.borrow();
+        let here = state.length + state.waiting.len() as u64;
+        match to {
+            SeekFrom::Current(0) | SeekFrom::End(0) => Ok(here),
+            SeekFrom::Start(at) if at == here => Ok(here),
+            _ => Err(io::Error::from(io::ErrorKind::Unsupported)),
+        }
+    }
+}

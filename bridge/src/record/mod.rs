@@ -1,0 +1,189 @@
+//! Recording to MCAP: whatever the clients could see, and every order to the robot.
+//!
+//! In: messages and orders, as they happen. Out: a file that survives the end of the program at any moment.
+//!
+//! 1. The hub never waits for the disk: a thread writes, behind a bounded queue. What finds no room is counted as lost.
+//! 2. The thread takes all that waits, and gives it to the system in one write ([`journal`]). Then, and not before, these
+//!    messages count as acknowledged. They survive the end of the program, by whatever signal; each second they are
+//!    forced to the disk, and survive the end of the power.
+//! 3. A write that fails (the disk is full) is undone: the file ends behind the last acknowledged message. Nothing more is
+//!    written, everybody is told why, and the robot drives on.
+//! 4. At a regular end the summary is added, which lets readers jump. A file without it reads just as well from its start.
+//!
+//! Chunks are not used, for a chunk under way is lost with the program. Channel `slamlab` holds every message as it
+//! crossed the wire ([`slamlab_core::wire::message`]); [`crate::source::replay`] plays it back. `/scan`, `/odom` and
+//! `/cmd_vel` hold the same for other tools, as ROS 2 messages ([`ros`]).
+//!
+//! Source: the MCAP format specification, mcap.dev/spec; OMG CDR for the ROS 2 messages.
+
+mod cdr;
+mod journal;
+mod ros;
+mod thread;
+
+use std::fs::{File, OpenOptions};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use slamlab_core::wire::message::{DriveBody, FromBridge, Motion, RecordingBody, ToBridge};
+
+use crate::clock::Clock;
+use crate::source::Order;
+use thread::{Entry, Progress};
+
+/// Name of the channel with every message.
+pub const CHANNEL: &str = "slamlab";
+/// Encoding of its messages: protocol 1 of [`slamlab_core::wire::message`].
+pub const ENCODING: &str = "slamlab-1";
+
+/// Messages that wait for the disk: ten seconds of a robot with a lidar.
+const MOST_WAITING: usize = 4096;
+
+/// Why a recording cannot begin.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordError {
+    /// A recording is never written over.
+    #[error("{} is already there: choose another name, or move it away", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The system said no.
+    #[error("cannot write {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What it said.
+        source: io::Error,
+    },
+}
+
+/// A recording under way, as the hub holds it.
+#[derive(Debug)]
+pub struct Recorder {
+    file: String,
+    clock: Clock,
+    entries: Option<SyncSender<Entry>>,
+    progress: Arc<Progress>,
+    /// Found no room.
+    crowded: AtomicU64,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Recorder {
+    /// Begins a recording in a new file.
+    ///
+    /// # Errors    [`RecordError`]: the file is there already, or cannot be written.
+    pub fn start(path: &Path, clock: Clock) -> Result<Self, RecordError> {
+        let file = create(path)?;
+        let (entries, waiting) = sync_channel(MOST_WAITING);
+        let progress = Arc::new(Progress::default());
+        let shared = Arc::clone(&progress);
+        let thread = std::thread::Builder::new()
+            .name("record".into())
+            .spawn(move || thread::run(|| thread::Writer::new(file), &waiting, &shared))
+            .map_err(|source| RecordError::Io {
+                path: path.to_owned(),
+                source,
+            })?;
+        Ok(Self {
+            file: path
+                .file_name()
+                .map_or(String::new(), |name| name.to_string_lossy().into()),
+            clock,
+            entries: Some(entries),
+            progress,
+            crowded: AtomicU64::new(0),
+            thread: Some(thread),
+        })
+    }
+
+    /// Records a message to the clients.
+    pub fn message(&self, message: &FromBridge, now: Duration) {
+        // How the recording goes is of no use in the recording.
+        if !matches!(message, FromBridge::Recording(_) | FromBridge::Heartbeat(_)) {
+            self.put(Entry::said(
+                message.clone(),
+                now,
+                self.clock.time_of_day(now),
+            ));
+        }
+    }
+
+    /// Records an order to the robot, as the message that would have caused it.
+    pub fn order(&self, order: &Order, now: Duration) {
+        let message = match order {
+            Order::Command(command) => ToBridge::Drive(DriveBody {
+                epoch: 0,
+                seen: now.as_micros() as u64,
+                ttl_millis: 0,
+                motion: Motion::from(*command),
+            }),
+            Order::EmergencyStop => ToBridge::EmergencyStop,
+            Order::ResetEmergencyStop => ToBridge::ResetEmergencyStop { epoch: 0 },
+        };
+        self.put(Entry::ordered(message, now, self.clock.time_of_day(now)));
+    }
+
+    fn put(&self, entry: Entry) {
+        let taken = self
+            .entries
+            .as_ref()
+            .is_some_and(|to| to.try_send(entry).is_ok());
+        if !taken {
+            self.crowded.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// How it goes.
+    #[must_use]
+    pub fn status(&self) -> RecordingBody {
+        RecordingBody {
+            file: self.file.clone(),
+            acknowledged: self.progress.acknowledged(),
+            lost: self.progress.lost() + self.crowded.load(Ordering::Relaxed),
+            fault: self.progress.fault(),
+        }
+    }
+
+    /// Writes what waits and the summary, and closes the file.
+    pub fn finish(mut self) -> RecordingBody {
+        self.end();
+        self.status()
+    }
+
+    fn end(&mut self) {
+        self.entries = None;
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            tracing::error!("the recorder panicked");
+        }
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+fn create(path: &Path) -> Result<File, RecordError> {
+    let path = path.to_owned();
+    match OpenOptions::new().write(true).create_new(true).open(&path) {
+        Ok(file) => Ok(file),
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+            Err(RecordError::Exists { path })
+        }
+        Err(source) => Err(RecordError::Io { path, source }),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,192 @@
+//! Recordings that end in the middle of something.
+
+use std::cell::RefCell;
+use std::io::{self, Write};
+use std::rc::Rc;
+use std::sync::mpsc::sync_channel;
+
+use mcap::read::{MessageStream, Options};
+use slamlab_core::wire::message::{BatteryBody, Event, Format, Severity, decode};
+
+use super::journal::Storage;
+use super::thread::{Progress, Writer, run};
+use super::*;
+
+/// A disk of a given size, that takes part of the write that fills it, as real ones do.
+#[derive(Clone)]
+struct SmallDisk {
+    bytes: Rc<RefCell<Vec<u8>>>,
+    size: usize,
+}
+
+impl SmallDisk {
+    fn new(size: usize) -> Self {
+        Self {
+            bytes: Rc::default(),
+            size,
+        }
+    }
+}
+
+impl Write for SmallDisk {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut all = self.bytes.borrow_mut();
+        let room = (self.size - all.len()).min(bytes.len());
+        if room == 0 && !bytes.is_empty() {
+            return Err(io::Error::from(io::ErrorKind::StorageFull));
+        }
+        all.extend(&bytes[..room]);
+        Ok(room)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Storage for SmallDisk {
+    fn cut(&mut self, length: u64) -> io::Result<()> {
+        self.bytes.borrow_mut().truncate(length as usize);
+        Ok(())
+    }
+
+    fn force(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+fn battery(stamp: u64) -> FromBridge {
+    FromBridge::Battery(BatteryBody {
+        source: 0,
+        stamp,
+        volts: 7.2,
+    })
+}
+
+fn entry(stamp: u64) -> Entry {
+    let at = Duration::from_millis(stamp);
+    Entry::said(battery(stamp), at, at)
+}
+
+/// Stamps of the messages that can be read of these bytes.
+fn stamps(bytes: &[u8]) -> Vec<u64> {
+    let stream = MessageStream::new_with_options(bytes, Options::IgnoreEndMagic.into()).unwrap();
+    let messages = stream
+        .map_while(Result::ok)
+        .filter(|m| m.channel.topic == CHANNEL);
+    messages
+        .map(
+            |message| match decode(&message.data, Format::Binary).unwrap() {
+                (_, FromBridge::Battery(body)) => body.stamp,
+                other => panic!("{other:?}"),
+            },
+        )
+        .collect()
+}
+
+/// Records 200 messages on a disk of this size; what is on it, and how many were acknowledged and lost.
+fn record(size: usize) -> (Vec<u8>, u64, u64, Option<String>) {
+    let disk = SmallDisk::new(size);
+    let (entries, waiting) = sync_channel(4);
+    let progress = Progress::default();
+    std::thread::scope(|scope| {
+        // Nobody takes them any more where the file could not even begin.
+        scope.spawn(move || (0..200).for_each(|stamp| _ = entries.send(entry(stamp))));
+        run(|| Writer::new(disk.clone()), &waiting, &progress);
+        drop(waiting);
+    });
+    let bytes = disk.bytes.borrow().clone();
+    (
+        bytes,
+        progress.acknowledged(),
+        progress.lost(),
+        progress.fault(),
+    )
+}
+
+#[test]
+fn a_whole_recording_has_all_messages_and_a_summary() {
+    let (bytes, acknowledged, lost, fault) = record(usize::MAX);
+    assert_eq!(stamps(&bytes), (0..200).collect::<Vec<u64>>());
+    assert_eq!((acknowledged, lost, fault), (200, 0, None));
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    assert_eq!(summary.stats.unwrap().message_count, 200);
+}
+
+/// Wherever it is full, the file holds what was acknowledged, and ends there.
+#[test]
+fn a_full_disk_loses_nothing_that_was_acknowledged() {
+    let (whole, ..) = record(usize::MAX);
+    let mut partly = 0;
+    for size in (0..whole.len()).step_by(397) {
+        let (bytes, acknowledged, lost, fault) = record(size);
+        assert!(fault.is_some(), "{size}");
+        if acknowledged > 0 {
+            assert_eq!(
+                stamps(&bytes),
+                (0..acknowledged).collect::<Vec<u64>>(),
+                "{size}"
+            );
+        }
+        // Where only the summary found no room, all messages are there.
+        assert_eq!(
+            acknowledged + lost,
+            if bytes.is_empty() { lost } else { 200 },
+            "{size}"
+        );
+        partly += u32::from(acknowledged > 0 && lost > 0);
+    }
+    assert!(partly > 10, "{partly}");
+}
+
+/// The end of the program leaves a beginning of the file: of any length it reads up to its last whole message.
+#[test]
+fn a_recording_that_is_cut_off_anywhere_reads_up_to_there() {
+    let (whole, ..) = record(usize::MAX);
+    let mut most = 0;
+    for end in (8..whole.len()).step_by(61) {
+        let stamps = stamps(&whole[..end]);
+        assert_eq!(stamps, (0..stamps.len() as u64).collect::<Vec<_>>());
+        assert!(stamps.len() >= most);
+        most = stamps.len();
+    }
+    assert!(most >= 199, "{most}");
+}
+
+#[test]
+fn a_recording_is_never_written_over() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let path = folder.path().join("a.mcap");
+    std::fs::write(&path, "precious").unwrap();
+    let error = Recorder::start(&path, Clock::start()).unwrap_err();
+    assert!(error.to_string().contains("already there"), "{error}");
+    assert_eq!(std::fs::read(&path).unwrap(), b"precious");
+}
+
+#[test]
+fn messages_and_orders_stand_in_the_file_when_it_is_finished() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let path = folder.path().join("a.mcap");
+    let recorder = Recorder::start(&path, Clock::start()).unwrap();
+    let news = FromBridge::Event(Event {
+        severity: Severity::Info,
+        text: "hello".into(),
+    });
+    recorder.message(&news, Duration::from_secs(1));
+    let drive = slamlab_core::robot::Command::Velocity {
+        forward: 0.1,
+        turn: 0.0,
+    };
+    recorder.order(&Order::Command(drive), Duration::from_secs(2));
+    let status = recorder.finish();
+    assert_eq!(
+        (status.acknowledged, status.lost, status.fault),
+        (2, 0, None)
+    );
+    let bytes = std::fs::read(&path).unwrap();
+    let topics: Vec<String> = MessageStream::new(&bytes)
+        .unwrap()
+        .map(|message| message.unwrap().channel.topic.clone())
+        .collect();
+    assert_eq!(topics, [CHANNEL, CHANNEL, "/cmd_vel"]);
+}

@@ -1,0 +1,218 @@
+//! The recorder's thread: takes what waits, writes it, acknowledges it.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use mcap::records::MessageHeader;
+use mcap::{McapError, WriteOptions};
+use slamlab_core::wire::message::{Format, FromBridge, Header, PROTOCOL, SCHEMA, ToBridge, encode};
+
+use super::journal::{Journal, Storage};
+use super::ros::{self, Topic};
+use super::{CHANNEL, ENCODING};
+
+/// How often what was written is forced to the disk.
+const FORCE: Duration = Duration::from_secs(1);
+
+/// What waits to be written.
+#[derive(Debug)]
+pub(super) struct Entry {
+    message: Message,
+    /// Since the bridge started.
+    at: Duration,
+    /// Since 1970.
+    time_of_day: Duration,
+}
+
+#[derive(Debug)]
+enum Message {
+    Said(FromBridge),
+    Ordered(ToBridge),
+}
+
+impl Entry {
+    pub(super) fn said(message: FromBridge, at: Duration, time_of_day: Duration) -> Self {
+        let message = Message::Said(message);
+        Self {
+            message,
+            at,
+            time_of_day,
+        }
+    }
+
+    pub(super) fn ordered(message: ToBridge, at: Duration, time_of_day: Duration) -> Self {
+        let message = Message::Ordered(message);
+        Self {
+            message,
+            at,
+            time_of_day,
+        }
+    }
+}
+
+/// How far the thread has come; the hub reads it.
+#[derive(Debug, Default)]
+pub(super) struct Progress {
+    acknowledged: AtomicU64,
+    lost: AtomicU64,
+    fault: Mutex<Option<String>>,
+}
+
+impl Progress {
+    pub(super) fn acknowledged(&self) -> u64 {
+        self.acknowledged.load(Ordering::Acquire)
+    }
+
+    pub(super) fn lost(&self) -> u64 {
+        self.lost.load(Ordering::Relaxed)
+    }
+
+    pub(super) fn fault(&self) -> Option<String> {
+        let fault = self.fault.lock();
+        fault.unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn take(&self, written: u64, result: Result<(), McapError>) {
+        match result {
+            Ok(()) => _ = self.acknowledged.fetch_add(written, Ordering::Release),
+            Err(error) => {
+                self.lost.fetch_add(written, Ordering::Relaxed);
+                let mut fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner);
+                if fault.is_none() {
+                    tracing::error!("the recording has ended: {error}");
+                    *fault = Some(error.to_string());
+                }
+            }
+        }
+    }
+}
+
+/// Writes until nothing more can come.
+pub(super) fn run<S: Storage>(
+    writer: impl FnOnce() -> Result<Writer<S>, McapError>,
+    waiting: &Receiver<Entry>,
+    progress: &Progress,
+) {
+    let mut writer = match writer() {
+        Ok(writer) => writer,
+        Err(error) => return progress.take(0, Err(error)),
+    };
+    let mut forced = Instant::now();
+    loop {
+        let first = match waiting.recv_timeout(FORCE) {
+            Ok(first) => Some(first),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => break,
+        };
+        let batch: Vec<Entry> = first.into_iter().chain(waiting.try_iter()).collect();
+        progress.take(batch.len() as u64, writer.write(&batch));
+        if forced.elapsed() >= FORCE {
+            forced = Instant::now();
+            progress.take(0, writer.force());
+        }
+    }
+    progress.take(0, writer.finish());
+}
+
+/// The file and its channels.
+pub(super) struct Writer<S: Storage> {
+    journal: Journal<S>,
+    mcap: mcap::Writer<Journal<S>>,
+    slamlab: u16,
+    topics: BTreeMap<Topic, u16>,
+    sequence: u32,
+    odom: ros::Odom,
+}
+
+impl<S: Storage> Writer<S> {
+    /// Writes the beginning of the file.
+    pub(super) fn new(storage: S) -> Result<Self, McapError> {
+        let journal = Journal::new(storage);
+        let options = WriteOptions::new()
+            .use_chunks(false)
+            .compression(None)
+            .profile("ros2")
+            .library(concat!("slamlab ", env!("CARGO_PKG_VERSION")));
+        let mut mcap = options.create(journal.clone())?;
+        let facts = [
+            ("protocol".to_owned(), PROTOCOL.to_string()),
+            ("schema".to_owned(), format!("{SCHEMA:016x}")),
+        ];
+        let slamlab = mcap.add_channel(0, CHANNEL, ENCODING, &BTreeMap::from(facts))?;
+        let mut topics = BTreeMap::new();
+        for topic in Topic::ALL {
+            let schema =
+                mcap.add_schema(topic.schema(), "ros2msg", topic.definition().as_bytes())?;
+            let channel = mcap.add_channel(schema, topic.name(), "cdr", &BTreeMap::new())?;
+            topics.insert(topic, channel);
+        }
+        journal.commit()?;
+        Ok(Self {
+            journal,
+            mcap,
+            slamlab,
+            topics,
+            sequence: 0,
+            odom: ros::Odom::default(),
+        })
+    }
+
+    /// Writes all entries, or none.
+    fn write(&mut self, entries: &[Entry]) -> Result<(), McapError> {
+        for entry in entries {
+            self.entry(entry)?;
+        }
+        Ok(self.journal.commit()?)
+    }
+
+    fn entry(&mut self, entry: &Entry) -> Result<(), McapError> {
+        self.sequence = self.sequence.wrapping_add(1);
+        let header = Header {
+            sequence: self.sequence,
+            micros: entry.at.as_micros() as u64,
+        };
+        let (bytes, ros) = match &entry.message {
+            Message::Said(message) => (
+                encode(header, message, Format::Binary),
+                self.odom.said(message, entry.time_of_day),
+            ),
+            Message::Ordered(message) => (
+                encode(header, message, Format::Binary),
+                ros::ordered(message),
+            ),
+        };
+        let bytes = bytes.map_err(io::Error::other)?;
+        self.put(self.slamlab, entry, &bytes)?;
+        for (topic, bytes) in ros {
+            if let Some(&channel) = self.topics.get(&topic) {
+                self.put(channel, entry, &bytes)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn put(&mut self, channel_id: u16, entry: &Entry, bytes: &[u8]) -> Result<(), McapError> {
+        let nanos = entry.time_of_day.as_nanos() as u64;
+        let header = MessageHeader {
+            channel_id,
+            sequence: self.sequence,
+            log_time: nanos,
+            publish_time: nanos,
+        };
+        self.mcap.write_to_known_channel(&header, bytes)
+    }
+
+    fn force(&self) -> Result<(), McapError> {
+        Ok(self.journal.force()?)
+    }
+
+    fn finish(mut self) -> Result<(), McapError> {
+        self.mcap.finish()?;
+        self.journal.commit()?;
+        Ok(self.journal.force()?)
+    }
+}

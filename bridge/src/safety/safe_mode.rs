@@ -1,0 +1,162 @@
+//! Safe mode: commands are limited to what the last scan leaves free, whoever gives them.
+//!
+//! In: odometry, scans, and the command that is wished. Out: the command that is safe, [`Command::Stop`] if need be.
+//!
+//! 1. A scan becomes points in the robot's frame, de-skewed by the odometry of its sweep; the motion since is kept.
+//! 2. Speeds: [`limit_speed`]. A leg: no longer than what is free on it.
+//! 3. A speed that is under way is limited anew with each scan: somebody may have stepped in the way.
+//! 4. A sensor that scans all the time and was not heard for half a second lets nothing move but a turn on the spot. One
+//!    that scans on command only limits legs by its last scan, as old as that is; so does its pilot.
+//!
+//! Source: Celej §5; [`slamlab_core::control`].
+
+use slamlab_core::control::{SafeConfig, free_distance, limit_speed, within_model};
+use slamlab_core::geom::Pose2;
+use slamlab_core::points::{MotionHistory, PointConfig, Points};
+use slamlab_core::robot::{Command, Odometry, RobotModel, Scan};
+
+/// Seconds of odometry that are kept: the slowest sweep is that of rangers on a servo.
+const HISTORY: f64 = 5.0;
+
+/// Knows what is around the robot.
+#[derive(Clone, Debug)]
+pub struct SafeMode {
+    model: RobotModel,
+    scans_on_command: bool,
+    config: SafeConfig,
+    history: MotionHistory,
+    points: Option<Points>,
+    motion_since_scan: Pose2,
+    /// Speeds that were let through last.
+    told: (f64, f64),
+    /// What is under way, as it was wished.
+    wish: Command,
+    /// What is left of a leg under way, m.
+    leg: f64,
+}
+
+/// Scans scatter: a leg that was free is not given up for less, m.
+const SCATTER: f64 = 0.02;
+
+impl SafeMode {
+    /// Before the first scan.
+    #[must_use]
+    pub fn new(model: RobotModel, scans_on_command: bool) -> Self {
+        Self {
+            model,
+            scans_on_command,
+            config: SafeConfig::default().by_hand(),
+            history: MotionHistory::new(HISTORY),
+            points: None,
+            motion_since_scan: Pose2::identity(),
+            told: (0.0, 0.0),
+            wish: Command::Stop,
+            leg: 0.0,
+        }
+    }
+
+    /// Takes a motion.
+    pub fn odometry(&mut self, odometry: &Odometry) {
+        self.history.push(odometry);
+        self.motion_since_scan = self.motion_since_scan * odometry.motion;
+        let ran = odometry.motion.x() * self.leg.signum();
+        self.leg = (self.leg.abs() - ran).max(0.0).copysign(self.leg);
+    }
+
+    /// Takes a scan; says what to tell the robot now, where that is no longer what it was.
+    pub fn scan(&mut self, scan: &Scan) -> Option<Command> {
+        let points = Points::from_rolling_scan(scan, &self.history, &PointConfig::default());
+        self.points = Some(points);
+        self.motion_since_scan = Pose2::identity();
+        self.again()
+    }
+
+    /// The command as far as it is safe.
+    pub fn limit(&mut self, wish: Command) -> Command {
+        self.wish = wish;
+        let safe = self.safe(wish);
+        (self.told, self.leg) = match safe {
+            Command::Velocity { forward, turn } => ((forward, turn), 0.0),
+            Command::Forward(by) => ((0.0, 0.0), by),
+            _ => ((0.0, 0.0), 0.0),
+        };
+        safe
+    }
+
+    /// Forgets what is under way: the robot was stopped.
+    pub fn stopped(&mut self) {
+        (self.wish, self.told, self.leg) = (Command::Stop, (0.0, 0.0), 0.0);
+    }
+
+    /// Looks again at what is under way.
+    fn again(&mut self) -> Option<Command> {
+        match self.wish {
+            Command::Velocity { .. } => {
+                let before = self.told;
+                let safe = self.limit(self.wish);
+                (self.told != before).then_some(safe)
+            }
+            // A leg slows down by itself where it ends; what came into its way since stops it.
+            Command::Forward(_) if self.free_ahead(self.leg) + SCATTER < self.braking(self.leg) => {
+                self.stopped();
+                Some(Command::Stop)
+            }
+            _ => None,
+        }
+    }
+
+    fn safe(&self, wish: Command) -> Command {
+        match wish {
+            Command::Velocity { forward, turn } if self.is_blind() => {
+                let (_, turn) = within_model((forward, turn), &self.model);
+                Command::Velocity { forward: 0.0, turn }
+            }
+            Command::Velocity { forward, turn } => {
+                let (forward, turn) = self.limited((forward, turn));
+                Command::Velocity { forward, turn }
+            }
+            Command::Forward(_) if self.is_blind() => Command::Stop,
+            Command::Forward(by) => {
+                let free = self.free_ahead(by);
+                if free > 0.0 {
+                    Command::Forward(free.copysign(by))
+                } else {
+                    Command::Stop
+                }
+            }
+            Command::Stop | Command::Turn(_) | Command::Scan => wish,
+        }
+    }
+
+    fn limited(&self, wish: (f64, f64)) -> (f64, f64) {
+        let since = &self.motion_since_scan;
+        match &self.points {
+            Some(points) => limit_speed(wish, self.told, points, since, &self.model, &self.config),
+            None => within_model(wish, &self.model),
+        }
+    }
+
+    /// How much of a leg of this length is free, m.
+    fn free_ahead(&self, by: f64) -> f64 {
+        let radius = self.model.radius() + self.config.gap;
+        let (speed, since) = (by.signum(), &self.motion_since_scan);
+        self.points.as_ref().map_or(by.abs(), |points| {
+            free_distance((speed, 0.0), points, since, radius, by.abs())
+        })
+    }
+
+    /// What the robot runs on, at most, after it was told to stop, m; not more than the leg.
+    fn braking(&self, leg: f64) -> f64 {
+        let speed = self.model.max_speed;
+        let brake = self.config.braking * self.model.max_acceleration;
+        (speed * self.config.reaction + speed * speed / (2.0 * brake)).min(leg.abs())
+    }
+
+    fn is_blind(&self) -> bool {
+        let age = match (&self.points, self.history.now()) {
+            (Some(points), Some(now)) => now.since(points.stamp),
+            _ => f64::INFINITY,
+        };
+        !self.scans_on_command && age > self.config.stale_after
+    }
+}

@@ -1,0 +1,255 @@
+//! An open serial port, read and written on two threads.
+//!
+//! In: bytes to write. Out: bytes as they came, each piece with the instant at which it came.
+
+use std::io::{ErrorKind, Read, Write};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use serialport::SerialPort;
+
+use super::open::{OpenError, PortSettings};
+
+/// Pieces that wait to be taken: at 230400 baud, whatever their size, a quarter of a second at least.
+const MOST_PIECES: usize = 256;
+/// Writes that wait: more means that the port does not take bytes any more.
+const MOST_WRITES: usize = 32;
+/// Largest piece, bytes.
+const PIECE: usize = 1024;
+/// How often the writer looks whether the line is closed.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// An open serial port. Dropping it closes it, once what was handed over is written.
+#[derive(Debug)]
+pub struct Line {
+    pieces: Receiver<Result<Piece, LineError>>,
+    writes: Option<SyncSender<Vec<u8>>>,
+    shared: Arc<Shared>,
+    control: Box<dyn SerialPort>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    is_closed: AtomicBool,
+    /// Bytes that came while nobody took them.
+    overrun: AtomicU64,
+    broken: Mutex<Option<LineError>>,
+}
+
+#[derive(Debug)]
+struct Piece {
+    bytes: Vec<u8>,
+    came: Instant,
+}
+
+/// Why a line broke.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LineError {
+    /// The other end is gone.
+    #[error("the port is gone: the cable was pulled, or the device lost power; put it back")]
+    Gone,
+    /// The system says so.
+    #[error("the port does not work any more: {0}; pull the cable and put it back")]
+    Failed(String),
+    /// Nothing that is written goes out.
+    #[error("the port takes no bytes: the device holds the line up; reset it")]
+    Stuck,
+}
+
+/// What came of waiting for bytes.
+#[derive(Debug)]
+pub enum Received {
+    /// Bytes, and when they came.
+    Bytes(Vec<u8>, Instant),
+    /// None in time.
+    Nothing,
+    /// None will come.
+    Broken(LineError),
+}
+
+impl Line {
+    /// Opens a port and starts its threads.
+    ///
+    /// # Errors    [`OpenError`]: cause and cure.
+    pub fn open(settings: &PortSettings) -> Result<Self, OpenError> {
+        let other = |detail: String| OpenError::Other {
+            path: settings.path.clone(),
+            detail,
+        };
+        let control = settings.open()?;
+        let clone = || {
+            control
+                .try_clone()
+                .map_err(|error| other(error.to_string()))
+        };
+        let (reader, writer) = (clone()?, clone()?);
+        let shared = Arc::new(Shared::default());
+        let (piece_sender, pieces) = sync_channel(MOST_PIECES);
+        let (writes, write_receiver) = sync_channel(MOST_WRITES);
+        let (for_reader, for_writer) = (Arc::clone(&shared), Arc::clone(&shared));
+        let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
+            let builder = thread::Builder::new().name(name.into());
+            builder
+                .spawn(body)
+                .map_err(|error| other(error.to_string()))
+        };
+        let reading = spawn(
+            "serial read",
+            Box::new(move || read(reader, &piece_sender, &for_reader)),
+        )?;
+        let writing = spawn(
+            "serial write",
+            Box::new(move || write(writer, &write_receiver, &for_writer)),
+        );
+        let mut line = Self {
+            pieces,
+            writes: Some(writes),
+            shared,
+            control,
+            threads: vec![reading],
+        };
+        // Where this fails, dropping the line ends the reader.
+        line.threads.push(writing?);
+        Ok(line)
+    }
+
+    /// Waits for bytes, up to `timeout`.
+    #[must_use]
+    pub fn receive(&self, timeout: Duration) -> Received {
+        if let Some(error) = self.shared.broken() {
+            return Received::Broken(error);
+        }
+        match self.pieces.recv_timeout(timeout) {
+            Ok(Ok(piece)) => Received::Bytes(piece.bytes, piece.came),
+            Ok(Err(error)) => Received::Broken(error),
+            Err(RecvTimeoutError::Timeout) => Received::Nothing,
+            Err(RecvTimeoutError::Disconnected) => {
+                Received::Broken(self.shared.broken().unwrap_or(LineError::Gone))
+            }
+        }
+    }
+
+    /// Hands bytes over to be written.
+    ///
+    /// # Errors    [`LineError::Stuck`] where too much waits already, or why the line broke.
+    pub fn send(&self, bytes: Vec<u8>) -> Result<(), LineError> {
+        let Some(writes) = &self.writes else {
+            return Err(LineError::Gone);
+        };
+        writes.try_send(bytes).map_err(|error| match error {
+            TrySendError::Full(_) => LineError::Stuck,
+            TrySendError::Disconnected(_) => self.shared.broken().unwrap_or(LineError::Gone),
+        })
+    }
+
+    /// Sets or clears DTR.
+    ///
+    /// # Errors    Where the port has none, as a plain UART or a pseudo-terminal.
+    pub fn set_dtr(&mut self, is_set: bool) -> Result<(), serialport::Error> {
+        self.control.write_data_terminal_ready(is_set)
+    }
+
+    /// Bytes that came while nobody took them, and are lost.
+    #[must_use]
+    pub fn overrun(&self) -> u64 {
+        self.shared.overrun.load(Ordering::Relaxed)
+    }
+}
+
+impl Drop for Line {
+    fn drop(&mut self) {
+        // The writer ends once it has written what waits; the reader sees the mark at its next timeout.
+        self.writes = None;
+        self.shared.is_closed.store(true, Ordering::Relaxed);
+        for thread in self.threads.drain(..) {
+            if thread.join().is_err() {
+                tracing::error!("a thread of a serial line panicked");
+            }
+        }
+    }
+}
+
+impl Shared {
+    fn broken(&self) -> Option<LineError> {
+        self.broken
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
+    }
+
+    fn set_broken(&self, error: LineError) {
+        self.broken
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .get_or_insert(error);
+    }
+}
+
+fn read(
+    mut port: Box<dyn SerialPort>,
+    pieces: &SyncSender<Result<Piece, LineError>>,
+    shared: &Shared,
+) {
+    let mut buffer = [0; PIECE];
+    while !shared.is_closed.load(Ordering::Relaxed) {
+        let bytes = match port.read(&mut buffer) {
+            Ok(0) => {
+                shared.set_broken(LineError::Gone);
+                return;
+            }
+            Ok(count) => buffer.iter().take(count).copied().collect(),
+            Err(error) if is_pause(&error) => continue,
+            Err(error) => {
+                shared.set_broken(broken_by(&error));
+                return;
+            }
+        };
+        let piece = Piece {
+            bytes,
+            came: Instant::now(),
+        };
+        // Nobody waits for a late taker: the kernel's own buffer would run over, and that is not counted.
+        if let Err(TrySendError::Full(Ok(piece))) = pieces.try_send(Ok(piece)) {
+            shared
+                .overrun
+                .fetch_add(piece.bytes.len() as u64, Ordering::Relaxed);
+        }
+    }
+}
+
+fn write(mut port: Box<dyn SerialPort>, writes: &Receiver<Vec<u8>>, shared: &Shared) {
+    loop {
+        match writes.recv_timeout(LOOK) {
+            Ok(bytes) => {
+                if let Err(error) = port.write_all(&bytes) {
+                    shared.set_broken(match error.kind() {
+                        ErrorKind::TimedOut => LineError::Stuck,
+                        _ => broken_by(&error),
+                    });
+                    return;
+                }
+            }
+            Err(RecvTimeoutError::Timeout) => (),
+            Err(RecvTimeoutError::Disconnected) => return,
+        }
+    }
+}
+
+fn is_pause(error: &std::io::Error) -> bool {
+    matches!(
+        error.kind(),
+        ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
+    )
+}
+
+fn broken_by(error: &std::io::Error) -> LineError {
+    match error.kind() {
+        ErrorKind::BrokenPipe | ErrorKind::UnexpectedEof | ErrorKind::NotFound => LineError::Gone,
+        _ => LineError::Failed(error.to_string()),
+    }
+}

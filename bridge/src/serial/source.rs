@@ -1,0 +1,200 @@
+//! The life of a device on a line: open, serve, close, wait, open again.
+
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use slamlab_core::robot::Stamp;
+
+use super::device::{Device, Want};
+use super::line::{Line, LineError, Received};
+use super::open::PortSettings;
+use crate::source::{Port, Profile, Source, Waited};
+
+/// How long the line is waited for at a time: orders wait no longer either.
+const TURN: Duration = Duration::from_millis(5);
+/// For what must still be said before the line closes.
+const LAST_WORDS: Duration = Duration::from_millis(100);
+
+/// The instant from which the stamps of all serial sources of this program count: scans and odometry of different devices
+/// lie on one time line.
+static EPOCH: OnceLock<Instant> = OnceLock::new();
+
+/// Pauses between tries to open a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Retry {
+    /// The first pause. Default 0.25 s.
+    pub first: Duration,
+    /// The longest: each is twice as long as the one before, up to this. Default 2 s.
+    pub longest: Duration,
+}
+
+impl Default for Retry {
+    fn default() -> Self {
+        Self {
+            first: Duration::from_millis(250),
+            longest: Duration::from_secs(2),
+        }
+    }
+}
+
+/// A [`Device`] on a serial port.
+#[derive(Debug)]
+pub struct SerialSource<D> {
+    device: D,
+    path: String,
+    retry: Retry,
+}
+
+/// Why a line was left.
+enum Left {
+    Broken(LineError),
+    Reopen,
+    Closed,
+}
+
+impl<D: Device> SerialSource<D> {
+    /// A device at this port.
+    #[must_use]
+    pub fn new(device: D, path: impl Into<String>) -> Self {
+        Self {
+            device,
+            path: path.into(),
+            retry: Retry::default(),
+        }
+    }
+
+    /// With other pauses.
+    #[must_use]
+    pub fn with_retry(self, retry: Retry) -> Self {
+        Self { retry, ..self }
+    }
+}
+
+impl<D: Device> Source for SerialSource<D> {
+    fn profile(&self) -> Profile {
+        self.device.profile()
+    }
+
+    fn run(self: Box<Self>, port: Port) {
+        let Self {
+            device,
+            path,
+            retry,
+        } = *self;
+        let settings = PortSettings {
+            path,
+            baud_rate: device.baud_rate(),
+        };
+        let mut life = Life {
+            device,
+            port,
+            began: *EPOCH.get_or_init(Instant::now),
+            pause: retry.first,
+            retry,
+        };
+        loop {
+            match Line::open(&settings) {
+                Ok(line) => match life.serve(line) {
+                    Left::Closed => return,
+                    Left::Broken(error) => life.device.broken(error.to_string()),
+                    Left::Reopen => (),
+                },
+                Err(error) => life.device.broken(error.to_string()),
+            }
+            life.tell();
+            if life.rest() {
+                return;
+            }
+        }
+    }
+}
+
+/// A device with its way to the bridge.
+struct Life<D> {
+    device: D,
+    port: Port,
+    began: Instant,
+    pause: Duration,
+    retry: Retry,
+}
+
+impl<D: Device> Life<D> {
+    /// Serves an open line until it breaks or the bridge ends.
+    fn serve(&mut self, mut line: Line) -> Left {
+        // Orders from before do not count: nothing moves by itself when a cable is put back.
+        while let Waited::Order(_) = self.port.wait(Duration::ZERO) {}
+        self.device.opened(self.now());
+        loop {
+            match line.receive(TURN) {
+                Received::Bytes(bytes, came) => self.device.receive(&bytes, self.at(came)),
+                Received::Nothing => (),
+                Received::Broken(error) => return Left::Broken(error),
+            }
+            match self.port.wait(Duration::ZERO) {
+                Waited::Order(order) => self.device.order(order, self.now()),
+                Waited::Nothing => (),
+                Waited::Closed => {
+                    self.device.close(self.now());
+                    // A line that breaks now has nobody left to tell.
+                    let _ = self.fulfil(&mut line);
+                    std::thread::sleep(LAST_WORDS);
+                    return Left::Closed;
+                }
+            }
+            self.device.tick(self.now());
+            if let Err(left) = self.fulfil(&mut line) {
+                return left;
+            }
+        }
+    }
+
+    /// Does what the device wants done.
+    fn fulfil(&mut self, line: &mut Line) -> Result<(), Left> {
+        while let Some(want) = self.device.next_want() {
+            match want {
+                Want::Write(bytes) => line.send(bytes).map_err(Left::Broken)?,
+                Want::Dtr(is_set) => {
+                    if let Err(error) = line.set_dtr(is_set) {
+                        tracing::debug!("no DTR, the motor must be switched otherwise: {error}");
+                    }
+                }
+                Want::Tell(event) => self.port.send(event),
+                Want::Well => self.pause = self.retry.first,
+                Want::Reopen => return Err(Left::Reopen),
+            }
+        }
+        Ok(())
+    }
+
+    /// Tells the bridge what there is to tell, with no line to write to.
+    fn tell(&mut self) {
+        while let Some(want) = self.device.next_want() {
+            if let Want::Tell(event) = want {
+                self.port.send(event);
+            }
+        }
+    }
+
+    /// Waits before the next try; whether the bridge ended meanwhile. Orders are forgotten.
+    fn rest(&mut self) -> bool {
+        let until = Instant::now() + self.pause;
+        self.pause = (2 * self.pause).min(self.retry.longest);
+        loop {
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return false;
+            }
+            if self.port.wait(left) == Waited::Closed {
+                return true;
+            }
+        }
+    }
+
+    fn now(&self) -> Stamp {
+        self.at(Instant::now())
+    }
+
+    fn at(&self, instant: Instant) -> Stamp {
+        Stamp(instant.saturating_duration_since(self.began).as_micros() as u64)
+    }
+}

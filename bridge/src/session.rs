@@ -1,0 +1,293 @@
+//! One client's connection: shows who it is, then messages both ways until one side ends.
+//!
+//! In: a WebSocket. Out: what the client says, to the hub; what the hub has for it, to the client.
+//!
+//! 1. The bridge says hello with a challenge; the client answers in time, with a proof or as a watcher.
+//! 2. Reading and writing run side by side: a client that does not read is still heard, and one that is silent still told.
+//! 3. The first of these ends it: malformed, too large or too many messages; silence; a close from either side.
+//!    However it ends, the hub learns it, and a robot that was driven by it stops.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
+use futures_util::stream::{SplitSink, SplitStream};
+use futures_util::{SinkExt, StreamExt};
+use slamlab_core::wire::message::{
+    BridgeHello, CHALLENGE_BYTES, ClientHello, Format, FromBridge, Header, SCHEMA, ToBridge,
+    Watching, close, decode, encode,
+};
+use tokio::sync::oneshot;
+use tokio::time::timeout;
+
+use crate::http::Shared;
+use crate::hub::outbox::{Next, Outbox};
+use crate::hub::{FromClient, NewClient};
+use crate::rate::Bucket;
+use crate::safety::ClientId;
+
+/// RFC 6455 §7.4.1.
+const UNSUPPORTED: u16 = 1003;
+const MALFORMED: u16 = 1007;
+const TOO_MANY: u16 = 1008;
+const TOO_LARGE: u16 = 1009;
+/// A client that was told to go may take so long to take it in.
+const FAREWELL: Duration = Duration::from_secs(1);
+const LONGEST_NAME: usize = 64;
+
+/// Why a connection ends: with this code, or without a word where the client is gone.
+type End = Option<u16>;
+
+/// Serves a client to its end.
+pub(crate) async fn run(socket: WebSocket, shared: &Shared, format: Format) {
+    let (sink, stream) = socket.split();
+    let mut writer = Writer {
+        sink,
+        shared,
+        format,
+        sequence: 0,
+    };
+    let mut reader = Reader {
+        stream,
+        shared,
+        format,
+        sequence: 0,
+    };
+    let outbox = Arc::new(Outbox::default());
+    match enter(&mut writer, &mut reader, &outbox).await {
+        Ok(id) => {
+            serve(id, &mut writer, &mut reader, &outbox).await;
+            // The hub is gone only when the bridge ends.
+            let _ = shared.hub.send(FromClient::Gone(id)).await;
+        }
+        Err(Some(code)) => {
+            shared.metrics.intruders.fetch_add(1, Ordering::Relaxed);
+            writer.close(code).await;
+        }
+        Err(None) => (),
+    }
+}
+
+/// The first messages; the client's number.
+async fn enter(
+    writer: &mut Writer<'_>,
+    reader: &mut Reader<'_>,
+    outbox: &Arc<Outbox>,
+) -> Result<ClientId, End> {
+    let shared = writer.shared;
+    let mut challenge = [0; CHALLENGE_BYTES];
+    if let Err(error) = getrandom::fill(&mut challenge) {
+        tracing::error!("no random numbers: {error}");
+        return Err(Some(1011));
+    }
+    let hello = FromBridge::Hello(BridgeHello {
+        version: shared.about.version.clone(),
+        schema: SCHEMA,
+        challenge,
+        watching: shared.about.watching,
+        robot: shared.robot.clone(),
+        watchdog_millis: shared.safety.watchdog.as_millis() as u16,
+        lease_millis: shared.safety.lease.as_millis() as u16,
+    });
+    writer.send(&hello).await?;
+    let first = timeout(shared.limits.hello, reader.next()).await;
+    let (_, ToBridge::Hello(hello)) = first.map_err(|_| Some(close::ACCESS))?? else {
+        return Err(Some(close::ACCESS));
+    };
+    let may_drive = admit(shared, &challenge, &hello)?;
+    let (answer, id) = oneshot::channel();
+    let client = NewClient {
+        name: hello.name,
+        may_drive,
+        outbox: Arc::clone(outbox),
+    };
+    let came = FromClient::Came(client, answer);
+    shared.hub.send(came).await.map_err(|_| Some(1001))?;
+    id.await.map_err(|_| Some(1001))
+}
+
+/// Whether the client may drive; an error if it may not even watch.
+fn admit(
+    shared: &Shared,
+    challenge: &[u8; CHALLENGE_BYTES],
+    hello: &ClientHello,
+) -> Result<bool, End> {
+    if hello.name.len() > LONGEST_NAME {
+        return Err(Some(MALFORMED));
+    }
+    match (&hello.proof, &shared.token) {
+        (Some(proof), Some(token)) if token.is_proved(challenge, proof) => Ok(true),
+        (None, _) if shared.about.watching == Watching::Anyone => Ok(false),
+        _ => Err(Some(close::ACCESS)),
+    }
+}
+
+async fn serve(id: ClientId, writer: &mut Writer<'_>, reader: &mut Reader<'_>, outbox: &Outbox) {
+    let mut writing = std::pin::pin!(writer.run(outbox));
+    tokio::select! {
+        () = &mut writing => return,
+        end = reader.run(id) => match end {
+            Some(code) => outbox.close(code),
+            None => return,
+        },
+    }
+    // A client that does not even take the reason is left.
+    let _ = timeout(FAREWELL, writing).await;
+}
+
+struct Writer<'a> {
+    sink: SplitSink<WebSocket, Message>,
+    shared: &'a Shared,
+    format: Format,
+    sequence: u32,
+}
+
+impl Writer<'_> {
+    /// Sends what the hub has, until it has no more or the client takes nothing.
+    async fn run(&mut self, outbox: &Outbox) {
+        loop {
+            match outbox.next().await {
+                Next::Close(code) => return self.close(code).await,
+                Next::Message(message) => {
+                    if self.send(&message).await.is_err() {
+                        return;
+                    }
+                }
+            }
+        }
+    }
+
+    async fn send(&mut self, message: &FromBridge) -> Result<(), End> {
+        self.sequence = self.sequence.wrapping_add(1);
+        let header = Header {
+            sequence: self.sequence,
+            micros: self.shared.clock.now().as_micros() as u64,
+        };
+        let bytes = encode(header, message, self.format).map_err(|error| {
+            tracing::error!("a message could not be written: {error}");
+            Some(1011)
+        })?;
+        let metrics = &self.shared.metrics;
+        metrics.sent.fetch_add(1, Ordering::Relaxed);
+        metrics
+            .sent_bytes
+            .fetch_add(bytes.len() as u64, Ordering::Relaxed);
+        let message = match self.format {
+            Format::Binary => Message::Binary(bytes.into()),
+            // Whatever JSON is, it is UTF-8.
+            Format::Json => Message::Text(Utf8Bytes::try_from(bytes).unwrap_or_default()),
+        };
+        self.put(message).await
+    }
+
+    async fn close(&mut self, code: u16) {
+        let frame = CloseFrame {
+            code,
+            reason: Utf8Bytes::from_static(reason(code)),
+        };
+        // A client that is gone needs no farewell.
+        let _ = timeout(FAREWELL, self.put(Message::Close(Some(frame)))).await;
+    }
+
+    async fn put(&mut self, message: Message) -> Result<(), End> {
+        let sent = timeout(self.shared.limits.write, self.sink.send(message)).await;
+        sent.map_err(|_| None)?.map_err(|_| None)
+    }
+}
+
+struct Reader<'a> {
+    stream: SplitStream<WebSocket>,
+    shared: &'a Shared,
+    format: Format,
+    sequence: u32,
+}
+
+impl Reader<'_> {
+    /// Hands on what the client says, until there is a reason to end.
+    async fn run(&mut self, id: ClientId) -> End {
+        let limits = self.shared.limits;
+        let mut bucket = Bucket::new(limits.rate, self.shared.clock.now());
+        loop {
+            let (header, message) = match timeout(limits.heartbeat, self.next()).await {
+                Err(_) => return Some(close::HEARTBEAT),
+                Ok(Err(end)) => return end,
+                Ok(Ok(said)) => said,
+            };
+            let now = self.shared.clock.now();
+            if !bucket.take(now) {
+                return Some(TOO_MANY);
+            }
+            if matches!(message, ToBridge::Hello(_)) {
+                return Some(MALFORMED);
+            }
+            if !matches!(message, ToBridge::Heartbeat)
+                && self
+                    .shared
+                    .hub
+                    .send(FromClient::Says(id, header, message, now))
+                    .await
+                    .is_err()
+            {
+                return Some(1001);
+            }
+        }
+    }
+
+    /// The next message; pings of the WebSocket itself are answered below.
+    async fn next(&mut self) -> Result<(Header, ToBridge), End> {
+        loop {
+            let message = self.stream.next().await.ok_or(None)?;
+            let message = message.map_err(|error| code_of(&*error.into_inner()))?;
+            let bytes = match (&message, self.format) {
+                (Message::Binary(bytes), Format::Binary) => bytes.as_ref(),
+                (Message::Text(text), Format::Json) => text.as_bytes(),
+                (Message::Ping(_) | Message::Pong(_), _) => continue,
+                (Message::Close(_), _) => return Err(None),
+                _ => return Err(Some(UNSUPPORTED)),
+            };
+            self.shared.metrics.received.fetch_add(1, Ordering::Relaxed);
+            let (header, message) = decode::<ToBridge>(bytes, self.format).map_err(|error| {
+                self.shared
+                    .metrics
+                    .malformed
+                    .fetch_add(1, Ordering::Relaxed);
+                tracing::debug!("a client's message: {error}");
+                Some(MALFORMED)
+            })?;
+            if header.sequence <= self.sequence {
+                return Err(Some(MALFORMED));
+            }
+            self.sequence = header.sequence;
+            return Ok((header, message));
+        }
+    }
+}
+
+/// The close code for what the WebSocket's own layer found.
+fn code_of(error: &(dyn std::error::Error + 'static)) -> End {
+    match error.downcast_ref::<tungstenite::Error>() {
+        Some(tungstenite::Error::Capacity(_)) => Some(TOO_LARGE),
+        Some(tungstenite::Error::Utf8(_)) => Some(MALFORMED),
+        Some(tungstenite::Error::Protocol(_)) => Some(1002),
+        _ => None,
+    }
+}
+
+/// For a person who looks into the browser's log.
+fn reason(code: u16) -> &'static str {
+    match code {
+        1001 => "the bridge ends",
+        1002 => "this is not a WebSocket frame",
+        UNSUPPORTED => "binary messages, or text behind ?fmt=json",
+        MALFORMED => "a message could not be read, or its sequence did not rise",
+        TOO_MANY => "too many messages",
+        TOO_LARGE => "the message is too large",
+        1013 => "too slow for what must not be dropped",
+        close::ACCESS => "no proof of the token in time, or a wrong one",
+        close::NO_RIGHT => "driving needs the token",
+        close::HEARTBEAT => "no heartbeat",
+        close::TAKEN_OVER => "another client took over",
+        _ => "",
+    }
+}

@@ -1,0 +1,138 @@
+//! The mailbox between hub and source: the newest command, and what must not be overtaken.
+
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use slamlab_core::robot::Command;
+
+use super::{Order, Waited};
+
+#[derive(Debug, Default)]
+pub(super) struct Orders {
+    waiting: Mutex<Waiting>,
+    changed: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct Waiting {
+    /// Taken before any command.
+    emergency: [Option<Order>; 2],
+    command: Option<Command>,
+    is_closed: bool,
+}
+
+impl Orders {
+    pub(super) fn put(&self, order: Order) {
+        let mut waiting = self.lock();
+        match order {
+            Order::Command(command) => waiting.command = Some(command),
+            Order::EmergencyStop => {
+                waiting.emergency = [Some(order), None];
+                waiting.command = None;
+            }
+            Order::ResetEmergencyStop => waiting.emergency[1] = Some(order),
+        }
+        self.changed.notify_all();
+    }
+
+    pub(super) fn close(&self) {
+        self.lock().is_closed = true;
+        self.changed.notify_all();
+    }
+
+    pub(super) fn take(&self, timeout: Duration) -> Waited {
+        let until = Instant::now() + timeout;
+        let mut waiting = self.lock();
+        loop {
+            if let Some(order) = waiting.next() {
+                return Waited::Order(order);
+            }
+            if waiting.is_closed {
+                return Waited::Closed;
+            }
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Waited::Nothing;
+            }
+            let woken = self.changed.wait_timeout(waiting, left);
+            waiting = woken.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// A thread that panicked holding the lock leaves nothing half done: each change is one assignment.
+    fn lock(&self) -> MutexGuard<'_, Waiting> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Waiting {
+    fn next(&mut self) -> Option<Order> {
+        let [first, second] = &mut self.emergency;
+        let command = &mut self.command;
+        first
+            .take()
+            .or_else(|| second.take())
+            .or_else(|| command.take().map(Order::Command))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOW: Duration = Duration::ZERO;
+
+    fn drive(forward: f64) -> Order {
+        Order::Command(Command::Velocity { forward, turn: 0.0 })
+    }
+
+    #[test]
+    fn the_newest_command_is_taken_once() {
+        let orders = Orders::default();
+        orders.put(drive(0.1));
+        orders.put(drive(0.2));
+        assert_eq!(orders.take(NOW), Waited::Order(drive(0.2)));
+        assert_eq!(orders.take(NOW), Waited::Nothing);
+    }
+
+    #[test]
+    fn an_emergency_stop_is_taken_first_and_forgets_what_waited() {
+        let orders = Orders::default();
+        orders.put(drive(0.1));
+        orders.put(Order::EmergencyStop);
+        orders.put(Order::ResetEmergencyStop);
+        orders.put(drive(0.3));
+        let all: Vec<_> = (0..4).map(|_| orders.take(NOW)).collect();
+        let expect = [
+            Waited::Order(Order::EmergencyStop),
+            Waited::Order(Order::ResetEmergencyStop),
+            Waited::Order(drive(0.3)),
+            Waited::Nothing,
+        ];
+        assert_eq!(all, expect);
+    }
+
+    #[test]
+    fn what_waits_is_still_taken_after_closing() {
+        let orders = Orders::default();
+        orders.put(Order::Command(Command::Stop));
+        orders.close();
+        assert_eq!(
+            orders.take(NOW),
+            Waited::Order(Order::Command(Command::Stop))
+        );
+        assert_eq!(orders.take(Duration::from_secs(60)), Waited::Closed);
+    }
+
+    #[test]
+    fn waiting_ends_with_an_order_from_another_thread() {
+        let orders = std::sync::Arc::new(Orders::default());
+        let giver = std::sync::Arc::clone(&orders);
+        let thread = std::thread::spawn(move || giver.put(drive(0.1)));
+        assert_eq!(
+            orders.take(Duration::from_secs(60)),
+            Waited::Order(drive(0.1))
+        );
+        thread.join().unwrap();
+    }
+}

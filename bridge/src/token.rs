@@ -1,0 +1,248 @@
+//! The token: who has it may drive.
+//!
+//! 256 random bits in hexadecimal, in a file that only its owner can read. It is shown to a person in the address of the
+//! page, behind `#`, where no browser sends it to any server; over the network goes only a proof made with it
+//! ([`slamlab_core::wire::message::proof`]).
+
+use std::fmt::{self, Write as _};
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use slamlab_core::wire::message::{CHALLENGE_BYTES, PROOF_BYTES, proof};
+use subtle::ConstantTimeEq;
+
+const BYTES: usize = 32;
+/// Shorter ones, 128 bits in hexadecimal, could be guessed some day.
+const FEWEST_CHARS: usize = 32;
+
+/// A token. It prints as dots.
+#[derive(Clone)]
+pub struct Token(String);
+
+/// Why there is no token.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TokenError {
+    /// The system said no.
+    #[error("token file {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What it said.
+        source: io::Error,
+    },
+    /// Others can read it.
+    #[error(
+        "token file {} can be read by others (mode {mode:03o}); `chmod 600` it, or have a new one made by `slamlab-bridge \
+         token --new`", path.display()
+    )]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// Its permissions.
+        mode: u32,
+    },
+    /// It holds no token.
+    #[error(
+        "token file {} holds {chars} characters; expected at least {FEWEST_CHARS}, letters and digits only", path.display()
+    )]
+    Weak {
+        /// The file.
+        path: PathBuf,
+        /// How many there are.
+        chars: usize,
+    },
+    /// The system has no random numbers.
+    #[error("the system gives no random numbers: {0}")]
+    Random(getrandom::Error),
+    /// There is no place for it.
+    #[error("neither XDG_CONFIG_HOME nor HOME is set; name a file with --token-file")]
+    NoHome,
+}
+
+impl fmt::Debug for Token {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("Token(…)")
+    }
+}
+
+impl Token {
+    /// Draws a new one.
+    ///
+    /// # Errors    [`TokenError::Random`].
+    pub fn random() -> Result<Self, TokenError> {
+        let mut bytes = [0; BYTES];
+        getrandom::fill(&mut bytes).map_err(TokenError::Random)?;
+        let mut text = String::with_capacity(2 * BYTES);
+        for byte in bytes {
+            // Writing to a string cannot fail.
+            let _ = write!(text, "{byte:02x}");
+        }
+        Ok(Self(text))
+    }
+
+    /// Reads the file, or makes it with a new token where there is none.
+    ///
+    /// # Errors    [`TokenError`]: it cannot be read or made, others can read it, or what it holds can be guessed.
+    pub fn load_or_create(path: &Path) -> Result<Self, TokenError> {
+        match fs::read_to_string(path) {
+            Ok(text) => {
+                check_mode(path)?;
+                Self::checked(path, text.trim())
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Self::create(path),
+            Err(source) => Err(TokenError::Io {
+                path: path.to_owned(),
+                source,
+            }),
+        }
+    }
+
+    /// Writes a new token to the file, in place of any other.
+    ///
+    /// # Errors    [`TokenError`]: it cannot be written.
+    pub fn create(path: &Path) -> Result<Self, TokenError> {
+        let token = Self::random()?;
+        write_private(path, &token.0).map_err(|source| TokenError::Io {
+            path: path.to_owned(),
+            source,
+        })?;
+        Ok(token)
+    }
+
+    fn checked(path: &Path, text: &str) -> Result<Self, TokenError> {
+        let is_plain = text.bytes().all(|byte| byte.is_ascii_alphanumeric());
+        if text.len() < FEWEST_CHARS || !is_plain {
+            return Err(TokenError::Weak {
+                path: path.to_owned(),
+                chars: text.len(),
+            });
+        }
+        Ok(Self(text.to_owned()))
+    }
+
+    /// Whether `shown` was made with this token, of this challenge. Takes as long for any answer.
+    #[must_use]
+    pub fn is_proved(&self, challenge: &[u8; CHALLENGE_BYTES], shown: &[u8; PROOF_BYTES]) -> bool {
+        proof(&self.0, challenge).ct_eq(shown).into()
+    }
+
+    /// For the address that a person opens, and for nothing else.
+    #[must_use]
+    pub fn reveal(&self) -> &str {
+        &self.0
+    }
+}
+
+/// Where the token lies unless somebody says otherwise.
+///
+/// # Errors    [`TokenError::NoHome`].
+pub fn default_path() -> Result<PathBuf, TokenError> {
+    let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
+    let config = set("XDG_CONFIG_HOME").map(PathBuf::from);
+    let config = config.or_else(|| set("HOME").map(|home| Path::new(&home).join(".config")));
+    Ok(config.ok_or(TokenError::NoHome)?.join("slamlab/token"))
+}
+
+/// A new file beside it, then renamed: there is no moment at which half a token, or a readable one, has the name.
+fn write_private(path: &Path, text: &str) -> io::Result<()> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder)?;
+    }
+    let beside = path.with_extension(format!("new-{}", std::process::id()));
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let mut file = options.open(&beside)?;
+    let written = writeln!(file, "{text}").and_then(|()| file.sync_all());
+    written
+        .and_then(|()| fs::rename(&beside, path))
+        .inspect_err(|_| {
+            // What is left of it may be removed or not; the error counts.
+            let _ = fs::remove_file(&beside);
+        })
+}
+
+#[cfg(unix)]
+fn check_mode(path: &Path) -> Result<(), TokenError> {
+    use std::os::unix::fs::PermissionsExt;
+    let data = fs::metadata(path).map_err(|source| TokenError::Io {
+        path: path.to_owned(),
+        source,
+    })?;
+    let mode = data.permissions().mode() & 0o777;
+    if mode & 0o077 == 0 {
+        return Ok(());
+    }
+    Err(TokenError::Open {
+        path: path.to_owned(),
+        mode,
+    })
+}
+
+/// Elsewhere files in a user's folder are private by the folder's own rules.
+#[cfg(not(unix))]
+fn check_mode(_: &Path) -> Result<(), TokenError> {
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_token_is_made_once_and_is_private() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let path = folder.path().join("deep/token");
+        let made = Token::load_or_create(&path).unwrap();
+        let read = Token::load_or_create(&path).unwrap();
+        assert_eq!(made.reveal(), read.reveal());
+        assert_eq!(made.reveal().len(), 64);
+        assert_ne!(Token::create(&path).unwrap().reveal(), made.reveal());
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            let mode = fs::metadata(&path).unwrap().permissions().mode();
+            assert_eq!(mode & 0o777, 0o600);
+            fs::set_permissions(&path, fs::Permissions::from_mode(0o644)).unwrap();
+            let error = Token::load_or_create(&path).unwrap_err().to_string();
+            assert!(error.contains("mode 644"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_token_that_can_be_guessed_is_refused() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let path = folder.path().join("token");
+        for weak in [
+            "",
+            "secret",
+            "0123456789abcdef0123456789abcde",
+            "a b c d e f g h i j k l m n o p q",
+        ] {
+            write_private(&path, weak).unwrap();
+            let error = Token::load_or_create(&path).unwrap_err();
+            assert!(matches!(error, TokenError::Weak { .. }), "{weak}: {error}");
+        }
+    }
+
+    #[test]
+    fn it_never_prints() {
+        let token = Token::random().unwrap();
+        assert_eq!(format!("{token:?}"), "Token(…)");
+    }
+
+    #[test]
+    fn only_a_proof_of_the_same_challenge_counts() {
+        let token = Token::random().unwrap();
+        let challenge = [1; CHALLENGE_BYTES];
+        let shown = proof(token.reveal(), &challenge);
+        assert!(token.is_proved(&challenge, &shown));
+        assert!(!token.is_proved(&[2; CHALLENGE_BYTES], &shown), "replayed");
+        assert!(!token.is_proved(&challenge, &[0; PROOF_BYTES]));
+        let other = Token::random().unwrap();
+        assert!(!other.is_proved(&challenge, &shown));
+    }
+}

@@ -1,0 +1,231 @@
+//! A lidar behind the UDP protocol of Pilch's server, so that his application, or any script, can use it.
+//!
+//! In: datagrams. Out: datagrams. The rules (one client, its heartbeat, paths of a list, rates) are those of
+//! [`pilch::server`]; here are the socket and the lidar.
+//!
+//! 1. Answers go to the address of the client, but to the port that the source fixes: it listens at another than it sends from.
+//! 2. An order to connect opens the lidar at its path; it is brought up, watched and reopened as in `serve`.
+//! 3. Readings come from whole scans: beams that hit something, in the order in which they were taken. A scan knows no
+//!    quality, so all have that of an express scan.
+//!
+//! The protocol has neither encryption nor authentication: it is off unless asked for.
+
+use std::io;
+use std::net::{IpAddr, SocketAddr, UdpSocket};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use slamlab_core::robot::{Scan, Stamp};
+use slamlab_core::wire::message::DeviceState;
+use slamlab_core::wire::pilch;
+use slamlab_core::wire::pilch::server::{Event, Server, ServerConfig};
+use slamlab_core::wire::rplidar::driver::DriverConfig;
+use slamlab_core::wire::rplidar::express;
+use slamlab_core::wire::rplidar::node::Node;
+use tokio::sync::mpsc;
+
+use crate::serial::{Rplidar, SerialSource};
+use crate::source::{self, Running};
+
+/// How long a datagram is waited for at a time.
+const TURN: Duration = Duration::from_millis(10);
+/// Events of the lidar that may wait.
+const MOST_WAITING: usize = 64;
+
+/// How the server works.
+#[derive(Clone, Debug)]
+pub struct UdpConfig {
+    /// What is allowed.
+    pub server: ServerConfig,
+    /// Port at which the client listens. Default 20000.
+    pub client_port: u16,
+}
+
+impl Default for UdpConfig {
+    fn default() -> Self {
+        Self {
+            server: ServerConfig::default(),
+            client_port: pilch::CLIENT_PORT,
+        }
+    }
+}
+
+/// Serves until `stop` is set; then, and whenever the client is gone, the lidar is stopped.
+///
+/// # Errors    Where the socket does not work any more.
+pub fn serve(socket: &UdpSocket, config: UdpConfig, stop: &AtomicBool) -> io::Result<()> {
+    socket.set_read_timeout(Some(TURN))?;
+    let (sender, events) = mpsc::channel(MOST_WAITING);
+    let mut desk = Desk {
+        socket,
+        client_port: config.client_port,
+        server: Server::new(config.server),
+        lidar: None,
+        is_measuring: false,
+        sender,
+        events,
+    };
+    let began = Instant::now();
+    let now = || Stamp(began.elapsed().as_micros() as u64);
+    let mut datagram = [0; 2048];
+    while !stop.load(Ordering::Relaxed) {
+        match socket.recv_from(&mut datagram) {
+            Ok((length, from)) => {
+                let bytes = datagram.get(..length).unwrap_or_default();
+                desk.server.receive(from.ip(), bytes, now());
+            }
+            // Also what an earlier answer met: the client's port was closed.
+            Err(error) if is_pause(&error) => (),
+            Err(error) => return Err(error),
+        }
+        desk.hear_lidar();
+        desk.server.tick(now());
+        desk.obey();
+    }
+    Ok(())
+}
+
+/// Starts [`serve`] on a thread of its own.
+///
+/// # Errors    Where the system has no thread left.
+pub fn start(socket: UdpSocket, config: UdpConfig) -> io::Result<UdpServer> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let for_thread = Arc::clone(&stop);
+    let thread = std::thread::Builder::new()
+        .name("udp".into())
+        .spawn(move || {
+            if let Err(error) = serve(&socket, config, &for_thread) {
+                tracing::error!("the UDP server ended: {error}");
+            }
+        })?;
+    Ok(UdpServer {
+        stop,
+        thread: Some(thread),
+    })
+}
+
+/// A server at work; dropping it stops it and its lidar.
+#[derive(Debug)]
+pub struct UdpServer {
+    stop: Arc<AtomicBool>,
+    thread: Option<std::thread::JoinHandle<()>>,
+}
+
+impl Drop for UdpServer {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            tracing::error!("the UDP server panicked");
+        }
+    }
+}
+
+/// Server, socket and lidar.
+struct Desk<'a> {
+    socket: &'a UdpSocket,
+    client_port: u16,
+    server: Server<IpAddr>,
+    /// The lidar at a path.
+    lidar: Option<(String, Running)>,
+    is_measuring: bool,
+    sender: mpsc::Sender<(u8, source::Event)>,
+    events: mpsc::Receiver<(u8, source::Event)>,
+}
+
+impl Desk<'_> {
+    fn hear_lidar(&mut self) {
+        while let Ok((_, event)) = self.events.try_recv() {
+            match event {
+                source::Event::Scan(scan) if self.is_measuring => self.server.publish(nodes(&scan)),
+                source::Event::Device { state, .. } if self.lidar.is_some() => {
+                    self.server.set_state(match state {
+                        DeviceState::Sending if self.is_measuring => DeviceState::Measuring,
+                        DeviceState::Sending => DeviceState::Connected,
+                        other => other,
+                    })
+                }
+                _ => (),
+            }
+        }
+    }
+
+    fn obey(&mut self) {
+        while let Some(event) = self.server.next_event() {
+            match event {
+                Event::Send { to, datagram } => {
+                    // A datagram that is lost is lost: that is what the protocol is made for.
+                    if let Err(error) = self
+                        .socket
+                        .send_to(&datagram, SocketAddr::new(to, self.client_port))
+                    {
+                        tracing::debug!("a datagram was not sent: {error}");
+                    }
+                }
+                Event::Connect { baud, path } => self.connect(baud, path),
+                Event::Start => self.measure(true),
+                Event::Stop => {
+                    self.measure(false);
+                    if self.server.client().is_none() {
+                        self.lidar = None;
+                    }
+                }
+            }
+        }
+    }
+
+    fn connect(&mut self, baud: u32, path: String) {
+        if baud != Rplidar::BAUD_RATE {
+            tracing::warn!(
+                "the UDP client asks for {baud} baud; an RPLIDAR A1 has {}",
+                Rplidar::BAUD_RATE
+            );
+        }
+        if self.lidar.as_ref().is_some_and(|(open, _)| *open == path) {
+            return self.server.set_state(DeviceState::Connected);
+        }
+        let lidar = Rplidar::new(format!("rplidar:{path}"), DriverConfig::default());
+        let source = Box::new(SerialSource::new(lidar, &path));
+        match source::start(0, source, self.sender.clone()) {
+            Ok(running) => self.lidar = Some((path, running)),
+            Err(error) => {
+                tracing::error!("the lidar has no thread: {error}");
+                self.server.set_state(DeviceState::Fault);
+            }
+        }
+    }
+
+    fn measure(&mut self, is_measuring: bool) {
+        self.is_measuring = is_measuring;
+        if self.lidar.is_some() {
+            self.server.set_state(if is_measuring {
+                DeviceState::Measuring
+            } else {
+                DeviceState::Connected
+            });
+        }
+    }
+}
+
+/// Beams that hit something, as the sensor would send them; the first one begins a turn.
+fn nodes(scan: &Scan) -> impl Iterator<Item = Node> {
+    let beams = scan.bearings.iter().zip(&scan.ranges);
+    let hits = beams.filter(|(_, range)| range.is_finite());
+    hits.enumerate().map(|(place, (bearing, range))| Node {
+        starts: place == 0,
+        ..Node::new(-bearing, f64::from(*range), express::QUALITY)
+    })
+}
+
+fn is_pause(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::WouldBlock
+            | io::ErrorKind::TimedOut
+            | io::ErrorKind::Interrupted
+            | io::ErrorKind::ConnectionRefused
+            | io::ErrorKind::ConnectionReset
+    )
+}

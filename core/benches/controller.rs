@@ -1,0 +1,38 @@
+//! One period of the drive controller, of which a robot has a thousand in a second, and the design of its gains.
+
+use std::f64::consts::TAU;
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use slamlab_core::robot::DriveTrain;
+use slamlab_core::robot::controller::{ControllerConfig, DriveController, Wish};
+
+const PERIOD: f64 = 1e-3;
+const RADIANS_PER_COUNT: f64 = TAU / 625.0;
+
+fn controller(c: &mut Criterion) {
+    let (train, config) = (DriveTrain::rp6(), ControllerConfig::default());
+    c.bench_function("controller/design", |b| {
+        b.iter(|| DriveController::new(black_box(&train), PERIOD, RADIANS_PER_COUNT, &config));
+    });
+    let Ok(mut controller) = DriveController::new(&train, PERIOD, RADIANS_PER_COUNT, &config)
+    else {
+        return;
+    };
+    let wish = Wish {
+        speed: 10.0,
+        acceleration: 0.0,
+    };
+    let mut seconds = 0.0;
+    c.bench_function("controller/step", |b| {
+        b.iter(|| {
+            // The shafts do as they are told: an encoder's counts, so that no observer comes to rest.
+            seconds += PERIOD;
+            let count = (wish.speed * seconds / RADIANS_PER_COUNT) as i64;
+            controller.step(black_box([count, count]), [wish, wish])
+        });
+    });
+}
+
+criterion_group!(benches, controller);
+criterion_main!(benches);

@@ -1,0 +1,33 @@
+//! Processor time and medians, as the peers take them.
+
+use anyhow::Result;
+use rustix::time::{ClockId, clock_gettime};
+
+/// Milliseconds of processor time that this process has used.
+pub(crate) fn cpu_ms() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6
+}
+
+/// Median processor time of `work`, ms: one run to warm up, then `times`.
+pub(crate) fn median_ms(times: usize, mut work: impl FnMut() -> Result<()>) -> Result<f64> {
+    work()?;
+    let mut all = vec![];
+    for _ in 0..times {
+        let begin = cpu_ms();
+        work()?;
+        all.push(cpu_ms() - begin);
+    }
+    Ok(median(&mut all))
+}
+
+/// The middle one; NaN of none.
+pub(crate) fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Prints a measurement in the peers' form.
+pub(crate) fn emit(peer: &str, workload: &str, ms: f64, extra: &str) {
+    println!("{peer} {workload} {ms:.6} {extra}");
+}

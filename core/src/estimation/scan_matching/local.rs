@@ -1,0 +1,112 @@
+//! One scan against the running submap: where odometry says to look, what the match is worth, and what of odometry's doubt stays.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::ScanMatcher;
+use crate::geom::{Pose2, PoseEstimate, symmetrize};
+use crate::map::LikelihoodPyramid;
+use crate::points::OrientedPoint;
+use crate::registration::{Prior, Registration, Verdict, match_to_surfels, search};
+use crate::robot::Odometry;
+
+impl ScanMatcher {
+    /// Matches to the running submap; where too little fits, looks around for a pose that fits better: odometry may
+    /// have slipped. A pose that is not fixed in all directions is none: a corridor fits itself anywhere, best where it was
+    /// mapped.
+    pub(super) fn match_running(
+        &self,
+        surfaces: &[OrientedPoint],
+        predicted: &Pose2,
+        prior: &Prior,
+    ) -> Registration {
+        let config = &self.config;
+        let found = match_to_surfels(surfaces, &self.running, predicted, prior, &config.matching);
+        if found.overlap >= config.lost_below {
+            return found;
+        }
+        let places = self.running.surfels().iter().map(|s| s.position);
+        let points: Vec<_> = surfaces.iter().map(|s| s.position).collect();
+        let candidate = LikelihoodPyramid::new(places, 0.05, 0.05, 5)
+            .and_then(|map| search(&points, &map, predicted, &config.lost_window, 0.2));
+        let Some(candidate) = candidate else {
+            return found;
+        };
+        let weak = Prior {
+            pose: candidate.pose,
+            information: prior.information * 0.01,
+        };
+        let again = match_to_surfels(
+            surfaces,
+            &self.running,
+            &candidate.pose,
+            &weak,
+            &config.matching,
+        );
+        if again.overlap > found.overlap + 0.1 && again.verdict == Verdict::Converged {
+            again
+        } else {
+            found
+        }
+    }
+
+    /// The pose in the running submap by odometry alone.
+    pub(super) fn carried_on(&self, moved: &Odometry) -> PoseEstimate {
+        let before = Odometry {
+            from: moved.from,
+            to: moved.from,
+            motion: self.submap_from_robot,
+            cov: self.local_cov,
+        };
+        let now = before.then(moved);
+        PoseEstimate {
+            pose: now.motion,
+            cov: now.cov,
+        }
+    }
+
+    /// What odometry says since the last match; the pose at that match is the map's, and not doubted here.
+    pub(super) fn prior(&self, predicted: &PoseEstimate, moved: &Odometry) -> Prior {
+        let (cos, sin) = self.submap_from_robot.cos_sin();
+        let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let since_match = if self.is_blind {
+            predicted.cov
+        } else {
+            turned * moved.cov * turned.transpose()
+        };
+        let cov = since_match + self.odometry_floor();
+        // A covariance that odometry spoilt says nothing.
+        let information = cov.try_inverse().unwrap_or_else(Matrix3::zeros);
+        Prior {
+            pose: predicted.pose,
+            information,
+        }
+    }
+
+    /// The matched pose with its covariance: that of the match where the points say something, odometry's since the last
+    /// keyframe where they do not.
+    pub(super) fn corrected(&self, found: &Registration, predicted: &PoseEstimate) -> PoseEstimate {
+        let mut floor = self.odometry_floor();
+        if let Verdict::Degenerate { direction } = found.verdict {
+            let said = &found.information;
+            let turn = -(said[(0, 2)] * direction.x + said[(1, 2)] * direction.y);
+            let free = direction.push(turn / said[(2, 2)].max(1e-12)).normalize();
+            // Between two scans odometry may err by more than it says, but not always to the same side.
+            let observed = Matrix3::identity() - free * free.transpose();
+            floor = observed * floor * observed;
+        }
+        let believed = (predicted.cov + floor).try_inverse();
+        let cov = believed.and_then(|b| (b + found.information).try_inverse());
+        let mut cov = cov.unwrap_or(found.estimate.cov);
+        symmetrize(&mut cov);
+        PoseEstimate {
+            pose: found.estimate.pose,
+            cov,
+        }
+    }
+
+    /// What odometry is not believed better than between two scans.
+    fn odometry_floor(&self) -> Matrix3<f64> {
+        let (way, turn) = (self.config.odometry_sigma, self.config.odometry_turn_sigma);
+        Matrix3::from_diagonal(&Vector3::new(way * way, way * way, turn * turn))
+    }
+}

@@ -1,0 +1,364 @@
+//! What each stage of the cycle gave, for people who want to follow it.
+//!
+//! In: nothing. Out: one [`StageReport`] for each [`Stage`], written by whoever does the stage: the experiment those of the scan
+//! (scan, lines, localise, map), the pilot the others.
+//!
+//! Source: TDK 2016 §6.3 (fig. 6.3), where each of four nodes does some of them.
+
+use std::fmt;
+
+use nalgebra::Point2;
+
+use crate::geom::PoseEstimate;
+use crate::plan::Planner;
+
+/// Stages of the cycle in the order in which they are done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// The errand begins; at the very first the pose is known.
+    Init,
+    /// The sensor looks round, the robot standing.
+    Scan,
+    /// Lines are found in the scan.
+    Lines,
+    /// They are recognised, and the pose is corrected.
+    Localise,
+    /// What was seen enters the map.
+    Map,
+    /// A path to the goal is searched for.
+    Plan,
+    /// It is cut to what has been seen.
+    Truncate,
+    /// The robot turns towards the first leg.
+    Turn,
+    /// It drives that leg.
+    Go,
+}
+
+impl Stage {
+    /// All stages in order, with their names.
+    pub const ALL: [(&'static str, Self); 9] = [
+        ("init", Self::Init),
+        ("scan", Self::Scan),
+        ("lines", Self::Lines),
+        ("localise", Self::Localise),
+        ("map", Self::Map),
+        ("plan", Self::Plan),
+        ("truncate", Self::Truncate),
+        ("turn", Self::Turn),
+        ("go", Self::Go),
+    ];
+
+    /// Its place in [`Self::ALL`].
+    #[must_use]
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// What a stage gave. Its `Display` is a sentence for people.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StageReport {
+    /// Where the errand begins.
+    Init {
+        /// Pose with its doubts, map frame.
+        estimate: PoseEstimate,
+    },
+    /// The sensor was told to look round.
+    LooksRound,
+    /// A scan is complete.
+    Scan {
+        /// Readings that can be used.
+        readings: usize,
+        /// Those on which something came back.
+        hits: usize,
+    },
+    /// Lines of the scan.
+    Lines {
+        /// Number of lines.
+        lines: usize,
+        /// Readings that lie on them.
+        points: usize,
+    },
+    /// The scan corrected the pose.
+    Localise {
+        /// Lines recognised as known walls.
+        matched: usize,
+        /// Lines that are new walls.
+        added: usize,
+        /// Lines that were not used.
+        rejected: usize,
+        /// The pose afterwards.
+        estimate: PoseEstimate,
+        /// How far the scan moved the position, m.
+        moved: f64,
+    },
+    /// The scan was drawn into the map.
+    Map {
+        /// Walls of the line map.
+        walls: usize,
+        /// Those seen often enough to be sure of.
+        confirmed: usize,
+    },
+    /// A path was found.
+    Plan {
+        /// Where it leads, map frame, m.
+        goal: Point2<f64>,
+        /// Its length, m.
+        length: f64,
+        /// Its legs.
+        legs: usize,
+        /// Who found it.
+        by: Planner,
+    },
+    /// There is nothing to drive, for now or for good.
+    NoPath {
+        /// Why, in words.
+        why: String,
+    },
+    /// The path was cut to its first leg, and the leg to what may be driven without another look.
+    Truncate {
+        /// What is left of the leg, m.
+        length: f64,
+        /// The leg before, m.
+        leg: f64,
+        /// What cut it.
+        cut: Cut,
+    },
+    /// The robot turns.
+    Turn {
+        /// By how much, rad; to the left where positive.
+        angle: f64,
+    },
+    /// The robot drives.
+    Go {
+        /// How far, m; backwards where negative.
+        length: f64,
+        /// How far it was to go before the last scan's obstacles were looked at, m.
+        wished: f64,
+    },
+}
+
+/// What cuts a leg.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cut {
+    /// Nothing: all of it is driven.
+    Nothing,
+    /// Beyond, nothing has been seen yet.
+    Unseen,
+    /// The longest leg allowed between two scans.
+    Longest,
+    /// Farther on, odometry would lose the heading.
+    Odometry,
+    /// The turn alone loses so much of the heading that a scan comes first.
+    TurnFirst,
+}
+
+impl StageReport {
+    /// The stage that it is of.
+    #[must_use]
+    pub fn stage(&self) -> Stage {
+        match self {
+            Self::Init { .. } => Stage::Init,
+            Self::LooksRound | Self::Scan { .. } => Stage::Scan,
+            Self::Lines { .. } => Stage::Lines,
+            Self::Localise { .. } => Stage::Localise,
+            Self::Map { .. } => Stage::Map,
+            Self::Plan { .. } | Self::NoPath { .. } => Stage::Plan,
+            Self::Truncate { .. } => Stage::Truncate,
+            Self::Turn { .. } => Stage::Turn,
+            Self::Go { .. } => Stage::Go,
+        }
+    }
+}
+
+impl fmt::Display for StageReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Init { estimate } => write!(f, "at {}", Pose(estimate)),
+            Self::LooksRound => f.write_str("stands and looks round"),
+            Self::Scan { readings, hits } => {
+                write!(f, "{readings} readings, {hits} on something")
+            }
+            Self::Lines { lines, points } => {
+                write!(f, "{lines} lines through {points} readings")
+            }
+            Self::Localise {
+                matched,
+                added,
+                rejected,
+                estimate,
+                moved,
+            } => {
+                write!(f, "{matched} recognised, {added} new, {rejected} unused; ")?;
+                write!(
+                    f,
+                    "{}, corrected by {:.1} cm",
+                    Pose(estimate),
+                    100.0 * moved
+                )
+            }
+            Self::Map { walls, confirmed } => write!(f, "{walls} walls, {confirmed} of them sure"),
+            Self::Plan {
+                goal,
+                length,
+                legs,
+                by,
+            } => {
+                let by = match by {
+                    Planner::Straight => "the straight line is free",
+                    Planner::Rrt => "found by RRT",
+                    Planner::RrtConnect => "found by RRT-Connect",
+                    Planner::RrtStar => "found by RRT*",
+                    Planner::InformedRrtStar => "found by Informed RRT*",
+                    Planner::AStar => "found by A*",
+                    Planner::ThetaStar => "found by Theta*",
+                    Planner::Visibility => "found by the visibility graph",
+                    Planner::Wavefront => "found by a wave over the grid",
+                };
+                let (x, y) = (goal.x, goal.y);
+                write!(
+                    f,
+                    "{length:.2} m in {legs} legs to ({x:.2}, {y:.2}) m, {by}"
+                )
+            }
+            Self::NoPath { why } => write!(f, "no path: {why}"),
+            Self::Truncate { length, leg, cut } => {
+                let why = match cut {
+                    Cut::Nothing => "all of the first leg",
+                    Cut::Unseen => "farther on nothing was seen yet",
+                    Cut::Longest => "the longest leg between two scans",
+                    Cut::Odometry => "farther on odometry would lose the heading",
+                    Cut::TurnFirst => {
+                        "the turn alone costs so much heading that a scan comes first"
+                    }
+                };
+                write!(f, "{length:.2} m of {leg:.2} m: {why}")
+            }
+            Self::Turn { angle } => {
+                let side = if *angle < 0.0 { "right" } else { "left" };
+                write!(f, "{:.1}° to the {side}", angle.abs().to_degrees())
+            }
+            Self::Go { length, wished } => {
+                write!(f, "{length:.2} m")?;
+                if *length >= 0.0 && *length < *wished - 1e-9 {
+                    write!(f, " of {wished:.2} m: something stands beyond")?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+/// A pose and how uncertain it is, in words.
+struct Pose<'a>(&'a PoseEstimate);
+
+impl fmt::Display for Pose<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let PoseEstimate { pose, cov } = self.0;
+        let sigma = (cov[(0, 0)] + cov[(1, 1)]).max(0.0).sqrt();
+        let (x, y, degrees) = (pose.x(), pose.y(), pose.heading().to_degrees());
+        write!(
+            f,
+            "({x:.2}, {y:.2}) m, {degrees:.0}°, ± {:.1} cm",
+            100.0 * sigma
+        )
+    }
+}
+
+/// The newest report of each stage.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cycle {
+    reports: [Option<StageReport>; Stage::ALL.len()],
+    now: Option<Stage>,
+    count: u64,
+    round: u32,
+}
+
+impl Cycle {
+    /// A stage is done, or under way.
+    pub(crate) fn tell(&mut self, report: StageReport) {
+        let stage = report.stage();
+        if report == StageReport::LooksRound {
+            self.round += 1;
+        }
+        self.now = Some(stage);
+        self.count += 1;
+        if let Some(place) = self.reports.get_mut(stage.index()) {
+            *place = Some(report);
+        }
+    }
+
+    /// The newest report of a stage.
+    #[must_use]
+    pub fn report(&self, stage: Stage) -> Option<&StageReport> {
+        self.reports.get(stage.index())?.as_ref()
+    }
+
+    /// The stage of the newest report.
+    #[must_use]
+    pub fn now(&self) -> Option<Stage> {
+        self.now
+    }
+
+    /// Reports so far.
+    #[must_use]
+    pub fn told(&self) -> u64 {
+        self.count
+    }
+
+    /// Scans asked for so far: which round of the cycle this is, from 1.
+    #[must_use]
+    pub fn round(&self) -> u32 {
+        self.round
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Pose2;
+
+    #[test]
+    fn stages_stand_in_their_places() {
+        for (index, (_, stage)) in Stage::ALL.into_iter().enumerate() {
+            assert_eq!(stage.index(), index);
+        }
+    }
+
+    #[test]
+    fn reports_are_kept_by_stage_and_say_what_was_cut_and_why() {
+        let mut cycle = Cycle::default();
+        assert_eq!((cycle.now(), cycle.round()), (None, 0));
+        cycle.tell(StageReport::LooksRound);
+        cycle.tell(StageReport::Scan {
+            readings: 180,
+            hits: 40,
+        });
+        cycle.tell(StageReport::Turn { angle: -0.5 });
+        assert_eq!(
+            (cycle.now(), cycle.told(), cycle.round()),
+            (Some(Stage::Turn), 3, 1)
+        );
+        let said = |stage| cycle.report(stage).map(ToString::to_string);
+        assert_eq!(said(Stage::Scan).unwrap(), "180 readings, 40 on something");
+        assert_eq!(said(Stage::Turn).unwrap(), "28.6° to the right");
+        assert_eq!(said(Stage::Go), None);
+        let cut = |cut| {
+            let (length, leg) = (0.7, 2.0);
+            StageReport::Truncate { length, leg, cut }.to_string()
+        };
+        assert_eq!(
+            cut(Cut::Unseen),
+            "0.70 m of 2.00 m: farther on nothing was seen yet"
+        );
+        let go = |length, wished| StageReport::Go { length, wished }.to_string();
+        assert_eq!(go(0.4, 0.4), "0.40 m");
+        assert_eq!(go(0.3, 0.4), "0.30 m of 0.40 m: something stands beyond");
+        let estimate = PoseEstimate::exact(Pose2::identity());
+        assert_eq!(
+            StageReport::Init { estimate }.to_string(),
+            "at (0.00, 0.00) m, 0°, ± 0.0 cm"
+        );
+    }
+}

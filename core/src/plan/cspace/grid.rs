@@ -1,0 +1,261 @@
+//! Configuration space over a grid.
+//!
+//! In: a [`Grid`], how far the robot's centre keeps from what is occupied, what to make of the unknown. Out: the room at any
+//! point, from an exact distance transform.
+
+use nalgebra::Point2;
+
+use super::ConfigSpace;
+use super::snapshot::{states_of, without_stripes};
+use crate::geom::Segment;
+use crate::map::{CellIndex, CellRect, CellState, DistanceField, Grid};
+use crate::plan::reach::may_reach;
+
+/// What to make of cells that were never seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unknown {
+    /// The robot's centre keeps out of them.
+    Blocked,
+    /// They are taken to be free: optimism, to be corrected by what the next scan shows.
+    Free,
+}
+
+/// Configuration space over a snapshot of a [`Grid`].
+#[derive(Clone, Debug)]
+pub struct GridSpace {
+    rect: CellRect,
+    resolution: f64,
+    states: Vec<CellState>,
+    walls: DistanceField,
+    unknown: Option<DistanceField>,
+    keep: f64,
+}
+
+impl GridSpace {
+    /// Looks at the cells of `rect`; the robot's centre keeps `keep` metres away from what is occupied.
+    #[must_use]
+    pub fn new(grid: &Grid, rect: CellRect, keep: f64, unknown: Unknown) -> Self {
+        let states = states_of(grid, rect);
+        let resolution = grid.resolution();
+        let of = |state: CellState, states: &[CellState]| {
+            let mask: Vec<bool> = states.iter().map(|&s| s == state).collect();
+            DistanceField::new(rect, resolution, &mask)
+        };
+        let unknown = match unknown {
+            Unknown::Free => None,
+            Unknown::Blocked => Some(of(
+                CellState::Unknown,
+                &without_stripes(&states, rect.width()),
+            )),
+        };
+        Self {
+            rect,
+            resolution,
+            walls: of(CellState::Occupied, &states),
+            states,
+            unknown,
+            keep,
+        }
+    }
+
+    /// The same snapshot for a robot that keeps another distance.
+    #[must_use]
+    pub fn with_keep(mut self, keep: f64) -> Self {
+        self.keep = keep;
+        self
+    }
+
+    /// Distance that the robot's centre keeps from walls, m.
+    #[must_use]
+    pub fn keep(&self) -> f64 {
+        self.keep
+    }
+
+    /// Whether the robot's centre keeps out of what was never seen.
+    #[must_use]
+    pub fn keeps_out_of_unknown(&self) -> bool {
+        self.unknown.is_some()
+    }
+
+    /// The cells it covers.
+    #[must_use]
+    pub fn rect(&self) -> CellRect {
+        self.rect
+    }
+
+    /// Side of a cell, m.
+    #[must_use]
+    pub fn resolution(&self) -> f64 {
+        self.resolution
+    }
+
+    /// What the snapshot holds of its cells, in rows from the lower left one.
+    #[must_use]
+    pub fn states(&self) -> &[CellState] {
+        &self.states
+    }
+
+    /// Distance from the nearest wall, m; the wall's cell counts as half a cell thick on the near side.
+    #[must_use]
+    pub fn clearance(&self, point: Point2<f64>) -> f64 {
+        self.walls.at_point(point) - 0.5 * self.resolution
+    }
+
+    /// Number of a cell in [`GridSpace::states`]; `None` outside.
+    #[inline]
+    #[must_use]
+    pub fn index_of(&self, cell: CellIndex) -> Option<usize> {
+        let inside = cell.col >= self.rect.min.col
+            && cell.col < self.rect.max.col
+            && cell.row >= self.rect.min.row
+            && cell.row < self.rect.max.row;
+        inside.then(|| {
+            let (col, row) = (cell.col - self.rect.min.col, cell.row - self.rect.min.row);
+            row as usize * self.rect.width() + col as usize
+        })
+    }
+
+    /// The cell with the given number.
+    #[inline]
+    #[must_use]
+    pub fn cell_of(&self, index: usize) -> CellIndex {
+        let width = self.rect.width().max(1);
+        CellIndex {
+            col: self.rect.min.col + (index % width) as i32,
+            row: self.rect.min.row + (index / width) as i32,
+        }
+    }
+
+    /// The cell under a point, if it is covered.
+    #[must_use]
+    pub fn index_at(&self, point: Point2<f64>) -> Option<usize> {
+        let cell = CellIndex {
+            col: (point.x / self.resolution).floor() as i32,
+            row: (point.y / self.resolution).floor() as i32,
+        };
+        self.index_of(cell)
+    }
+
+    /// Centre of the cell with the given number.
+    #[must_use]
+    pub fn centre_of(&self, index: usize) -> Point2<f64> {
+        let cell = self.cell_of(index);
+        Point2::new(
+            (f64::from(cell.col) + 0.5) * self.resolution,
+            (f64::from(cell.row) + 0.5) * self.resolution,
+        )
+    }
+
+    /// Distance of a cell's centre from the nearest wall, m, as [`GridSpace::clearance`].
+    #[inline]
+    #[must_use]
+    pub fn clearance_of(&self, index: usize) -> f64 {
+        self.walls.at(self.cell_of(index)) - 0.5 * self.resolution
+    }
+
+    /// Room at the centre of a cell, m: cheaper than at a point.
+    #[inline]
+    #[must_use]
+    pub fn room_of(&self, index: usize) -> f64 {
+        let cell = self.cell_of(index);
+        let half = 0.5 * self.resolution;
+        let walls = self.walls.at(cell) - half - self.keep;
+        match &self.unknown {
+            Some(unknown) => walls.min(unknown.at(cell) - half),
+            None => walls,
+        }
+    }
+
+    /// The free cell centre nearest to `point` within `reach` metres that a robot standing at `point`, perhaps already
+    /// too near to a wall, can drive to without coming nearer to one than it is. `point` itself where it is free.
+    #[must_use]
+    pub fn escape(&self, point: Point2<f64>, reach: f64) -> Option<Point2<f64>> {
+        if self.is_free(point) {
+            return Some(point);
+        }
+        // A robot that touches (or, by an error of the map, overlaps) a wall may still leave it.
+        let least = self.clearance(point).min(self.keep) - 0.5 * self.resolution;
+        self.free_cells_near(point, reach).into_iter().find(|&to| {
+            let leg = Segment::new(point, to);
+            let steps = (leg.length() / (0.4 * self.resolution)).ceil().max(1.0) as usize;
+            (0..=steps).all(|i| {
+                let at = point + leg.vector() * (i as f64 / steps as f64);
+                self.clearance(at) >= least
+            })
+        })
+    }
+
+    /// The free cell centre nearest to `point` within `reach` metres; `point` itself where it is free.
+    #[must_use]
+    pub fn nearest_free(&self, point: Point2<f64>, reach: f64) -> Option<Point2<f64>> {
+        if self.is_free(point) {
+            return Some(point);
+        }
+        self.free_cells_near(point, reach).into_iter().next()
+    }
+
+    /// Free cell centres within `reach`, nearest first.
+    #[must_use]
+    pub fn free_cells_near(&self, point: Point2<f64>, reach: f64) -> Vec<Point2<f64>> {
+        let cells = (reach / self.resolution).ceil() as i32;
+        let (col, row) = (
+            (point.x / self.resolution).floor() as i32,
+            (point.y / self.resolution).floor() as i32,
+        );
+        let mut found = vec![];
+        for dr in -cells..=cells {
+            for dc in -cells..=cells {
+                let cell = CellIndex {
+                    col: col.saturating_add(dc),
+                    row: row.saturating_add(dr),
+                };
+                let Some(index) = self.index_of(cell).filter(|&i| self.room_of(i) >= 0.0) else {
+                    continue;
+                };
+                let centre = self.centre_of(index);
+                let distance = (centre - point).norm();
+                if distance <= reach {
+                    found.push((distance, centre));
+                }
+            }
+        }
+        // Stable: equal distances keep the order of the cells.
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found.into_iter().map(|(_, centre)| centre).collect()
+    }
+}
+
+impl ConfigSpace for GridSpace {
+    fn room(&self, point: Point2<f64>) -> f64 {
+        if self.index_at(point).is_none() {
+            return -self.resolution;
+        }
+        let walls = self.clearance(point) - self.keep;
+        match &self.unknown {
+            Some(unknown) => walls.min(unknown.at_point(point) - 0.5 * self.resolution),
+            None => walls,
+        }
+    }
+
+    fn step(&self) -> f64 {
+        0.2 * self.resolution
+    }
+
+    fn cell(&self) -> Option<f64> {
+        Some(self.resolution)
+    }
+
+    fn are_apart(&self, a: Point2<f64>, b: Point2<f64>) -> bool {
+        !may_reach(self, a, b)
+    }
+
+    fn bounds(&self) -> (Point2<f64>, Point2<f64>) {
+        let corner = |cell: CellIndex| {
+            Point2::new(
+                f64::from(cell.col) * self.resolution,
+                f64::from(cell.row) * self.resolution,
+            )
+        };
+        (corner(self.rect.min), corner(self.rect.max))
+    }
+}

@@ -1,0 +1,129 @@
+//! Configuration space: where the centre of the robot may be.
+//!
+//! In: obstacles (cells of a grid, or segments of walls) and how far the robot's centre keeps away from them. Out: for
+//! any point the room that is left, and for any straight leg how far it can be driven.
+//!
+//! 1. The robot is the disc around its body, so walls grow by its radius and a margin (TDK 2016 §5.1).
+//! 2. Over a grid the distance to the nearest occupied cell comes from an exact distance transform; half a cell is taken
+//!    off, because the wall may be anywhere in its cell. The unknown is no obstacle, or one that only the centre of the
+//!    robot keeps out of, as the caller chooses.
+//! 3. Over segments the distance is that of a capsule, exact.
+//! 4. A leg is marched along in steps of the room that is left: long ones in the open, short ones at walls.
+
+mod capsule;
+mod grid;
+mod raster;
+mod segments;
+mod snapshot;
+#[cfg(test)]
+mod tests;
+
+use nalgebra::Point2;
+
+use crate::geom::Segment;
+
+pub use grid::{GridSpace, Unknown};
+pub use segments::{SegmentSpace, SpaceError};
+pub use snapshot::rect_around;
+
+/// Where the centre of the robot may be.
+pub trait ConfigSpace {
+    /// How far the robot's centre may move from `point` in any direction, m; negative where it may not even be.
+    fn room(&self, point: Point2<f64>) -> f64;
+
+    /// Shortest step of a march, m.
+    fn step(&self) -> f64;
+
+    /// Lower left and upper right corner of where it is worth looking for a path.
+    fn bounds(&self) -> (Point2<f64>, Point2<f64>);
+
+    /// Side of the cells of a space between whose centres the room is bilinear, m; `None` for all others.
+    fn cell(&self) -> Option<f64> {
+        None
+    }
+
+    /// The walls, and the distance that the robot's centre keeps from them, m; `None` where the space has other
+    /// obstacles too.
+    fn walls(&self) -> Option<(&[Segment], f64)> {
+        None
+    }
+
+    /// Whether it is proved that no path joins two free places. `false` proves nothing.
+    fn are_apart(&self, _a: Point2<f64>, _b: Point2<f64>) -> bool {
+        false
+    }
+
+    /// Whether the robot may be there.
+    fn is_free(&self, point: Point2<f64>) -> bool {
+        self.room(point) >= 0.0
+    }
+
+    /// How much of the leg is free, m; its whole length where nothing is in the way, 0 where the start is blocked.
+    fn free_length(&self, leg: &Segment) -> f64 {
+        let length = leg.length();
+        if !(length > 0.0 && length.is_finite()) {
+            return 0.0;
+        }
+        let along = leg.vector() / length;
+        let mut at = 0.0;
+        let mut free = 0.0;
+        loop {
+            let room = self.room(leg.a + along * at);
+            if room.is_nan() || room < 0.0 {
+                return free;
+            }
+            free = at;
+            if at >= length {
+                return length;
+            }
+            // Bilinear distances may change by √2 a metre.
+            at = (at + (room * 0.7).max(self.step())).min(length);
+        }
+    }
+
+    /// Whether the robot can drive the whole leg.
+    fn leg_is_free(&self, leg: &Segment) -> bool {
+        if leg.a == leg.b {
+            return self.is_free(leg.a);
+        }
+        // The middle first: a leg that is not free is refused soonest there.
+        self.is_free(Point2::from((leg.a.coords + leg.b.coords) * 0.5))
+            && self.is_free(leg.a)
+            && self.free_length(leg) >= leg.length()
+    }
+}
+
+/// Two spaces at once: free is what is free in both (the grid and the vector map).
+#[derive(Clone, Debug)]
+pub struct Both<A, B>(pub A, pub B);
+
+impl<A: ConfigSpace, B: ConfigSpace> ConfigSpace for Both<A, B> {
+    fn room(&self, point: Point2<f64>) -> f64 {
+        self.0.room(point).min(self.1.room(point))
+    }
+
+    fn step(&self) -> f64 {
+        self.0.step().min(self.1.step())
+    }
+
+    fn bounds(&self) -> (Point2<f64>, Point2<f64>) {
+        let ((a, b), (c, d)) = (self.0.bounds(), self.1.bounds());
+        (a.sup(&c), b.inf(&d))
+    }
+
+    fn are_apart(&self, a: Point2<f64>, b: Point2<f64>) -> bool {
+        self.0.are_apart(a, b) || self.1.are_apart(a, b)
+    }
+
+    fn is_free(&self, point: Point2<f64>) -> bool {
+        self.0.is_free(point) && self.1.is_free(point)
+    }
+
+    fn free_length(&self, leg: &Segment) -> f64 {
+        self.0.free_length(leg).min(self.1.free_length(leg))
+    }
+
+    fn leg_is_free(&self, leg: &Segment) -> bool {
+        self.0.leg_is_free(leg) && self.1.leg_is_free(leg)
+    }
+}

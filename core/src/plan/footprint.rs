@@ -1,0 +1,295 @@
+//! The robot's outline as a second, exact test: for doors that the disc around it does not pass.
+//!
+//! In: a convex outline in the robot's frame, and walls. Out: whether the robot can stand in a pose, drive a leg, turn on the
+//! spot, and so follow a path, without touching a wall.
+//!
+//! 1. Standing: a wall touches a convex outline if clipping it by all sides leaves something (Cyrus & Beck 1978).
+//! 2. Driving straight: what is swept is the convex hull of the outline at both ends.
+//! 3. Turning: nothing is touched at the beginning, and what is touched first is touched by a corner of the outline on its
+//!    arc, or is the end of a wall that a side sweeps over. Both are circles cut by segments, in closed form.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Point2, Vector2};
+
+use super::path::Path;
+use crate::geom::{Pose2, Segment, wrap};
+
+/// A convex outline, counter-clockwise, the robot's centre inside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Footprint {
+    corners: Vec<Point2<f64>>,
+}
+
+/// Why an outline is none.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FootprintError {
+    /// Fewer than three corners.
+    #[error("an outline of {count} corners, expected at least 3")]
+    TooFew {
+        /// How many there are.
+        count: usize,
+    },
+    /// The outline does not turn left here around the centre.
+    #[error("corner {index} of the outline does not turn left around the robot's centre")]
+    NotConvex {
+        /// Number of the corner.
+        index: usize,
+    },
+}
+
+impl Footprint {
+    /// From corners in the robot's frame, m, counter-clockwise.
+    ///
+    /// # Errors    [`FootprintError`]: fewer than three corners, an outline that is not convex, or a centre that is not inside.
+    pub fn new(corners: Vec<Point2<f64>>) -> Result<Self, FootprintError> {
+        let count = corners.len();
+        if count < 3 {
+            return Err(FootprintError::TooFew { count });
+        }
+        for index in 0..count {
+            let [a, b, c] = [0, 1, 2].map(|i| corners[(index + i) % count]);
+            let turns = (b - a).perp(&(c - b));
+            let around = a.coords.perp(&b.coords);
+            // No number compares as greater.
+            if !(turns > 0.0 && around > 0.0) {
+                return Err(FootprintError::NotConvex { index });
+            }
+        }
+        Ok(Self { corners })
+    }
+
+    /// A rectangle about the centre.
+    ///
+    /// # Errors    [`FootprintError::NotConvex`] where a side is not positive.
+    pub fn rectangle(length: f64, width: f64) -> Result<Self, FootprintError> {
+        let corner = |x: f64, y: f64| Point2::new(0.5 * length * x, 0.5 * width * y);
+        Self::new(vec![
+            corner(1.0, -1.0),
+            corner(1.0, 1.0),
+            corner(-1.0, 1.0),
+            corner(-1.0, -1.0),
+        ])
+    }
+
+    fn at(&self, pose: &Pose2) -> Vec<Point2<f64>> {
+        self.corners.iter().map(|&corner| *pose * corner).collect()
+    }
+
+    /// Whether the robot can stand there.
+    #[must_use]
+    pub fn fits(&self, pose: &Pose2, walls: &[Segment]) -> bool {
+        let outline = self.at(pose);
+        walls.iter().all(|wall| !touches(&outline, wall))
+    }
+
+    /// Whether the robot can drive a leg, looking along it.
+    #[must_use]
+    pub fn drives(&self, leg: &Segment, walls: &[Segment]) -> bool {
+        let along = leg.vector();
+        let heading = libm::atan2(along.y, along.x);
+        let mut swept = self.at(&Pose2::new(leg.a.x, leg.a.y, heading));
+        swept.extend(self.at(&Pose2::new(leg.b.x, leg.b.y, heading)));
+        let swept = hull(swept);
+        walls.iter().all(|wall| !touches(&swept, wall))
+    }
+
+    /// Whether the robot can turn on the spot from one heading by `turn` rad, positive to the left.
+    #[must_use]
+    pub fn turns(&self, pose: &Pose2, turn: f64, walls: &[Segment]) -> bool {
+        self.fits(pose, walls) && walls.iter().all(|wall| !self.sweeps_over(pose, turn, wall))
+    }
+
+    fn sweeps_over(&self, pose: &Pose2, turn: f64, wall: &Segment) -> bool {
+        let in_robot = {
+            let inverse = pose.inverse();
+            Segment::new(inverse * wall.a, inverse * wall.b)
+        };
+        // Corners go round by `turn`; as the robot sees it, ends of walls go round the other way.
+        let by_corner = self.corners.iter().any(|&c| meets(c, turn, &in_robot));
+        let count = self.corners.len();
+        let sides =
+            || (0..count).map(|i| Segment::new(self.corners[i], self.corners[(i + 1) % count]));
+        let over_end = [in_robot.a, in_robot.b]
+            .iter()
+            .any(|&end| sides().any(|side| meets(end, -turn, &side)));
+        by_corner || over_end
+    }
+
+    /// Whether the robot can follow a path from a heading, turning on the spot at its corners.
+    #[must_use]
+    pub fn follows(&self, path: &Path, heading: f64, walls: &[Segment]) -> bool {
+        let mut heading = heading;
+        path.legs().filter(|leg| leg.length() > 0.0).all(|leg| {
+            let next = libm::atan2(leg.vector().y, leg.vector().x);
+            let pose = Pose2::new(leg.a.x, leg.a.y, heading);
+            let turn = wrap(next - heading);
+            heading = next;
+            self.turns(&pose, turn, walls) && self.drives(&leg, walls)
+        })
+    }
+}
+
+/// Whether a point that goes round the origin by `turn` meets a segment.
+fn meets(point: Point2<f64>, turn: f64, segment: &Segment) -> bool {
+    let along = segment.vector();
+    // |a + t v|² = r²
+    let (a, b, c) = (
+        along.norm_squared(),
+        segment.a.coords.dot(&along),
+        segment.a.coords.norm_squared() - point.coords.norm_squared(),
+    );
+    let squared = b * b - a * c;
+    if a <= 0.0 || squared < 0.0 {
+        return false;
+    }
+    let root = squared.sqrt();
+    [(-b - root) / a, (-b + root) / a].iter().any(|&t| {
+        (0.0..=1.0).contains(&t) && {
+            let at = segment.a.coords + along * t;
+            let from = libm::atan2(point.y, point.x);
+            let off = (libm::atan2(at.y, at.x) - from) * turn.signum();
+            off - TAU * (off / TAU).floor() <= turn.abs()
+        }
+    })
+}
+
+/// Whether a segment touches a convex outline: what each side leaves of it, by its part from 0 to 1.
+fn touches(outline: &[Point2<f64>], segment: &Segment) -> bool {
+    let (mut from, mut to) = (0.0_f64, 1.0_f64);
+    let along = segment.vector();
+    let next = outline.iter().cycle().skip(1);
+    for (a, b) in outline.iter().zip(next) {
+        let side = b - a;
+        let inside = Vector2::new(-side.y, side.x);
+        let (depth, rate) = (inside.dot(&(segment.a - a)), inside.dot(&along));
+        if rate == 0.0 {
+            if depth < 0.0 {
+                return false;
+            }
+        } else if rate > 0.0 {
+            from = from.max(-depth / rate);
+        } else {
+            to = to.min(-depth / rate);
+        }
+    }
+    from <= to
+}
+
+/// Convex hull, counter-clockwise (Andrew 1979).
+fn hull(mut points: Vec<Point2<f64>>) -> Vec<Point2<f64>> {
+    points.sort_unstable_by(|p, q| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)));
+    let chain = |points: &mut dyn Iterator<Item = Point2<f64>>| {
+        let mut chain: Vec<Point2<f64>> = vec![];
+        for point in points {
+            while let [.., a, b] = chain[..]
+                && (b - a).perp(&(point - b)) <= 0.0
+            {
+                chain.pop();
+            }
+            chain.push(point);
+        }
+        chain.pop();
+        chain
+    };
+    let mut lower = chain(&mut points.iter().copied());
+    lower.extend(chain(&mut points.iter().rev().copied()));
+    lower
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn robot() -> Footprint {
+        Footprint::rectangle(0.5, 0.3).unwrap()
+    }
+
+    fn wall() -> impl Strategy<Value = Segment> {
+        proptest::array::uniform4(-1.0..1.0_f64)
+            .prop_map(|w| Segment::new(Point2::new(w[0], w[1]), Point2::new(w[2], w[3])))
+    }
+
+    /// Depth of the wall in the outline, by sampled points of the wall: positive inside.
+    fn depth(pose: &Pose2, wall: &Segment) -> f64 {
+        let inverse = pose.inverse();
+        let points = (0..=400).map(|i| inverse * (wall.a + wall.vector() * (f64::from(i) / 400.0)));
+        let depth = points.map(|p| (0.25 - p.x.abs()).min(0.15 - p.y.abs()));
+        depth.fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(300))]
+
+        #[test]
+        fn standing_turning_and_driving_touch_what_sampled_poses_touch(
+            wall in wall(), x in -0.3..0.3_f64, y in -0.3..0.3_f64, heading in -3.1..3.1_f64, turn in -3.1..3.1_f64, length in 0.05..0.8_f64,
+        ) {
+            let robot = robot();
+            let pose = Pose2::new(x, y, heading);
+            let deepest = |poses: &mut dyn Iterator<Item = Pose2>| {
+                poses.map(|pose| depth(&pose, &wall)).fold(f64::NEG_INFINITY, f64::max)
+            };
+            let check = |found: bool, deepest: f64| {
+                // Within what sampling misses it decides nothing.
+                deepest.abs() < 8e-3 || found == (deepest < 0.0)
+            };
+            prop_assert!(check(robot.fits(&pose, &[wall]), depth(&pose, &wall)));
+            let part = |i: i32| f64::from(i) / 200.0;
+            let mut turned = (0..=200).map(|i| Pose2::new(x, y, heading + turn * part(i)));
+            prop_assert!(check(robot.turns(&pose, turn, &[wall]), deepest(&mut turned)));
+            let along = Vector2::new(libm::cos(heading), libm::sin(heading)) * length;
+            let leg = Segment::new(Point2::new(x, y), Point2::new(x, y) + along);
+            let mut driven = (0..=200).map(|i| Pose2::new(x + along.x * part(i), y + along.y * part(i), heading));
+            prop_assert!(check(robot.drives(&leg, &[wall]), deepest(&mut driven)));
+        }
+    }
+
+    #[test]
+    fn a_door_wider_than_the_robot_but_not_than_its_disc_is_passed_straight_only() {
+        let post = |y0: f64, y1: f64| Segment::new(Point2::new(1.0, y0), Point2::new(1.0, y1));
+        let walls = [post(-2.0, -0.16), post(0.16, 2.0)];
+        let path = |points: &[(f64, f64)]| Path {
+            points: points.iter().map(|&(x, y)| Point2::new(x, y)).collect(),
+        };
+        let through = path(&[(0.0, 0.0), (2.0, 0.0)]);
+        assert!(robot().follows(&through, 2.0, &walls));
+        // The disc around it has a radius of 29 cm.
+        assert!(
+            through
+                .legs()
+                .any(|leg| walls.iter().any(|w| w.distance_to(&leg) < 0.29))
+        );
+        assert!(!robot().follows(&path(&[(0.0, 0.0), (1.2, 0.0), (1.2, 1.0)]), 0.0, &walls));
+        assert!(!robot().follows(&path(&[(0.3, -0.7), (1.7, 0.7)]), 0.0, &walls));
+    }
+
+    #[test]
+    fn outlines_that_are_none_are_refused() {
+        let corners =
+            |points: &[(f64, f64)]| points.iter().map(|&(x, y)| Point2::new(x, y)).collect();
+        assert_eq!(
+            Footprint::new(corners(&[(1.0, 0.0), (0.0, 1.0)])),
+            Err(FootprintError::TooFew { count: 2 })
+        );
+        let dented = corners(&[
+            (1.0, -1.0),
+            (0.2, 0.0),
+            (1.0, 1.0),
+            (-1.0, 1.0),
+            (-1.0, -1.0),
+        ]);
+        assert!(matches!(
+            Footprint::new(dented),
+            Err(FootprintError::NotConvex { .. })
+        ));
+        let beside = corners(&[(1.0, 0.0), (2.0, 0.0), (1.5, 1.0)]);
+        assert!(matches!(
+            Footprint::new(beside),
+            Err(FootprintError::NotConvex { .. })
+        ));
+        assert!(Footprint::rectangle(f64::NAN, 1.0).is_err());
+    }
+}

@@ -1,0 +1,74 @@
+//! What every planner is asked and what it says.
+
+use nalgebra::Point2;
+
+use super::cspace::ConfigSpace;
+use super::path::{NoPath, Path, Planner};
+use crate::geom::Segment;
+
+/// From where to where, map frame, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Query {
+    /// Where the robot's centre is.
+    pub start: Point2<f64>,
+    /// Where it should go.
+    pub goal: Point2<f64>,
+}
+
+impl Query {
+    /// Whether the robot can stand at both ends.
+    ///
+    /// # Errors    [`NoPath::StartBlocked`], [`NoPath::GoalBlocked`].
+    pub fn check<S: ConfigSpace + ?Sized>(&self, space: &S) -> Result<(), NoPath> {
+        if !space.is_free(self.start) {
+            let (x, y) = (self.start.x, self.start.y);
+            return Err(NoPath::StartBlocked { x, y });
+        }
+        if !space.is_free(self.goal) {
+            let (x, y) = (self.goal.x, self.goal.y);
+            return Err(NoPath::GoalBlocked { x, y });
+        }
+        Ok(())
+    }
+
+    /// The reason that a proof gives.
+    #[must_use]
+    pub fn unreachable(&self) -> NoPath {
+        let (x, y) = (self.goal.x, self.goal.y);
+        NoPath::Unreachable { x, y }
+    }
+}
+
+/// How far a search has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Progress {
+    /// No path yet; more steps may find one.
+    Searching,
+    /// There is a path; more steps may make it shorter.
+    Improving,
+    /// There is a path, and this planner makes it no shorter.
+    Finished,
+    /// There is none, or this planner cannot find it.
+    Failed(NoPath),
+}
+
+impl Progress {
+    /// Whether more steps change nothing.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        matches!(self, Self::Finished | Self::Failed(_))
+    }
+}
+
+/// What came of a query.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// The path, or the reason why there is none.
+    pub path: Result<Path, NoPath>,
+    /// Who looked for it.
+    pub by: Planner,
+    /// Iterations used: points drawn by trees, cells or corners expanded by searches.
+    pub iterations: usize,
+    /// What was tried, to be drawn.
+    pub tree: Vec<Segment>,
+}

@@ -1,0 +1,100 @@
+//! Two trees that grow towards each other.
+//!
+//! In: a configuration space, start and goal, a seeded generator, iteration by iteration. Out: a path or none yet, and the
+//! trees to be drawn.
+//!
+//! An iteration:
+//! 1. One tree grows a step towards a random point, from the vertex nearest to it; the first time, towards the other root.
+//! 2. The other tree grows towards what grew, as many steps as are free. Where it arrives, the branches make the path.
+//! 3. The trees change places.
+//!
+//! It needs far fewer iterations than one tree where the last metres lead through a door.
+//!
+//! Source: Kuffner & LaValle (2000), "RRT-Connect: an efficient approach to single-query path planning".
+
+use rand::Rng;
+
+use super::cspace::ConfigSpace;
+use super::path::Path;
+use super::query::Query;
+use super::rrt::RrtConfig;
+use super::sampler::Sampler;
+use super::vertex_tree::VertexTree;
+use crate::geom::Segment;
+
+/// Two trees, from the start and from the goal.
+#[derive(Clone, Debug)]
+pub struct RrtConnect {
+    query: Query,
+    config: RrtConfig,
+    sampler: Sampler,
+    growing: VertexTree,
+    other: VertexTree,
+    /// Whether `growing` is the tree from the start.
+    from_start: bool,
+    is_first: bool,
+    path: Option<Path>,
+}
+
+impl RrtConnect {
+    /// Two roots; both ends of the query must be free.
+    #[must_use]
+    pub fn new<S: ConfigSpace + ?Sized>(
+        space: &S,
+        query: Query,
+        config: RrtConfig,
+        sampler: Sampler,
+    ) -> Self {
+        Self {
+            growing: VertexTree::new(query.start, space.bounds()),
+            other: VertexTree::new(query.goal, space.bounds()),
+            from_start: true,
+            is_first: true,
+            query,
+            config,
+            sampler,
+            path: None,
+        }
+    }
+
+    /// Steps 1 to 3, once.
+    pub fn iterate<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) {
+        let target = if std::mem::take(&mut self.is_first) {
+            self.query.goal
+        } else {
+            self.sampler.draw(rng)
+        };
+        let step = self.config.range;
+        if let Some(grown) = self.growing.extend(space, target, step) {
+            let point = self.growing.point(grown.index);
+            let joined = self.other.connect(space, point, step);
+            if let Some(met) = joined.filter(|v| v.arrived) {
+                self.join(grown.index, met.index);
+                return;
+            }
+        }
+        std::mem::swap(&mut self.growing, &mut self.other);
+        self.from_start = !self.from_start;
+    }
+
+    fn join(&mut self, grown: usize, met: usize) {
+        let mut points = self.growing.branch(grown);
+        points.extend(self.other.branch(met).into_iter().rev().skip(1));
+        if !self.from_start {
+            points.reverse();
+        }
+        self.path = Some(Path { points });
+    }
+
+    /// The path, if the trees have met.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_ref()
+    }
+
+    /// The legs of both trees.
+    #[must_use]
+    pub fn edges(&self) -> Vec<Segment> {
+        self.growing.edges().chain(self.other.edges()).collect()
+    }
+}

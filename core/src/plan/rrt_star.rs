@@ -1,0 +1,287 @@
+//! RRT* and Informed RRT*: one tree that is wired anew wherever that makes a branch shorter.
+//!
+//! In: a configuration space, start and goal, a seeded generator, iteration by iteration. Out: a path that gets shorter with
+//! every step, towards the shortest one there is, and the tree.
+//!
+//! Before there is a path, two trees grow as in RRT-Connect; their path, shortened, is the first branch (unless `is_seeded` is
+//! false). Then, an iteration:
+//! 1. Draw a point. Once there is a path of length c, Informed RRT* draws from the ellipse of all points over which a way of
+//!    at most c can lead; its foci are start and goal. Points over which none can lead are dropped.
+//! 2. Extend from the nearest vertex towards the point, at most `range` far; drop it where that leg is blocked.
+//! 3. The parent of the new vertex is the vertex near it over which it is nearest to the start.
+//! 4. Vertices near it that are nearer to the start over the new one get it as parent; what hangs on them moves with them.
+//! 5. The goal, a vertex of its own, is tried from every new vertex that could shorten the way to it.
+//!
+//! "Near" is a radius that shrinks with √(ln n / n) over n vertices, the least for which the path converges to the shortest.
+//!
+//! Source: Karaman & Frazzoli (2011), "Sampling-based algorithms for optimal motion planning", algorithm 6; Gammell,
+//! Srinivasa & Barfoot (2014), "Informed RRT*", eq. (3) to (8) in two dimensions.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Point2, Vector2};
+use rand::{Rng, RngExt};
+
+use super::branches::Branches;
+use super::cspace::ConfigSpace;
+use super::path::Path;
+use super::point_index::PointIndex;
+use super::query::Query;
+use super::rrt::RrtConfig;
+use super::rrt_connect::RrtConnect;
+use super::sampler::Sampler;
+use super::shorten::shorten;
+use crate::geom::{Segment, sin_cos};
+
+/// Gains less than this are rounding, m.
+const LEAST_GAIN: f64 = 1e-9;
+/// Draws before an iteration is given up, of points outside of the bounds or over which no shorter way can lead.
+const DRAWS: usize = 16;
+
+/// A tree from the start that keeps getting shorter.
+#[derive(Clone, Debug)]
+pub struct RrtStar {
+    query: Query,
+    config: RrtConfig,
+    sampler: Sampler,
+    is_informed: bool,
+    bounds: (Point2<f64>, Point2<f64>),
+    index: PointIndex,
+    branches: Branches,
+    /// Where the path to the goal comes from, and its length.
+    goal: Option<(usize, f64)>,
+    /// Who looks for the first path.
+    scout: Option<Box<RrtConnect>>,
+    /// Vertices near the new one: the way to it over each, m, and the distance.
+    near: Vec<(f64, f64, usize)>,
+}
+
+impl RrtStar {
+    /// A tree of the start alone; both ends of the query must be free. `is_informed` makes it Informed RRT*.
+    #[must_use]
+    pub fn new<S: ConfigSpace + ?Sized>(
+        space: &S,
+        query: Query,
+        config: RrtConfig,
+        sampler: Sampler,
+        is_informed: bool,
+    ) -> Self {
+        let bounds = space.bounds();
+        let mut index = PointIndex::new(bounds);
+        index.insert(query.start);
+        let scout = || RrtConnect::new(space, query, config, sampler.clone());
+        let mut star = Self {
+            scout: config.is_seeded.then(|| Box::new(scout())),
+            query,
+            config,
+            sampler,
+            is_informed,
+            bounds,
+            index,
+            branches: Branches::new(),
+            goal: None,
+            near: vec![],
+        };
+        star.try_goal(space, 0);
+        star
+    }
+
+    /// Steps 1 to 5, once.
+    pub fn iterate<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) {
+        if let Some(mut scout) = self.scout.take() {
+            scout.iterate(space, rng);
+            match scout.path() {
+                Some(path) => self.plant(space, &shorten(path, space)),
+                None => self.scout = Some(scout),
+            }
+            return;
+        }
+        let length = self.length();
+        let mut drawn = self.draw(rng);
+        for _ in 1..DRAWS {
+            if self.least_way_over(drawn) < length {
+                break;
+            }
+            drawn = self.draw(rng);
+        }
+        if self.least_way_over(drawn) >= length {
+            return;
+        }
+        let Some((point, nearest)) = self.extend(space, drawn) else {
+            return;
+        };
+        self.look_around(point);
+        let Some((parent, way)) = self.best_parent(space, point, nearest) else {
+            return;
+        };
+        if way + (self.query.goal - point).norm() >= self.length() {
+            return;
+        }
+        self.index.insert(point);
+        let vertex = self.branches.grow(parent, way);
+        self.rewire(space, vertex);
+        self.try_goal(space, vertex);
+    }
+
+    /// Makes a branch of a free path from the start to the goal.
+    fn plant<S: ConfigSpace + ?Sized>(&mut self, space: &S, path: &Path) {
+        let mut vertex = 0;
+        for leg in path.legs().take(path.points.len().saturating_sub(2)) {
+            let way = self.branches.way_to(vertex) + leg.length();
+            self.index.insert(leg.b);
+            vertex = self.branches.grow(vertex, way);
+        }
+        self.try_goal(space, vertex);
+    }
+
+    /// Length of the path, m; infinite while there is none. As short as the tree knows: rewiring shortens it too.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.goal.map_or(f64::INFINITY, |(vertex, last)| {
+            self.branches.way_to(vertex) + last
+        })
+    }
+
+    /// The path, if there is one.
+    #[must_use]
+    pub fn path(&self) -> Option<Path> {
+        let (mut at, _) = self.goal?;
+        let mut points = vec![self.query.goal, self.index.points()[at]];
+        while let Some(parent) = self.branches.parent(at) {
+            at = parent;
+            points.push(self.index.points()[at]);
+        }
+        points.dedup();
+        points.reverse();
+        Some(Path { points })
+    }
+
+    /// The legs of the tree.
+    #[must_use]
+    pub fn edges(&self) -> Vec<Segment> {
+        if let Some(scout) = &self.scout {
+            return scout.edges();
+        }
+        let points = self.index.points();
+        let legs = (0..points.len()).filter_map(|v| Some((self.branches.parent(v)?, v)));
+        legs.map(|(a, b)| Segment::new(points[a], points[b]))
+            .collect()
+    }
+
+    /// Whatever is added or thrown away, no way over `point` is shorter.
+    fn least_way_over(&self, point: Point2<f64>) -> f64 {
+        (point - self.query.start).norm() + (self.query.goal - point).norm()
+    }
+
+    fn draw<R: Rng>(&self, rng: &mut R) -> Point2<f64> {
+        let longest = self.length();
+        let foci = self.query.goal - self.query.start;
+        let (major, least) = (0.5 * longest, foci.norm());
+        let minor = 0.5 * (longest * longest - least * least).max(0.0).sqrt();
+        // Where the ellipse is larger than what is drawn from else, dropping points is cheaper.
+        if !self.is_informed || !longest.is_finite() || PI * major * minor > self.sampler.area() {
+            return self.sampler.draw(rng);
+        }
+        let centre = self.query.start + 0.5 * foci;
+        let axis = if least > 0.0 {
+            foci / least
+        } else {
+            Vector2::x()
+        };
+        let (low, high) = self.bounds;
+        for _ in 0..DRAWS {
+            let radius = rng.random::<f64>().sqrt();
+            let (sin, cos) = sin_cos(TAU * rng.random::<f64>());
+            let (u, v) = (major * radius * cos, minor * radius * sin);
+            let point = centre + axis * u + Vector2::new(-axis.y, axis.x) * v;
+            if point >= low && point <= high {
+                return point;
+            }
+        }
+        self.sampler.draw(rng)
+    }
+
+    /// Step 2: the new point, and the vertex that it was reached from.
+    fn extend<S: ConfigSpace + ?Sized>(
+        &self,
+        space: &S,
+        drawn: Point2<f64>,
+    ) -> Option<(Point2<f64>, usize)> {
+        let (nearest, distance) = self.index.nearest(drawn)?;
+        let from = self.index.points()[nearest];
+        let reach = distance.min(self.config.range);
+        let aim = if reach < distance {
+            from + (drawn - from) * (reach / distance)
+        } else {
+            drawn
+        };
+        let is_free = space.leg_is_free(&Segment::new(from, aim));
+        (is_free && reach >= self.config.min_growth).then_some((aim, nearest))
+    }
+
+    /// Collects the vertices within the radius of the new point, the shortest way over them first.
+    fn look_around(&mut self, point: Point2<f64>) {
+        let n = self.index.points().len() as f64;
+        // Theorem 38: γ > (2 (1 + 1/d))^(1/d) (μ / ζ)^(1/d), with d = 2 and ζ = π.
+        let gamma = (3.0 * self.sampler.area() / PI).sqrt();
+        let radius = self.config.rewire_factor * gamma * (libm::log(n + 1.0) / n).sqrt();
+        let radius = radius.min(self.config.range);
+        let (near, branches) = (&mut self.near, &self.branches);
+        near.clear();
+        self.index.within(point, radius, |vertex, squared| {
+            let distance = squared.sqrt();
+            near.push((branches.way_to(vertex) + distance, distance, vertex));
+        });
+        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+    }
+
+    /// Step 3: the parent and the way to the new point. The leg from `nearest` is known to be free.
+    fn best_parent<S: ConfigSpace + ?Sized>(
+        &self,
+        space: &S,
+        point: Point2<f64>,
+        nearest: usize,
+    ) -> Option<(usize, f64)> {
+        let points = self.index.points();
+        let known = self.branches.way_to(nearest) + (point - points[nearest]).norm();
+        for &(way, distance, vertex) in &self.near {
+            if way >= known {
+                break;
+            }
+            if distance == 0.0 {
+                // There already.
+                return None;
+            }
+            if space.leg_is_free(&Segment::new(points[vertex], point)) {
+                return Some((vertex, way));
+            }
+        }
+        Some((nearest, known))
+    }
+
+    /// Step 4.
+    fn rewire<S: ConfigSpace + ?Sized>(&mut self, space: &S, vertex: usize) {
+        let (points, way) = (self.index.points(), self.branches.way_to(vertex));
+        for &(over, distance, near) in &self.near {
+            let through = way + distance;
+            let is_shorter = through + LEAST_GAIN < over - distance;
+            // What rewiring has shortened meanwhile is asked again.
+            if is_shorter
+                && through + LEAST_GAIN < self.branches.way_to(near)
+                && space.leg_is_free(&Segment::new(points[vertex], points[near]))
+            {
+                self.branches.hang(near, vertex, through);
+            }
+        }
+    }
+
+    /// Step 5.
+    fn try_goal<S: ConfigSpace + ?Sized>(&mut self, space: &S, vertex: usize) {
+        let point = self.index.points()[vertex];
+        let last = (self.query.goal - point).norm();
+        let is_shorter = self.branches.way_to(vertex) + last + LEAST_GAIN < self.length();
+        if is_shorter && space.leg_is_free(&Segment::new(point, self.query.goal)) {
+            self.goal = Some((vertex, last));
+        }
+    }
+}

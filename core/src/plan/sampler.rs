@@ -1,0 +1,60 @@
+//! Where trees draw their points from.
+
+use nalgebra::Point2;
+use rand::{Rng, RngExt};
+
+use super::cspace::ConfigSpace;
+
+/// A source of random points.
+#[derive(Clone, Debug)]
+pub enum Sampler {
+    /// Anywhere in a rectangle, evenly: the source's (TDK 2016 §5.2).
+    Anywhere {
+        /// Lower left corner.
+        low: Point2<f64>,
+        /// Upper right corner.
+        high: Point2<f64>,
+    },
+    /// Anywhere in some squares, evenly: who knows where the free space is needs fewer points.
+    Squares {
+        /// Their centres, at least one.
+        centres: Vec<Point2<f64>>,
+        /// Their side, m.
+        side: f64,
+    },
+}
+
+impl Sampler {
+    /// Anywhere within the bounds of a space.
+    #[must_use]
+    pub fn anywhere<S: ConfigSpace + ?Sized>(space: &S) -> Self {
+        let (low, high) = space.bounds();
+        Self::Anywhere { low, high }
+    }
+
+    /// Draws a point.
+    pub fn draw<R: Rng>(&self, rng: &mut R) -> Point2<f64> {
+        match self {
+            Self::Anywhere { low, high } => {
+                let (x, y) = (rng.random::<f64>(), rng.random::<f64>());
+                Point2::new(low.x + (high.x - low.x) * x, low.y + (high.y - low.y) * y)
+            }
+            Self::Squares { centres, side } => {
+                let at = (rng.random::<f64>() * centres.len() as f64) as usize;
+                let centre = centres.get(at).copied().unwrap_or_default();
+                let shift = |u: f64| (u - 0.5) * side;
+                let (dx, dy) = (shift(rng.random()), shift(rng.random()));
+                Point2::new(centre.x + dx, centre.y + dy)
+            }
+        }
+    }
+
+    /// Area drawn from, m².
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        match self {
+            Self::Anywhere { low, high } => (high.x - low.x) * (high.y - low.y),
+            Self::Squares { centres, side } => centres.len() as f64 * side * side,
+        }
+    }
+}

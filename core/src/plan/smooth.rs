@@ -1,0 +1,346 @@
+//! A path with rounded corners, for driving without stopping at each.
+//!
+//! In: a path of straight legs, the space that the rounding must stay free in, the radii allowed. Out: straight pieces and
+//! arcs that join without a kink; a corner that cannot be rounded stays a turn on the spot.
+//!
+//! 1. At a corner that turns by τ an arc of radius ρ takes ρ tan(|τ|/2) from either leg: at most half of a leg, all of the
+//!    first and of the last.
+//! 2. The largest free radius is found by halving. Arcs cut corners, and a taut path has its corners at obstacles: the space
+//!    here is that of a narrower margin than the one the path was planned with.
+//! 3. No arc is tighter than `least_radius`: the curvature is at most its inverse.
+//!
+//! An arc is free if the polygon through it and the one around it are, with corners [`STEP`] apart.
+
+use nalgebra::{Point2, Vector2};
+
+use super::cspace::ConfigSpace;
+use super::path::Path;
+use crate::geom::{Segment, sin_cos, wrap};
+
+/// Angle between the points at which arcs are tested, rad.
+const STEP: f64 = 0.1;
+/// Halvings of the radius.
+const HALVINGS: usize = 12;
+
+/// How round.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SmoothConfig {
+    /// Arcs are not tighter, m. Default 0.1.
+    pub least_radius: f64,
+    /// Arcs are not wider, m: wider ones take longer legs and are hardly faster. Default 1.
+    pub most_radius: f64,
+}
+
+impl Default for SmoothConfig {
+    fn default() -> Self {
+        Self {
+            least_radius: 0.1,
+            most_radius: 1.0,
+        }
+    }
+}
+
+/// A piece of a smooth path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Piece {
+    /// Straight on.
+    Line(Segment),
+    /// Along an arc.
+    Arc {
+        /// Where it begins.
+        start: Point2<f64>,
+        /// Heading there, rad.
+        heading: f64,
+        /// m.
+        radius: f64,
+        /// How far the heading turns, rad; positive to the left.
+        turn: f64,
+    },
+    /// On the spot.
+    Turn {
+        /// Where.
+        at: Point2<f64>,
+        /// rad; positive to the left.
+        turn: f64,
+    },
+}
+
+impl Piece {
+    /// Length, m.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        match self {
+            Self::Line(leg) => leg.length(),
+            Self::Arc { radius, turn, .. } => radius * turn.abs(),
+            Self::Turn { .. } => 0.0,
+        }
+    }
+
+    /// The point at this part of the piece, from 0 to 1.
+    #[must_use]
+    pub fn point(&self, part: f64) -> Point2<f64> {
+        match *self {
+            Self::Line(leg) => leg.a + leg.vector() * part,
+            Self::Turn { at, .. } => at,
+            Self::Arc {
+                start,
+                heading,
+                radius,
+                turn,
+            } => {
+                let side = radius * turn.signum();
+                let normal = |heading: f64| {
+                    let (sin, cos) = sin_cos(heading);
+                    Vector2::new(-sin, cos)
+                };
+                start + (normal(heading) - normal(heading + part * turn)) * side
+            }
+        }
+    }
+}
+
+/// The path with its corners rounded as far as `space` allows.
+#[must_use]
+pub fn smooth<S: ConfigSpace + ?Sized>(
+    path: &Path,
+    space: &S,
+    config: &SmoothConfig,
+) -> Vec<Piece> {
+    let legs: Vec<Segment> = path.legs().filter(|leg| leg.length() > 0.0).collect();
+    let mut pieces = vec![];
+    let Some(first) = legs.first() else {
+        return pieces;
+    };
+    let mut at = first.a;
+    for (number, pair) in legs.windows(2).enumerate() {
+        let (before, after) = (pair[0], pair[1]);
+        let share = |is_end: bool| if is_end { 1.0 } else { 0.5 };
+        let most = (before.length() * share(number == 0))
+            .min(after.length() * share(number + 2 == legs.len()));
+        let corner = Corner::of(&before, &after);
+        let rounded = corner.rounded(space, most, config);
+        let begins = rounded.as_ref().map_or(before.b, |arc| arc.point(0.0));
+        push_line(&mut pieces, at, begins);
+        let piece = rounded.unwrap_or(Piece::Turn {
+            at: before.b,
+            turn: corner.turn,
+        });
+        at = piece.point(1.0);
+        if corner.turn != 0.0 {
+            pieces.push(piece);
+        }
+    }
+    push_line(&mut pieces, at, legs[legs.len() - 1].b);
+    pieces
+}
+
+fn push_line(pieces: &mut Vec<Piece>, from: Point2<f64>, to: Point2<f64>) {
+    // What rounding leaves of a leg that two arcs share is no leg.
+    if (to - from).norm() > 1e-9 {
+        pieces.push(Piece::Line(Segment::new(from, to)));
+    }
+}
+
+struct Corner {
+    at: Point2<f64>,
+    heading: f64,
+    turn: f64,
+}
+
+impl Corner {
+    fn of(before: &Segment, after: &Segment) -> Self {
+        let heading = |leg: &Segment| {
+            let along = leg.vector();
+            libm::atan2(along.y, along.x)
+        };
+        Self {
+            at: before.b,
+            heading: heading(before),
+            turn: wrap(heading(after) - heading(before)),
+        }
+    }
+
+    /// The widest free arc that takes at most `most` metres of either leg; `None` where even the tightest is not free.
+    fn rounded<S: ConfigSpace + ?Sized>(
+        &self,
+        space: &S,
+        most: f64,
+        config: &SmoothConfig,
+    ) -> Option<Piece> {
+        let (sin, cos) = sin_cos(0.5 * self.turn.abs());
+        // Turning back: no arc.
+        if cos < 1e-6 || self.turn == 0.0 {
+            return None;
+        }
+        let taken = sin / cos;
+        let free = |radius: f64| {
+            let arc = self.arc(radius, taken);
+            is_free(space, &arc).then_some(arc)
+        };
+        let (mut low, mut high) = (config.least_radius, config.most_radius.min(most / taken));
+        if high < low {
+            return None;
+        }
+        if let Some(widest) = free(high) {
+            return Some(widest);
+        }
+        let mut best = free(low)?;
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            match free(middle) {
+                Some(arc) => (best, low) = (arc, middle),
+                None => high = middle,
+            }
+        }
+        Some(best)
+    }
+
+    fn arc(&self, radius: f64, taken: f64) -> Piece {
+        let (sin, cos) = sin_cos(self.heading);
+        Piece::Arc {
+            start: self.at - Vector2::new(cos, sin) * (radius * taken),
+            heading: self.heading,
+            radius,
+            turn: self.turn,
+        }
+    }
+}
+
+fn is_free<S: ConfigSpace + ?Sized>(space: &S, arc: &Piece) -> bool {
+    let Piece::Arc { radius, turn, .. } = *arc else {
+        return true;
+    };
+    let pieces = (turn.abs() / STEP).ceil().max(1.0);
+    // Corners around the arc lie on a wider one, half a step on.
+    let wider = radius / libm::cos(0.5 * turn / pieces) - radius;
+    let through: Vec<_> = (0..=pieces as usize)
+        .map(|i| arc.point(i as f64 / pieces))
+        .collect();
+    let around = through.windows(2).map(|pair| {
+        let middle = pair[0] + 0.5 * (pair[1] - pair[0]);
+        let out = arc.outwards(middle);
+        let sag = radius - libm::cos(0.5 * turn / pieces) * radius;
+        middle + out * (sag + wider)
+    });
+    let mut around: Vec<_> = around.collect();
+    around.insert(0, arc.point(0.0));
+    around.push(arc.point(1.0));
+    [through, around].iter().all(|points| {
+        let legs = points.windows(2).map(|pair| Segment::new(pair[0], pair[1]));
+        legs.into_iter().all(|leg| space.leg_is_free(&leg))
+    })
+}
+
+impl Piece {
+    /// Unit vector from the centre of an arc to a point.
+    fn outwards(&self, point: Point2<f64>) -> Vector2<f64> {
+        let Self::Arc {
+            start,
+            heading,
+            radius,
+            turn,
+        } = *self
+        else {
+            return Vector2::zeros();
+        };
+        let (sin, cos) = sin_cos(heading);
+        let centre = start + Vector2::new(-sin, cos) * (radius * turn.signum());
+        (point - centre).normalize()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    use super::*;
+    use crate::plan::SegmentSpace;
+    use proptest::prelude::*;
+
+    const BOUNDS: (Point2<f64>, Point2<f64>) = (Point2::new(-9.0, -9.0), Point2::new(9.0, 9.0));
+
+    fn path(points: &[(f64, f64)]) -> Path {
+        Path {
+            points: points.iter().map(|&(x, y)| Point2::new(x, y)).collect(),
+        }
+    }
+
+    fn length(pieces: &[Piece]) -> f64 {
+        pieces.iter().map(Piece::length).sum()
+    }
+
+    #[test]
+    fn a_right_angle_in_the_open_becomes_a_quarter_circle() {
+        let space = SegmentSpace::new(vec![], 0.1, BOUNDS).unwrap();
+        let config = SmoothConfig {
+            most_radius: 0.5,
+            ..SmoothConfig::default()
+        };
+        let angle = path(&[(0.0, 0.0), (2.0, 0.0), (2.0, 2.0)]);
+        let pieces = smooth(&angle, &space, &config);
+        assert!((length(&pieces) - (3.0 + 0.5 * FRAC_PI_2)).abs() < 1e-12);
+        assert!(
+            (pieces[1].point(0.5)
+                - Point2::new(1.5 + 0.5 * 0.5_f64.sqrt(), 0.5 - 0.5 * 0.5_f64.sqrt()))
+            .norm()
+                < 1e-12
+        );
+        let back = smooth(
+            &path(&[(0.0, 0.0), (2.0, 0.0), (1.0, 0.0)]),
+            &space,
+            &config,
+        );
+        assert!(matches!(back[1], Piece::Turn { turn, .. } if (turn.abs() - PI).abs() < 1e-12));
+    }
+
+    #[test]
+    fn a_wall_in_the_corner_makes_the_arc_as_tight_as_it_has_to_be() {
+        // A post on the diagonal: an arc of radius ρ about (2 - ρ, ρ) passes the corner at ρ (√2 - 1).
+        let off = 0.5;
+        let post = Point2::new(2.0 - off * 0.5_f64.sqrt(), off * 0.5_f64.sqrt());
+        let space = SegmentSpace::new(vec![Segment::new(post, post)], 0.3, BOUNDS).unwrap();
+        let angle = path(&[(0.0, 0.0), (2.0, 0.0), (2.0, 2.0)]);
+        let pieces = smooth(&angle, &space, &SmoothConfig::default());
+        let Piece::Arc { radius, .. } = pieces[1] else {
+            panic!("no arc in {pieces:?}");
+        };
+        let widest = (off - 0.3) / (2.0_f64.sqrt() - 1.0);
+        assert!((radius - widest).abs() < 0.01, "{radius} against {widest}");
+    }
+
+    proptest! {
+        #[test]
+        fn pieces_join_without_a_kink_and_stay_free(
+            points in proptest::collection::vec((-4.0..4.0_f64, -4.0..4.0_f64), 3..8),
+            wall in proptest::array::uniform4(-4.0..4.0_f64),
+        ) {
+            let wall = Segment::new(Point2::new(wall[0], wall[1]), Point2::new(wall[2], wall[3]));
+            let wide = SegmentSpace::new(vec![wall], 0.4, BOUNDS).unwrap();
+            let narrow = SegmentSpace::new(vec![wall], 0.2, BOUNDS).unwrap();
+            let path = path(&points);
+            prop_assume!(path.legs().all(|leg| wide.leg_is_free(&leg)));
+            let pieces = smooth(&path, &narrow, &SmoothConfig::default());
+            prop_assert!(length(&pieces) <= path.length() + 1e-9);
+            let (mut at, mut heading) = (path.points[0], None::<f64>);
+            for piece in &pieces {
+                prop_assert!((piece.point(0.0) - at).norm() < 1e-8, "a gap before {piece:?}");
+                at = piece.point(1.0);
+                for i in 0..=50 {
+                    let point = piece.point(f64::from(i) / 50.0);
+                    prop_assert!(wall.distance(point) > 0.2 - 1e-9);
+                }
+                let (begins, ends) = match *piece {
+                    Piece::Line(leg) => { let h = libm::atan2(leg.vector().y, leg.vector().x); (h, h) }
+                    Piece::Arc { heading, radius, turn, .. } => {
+                        prop_assert!(radius >= 0.1);
+                        (heading, heading + turn)
+                    }
+                    Piece::Turn { turn, .. } => { let h = heading.unwrap_or(0.0); (h, h + turn) }
+                };
+                prop_assert!(heading.is_none_or(|h| wrap(h - begins).abs() < 1e-6), "a kink before {piece:?}");
+                heading = Some(ends);
+            }
+            prop_assert!((at - path.points[path.points.len() - 1]).norm() < 1e-8);
+        }
+    }
+}

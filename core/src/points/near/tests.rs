@@ -1,0 +1,135 @@
+//! A lidar that is blind below 0.15 m, before a wall at x = 0.
+
+use std::f64::consts::TAU;
+
+use super::*;
+use crate::geom::{Segment, sin_cos};
+use crate::robot::Stamp;
+
+const BLIND: f64 = 0.15;
+
+/// What a lidar sees of `walls` from `world_from_robot`: nothing of what is nearer than 0.15 m.
+fn look(walls: &[Segment], world_from_robot: &Pose2) -> Points {
+    let beam = |beam_idx: usize| {
+        let bearing = TAU * beam_idx as f64 / 360.0;
+        let (sin, cos) = sin_cos(bearing);
+        let direction = nalgebra::Vector2::new(cos, sin);
+        let ahead = world_from_robot.rotate(direction);
+        let hits = walls
+            .iter()
+            .filter_map(|w| w.hit_by_ray(world_from_robot.position(), ahead));
+        let range = hits.fold(f64::INFINITY, f64::min);
+        (range >= BLIND).then(|| Beam {
+            beam_idx,
+            origin_in_robot: Point2::origin(),
+            end_in_robot: Point2::from(direction * range.min(5.0)),
+            range: range.min(5.0),
+            sigma: 0.01,
+            is_hit: range < 5.0,
+        })
+    };
+    Points {
+        stamp: Stamp(0),
+        sensor_in_robot: Point2::origin(),
+        bearing_sigma: 0.0,
+        beams: (0..360).filter_map(beam).collect(),
+    }
+}
+
+fn wall() -> Vec<Segment> {
+    vec![Segment::new(Point2::new(0.0, -3.0), Point2::new(0.0, 3.0))]
+}
+
+/// The field after looks from each of the poses.
+fn seen_from(walls: &[Segment], poses: &[Pose2]) -> NearField {
+    let mut field = NearField::default();
+    let mut before = poses[0];
+    for pose in poses {
+        field.update(&look(walls, pose), &before.delta_to(pose));
+        before = *pose;
+    }
+    field
+}
+
+#[test]
+fn a_wall_that_is_too_near_to_be_seen_is_where_it_was() {
+    // From 0.2 m to 0.11 m in steps of 1 cm, turning the while.
+    let poses: Vec<Pose2> = (0..10)
+        .map(|i| Pose2::new(-0.20 + 0.01 * f64::from(i), 0.0, 0.05 * f64::from(i)))
+        .collect();
+    let field = seen_from(&wall(), &poses);
+    let last = poses[9];
+    let nearest = field.unseen().iter().map(|p| p.coords.norm());
+    assert!((nearest.fold(9.9, f64::min) - 0.11).abs() < 1e-3);
+    for point in field.unseen() {
+        assert!((last * *point).x.abs() < 1e-9, "{point}");
+    }
+    // What is blind is a cap of ±43° around the wall's nearest place; a degree or so at its rim may be forgotten.
+    let angles = field.unseen().iter().map(|p| libm::atan2(p.y, p.x));
+    let (low, high) = angles.fold((9.9_f64, -9.9_f64), |(l, h), a| (l.min(a), h.max(a)));
+    assert!((high - low).to_degrees() > 80.0, "{low} {high}");
+    let all = field.with_unseen(&look(&wall(), &last));
+    assert_eq!(
+        all.hits().count(),
+        look(&wall(), &last).hits().count() + field.unseen().len()
+    );
+}
+
+#[test]
+fn what_can_be_seen_is_not_remembered_beside_it() {
+    let field = seen_from(&wall(), &[Pose2::new(-0.25, 0.0, 0.0); 3]);
+    assert!(field.unseen().is_empty(), "{:?}", field.unseen());
+}
+
+#[test]
+fn who_steps_back_is_forgotten() {
+    let poses = [
+        Pose2::new(-0.18, 0.0, 0.0),
+        Pose2::new(-0.12, 0.0, 0.0),
+        Pose2::new(-0.12, 0.0, 0.0),
+    ];
+    let mut field = seen_from(&wall(), &poses);
+    assert!(!field.unseen().is_empty());
+    let gone = [Segment::new(Point2::new(0.4, -3.0), Point2::new(0.4, 3.0))];
+    field.update(&look(&gone, &poses[2]), &Pose2::identity());
+    assert!(field.unseen().is_empty(), "{:?}", field.unseen());
+}
+
+#[test]
+fn what_was_left_behind_is_forgotten_even_where_no_beam_looks() {
+    let mut field = seen_from(
+        &wall(),
+        &[Pose2::new(-0.18, 0.0, 0.0), Pose2::new(-0.13, 0.0, 0.0)],
+    );
+    assert!(!field.unseen().is_empty());
+    let nothing = Points {
+        beams: vec![],
+        ..look(&[], &Pose2::identity())
+    };
+    field.update(&nothing, &Pose2::new(-0.1, 0.0, 0.0));
+    assert!(!field.unseen().is_empty());
+    field.update(&nothing, &Pose2::new(-1.0, 0.0, 0.0));
+    assert!(field.unseen().is_empty());
+}
+
+#[test]
+fn memory_is_bounded_whatever_comes() {
+    let mut field = NearField::default();
+    let points = look(
+        &[Segment::new(Point2::new(0.2, -3.0), Point2::new(0.2, 3.0))],
+        &Pose2::identity(),
+    );
+    let only_near = Points {
+        beams: points
+            .beams
+            .iter()
+            .filter(|b| b.range < 0.21)
+            .copied()
+            .collect(),
+        ..points
+    };
+    for i in 0..500 {
+        field.update(&only_near, &Pose2::new(0.0, 0.0, 0.4 + 0.01 * f64::from(i)));
+    }
+    assert!(field.remembered.len() <= MOST);
+}

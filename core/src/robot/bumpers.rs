@@ -1,0 +1,20 @@
+//! What a robot feels in front.
+
+/// Which bumpers are pressed.
+///
+/// The RP6 has two in front; a push from behind presses neither, but is a contact all the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Bumpers {
+    /// Front left.
+    pub left: bool,
+    /// Front right.
+    pub right: bool,
+}
+
+impl Bumpers {
+    /// Whether any is.
+    #[must_use]
+    pub fn any(self) -> bool {
+        self.left || self.right
+    }
+}

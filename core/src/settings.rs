@@ -1,0 +1,212 @@
+//! Every setting of a run in one table: name, unit, range, meaning, and how to read and write it.
+//!
+//! In: a key and a number. Out: other [`Settings`], or a sentence on why not. Whoever shows settings to people (page, command
+//! line) reads the table and types nothing twice; defaults are those of the configurations themselves.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `table/` | the settings, one entry each |
+//! | `presets` | named sets of them |
+
+mod presets;
+mod table;
+#[cfg(test)]
+mod tests;
+
+pub use presets::{PRESETS, Preset};
+pub use table::table;
+
+use crate::experiment::ExperimentConfig;
+use crate::pilot::PilotConfig;
+use crate::robot::{OdometryNoise, RobotModel, TrackNoise};
+use crate::sim::{SensorModel, World};
+use crate::slam::SlamConfig;
+
+/// All that can be set of a run, beside world, robot, seed and method.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// The sensor's figures.
+    pub sensor: SensorModel,
+    /// What the odometry says of its own errors.
+    pub odometry: ToldNoise,
+    /// Estimation.
+    pub slam: SlamConfig,
+    /// Planning and driving.
+    pub pilot: PilotConfig,
+}
+
+/// Both models of odometry noise, and which one is used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToldNoise {
+    /// Whether the source's constant Q is used.
+    pub is_constant: bool,
+    /// Its variance of a track's way in each reading, m².
+    pub constant: f64,
+    /// The variances that grow with the way.
+    pub proportional: OdometryNoise,
+}
+
+impl ToldNoise {
+    /// Of this robot; the constant Q is what the other model gives at full speed, 100 readings a second.
+    #[must_use]
+    pub fn of(robot: &RobotModel) -> Self {
+        Self {
+            is_constant: false,
+            constant: robot.odometry_noise.per_metre * robot.max_speed * 0.01,
+            proportional: robot.odometry_noise,
+        }
+    }
+
+    /// The one that is used.
+    #[must_use]
+    pub fn used(&self) -> TrackNoise {
+        if self.is_constant {
+            TrackNoise::Constant(self.constant)
+        } else {
+            TrackNoise::Proportional(self.proportional)
+        }
+    }
+}
+
+/// One setting.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting {
+    /// Its name in links and messages, unique.
+    pub key: &'static str,
+    /// Where it belongs.
+    pub group: &'static str,
+    /// Its name for people.
+    pub name: &'static str,
+    /// Its unit; empty for a pure number.
+    pub unit: &'static str,
+    /// Smallest and largest number that is accepted.
+    pub range: [f64; 2],
+    /// What the number is.
+    pub kind: Kind,
+    /// When a change acts.
+    pub acts: Acts,
+    /// What it is for, in one line, and what happens when it grows.
+    pub meaning: &'static str,
+    get: fn(&Settings) -> Option<f64>,
+    set: fn(&mut Settings, f64),
+}
+
+/// What the number of a setting is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Any number within the range.
+    Real,
+    /// A whole number.
+    Whole,
+    /// 0 or 1.
+    Switch,
+    /// The place of one of these.
+    Choice(&'static [&'static str]),
+}
+
+/// When a change acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acts {
+    /// From the next scan or tick on.
+    AtOnce,
+    /// When the run begins anew.
+    OnRestart,
+}
+
+/// Why a setting cannot be set.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SettingError {
+    /// No setting of that key.
+    #[error("there is no setting `{0}`")]
+    Unknown(String),
+    /// It belongs to another sensor or method.
+    #[error("{name} is no setting of this run: it belongs to another sensor or rule")]
+    Absent {
+        /// Name for people.
+        name: &'static str,
+    },
+    /// Outside of its range.
+    #[error("{name} is {value}{unit}, expected {expected}")]
+    Range {
+        /// Name for people.
+        name: &'static str,
+        /// What was asked for.
+        value: f64,
+        /// Unit with a blank in front, or nothing.
+        unit: String,
+        /// What may stand there.
+        expected: String,
+    },
+}
+
+impl Settings {
+    /// The defaults for a sensor on a robot.
+    #[must_use]
+    pub fn of(sensor: SensorModel, robot: &RobotModel) -> Self {
+        let (slam, pilot) = ExperimentConfig::settings_for(&sensor);
+        Self {
+            sensor,
+            odometry: ToldNoise::of(robot),
+            slam,
+            pilot,
+        }
+    }
+
+    /// An experiment with these settings in a world.
+    #[must_use]
+    pub fn experiment(&self, world: World, robot: RobotModel, seed: u64) -> ExperimentConfig {
+        ExperimentConfig {
+            odometry: self.odometry.used(),
+            slam: self.slam.clone(),
+            pilot: self.pilot.clone(),
+            ..ExperimentConfig::new(world, robot, self.sensor.clone(), seed)
+        }
+    }
+
+    /// The number of a setting; `None` where this sensor or rule has none such.
+    #[must_use]
+    pub fn get(&self, setting: &Setting) -> Option<f64> {
+        (setting.get)(self)
+    }
+
+    /// Sets a number.
+    ///
+    /// # Errors    [`SettingError`]; then nothing has changed.
+    pub fn set(&mut self, key: &str, value: f64) -> Result<(), SettingError> {
+        let found = table().find(|setting| setting.key == key);
+        let setting = found.ok_or_else(|| SettingError::Unknown(key.to_owned()))?;
+        setting.check(value)?;
+        if self.get(setting).is_none() {
+            let name = setting.name;
+            return Err(SettingError::Absent { name });
+        }
+        (setting.set)(self, value);
+        Ok(())
+    }
+}
+
+impl Setting {
+    fn check(&self, value: f64) -> Result<(), SettingError> {
+        let [low, high] = self.range;
+        let is_whole = self.kind == Kind::Real || value.fract() == 0.0;
+        if (low..=high).contains(&value) && is_whole {
+            return Ok(());
+        }
+        let unit = match self.unit {
+            "" => String::new(),
+            unit => format!(" {unit}"),
+        };
+        let whole = match self.kind {
+            Kind::Real => "",
+            _ => "a whole number from ",
+        };
+        let expected = format!("{whole}{low} to {high}{unit}");
+        Err(SettingError::Range {
+            name: self.name,
+            value,
+            unit,
+            expected,
+        })
+    }
+}

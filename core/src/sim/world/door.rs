@@ -1,0 +1,47 @@
+//! Doors that open and shut.
+
+use super::WorldError;
+use super::check::{check_count, check_point, check_value};
+use crate::geom::Segment;
+
+/// A sliding door: a wall while it is shut, nothing while it is open.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Door {
+    /// Where it is when it is shut, world frame, m.
+    pub leaf: Segment,
+    /// Whether it is open at time 0.
+    pub is_open: bool,
+    /// When it changes, s, rising: the first of them shuts a door that is open at time 0.
+    pub switches: Vec<f64>,
+}
+
+impl Door {
+    /// Whether it is open at some time, left to itself.
+    #[must_use]
+    pub fn ever_opens(&self) -> bool {
+        self.is_open || !self.switches.is_empty()
+    }
+
+    pub(super) fn check(&self, part: &str) -> Result<(), WorldError> {
+        check_point(part, &self.leaf.a)?;
+        check_point(part, &self.leaf.b)?;
+        let width = self.leaf.length();
+        let fits = (0.001..=1000.0).contains(&width);
+        check_value(part, "width", width, fits, "0.001 to 1000 m")?;
+        let count = self.switches.len();
+        check_count(part, "switches", count, count <= 10_000, "at most 10000")?;
+        let mut before = 0.0;
+        for &at in &self.switches {
+            let fits = at > before && at <= 1e6;
+            check_value(
+                part,
+                "switch",
+                at,
+                fits,
+                "rising times, above 0 and at most 1000000 s",
+            )?;
+            before = at;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,313 @@
+//! What robot and sensors say, as it crosses the wire, and its way from and to the core's own types.
+
+use nalgebra::Matrix3;
+use serde::{Deserialize, Serialize};
+
+use super::number;
+use crate::geom::Pose2;
+use crate::robot::{Odometry, OdometryError, OdometryNoise, RobotModel, Scan, ScanError, Stamp};
+
+/// Motion between two stamps of the robot, in its frame at the first.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OdometryBody {
+    /// Number of the source.
+    pub source: u8,
+    /// Start of the motion, µs of the robot's clock.
+    pub from: u64,
+    /// End of the motion, µs of the robot's clock.
+    pub to: u64,
+    /// x, y (m), heading (rad).
+    pub motion: [f64; 3],
+    /// xx, xy, xθ, yy, yθ, θθ.
+    pub cov: [f64; 6],
+}
+
+impl OdometryBody {
+    /// For the wire.
+    #[must_use]
+    pub fn new(source: u8, odometry: &Odometry) -> Self {
+        let (m, c) = (&odometry.motion, &odometry.cov);
+        let (xx, xy, xt) = (c[(0, 0)], c[(0, 1)], c[(0, 2)]);
+        let (yy, yt, tt) = (c[(1, 1)], c[(1, 2)], c[(2, 2)]);
+        Self {
+            source,
+            from: odometry.from.0,
+            to: odometry.to.0,
+            motion: [m.x(), m.y(), m.heading()],
+            cov: [xx, xy, xt, yy, yt, tt],
+        }
+    }
+
+    /// From the wire.
+    ///
+    /// # Errors    [`OdometryError`] where a number is not finite or a variance negative.
+    pub fn odometry(&self) -> Result<Odometry, OdometryError> {
+        let [x, y, heading] = self.motion;
+        let [xx, xy, xt, yy, yt, tt] = self.cov;
+        let odometry = Odometry {
+            from: Stamp(self.from),
+            to: Stamp(self.to),
+            motion: Pose2::new(x, y, heading),
+            cov: Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt),
+        };
+        odometry.validate().map(|()| odometry)
+    }
+}
+
+/// A [`Scan`] with the number of its source; units and order are the same.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ScanBody {
+    /// Number of the source.
+    pub source: u8,
+    /// When the last beam was taken, µs of the robot's clock.
+    pub stamp: u64,
+    /// Place of the sensor on the robot: x, y (m), heading (rad).
+    pub mount: [f64; 3],
+    /// rad.
+    pub bearings: Vec<f64>,
+    /// m; infinite where nothing came back, NaN where invalid.
+    #[serde(with = "number")]
+    pub ranges: Vec<f32>,
+    /// m.
+    #[serde(with = "number")]
+    pub sigmas: Vec<f32>,
+    /// rad.
+    pub bearing_sigma: f64,
+    /// m.
+    pub max_range: f64,
+    /// s.
+    pub sweep: f64,
+}
+
+impl ScanBody {
+    /// For the wire.
+    #[must_use]
+    pub fn new(source: u8, scan: &Scan) -> Self {
+        let mount = &scan.robot_from_sensor;
+        Self {
+            source,
+            stamp: scan.stamp.0,
+            mount: [mount.x(), mount.y(), mount.heading()],
+            bearings: scan.bearings.clone(),
+            ranges: scan.ranges.clone(),
+            sigmas: scan.sigmas.clone(),
+            bearing_sigma: scan.bearing_sigma,
+            max_range: scan.max_range,
+            sweep: scan.sweep,
+        }
+    }
+
+    /// From the wire.
+    ///
+    /// # Errors    [`ScanError`], naming the first beam and column at fault.
+    pub fn scan(self) -> Result<Scan, ScanError> {
+        let [x, y, heading] = self.mount;
+        let scan = Scan {
+            stamp: Stamp(self.stamp),
+            robot_from_sensor: Pose2::new(x, y, heading),
+            bearings: self.bearings,
+            ranges: self.ranges,
+            sigmas: self.sigmas,
+            bearing_sigma: self.bearing_sigma,
+            max_range: self.max_range,
+            sweep: self.sweep,
+        };
+        scan.validate().map(|()| scan)
+    }
+}
+
+/// Readings of single rangers, before they become a scan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RangersBody {
+    /// Number of the source.
+    pub source: u8,
+    /// µs of the robot's clock.
+    pub stamp: u64,
+    /// One for each ranger that was read.
+    pub readings: Vec<RangerReading>,
+}
+
+/// One reading of one ranger.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RangerReading {
+    /// Number of the ranger, from 0.
+    pub index: u8,
+    /// Angle of the servo, rad, counter-clockwise.
+    pub servo: f32,
+    /// Counts of the converter.
+    pub raw: u16,
+}
+
+/// What the bumpers feel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BumpersBody {
+    /// Number of the source.
+    pub source: u8,
+    /// µs of the robot's clock.
+    pub stamp: u64,
+    /// Pressed at the left.
+    pub left: bool,
+    /// Pressed at the right.
+    pub right: bool,
+}
+
+/// Volts of the battery.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BatteryBody {
+    /// Number of the source.
+    pub source: u8,
+    /// µs of the robot's clock.
+    pub stamp: u64,
+    /// V.
+    pub volts: f32,
+}
+
+/// Currents of the motors.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurrentsBody {
+    /// Number of the source.
+    pub source: u8,
+    /// µs of the robot's clock.
+    pub stamp: u64,
+    /// Left, A.
+    pub left: f32,
+    /// Right, A.
+    pub right: f32,
+}
+
+/// How the wire to a device does.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LinkBody {
+    /// Number of the source.
+    pub source: u8,
+    /// Whether data can flow.
+    pub state: LinkState,
+    /// From a command to its acknowledgement, s; none where the device acknowledges nothing.
+    pub round_trip: Option<f32>,
+    /// Frames that came damaged, since the start.
+    pub damaged: u64,
+    /// Bytes that belonged to no frame, since the start.
+    pub skipped: u64,
+}
+
+/// Whether data can flow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum LinkState {
+    /// Closed, or gone.
+    Down,
+    /// Open, and nothing was understood yet.
+    Opening,
+    /// At work.
+    Up,
+    /// The robot must be reset by hand.
+    ResetNeeded,
+}
+
+/// A robot or a sensor, for the list that a person sees.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Device {
+    /// Number of the source.
+    pub source: u8,
+    /// As it was named on the command line: `rplidar:/dev/ttyUSB0`.
+    pub name: String,
+    /// What it is: `RPLIDAR A1, firmware 1.29`; empty until it said so.
+    pub model: String,
+    /// How it does.
+    pub state: DeviceState,
+    /// For a fault: cause and cure, in a sentence.
+    pub detail: String,
+}
+
+/// How a device does.
+///
+/// Source: Pilch 2016 §3.6, states 0 to 4.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum DeviceState {
+    /// Not there yet.
+    Waiting,
+    /// There.
+    Connected,
+    /// Measuring.
+    Measuring,
+    /// Measuring, and its data are passed on.
+    Sending,
+    /// Something is wrong with it.
+    Fault,
+}
+
+/// The figures of the robot that whoever steers it must know; see [`RobotModel`] for their units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobotFigures {
+    /// Name of the preset that the rest is taken from: `rp6`.
+    pub preset: String,
+    /// Length, width, track width, metres per tick.
+    pub size: [f64; 4],
+    /// Highest speed, turn rate, acceleration, turn acceleration.
+    pub limits: [f64; 4],
+    /// Odometry noise: per metre, lateral per metre, heading per radian.
+    pub noise: [f64; 3],
+    /// Whether it scans only when told to, standing.
+    pub scans_on_command: bool,
+}
+
+impl RobotFigures {
+    /// For the wire.
+    #[must_use]
+    pub fn new(model: &RobotModel, scans_on_command: bool) -> Self {
+        let noise = &model.odometry_noise;
+        Self {
+            preset: model.name.to_owned(),
+            size: [
+                model.length,
+                model.width,
+                model.track_width,
+                model.metres_per_tick,
+            ],
+            limits: [
+                model.max_speed,
+                model.max_turn_rate,
+                model.max_acceleration,
+                model.max_turn_acceleration,
+            ],
+            noise: [
+                noise.per_metre,
+                noise.lateral_per_metre,
+                noise.heading_per_radian,
+            ],
+            scans_on_command,
+        }
+    }
+
+    /// From the wire: the preset with these figures; `None` where the preset is unknown.
+    #[must_use]
+    pub fn model(&self) -> Option<RobotModel> {
+        let presets = [RobotModel::rp6(), RobotModel::pioneer()];
+        let preset = presets.into_iter().find(|m| m.name == self.preset)?;
+        let [length, width, track_width, metres_per_tick] = self.size;
+        let [
+            max_speed,
+            max_turn_rate,
+            max_acceleration,
+            max_turn_acceleration,
+        ] = self.limits;
+        let [per_metre, lateral_per_metre, heading_per_radian] = self.noise;
+        Some(RobotModel {
+            length,
+            width,
+            track_width,
+            metres_per_tick,
+            max_speed,
+            max_turn_rate,
+            max_acceleration,
+            max_turn_acceleration,
+            odometry_noise: OdometryNoise {
+                per_metre,
+                lateral_per_metre,
+                heading_per_radian,
+            },
+            ..preset
+        })
+    }
+}

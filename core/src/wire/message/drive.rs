@@ -1,0 +1,159 @@
+//! Driving: commands with their lease, what the bridge makes of them, and why it may not.
+
+use serde::{Deserialize, Serialize};
+
+use crate::robot::Command;
+
+/// A driving command.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DriveBody {
+    /// Of the sender's lease.
+    pub epoch: u32,
+    /// Newest time of the bridge that the sender had seen, µs.
+    pub seen: u64,
+    /// How old `seen` may be, ms.
+    pub ttl_millis: u16,
+    /// What the robot is to do.
+    pub motion: Motion,
+}
+
+/// What the robot can be told over the wire; [`Command`] without anything else.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Motion {
+    /// Stand still, and stay armed.
+    Halt,
+    /// Drive with these speeds.
+    Velocity {
+        /// m/s.
+        forward: f64,
+        /// rad/s, counter-clockwise.
+        turn: f64,
+    },
+    /// Drive straight by so many metres.
+    Forward(f64),
+    /// Turn on the spot by so many radians, counter-clockwise.
+    Turn(f64),
+    /// Stand still and take one sweep.
+    Scan,
+}
+
+impl Motion {
+    /// Whether every figure is a finite number.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        match self {
+            Self::Halt | Self::Scan => true,
+            Self::Velocity { forward, turn } => forward.is_finite() && turn.is_finite(),
+            Self::Forward(by) | Self::Turn(by) => by.is_finite(),
+        }
+    }
+}
+
+impl From<Motion> for Command {
+    fn from(motion: Motion) -> Self {
+        match motion {
+            Motion::Halt => Self::Stop,
+            Motion::Velocity { forward, turn } => Self::Velocity { forward, turn },
+            Motion::Forward(by) => Self::Forward(by),
+            Motion::Turn(by) => Self::Turn(by),
+            Motion::Scan => Self::Scan,
+        }
+    }
+}
+
+impl From<Command> for Motion {
+    fn from(command: Command) -> Self {
+        match command {
+            Command::Stop => Self::Halt,
+            Command::Velocity { forward, turn } => Self::Velocity { forward, turn },
+            Command::Forward(by) => Self::Forward(by),
+            Command::Turn(by) => Self::Turn(by),
+            Command::Scan => Self::Scan,
+        }
+    }
+}
+
+/// The right to drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Lease {
+    /// Stands in each driving message; each lease has a higher one than all before.
+    pub epoch: u32,
+    /// Ends after so many ms without being used.
+    pub millis: u16,
+}
+
+/// Who drives, and whether the robot may move.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SafetyBody {
+    /// Number of the client that has the lease.
+    pub driver: Option<u32>,
+    /// Its name.
+    pub driver_name: String,
+    /// Whether driving commands are passed on.
+    pub armed: bool,
+    /// Whether the emergency stop is latched.
+    pub emergency: bool,
+    /// Why the robot was disarmed last.
+    pub reason: DisarmReason,
+}
+
+/// Why the robot is disarmed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum DisarmReason {
+    /// Nobody armed it since the bridge started.
+    Start,
+    /// Somebody pressed Stop.
+    Stop,
+    /// Somebody pressed the emergency stop.
+    EmergencyStop,
+    /// The lease was given back.
+    Released,
+    /// The lease ran out.
+    LeaseExpired,
+    /// The lease was taken over.
+    TakenOver,
+    /// The driver's connection ended.
+    DriverGone,
+    /// The link to the robot was lost, or began anew.
+    Link,
+    /// The robot says nothing any more.
+    Silence,
+    /// A bumper was pressed.
+    Bumper,
+    /// The battery is nearly empty.
+    Battery,
+    /// The motors work and the robot does not move.
+    Stall,
+    /// The robot moves and was not told to.
+    Runaway,
+    /// The bridge ends.
+    Shutdown,
+}
+
+/// Why something was not done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum RefusalReason {
+    /// The sender has no token.
+    NoRight,
+    /// Another client has the lease; it can be taken over.
+    Held,
+    /// The sender has no lease, or its epoch is an old one.
+    StaleEpoch,
+    /// The sequence is not higher than the one before.
+    StaleSequence,
+    /// What the sender had seen is older than it allows itself, or than the bridge allows.
+    TooOld,
+    /// `seen` is later than now.
+    FromTheFuture,
+    /// The robot is not armed.
+    Disarmed,
+    /// The emergency stop is latched.
+    Emergency,
+    /// The robot cannot be armed: its link is down.
+    NoRobot,
+    /// A figure is not a finite number.
+    NotFinite,
+}

@@ -1,0 +1,281 @@
+//! The server's end: one client, one lidar, and what may be asked of it.
+//!
+//! In: datagrams with the address that they came from, the lidar's state and readings, the time. Out: [`Event`]s.
+//!
+//! 1. The first `HELLO` makes its sender the client. Nobody else is heard until it leaves or is silent for
+//!    [`PATIENCE`] seconds; then the lidar is stopped.
+//! 2. Of the client more than [`ServerConfig::most_per_second`] datagrams a second are dropped; so are greetings of all
+//!    others together.
+//! 3. A path that is not in the list is refused, and state 4 says so.
+//! 4. Readings are kept in order, the newest [`MOST_READINGS`]; every interval that the client asked for as many as it
+//!    asked for are sent.
+//!
+//! An address is whatever the caller can compare: of a UDP socket, the IP, for the source's client listens at another
+//! port than it sends from.
+
+use std::collections::VecDeque;
+
+use super::{Device, LIDAR, MOST_READINGS, PATIENCE, Reply, Request};
+use crate::robot::Stamp;
+use crate::wire::message::DeviceState;
+use crate::wire::rplidar::node::Node;
+
+/// What a server allows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ServerConfig {
+    /// Name of the lidar in the list of devices. Default "LIDAR".
+    pub name: String,
+    /// Paths that a client may have opened. Default "/dev/ttyUSB0".
+    pub paths: Vec<String>,
+    /// Datagrams that are heard in a second. Default 100; less refuses a flood earlier.
+    pub most_per_second: u32,
+    /// Shortest interval of readings, ms. Default 20; shorter ones are made this.
+    pub shortest_interval: u32,
+}
+
+impl Default for ServerConfig {
+    fn default() -> Self {
+        Self {
+            name: "LIDAR".into(),
+            paths: vec!["/dev/ttyUSB0".into()],
+            most_per_second: 100,
+            shortest_interval: 20,
+        }
+    }
+}
+
+/// What the server wants done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Event<A> {
+    /// Send this datagram.
+    Send {
+        /// To whom.
+        to: A,
+        /// Its bytes.
+        datagram: Vec<u8>,
+    },
+    /// Connect the lidar at this path, which is in the list.
+    Connect {
+        /// Baud rate.
+        baud: u32,
+        /// Path of the port.
+        path: String,
+    },
+    /// Let it measure.
+    Start,
+    /// Stop it.
+    Stop,
+}
+
+/// Datagrams that were not heard.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Refused {
+    /// Of strangers, while there is a client or without a greeting.
+    pub strangers: u64,
+    /// Beyond the rate.
+    pub too_many: u64,
+    /// Those that could not be read.
+    pub unreadable: u64,
+    /// Paths that are not in the list.
+    pub paths: u64,
+}
+
+/// The server's end.
+#[derive(Clone, Debug)]
+pub struct Server<A> {
+    config: ServerConfig,
+    client: Option<Client<A>>,
+    state: DeviceState,
+    readings: VecDeque<Node>,
+    events: VecDeque<Event<A>>,
+    refused: Refused,
+    /// Second that is being counted, and datagrams heard in it.
+    second: u64,
+    heard: u32,
+}
+
+#[derive(Clone, Debug)]
+struct Client<A> {
+    address: A,
+    last_heard: Stamp,
+    sending: Option<Sending>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Sending {
+    samples: usize,
+    interval: f64,
+    next: Stamp,
+}
+
+impl<A: Clone + PartialEq> Server<A> {
+    /// A server without a client.
+    #[must_use]
+    pub fn new(config: ServerConfig) -> Self {
+        Self {
+            config,
+            client: None,
+            state: DeviceState::Waiting,
+            readings: VecDeque::new(),
+            events: VecDeque::new(),
+            refused: Refused::default(),
+            second: 0,
+            heard: 0,
+        }
+    }
+
+    /// Takes a datagram.
+    pub fn receive(&mut self, from: A, datagram: &[u8], now: Stamp) {
+        self.tick(now);
+        if !self.is_within_rate(now) {
+            self.refused.too_many += 1;
+            return;
+        }
+        let Ok(request) = Request::decode(datagram) else {
+            self.refused.unreadable += 1;
+            return;
+        };
+        match &mut self.client {
+            None if matches!(request, Request::Hello(_)) => self.greet(from, now),
+            Some(client) if client.address == from => {
+                // Only a heartbeat proves a living client in the source; a flood of orders does not keep it alive.
+                if request == Request::Heartbeat {
+                    client.last_heard = now;
+                }
+                self.obey(request, now);
+            }
+            _ => self.refused.strangers += 1,
+        }
+    }
+
+    /// Lets the server see the time: drops a silent client, sends what is due.
+    pub fn tick(&mut self, now: Stamp) {
+        let Some(client) = &mut self.client else {
+            return;
+        };
+        if now.since(client.last_heard) > PATIENCE {
+            self.client = None;
+            self.readings.clear();
+            self.events.push_back(Event::Stop);
+            return;
+        }
+        let Some(sending) = &mut client.sending else {
+            return;
+        };
+        if now < sending.next || self.readings.is_empty() {
+            return;
+        }
+        sending.next = now.plus(sending.interval);
+        let count = sending.samples.min(self.readings.len());
+        let nodes = self.readings.drain(..count).collect();
+        self.reply(&Reply::Readings(nodes));
+    }
+
+    /// The lidar's state changed: the client is told.
+    pub fn set_state(&mut self, state: DeviceState) {
+        let is_sending = self
+            .client
+            .as_ref()
+            .is_some_and(|client| client.sending.is_some());
+        self.state = match state {
+            DeviceState::Measuring if is_sending => DeviceState::Sending,
+            other => other,
+        };
+        self.reply(&Reply::State(self.state));
+    }
+
+    /// The lidar read this. Kept while the client wants readings; the oldest give way.
+    pub fn publish(&mut self, nodes: impl IntoIterator<Item = Node>) {
+        if self
+            .client
+            .as_ref()
+            .is_some_and(|client| client.sending.is_some())
+        {
+            self.readings.extend(nodes);
+            let too_many = self.readings.len().saturating_sub(MOST_READINGS);
+            self.readings.drain(..too_many);
+        }
+    }
+
+    /// The next thing to do.
+    pub fn next_event(&mut self) -> Option<Event<A>> {
+        self.events.pop_front()
+    }
+
+    /// Who is the client.
+    pub fn client(&self) -> Option<&A> {
+        self.client.as_ref().map(|client| &client.address)
+    }
+
+    /// What was not heard.
+    #[must_use]
+    pub fn refused(&self) -> Refused {
+        self.refused
+    }
+
+    fn is_within_rate(&mut self, now: Stamp) -> bool {
+        let second = now.0 / 1_000_000;
+        if self.second != second {
+            (self.second, self.heard) = (second, 0);
+        }
+        self.heard = self.heard.saturating_add(1);
+        self.heard <= self.config.most_per_second
+    }
+
+    fn greet(&mut self, from: A, now: Stamp) {
+        self.client = Some(Client {
+            address: from,
+            last_heard: now,
+            sending: None,
+        });
+        let name = self.config.name.clone();
+        self.reply(&Reply::Devices(vec![Device { id: LIDAR, name }]));
+    }
+
+    fn obey(&mut self, request: Request, now: Stamp) {
+        match request {
+            Request::Hello(_) | Request::Heartbeat => (),
+            Request::Connect { baud, path } if self.config.paths.contains(&path) => {
+                self.events.push_back(Event::Connect { baud, path });
+            }
+            Request::Connect { .. } => {
+                self.refused.paths += 1;
+                self.reply(&Reply::State(DeviceState::Fault));
+            }
+            Request::Start => self.events.push_back(Event::Start),
+            Request::Stop => {
+                self.set_sending(None);
+                self.readings.clear();
+                self.events.push_back(Event::Stop);
+            }
+            Request::Send { samples, interval } => {
+                let interval = interval.max(self.config.shortest_interval);
+                let sending = Sending {
+                    samples: (samples as usize).min(MOST_READINGS),
+                    interval: f64::from(interval) * 1e-3,
+                    next: now,
+                };
+                self.set_sending((samples > 0).then_some(sending));
+                self.set_state(match self.state {
+                    DeviceState::Sending => DeviceState::Measuring,
+                    other => other,
+                });
+            }
+        }
+    }
+
+    fn set_sending(&mut self, sending: Option<Sending>) {
+        if let Some(client) = &mut self.client {
+            client.sending = sending;
+        }
+    }
+
+    fn reply(&mut self, reply: &Reply) {
+        if let Some(client) = &self.client {
+            self.events.push_back(Event::Send {
+                to: client.address.clone(),
+                datagram: reply.encode(),
+            });
+        }
+    }
+}

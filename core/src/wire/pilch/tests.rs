@@ -1,0 +1,321 @@
+//! The datagrams byte by byte as the source draws them, and the rules of the server.
+
+use proptest::prelude::*;
+
+use super::client::{self, Client};
+use super::server::{Event, Server, ServerConfig};
+use super::*;
+use crate::robot::Stamp;
+
+fn at(seconds: f64) -> Stamp {
+    Stamp::from_seconds(seconds)
+}
+
+#[test]
+fn requests_are_those_of_the_source() {
+    let path = || "/dev/ttyUSB0".to_owned();
+    // Figs. 3.15, 3.17, 3.19, 3.20; 115200 = 0x0001C200.
+    let connect = [&[1, 0, 0x00, 0xC2, 0x01, 0x00, 12][..], b"/dev/ttyUSB0"].concat();
+    for (request, bytes) in [
+        (Request::Hello("HELLO".into()), b"\xFF\x00HELLO".to_vec()),
+        (Request::Heartbeat, vec![0xFF, 2]),
+        (
+            Request::Connect {
+                baud: 115_200,
+                path: path(),
+            },
+            connect,
+        ),
+        (Request::Start, vec![1, 1]),
+        (Request::Stop, vec![1, 2]),
+        (
+            Request::Send {
+                samples: 360,
+                interval: 200,
+            },
+            vec![1, 3, 0x68, 1, 0, 0, 200, 0, 0, 0],
+        ),
+    ] {
+        assert_eq!(request.encode(), bytes);
+        assert_eq!(Request::decode(&bytes), Ok(request));
+    }
+    assert_eq!(
+        Request::Hello("HELLO".into()).encode().len(),
+        7,
+        "the source says 7 bytes"
+    );
+}
+
+#[test]
+fn replies_are_those_of_the_source() {
+    let devices = vec![
+        Device {
+            id: 1,
+            name: "LIDAR".into(),
+        },
+        Device {
+            id: 2,
+            name: "GPIO".into(),
+        },
+    ];
+    // Quality 15, 90°, 1 m, as in a node of the sensor.
+    let node = Node {
+        starts: true,
+        quality: 15,
+        angle: 5760,
+        distance: 4000,
+    };
+    for (reply, bytes) in [
+        (Reply::Devices(devices), b"\xFF\x011:LIDAR##2:GPIO".to_vec()),
+        (Reply::State(DeviceState::Sending), vec![1, 4, 3]),
+        (
+            Reply::Readings(vec![node]),
+            vec![1, 3, 1, 0, 0, 0, 0x3D, 0x01, 0x2D, 0xA0, 0x0F],
+        ),
+    ] {
+        assert_eq!(reply.encode(), bytes);
+        assert_eq!(Reply::decode(&bytes), Ok(reply));
+    }
+}
+
+#[test]
+fn states_have_the_numbers_of_the_source() {
+    for (number, state) in (0..).zip(STATES) {
+        assert_eq!(Reply::State(state).encode(), [1, 4, number]);
+        assert_eq!(Reply::decode(&[1, 4, number]), Ok(Reply::State(state)));
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_datagram_is_named() {
+    let request = |bytes: &[u8]| Request::decode(bytes).unwrap_err().to_string();
+    assert!(request(&[]).contains("begins with []"));
+    assert!(request(&[7, 7]).contains("begins with [07, 07]"));
+    assert!(request(&[1, 3, 0]).contains("has 3 bytes, expected 10"));
+    assert!(request(&[1, 0, 0, 0, 0, 0, 5, b'/']).contains("has 8 bytes, expected 12"));
+    assert!(request(&[0xFF, 0, 0xC3]).contains("not UTF-8"));
+    let reply = |bytes: &[u8]| Reply::decode(bytes).unwrap_err().to_string();
+    assert!(reply(&[1, 4, 5]).contains("state 5"));
+    assert!(reply(&[1, 3, 0xFF, 0xFF, 0xFF, 0xFF]).contains("has 6 bytes"));
+    assert!(reply(b"\xFF\x01lidar").contains("id:name"));
+}
+
+fn events(server: &mut Server<&'static str>) -> Vec<Event<&'static str>> {
+    std::iter::from_fn(|| server.next_event()).collect()
+}
+
+fn sent(to: &'static str, reply: &Reply) -> Event<&'static str> {
+    Event::Send {
+        to,
+        datagram: reply.encode(),
+    }
+}
+
+fn say(server: &mut Server<&'static str>, from: &'static str, request: &Request, seconds: f64) {
+    server.receive(from, &request.encode(), at(seconds));
+}
+
+fn greeted() -> Server<&'static str> {
+    let mut server = Server::new(ServerConfig::default());
+    say(&mut server, "pi", &Request::Hello(HELLO.into()), 0.0);
+    events(&mut server);
+    server
+}
+
+#[test]
+fn there_is_one_client_until_it_is_silent() {
+    let mut server = Server::new(ServerConfig::default());
+    let hello = Request::Hello(HELLO.into());
+    say(&mut server, "pi", &hello, 0.0);
+    let list = Reply::Devices(vec![Device {
+        id: 1,
+        name: "LIDAR".into(),
+    }]);
+    assert_eq!(events(&mut server), [sent("pi", &list)]);
+    say(&mut server, "eve", &hello, 1.0);
+    say(&mut server, "eve", &Request::Start, 1.0);
+    assert_eq!(events(&mut server), []);
+    assert_eq!(server.refused().strangers, 2);
+    say(&mut server, "pi", &Request::Heartbeat, 4.0);
+    server.tick(at(8.9));
+    assert_eq!(server.client(), Some(&"pi"));
+    // Orders do not replace the heartbeat.
+    say(&mut server, "pi", &Request::Start, 8.9);
+    assert_eq!(events(&mut server), [Event::Start]);
+    server.tick(at(9.1));
+    assert_eq!(server.client(), None);
+    assert_eq!(events(&mut server), [Event::Stop]);
+    say(&mut server, "eve", &hello, 9.2);
+    assert_eq!(server.client(), Some(&"eve"));
+}
+
+#[test]
+fn without_a_greeting_nobody_is_heard() {
+    let mut server = Server::new(ServerConfig::default());
+    say(&mut server, "eve", &Request::Start, 0.0);
+    server.receive("eve", &[9, 9, 9], at(0.0));
+    assert_eq!(events(&mut server), []);
+    assert_eq!(
+        (server.refused().strangers, server.refused().unreadable),
+        (1, 1)
+    );
+}
+
+#[test]
+fn only_paths_of_the_list_are_opened() {
+    let mut server = greeted();
+    let connect = |path: &str| Request::Connect {
+        baud: 115_200,
+        path: path.into(),
+    };
+    say(&mut server, "pi", &connect("/etc/passwd"), 0.1);
+    assert_eq!(
+        events(&mut server),
+        [sent("pi", &Reply::State(DeviceState::Fault))]
+    );
+    say(&mut server, "pi", &connect("/dev/ttyUSB0"), 0.2);
+    let path = "/dev/ttyUSB0".into();
+    assert_eq!(
+        events(&mut server),
+        [Event::Connect {
+            baud: 115_200,
+            path
+        }]
+    );
+    assert_eq!(server.refused().paths, 1);
+}
+
+#[test]
+fn a_flood_is_heard_up_to_the_rate_and_the_next_second_is_new() {
+    let mut server = greeted();
+    for _ in 0..1000 {
+        say(&mut server, "pi", &Request::Start, 0.5);
+    }
+    // The greeting was the first of the hundred.
+    assert_eq!(events(&mut server).len(), 99);
+    assert_eq!(server.refused().too_many, 901);
+    say(&mut server, "pi", &Request::Heartbeat, 1.1);
+    say(&mut server, "pi", &Request::Start, 1.1);
+    assert_eq!(events(&mut server), [Event::Start]);
+}
+
+#[test]
+fn readings_are_sent_as_asked_for() {
+    let mut server = greeted();
+    let nodes = |count: u16| {
+        (0..count).map(|k| Node {
+            starts: false,
+            quality: 9,
+            angle: k,
+            distance: k,
+        })
+    };
+    server.publish(nodes(10));
+    server.set_state(DeviceState::Measuring);
+    say(
+        &mut server,
+        "pi",
+        &Request::Send {
+            samples: 4,
+            interval: 100,
+        },
+        1.0,
+    );
+    let states = [DeviceState::Measuring, DeviceState::Sending]
+        .map(|state| sent("pi", &Reply::State(state)));
+    assert_eq!(events(&mut server), states);
+    server.publish(nodes(10));
+    for millis in (1000..=1250).step_by(50) {
+        server.tick(at(f64::from(millis) * 1e-3));
+    }
+    let expected: Vec<_> = [0..4, 4..8, 8..10]
+        .map(|part| {
+            sent(
+                "pi",
+                &Reply::Readings(nodes(10).collect::<Vec<_>>()[part].to_vec()),
+            )
+        })
+        .into();
+    assert_eq!(events(&mut server), expected);
+    say(&mut server, "pi", &Request::Stop, 2.0);
+    server.publish(nodes(10));
+    server.tick(at(3.0));
+    assert_eq!(events(&mut server), [Event::Stop]);
+}
+
+#[test]
+fn client_and_server_understand_each_other() {
+    let (mut server, mut client) = (Server::new(ServerConfig::default()), Client::new(at(0.0)));
+    let mut heard = vec![];
+    for tenth in 0..200 {
+        let now = at(f64::from(tenth) * 0.1);
+        client.tick(now);
+        server.tick(now);
+        while let Some(event) = client.next_event() {
+            match event {
+                client::Event::Send(datagram) => server.receive("client", &datagram, now),
+                other => heard.push(other),
+            }
+        }
+        while let Some(event) = server.next_event() {
+            if let Event::Send { datagram, .. } = event {
+                client.receive(&datagram).unwrap();
+            }
+        }
+    }
+    assert_eq!(
+        server.client(),
+        Some(&"client"),
+        "20 s of heartbeats kept it"
+    );
+    let devices = vec![Device {
+        id: 1,
+        name: "LIDAR".into(),
+    }];
+    assert_eq!(heard, [client::Event::Connected(devices)]);
+}
+
+#[test]
+fn a_server_that_is_silent_is_named_every_five_seconds() {
+    let mut client = Client::new(at(0.0));
+    let (mut hellos, mut silences) = (0, 0);
+    for tenth in 0..=105 {
+        client.tick(at(f64::from(tenth) * 0.1));
+        while let Some(event) = client.next_event() {
+            match event {
+                client::Event::Send(datagram) if datagram == b"\xFF\x00HELLO" => hellos += 1,
+                client::Event::NoAnswer => silences += 1,
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+    assert_eq!((hellos, silences), (11, 2));
+}
+
+proptest! {
+    #[test]
+    fn any_datagram_is_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200), first in 0..4_u8) {
+        let head = [[0xFF, bytes.len() as u8 % 4], [1, first]];
+        for head in head {
+            let datagram = [&head[..], &bytes].concat();
+            if let Ok(request) = Request::decode(&datagram) {
+                prop_assert_eq!(request.encode(), datagram.clone());
+            }
+            if let Ok(reply) = Reply::decode(&datagram) {
+                prop_assert_eq!(Reply::decode(&reply.encode()), Ok(reply));
+            }
+        }
+    }
+
+    #[test]
+    fn any_datagrams_leave_a_server_standing(
+        datagrams in prop::collection::vec((any::<bool>(), prop::collection::vec(any::<u8>(), 0..20)), 0..100),
+    ) {
+        let mut server = greeted();
+        for (k, (is_client, datagram)) in datagrams.iter().enumerate() {
+            server.receive(if *is_client { "pi" } else { "eve" }, datagram, at(k as f64 * 0.01));
+        }
+        let is_opening = |event: &Event<_>| matches!(event, Event::Connect { .. });
+        prop_assert!(!events(&mut server).iter().any(is_opening));
+    }
+}

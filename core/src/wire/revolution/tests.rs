@@ -1,0 +1,155 @@
+//! Turns against closed forms: angles, instants, gaps, and damage that must not spread.
+
+use super::*;
+
+const BEAMS: usize = 360;
+const INTERVAL: f64 = 0.0005;
+
+/// Reading `k` of a sensor in a round room: 1 m ahead, a little more on the way round, clockwise.
+fn sample(k: usize) -> Sample {
+    let part = (k % BEAMS) as f64 / BEAMS as f64;
+    Sample {
+        angle: TAU * (part + 0.5 / BEAMS as f64),
+        range: 1.0 + part,
+        quality: 10,
+        interval: INTERVAL,
+        stamp: Stamp::from_seconds(1.0 + k as f64 * INTERVAL),
+    }
+}
+
+fn collect(samples: impl IntoIterator<Item = Sample>) -> (Vec<Scan>, Losses) {
+    let mut revolutions = Revolutions::new(RevolutionConfig::rplidar());
+    let scans: Vec<Scan> = samples
+        .into_iter()
+        .filter_map(|sample| revolutions.push(sample))
+        .collect();
+    for scan in &scans {
+        scan.validate().unwrap();
+    }
+    (scans, revolutions.losses())
+}
+
+#[test]
+fn clockwise_readings_become_counter_clockwise_bearings_in_order_of_time() {
+    let (scans, losses) = collect((0..3 * BEAMS).map(sample));
+    assert_eq!((scans.len(), losses), (2, Losses::default()));
+    let scan = &scans[0];
+    assert_eq!(scan.len(), BEAMS);
+    for (beam, pair) in scan.bearings.windows(2).enumerate() {
+        assert!(pair[0] > pair[1], "bearing rises at beam {beam}");
+    }
+    // The first beam lies just beyond the seam: clockwise past straight behind is the left side.
+    let half = PI / BEAMS as f64;
+    assert!((scan.bearings[0] - (PI - half)).abs() < 1e-12);
+    // The range at a quarter turn clockwise, which is the right: 1.25 m.
+    let right = scan
+        .bearings
+        .iter()
+        .position(|b| (b + PI / 2.0).abs() < 1.1 * half);
+    assert!((scan.ranges[right.unwrap()] - 1.25).abs() < 0.003);
+}
+
+#[test]
+fn beams_are_as_old_as_they_are() {
+    let (scans, _) = collect((0..3 * BEAMS).map(sample));
+    let scan = &scans[1];
+    assert!((scan.sweep - (BEAMS - 1) as f64 * INTERVAL).abs() < 1e-12);
+    // The last beam before the second seam behind, half a turn into the third turn.
+    let last = sample(2 * BEAMS + BEAMS / 2 - 1);
+    assert_eq!(scan.stamp, last.stamp);
+}
+
+#[test]
+fn lost_readings_leave_the_others_in_their_places() {
+    let whole = collect((0..4 * BEAMS).map(sample)).0;
+    let lost = |k: usize| !(k / BEAMS == 1 && (20..52).contains(&(k % BEAMS)));
+    let (scans, losses) = collect((0..4 * BEAMS).filter(|&k| lost(k)).map(sample));
+    assert_eq!(scans.len(), 3);
+    assert_eq!((losses.gaps, losses.samples), (32, 0));
+    let nans = scans[0]
+        .ranges
+        .iter()
+        .filter(|range| range.is_nan())
+        .count();
+    assert_eq!(nans, 32);
+    for (beam, (mine, whole_range)) in scans[0].ranges.iter().zip(&whole[0].ranges).enumerate() {
+        assert!(mine.is_nan() || mine == whole_range, "beam {beam}");
+        assert!((scans[0].bearings[beam] - whole[0].bearings[beam]).abs() < 1e-9);
+    }
+    assert!((scans[0].sweep - whole[0].sweep).abs() < 1e-12);
+}
+
+#[test]
+fn one_wrong_angle_costs_one_reading() {
+    for wrong in [0.3, 2.0, 3.0, 5.9] {
+        let spoil = |k: usize| {
+            let mut sample = sample(k);
+            if k == BEAMS + 77 {
+                sample.angle += wrong;
+            }
+            sample
+        };
+        let (scans, losses) = collect((0..4 * BEAMS).map(spoil));
+        assert_eq!((scans.len(), losses.samples), (3, 1), "off by {wrong}");
+        assert_eq!(scans[0].len(), BEAMS - 1);
+        assert_eq!(scans[1].len(), BEAMS);
+    }
+}
+
+#[test]
+fn a_turn_that_lost_most_is_not_handed_on() {
+    let lost = |k: usize| {
+        !(k / BEAMS == 1 && (k % BEAMS) < 170 && (k % BEAMS) > 5)
+            && !(k / BEAMS == 0 && (k % BEAMS) > 200)
+    };
+    let (scans, losses) = collect((0..4 * BEAMS).filter(|&k| lost(k)).map(sample));
+    assert_eq!((scans.len(), losses.revolutions), (2, 1));
+}
+
+#[test]
+fn jitter_at_the_seam_ends_one_turn_only() {
+    let jitter = |k: usize| {
+        let mut sample = sample(k);
+        sample.angle += if k % 2 == 0 { 0.03 } else { -0.03 };
+        sample
+    };
+    let (scans, _) = collect((0..5 * BEAMS).map(jitter));
+    assert_eq!(scans.len(), 4);
+    assert!(scans.iter().all(|scan| scan.len().abs_diff(BEAMS) <= 2));
+}
+
+#[test]
+fn readings_that_say_nothing_are_invalid_and_far_ones_are_free() {
+    let with = |range: f64, quality: u8| {
+        let change = |k: usize| Sample {
+            range,
+            quality,
+            ..sample(k)
+        };
+        collect((0..2 * BEAMS).map(change)).0[0].ranges[7]
+    };
+    assert!(with(0.0, 10).is_nan());
+    assert!(with(0.1, 10).is_nan());
+    assert!(with(3.0, 0).is_nan());
+    assert_eq!(with(12.5, 10), f32::INFINITY);
+    assert_eq!(with(3.0, 1), 3.0);
+}
+
+#[test]
+fn a_sensor_that_does_not_turn_gives_no_scan() {
+    let stuck = |k: usize| Sample {
+        angle: 1.0,
+        ..sample(k)
+    };
+    assert!(collect((0..10_000).map(stuck)).0.is_empty());
+}
+
+#[test]
+fn numbers_that_are_none_are_counted_and_dropped() {
+    let spoil = |k: usize| Sample {
+        angle: if k == 500 { f64::NAN } else { sample(k).angle },
+        ..sample(k)
+    };
+    let (scans, losses) = collect((0..3 * BEAMS).map(spoil));
+    assert_eq!((scans.len(), losses.samples), (2, 1));
+}

@@ -1,0 +1,111 @@
+//! What the owner of a link sets, sees and is told.
+
+use super::super::{Command, Hello, Ranger, Telemetry, Verdict};
+
+/// How long things may take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkConfig {
+    /// How long to listen for a boot loader after opening, s. Default 0.5.
+    pub listen: f64,
+    /// Time between greetings, s. Default 0.25.
+    pub greet_every: f64,
+    /// Unanswered greetings after which somebody has to reset the robot. Default 8. It is still greeted, once in 2 s.
+    pub greetings: u32,
+    /// Time after which a command without acknowledgement is sent again, s. Default 0.06: a frame each way, behind one of
+    /// telemetry, takes 0.02 s at 38400 baud.
+    pub retry_after: f64,
+    /// How often a command is sent before the link counts as broken. Default 5.
+    pub tries: u32,
+    /// Silence after which the link counts as broken, s. Default 1.
+    pub silence: f64,
+    /// Time that the boot loader and the start of the program may take, s. Default 3.
+    pub boot: f64,
+}
+
+impl Default for LinkConfig {
+    fn default() -> Self {
+        Self {
+            listen: 0.5,
+            greet_every: 0.25,
+            greetings: 8,
+            retry_after: 0.06,
+            tries: 5,
+            silence: 1.0,
+            boot: 3.0,
+        }
+    }
+}
+
+/// Where the link stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Just opened: a boot loader may be about to speak.
+    Listening,
+    /// The boot loader runs.
+    BootLoader,
+    /// The robot is being greeted.
+    Greeting,
+    /// The robot answered; commands reach it.
+    Running,
+    /// Only somebody at the robot can help: its program hangs, or it is off.
+    ResetNeeded,
+}
+
+/// Why a link went down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Down {
+    /// Nothing came for too long.
+    Silence,
+    /// A command was not acknowledged, however often it was sent.
+    Unanswered,
+    /// The robot started anew.
+    Restarted,
+    /// The vendor's firmware shut down because a motor is blocked, and waits for a reset.
+    EmergencyShutdown,
+    /// Nobody answers the greetings.
+    NobodyThere,
+    /// The robot speaks another version of the protocol.
+    OtherProtocol(u8),
+    /// The port was closed.
+    Closed,
+}
+
+/// What the owner of the link should know.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// The robot is there, standing; the link is disarmed.
+    Up(Hello),
+    /// It no longer is; or it is now known why it cannot be.
+    Down(Down),
+    /// The robot said what became of a command.
+    Acknowledged {
+        /// The command.
+        command: Command,
+        /// What became of it.
+        verdict: Verdict,
+    },
+    /// A command was given up: a stop overtook it, or the link went down.
+    Dropped(Command),
+    /// How the robot is.
+    Telemetry(Telemetry),
+    /// A reading of a ranger.
+    Ranger(Ranger),
+}
+
+/// Why a command was not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LinkError {
+    /// No robot answers at present.
+    #[error("the RP6 is not connected ({phase:?}); expected it to run")]
+    NotRunning {
+        /// Where the link stands.
+        phase: Phase,
+    },
+    /// Motion needs arming first.
+    #[error("the RP6 is disarmed; arm it before it may move")]
+    Disarmed,
+    /// Too many commands wait.
+    #[error("{} commands wait for the RP6 already", super::LONGEST_QUEUE)]
+    QueueFull,
+}

@@ -1,0 +1,225 @@
+//! From the readings of a sweep to a scan.
+//!
+//! In: [`Ranger`] readings as they come. Out: a [`Scan`] for each sweep.
+//!
+//! 1. Counts become volts, and volts a range by the rangers' [`Characteristic`](crate::robot::Characteristic).
+//! 2. σ is that of the volts (noise and the converter's steps) times the slope of the characteristic; the spread of the fit's
+//!    residuals is added, being what the characteristic does not know.
+//! 3. Where the characteristic ends, and from the greatest range on, nothing came back (infinite).
+//! 4. The bearing is the servo's angle plus the ranger's own. Readings are handed on in the order of their bearings, with
+//!    `sweep` 0: the robot stands while it sweeps.
+//!
+//! A sweep ends with the first reading of the next, or when its owner says so: telemetry tells when the servo rests.
+//!
+//! Source: TDK 2016 §1.3; the same inverse as that of the simulated rangers.
+
+use super::{Hello, Ranger};
+use crate::geom::{Pose2, wrap};
+use crate::robot::{Adc, Fit, Scan, Stamp};
+
+/// Figures of the rangers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RangerFigures {
+    /// From volts to range, with how well it fits.
+    pub fit: Fit,
+    /// σ of a ranger's output, V.
+    pub volts_sigma: f64,
+    /// Nearest usable range, m; what is nearer than that reads as that.
+    pub min_range: f64,
+    /// Farthest usable range, m.
+    pub max_range: f64,
+    /// σ of the servo's angle, rad.
+    pub bearing_sigma: f64,
+    /// Where the servo sits on the robot.
+    pub robot_from_sensor: Pose2,
+}
+
+/// Puts readings together.
+#[derive(Clone, Debug)]
+pub struct SweepReader {
+    figures: RangerFigures,
+    /// Directions of the rangers on the servo, rad.
+    mounts: Vec<f64>,
+    sweep: u8,
+    /// (bearing, range, σ) so far.
+    readings: Vec<(f64, f32, f32)>,
+    /// When the last reading was taken, ms of the robot.
+    last_ms: u32,
+    unknown: u64,
+}
+
+impl SweepReader {
+    /// For the rangers that the robot says it has.
+    #[must_use]
+    pub fn new(hello: &Hello, figures: RangerFigures) -> Self {
+        let mount = |mrad: &i16| 1e-3 * f64::from(*mrad);
+        Self {
+            figures,
+            mounts: hello.ranger_angles_mrad.iter().map(mount).collect(),
+            sweep: 0,
+            readings: Vec::new(),
+            last_ms: 0,
+            unknown: 0,
+        }
+    }
+
+    /// Readings of rangers that the robot did not say it has.
+    #[must_use]
+    pub fn unknown(&self) -> u64 {
+        self.unknown
+    }
+
+    /// Takes a reading; gives the sweep before, where this one begins another.
+    pub fn take(&mut self, reading: &Ranger) -> Option<Scan> {
+        let Some(mount) = self.mounts.get(usize::from(reading.index)) else {
+            self.unknown += 1;
+            return None;
+        };
+        let bearing = wrap(reading.servo_angle() + mount);
+        let complete = match reading.sweep == self.sweep {
+            true => None,
+            false => self.finish(),
+        };
+        let (range, sigma) = self.figures.read(reading.volts());
+        self.readings.push((bearing, range, sigma));
+        self.sweep = reading.sweep;
+        self.last_ms = reading.time_ms;
+        complete
+    }
+
+    /// The sweep is over: gives its scan, if there is a reading at all. Its stamp is that of the last reading, in the robot's
+    /// own time as [`super::Odometer`] has it until the robot's clock wraps, after 49 days.
+    pub fn finish(&mut self) -> Option<Scan> {
+        let mut readings = std::mem::take(&mut self.readings);
+        if readings.is_empty() {
+            return None;
+        }
+        readings.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Some(Scan {
+            stamp: Stamp(1_000 * u64::from(self.last_ms)),
+            robot_from_sensor: self.figures.robot_from_sensor,
+            bearings: readings.iter().map(|r| r.0).collect(),
+            ranges: readings.iter().map(|r| r.1).collect(),
+            sigmas: readings.iter().map(|r| r.2).collect(),
+            bearing_sigma: self.figures.bearing_sigma,
+            max_range: self.figures.max_range,
+            sweep: 0.0,
+        })
+    }
+}
+
+impl RangerFigures {
+    /// Range and σ for these volts, m.
+    fn read(&self, volts: f64) -> (f32, f32) {
+        let characteristic = &self.fit.characteristic;
+        let range = characteristic.range_at(volts);
+        let of_volts = libm::hypot(self.volts_sigma, Adc::rp6().sigma());
+        let sigma = libm::hypot(of_volts * characteristic.slope_at(volts), self.fit.sigma) as f32;
+        let [lowest, _] = characteristic.domain();
+        if range >= self.max_range || volts <= lowest {
+            return (f32::INFINITY, sigma);
+        }
+        (range.max(self.min_range) as f32, sigma)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::{Characteristic, Variable};
+    use crate::sim::sensors::Sharp;
+    use crate::wire::rp6::{Capabilities, PROTOCOL, ResetCause};
+
+    fn reader() -> SweepReader {
+        let hello = Hello {
+            protocol: PROTOCOL,
+            firmware: [1, 0],
+            nonce: 1,
+            cause: ResetCause::PowerOn,
+            capabilities: Capabilities::RANGERS,
+            length_mm: 189,
+            width_mm: 113,
+            track_width_mm: 197,
+            count_nm: 240_000,
+            max_speed_mm_s: 300,
+            ranger_angles_mrad: vec![0, 1571, 3142, -1571],
+        };
+        let pairs = Sharp::Long.data_sheet();
+        let figures = RangerFigures {
+            fit: Characteristic::fit(&pairs, Variable::PerVolt).unwrap(),
+            volts_sigma: 0.015,
+            min_range: 0.2,
+            max_range: 1.5,
+            bearing_sigma: 0.005,
+            robot_from_sensor: Pose2::identity(),
+        };
+        SweepReader::new(&hello, figures)
+    }
+
+    fn reading(sweep: u8, servo_mrad: i16, index: u8, range: f64) -> Ranger {
+        Ranger {
+            time_ms: 5_000 + u32::from(index),
+            servo_mrad,
+            index,
+            adc: Adc::rp6().counts(Sharp::Long.volts_at(range)) as u16,
+            sweep,
+        }
+    }
+
+    #[test]
+    fn a_sweep_becomes_a_scan_by_bearing_with_the_ranges_that_were_there() {
+        let mut reader = reader();
+        let ranges = [0.3, 0.6, 0.9, 1.3];
+        for (index, range) in (0..4).zip(ranges) {
+            for servo in [100, 0, -100] {
+                assert_eq!(reader.take(&reading(1, servo, index, range)), None);
+            }
+        }
+        let scan = reader
+            .take(&reading(2, 0, 0, 0.5))
+            .expect("a second sweep begins");
+        assert_eq!(scan.validate(), Ok(()));
+        assert_eq!((scan.len(), scan.stamp), (12, Stamp(5_003_000)));
+        assert!(scan.bearings.is_sorted());
+        // -1.671, -1.571, -1.471: right; about 0: ahead; and so on; back stands at both ends of the circle.
+        let seen = |bearing: f64, range: f64| {
+            let at = scan
+                .bearings
+                .iter()
+                .position(|b| (b - bearing).abs() < 1e-3);
+            let at = at.unwrap_or_else(|| panic!("nothing at {bearing}: {:?}", scan.bearings));
+            let error = f64::from(scan.ranges[at]) - range;
+            assert!(
+                error.abs() < 3.0 * f64::from(scan.sigmas[at]),
+                "{bearing}: {error}"
+            );
+        };
+        seen(-1.571, 1.3);
+        seen(0.1, 0.3);
+        seen(1.471, 0.6);
+        seen(3.042, 0.9);
+        seen(wrap(3.242), 0.9);
+        // σ grows with the range.
+        let sigma_at = |bearing: f64| {
+            let at = scan
+                .bearings
+                .iter()
+                .position(|b| (b - bearing).abs() < 1e-3)
+                .unwrap();
+            scan.sigmas[at]
+        };
+        assert!(sigma_at(-1.571) > 1.5 * sigma_at(0.0));
+    }
+
+    #[test]
+    fn beyond_its_reach_a_ranger_sees_nothing_and_an_unknown_one_is_counted() {
+        let mut reader = reader();
+        assert_eq!(reader.finish(), None);
+        let _ = reader.take(&reading(1, 0, 0, 3.0));
+        let _ = reader.take(&reading(1, 0, 4, 0.5));
+        assert_eq!(reader.unknown(), 1);
+        let scan = reader.finish().expect("one reading");
+        assert_eq!(scan.ranges, [f32::INFINITY]);
+        assert_eq!(reader.finish(), None);
+    }
+}

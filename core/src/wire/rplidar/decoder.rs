@@ -1,0 +1,281 @@
+//! Answers out of a stream of bytes, whatever the pieces and whatever the noise.
+//!
+//! In: bytes. Out: [`Answer`]s.
+//!
+//! 1. Between answers, search for a descriptor that is known, byte by byte.
+//! 2. After the descriptor of a single answer, take its bytes; after that of a scan, nodes or capsules until [`Decoder::expect_answer`].
+//! 3. A node has three check bits only. While in step, one is enough; out of step, [`NODES_TO_LOCK`] in a row whose angles
+//!    follow one another must fit before the first counts.
+//! 4. A capsule has a sum of 8 bits; out of step its marks are searched byte by byte.
+//! 5. Everywhere, the banner of a sensor that starts anew is noticed among what is thrown away.
+
+use super::answer::{Descriptor, Health, Info, Rate};
+use super::express::{Capsule, has_marks};
+use super::node::{FULL_TURN, Node};
+use super::{SYNC, SYNC_OF_ANSWER};
+use crate::wire::inbox::{Inbox, Tally};
+
+/// Nodes that must fit in a row before the stream counts as in step again. Out of step by one byte, a node passes its
+/// check bits by chance about every other time.
+pub const NODES_TO_LOCK: usize = 6;
+/// The farthest that a node lies from the one before it where the stream is in step, 1/64° (20°, either way).
+const NEAR: u16 = 20 * 64;
+/// How the sensor begins its banner.
+const BANNER: &[u8] = b"RP LIDAR";
+
+/// What the sensor said.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// A scan begins.
+    Begins(Descriptor),
+    /// What it is.
+    Info(Info),
+    /// How it is.
+    Health(Health),
+    /// How fast it reads.
+    Rate(Rate),
+    /// A reading of a standard scan.
+    Node(Node),
+    /// 32 readings of an express scan.
+    Capsule {
+        /// The capsule.
+        capsule: Box<Capsule>,
+        /// Whether nothing was lost since the one before it, so that this one's angle completes that one.
+        follows: bool,
+    },
+    /// It has started anew, by power or by reset: whatever it was told is forgotten.
+    Restarted,
+}
+
+/// What the decoder is in the middle of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Expects {
+    #[default]
+    Descriptor,
+    Single(Descriptor),
+    Nodes {
+        in_step: bool,
+    },
+    Capsules {
+        in_step: bool,
+    },
+}
+
+/// Reads what the sensor sends.
+#[derive(Clone, Debug, Default)]
+pub struct Decoder {
+    inbox: Inbox,
+    expects: Expects,
+    /// How many bytes of [`BANNER`] the last ones were.
+    banner: usize,
+}
+
+/// What was made of the bytes at the front.
+enum Step {
+    Hand(Answer),
+    Again,
+    More,
+}
+
+impl Decoder {
+    /// A decoder that waits for an answer.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes bytes as they come.
+    pub fn extend(&mut self, bytes: &[u8]) {
+        self.inbox.extend(bytes);
+    }
+
+    /// A request was sent: drops what waits, ends a scan and searches for the descriptor of the answer.
+    pub fn expect_answer(&mut self) {
+        self.inbox.discard(usize::MAX);
+        self.expects = Expects::Descriptor;
+        self.banner = 0;
+    }
+
+    /// What became of the bytes.
+    #[must_use]
+    pub fn tally(&self) -> Tally {
+        self.inbox.tally()
+    }
+
+    fn step(&mut self) -> Step {
+        match self.expects {
+            Expects::Descriptor => self.descriptor(),
+            Expects::Single(descriptor) => self.single(descriptor),
+            Expects::Nodes { in_step: true } => self.node(),
+            Expects::Nodes { in_step: false } => self.find_nodes(),
+            Expects::Capsules { in_step } => self.capsule(in_step),
+        }
+    }
+
+    fn descriptor(&mut self) -> Step {
+        let Some([first]) = self.inbox.peek(0) else {
+            return Step::More;
+        };
+        if first != SYNC {
+            return self.discard(1);
+        }
+        match self.inbox.peek(1) {
+            None => return Step::More,
+            Some([SYNC_OF_ANSWER]) => (),
+            Some(_) => return self.discard(1),
+        }
+        let Some(bytes) = self.inbox.peek(0) else {
+            return Step::More;
+        };
+        let Some(descriptor) = Descriptor::decode(bytes) else {
+            self.inbox.reject();
+            return self.discard(1);
+        };
+        self.inbox.accept(Descriptor::LEN);
+        self.expects = match descriptor {
+            Descriptor::Scan => Expects::Nodes { in_step: true },
+            Descriptor::Express => Expects::Capsules { in_step: false },
+            _ => Expects::Single(descriptor),
+        };
+        match descriptor {
+            Descriptor::Scan | Descriptor::Express => Step::Hand(Answer::Begins(descriptor)),
+            _ => Step::Again,
+        }
+    }
+
+    fn single(&mut self, descriptor: Descriptor) -> Step {
+        let (length, answer) = match descriptor {
+            Descriptor::Info => (
+                Info::LEN,
+                self.inbox
+                    .peek(0)
+                    .map(|b| Some(Answer::Info(Info::decode(b)))),
+            ),
+            Descriptor::Health => (
+                Health::LEN,
+                self.inbox
+                    .peek(0)
+                    .map(|b| Health::decode(b).map(Answer::Health)),
+            ),
+            Descriptor::Rate => (
+                Rate::LEN,
+                self.inbox
+                    .peek(0)
+                    .map(|b| Some(Answer::Rate(Rate::decode(b)))),
+            ),
+            // Scans have no end; their descriptors lead elsewhere.
+            Descriptor::Scan | Descriptor::Express => (0, Some(None)),
+        };
+        let Some(answer) = answer else {
+            return Step::More;
+        };
+        self.expects = Expects::Descriptor;
+        if let Some(answer) = answer {
+            self.inbox.accept(length);
+            return Step::Hand(answer);
+        }
+        self.inbox.reject();
+        self.discard(1)
+    }
+
+    fn node(&mut self) -> Step {
+        match self.inbox.peek(0).map(Node::decode) {
+            None => Step::More,
+            Some(Some(node)) => {
+                self.inbox.accept(Node::LEN);
+                Step::Hand(Answer::Node(node))
+            }
+            Some(None) => {
+                self.inbox.reject();
+                self.expects = Expects::Nodes { in_step: false };
+                self.discard(1)
+            }
+        }
+    }
+
+    /// Out of step: throws bytes away until enough nodes fit in a row.
+    fn find_nodes(&mut self) -> Step {
+        let mut last: Option<Node> = None;
+        for place in 0..NODES_TO_LOCK {
+            let Some(bytes) = self.inbox.peek(place * Node::LEN) else {
+                return Step::More;
+            };
+            let Some(node) = Node::decode(bytes) else {
+                return self.discard(1);
+            };
+            if last.is_some_and(|last| !is_near(last, node)) {
+                return self.discard(1);
+            }
+            last = Some(node);
+        }
+        self.expects = Expects::Nodes { in_step: true };
+        Step::Again
+    }
+
+    fn capsule(&mut self, in_step: bool) -> Step {
+        let Some(marks) = self.inbox.peek(0) else {
+            return Step::More;
+        };
+        if !has_marks(marks) {
+            self.expects = Expects::Capsules { in_step: false };
+            return self.discard(1);
+        }
+        match self.inbox.peek(0).map(|bytes| Capsule::decode(&bytes)) {
+            None => Step::More,
+            Some(Some(capsule)) => {
+                self.inbox.accept(Capsule::LEN);
+                self.expects = Expects::Capsules { in_step: true };
+                Step::Hand(Answer::Capsule {
+                    capsule: Box::new(capsule),
+                    follows: in_step && !capsule.starts,
+                })
+            }
+            Some(None) => {
+                self.inbox.reject();
+                self.expects = Expects::Capsules { in_step: false };
+                self.discard(1)
+            }
+        }
+    }
+
+    fn discard(&mut self, count: usize) -> Step {
+        let mut is_banner = false;
+        for byte in self.inbox.drain(count) {
+            let expected = BANNER.get(self.banner);
+            self.banner = if expected == Some(&byte) {
+                self.banner + 1
+            } else {
+                usize::from(BANNER.first() == Some(&byte))
+            };
+            if self.banner == BANNER.len() {
+                self.banner = 0;
+                is_banner = true;
+            }
+        }
+        if is_banner {
+            self.expects = Expects::Descriptor;
+            return Step::Hand(Answer::Restarted);
+        }
+        Step::Again
+    }
+}
+
+impl Iterator for Decoder {
+    type Item = Answer;
+
+    /// The next answer that is complete.
+    fn next(&mut self) -> Option<Answer> {
+        loop {
+            match self.step() {
+                Step::Hand(answer) => return Some(answer),
+                Step::Again => (),
+                Step::More => return None,
+            }
+        }
+    }
+}
+
+fn is_near(before: Node, after: Node) -> bool {
+    let step = (after.angle + FULL_TURN - before.angle) % FULL_TURN;
+    step.min(FULL_TURN - step) <= NEAR
+}

@@ -1,0 +1,76 @@
+//! Who is refused, and with which code; and that none of it moved the robot.
+
+use serde_json::{Map, Value, json};
+use slamlab_core::wire::message::{Motion, ToBridge, close};
+use tokio_tungstenite::tungstenite::Message;
+
+use crate::client::{Bridge, Client};
+use crate::robot::with_robot;
+
+pub(crate) async fn report() -> (bool, Value) {
+    let (config, memory) = with_robot();
+    let bridge = Bridge::start(config).await;
+    let mut cases = Map::new();
+    let mut holds = true;
+    let mut note = |name: &str, got: Option<u16>, expect: u16| {
+        holds &= got == Some(expect);
+        cases.insert(name.into(), json!({ "code": got, "expected": expect }));
+    };
+
+    let mut client = bridge.connect().await;
+    note("says nothing", client.end().await, close::ACCESS);
+
+    let mut client = bridge.connect().await;
+    let wrong = client.hello(Some("0123456789abcdef0123456789abcdef"));
+    note(
+        "wrong token",
+        after(&mut client, wrong).await,
+        close::ACCESS,
+    );
+
+    let first = bridge.connect().await;
+    let overheard = first.hello(Some(&bridge.token));
+    let mut client = bridge.connect().await;
+    note(
+        "replayed proof",
+        after(&mut client, overheard).await,
+        close::ACCESS,
+    );
+
+    for (name, wish) in [
+        ("watcher takes the lease", ToBridge::Take { force: true }),
+        ("watcher arms", ToBridge::Arm { epoch: 1 }),
+        (
+            "watcher drives",
+            ToBridge::Drive(first.body(Motion::Forward(1.0))),
+        ),
+    ] {
+        let mut client = bridge.watcher().await;
+        note(name, after(&mut client, wish).await, close::NO_RIGHT);
+    }
+    for (name, message, code) in [
+        ("malformed", vec![1, 2, 3], 1007),
+        ("oversize", vec![0; 65 * 1024], 1009),
+    ] {
+        let mut client = bridge.driver().await;
+        client.send(Message::binary(message)).await;
+        note(name, client.end().await, code);
+    }
+    let mut client = bridge.driver().await;
+    client.say(ToBridge::Heartbeat).await;
+    client.sequence = 0;
+    let again = ToBridge::Heartbeat;
+    note("replayed message", after(&mut client, again).await, 1007);
+
+    let was_moved = memory.was_moved();
+    bridge.stop().await;
+    (
+        holds && !was_moved,
+        json!({ "cases": cases, "robot_was_moved": was_moved }),
+    )
+}
+
+async fn after(client: &mut Client, message: ToBridge) -> Option<u16> {
+    client.say(message).await;
+    client.end().await
+}

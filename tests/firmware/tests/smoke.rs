@@ -1,0 +1,77 @@
+//! The firmware starts, answers and reports.
+
+use anyhow::{Context, Result};
+use slamlab_core::wire::rp6::{Capabilities, Command, Fault, PROTOCOL, ResetCause, Verdict};
+use slamlab_firmware_tests::{Host, Rig};
+
+#[test]
+fn it_says_who_it_is_with_the_models_figures() -> Result<()> {
+    let (host, hello) = Host::armed(Rig::new([0.0; 2])?)?;
+    assert_eq!(
+        (hello.protocol, hello.cause),
+        (PROTOCOL, ResetCause::PowerOn)
+    );
+    let all = Capabilities(0x1F);
+    assert!(hello.capabilities.has(all));
+    assert_eq!(hello.ranger_angles_mrad, [0, 1571, 3142, -1571]);
+    let (told, model) = (hello.model(), host.rig.model());
+    assert!((told.track_width - model.track_width).abs() < 1e-9);
+    assert!((told.metres_per_tick - model.metres_per_tick).abs() < 1e-15);
+    Ok(())
+}
+
+#[test]
+fn telemetry_tells_time_voltages_and_bumpers() -> Result<()> {
+    let (mut host, _) = Host::armed(Rig::new([0.0; 2])?)?;
+    host.rig.press_bumpers([true, false]);
+    host.run(0.2)?;
+    let telemetry = host.telemetry.context("no telemetry")?;
+    let age = host.rig.seconds() - 1e-3 * f64::from(telemetry.time_ms);
+    assert!((0.0..0.07).contains(&age), "{age}");
+    assert!(
+        (telemetry.battery_volts() - 7.2).abs() < 0.02,
+        "{telemetry:?}"
+    );
+    let [left, right] = telemetry.current_volts();
+    assert!((left - 0.100).abs() < 0.01 && (right - 0.120).abs() < 0.01);
+    assert!(telemetry.state.bumper_left() && !telemetry.state.bumper_right());
+    assert!(!telemetry.state.moving() && telemetry.fault == Fault::None);
+    host.rig.press_bumpers([false, true]);
+    host.run(0.2)?;
+    let state = host.telemetry.context("no telemetry")?.state;
+    assert!(!state.bumper_left() && state.bumper_right());
+    // 5.4 V behind the divider.
+    host.rig.chip.set_millivolts(7, 2_700);
+    host.run(0.2)?;
+    let telemetry = host.telemetry.context("no telemetry")?;
+    assert_eq!(telemetry.fault, Fault::BatteryLow);
+    Ok(())
+}
+
+#[test]
+fn the_rate_is_as_set_and_what_it_cannot_do_is_refused() -> Result<()> {
+    let (mut host, _) = Host::armed(Rig::new([0.0; 2])?)?;
+    let fast = Command::SetRate { period_ms: 20 };
+    let wrong = [
+        Command::SetRate { period_ms: 5 },
+        Command::Servo { angle_mrad: 2_000 },
+        Command::Forward {
+            way_um: 2_000_000_000,
+        },
+    ];
+    host.command(fast)?;
+    for command in wrong {
+        host.command(command)?;
+    }
+    host.run(0.5)?;
+    let mut expected = vec![(fast, Verdict::Done)];
+    expected.extend(wrong.map(|command| (command, Verdict::BadValue)));
+    assert_eq!(host.verdicts(), expected);
+    let before = host.link.counters();
+    host.run(1.0)?;
+    let frames = host.link.counters().frames - before.frames;
+    assert!((49..=51).contains(&frames), "{frames}");
+    assert_eq!(host.link.counters().missing, 0);
+    assert_eq!(host.link.counters().dropped_bytes, 0);
+    Ok(())
+}

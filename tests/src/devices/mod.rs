@@ -1,0 +1,35 @@
+//! Devices that do not exist, at the other end of pseudo-terminals: the bridge cannot tell them from real ones.
+//!
+//! In: what the bridge writes. Out: byte for byte what the device would send, from a world of `core::sim`; and on demand
+//! what goes wrong with devices: flipped bits, silence, a pulled cable, half a frame, a wrong baud rate.
+//!
+//! A device itself ([`Rplidar`], [`Ld06`], [`Rp6`]) has no I/O and no clock; [`Socket`] gives it both.
+
+mod ld06;
+mod rp6;
+mod rplidar;
+mod socket;
+mod spoil;
+mod view;
+
+pub use ld06::Ld06;
+pub use rp6::Rp6;
+pub use rplidar::Rplidar;
+pub use socket::Socket;
+pub use spoil::Faults;
+pub use view::View;
+
+/// A device on a serial line, without I/O.
+pub trait Device: Send + 'static {
+    /// The rate that it speaks at; at any other both sides see noise.
+    fn baud_rate(&self) -> u32;
+
+    /// It gets power: whatever it was told is forgotten.
+    fn power_on(&mut self);
+
+    /// Takes bytes that were written to it.
+    fn receive(&mut self, bytes: &[u8]);
+
+    /// Lets time pass, s; gives the bytes that it sends meanwhile.
+    fn advance(&mut self, seconds: f64) -> Vec<u8>;
+}

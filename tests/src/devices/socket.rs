@@ -1,0 +1,224 @@
+//! A socket in the wall for a device: a pseudo-terminal under a path that stays, and a thread that is its clock.
+//!
+//! 1. Plugging in makes a pseudo-terminal and points the path at it; pulling out closes it, so that the bridge sees what it
+//!    sees of a pulled cable.
+//! 2. Every few milliseconds the thread lets the device hear and speak. Time is the real one, for the bridge's is.
+//! 3. Where the bridge set another baud rate than the device's, both hear noise.
+
+use std::fs;
+use std::io;
+use std::os::fd::{AsFd, OwnedFd};
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use rustix::fs::{Mode, OFlags};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use tempfile::TempDir;
+
+use super::Device;
+use super::spoil::{Faults, Line};
+
+/// From one look at the line to the next.
+const BEAT: Duration = Duration::from_millis(2);
+
+/// A device in its socket; dropping it pulls the device out and ends its thread.
+#[derive(Debug)]
+pub struct Socket<D> {
+    shared: Arc<Mutex<Shared<D>>>,
+    path: PathBuf,
+    _folder: TempDir,
+    thread: Option<JoinHandle<()>>,
+}
+
+#[derive(Debug)]
+struct Shared<D> {
+    device: D,
+    faults: Faults,
+    is_plugged: bool,
+    cut_in_the_middle: bool,
+    has_ended: bool,
+}
+
+impl<D: Device> Socket<D> {
+    /// A device that is plugged in.
+    ///
+    /// # Errors    Where the system has no pseudo-terminals, folders or threads left.
+    pub fn plugged(device: D) -> io::Result<Self> {
+        let socket = Self::unplugged(device)?;
+        socket.plug();
+        let until = Instant::now() + Duration::from_secs(2);
+        while !socket.path.exists() && Instant::now() < until {
+            thread::sleep(BEAT);
+        }
+        Ok(socket)
+    }
+
+    /// A device that lies beside its socket: its path is not there yet.
+    ///
+    /// # Errors    As [`Socket::plugged`].
+    pub fn unplugged(device: D) -> io::Result<Self> {
+        let folder = TempDir::new()?;
+        let path = folder.path().join("ttyUSB0");
+        let shared = Arc::new(Mutex::new(Shared {
+            device,
+            faults: Faults::default(),
+            is_plugged: false,
+            cut_in_the_middle: false,
+            has_ended: false,
+        }));
+        let (for_thread, path_of_thread) = (Arc::clone(&shared), path.clone());
+        let body = move || live(&for_thread, &path_of_thread);
+        Ok(Self {
+            shared,
+            path,
+            _folder: folder,
+            thread: Some(thread::Builder::new().spawn(body)?),
+        })
+    }
+
+    /// The path of its port.
+    #[must_use]
+    pub fn path(&self) -> String {
+        self.path.to_string_lossy().into_owned()
+    }
+
+    /// Plugs it in: it gets power.
+    pub fn plug(&self) {
+        self.lock().is_plugged = true;
+    }
+
+    /// Pulls it out.
+    pub fn pull(&self) {
+        self.lock().is_plugged = false;
+    }
+
+    /// Pulls it out in the middle of what it says next.
+    pub fn pull_in_the_middle(&self) {
+        self.lock().cut_in_the_middle = true;
+    }
+
+    /// Makes the line bad, or good again.
+    pub fn set_faults(&self, faults: Faults) {
+        self.lock().faults = faults;
+    }
+
+    /// Looks into the device, or changes it.
+    pub fn with<T>(&self, change: impl FnOnce(&mut D) -> T) -> T {
+        change(&mut self.lock().device)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Shared<D>> {
+        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl<D> Drop for Socket<D> {
+    fn drop(&mut self) {
+        self.shared
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .has_ended = true;
+        if let Some(thread) = self.thread.take() {
+            // A device that panicked has already failed its test.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn live<D: Device>(shared: &Mutex<Shared<D>>, path: &Path) {
+    let mut line = Line::new(11);
+    let mut pty: Option<Pty> = None;
+    let mut last = Instant::now();
+    loop {
+        thread::sleep(BEAT);
+        let elapsed = last.elapsed().as_secs_f64();
+        last = Instant::now();
+        let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
+        if shared.has_ended {
+            return;
+        }
+        match (&pty, shared.is_plugged) {
+            (None, true) => {
+                shared.device.power_on();
+                pty = Pty::at(path)
+                    .map_err(|error| eprintln!("no pseudo-terminal: {error}"))
+                    .ok();
+            }
+            (Some(_), false) => {
+                let _ = fs::remove_file(path);
+                pty = None;
+            }
+            (Some(pty), true) => beat(&mut shared, pty, &mut line, elapsed),
+            (None, false) => (),
+        }
+    }
+}
+
+/// Lets the device hear and speak.
+fn beat<D: Device>(shared: &mut Shared<D>, pty: &Pty, line: &mut Line, elapsed: f64) {
+    let is_tuned = pty.baud_rate() == Some(shared.device.baud_rate());
+    let heard = pty.read();
+    let heard = if is_tuned { heard } else { line.garble(&heard) };
+    shared.device.receive(&heard);
+    let said = shared.device.advance(elapsed);
+    let said = if is_tuned { said } else { line.garble(&said) };
+    let mut said = line.carry(&said, &shared.faults);
+    if shared.cut_in_the_middle && said.len() > 1 {
+        said.truncate(said.len() / 2);
+        shared.cut_in_the_middle = false;
+        shared.is_plugged = false;
+    }
+    pty.write(&said);
+}
+
+/// Our end of a pseudo-terminal.
+struct Pty {
+    controller: OwnedFd,
+    /// Held open, so that the line does not hang up while the bridge has it closed.
+    _user: OwnedFd,
+}
+
+impl Pty {
+    fn at(path: &Path) -> io::Result<Self> {
+        let controller = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
+        grantpt(&controller)?;
+        unlockpt(&controller)?;
+        let name = ptsname(&controller, Vec::new())?;
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+        let user = rustix::fs::open(name.as_c_str(), flags, Mode::empty())?;
+        let mut termios = tcgetattr(&user)?;
+        termios.make_raw();
+        tcsetattr(&user, OptionalActions::Now, &termios)?;
+        rustix::fs::fcntl_setfl(&controller, OFlags::RDWR | OFlags::NONBLOCK)?;
+        let target = PathBuf::from(name.to_string_lossy().into_owned());
+        let _ = fs::remove_file(path);
+        symlink(target, path)?;
+        Ok(Self {
+            controller,
+            _user: user,
+        })
+    }
+
+    /// The rate that the bridge set.
+    fn baud_rate(&self) -> Option<u32> {
+        tcgetattr(self.controller.as_fd())
+            .ok()
+            .map(|termios| termios.output_speed())
+    }
+
+    fn read(&self) -> Vec<u8> {
+        let mut buffer = [0; 4096];
+        // Nothing there, or nobody: the same to a device.
+        let count = rustix::io::read(&self.controller, &mut buffer).unwrap_or(0);
+        buffer.iter().take(count).copied().collect()
+    }
+
+    /// What finds no room is lost, as on a line that nobody listens to.
+    fn write(&self, bytes: &[u8]) {
+        let _ = rustix::io::write(&self.controller, bytes);
+    }
+}

@@ -1,0 +1,147 @@
+// Calibration of the infra-red rangers: pairs typed, pasted or from a file; the curve, what it misses, and where it cannot be trusted.
+
+import { css, html, type TemplateResult, unsafeCSS } from "lit";
+import uPlot from "uplot";
+import plotCss from "uplot/dist/uPlot.min.css";
+import type { Calibration, Pairs } from "../protocol.js";
+import type { Topic } from "../store.js";
+import { SlamElement } from "./element.js";
+import { fixed } from "./format.js";
+import { icons } from "./icons.js";
+import { colourOf, numberAxes } from "./plot_style.js";
+import { shared, tool } from "./style.js";
+
+const HEIGHT = 150;
+
+export class SlamCalibration extends SlamElement {
+  static override styles = [
+    unsafeCSS(plotCss),
+    shared,
+    tool,
+    css`
+      textarea { width: 100%; min-height: 150px; padding: 8px 10px; border: 1px solid var(--line); border-radius: 9px; background: var(--raised); color: inherit; font: 500 12.5px/1.5 var(--mono); resize: vertical; }
+      .row { display: flex; gap: 8px; margin: 8px 0; }
+      .row > * { flex: 1; }
+      input[type="file"] { position: absolute; width: 1px; height: 1px; opacity: 0; }
+      input[type="file"]:focus-visible + .button { outline: 2px solid var(--focus); outline-offset: 2px; }
+      .row label.file { display: contents; }
+      .row label.file .button { flex: 1; }
+    `,
+  ];
+
+  protected override readonly topics: readonly Topic[] = ["calibration", "run", "theme"];
+  #pairs: Pairs | null = null;
+  #open = false;
+  #plots: uPlot[] = [];
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    new ResizeObserver(() => {
+      for (const plot of this.#plots) plot.setSize({ width: this.clientWidth, height: HEIGHT });
+    }).observe(this);
+  }
+
+  override render(): TemplateResult {
+    const { store } = this;
+    this.toggleAttribute("hidden", store.source !== "sim");
+    const { fit, error } = store.calibration;
+    const pairs = this.#now;
+    const applied = store.setup.calibration;
+    const isApplied = applied !== null && applied.text === pairs.text && applied.variable === pairs.variable;
+    return html`<details data-testid="calibration" @toggle=${this.#toggle}>
+      <summary>Calibrate the IR rangers</summary>
+      <p>Set up a board at known ranges, note what the ranger says, and fit a polynomial of the fifth degree. One pair a line; the first line names the columns: <code>range_m</code>, <code>range_cm</code> or <code>range_mm</code>, then <code>volts</code>, <code>millivolts</code> or <code>adc</code> (10 bits over 5 V).</p>
+      <textarea data-testid="pairs" spellcheck="false" aria-label="Calibration pairs, one a line" aria-describedby="verdict" .value=${pairs.text} @input=${(e: Event) => this.#change({ text: (e.target as HTMLTextAreaElement).value })}></textarea>
+      <div class="row">
+        <select data-testid="variable" aria-label="Polynomial of" @change=${(e: Event) => this.#change({ variable: (e.target as HTMLSelectElement).value as Pairs["variable"] })}>
+          <option value="per-volt" .selected=${pairs.variable === "per-volt"}>in 1/V</option>
+          <option value="volts" .selected=${pairs.variable === "volts"}>in V</option>
+        </select>
+        <label class="file"><input type="file" accept=".csv,.txt,.tsv" data-testid="pairs-file" aria-label="Pairs from a file" @change=${this.#file}><span class="button">${icons.open} CSV…</span></label>
+        <button @click=${() => this.#change({ text: store.dataSheet })} title="The pairs of the data sheet, which the simulation uses">Data sheet</button>
+      </div>
+      <div id="verdict" aria-live="polite">${error ? html`<p class="bad" role="alert" data-testid="calibration-error">${error}</p>` : fit ? this.#verdict(fit) : ""}</div>
+      <div ?hidden=${!fit || error !== ""}>
+        <figure aria-label="Range over volts: the pairs and the curve"><figcaption><span>Range over volts, m</span></figcaption><div class="plot"></div></figure>
+        <figure aria-label="Residuals over range"><figcaption><span>Curve less pair over range, mm</span></figcaption><div class="plot"></div></figure>
+      </div>
+      <button class="apply" data-testid="apply-calibration" ?disabled=${!fit || error !== "" || isApplied} @click=${this.#apply}>${isApplied ? "In use" : "Use it for the simulated rangers"}</button>
+      ${applied ? html`<button class="apply" data-testid="drop-calibration" @click=${() => this.client.start({ calibration: null, mode: "explore" })}>Back to the data sheet</button>` : ""}
+    </details>`;
+  }
+
+  override updated(): void {
+    for (const plot of this.#plots) plot.destroy();
+    this.#plots = [];
+    const { fit } = this.store.calibration;
+    const [curve, residuals] = this.renderRoot.querySelectorAll<HTMLElement>(".plot");
+    if (!fit || !this.#open || !curve || !residuals) return;
+    this.#plots = [this.#curve(curve, fit), this.#residuals(residuals, fit)];
+  }
+
+  #verdict(fit: Calibration): TemplateResult {
+    const [low = NaN, high = NaN] = fit.domain;
+    const turns = Number.isFinite(fit.reversesAt);
+    return html`<p data-testid="calibration-words">${fit.ranges.length} pairs, <b class="num">± ${fixed(1000 * fit.sigma, 1)} mm</b> about the curve. Volts outside of <b class="num">${fixed(low, 2)} to ${fixed(high, 2)} V</b> are clamped: a polynomial runs away there.</p>
+      ${turns ? html`<p class="bad" role="alert" data-testid="not-monotonic">Not monotonic: from ${fixed(fit.reversesAt, 2)} V on the curve turns round, and one range stands for two. More pairs there, or 1/V, may mend it.</p>` : html`<p class="good" data-testid="monotonic">It falls all along: each voltage stands for one range.</p>`}`;
+  }
+
+  /** Curve with its clamped ends, pairs as dots: all on one axis of volts. */
+  #curve(host: HTMLElement, fit: Calibration): uPlot {
+    const pairs = [...fit.volts].map((v, i) => [v, fit.ranges[i] ?? NaN] as const);
+    const all = [...new Set([...fit.curveVolts, ...fit.volts])].sort((a, b) => a - b);
+    const at = new Map(pairs);
+    const curve = new Map([...fit.curveVolts].map((v, i) => [v, fit.curveRanges[i] ?? NaN] as const));
+    const [low = NaN, high = NaN] = fit.domain;
+    const within = (v: number): boolean => v >= low && v <= high;
+    const line = (keep: (v: number) => boolean): (number | null)[] => all.map((v) => (curve.has(v) && keep(v) ? (curve.get(v) ?? null) : null));
+    const colour = colourOf(host, "map-estimate");
+    return new uPlot({
+      ...this.#frame(host, "V"),
+      series: [{}, { stroke: colour, width: 1.6, spanGaps: true, points: { show: false } },
+        { stroke: colour, width: 1.4, dash: [3, 3], points: { show: false } },
+        { stroke: colourOf(host, "map-truth"), width: 0, paths: () => null, points: { show: true, size: 6, fill: colourOf(host, "map-truth") } }],
+    }, [all, line(within), line((v) => !within(v)), all.map((v) => at.get(v) ?? null)] as uPlot.AlignedData, host);
+  }
+
+  #residuals(host: HTMLElement, fit: Calibration): uPlot {
+    const stroke = colourOf(host, "map-truth");
+    return new uPlot({
+      ...this.#frame(host, "m"),
+      series: [{}, { stroke, width: 1, points: { show: true, size: 6, fill: stroke } }],
+    }, [fit.ranges, fit.residuals.map((r) => 1000 * r)], host);
+  }
+
+  #frame(host: HTMLElement, unit: string): Omit<uPlot.Options, "series"> {
+    return { width: Math.max(this.clientWidth, 100), height: HEIGHT, legend: { show: false }, cursor: { y: false, drag: { x: true, y: false } }, padding: [6, 6, 0, 0], scales: { x: { time: false } }, axes: numberAxes(host, unit) };
+  }
+
+  get #now(): Pairs {
+    return this.#pairs ?? this.store.setup.calibration ?? { text: this.store.dataSheet, variable: "per-volt" };
+  }
+
+  #toggle(event: Event): void {
+    this.#open = (event.currentTarget as HTMLDetailsElement).open;
+    if (this.#open) this.#change({});
+  }
+
+  #change(patch: Partial<Pairs>): void {
+    this.#pairs = { ...this.#now, ...patch };
+    this.client.send({ kind: "calibrate", pairs: this.#pairs });
+    this.requestUpdate();
+  }
+
+  async #file(event: Event): Promise<void> {
+    const input = event.target as HTMLInputElement;
+    const file = input.files?.[0];
+    input.value = "";
+    if (file) this.#change({ text: await file.text() });
+  }
+
+  /** The run begins anew: the rangers' electronics are the robot's. */
+  #apply(): void {
+    this.client.start({ sensor: "rangers", calibration: this.#now, mode: "explore" });
+  }
+}
+
+customElements.define("slam-calibration", SlamCalibration);

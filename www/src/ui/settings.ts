@@ -1,0 +1,166 @@
+// Every setting of the run, as the core's table has them: grouped, searched, with presets; changed at once or on restart.
+
+import { css, html, nothing, type TemplateResult } from "lit";
+import type { Preset, Setting, SettingValues } from "../protocol.js";
+import type { Topic } from "../store.js";
+import { SlamElement } from "./element.js";
+import { degrees, fixed } from "./format.js";
+import { icons } from "./icons.js";
+import { shared } from "./style.js";
+
+export class SlamSettings extends SlamElement {
+  static override styles = [
+    shared,
+    css`
+      :host { display: block; }
+      h2 { margin-bottom: 10px; }
+      input[type="search"] { min-height: 36px; width: 100%; padding: 0 10px; border: 1px solid var(--line); border-radius: 9px; background: var(--raised); }
+      .bar { display: flex; gap: 8px; align-items: center; margin: 10px 0; padding: 8px 10px; border-radius: 10px; background: var(--sunk); border: 1px solid var(--line); font-size: 12.5px; }
+      .bar span { flex: 1; }
+      details { border-top: 1px solid var(--line); }
+      summary { display: flex; justify-content: space-between; align-items: center; cursor: pointer; min-height: 40px; font-weight: 550; font-size: 13.5px; list-style: none; }
+      summary::before { content: "›"; width: 16px; color: var(--muted); transition: transform .12s; }
+      details[open] > summary::before { transform: rotate(90deg); }
+      summary > span:first-of-type { flex: 1; }
+      summary::-webkit-details-marker { display: none; }
+      .count { font-size: 12px; color: var(--accent-ink); }
+      .presets { display: flex; flex-wrap: wrap; gap: 6px; margin-bottom: 8px; }
+      .presets button { min-height: 30px; font-size: 12.5px; padding: 0 10px; }
+      .presets button[aria-pressed="true"] { border-color: var(--accent); color: var(--accent-ink); }
+      .row { display: grid; grid-template-columns: 1fr 116px 30px; gap: 2px 8px; align-items: center; padding: 7px 0; border-top: 1px solid color-mix(in srgb, var(--line) 55%, transparent); }
+      .row label { font-size: 13px; }
+      .row.changed label { color: var(--accent-ink); font-weight: 600; }
+      .row small { grid-column: 1 / -1; font-size: 12px; line-height: 1.4; color: var(--muted); }
+      .row em { font-style: normal; color: var(--warn-ink); }
+      .field { display: flex; align-items: center; gap: 5px; }
+      .field input[type="number"] { min-height: 32px; padding: 0 6px; text-align: right; font-family: var(--mono); font-size: 12.5px; }
+      .field span { font: 500 11px/1 var(--mono); color: var(--muted); }
+      .row.choice { grid-template-columns: 1fr 30px; }
+      .row.choice .field { grid-column: 1 / -1; }
+      .row.choice label { grid-column: 1; }
+      .row.choice .back { grid-column: 2; grid-row: 1; }
+      .back { min-height: 30px; width: 30px; padding: 0; border: 0; background: transparent; color: var(--muted); }
+      .back svg { width: 15px; height: 15px; }
+      .back[hidden] { display: block; visibility: hidden; }
+      input[type="checkbox"] { width: 18px; height: 18px; accent-color: var(--accent); }
+      p { font-size: 12.5px; color: var(--muted); margin: 10px 0; }
+      @media (pointer: coarse) { .back { min-height: 36px; width: 36px; } .row { grid-template-columns: 1fr 116px 36px; } .field input[type="number"] { min-height: 40px; } .presets button { min-height: 40px; } input[type="checkbox"] { width: 24px; height: 24px; } }
+    `,
+  ];
+
+  protected override readonly topics: readonly Topic[] = ["settings", "run"];
+  #search = "";
+
+  override render(): TemplateResult {
+    const { store } = this;
+    const recorded = store.source === "replay";
+    const shown = store.settings.filter((s) => !(recorded && OF_A_ROBOT.includes(s.group)) && matches(s, this.#search));
+    const groups = [...new Set(shown.map((s) => s.group))];
+    const changed = Object.keys(store.setup.settings).length;
+    const waits = this.#waiting();
+    return html`
+      <h2>Settings</h2>
+      <input type="search" data-testid="settings-search" placeholder="Search: gate, σ, range …" aria-label="Search the settings" .value=${this.#search} @input=${(e: Event) => { this.#search = (e.target as HTMLInputElement).value; this.requestUpdate(); }}>
+      ${waits.length > 0 ? html`<div class="bar" role="status" data-testid="settings-wait"><span>${waits.join(", ")} ${waits.length === 1 ? "waits" : "wait"} for a restart.</span><button data-testid="settings-restart" @click=${() => this.client.again()}>${icons.again} Restart</button></div>` : ""}
+      ${changed > 0 ? html`<div class="bar"><span>${changed} ${changed === 1 ? "setting differs" : "settings differ"} from ${changed === 1 ? "its default" : "their defaults"}.</span><button data-testid="settings-reset" @click=${() => this.client.configure({})}>All defaults</button></div>` : ""}
+      ${groups.map((group) => this.#group(group, shown.filter((s) => s.group === group)))}
+      ${shown.length === 0 ? html`<p>No setting is called so. Search looks at names, units and meanings.</p>` : ""}
+    `;
+  }
+
+  #group(group: string, settings: readonly Setting[]): TemplateResult {
+    const presets = this.store.presets.filter((p) => p.group === group);
+    const changed = settings.filter((s) => s.key in this.store.setup.settings).length;
+    return html`<details data-testid="settings-${group}" ?open=${this.#search !== ""}>
+      <summary><span>${group}</span>${changed > 0 ? html`<span class="count">${changed} changed</span>` : ""}</summary>
+      ${presets.length > 0 ? html`<div class="presets" role="group" aria-label="Presets of ${group}">${presets.map((preset) => html`<button title=${preset.meaning} aria-pressed=${this.#holds(preset)} @click=${() => this.#apply(preset)}>${preset.name}</button>`)}</div>` : ""}
+      ${settings.map((s) => this.#row(s))}
+    </details>`;
+  }
+
+  #row(s: Setting): TemplateResult {
+    const { settings } = this.store.setup;
+    const value = settings[s.key] ?? s.default;
+    const differs = s.key in settings;
+    const id = `s-${s.key}`;
+    return html`<div class="row ${differs ? "changed" : ""} ${s.kind === "choice" ? "choice" : ""}">
+      <label for=${id}>${s.name}</label>
+      <span class="field">${this.#field(s, id, value)}</span>
+      <button class="back" ?hidden=${!differs} title="Back to ${written(s, s.default)}" aria-label="${s.name}: back to ${written(s, s.default)}" @click=${() => this.#set(s, s.default)}>${icons.again}</button>
+      <small>${s.meaning} ${s.kind === "real" || s.kind === "whole" ? html`${plain(s.low)} to ${plain(s.high)}${s.unit ? ` ${s.unit}` : ""}, default ${written(s, s.default)}.${s.unit === "rad" ? html` Now ${fixed(degrees(value), 2)}°.` : ""}` : ""}${s.atOnce ? "" : html` <em>On restart.</em>`}</small>
+    </div>`;
+  }
+
+  #field(s: Setting, id: string, value: number): TemplateResult {
+    if (s.kind === "switch") return html`<input id=${id} type="checkbox" data-testid=${id} .checked=${value !== 0} @change=${(e: Event) => this.#set(s, (e.target as HTMLInputElement).checked ? 1 : 0)}>`;
+    if (s.kind === "choice") {
+      return html`<select id=${id} data-testid=${id} @change=${(e: Event) => this.#set(s, Number((e.target as HTMLSelectElement).value))}>
+        ${s.choices.map((choice, i) => html`<option value=${i} .selected=${i === value}>${choice}</option>`)}</select>`;
+    }
+    return html`<input id=${id} type="number" inputmode="decimal" step="any" data-testid=${id} .value=${plain(value)}
+      @change=${(e: Event) => this.#type(s, e.target as HTMLInputElement, value)}>${s.unit ? html`<span>${s.unit}</span>` : nothing}`;
+  }
+
+  /** A number out of its range stays out of the run; the field says again what holds. */
+  #type(s: Setting, input: HTMLInputElement, before: number): void {
+    const value = Number(input.value || NaN);
+    const fits = value >= s.low && value <= s.high && (s.kind !== "whole" || Number.isInteger(value));
+    if (fits) return this.#set(s, value);
+    input.value = plain(before);
+    const kind = s.kind === "whole" ? "a whole number" : "a number";
+    this.store.set("toast", { toast: { level: "warn", text: `${s.name} is ${kind} from ${plain(s.low)} to ${plain(s.high)}${s.unit ? ` ${s.unit}` : ""}; it stays ${written(s, before)}.` } });
+  }
+
+  #set(s: Setting, value: number): void {
+    const { [s.key]: _, ...others } = this.store.setup.settings;
+    this.client.configure(this.#possible(value === s.default ? others : { ...others, [s.key]: value }));
+  }
+
+  /** Figures that belong to a choice go when the choice does. */
+  #possible(settings: SettingValues): SettingValues {
+    const gone: string[] = [];
+    if (!settings["points.sigma"]) gone.push("points.sigma_constant", "points.sigma_slope", "points.sigma_least");
+    if (settings["lines.rule"]) gone.push("lines.split_k", "lines.max_residual");
+    if (settings["lines.rule"] !== 1) gone.push("lines.threshold");
+    return Object.fromEntries(Object.entries(settings).filter(([key]) => !gone.includes(key)));
+  }
+
+  #apply(preset: Preset): void {
+    const keys = new Set(this.store.settings.filter((s) => s.group === preset.group).map((s) => s.key));
+    const others = Object.entries(this.store.setup.settings).filter(([key]) => !keys.has(key));
+    this.client.configure(this.#possible({ ...Object.fromEntries(others), ...preset.values }));
+  }
+
+  /** Whether the group is set as the preset has it. */
+  #holds(preset: Preset): boolean {
+    const of = this.store.settings.filter((s) => s.group === preset.group);
+    return of.every((s) => (this.store.setup.settings[s.key] ?? s.default) === (preset.values[s.key] ?? s.default));
+  }
+
+  /** Names of settings that were changed and act only when the run begins anew. */
+  #waiting(): string[] {
+    const { setup, started, settings } = this.store;
+    return settings.filter((s) => !s.atOnce && setup.settings[s.key] !== started.settings[s.key]).map((s) => s.name);
+  }
+}
+
+/** Groups that a recording does not know. */
+const OF_A_ROBOT: readonly string[] = ["Sensor", "Odometry", "Planning and driving", "Exploration"];
+
+function matches(s: Setting, search: string): boolean {
+  const all = `${s.group} ${s.name} ${s.unit} ${s.meaning} ${s.key}`.toLowerCase();
+  return search.toLowerCase().split(/\s+/).every((word) => all.includes(word));
+}
+
+/** What an input holds: seven digits say what anybody typed; the others are those of the binary number. */
+function plain(value: number): string {
+  return Number.isFinite(value) ? String(Number(value.toPrecision(7))) : "";
+}
+
+function written(s: Setting, value: number): string {
+  if (s.kind === "choice") return s.choices[value] ?? "";
+  if (s.kind === "switch") return value === 0 ? "off" : "on";
+  return `${Number(value.toPrecision(4))}${s.unit ? ` ${s.unit}` : ""}`;
+}
+
+customElements.define("slam-settings", SlamSettings);

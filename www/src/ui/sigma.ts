@@ -1,0 +1,97 @@
+// How much the ranges of this sensor err, estimated from scans of a robot that stands; and its use.
+
+import { css, html, type TemplateResult, unsafeCSS } from "lit";
+import uPlot from "uplot";
+import plotCss from "uplot/dist/uPlot.min.css";
+import { type Growth, SIGMA_BIN, SIGMA_BIN_STRIDE, type SigmaCurve } from "../protocol.js";
+import type { Topic } from "../store.js";
+import { SlamElement } from "./element.js";
+import { fixed } from "./format.js";
+import { colourOf, numberAxes } from "./plot_style.js";
+import { shared, tool } from "./style.js";
+
+const HEIGHT = 150;
+
+export class SlamSigma extends SlamElement {
+  static override styles = [
+    unsafeCSS(plotCss),
+    shared,
+    tool,
+    css`
+      .row { display: flex; gap: 8px; margin: 8px 0; }
+      .row > * { flex: 1; }
+    `,
+  ];
+
+  protected override readonly topics: readonly Topic[] = ["sigma", "settings", "run", "theme"];
+  #growth: Growth = "linear";
+  #plot: uPlot | null = null;
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    new ResizeObserver(() => this.#plot?.setSize({ width: this.clientWidth, height: HEIGHT })).observe(this);
+  }
+
+  override render(): TemplateResult {
+    const { store } = this;
+    const { curve, error } = store.sigma;
+    const { settings } = store.setup;
+    const inUse = curve !== null && settings["points.sigma_slope"] === curve.coefficients[1] && settings["points.sigma_constant"] === curve.coefficients[0];
+    return html`<details data-testid="sigma">
+      <summary>Measure how much the ranges err</summary>
+      <p>${store.source === "replay"
+        ? "Two readings of one beam, one scan after the other, differ by √2 σ where the robot stands. The stretches of this recording in which it stood are compared."
+        : "Two readings of one beam, one scan after the other, differ by √2 σ where the robot stands. A twin of this robot stands where it is now and looks round 120 times."}</p>
+      <div class="row">
+        <select data-testid="growth" aria-label="How σ grows" @change=${(e: Event) => { this.#growth = (e.target as HTMLSelectElement).value as Growth; this.requestUpdate(); }}>
+          <option value="linear" .selected=${this.#growth === "linear"}>σ = a + b ρ</option>
+          <option value="square" .selected=${this.#growth === "square"}>σ = a + b ρ²</option>
+        </select>
+        <button data-testid="estimate-sigma" @click=${() => this.client.send({ kind: "sigma", growth: this.#growth })}>Estimate</button>
+      </div>
+      <div aria-live="polite">${error ? html`<p class="bad" role="alert" data-testid="sigma-error">It cannot be told: ${error}</p>` : curve ? this.#words(curve) : ""}</div>
+      <figure aria-label="σ over range: what was measured in each bin, and the curve" ?hidden=${!curve || error !== ""}><figcaption><span>σ over range, mm</span>${curve && curve.truth.length > 0 ? html`<span class="muted">dotted: as the noise was drawn</span>` : ""}</figcaption><div class="plot"></div></figure>
+      ${curve && !error ? html`<button class="apply" data-testid="use-sigma" ?disabled=${inUse} @click=${() => this.#use(curve)}>${inUse ? "In use" : store.source === "replay" ? "Map the recording with it" : "Use it instead of what the sensor says"}</button>` : ""}
+    </details>`;
+  }
+
+  override updated(): void {
+    this.#plot?.destroy();
+    this.#plot = null;
+    const { curve } = this.store.sigma;
+    const host = this.renderRoot.querySelector<HTMLElement>(".plot");
+    if (!curve || !host || this.clientWidth === 0) return;
+    const bins = Array.from({ length: curve.bins.length / SIGMA_BIN_STRIDE }, (_, i) => (place: number) => curve.bins[i * SIGMA_BIN_STRIDE + place] ?? NaN);
+    const at = new Map(bins.map((bin) => [bin(SIGMA_BIN.range), bin] as const));
+    const on = new Map([...curve.curveRanges].map((range, i) => [range, i] as const));
+    const all = [...new Set([...at.keys(), ...on.keys()])].sort((a, b) => a - b);
+    const line = (values: Float64Array): (number | null)[] => all.map((range) => (on.has(range) && values.length > 0 ? 1000 * (values[on.get(range) ?? 0] ?? NaN) : null));
+    const [estimate, truth] = [colourOf(host, "map-estimate"), colourOf(host, "map-truth")];
+    this.#plot = new uPlot({
+      width: Math.max(this.clientWidth, 100), height: HEIGHT, legend: { show: false }, cursor: { y: false, drag: { x: true, y: false } }, padding: [6, 6, 0, 0],
+      scales: { x: { time: false } }, axes: numberAxes(host, "m"),
+      series: [{}, { stroke: estimate, width: 1.6, spanGaps: true, points: { show: false } }, { stroke: truth, width: 1.6, dash: [1, 3], spanGaps: true, points: { show: false } },
+        { stroke: estimate, width: 0, paths: () => null, points: { show: true, size: 5, fill: estimate } }],
+    }, [all, line(curve.curveSigmas), line(curve.truth), all.map((range) => (at.has(range) ? 1000 * (at.get(range)?.(SIGMA_BIN.sigma) ?? NaN) : null))] as uPlot.AlignedData, host);
+  }
+
+  #words(curve: SigmaCurve): TemplateResult {
+    const [a = NaN, b = NaN] = curve.coefficients;
+    const [da = NaN, db = NaN] = curve.errors;
+    const [chi = NaN, freedom = NaN] = curve.chiSquared;
+    const unit = curve.growth === "linear" ? "mm/m" : "mm/m²";
+    // Three standard deviations above its mean of χ²: the form of the curve is wrong.
+    const misfits = chi > freedom + 3 * Math.sqrt(2 * freedom);
+    return html`<p data-testid="sigma-words">a = <b class="num">${fixed(1000 * a, 2)} ± ${fixed(1000 * da, 2)} mm</b>, b = <b class="num">${fixed(1000 * b, 2)} ± ${fixed(1000 * db, 2)} ${unit}</b>, from ${curve.scans} scans${curve.stretches > 1 ? ` in ${curve.stretches} stretches` : ""}.
+      ${misfits ? `The bins do not all lie on such a curve (χ² ${fixed(chi, 0)} with ${freedom} degrees of freedom): beams on edges and slanting walls spoil some, or the other form fits better.` : `The bins lie on it as well as they can (χ² ${fixed(chi, 0)} with ${freedom} degrees of freedom).`}</p>`;
+  }
+
+  #use(curve: SigmaCurve): void {
+    const [constant = NaN, slope = NaN, least = NaN] = curve.coefficients;
+    const { settings } = this.store.setup;
+    this.client.configure({ ...settings, "points.sigma": curve.growth === "linear" ? 1 : 2, "points.sigma_constant": constant, "points.sigma_slope": slope, "points.sigma_least": least });
+    if (this.store.source === "replay") this.client.again();
+  }
+}
+
+customElements.define("slam-sigma", SlamSigma);
