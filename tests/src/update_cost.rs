@@ -48,7 +48,7 @@ pub fn update_ms(now_ms: impl Fn() -> f64) -> Result<[f64; SIZES.len()], EkfErro
 fn mapped(n: usize) -> Result<EkfSlam, EkfError> {
     let mut config = EkfConfig::default();
     config.association.method = AssociationMethod::Nearest;
-    let mut slam = EkfSlam::new(config);
+    let mut slam = EkfSlam::new(config)?;
     let walls: Vec<_> = (0..n).map(wall).collect();
     // Often enough to be confirmed: what was seen once is soon forgotten.
     for _ in 0..4 {

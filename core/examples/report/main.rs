@@ -17,6 +17,8 @@
 mod controller;
 mod ekf_consistency;
 mod ekf_cost;
+mod errand;
+mod heading;
 mod line_fit;
 mod outcome;
 mod planners;
@@ -55,6 +57,9 @@ struct Args {
     /// Number of seeds (runs, scenes), for a quick look; each report has its own default.
     #[arg(long)]
     seeds: Option<u64>,
+    /// Number of the first seed, to try others than the report's own.
+    #[arg(long, default_value_t = 0)]
+    first_seed: u64,
     /// For `ekf-cost`: milliseconds of the bar of a step by number of landmarks, as `100=0.2,200=0.7,500=4`.
     #[arg(long)]
     bar_ms: Option<String>,

@@ -1,6 +1,6 @@
 //! A simulated robot on a fixed tour, steered by the truth, with line filters listening; and whose wall each line is.
 //!
-//! In: a world, waypoints, a seed, the settings of each filter. Out: what each filter did.
+//! In: a world, waypoints or a number of random errands, a seed, the settings of each filter. Out: what each filter did.
 //!
 //! 1. The robot follows the waypoints by its true pose, so that all filters of a seed get the same ticks and scans, and none
 //!    steers by its own error.
@@ -12,12 +12,16 @@ use std::collections::{BTreeMap, VecDeque};
 
 use anyhow::{Context, Result};
 use nalgebra::{Point2, Vector2};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use slamlab_core::estimation::{EkfConfig, EkfSlam, LandmarkId, SweepTiming, ate_rmse};
 use slamlab_core::features::{LineConfig, LineExtractor, LineFeature};
 use slamlab_core::geom::{Pose2, Segment, wrap};
 use slamlab_core::points::{MotionHistory, PointConfig, Points};
 use slamlab_core::robot::{Command, Odometry, RobotModel, Scan, TrackOdometry};
 use slamlab_core::sim::{SensorModel, Simulation, worlds};
+
+use crate::errand::errand;
 
 /// Simulated time of one decision, s, and how many odometry readings fall into it: those of `Experiment`.
 const PERIOD: f64 = 0.05;
@@ -30,6 +34,19 @@ pub(crate) struct Tour {
     pub(crate) world: &'static str,
     /// World frame, m; the first one is where the robot starts.
     pub(crate) waypoints: &'static [(f64, f64)],
+    /// Ways to random places afterwards.
+    pub(crate) errands: usize,
+}
+
+impl Tour {
+    /// Random errands in a built-in world.
+    pub(crate) const fn errands(world: &'static str, errands: usize) -> Self {
+        Self {
+            world,
+            waypoints: &[],
+            errands,
+        }
+    }
 }
 
 /// Once around the ring, and 10 m of the second lap.
@@ -48,6 +65,7 @@ pub(crate) const LOOP: Tour = Tour {
         (2.5, 1.0),
         (12.0, 0.8),
     ],
+    errands: 0,
 };
 
 /// Into seven of the eight rooms and back to the start.
@@ -81,6 +99,7 @@ pub(crate) const OFFICE: Tour = Tour {
         (1.7, 6.0),
         (1.0, 6.0),
     ],
+    errands: 0,
 };
 
 /// What one filter did on a tour.
@@ -89,6 +108,8 @@ pub(crate) struct Listener {
     pub(crate) seed: u64,
     /// NEES of the pose at each scan.
     pub(crate) nees: Vec<f64>,
+    /// Of its heading alone.
+    pub(crate) heading_nees: Vec<f64>,
     pub(crate) ate: f64,
     pub(crate) end_error: f64,
     pub(crate) nis: f64,
@@ -113,6 +134,7 @@ pub(crate) struct Listener {
 struct Drive {
     sim: Simulation,
     start: Pose2,
+    is_errand: bool,
     walls: Vec<Segment>,
     wheels: TrackOdometry,
     history: MotionHistory,
@@ -133,30 +155,27 @@ pub(crate) fn drive(tour: &Tour, seed: u64, configs: &[EkfConfig]) -> Result<Vec
     let mut drive = Drive {
         sim,
         start,
+        is_errand: tour.errands > 0,
         walls,
         wheels,
         history: MotionHistory::new(5.0),
         extractor: LineExtractor::new(LineConfig::default()),
         lines: vec![],
         truth: vec![],
-        filters: configs
-            .iter()
-            .map(|config| {
-                let listener = Listener {
-                    seed,
-                    ..Listener::default()
-                };
-                (EkfSlam::new(*config), listener)
-            })
-            .collect(),
+        filters: listeners(configs, seed)?,
     };
     let mut route: VecDeque<_> = tour
         .waypoints
         .iter()
         .map(|&(x, y)| Point2::new(x, y))
         .collect();
-    let mut rest = 0;
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let (mut errands, mut rest) = (tour.errands, 0);
     for _ in 0..MOST_STEPS {
+        if route.is_empty() && errands > 0 {
+            errands -= 1;
+            route = errand(&drive.sim, &mut rng);
+        }
         drive.steer(&mut route);
         // Some scans at the end, standing.
         rest += u32::from(route.is_empty());
@@ -176,10 +195,27 @@ pub(crate) fn drive(tour: &Tour, seed: u64, configs: &[EkfConfig]) -> Result<Vec
     Ok(drive.finish())
 }
 
+/// A filter for each of the settings, and what will be told of it.
+fn listeners(configs: &[EkfConfig], seed: u64) -> Result<Vec<(EkfSlam, Listener)>> {
+    let with = |config: &EkfConfig| {
+        let listener = Listener {
+            seed,
+            ..Listener::default()
+        };
+        Ok((EkfSlam::new(*config)?, listener))
+    };
+    configs.iter().map(with).collect()
+}
+
 impl Drive {
     /// Heads for the next waypoint by the true pose.
     fn steer(&mut self, route: &mut VecDeque<Point2<f64>>) {
         let pose = self.sim.truth();
+        // The points of an errand lie close: it heads for one some way ahead.
+        let is_passed = |p: &Point2<f64>| (p - pose.position()).norm() < 0.25;
+        while self.is_errand && route.len() > 1 && route.front().is_some_and(is_passed) {
+            route.pop_front();
+        }
         let Some(&goal) = route.front() else {
             return;
         };
@@ -232,14 +268,14 @@ impl Drive {
     }
 
     fn finish(self) -> Vec<Listener> {
-        let (truth, walls) = (self.truth, self.walls);
+        let (truth, walls, start) = (self.truth, self.walls, self.start);
         let finish = |(slam, mut listener): (EkfSlam, Listener)| {
             listener.ate = ate_rmse(&truth, &listener.track).unwrap_or(f64::NAN);
             let ends = listener.track.last().zip(truth.last());
             listener.end_error =
                 ends.map_or(f64::NAN, |(estimate, truth)| (estimate - truth).norm());
             listener.confirmed = slam.landmarks().filter(|l| l.is_confirmed).count();
-            listener.duplicates = listener.count_duplicates(&slam, &walls);
+            listener.duplicates = listener.count_duplicates(&slam, &walls, &start);
             listener
         };
         self.filters.into_iter().map(finish).collect()
@@ -281,6 +317,9 @@ impl Listener {
         self.nis_degrees += report.nis_degrees();
         let estimate = slam.estimate();
         self.nees.push(estimate.nees(truth).unwrap_or(f64::NAN));
+        let turned = wrap(estimate.pose.heading() - truth.heading());
+        let variance = estimate.cov[(2, 2)];
+        self.heading_nees.push(turned * turned / variance);
         self.track.push(estimate.pose.position());
     }
 
@@ -289,7 +328,7 @@ impl Listener {
         found.map(|(_, wall)| *wall)
     }
 
-    fn count_duplicates(&self, slam: &EkfSlam, walls: &[Segment]) -> usize {
+    fn count_duplicates(&self, slam: &EkfSlam, walls: &[Segment], start: &Pose2) -> usize {
         let touching = EkfConfig::default().association.max_gap;
         // Where along its wall each landmark lies.
         let known: Vec<(usize, f64, f64)> = slam
@@ -298,8 +337,7 @@ impl Listener {
             .filter_map(|landmark| {
                 let wall = self.wall(landmark.id)?;
                 let tangent = walls.get(wall)?.vector().normalize();
-                // All tours start with heading 0, so that the map is the world but for a shift.
-                let ends = landmark.ends.map(|end| tangent.dot(&end.coords));
+                let ends = landmark.ends.map(|end| tangent.dot(&(*start * end).coords));
                 Some((wall, ends[0].min(ends[1]), ends[0].max(ends[1])))
             })
             .collect();

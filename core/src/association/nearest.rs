@@ -59,6 +59,63 @@ impl Default for AssociationConfig {
     }
 }
 
+/// A setting of [`AssociationConfig`] out of range.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("association.{field} is {value}; expected {expected}")]
+pub struct AssociationError {
+    /// Its name.
+    pub field: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What it may be.
+    pub expected: &'static str,
+}
+
+impl AssociationConfig {
+    /// Checks all settings. Gates and `max_gap` may be infinite: then they let everything pass.
+    ///
+    /// # Errors    [`AssociationError`] with the first one out of range.
+    pub fn validate(&self) -> Result<(), AssociationError> {
+        let positive = "greater than 0";
+        let checks = [
+            ("gate", self.gate, self.gate > 0.0, positive),
+            (
+                "new_gate",
+                self.new_gate,
+                self.new_gate >= self.gate,
+                "at least `gate`",
+            ),
+            (
+                "outlier_gate",
+                self.outlier_gate,
+                self.outlier_gate > 0.0,
+                positive,
+            ),
+            (
+                "ambiguity",
+                self.ambiguity,
+                self.ambiguity >= 0.0,
+                "at least 0",
+            ),
+            ("max_gap", self.max_gap, self.max_gap >= 0.0, "at least 0"),
+            (
+                "same_place",
+                self.same_place,
+                self.same_place >= 0.0,
+                "at least 0",
+            ),
+        ];
+        match checks.into_iter().find(|(_, _, holds, _)| !holds) {
+            Some((field, value, _, expected)) => Err(AssociationError {
+                field,
+                value,
+                expected,
+            }),
+            None => Ok(()),
+        }
+    }
+}
+
 /// A landmark that a sighting may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
@@ -175,6 +232,44 @@ mod tests {
 
     fn check(candidates: &[Candidate], expect: Choice) {
         assert_eq!(choose(candidates, &AssociationConfig::default()), expect);
+    }
+
+    #[test]
+    fn setting_out_of_range_is_named() {
+        let fine = AssociationConfig::default();
+        assert_eq!(fine.validate(), Ok(()));
+        for bad in [
+            AssociationConfig {
+                gate: f64::NAN,
+                ..fine
+            },
+            AssociationConfig { gate: 0.0, ..fine },
+            AssociationConfig {
+                new_gate: 9.0,
+                ..fine
+            },
+            AssociationConfig {
+                outlier_gate: -1.0,
+                ..fine
+            },
+            AssociationConfig {
+                ambiguity: -1.0,
+                ..fine
+            },
+            AssociationConfig {
+                max_gap: f64::NAN,
+                ..fine
+            },
+            AssociationConfig {
+                same_place: -0.1,
+                ..fine
+            },
+        ] {
+            let error = bad.validate().unwrap_err();
+            let settings = format!("{bad:?}");
+            let told = format!("{}: {:?}", error.field, error.value);
+            assert!(settings.contains(&told), "{error} of {settings}");
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@
 
 use nalgebra::{Matrix2x3, Matrix2x5, Point2, SMatrix};
 
-use super::ekf_slam::{EkfError, OdometryErrors, RobotState, check_feature, check_odometry};
+use super::ekf_slam::{EkfError, OdometryErrors, RobotState, check_feature};
 use super::line_model::{Linearisation, observe};
 use crate::association::{
     AssociationConfig, Candidate, Choice, ExpectedLine, Innovation, OrientedLine, choose,
@@ -81,21 +81,37 @@ pub struct LineLocaliser {
 impl LineLocaliser {
     /// A robot that is at `start`, map frame, with odometry as good as `prior` says (standard deviations; 0 for one without
     /// systematic errors).
-    #[must_use]
+    ///
+    /// # Errors   [`EkfError::Association`], or [`EkfError::Setting`] where start or prior are no numbers.
     pub fn new(
         map: Vec<KnownLine>,
         start: &PoseEstimate,
         prior: &OdometryErrors,
         association: AssociationConfig,
-    ) -> Self {
+    ) -> Result<Self, EkfError> {
+        association.validate()?;
+        let at = &start.pose;
+        let numbers = [
+            ("start.pose", at.x() + at.y() + at.heading()),
+            ("start.cov", start.cov.sum()),
+            ("prior.curvature", prior.curvature),
+            ("prior.turn_scale", prior.turn_scale),
+        ];
+        if let Some(&(field, value)) = numbers.iter().find(|(_, value)| !value.is_finite()) {
+            return Err(EkfError::Setting {
+                field,
+                value,
+                expected: "finite numbers",
+            });
+        }
         let mut state = RobotState::new(prior);
         state.pose = start.pose;
         state.cov.fixed_view_mut::<3, 3>(0, 0).copy_from(&start.cov);
-        Self {
+        Ok(Self {
             map,
             association,
             state,
-        }
+        })
     }
 
     /// The pose in the map.
@@ -108,7 +124,7 @@ impl LineLocaliser {
     ///
     /// # Errors   [`EkfError::Odometry`]; then nothing has changed.
     pub fn predict(&mut self, odometry: &Odometry) -> Result<(), EkfError> {
-        check_odometry(odometry)?;
+        odometry.validate()?;
         self.state = self.state.moved_by(odometry);
         Ok(())
     }

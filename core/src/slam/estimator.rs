@@ -87,7 +87,7 @@ impl Estimator {
             Method::LineEkf => {
                 config.lines.validate()?;
                 Self::Lines {
-                    ekf: Box::new(EkfSlam::new(config.ekf)),
+                    ekf: Box::new(EkfSlam::new(config.ekf)?),
                     extractor: Box::new(LineExtractor::new(config.lines)),
                     features: vec![],
                     smoother: SweepSmoother::default(),

@@ -1,6 +1,6 @@
 //! Settings of the line filter.
 
-use super::OdometryErrors;
+use super::{EkfError, OdometryErrors};
 use crate::association::AssociationConfig;
 
 /// Where the Jacobians are taken.
@@ -48,7 +48,9 @@ pub struct EkfConfig {
     /// Scans after which a line that is not confirmed is forgotten. Default 15.
     pub patience: u32,
     /// What the fit does not know about α (skew within a sweep, walls that are not flat), rad. Default 0.001. Added to each
-    /// sighting; growing makes the filter more cautious.
+    /// sighting; growing makes the filter more cautious. This and `r_sigma` are a part of why NIS is 0.83 of what
+    /// it should be on tours (`report -- ekf-consistency`). Without both it is 0.89, and the pose's NEES (3 is honest) at the end of
+    /// 50 tours of `office` rises from 2.6 to 3.7, of `loop` from 3.4 to 4.4: the errors of a scan's sightings hang together.
     pub alpha_sigma: f64,
     /// What the fit does not know about r, m. Default 0.002.
     pub r_sigma: f64,
@@ -76,6 +78,38 @@ impl Default for EkfConfig {
 }
 
 impl EkfConfig {
+    /// Checks all settings.
+    ///
+    /// # Errors    [`EkfError::Setting`] or [`EkfError::Association`] with the first one out of range.
+    pub fn validate(&self) -> Result<(), EkfError> {
+        self.association.validate()?;
+        let (merge, prior) = (&self.merge, &self.odometry_prior);
+        let checks = [
+            ("merge.gate", merge.gate),
+            ("merge.alpha", merge.alpha),
+            ("merge.r", merge.r),
+            ("alpha_sigma", self.alpha_sigma),
+            ("r_sigma", self.r_sigma),
+            ("odometry_prior.curvature", prior.curvature),
+            ("odometry_prior.turn_scale", prior.turn_scale),
+        ];
+        let is_bad = |value: f64| !(value >= 0.0 && value.is_finite());
+        let error = |field, value, expected| {
+            Err(EkfError::Setting {
+                field,
+                value,
+                expected,
+            })
+        };
+        if let Some(&(field, value)) = checks.iter().find(|(_, value)| is_bad(*value)) {
+            return error(field, value, "a finite number, at least 0");
+        }
+        if self.confirm_sightings == 0 {
+            return error("confirm_sightings", 0.0, "at least 1");
+        }
+        Ok(())
+    }
+
     /// For a sensor that scans on command and sees little: every sighting counts, nothing is forgotten soon.
     ///
     /// Between two scans of such a robot the heading drifts by degrees, not by tenths, and lines are short: what the

@@ -1,24 +1,29 @@
 //! What the filter takes in, and why it refuses the rest.
 
+use crate::association::AssociationError;
 use crate::features::LineFeature;
-use crate::robot::Odometry;
+use crate::robot::OdometryError;
 
 /// Why the filter refused an input; the state is untouched.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EkfError {
-    /// Odometry with a number that is not finite, or with a negative variance.
-    #[error(
-        "odometry from {from:.3} s to {to:.3} s: {what}; expected finite numbers and variances of at least 0"
-    )]
-    Odometry {
-        /// Start of the motion, s.
-        from: f64,
-        /// End of the motion, s.
-        to: f64,
-        /// The part at fault.
-        what: &'static str,
+    /// Odometry that is no motion.
+    #[error(transparent)]
+    Odometry(#[from] OdometryError),
+    /// A setting of [`super::EkfConfig`] out of range.
+    #[error("{field} is {value}; expected {expected}")]
+    Setting {
+        /// Its name.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it may be.
+        expected: &'static str,
     },
+    /// How sightings are to be matched makes no sense.
+    #[error(transparent)]
+    Association(#[from] AssociationError),
     /// A line with a number that is not finite, or a covariance that is not positive definite.
     #[error("feature {feature}: {what}")]
     Feature {
@@ -27,27 +32,6 @@ pub enum EkfError {
         /// The part at fault.
         what: &'static str,
     },
-}
-
-pub(in crate::estimation) fn check_odometry(odometry: &Odometry) -> Result<(), EkfError> {
-    let error = |what| {
-        Err(EkfError::Odometry {
-            from: odometry.from.seconds(),
-            to: odometry.to.seconds(),
-            what,
-        })
-    };
-    let motion = &odometry.motion;
-    if !(motion.x() + motion.y() + motion.heading()).is_finite() {
-        return error("the motion is not finite");
-    }
-    if !odometry.cov.iter().all(|v| v.is_finite()) {
-        return error("the covariance is not finite");
-    }
-    if odometry.cov.diagonal().iter().any(|&v| v < 0.0) {
-        return error("a variance is negative");
-    }
-    Ok(())
 }
 
 pub(in crate::estimation) fn check_feature(

@@ -103,7 +103,9 @@ impl EkfSlam {
         };
         let compared = (0..self.landmarks.len()).filter_map(|l| Some(self.compare(l, seen)?.0));
         scratch.candidates.extend(compared);
-        scratch.candidates.sort_by(|a, b| a.d2.total_cmp(&b.d2));
+        scratch
+            .candidates
+            .sort_unstable_by(|a, b| a.d2.total_cmp(&b.d2).then(a.index.cmp(&b.index)));
         for candidate in plausible(&scratch.candidates, self.config.association.gate) {
             let landmark = candidate.index;
             let expectation = self.expect(landmark);

@@ -75,9 +75,10 @@ pub(super) fn order(features: &[LineFeature], sweep: &SweepTiming, order: &mut V
     };
     order.clear();
     order.extend(0..features.len());
-    order.sort_by(|a, b| {
-        let (a, b) = (key(a), key(b));
-        b.0.total_cmp(&a.0).then(b.1.cmp(&a.1))
+    // Of equal ones the first: an unstable sort needs no memory.
+    order.sort_unstable_by(|i, j| {
+        let (a, b) = (key(i), key(j));
+        b.0.total_cmp(&a.0).then(b.1.cmp(&a.1)).then(i.cmp(j))
     });
 }
 

@@ -12,6 +12,7 @@ use crate::robot::Stamp;
 mod association;
 mod consistency;
 mod dense;
+mod observability;
 mod run;
 
 pub(super) const ONCE: SweepTiming = SweepTiming {
@@ -67,7 +68,8 @@ pub(super) fn some_state() -> EkfSlam {
     let mut slam = EkfSlam::new(EkfConfig {
         odometry_prior: EkfConfig::default().odometry_prior,
         ..plain()
-    });
+    })
+    .unwrap();
     let noise = Matrix3::from_diagonal(&Vector3::new(4e-3, 2e-3, 1e-3));
     slam.predict(&odometry(Pose2::new(1.0, 0.3, 0.4), noise))
         .unwrap();
@@ -113,11 +115,35 @@ fn bad_input_is_named_and_changes_nothing() {
     assert_eq!(before, after);
 }
 
+#[test]
+fn setting_out_of_range_is_named() {
+    let fine = EkfConfig::default();
+    let mut bad = [fine; 6];
+    bad[0].merge.r = f64::NAN;
+    bad[1].alpha_sigma = -1.0;
+    bad[2].r_sigma = f64::INFINITY;
+    bad[3].odometry_prior.curvature = -0.1;
+    bad[4].confirm_sightings = 0;
+    bad[5].association.gate = -1.0;
+    let names = [
+        "merge.r is NaN",
+        "alpha_sigma is -1",
+        "r_sigma is inf",
+        "odometry_prior.curvature is -0.1",
+        "confirm_sightings is 0",
+        "association.gate is -1",
+    ];
+    for (config, name) in bad.into_iter().zip(names) {
+        let error = EkfSlam::new(config).unwrap_err().to_string();
+        assert!(error.starts_with(name), "{error}");
+    }
+}
+
 proptest! {
     #[test]
     fn ids_are_never_given_twice(seed in 0..200_u64) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut slam = EkfSlam::new(EkfConfig { patience: 1, ..plain() });
+        let mut slam = EkfSlam::new(EkfConfig { patience: 1, ..plain() }).unwrap();
         let mut known = vec![];
         for _ in 0..30 {
             let report = slam.update(&[feature(rng.random_range(-3.0..3.0), rng.random_range(0.2..5.0))], &ONCE).unwrap();

@@ -58,7 +58,7 @@ fn at(pose: Pose2, sigmas: [f64; 3]) -> PoseEstimate {
 
 fn localiser(start: &PoseEstimate) -> LineLocaliser {
     let exact = OdometryErrors::default();
-    LineLocaliser::new(room(), start, &exact, AssociationConfig::default())
+    LineLocaliser::new(room(), start, &exact, AssociationConfig::default()).unwrap()
 }
 
 #[test]
@@ -121,7 +121,8 @@ fn average_nees_lies_in_the_band_of_the_mean() {
             1.0 + 0.05 * normal(&mut rng),
             0.03 * normal(&mut rng),
         );
-        let mut slam = LineLocaliser::new(room(), &start, &OdometryErrors::default(), wide);
+        let mut slam =
+            LineLocaliser::new(room(), &start, &OdometryErrors::default(), wide).unwrap();
         for step in 0..60 {
             let turn = if step % 15 > 11 { 0.05 } else { 0.0 };
             let tracks = Tracks {

@@ -19,7 +19,8 @@ fn knowing(lines: &[LineFeature]) -> EkfSlam {
     let mut slam = EkfSlam::new(EkfConfig {
         confirm_sightings: 1,
         ..plain()
-    });
+    })
+    .unwrap();
     for _ in 0..30 {
         slam.update(lines, &ONCE).unwrap();
     }
@@ -86,7 +87,8 @@ fn difference_that_is_not_known_well_decides_nothing() {
     let mut slam = EkfSlam::new(EkfConfig {
         confirm_sightings: 1,
         ..plain()
-    });
+    })
+    .unwrap();
     let vague = |from: f64, to: f64| LineFeature {
         cov: Matrix2::new(2.5e-3, 0.0, 0.0, 4e-4),
         ..part(0.0, 1.0, from, to)

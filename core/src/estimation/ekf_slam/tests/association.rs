@@ -18,7 +18,7 @@ fn lines_matched_together_outvote_a_nearer_wrong_wall() {
         // The nearest one is taken, however near the next.
         config.association.ambiguity = 0.0;
         config.association.new_gate = 16.0;
-        let mut slam = EkfSlam::new(config);
+        let mut slam = EkfSlam::new(config).unwrap();
         for _ in 0..5 {
             slam.update(&walls, &ONCE).unwrap();
         }
@@ -44,7 +44,7 @@ fn lines_matched_together_outvote_a_nearer_wrong_wall() {
 
 #[test]
 fn both_faces_of_a_thin_wall_are_two_landmarks() {
-    let mut slam = EkfSlam::new(plain());
+    let mut slam = EkfSlam::new(plain()).unwrap();
     slam.update(&[feature(0.0, 1.0)], &ONCE).unwrap();
     let exact = |x: f64| odometry(Pose2::new(x, 0.0, 0.0), Matrix3::identity() * 1e-6);
     slam.predict(&exact(2.0)).unwrap();
@@ -54,7 +54,7 @@ fn both_faces_of_a_thin_wall_are_two_landmarks() {
 
 #[test]
 fn wall_seen_in_two_parts_across_a_door_is_two_landmarks_until_the_parts_meet() {
-    let mut slam = EkfSlam::new(plain());
+    let mut slam = EkfSlam::new(plain()).unwrap();
     let part = |from: f64, to: f64| LineFeature {
         ends: [Point2::new(1.0, from), Point2::new(1.0, to)],
         ..feature(0.0, 1.0)
@@ -123,7 +123,7 @@ fn part(alpha: f64, r: f64, [from, to]: [f64; 2]) -> LineFeature {
 
 /// A filter that has seen the lines so often.
 fn knowing(lines: &[LineFeature], times: usize) -> EkfSlam {
-    let mut slam = EkfSlam::new(plain());
+    let mut slam = EkfSlam::new(plain()).unwrap();
     for _ in 0..times {
         slam.update(lines, &ONCE).unwrap();
     }

@@ -41,7 +41,7 @@ impl Run {
         let to_map = start.inverse();
         let in_map = |w: &Segment| Segment::new(to_map * w.a, to_map * w.b);
         Self {
-            slam: EkfSlam::new(config),
+            slam: EkfSlam::new(config).unwrap(),
             truth: Pose2::identity(),
             walls: walls.iter().map(in_map).collect(),
             noise: OdometryNoise {
