@@ -98,11 +98,12 @@ fn one_wrong_angle_costs_one_reading() {
 
 #[test]
 fn a_turn_that_lost_most_is_not_handed_on() {
-    let lost = |k: usize| {
-        !(k / BEAMS == 1 && (k % BEAMS) < 170 && (k % BEAMS) > 5)
-            && !(k / BEAMS == 0 && (k % BEAMS) > 200)
+    let is_lost = |k: &usize| match (k / BEAMS, k % BEAMS) {
+        (0, beam) => beam > 200,
+        (1, beam) => (6..170).contains(&beam),
+        _ => false,
     };
-    let (scans, losses) = collect((0..4 * BEAMS).filter(|&k| lost(k)).map(sample));
+    let (scans, losses) = collect((0..4 * BEAMS).filter(|k| !is_lost(k)).map(sample));
     assert_eq!((scans.len(), losses.revolutions), (2, 1));
 }
 
@@ -110,7 +111,7 @@ fn a_turn_that_lost_most_is_not_handed_on() {
 fn jitter_at_the_seam_ends_one_turn_only() {
     let jitter = |k: usize| {
         let mut sample = sample(k);
-        sample.angle += if k % 2 == 0 { 0.03 } else { -0.03 };
+        sample.angle += if k.is_multiple_of(2) { 0.03 } else { -0.03 };
         sample
     };
     let (scans, _) = collect((0..5 * BEAMS).map(jitter));
