@@ -170,9 +170,9 @@ impl Experiment {
     }
 
     /// The first half of a step: the pilot looks at the map and tells the robot what to do. Does nothing in the middle of a
-    /// period, where [`Self::next_stage`] may have left off.
+    /// period or of a scan, where [`Self::next_stage`] may have left off.
     pub fn decide(&mut self) {
-        if self.readings < READINGS {
+        if self.readings < READINGS || self.slam.pending_points().is_some() {
             return;
         }
         let estimate = self.slam.estimate();

@@ -153,6 +153,7 @@ impl Pilot {
         if !in_cycle {
             return (self.steer(now), false);
         }
+        self.was_bumped = now.bumpers.any();
         match self.stage(now) {
             cycle::Next::Stage => (None, true),
             cycle::Next::Tell(command) => (Some(command), false),

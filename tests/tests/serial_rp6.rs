@@ -152,8 +152,10 @@ fn odometry_is_that_of_the_robots_own_counts() {
     let track_width = (model.track_width * 1e3).round() * 1e-3;
     let turned = (right - left) as f64 * model.metres_per_tick / track_width;
     assert!(driver.pose.x() > 0.1, "{:?}", driver.pose);
+    // Between the last telemetry and the look at its counts the robot may still settle by a count or two.
+    let settling = 3.0 * model.metres_per_tick / track_width;
     assert!(
-        (driver.pose.heading() - turned).abs() < 1e-3,
+        (driver.pose.heading() - turned).abs() < settling,
         "{} and {turned}",
         driver.pose.heading()
     );
