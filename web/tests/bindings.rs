@@ -6,7 +6,7 @@ use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::pilot::Mode;
 use slamlab_core::robot::RobotModel;
 use slamlab_core::sim::{SensorModel, worlds};
-use slamlab_web::{WebExperiment, WebLogReader, WebReplay};
+use slamlab_web::{WebExperiment, WebLogReader, WebReplay, WebSetup};
 use wasm_bindgen::{JsError, JsValue};
 use wasm_bindgen_test::{wasm_bindgen_test, wasm_bindgen_test_configure};
 
@@ -15,7 +15,19 @@ wasm_bindgen_test_configure!(run_in_dedicated_worker);
 const BLOCK: usize = 64 * 64;
 
 fn experiment(world: &str, is_file: bool) -> Result<WebExperiment, String> {
-    WebExperiment::new(world, is_file, "lidar", 7, "line-ekf", "explore").map_err(words)
+    WebExperiment::new(&setup(world, is_file)).map_err(words)
+}
+
+fn setup(world: &str, is_file: bool) -> WebSetup {
+    WebSetup {
+        world: world.to_owned(),
+        is_file,
+        sensor: "lidar".to_owned(),
+        seed: 7,
+        method: "line-ekf".to_owned(),
+        mode: "explore".to_owned(),
+        ..WebSetup::new()
+    }
 }
 
 /// The error as a browser would print it.
@@ -39,8 +51,11 @@ fn every_name_that_the_page_offers_begins_a_run() {
     let names = slamlab_web::sensor_names();
     assert!(names.len() >= 8 && names.len().is_multiple_of(2));
     for name in names.iter().step_by(2) {
-        let run = WebExperiment::new("arena", false, name, 7, "line-ekf", "explore");
-        assert!(run.is_ok(), "{name}");
+        let setup = WebSetup {
+            sensor: name.clone(),
+            ..setup("arena", false)
+        };
+        assert!(WebExperiment::new(&setup).is_ok(), "{name}");
     }
 }
 
@@ -70,7 +85,7 @@ fn the_filter_can_be_looked_into() {
     for _ in 0..200 {
         step(&mut run);
     }
-    let inside = run.inspect().expect("a line filter");
+    let inside = run.inspect(true).expect("a line filter");
     let n = inside.robot_rows as usize + 2 * inside.landmarks.len();
     assert_eq!(inside.coefficients.len(), n * n);
     for (row, cells) in inside.coefficients.chunks(n).enumerate() {
@@ -106,12 +121,15 @@ fn the_filter_can_be_looked_into() {
     assert!(status.nees > 0.0 && status.nees_low < 3.0 && status.nees_high > 3.0);
     assert!(status.nis > 0.0 && status.nis_low < 1.0 && status.nis_high > 1.0);
     assert!(!run.diagnosis().is_empty());
-    let matching = WebExperiment::new("arena", false, "lidar", 7, "scan-matching", "explore");
+    let matching = WebExperiment::new(&WebSetup {
+        method: "scan-matching".to_owned(),
+        ..setup("arena", false)
+    });
     assert!(
         matching
             .map_err(words)
             .expect("a built-in world")
-            .inspect()
+            .inspect(true)
             .is_none()
     );
 }
@@ -215,7 +233,7 @@ fn log(scans: usize) -> String {
 }
 
 fn read(bytes: &[u8], chunk: usize) -> Result<WebReplay, String> {
-    let mut reader = WebLogReader::new("scan-matching").map_err(words)?;
+    let mut reader = WebLogReader::new("scan-matching", vec![], vec![]).map_err(words)?;
     for part in bytes.chunks(chunk) {
         reader.push(part).map_err(words)?;
     }
@@ -261,7 +279,7 @@ fn a_bad_log_is_refused_with_its_line() {
     let nan = text.replacen(" 2.00 ", " nan ", 1);
     assert!(refuse(nan.as_bytes()).contains("\"nan\""));
     assert!(
-        WebLogReader::new("guessing")
+        WebLogReader::new("guessing", vec![], vec![])
             .map_err(words)
             .expect_err("no method")
             .contains("guessing")
