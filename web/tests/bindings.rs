@@ -15,7 +15,7 @@ wasm_bindgen_test_configure!(run_in_dedicated_worker);
 const BLOCK: usize = 64 * 64;
 
 fn experiment(world: &str, is_file: bool) -> Result<WebExperiment, String> {
-    WebExperiment::new(&setup(world, is_file)).map_err(words)
+    WebExperiment::new(setup(world, is_file)).map_err(words)
 }
 
 fn setup(world: &str, is_file: bool) -> WebSetup {
@@ -55,7 +55,7 @@ fn every_name_that_the_page_offers_begins_a_run() {
             sensor: name.clone(),
             ..setup("arena", false)
         };
-        assert!(WebExperiment::new(&setup).is_ok(), "{name}");
+        assert!(WebExperiment::new(setup).is_ok(), "{name}");
     }
 }
 
@@ -121,7 +121,7 @@ fn the_filter_can_be_looked_into() {
     assert!(status.nees > 0.0 && status.nees_low < 3.0 && status.nees_high > 3.0);
     assert!(status.nis > 0.0 && status.nis_low < 1.0 && status.nis_high > 1.0);
     assert!(!run.diagnosis().is_empty());
-    let matching = WebExperiment::new(&WebSetup {
+    let matching = WebExperiment::new(WebSetup {
         method: "scan-matching".to_owned(),
         ..setup("arena", false)
     });
