@@ -70,9 +70,9 @@ fn an_experiment_steps_and_has_frames() {
     assert!(status.scans > 20 && !status.finished);
     assert_eq!(run.mode(), "explore");
     let view = run.view(0, 0.0);
-    assert!(view.scan.len() > 200 && view.scan.len() % 2 == 0);
-    assert!(!view.lines.is_empty() && view.lines.len() % 12 == 0);
-    assert!(!run.truth().is_empty() && run.truth().len() % 4 == 0);
+    assert!(view.scan.len() > 200 && view.scan.len().is_multiple_of(2));
+    assert!(!view.lines.is_empty() && view.lines.len().is_multiple_of(12));
+    assert!(!run.truth().is_empty() && run.truth().len().is_multiple_of(4));
     assert!(run.extent() > 10.0 && run.explored() > 0.1 && run.known_area() > 1.0);
     assert_eq!(run.state_hash().len(), 16);
     let files = run.map_files("arena.pgm").map_err(words).expect("a map");
@@ -94,7 +94,7 @@ fn the_filter_can_be_looked_into() {
             assert!((cell - inside.coefficients[column * n + row]).abs() < 1e-6);
         }
     }
-    assert!(!inside.sightings.is_empty() && inside.sightings.len() % 7 == 0);
+    assert!(!inside.sightings.is_empty() && inside.sightings.len().is_multiple_of(7));
     let counted: f64 = inside.sightings.chunks(7).map(|s| s[6]).sum();
     assert_eq!(inside.candidates.len(), 8 * counted as usize);
     let matched: Vec<_> = inside.sightings.chunks(7).filter(|s| s[4] == 0.0).collect();
