@@ -12,11 +12,9 @@ mod figures;
 #[cfg(test)]
 mod tests;
 
-use crate::estimation::{EkfConfig, ScanMatcherConfig};
-use crate::features::LineConfig;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
-use crate::map::{EvidenceConfig, GridConfig};
+use crate::map::EvidenceConfig;
 use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation};
 use crate::robot::{Command, Robot, RobotModel, Scan, TrackNoise};
 use crate::sim::{NoDoor, SensorModel, SimError, Simulation, World};
@@ -91,18 +89,7 @@ impl ExperimentConfig {
         if !sensor.scans_on_command() {
             return (SlamConfig::default(), PilotConfig::default());
         }
-        let slam = SlamConfig {
-            grid: GridConfig::celej(),
-            lines: LineConfig::short_range(),
-            ekf: EkfConfig::short_range(),
-            evidence: EvidenceConfig::short_range(),
-            matcher: ScanMatcherConfig {
-                evidence: EvidenceConfig::short_range(),
-                ..ScanMatcherConfig::default()
-            },
-            ..SlamConfig::default()
-        };
-        (slam, PilotConfig::short_range())
+        (SlamConfig::short_range(), PilotConfig::short_range())
     }
 }
 

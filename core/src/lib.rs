@@ -59,3 +59,6 @@ pub mod sim;
 pub mod format;
 
 pub mod wire;
+
+// The same loop as in `experiment`, with a bridge between robot and estimate.
+pub mod live;

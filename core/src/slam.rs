@@ -52,6 +52,25 @@ pub struct SlamConfig {
     pub evidence: EvidenceConfig,
 }
 
+impl SlamConfig {
+    /// For a sensor that scans only on command: it sees each cell a few times at most, little of each wall, and from afar in
+    /// terms of odometry. It takes Celej's quicker grid, and the `short_range` figures of lines, filter and grid.
+    #[must_use]
+    pub fn short_range() -> Self {
+        Self {
+            grid: GridConfig::celej(),
+            lines: LineConfig::short_range(),
+            ekf: EkfConfig::short_range(),
+            evidence: EvidenceConfig::short_range(),
+            matcher: ScanMatcherConfig {
+                evidence: EvidenceConfig::short_range(),
+                ..ScanMatcherConfig::default()
+            },
+            ..Self::default()
+        }
+    }
+}
+
 /// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

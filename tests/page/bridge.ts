@@ -1,4 +1,5 @@
-// Starts the bridge on a free port before the tests, tells them its address, and stops that very process after them.
+// Starts the bridge on a free port before the tests, tells them its address, and stops that very process after them. Tests of
+// a robot behind a bridge start one more of their own.
 import { spawn, type ChildProcess } from 'node:child_process';
 import { once } from 'node:events';
 import { createInterface } from 'node:readline';
@@ -7,15 +8,32 @@ import { fileURLToPath } from 'node:url';
 const root = fileURLToPath(new URL('../..', import.meta.url));
 
 export default async function startBridge(): Promise<() => Promise<void>> {
-  const program = process.env.SLAMLAB_BRIDGE ?? `${root}/target/debug/slamlab-bridge`;
-  const bridge = spawn(program, ['--port', '0', '--page', `${root}/www/dist`], { stdio: ['ignore', 'pipe', 'inherit'] });
-  process.env.SLAMLAB_URL = await addressOf(bridge);
-  return async () => {
-    if (bridge.exitCode !== null) return;
-    const gone = once(bridge, 'exit');
-    bridge.kill('SIGTERM');
+  const bridge = await Bridge.start();
+  process.env.SLAMLAB_URL = bridge.url;
+  return () => bridge.stop();
+}
+
+/** A bridge of its own for a test, and the end of it. */
+export class Bridge {
+  private constructor(private readonly process: ChildProcess, readonly url: string) {}
+
+  /** With these flags beside those of the page; on a free port unless one is given. */
+  static async start(flags: string[] = [], port = '0'): Promise<Bridge> {
+    const program = process.env.SLAMLAB_BRIDGE ?? `${root}/target/debug/slamlab-bridge`;
+    const bridge = spawn(program, ['--port', port, '--page', `${root}/www/dist`, ...flags], { stdio: ['ignore', 'pipe', 'inherit'] });
+    return new Bridge(bridge, await addressOf(bridge));
+  }
+
+  get port(): string {
+    return new URL(this.url).port;
+  }
+
+  async stop(signal: NodeJS.Signals = 'SIGTERM'): Promise<void> {
+    if (this.process.exitCode !== null || this.process.signalCode !== null) return;
+    const gone = once(this.process, 'exit');
+    this.process.kill(signal);
     await gone;
-  };
+  }
 }
 
 async function addressOf(bridge: ChildProcess): Promise<string> {

@@ -46,6 +46,7 @@ const MAY_IMPORT: [(&str, Imports); 19] = [
     ("experiment", AllBefore),
     ("settings", AllBefore),
     ("replay", AllBefore),
+    ("live", AllBefore),
 ];
 
 /// Whether `importer` may import `imported`; `None` where the table does not know the importer.

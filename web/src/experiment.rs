@@ -18,6 +18,15 @@ use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
 use crate::view::{self, MapFiles, SlamView};
 
+/// What the page calls it.
+pub(crate) fn mode_name(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Manual => "manual",
+        Mode::GoTo(_) => "goto",
+        Mode::Explore => "explore",
+    }
+}
+
 /// A simulated robot that maps, finds itself, plans and drives.
 #[wasm_bindgen]
 #[derive(Debug)]
@@ -193,12 +202,7 @@ impl WebExperiment {
     /// `manual`, `goto` or `explore`.
     #[must_use]
     pub fn mode(&self) -> String {
-        let name = match self.experiment.pilot().mode() {
-            Mode::Manual => "manual",
-            Mode::GoTo(_) => "goto",
-            Mode::Explore => "explore",
-        };
-        name.to_owned()
+        mode_name(self.experiment.pilot().mode()).to_owned()
     }
 
     /// What the pilot is doing, or how its errand ended, in words.

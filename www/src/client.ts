@@ -5,6 +5,8 @@ import { downloadAll } from "./save.js";
 import type { Store } from "./store.js";
 import type { Scene } from "./view/scene.js";
 
+const TOKEN_KEY = "slamlab-token";
+
 export class Client {
   readonly #worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: "slamlab" });
   readonly #store: Store;
@@ -15,6 +17,7 @@ export class Client {
   /** The recording that is shown, and the one that is being read. */
   #recording: File | null = null;
   #opening: File | null = null;
+  #bridge: { url: string; token: string } | null = null;
   /** Called when a run begins, before its first frame. */
   onStart: () => void = () => {};
 
@@ -67,6 +70,39 @@ export class Client {
     this.send({ kind: "settings", sensor: store.setup.sensor, settings });
   }
 
+  /** Looks whether the page's own server is a bridge with something behind it; the simulation begins where none is. */
+  async begin(): Promise<void> {
+    const token = tokenOf(location);
+    try {
+      const answer = await fetch("bridge.json", { cache: "no-store" });
+      const about = answer.ok ? ((await answer.json()) as { websocket: string; sources: string[] }) : null;
+      if (about && about.sources.length > 0) {
+        const url = new URL(about.websocket, location.href);
+        url.protocol = url.protocol.replace("http", "ws");
+        this.connect(url.href, token);
+        return;
+      }
+    } catch {
+      // A server that knows nothing of bridges: the page is a laboratory of its own.
+    }
+    this.start();
+  }
+
+  connect(url: string, token: string, method: MethodName = this.#store.setup.method): void {
+    this.#bridge = { url, token };
+    this.send({ kind: "connect", url, token, method });
+  }
+
+  /** Takes the right to drive, or gives it back. */
+  wheel(take: boolean): void {
+    const driver = this.#store.bridge?.driver ?? "";
+    this.send({ kind: "wheel", take, force: driver !== "" });
+  }
+
+  emergency(on: boolean): void {
+    this.send({ kind: "emergency", on });
+  }
+
   explore(): void {
     this.#store.set("run", { aiming: false });
     this.send({ kind: "explore" });
@@ -97,13 +133,14 @@ export class Client {
 
   stop(): void {
     this.#store.set("run", { aiming: false });
-    this.send({ kind: this.#store.source === "sim" && !this.#store.reading ? "stop" : "cancel" });
+    this.send({ kind: this.#store.source !== "replay" && !this.#store.reading ? "stop" : "cancel" });
   }
 
   /** What runs now, from its beginning: with the method given, or else with the one it had. */
   again(method?: MethodName): void {
     const store = this.#store;
-    if (store.source === "replay" && this.#recording) void this.open(this.#recording, method ?? store.method);
+    if (store.source === "bridge" && this.#bridge) this.connect(this.#bridge.url, this.#bridge.token, method ?? store.method);
+    else if (store.source === "replay" && this.#recording) void this.open(this.#recording, method ?? store.method);
     else this.start({ mode: "explore", ...(method === undefined ? {} : { method }) });
   }
 
@@ -208,6 +245,9 @@ export class Client {
       case "sigma":
         store.set("sigma", { sigma: { curve: answer.curve, error: answer.error } });
         break;
+      case "bridge":
+        store.set("bridge", { bridge: answer.state });
+        break;
       case "saved":
         downloadAll(answer.files);
         store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(" and ")}` });
@@ -219,6 +259,19 @@ export class Client {
         break;
     }
   }
+}
+
+/** The right to drive comes behind the `#` of the address, which no server ever sees; there it does not stay. */
+function tokenOf(where: Location): string {
+  const given = new URLSearchParams(where.hash.slice(1)).get("token");
+  try {
+    if (given === null) return sessionStorage.getItem(TOKEN_KEY) ?? "";
+    sessionStorage.setItem(TOKEN_KEY, given);
+  } catch {
+    // Without storage a reload needs the whole address again.
+  }
+  if (given !== null) history.replaceState(null, "", where.pathname + where.search);
+  return given ?? "";
 }
 
 /** Settings that a recording knows too: it has its own sensor and its own odometry. */

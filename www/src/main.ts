@@ -6,6 +6,7 @@ import { download, mapPicture } from "./save.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
 import "./ui/bench.js";
+import "./ui/bridge.js";
 import "./ui/calibration.js";
 import "./ui/consistency.js";
 import "./ui/correlations.js";
@@ -51,7 +52,7 @@ const map = place<SlamMap>("slam-map");
 const transport = place<SlamTransport>("slam-transport");
 const cycle = place<SlamCycle>("slam-cycle");
 const help = place<SlamHelp>("slam-help");
-for (const tag of ["slam-header", "slam-setup", "slam-status", "slam-plots", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-settings", "slam-calibration", "slam-sigma", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
+for (const tag of ["slam-header", "slam-bridge", "slam-setup", "slam-status", "slam-plots", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-settings", "slam-calibration", "slam-sigma", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
   place(tag);
 }
 
@@ -79,7 +80,7 @@ addEventListener("focus-map", () => map.renderRoot.querySelector<HTMLElement>("#
 addEventListener("save-picture", () => void savePicture());
 
 startKeyboard({
-  drive: (forward, turn) => store.source === "sim" && client.drive(forward, turn),
+  drive: (forward, turn) => store.source !== "replay" && client.drive(forward, turn),
   stop: () => client.stop(),
   busy: () => help.shown,
   once: {
@@ -121,6 +122,7 @@ Object.defineProperty(window, "slamlab", {
     get setup() { return store.setup; },
     get method() { return store.method; },
     get spot() { return store.spot; },
+    get bridge() { return store.bridge; },
     get cycle() { return store.cycle; },
     get materials() { return [...new Set(scene.materials)]; },
     get seq() { return store.seq; },
@@ -135,4 +137,9 @@ Object.defineProperty(window, "slamlab", {
   }),
 });
 
-client.start();
+// Nobody steers a robot from a page that is out of sight.
+document.addEventListener("visibilitychange", () => {
+  if (document.hidden && store.source === "bridge" && store.bridge?.hasLease) client.stop();
+});
+
+void client.begin();

@@ -8,7 +8,7 @@
 export type SensorName = string;
 export type MethodName = "line-ekf" | "scan-matching";
 export type ModeName = "manual" | "goto" | "explore";
-export type SourceKind = "sim" | "replay";
+export type SourceKind = "sim" | "replay" | "bridge";
 
 /** A name that the module knows, and what a person calls it. */
 export interface Named {
@@ -138,8 +138,56 @@ export type Command =
   | { kind: "sigma"; growth: Growth }
   /** A trial of the simulated robot's drive controller. */
   | { kind: "bench"; trial: BenchTrial }
+  /** A robot behind a bridge, at the address of its WebSocket; with an empty token this page only watches. */
+  | { kind: "connect"; url: string; token: string; method: MethodName }
+  /** The right to drive it: takes it (with `force` also from somebody else), or gives it back. */
+  | { kind: "wheel"; take: boolean; force: boolean }
+  /** Cuts its motors off, or unlatches that. */
+  | { kind: "emergency"; on: boolean }
   | { kind: "save" }
   | { kind: "drawn" };
+
+/** `lost` is tried again, `refused` is not. */
+export type Connection = "connecting" | "open" | "lost" | "refused";
+
+export interface Device {
+  /** As the bridge was told of it: `rplidar:/dev/ttyUSB0`. */
+  name: string;
+  /** What it is; empty until it said so. */
+  model: string;
+  /** waiting, connected, measuring, sending or fault. */
+  state: string;
+  /** Of a fault: cause and cure. */
+  detail: string;
+}
+
+/** What a bridge and the robot behind it say of themselves. NaN where nothing is known. */
+export interface BridgeState {
+  connection: Connection;
+  /** Why the connection is not open; empty while it is. */
+  fault: string;
+  mayDrive: boolean;
+  hasLease: boolean;
+  /** The robot moves on this page's commands. */
+  armed: boolean;
+  emergency: boolean;
+  /** Who has the right to drive; empty for nobody. */
+  driver: string;
+  /** Why the robot is not armed. */
+  reason: string;
+  /** V. */
+  battery: number;
+  /** From here to the bridge and back, and age of the robot's newest reading there, s. */
+  roundTrip: number;
+  readingAge: number;
+  /** Readings that this page missed. */
+  dropped: number;
+  watchers: number;
+  /** File of the recording; empty for none. Messages that stand in it. */
+  recording: string;
+  recorded: number;
+  devices: Device[];
+}
 
 /** The numbers of the moment. NaN where there is none (no truth in a recording). */
 export interface Status {
@@ -398,6 +446,7 @@ export type Answer =
   | { kind: "calibrated"; calibration: Calibration | null; error: string }
   /** An estimate, or why there is none. */
   | { kind: "sigma"; curve: SigmaCurve | null; error: string }
+  | { kind: "bridge"; state: BridgeState | null }
   /** Something could not be done; the state before stays. */
   | { kind: "failed"; text: string };
 

@@ -1,7 +1,7 @@
 // What the page knows, and who wants to hear of changes. Components read it and send commands; nothing is computed here.
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
-import type { BenchResponse, Calibration, Cycle, Frame, Inspection, LogLevel, MethodName, Named, Preset, Setting, Setup, SigmaCurve, SourceKind, Status } from "./protocol.js";
+import type { BenchResponse, BridgeState, Calibration, Cycle, Frame, Inspection, LogLevel, MethodName, Named, Preset, Setting, Setup, SigmaCurve, SourceKind, Status } from "./protocol.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import { History } from "./history.js";
 
@@ -9,7 +9,7 @@ export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "settings" | "layers" | "log" | "";
 
 /** `moment` is told at most ten times a second; the rest at once. */
-export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma";
+export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge";
 
 export interface LogEntry {
   time: number;
@@ -59,6 +59,8 @@ export class Store {
   dataSheet = "";
   calibration: { fit: Calibration | null; error: string } = { fit: null, error: "" };
   sigma: { curve: SigmaCurve | null; error: string } = { curve: null, error: "" };
+  /** The bridge that is being talked to. */
+  bridge: BridgeState | null = null;
   /** Whether the robot drives by the cycle, and what its stages gave. */
   inCycle = false;
   cycle: Cycle | null = null;

@@ -3,9 +3,11 @@
 // It paces the source (simulated seconds for each second), works in slices short enough that every message is heard within
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
-import init, { WebExperiment, WebLogReader, WebSetup, calibrate, data_sheet, preset_list, sensor_names, setting_list, world_names } from "../pkg/slamlab_web.js";
+import init, { WebExperiment, WebLive, WebLogReader, WebSetup, calibrate, data_sheet, preset_list, sensor_names, setting_list, world_names } from "../pkg/slamlab_web.js";
 import { type Answer, type Clock, type Command, type Inspection, type MethodName, type Named, type Setup, transferables } from "./protocol.js";
+import { BridgeSource } from "./source/bridge.js";
 import { calibrationOf, listOf, presetOf, settingOf } from "./source/convert.js";
+import { BridgeLink } from "./source/link.js";
 import { ReplaySource } from "./source/replay.js";
 import { SimSource } from "./source/sim.js";
 import type { Source } from "./source/source.js";
@@ -79,7 +81,8 @@ function turn(): void {
     readOn(reading);
     return;
   }
-  if (!source || !playing) return;
+  // A robot behind a bridge goes at its own pace: its link tells when something came.
+  if (!source || !playing || source.kind === "bridge") return;
   try {
     const begin = performance.now();
     const target = speed === Infinity ? Infinity : anchor.time + ((begin - anchor.wall) / 1000) * speed;
@@ -184,14 +187,53 @@ function inspection(source: Source, now: number): Inspection | null {
 }
 
 function clock(): Clock {
-  return { wall: performance.timeOrigin + anchor.wall, time: anchor.time, rate: playing && speed !== Infinity ? speed : 0 };
+  return { wall: performance.timeOrigin + anchor.wall, time: anchor.time, rate: playing && speed !== Infinity && source?.kind !== "bridge" ? speed : 0 };
 }
 
 /** Wall ms at which the present run began. */
 let began = 0;
 
+/** The bridge that is being talked to; its run begins when it has said who it is. */
+let live: { link: BridgeLink; module: WebLive } | null = null;
+
+function connect(command: Extract<Command, { kind: "connect" }>): void {
+  disconnect();
+  const module = new WebLive(navigator.userAgent.includes("Mobile") ? "phone" : "browser", command.token, command.method, 1);
+  const title = new URL(command.url).host;
+  const link = new BridgeLink(module, command.url, {
+    moved: () => {
+      const shown = source instanceof BridgeSource ? source : null;
+      if (module.begun() !== (shown?.begun ?? 0)) {
+        // The module and its link go on in the new run.
+        if (shown) source = null;
+        begin(new BridgeSource(module, link, title, command.method), { setup: null, playing: true });
+      }
+      if (!(source instanceof BridgeSource)) return;
+      source.moved();
+      stale = true;
+      show();
+    },
+    state: (state) => post({ kind: "bridge", state }),
+  });
+  live = { link, module };
+}
+
+/** Leaves the bridge; its run, if one shows it, ends with the next that begins. */
+function disconnect(): void {
+  if (!live) return;
+  const { link, module } = live;
+  live = null;
+  if (source instanceof BridgeSource) {
+    source = null;
+  }
+  link.close();
+  module.free();
+  post({ kind: "bridge", state: null });
+}
+
 /** Takes a new source only once it exists: a setup that fails leaves the old run as it is. */
 function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, "kind" | "run" | "source" | "title" | "method">): void {
+  if (!(next instanceof BridgeSource)) disconnect();
   source?.close();
   source = next;
   inspected = -1;
@@ -210,6 +252,7 @@ function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, 
 
 function handle(command: Command): void {
   const sim = source instanceof SimSource ? source : null;
+  const bridge = source instanceof BridgeSource ? source : null;
   switch (command.kind) {
     case "start": {
       if (reading) stopReading();
@@ -269,20 +312,32 @@ function handle(command: Command): void {
     case "sigma":
       if (source) post({ kind: "sigma", ...attempt("curve", () => source?.estimateSigma(command.growth) ?? null) });
       break;
+    case "connect":
+      if (reading) stopReading();
+      connect(command);
+      break;
+    case "wheel":
+      bridge?.wheel(command.take, command.force);
+      break;
+    case "emergency":
+      bridge?.emergency(command.on);
+      break;
     case "explore":
     case "manual":
     case "goto":
     case "drive":
-    case "stop":
-      if (!sim) break;
-      if (command.kind === "explore") sim.explore();
-      else if (command.kind === "manual") sim.manual();
-      else if (command.kind === "goto") sim.goTo(command.x, command.y);
-      else if (command.kind === "drive") sim.drive(command.forward, command.turn);
-      else sim.stop();
+    case "stop": {
+      const robot = sim ?? bridge;
+      if (!robot) break;
+      if (command.kind === "explore") robot.explore();
+      else if (command.kind === "manual") robot.manual();
+      else if (command.kind === "goto") robot.goTo(command.x, command.y);
+      else if (command.kind === "drive") robot.drive(command.forward, command.turn);
+      else robot.stop();
       stale = true;
       show();
       break;
+    }
     case "cancel":
       if (reading) {
         stopReading();

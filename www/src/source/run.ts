@@ -1,6 +1,6 @@
 // What a simulated and a recorded run have in common: both are SLAM with a pose, a map and a log of what happened.
 
-import type { RunStatus, WebExperiment, WebReplay } from "../../pkg/slamlab_web.js";
+import type { RunStatus, WebExperiment, WebLive, WebReplay } from "../../pkg/slamlab_web.js";
 import { type DiagnosisName, type Frame, type Growth, type Inspection, LINE, LINE_STRIDE, type MethodName, type SavedFile, type SigmaCurve, type SourceKind } from "../protocol.js";
 import { Samples, Slow } from "./feeds.js";
 import type { Change, Moment, Note, Source } from "./source.js";
@@ -11,7 +11,7 @@ const BLOCK_CELLS = 64;
 /** What a frame tells of SLAM itself. */
 type SlamChange = Pick<Frame, "grid" | "gridAnew" | "scan" | "found" | "lines" | "samples">;
 
-export abstract class Run<Module extends WebExperiment | WebReplay> implements Source {
+export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> implements Source {
   abstract readonly kind: SourceKind;
   readonly title: string;
   readonly method: MethodName;

@@ -12,12 +12,21 @@ export function caption(store: Store): Caption {
   const { status, playing, source, title, reading, entering } = store;
   if (reading) return { doing: `Reading ${reading.name}`, more: percent(reading.done) };
   if (entering) return { doing: `Entering ${entering}…`, more: "" };
+  if (!status && store.bridge?.fault) return { doing: "No connection to the bridge", more: store.bridge.fault };
   if (!status) return { doing: "Starting…", more: "" };
   if (source === "replay") {
     if (status.finished && status.progress < 1) return { doing: `Mapped a part of ${title}`, more: [status.reason, percent(status.progress)].join(" at ") };
     if (status.finished) return { doing: `Mapped ${title}`, more: status.reason };
     const left = Number.isFinite(status.remaining) ? `${clock(status.remaining)} left` : "";
     return { doing: `${playing ? "Mapping" : "Paused in"} ${title}`, more: [percent(status.progress), left].filter(Boolean).join(", ") };
+  }
+  if (source === "bridge") {
+    const bridge = store.bridge;
+    if (bridge?.connection !== "open") return { doing: bridge?.connection === "connecting" ? `Connecting to ${title}` : `No connection to ${title}`, more: bridge?.fault ?? "" };
+    if (bridge.emergency) return { doing: "Emergency stop", more: "the motors are cut off" };
+    if (store.aiming) return { doing: "Click the map where the robot should go", more: "" };
+    if (bridge.armed) return { doing: { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode], more: status.activity || "arrow keys, WASD or the stick" };
+    return { doing: bridge.driver ? `${bridge.driver} drives` : `Watching ${title}`, more: "" };
   }
   const known = Number.isFinite(status.explored) ? `${percent(status.explored)} known` : "";
   if (status.finished) return { doing: sentence(status.reason) || "Finished", more: known };

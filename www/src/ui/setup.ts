@@ -62,7 +62,7 @@ export class SlamSetup extends SlamElement {
   override render(): TemplateResult {
     const { setup, source, title, worlds, sensors } = this.store;
     const own = setup.worldJson !== null;
-    const recorded = source === "replay";
+    const recorded = source !== "sim";
     const { method } = this.store;
     const value = (e: Event): string => (e.target as HTMLSelectElement).value;
     return html`
@@ -70,7 +70,7 @@ export class SlamSetup extends SlamElement {
       <div class="grid" role="group" aria-labelledby="run">
         <label class="wide">World
           <select data-testid="world" @change=${(e: Event) => this.#restart({ world: value(e), worldJson: null })}>
-            ${source === "replay" ? html`<option selected value="">Recording: ${title}</option>` : ""}
+            ${recorded ? html`<option selected value="">${source === "bridge" ? "Robot at" : "Recording:"} ${title}</option>` : ""}
             ${own ? html`<option .selected=${source === "sim"} value=${setup.world} disabled>${setup.world}</option>` : ""}
             ${worlds.map((w) => html`<option value=${w} .selected=${source === "sim" && !own && w === setup.world}>${WORLD_WORDS[w] ?? w}</option>`)}
           </select>

@@ -41,7 +41,10 @@ export class SlamStatus extends SlamElement {
     return html`
       <h2>Status</h2>
       <div class="big">
-        ${sim
+        ${this.store.source === "bridge"
+          ? html`<div><b data-testid="scans">${s?.scans ?? DASH}</b><span>scans mapped</span></div>
+            <div><b>${fixed(s?.distance ?? NaN, 1)}<small>m</small></b><span>driven</span></div>`
+          : sim
           ? html`<div title="Part of the reachable area that the map knows"><b data-testid="explored">${whole(s?.explored)}<small>%</small></b><span>explored</span>
               <meter max="1" .value=${finite(s?.explored)} aria-label="explored"></meter></div>
             <div title="Distance between where the robot believes to be and where it is"><b data-testid="position-error">${error.value}<small>${error.unit}</small></b><span>position error</span><br><span>wheels alone ${wheels.value} ${wheels.unit}</span></div>`

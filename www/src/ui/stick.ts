@@ -25,7 +25,7 @@ export class SlamStick extends SlamElement {
 
   override render(): TemplateResult {
     const { status, source, aiming } = this.store;
-    this.toggleAttribute("shown", source === "sim" && status?.mode === "manual" && !aiming);
+    this.toggleAttribute("shown", (source === "sim" || (source === "bridge" && this.store.bridge?.armed === true)) && status?.mode === "manual" && !aiming);
     return html`<div id="base" data-testid="stick" role="img" aria-label="Driving stick; the arrow keys do the same"
       @pointerdown=${this.#down} @pointermove=${this.#move} @pointerup=${this.#up} @pointercancel=${this.#up}><div id="knob"></div></div>`;
   }

@@ -18,6 +18,8 @@ export class SlamTransport extends SlamElement {
       .time { display: flex; gap: 6px; align-items: center; }
       .play { width: 44px; height: 44px; border-radius: 12px; background: var(--ink); color: var(--surface); border-color: transparent; }
       .play:hover { background: var(--ink); opacity: .88; }
+      .wheel { min-height: 44px; border-radius: 12px; }
+      .wheel[aria-pressed="true"] { background: var(--ink); color: var(--surface); border-color: transparent; }
       select { width: auto; min-width: 78px; min-height: 44px; }
       .time .icon { height: 44px; width: 40px; }
       .modes { display: flex; padding: 3px; gap: 2px; border-radius: 12px; background: var(--sunk); border: 1px solid var(--line); }
@@ -57,13 +59,13 @@ export class SlamTransport extends SlamElement {
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["moment", "run"];
+  protected override readonly topics: readonly Topic[] = ["moment", "run", "bridge"];
 
   override render(): TemplateResult {
     const { store, client } = this;
     const finished = store.status?.finished ?? false;
     return html`
-      <div class="time" role="group" aria-label="Time">
+      ${store.source === "bridge" ? this.#wheel() : html`<div class="time" role="group" aria-label="Time">
         <button class="play" data-testid="play" aria-label=${store.playing ? "Pause" : "Play"} title="${store.playing ? "Pause" : "Play"} (P)"
           ?disabled=${finished}
           @click=${(e: Event) => { client.send({ kind: store.playing ? "pause" : "play" }); this.giveBackFocus(e); }}>${store.playing ? icons.pause : icons.play}</button>
@@ -73,8 +75,8 @@ export class SlamTransport extends SlamElement {
           @change=${(e: Event) => { client.setSpeed(Number((e.target as HTMLSelectElement).value)); (e.target as HTMLSelectElement).blur(); }}>
           ${SPEEDS.map((s) => html`<option value=${String(s)} .selected=${s === store.speed}>${s === Infinity ? "max" : `${s} ×`}</option>`)}
         </select>
-      </div>
-      ${store.source === "sim" && !store.reading ? this.#modes() : this.#progress()}
+      </div>`}
+      ${store.source !== "replay" && !store.reading ? this.#modes() : this.#progress()}
       <button class="stop" data-testid="stop" title="Stop the robot (Esc or space)" @click=${(e: Event) => { client.stop(); this.giveBackFocus(e); }}>${icons.stop} STOP</button>
     `;
   }
@@ -86,19 +88,33 @@ export class SlamTransport extends SlamElement {
     if (next !== undefined) this.client.setSpeed(next);
   }
 
+  /** Who drives a real robot, in place of the time, which is its own. */
+  #wheel(): TemplateResult {
+    const { bridge } = this.store;
+    const drives = bridge?.armed ?? false;
+    const others = !drives && !bridge?.hasLease && (bridge?.driver ?? "") !== "";
+    const words = drives ? "Let go" : others ? "Take over" : "Drive";
+    const may = bridge?.connection === "open" && bridge.mayDrive && !bridge.emergency;
+    const why = bridge?.mayDrive === false ? "Only with the bridge's token: open the address that it printed at its start"
+      : drives ? "Give back the right to drive; the robot stops" : others ? `${bridge?.driver} drives; taking over stops the robot first` : "Take the right to drive, and arm the robot";
+    return html`<button class="wheel" data-testid="wheel" aria-pressed=${drives} ?disabled=${!may} title=${why}
+      @click=${(e: Event) => { this.client.wheel(!drives); this.giveBackFocus(e); }}>${icons.hand} ${words}</button>`;
+  }
+
   #modes(): TemplateResult {
     const { store, client } = this;
+    const idle = store.source === "bridge" && !store.bridge?.armed;
     const now: ModeName = store.aiming ? "goto" : (store.status?.mode ?? store.setup.mode);
     const mode = (name: ModeName, label: string, key: string, icon: TemplateResult, act: () => void): TemplateResult => html`
-      <button data-testid="mode-${name}" aria-pressed=${now === name} title="${label} (${key})"
+      <button data-testid="mode-${name}" aria-pressed=${now === name} ?disabled=${idle} title="${label} (${key})"
         @click=${(e: Event) => { act(); this.giveBackFocus(e); }}>${icon}${label}</button>`;
     return html`<div class="modes" role="group" aria-label="Mode">
       ${mode("manual", "Manual", "1", icons.hand, () => client.manual())}
       ${mode("goto", "Go to", "2", icons.pin, () => client.aim())}
       ${mode("explore", "Explore", "3", icons.compass, () => client.explore())}
-      <button class="cycle" data-testid="mode-cycle" aria-pressed=${store.inCycle} ?disabled=${store.inCycle && !store.setup.cycle}
+      ${store.source === "bridge" ? "" : html`<button class="cycle" data-testid="mode-cycle" aria-pressed=${store.inCycle} ?disabled=${store.inCycle && !store.setup.cycle}
         title=${store.inCycle && !store.setup.cycle ? "This sensor looks round only while the robot stands: it always drives by the cycle" : "The cycle (4): scan standing, plan, one turn, one leg, again"}
-        @click=${(e: Event) => { client.setCycle(!store.setup.cycle); this.giveBackFocus(e); }}>${icons.cycle}Cycle</button>
+        @click=${(e: Event) => { client.setCycle(!store.setup.cycle); this.giveBackFocus(e); }}>${icons.cycle}Cycle</button>`}
     </div>`;
   }
 

@@ -127,7 +127,7 @@ export class SlamMap extends LitElement {
       <canvas id="ground"></canvas>
       <canvas id="overlays"></canvas>
       <div
-        id="pad" class=${source === "sim" ? "" : "plain"} tabindex="0" role="application" data-testid="map"
+        id="pad" class=${source === "replay" ? "plain" : ""} tabindex="0" role="application" data-testid="map"
         aria-label="Map. Arrow keys drive the robot, Shift with arrow keys moves the view, plus and minus zoom, Enter sends the robot to the middle of the view."
         @keydown=${this.#key}
       ></div>
@@ -183,7 +183,7 @@ export class SlamMap extends LitElement {
   #choose(x: number, y: number): void {
     const wall = this.#wallAt(x, y);
     if (wall !== null && !this.store.aiming) this.store.point({ pinned: wall });
-    else if (this.store.source === "sim") this.client.goTo(x, y);
+    else if (this.store.source === "sim" || this.store.bridge?.armed) this.client.goTo(x, y);
   }
 
   #key(event: KeyboardEvent): void {

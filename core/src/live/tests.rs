@@ -1,0 +1,302 @@
+//! The loop closed in a simulated room, with the messages of a bridge between robot and estimate.
+
+use nalgebra::Point2;
+
+use super::*;
+use crate::pilot::{Finish, Status};
+use crate::robot::Robot;
+use crate::sim::{SensorModel, Simulation, worlds};
+use crate::wire::message::{
+    BridgeHello, CHALLENGE_BYTES, DisarmReason, Format, Header, Lease, OdometryBody, SCHEMA,
+    SafetyBody, ScanBody, ToBridge, Watching, Welcome, decode, encode,
+};
+
+/// A bridge of a few lines: grants what is asked for, passes commands on, stops a robot that nobody keeps going.
+struct Bridge {
+    robot: Simulation,
+    sequence: u32,
+    armed: bool,
+    driven: f64,
+    said: Vec<ToBridge>,
+}
+
+impl Bridge {
+    fn new(sensor: SensorModel) -> Self {
+        let world = worlds::builtin("arena").unwrap();
+        let robot = world.robot.model();
+        Self {
+            robot: Simulation::new(world, robot, sensor, 3).unwrap(),
+            sequence: 0,
+            armed: false,
+            driven: f64::NEG_INFINITY,
+            said: vec![],
+        }
+    }
+
+    fn micros(&self) -> u64 {
+        // Its clock began 5 s before the robot's.
+        self.robot.stamp().0 + 5_000_000
+    }
+
+    fn tell(&mut self, live: &mut Live, message: &FromBridge) {
+        self.sequence += 1;
+        let header = Header {
+            sequence: self.sequence,
+            micros: self.micros(),
+        };
+        let bytes = encode(header, message, Format::Binary).unwrap();
+        live.receive(self.micros(), &bytes).unwrap();
+    }
+
+    fn greet(&mut self, live: &mut Live) {
+        let on_command = self.robot.scans_on_command();
+        let robot = RobotFigures::new(self.robot.robot(), on_command);
+        self.tell(
+            live,
+            &FromBridge::Hello(BridgeHello {
+                version: "test".to_owned(),
+                schema: SCHEMA,
+                challenge: [1; CHALLENGE_BYTES],
+                watching: Watching::Anyone,
+                robot: Some(robot),
+                watchdog_millis: 200,
+                lease_millis: 2000,
+            }),
+        );
+        let welcome = Welcome {
+            client: 1,
+            may_drive: true,
+        };
+        self.tell(live, &FromBridge::Welcome(welcome));
+    }
+
+    fn safety(&mut self, live: &mut Live) {
+        let safety = SafetyBody {
+            driver: Some(1),
+            driver_name: "test".to_owned(),
+            armed: self.armed,
+            emergency: false,
+            reason: DisarmReason::Start,
+        };
+        self.tell(live, &FromBridge::Safety(safety));
+    }
+
+    fn hear(&mut self, live: &mut Live) {
+        for bytes in live.take_outgoing() {
+            let (_, message) = decode::<ToBridge>(&bytes, Format::Binary).unwrap();
+            match &message {
+                ToBridge::Take { .. } => {
+                    let lease = Lease {
+                        epoch: 1,
+                        millis: 2000,
+                    };
+                    self.tell(live, &FromBridge::Granted(lease));
+                    self.safety(live);
+                }
+                ToBridge::Arm { .. } => {
+                    self.armed = true;
+                    self.safety(live);
+                }
+                ToBridge::Stop => {
+                    self.armed = false;
+                    self.robot.command(Command::Stop);
+                    self.safety(live);
+                }
+                ToBridge::Drive(body) if self.armed => {
+                    self.driven = self.robot.stamp().seconds();
+                    self.robot.command(body.motion.into());
+                }
+                ToBridge::Hold { .. } => self.driven = self.robot.stamp().seconds(),
+                _ => (),
+            }
+            self.said.push(message);
+        }
+    }
+
+    /// 50 ms.
+    fn step(&mut self, live: &mut Live) {
+        live.tick(self.micros()).unwrap();
+        self.hear(live);
+        if self.robot.stamp().seconds() - self.driven > 0.2 {
+            self.robot.command(Command::Stop);
+        }
+        for _ in 0..5 {
+            self.robot.advance(0.01);
+            let odometry = OdometryBody::new(0, &Robot::odometry(&mut self.robot));
+            self.tell(live, &FromBridge::Odometry(odometry));
+            while let Some(scan) = self.robot.take_scan() {
+                self.tell(live, &FromBridge::Scan(ScanBody::new(0, &scan)));
+            }
+        }
+        self.hear(live);
+    }
+}
+
+fn live() -> Live {
+    Live::new(LiveConfig {
+        name: "test".to_owned(),
+        token: Some("secret".to_owned()),
+        method: Method::LineEkf,
+        seed: 1,
+    })
+    .unwrap()
+}
+
+/// Where the robot is in the map's frame.
+fn truth(bridge: &Bridge) -> Pose2 {
+    bridge.robot.world().start.inverse() * bridge.robot.truth()
+}
+
+/// Drives to a goal; where the robot stood at the end, and what it did until then.
+fn drive_to(goal: Point2<f64>, sensor: SensorModel) -> (Bridge, Live) {
+    let (mut bridge, mut live) = (Bridge::new(sensor), live());
+    bridge.greet(&mut live);
+    bridge.hear(&mut live);
+    live.take_wheel(bridge.micros(), false);
+    for _ in 0..20 {
+        bridge.step(&mut live);
+    }
+    assert!(live.client().is_armed());
+    live.set_mode(Mode::GoTo(goal));
+    for _ in 0..4000 {
+        bridge.step(&mut live);
+        if live.pilot().status().is_over() {
+            break;
+        }
+    }
+    let status = live.pilot().status();
+    assert!(
+        matches!(status, Status::Finished(Finish::GoalReached { .. })),
+        "{status:?}"
+    );
+    (bridge, live)
+}
+
+#[test]
+fn a_robot_behind_a_bridge_is_driven_to_a_goal_and_mapped() {
+    let goal = Point2::new(0.7, 0.0);
+    let (bridge, live) = drive_to(goal, SensorModel::lidar());
+    let truth = truth(&bridge);
+    let off = (truth.position() - goal).norm();
+    assert!(
+        off < 0.15,
+        "stands {off} m from the goal: {}",
+        live.pilot().status()
+    );
+    let error = (live.slam().estimate().pose.position() - truth.position()).norm();
+    assert!(error < 0.02, "estimate is {error} m off");
+    assert!(live.scans() > 20 && live.slam().landmarks().len() >= 4);
+    assert_eq!(live.dropped(), 0);
+}
+
+#[test]
+fn legs_turns_and_sweeps_of_the_cycle_are_waited_for() {
+    let goal = Point2::new(0.8, 0.3);
+    let (bridge, live) = drive_to(goal, SensorModel::rangers());
+    let error = (live.slam().estimate().pose.position() - truth(&bridge).position()).norm();
+    assert!(error < 0.10, "estimate is {error} m off");
+    let drives: Vec<Motion> = bridge
+        .said
+        .iter()
+        .filter_map(|message| match message {
+            ToBridge::Drive(body) => Some(body.motion),
+            _ => None,
+        })
+        .collect();
+    let sweeps = drives
+        .iter()
+        .filter(|motion| **motion == Motion::Scan)
+        .count();
+    // The first sweep, begun by hand, was given up for the errand.
+    assert!(
+        sweeps >= 3 && live.scans() as usize == sweeps - 1,
+        "{drives:?}"
+    );
+    assert!(
+        drives
+            .iter()
+            .any(|motion| matches!(motion, Motion::Forward(_)))
+    );
+    assert!(
+        bridge
+            .said
+            .iter()
+            .any(|message| matches!(message, ToBridge::Hold { .. }))
+    );
+}
+
+#[test]
+fn whatever_disarms_ends_the_errand_and_nothing_goes_on_by_itself() {
+    let (mut bridge, mut live) = (Bridge::new(SensorModel::lidar()), live());
+    bridge.greet(&mut live);
+    bridge.hear(&mut live);
+    live.take_wheel(bridge.micros(), false);
+    live.set_mode(Mode::Explore);
+    for _ in 0..100 {
+        bridge.step(&mut live);
+    }
+    assert!(live.distance() > 0.05, "it has begun");
+    // Somebody else presses Stop.
+    bridge.armed = false;
+    bridge.safety(&mut live);
+    let before = bridge.said.len();
+    for _ in 0..20 {
+        bridge.step(&mut live);
+    }
+    live.take_wheel(bridge.micros(), false);
+    for _ in 0..20 {
+        bridge.step(&mut live);
+    }
+    assert!(live.client().is_armed());
+    let moves = |message: &ToBridge| matches!(message, ToBridge::Drive(body) if body.motion != Motion::Halt);
+    assert!(!bridge.said[before..].iter().any(moves));
+    assert_eq!(live.pilot().mode(), Mode::Manual);
+}
+
+#[test]
+fn a_new_connection_goes_on_in_the_old_map_without_the_right_to_drive() {
+    let (mut bridge, mut live) = (Bridge::new(SensorModel::lidar()), live());
+    bridge.greet(&mut live);
+    for _ in 0..60 {
+        bridge.step(&mut live);
+    }
+    let walls = live.slam().landmarks().len();
+    assert!(walls > 0);
+    live.reconnect();
+    for _ in 0..100 {
+        bridge.robot.advance(0.01);
+    }
+    // What the robot did meanwhile is lost.
+    Robot::odometry(&mut bridge.robot);
+    while bridge.robot.take_scan().is_some() {}
+    bridge.greet(&mut live);
+    for _ in 0..40 {
+        bridge.step(&mut live);
+    }
+    assert!(!live.client().is_armed());
+    assert!(live.slam().landmarks().len() >= walls);
+    let notes = live.take_notes();
+    assert!(
+        notes.iter().any(|note| note.text.contains("1.0 s")),
+        "{notes:?}"
+    );
+    let error = live.slam().estimate().pose.position() - truth(&bridge).position();
+    assert!(error.norm() < 0.05, "{} m off", error.norm());
+}
+
+#[test]
+fn a_reading_that_cannot_be_is_told_and_left_out() {
+    let (mut bridge, mut live) = (Bridge::new(SensorModel::lidar()), live());
+    bridge.greet(&mut live);
+    bridge.step(&mut live);
+    let mut body = OdometryBody::new(0, &Robot::odometry(&mut bridge.robot));
+    body.motion[0] = f64::NAN;
+    let before = live.odometry_pose();
+    bridge.tell(&mut live, &FromBridge::Odometry(body));
+    assert_eq!(live.odometry_pose(), before);
+    let notes = live.take_notes();
+    assert!(
+        notes.iter().any(|note| note.text.contains("not finite")),
+        "{notes:?}"
+    );
+}

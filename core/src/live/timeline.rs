@@ -1,0 +1,279 @@
+//! One clock for what several devices say, and nothing missed without being told.
+//!
+//! In: odometry and scans as they arrive, with the bridge's time. Out: the same in an order that [`crate::slam::Slam`] can take:
+//! motion that follows on motion, and each scan once the motion up to its last beam is known.
+//!
+//! 1. The robot's clock rules. A bridge puts the devices at its ports on one clock. A source of another kind has its own: the
+//!    difference of two clocks is that of the least delays seen between stamp and arrival, for no message arrives before it
+//!    was sent. A small difference is one of delays, not of clocks ([`SAME_CLOCK`]).
+//! 2. A robot whose clock begins anew was reset, and time that is missing was not watched: in both cases it may have been
+//!    moved meanwhile. That is a motion of zero, and not at all sure ([`GAP_SIGMA`]).
+//! 3. Without a robot, motion between two scans is zero and unsure as a hand or a foot may move a sensor.
+
+use std::collections::BTreeMap;
+use std::collections::VecDeque;
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::geom::Pose2;
+use crate::robot::{Odometry, Scan, Stamp};
+
+/// Where a robot may be after a time that nobody watched: m, m, rad.
+const GAP_SIGMA: [f64; 3] = [0.2, 0.2, 0.3];
+/// How a sensor without wheels may move: m/s, m/s, rad/s.
+const CARRIED_SIGMA: [f64; 3] = [0.5, 0.5, 0.8];
+/// Two clocks that differ by less are one, µs: delays on two wires differ by some milliseconds.
+const SAME_CLOCK: u64 = 200_000;
+/// Scans that may wait for motion; older ones are dropped.
+const MOST_WAITING: usize = 4;
+/// A scan that is older than the motion by more is of another life of its device, s.
+const OLDEST: f64 = 2.0;
+
+/// What may be handed on now.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Reading {
+    /// Follows on the one before.
+    Odometry(Odometry),
+    /// No later than the end of the newest odometry.
+    Scan(Scan),
+    /// Motion was missed before this.
+    Gap {
+        /// For so long, s; 0 where the robot's clock began anew.
+        seconds: f64,
+    },
+}
+
+/// See the module.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Timeline {
+    /// Number of the source whose odometry rules.
+    robot: Option<u8>,
+    /// Least difference between bridge time of arrival and stamp, for each source, µs.
+    delays: BTreeMap<u8, i64>,
+    /// Added to the robot's stamps: what its clock lost when it began anew, µs.
+    shift: u64,
+    newest: Option<Stamp>,
+    waiting: VecDeque<Scan>,
+}
+
+impl Timeline {
+    /// Takes a motion of source `source` that arrived at bridge time `arrived`, µs.
+    pub(super) fn odometry(
+        &mut self,
+        source: u8,
+        arrived: u64,
+        odometry: Odometry,
+    ) -> Vec<Reading> {
+        if *self.robot.get_or_insert(source) != source {
+            return vec![];
+        }
+        let mut out = vec![];
+        let newest = self.newest.unwrap_or(odometry.from);
+        let from = Stamp(odometry.from.0 + self.shift);
+        if from < newest {
+            self.shift = newest.0 - odometry.from.0;
+            self.delays.clear();
+            self.waiting.clear();
+            out.push(Reading::Gap { seconds: 0.0 });
+            out.push(Reading::Odometry(unsure(newest, newest, GAP_SIGMA)));
+        } else if from > newest {
+            let seconds = from.since(newest);
+            out.push(Reading::Gap { seconds });
+            out.push(Reading::Odometry(unsure(newest, from, GAP_SIGMA)));
+        }
+        self.note_delay(source, arrived, odometry.to);
+        let to = Stamp(odometry.to.0 + self.shift);
+        let from = Stamp(odometry.from.0 + self.shift);
+        self.newest = Some(to);
+        out.push(Reading::Odometry(Odometry {
+            from,
+            to,
+            ..odometry
+        }));
+        self.let_through(&mut out);
+        out
+    }
+
+    /// Takes a scan of source `source` that arrived at bridge time `arrived`, µs. `has_robot`: whether odometry is to be expected.
+    pub(super) fn scan(
+        &mut self,
+        source: u8,
+        arrived: u64,
+        mut scan: Scan,
+        has_robot: bool,
+    ) -> Vec<Reading> {
+        let mut out = vec![];
+        self.note_delay(source, arrived, scan.stamp);
+        if !has_robot {
+            let newest = self.newest.unwrap_or(scan.stamp);
+            if scan.stamp < newest {
+                // The sensor was reset; its time goes on from here.
+                self.newest = None;
+                out.push(Reading::Gap { seconds: 0.0 });
+                return out;
+            }
+            let sigma = CARRIED_SIGMA.map(|s| s * scan.stamp.since(newest));
+            out.push(Reading::Odometry(unsure(newest, scan.stamp, sigma)));
+            self.newest = Some(scan.stamp);
+            out.push(Reading::Scan(scan));
+            return out;
+        }
+        let Some(stamp) = self.on_robots_clock(source, scan.stamp) else {
+            return out;
+        };
+        scan.stamp = stamp;
+        self.waiting.push_back(scan);
+        while self.waiting.len() > MOST_WAITING {
+            self.waiting.pop_front();
+        }
+        self.let_through(&mut out);
+        out
+    }
+
+    fn note_delay(&mut self, source: u8, arrived: u64, stamp: Stamp) {
+        let delay = arrived as i64 - stamp.0 as i64;
+        let least = self.delays.entry(source).or_insert(delay);
+        *least = delay.min(*least);
+    }
+
+    /// `None` before the robot was heard.
+    fn on_robots_clock(&self, source: u8, stamp: Stamp) -> Option<Stamp> {
+        let robot = self.robot?;
+        let mut difference = self.delays.get(&source)? - self.delays.get(&robot)?;
+        if difference.unsigned_abs() < SAME_CLOCK {
+            difference = 0;
+        }
+        let shifted = stamp.0.saturating_add(self.shift) as i64;
+        Some(Stamp(shifted.saturating_add(difference).max(0) as u64))
+    }
+
+    fn let_through(&mut self, out: &mut Vec<Reading>) {
+        let Some(newest) = self.newest else { return };
+        while self
+            .waiting
+            .front()
+            .is_some_and(|scan| scan.stamp <= newest)
+        {
+            if let Some(scan) = self.waiting.pop_front()
+                && newest.since(scan.stamp) < OLDEST
+            {
+                out.push(Reading::Scan(scan));
+            }
+        }
+    }
+}
+
+fn unsure(from: Stamp, to: Stamp, sigma: [f64; 3]) -> Odometry {
+    Odometry {
+        from,
+        to,
+        motion: Pose2::identity(),
+        cov: Matrix3::from_diagonal(&Vector3::from(sigma.map(|s| s * s))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ROBOT: u8 = 0;
+    const LIDAR: u8 = 1;
+
+    fn motion(from: u64, to: u64) -> Odometry {
+        Odometry {
+            from: Stamp(from),
+            to: Stamp(to),
+            motion: Pose2::new(0.01, 0.0, 0.0),
+            cov: Matrix3::identity() * 1e-6,
+        }
+    }
+
+    fn scan(stamp: u64) -> Scan {
+        Scan {
+            stamp: Stamp(stamp),
+            robot_from_sensor: Pose2::identity(),
+            bearings: vec![0.0],
+            ranges: vec![1.0],
+            sigmas: vec![0.01],
+            bearing_sigma: 0.0,
+            max_range: 6.0,
+            sweep: 0.0,
+        }
+    }
+
+    fn stamps(readings: &[Reading]) -> Vec<u64> {
+        let stamp = |reading: &Reading| match reading {
+            Reading::Odometry(odometry) => Some(odometry.to.0),
+            Reading::Scan(scan) => Some(scan.stamp.0),
+            Reading::Gap { .. } => None,
+        };
+        readings.iter().filter_map(stamp).collect()
+    }
+
+    #[test]
+    fn a_scan_waits_for_the_motion_up_to_its_last_beam() {
+        let mut timeline = Timeline::default();
+        timeline.odometry(ROBOT, 1_000, motion(0, 1_000));
+        assert!(timeline.scan(ROBOT, 1_500, scan(1_500), true).is_empty());
+        let readings = timeline.odometry(ROBOT, 2_000, motion(1_000, 2_000));
+        assert_eq!(stamps(&readings), [2_000, 1_500]);
+    }
+
+    #[test]
+    fn a_lidar_of_its_own_is_put_on_the_robots_clock() {
+        let mut timeline = Timeline::default();
+        // The robot started at bridge time 10 s, the lidar at 4 s; delays of 1 to 3 ms on both.
+        let jitter = [3_000_u64, 1_000, 2_000, 1_000];
+        let mut found = vec![];
+        for (i, late) in jitter.into_iter().enumerate() {
+            let at = 20_000_000 + 100_000 * i as u64;
+            let from = at - 10_000_000 - 100_000;
+            timeline.odometry(ROBOT, at + late, motion(from, from + 100_000));
+            let lidar_late = jitter[3 - i];
+            let out = timeline.scan(LIDAR, at + lidar_late, scan(at - 4_000_000), true);
+            found.extend(
+                stamps(&out)
+                    .into_iter()
+                    .map(|stamp| stamp as i64 - (at - 10_000_000) as i64),
+            );
+        }
+        let worst = found.iter().map(|off| off.abs()).max().unwrap_or(i64::MAX);
+        assert!(found.len() >= 2 && worst <= 2_000, "off by {found:?} us");
+    }
+
+    #[test]
+    fn delays_that_differ_do_not_move_stamps_of_one_clock() {
+        let mut timeline = Timeline::default();
+        timeline.odometry(ROBOT, 1_020_000, motion(0, 1_000_000));
+        let scans = timeline.scan(LIDAR, 1_000_500, scan(999_000), true);
+        assert_eq!(stamps(&scans), [999_000]);
+    }
+
+    #[test]
+    fn time_that_nobody_watched_and_a_clock_that_begins_anew_are_gaps_of_unsure_motion() {
+        let mut timeline = Timeline::default();
+        timeline.odometry(ROBOT, 1_000, motion(0, 1_000));
+        let readings = timeline.odometry(ROBOT, 5_000, motion(4_000, 5_000));
+        assert_eq!(readings[0], Reading::Gap { seconds: 0.003 });
+        assert_eq!(stamps(&readings), [4_000, 5_000]);
+        let readings = timeline.odometry(ROBOT, 9_000, motion(0, 500));
+        assert_eq!(readings[0], Reading::Gap { seconds: 0.0 });
+        assert_eq!(stamps(&readings), [5_000, 5_500]);
+        let Reading::Odometry(gap) = &readings[1] else {
+            panic!("{readings:?}");
+        };
+        assert!(gap.cov[(0, 0)] > 0.01 && gap.motion == Pose2::identity());
+    }
+
+    #[test]
+    fn a_sensor_alone_moves_as_a_hand_may_move_it() {
+        let mut timeline = Timeline::default();
+        timeline.scan(LIDAR, 0, scan(1_000_000), false);
+        let readings = timeline.scan(LIDAR, 0, scan(1_200_000), false);
+        assert_eq!(stamps(&readings), [1_200_000, 1_200_000]);
+        let Reading::Odometry(carried) = &readings[0] else {
+            panic!("{readings:?}");
+        };
+        assert!((carried.cov[(0, 0)].sqrt() - 0.1).abs() < 1e-9);
+    }
+}

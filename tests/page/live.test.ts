@@ -1,0 +1,106 @@
+// A robot behind a bridge: the page finds it by itself, watches without the token, drives with it, and outlives the bridge.
+import { mkdtemp, readFile, rm } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import type { BridgeState } from '../../www/src/protocol.ts';
+import { Bridge } from './bridge.ts';
+import { expect, test as base } from './fixture.ts';
+
+const SOURCE = ['--source', 'sim:office,lidar'];
+
+const test = base.extend<{ folder: string; bridge: Bridge; token: string; state: () => Promise<BridgeState | null> }>({
+  folder: async ({}, use) => {
+    const folder = await mkdtemp(join(tmpdir(), 'slamlab-live-'));
+    await use(folder);
+    await rm(folder, { recursive: true });
+  },
+  bridge: async ({ folder }, use) => {
+    const bridge = await Bridge.start([...SOURCE, '--token-file', join(folder, 'token')]);
+    await use(bridge);
+    await bridge.stop();
+  },
+  token: async ({ bridge, folder }, use) => {
+    expect(bridge.url).toContain('http');
+    await use((await readFile(join(folder, 'token'), 'utf8')).trim());
+  },
+  state: async ({ page }, use) => {
+    await use(() => page.evaluate(() => (window as unknown as { slamlab: { bridge: BridgeState | null } }).slamlab.bridge));
+  },
+});
+
+test('without the token a page watches: it maps, and anyone may stop', async ({ lab, page, bridge, state }) => {
+  await page.goto(bridge.url);
+  await lab.watch((s) => s.scans, 'scans come by themselves').toBeGreaterThan(5);
+  expect((await lab.state()).source).toBe('bridge');
+  await lab.watch((s) => s.features, 'walls are found').toBeGreaterThan(2);
+  await expect(lab.at('wheel')).toBeDisabled();
+  await lab.show('run');
+  await expect(lab.at('bridge-state')).toContainText('only watches');
+  await expect(page.getByText('simulated rp6 with lidar')).toBeVisible();
+  await lab.hidePanels();
+  await lab.at('stop').click();
+  await expect.poll(async () => (await state())?.reason).toBe('Stop');
+});
+
+test('with the token it drives by hand, to a click and by itself, and Stop ends it', async ({ lab, page, bridge, token, state, hasTouch }) => {
+  await page.goto(`${bridge.url}#token=${token}`);
+  await lab.watch((s) => s.scans, 'it looks around').toBeGreaterThan(3);
+  expect(page.url(), 'the token does not stay in the address').not.toContain('token');
+  await expect(lab.at('mode-explore'), 'nothing moves before somebody takes the wheel').toBeDisabled();
+  await lab.at('wheel').click();
+  await expect.poll(async () => (await state())?.armed).toBe(true);
+  if (!hasTouch) {
+    const before = await lab.status();
+    await page.keyboard.down('ArrowUp');
+    await lab.watch((s) => Math.hypot(s.x - before.x, s.y - before.y), 'it goes while the key is held').toBeGreaterThan(0.1);
+    await page.keyboard.up('ArrowUp');
+    await page.waitForTimeout(700);
+    const stood = await lab.status();
+    await page.waitForTimeout(700);
+    const stands = await lab.status();
+    expect(Math.hypot(stands.x - stood.x, stands.y - stood.y), 'and stands when it is let go').toBeLessThan(0.01);
+  }
+  const { distance } = await lab.status();
+  await lab.at('mode-explore').click();
+  await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(distance + 0.5);
+  await page.keyboard.press('Escape');
+  await expect.poll(async () => (await state())?.armed).toBe(false);
+  await lab.watch((s) => s.mode, 'and forgets its errand').toBe('manual');
+  await expect(lab.at('mode-explore')).toBeDisabled();
+});
+
+test('the emergency stop is latched until it is undone, and nothing moves by that', async ({ lab, page, bridge, token, state }) => {
+  await page.goto(`${bridge.url}#token=${token}`);
+  await lab.watch((s) => s.scans, 'it looks around').toBeGreaterThan(3);
+  await lab.at('wheel').click();
+  await expect.poll(async () => (await state())?.armed).toBe(true);
+  await lab.at('mode-explore').click();
+  await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(0.1);
+  await lab.show('run');
+  await lab.at('emergency').click();
+  await expect.poll(async () => (await state())?.emergency).toBe(true);
+  expect((await state())?.armed).toBe(false);
+  await lab.at('emergency').click();
+  await expect.poll(async () => (await state())?.emergency).toBe(false);
+  expect((await state())?.armed, 'undoing arms nothing').toBe(false);
+});
+
+test('a bridge that is killed is found again, and the map stays', async ({ lab, page, folder, state, problems }) => {
+  const flags = [...SOURCE, '--token-file', join(folder, 'token')];
+  const first = await Bridge.start(flags);
+  await page.goto(first.url);
+  await lab.watch((s) => s.scans, 'it looks around').toBeGreaterThan(10);
+  const { blocks } = await lab.state();
+  await first.stop('SIGKILL');
+  await expect.poll(async () => (await state())?.connection).not.toBe('open');
+  await lab.show('run');
+  await expect(lab.at('bridge-state')).toContainText('map stays');
+  const { scans } = await lab.status();
+  const second = await Bridge.start(flags, first.port);
+  await expect.poll(async () => (await state())?.connection, { timeout: 20_000 }).toBe('open');
+  await lab.watch((s) => s.scans, 'scans go on').toBeGreaterThan(scans + 5);
+  expect((await lab.state()).blocks).toBeGreaterThanOrEqual(blocks);
+  await second.stop();
+  // The browser itself tells of each attempt that found nobody.
+  problems.length = 0;
+});

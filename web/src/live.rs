@@ -1,0 +1,296 @@
+//! A robot behind a bridge, for the page.
+
+use std::collections::VecDeque;
+
+use nalgebra::Point2;
+use slamlab_core::live::{Live, LiveConfig, Note};
+use slamlab_core::pilot::Mode;
+use slamlab_core::wire::message::{DeviceState, Severity};
+use wasm_bindgen::prelude::{JsError, wasm_bindgen};
+
+use crate::experiment::mode_name;
+use crate::inspection::Inspection;
+use crate::status::RunStatus;
+use crate::view::{self, MapFiles, SlamView};
+
+/// A robot that is mapped and driven through a bridge. Bytes of the WebSocket come in and go out here; times are µs of the
+/// page's clock.
+#[wasm_bindgen]
+#[derive(Debug)]
+pub struct WebLive {
+    live: Live,
+    waiting: VecDeque<Vec<u8>>,
+}
+
+/// What a person sees of bridge and robot.
+#[wasm_bindgen(getter_with_clone)]
+#[derive(Clone, Debug, PartialEq)]
+#[expect(
+    missing_docs,
+    reason = "names and units as in `BridgeState` of www/src/protocol.ts"
+)]
+pub struct BridgeStatus {
+    pub is_in: bool,
+    pub may_drive: bool,
+    pub has_lease: bool,
+    pub armed: bool,
+    pub emergency: bool,
+    pub driver: String,
+    pub reason: String,
+    pub battery: f64,
+    pub round_trip: f64,
+    pub reading_age: f64,
+    pub dropped: f64,
+    pub watchers: u32,
+    pub recording: String,
+    pub recorded: f64,
+    /// For each device: name, what it is, state, detail.
+    pub devices: Vec<String>,
+}
+
+#[wasm_bindgen]
+impl WebLive {
+    /// `name` is how others see this page; an empty `token` only watches.
+    ///
+    /// # Errors    A sentence on a method that does not exist.
+    #[wasm_bindgen(constructor)]
+    pub fn new(name: &str, token: &str, method: &str, seed: u32) -> Result<Self, JsError> {
+        let live = Live::new(LiveConfig {
+            name: name.to_owned(),
+            token: (!token.is_empty()).then(|| token.to_owned()),
+            method: method.parse()?,
+            seed: u64::from(seed),
+        })?;
+        Ok(Self {
+            live,
+            waiting: VecDeque::new(),
+        })
+    }
+
+    /// Another connection begins; map and pose stay.
+    pub fn reconnect(&mut self) {
+        self.live.reconnect();
+    }
+
+    /// Takes one binary message.
+    ///
+    /// # Errors    A sentence on why the connection is of no use any more.
+    pub fn receive(&mut self, now: f64, bytes: &[u8]) -> Result<(), JsError> {
+        Ok(self.live.receive(now as u64, bytes)?)
+    }
+
+    /// Due every 50 ms.
+    ///
+    /// # Errors    The bridge is gone.
+    pub fn tick(&mut self, now: f64) -> Result<(), JsError> {
+        Ok(self.live.tick(now as u64)?)
+    }
+
+    /// The next message to send; empty when there is none.
+    #[must_use]
+    pub fn outgoing(&mut self) -> Vec<u8> {
+        if self.waiting.is_empty() {
+            self.waiting.extend(self.live.take_outgoing());
+        }
+        self.waiting.pop_front().unwrap_or_default()
+    }
+
+    /// What a person should read: `info`, `warn` or `error`, and the text, pair by pair.
+    #[must_use]
+    pub fn notes(&mut self) -> Vec<String> {
+        let flat = |Note { severity, text }| {
+            let level = match severity {
+                Severity::Info => "info",
+                _ => "warn",
+            };
+            [level.to_owned(), text]
+        };
+        self.live.take_notes().into_iter().flat_map(flat).collect()
+    }
+
+    /// Whether the bridge let this page in.
+    #[must_use]
+    pub fn is_in(&self) -> bool {
+        self.live.client().is_in()
+    }
+
+    /// How often estimate and map began anew.
+    #[must_use]
+    pub fn begun(&self) -> u32 {
+        self.live.begun()
+    }
+
+    /// Asks for the right to drive, and arms.
+    pub fn take_wheel(&mut self, now: f64, force: bool) {
+        self.live.take_wheel(now as u64, force);
+    }
+
+    /// Gives the right to drive back; the robot stops.
+    pub fn leave_wheel(&mut self, now: f64) {
+        self.live.leave_wheel(now as u64);
+    }
+
+    /// Stops the robot and disarms it, whoever drives.
+    pub fn stop(&mut self, now: f64) {
+        self.live.stop(now as u64);
+    }
+
+    /// Cuts the motors off, whoever drives.
+    pub fn emergency_stop(&mut self, now: f64) {
+        self.live.emergency_stop(now as u64);
+    }
+
+    /// Unlatches the emergency stop.
+    pub fn reset_emergency_stop(&mut self, now: f64) {
+        self.live.reset_emergency_stop(now as u64);
+    }
+
+    /// Explore from here on.
+    pub fn explore(&mut self) {
+        self.live.set_mode(Mode::Explore);
+    }
+
+    /// Wait for the hand.
+    pub fn manual(&mut self) {
+        self.live.set_mode(Mode::Manual);
+    }
+
+    /// Go to a point of the map, m.
+    pub fn go_to(&mut self, x: f64, y: f64) {
+        self.live.set_mode(Mode::GoTo(Point2::new(x, y)));
+    }
+
+    /// Drive by hand; fractions of the robot's highest speeds in [-1, 1], forward and to the left.
+    pub fn drive(&mut self, forward: f64, turn: f64) {
+        self.live.drive(forward, turn);
+    }
+
+    /// What bridge and robot say of themselves.
+    #[must_use]
+    pub fn bridge(&self) -> BridgeStatus {
+        let (live, client) = (&self.live, self.live.client());
+        let (safety, delays) = (client.safety(), client.delays());
+        let recording = live.recording();
+        let devices = live.devices().iter().flat_map(|device| {
+            let state = match device.state {
+                DeviceState::Waiting => "waiting",
+                DeviceState::Connected => "connected",
+                DeviceState::Measuring => "measuring",
+                DeviceState::Sending => "sending",
+                _ => "fault",
+            };
+            [&device.name, &device.model, state, &device.detail].map(|text| text.to_owned())
+        });
+        BridgeStatus {
+            is_in: client.is_in(),
+            may_drive: client.may_drive(),
+            has_lease: client.has_lease(),
+            armed: client.is_armed(),
+            emergency: safety.is_some_and(|safety| safety.emergency),
+            driver: safety
+                .filter(|safety| safety.driver.is_some())
+                .map(|safety| safety.driver_name.clone())
+                .unwrap_or_default(),
+            reason: safety
+                .filter(|safety| !safety.armed)
+                .map(|safety| format!("{:?}", safety.reason))
+                .unwrap_or_default(),
+            battery: live.battery().map_or(f64::NAN, f64::from),
+            round_trip: delays.map_or(f64::NAN, |delays| delays.round_trip),
+            reading_age: delays.map_or(f64::NAN, |delays| delays.reading_age),
+            dropped: live.dropped() as f64,
+            watchers: u32::from(live.watchers()),
+            recording: recording.map(|r| r.file.clone()).unwrap_or_default(),
+            recorded: recording.map_or(f64::NAN, |r| r.acknowledged as f64),
+            devices: devices.collect(),
+        }
+    }
+
+    /// The numbers of the moment.
+    #[must_use]
+    pub fn status(&self) -> RunStatus {
+        let live = &self.live;
+        let goal = live.pilot().goal();
+        RunStatus {
+            time: live.stamp().seconds(),
+            scans: live.scans(),
+            distance: live.distance(),
+            goal_x: goal.map_or(f64::NAN, |goal| goal.x),
+            goal_y: goal.map_or(f64::NAN, |goal| goal.y),
+            ..RunStatus::of(live.slam(), &live.odometry_pose(), live.consistency())
+        }
+    }
+
+    /// `manual`, `goto` or `explore`.
+    #[must_use]
+    pub fn mode(&self) -> String {
+        mode_name(self.live.pilot().mode()).to_owned()
+    }
+
+    /// What the pilot is doing, or how its errand ended, in words.
+    #[must_use]
+    pub fn activity(&self) -> String {
+        self.live.pilot().status().to_string()
+    }
+
+    /// Half length and half width of the robot, m.
+    #[must_use]
+    pub fn half_size(&self) -> Vec<f64> {
+        let robot = self.live.model();
+        vec![0.5 * robot.length, 0.5 * robot.width]
+    }
+
+    /// x y of each corner of the path.
+    #[must_use]
+    pub fn path(&self) -> Vec<f32> {
+        let path = self.live.pilot().path();
+        path.map(|path| view::polyline(&path.points))
+            .unwrap_or_default()
+    }
+
+    /// The map since `revision` of `generation`, and the last scan.
+    #[must_use]
+    pub fn view(&self, generation: u32, revision: f64) -> SlamView {
+        SlamView::since(self.live.slam(), generation, revision)
+    }
+
+    /// Why the last scan's lines were matched, and, with `matrix`, how errors hang together; nothing for methods without a line
+    /// map.
+    #[must_use]
+    pub fn inspect(&self, matrix: bool) -> Option<Inspection> {
+        Inspection::of(self.live.slam(), matrix)
+    }
+
+    /// Walls that the last scan showed to be parts of others: the one that stays and the one that goes, pair by pair.
+    #[must_use]
+    pub fn merged(&self) -> Vec<u32> {
+        view::merged(self.live.slam())
+    }
+
+    /// Whether the filter is honest, and the likeliest cause if not: a name of `Diagnosis`.
+    #[must_use]
+    pub fn diagnosis(&self) -> String {
+        self.live.consistency().diagnosis().name().to_owned()
+    }
+
+    /// Area known to be free, m². Costs more than a step.
+    #[must_use]
+    pub fn known_area(&self) -> f64 {
+        view::free_area(self.live.slam())
+    }
+
+    /// The grid as files of map_server, whose YAML names the picture `image`.
+    ///
+    /// # Errors    An empty map.
+    pub fn map_files(&self, image: &str) -> Result<MapFiles, JsError> {
+        MapFiles::of(self.live.slam(), image)
+    }
+
+    /// Fingerprint of pose and map, 16 hexadecimal digits.
+    #[must_use]
+    pub fn state_hash(&self) -> String {
+        let mut hash = slamlab_core::hash::StateHash::new();
+        self.live.slam().add_to(&mut hash);
+        format!("{:016x}", hash.finish())
+    }
+}

@@ -1,0 +1,116 @@
+// A robot behind a bridge: the module estimates, maps and drives; the link carries its bytes.
+
+import type { RunStatus, WebLive } from "../../pkg/slamlab_web.js";
+import type { Growth, MethodName, ModeName, SigmaCurve } from "../protocol.js";
+import { errand } from "./errand.js";
+import { Trail } from "./feeds.js";
+import { type BridgeLink, micros } from "./link.js";
+import { Run } from "./run.js";
+import type { Change, Moment, Note } from "./source.js";
+
+export class BridgeSource extends Run<WebLive> {
+  readonly kind = "bridge";
+  readonly link: BridgeLink;
+  /** Which beginning of the estimate this run shows. */
+  readonly begun: number;
+  #trail = new Trail();
+  #path = new Float32Array(0);
+  #millis = NaN;
+
+  constructor(module: WebLive, link: BridgeLink, title: string, method: MethodName) {
+    super(module, title, method);
+    this.link = link;
+    this.begun = module.begun();
+  }
+
+  /** Something came over the link. */
+  moved(): void {
+    this.read((s) => this.#look(s));
+  }
+
+  /** A robot goes at its own pace. */
+  step(): void {}
+
+  estimateSigma(_growth: Growth): SigmaCurve {
+    throw new Error("σ(ρ) is estimated from a recording: record the standing robot, and open the recording here.");
+  }
+
+  explore(): void {
+    this.module.explore();
+  }
+
+  manual(): void {
+    this.module.manual();
+  }
+
+  goTo(x: number, y: number): void {
+    this.module.go_to(x, y);
+  }
+
+  drive(forward: number, turn: number): void {
+    this.module.drive(forward, turn);
+  }
+
+  wheel(take: boolean, force: boolean): void {
+    if (take) this.module.take_wheel(micros(), force);
+    else this.module.leave_wheel(micros());
+    this.#said();
+  }
+
+  stop(): void {
+    this.module.stop(micros());
+    this.note("info", "Stop");
+    this.#said();
+  }
+
+  emergency(on: boolean): void {
+    if (on) this.module.emergency_stop(micros());
+    else this.module.reset_emergency_stop(micros());
+    this.#said();
+  }
+
+  override notes(): Note[] {
+    const told = this.module.notes();
+    for (let i = 0; i + 1 < told.length; i += 2) this.note(told[i] === "info" ? "info" : "warn", told[i + 1] ?? "", told[i + 1]);
+    return super.notes();
+  }
+
+  moment(): Moment {
+    const mode = this.module.mode() as ModeName;
+    const activity = this.module.activity();
+    return this.read((s) => ({
+      ...this.momentOf(s), source: this.kind, mode, reason: "", activity: errand(mode, activity, s.x, s.y, s.goal_x, s.goal_y),
+      explored: NaN, beamHalfAngle: 0,
+    }));
+  }
+
+  change(): Change {
+    const path = this.module.path();
+    const isNew = path.length !== this.#path.length || path.some((number, i) => number !== this.#path[i]);
+    if (isNew) this.#path = path.slice();
+    return {
+      ...this.slamChange(),
+      truth: null, materials: null, cycle: null, inCycle: false, movers: null, rawPath: null, tree: null, frontiers: null,
+      path: isNew ? path : null,
+      trail: this.#trail.take(),
+      trailAnew: false,
+    };
+  }
+
+  /** Link and module are the worker's: they outlive a run. */
+  override close(): void {}
+
+  #said(): void {
+    this.link.flush();
+    this.link.stir();
+  }
+
+  #look(s: RunStatus): void {
+    this.time = s.time;
+    this.#trail.add([NaN, NaN, s.odometry_x, s.odometry_y, s.x, s.y]);
+    if (s.scans > this.scans) {
+      this.scans = s.scans;
+      this.sample(s, this.#millis, NaN);
+    }
+  }
+}

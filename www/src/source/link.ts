@@ -1,0 +1,147 @@
+// The wire to a bridge: a WebSocket that comes back by itself, with the module's bytes on it.
+//
+// What the bytes mean is the module's matter. A robot that was lost and found again goes on in the map there was.
+
+import type { WebLive } from "../../pkg/slamlab_web.js";
+import type { BridgeState, Connection } from "../protocol.js";
+
+/** Wall milliseconds between two looks of the pilot. */
+const TICK_MILLIS = 50;
+/** Wall milliseconds before the first new try, and before those that follow. */
+const RETRY_MILLIS = [500, 1000, 2000, 4000];
+const STATE_MILLIS = 250;
+
+/** What the bridge means by the code with which it ends a connection, and whether to try again. */
+const CODES: Readonly<Record<number, readonly [string, boolean]>> = {
+  4001: ["The bridge did not accept the token. Open the address that it printed at its start.", false],
+  4003: ["The bridge takes no driving commands from this page: it has no token.", true],
+  4008: ["The bridge heard nothing from this page for too long.", true],
+  4009: ["Somebody else took over the robot. It was stopped.", true],
+  1001: ["The bridge was shut down.", true],
+  1008: ["This page said too much at once; the bridge ended the connection.", true],
+  1013: ["This page was too slow for the bridge.", true],
+};
+
+export interface LinkEvents {
+  /** Something came, or time passed: the run may have changed. */
+  moved(): void;
+  /** What bridge and robot say of themselves, a few times a second. */
+  state(state: BridgeState): void;
+}
+
+/** µs of this page's clock. */
+export function micros(): number {
+  return performance.now() * 1000;
+}
+
+export class BridgeLink {
+  readonly #module: WebLive;
+  readonly #url: string;
+  readonly #events: LinkEvents;
+  readonly #ticker: ReturnType<typeof setInterval>;
+  #socket: WebSocket | null = null;
+  #retry: ReturnType<typeof setTimeout> | null = null;
+  #tries = 0;
+  #connection: Connection = "connecting";
+  #fault = "";
+  #toldAt = -Infinity;
+
+  constructor(module: WebLive, url: string, events: LinkEvents) {
+    this.#module = module;
+    this.#url = url;
+    this.#events = events;
+    this.#ticker = setInterval(() => this.#tick(), TICK_MILLIS);
+    this.#open();
+  }
+
+  close(): void {
+    clearInterval(this.#ticker);
+    if (this.#retry !== null) clearTimeout(this.#retry);
+    if (this.#socket) this.#socket.onclose = null;
+    this.#socket?.close(1000);
+    this.#socket = null;
+  }
+
+  /** Sends what the module has to say. */
+  flush(): void {
+    for (;;) {
+      const bytes = this.#module.outgoing();
+      if (bytes.length === 0) return;
+      // What is said to nobody is not kept: it would be stale.
+      if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(bytes as Uint8Array<ArrayBuffer>);
+    }
+  }
+
+  /** Tells how things are at the next occasion. */
+  stir(): void {
+    this.#toldAt = -Infinity;
+  }
+
+  #open(): void {
+    this.#connection = "connecting";
+    this.stir();
+    const socket = new WebSocket(this.#url);
+    socket.binaryType = "arraybuffer";
+    socket.onmessage = (event: MessageEvent<ArrayBuffer>) => this.#guard(() => this.#module.receive(micros(), new Uint8Array(event.data)));
+    socket.onclose = (event) => this.#lost(event.code);
+    this.#socket = socket;
+  }
+
+  #tick(): void {
+    if (this.#socket?.readyState === WebSocket.OPEN) this.#guard(() => this.#module.tick(micros()));
+    this.#tell();
+  }
+
+  /** Ends a connection on which the module has given up. */
+  #guard(act: () => void): void {
+    try {
+      act();
+    } catch (error) {
+      this.#fault = error instanceof Error ? error.message : String(error);
+      this.#socket?.close(1000);
+      return;
+    }
+    this.flush();
+    if (this.#connection === "connecting" && this.#module.is_in()) {
+      this.#connection = "open";
+      this.#fault = "";
+      this.#tries = 0;
+      this.stir();
+    }
+    this.#events.moved();
+    this.#tell();
+  }
+
+  #lost(code: number): void {
+    this.#socket = null;
+    const [words, again] = CODES[code] ?? ["The bridge cannot be reached: look whether it runs and whether the network is there.", true];
+    this.#fault ||= words;
+    this.#connection = again ? "lost" : "refused";
+    this.#module.reconnect();
+    this.stir();
+    this.#tell();
+    if (!again) return;
+    const wait = RETRY_MILLIS[Math.min(this.#tries, RETRY_MILLIS.length - 1)];
+    this.#tries += 1;
+    this.#retry = setTimeout(() => this.#open(), wait);
+  }
+
+  #tell(): void {
+    const now = performance.now();
+    if (now - this.#toldAt < STATE_MILLIS) return;
+    this.#toldAt = now;
+    const s = this.#module.bridge();
+    const devices = [];
+    for (let i = 0; i + 3 < s.devices.length; i += 4) {
+      const [name = "", model = "", state = "", detail = ""] = s.devices.slice(i, i + 4);
+      devices.push({ name, model, state, detail });
+    }
+    this.#events.state({
+      connection: this.#connection, fault: this.#fault,
+      mayDrive: s.may_drive, hasLease: s.has_lease, armed: s.armed, emergency: s.emergency, driver: s.driver, reason: s.reason,
+      battery: s.battery, roundTrip: s.round_trip, readingAge: s.reading_age, dropped: s.dropped, watchers: s.watchers,
+      recording: s.recording, recorded: s.recorded, devices,
+    });
+    s.free();
+  }
+}

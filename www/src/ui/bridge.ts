@@ -1,0 +1,115 @@
+// The robot behind a bridge: devices, link, battery, who drives, recording, emergency stop. Hidden where there is no bridge.
+
+import { css, html, nothing, type TemplateResult } from "lit";
+import type { BridgeState, Device } from "../protocol.js";
+import type { Topic } from "../store.js";
+import { SlamElement } from "./element.js";
+import { DASH, fixed } from "./format.js";
+import { icons } from "./icons.js";
+import { shared } from "./style.js";
+
+/** A state is told by its word too: colour alone is not for everyone. */
+const STATES: Readonly<Record<string, { word: string; tone: string }>> = {
+  waiting: { word: "waiting", tone: "warn" },
+  connected: { word: "connected", tone: "" },
+  measuring: { word: "measuring", tone: "" },
+  sending: { word: "sending", tone: "good" },
+  fault: { word: "fault", tone: "bad" },
+};
+
+/** Why the robot does not move, by the bridge's name for it. */
+const REASONS: Readonly<Record<string, string>> = {
+  Start: "nobody has armed it yet",
+  Stop: "somebody pressed Stop",
+  EmergencyStop: "somebody pressed the emergency stop",
+  Released: "the right to drive was given back",
+  LeaseExpired: "nothing was heard from whoever drove",
+  TakenOver: "the right to drive was taken over",
+  DriverGone: "whoever drove is gone",
+  Link: "the link to the robot was lost, or began anew",
+  Silence: "the robot has said nothing for half a second",
+  Bumper: "a bumper was pressed",
+  Battery: "the battery is nearly empty",
+  Stall: "it was told to run and did not move",
+  Runaway: "it moved without being told to",
+  Shutdown: "the bridge ends",
+};
+
+export class SlamBridge extends SlamElement {
+  static override styles = [
+    shared,
+    css`
+      :host { display: block; }
+      :host([hidden]) { display: none; }
+      h2 { margin-bottom: 10px; }
+      ul { list-style: none; margin: 0 0 10px; padding: 0; display: grid; gap: 8px; font-size: 13px; }
+      li { display: grid; grid-template-columns: 10px 1fr auto; gap: 2px 8px; align-items: baseline; }
+      i { width: 8px; height: 8px; border-radius: 50%; background: var(--muted); align-self: center; }
+      i.good { background: var(--good-ink); }
+      i.warn { background: var(--warn-ink); }
+      i.bad { background: var(--danger); }
+      small { grid-column: 2 / -1; color: var(--muted); line-height: 1.4; overflow-wrap: anywhere; }
+      dl { display: grid; grid-template-columns: 1fr 1fr; column-gap: 20px; margin: 0 0 10px; font-size: 13px; }
+      dl div { display: flex; justify-content: space-between; gap: 8px; padding: 4px 0; border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); }
+      dl .wide { grid-column: 1 / -1; }
+      dt { color: var(--muted); }
+      dd { margin: 0; text-align: right; overflow-wrap: anywhere; }
+      p { margin: 0 0 10px; font-size: 13px; line-height: 1.45; }
+      .emergency { width: 100%; min-height: 44px; border: 2px solid var(--danger); color: var(--danger); font-weight: 700; }
+      .emergency[aria-pressed="true"] { background: var(--danger); color: #fff; }
+    `,
+  ];
+
+  protected override readonly topics: readonly Topic[] = ["bridge", "run"];
+
+  override render(): TemplateResult | typeof nothing {
+    const { bridge } = this.store;
+    this.toggleAttribute("hidden", !bridge);
+    this.parentElement?.toggleAttribute("hidden", !bridge);
+    if (!bridge) return nothing;
+    return html`
+      <h2>Robot</h2>
+      <p role="status" data-testid="bridge-state">${sentence(bridge)}</p>
+      <ul aria-label="Devices">${bridge.devices.map(device)}</ul>
+      <dl>
+        ${row("Battery", unit(bridge.battery, 1, "V"), "battery")}
+        ${row("Delay", unit(1000 * bridge.roundTrip, 1, "ms"), "delay", "From this page to the bridge and back")}
+        ${row("Data age", unit(1000 * bridge.readingAge, 0, "ms"), "data-age", "Age of the robot's newest reading at the bridge")}
+        ${row("Missed", String(bridge.dropped), "missed", "Readings that this page was too slow for; newer ones came instead")}
+        ${row("Watching", String(bridge.watchers), "watching", "Pages that are connected, this one included")}
+        ${row("Drives", bridge.driver || "nobody", "driver")}
+        ${bridge.recording ? html`<div class="wide" title="Messages that stand in the file"><dt>Records</dt><dd data-testid="recording">${bridge.recording} · ${bridge.recorded}</dd></div>` : ""}
+      </dl>
+      <button class="emergency" data-testid="emergency" aria-pressed=${bridge.emergency} ?disabled=${bridge.connection !== "open" || (bridge.emergency && !bridge.hasLease)}
+        title=${bridge.emergency ? "Take the right to drive, then undo the emergency stop; nothing moves by that" : "Cuts the motors off, whoever drives; they stay off until somebody undoes it"}
+        @click=${() => this.client.emergency(!bridge.emergency)}>${icons.stop} ${bridge.emergency ? "Undo the emergency stop" : "Emergency stop"}</button>
+    `;
+  }
+}
+
+function sentence(bridge: BridgeState): string {
+  if (bridge.connection === "connecting") return bridge.fault ? `${bridge.fault} Trying again…` : "Connecting…";
+  if (bridge.connection === "lost") return `${bridge.fault} Trying again; the map stays.`;
+  if (bridge.connection === "refused") return bridge.fault;
+  if (bridge.emergency) return "Emergency stop: the motors are cut off.";
+  if (bridge.armed) return "You drive. The robot moves on command, and stops when this page is out of sight.";
+  const why = REASONS[bridge.reason];
+  const stands = why ? `The robot stands: ${why}.` : "The robot is driven.";
+  return bridge.mayDrive ? stands : `${stands} This page only watches: it has no token.`;
+}
+
+function device(d: Device): TemplateResult {
+  const state = STATES[d.state] ?? { word: d.state, tone: "" };
+  return html`<li><i class=${state.tone} aria-hidden="true"></i><span>${d.model || d.name}</span><span class="muted">${state.word}</span>
+    ${d.model ? html`<small>${d.name}</small>` : ""}${d.detail ? html`<small>${d.detail}</small>` : ""}</li>`;
+}
+
+function row(name: string, value: string, id: string, title = ""): TemplateResult {
+  return html`<div title=${title}><dt>${name}</dt><dd class="num" data-testid="bridge-${id}">${value}</dd></div>`;
+}
+
+function unit(value: number, digits: number, name: string): string {
+  return Number.isFinite(value) ? `${fixed(value, digits)} ${name}` : DASH;
+}
+
+customElements.define("slam-bridge", SlamBridge);
