@@ -34,8 +34,8 @@ export class Lab {
   constructor(readonly page: Page) {}
 
   /** Opens the page and waits until the robot has looked around. */
-  async open(): Promise<void> {
-    await this.page.goto('/');
+  async open(address = '/'): Promise<void> {
+    await this.page.goto(address);
     await expect.poll(async () => (await this.state()).status?.scans ?? 0, 'the robot scans').toBeGreaterThan(0);
   }
 

@@ -29,7 +29,7 @@ const test = base.extend<{ folder: string; bridge: Bridge; token: string; state:
 });
 
 test('without the token a page watches: it maps, and anyone may stop', async ({ lab, page, bridge, state }) => {
-  await page.goto(bridge.url);
+  await lab.open(bridge.url);
   await lab.watch((s) => s.scans, 'scans come by themselves').toBeGreaterThan(5);
   expect((await lab.state()).source).toBe('bridge');
   await lab.watch((s) => s.features, 'walls are found').toBeGreaterThan(2);
@@ -42,9 +42,8 @@ test('without the token a page watches: it maps, and anyone may stop', async ({ 
   await expect.poll(async () => (await state())?.reason).toBe('Stop');
 });
 
-test('with the token it drives by hand, to a click and by itself, and Stop ends it', async ({ lab, page, bridge, token, state, hasTouch }) => {
-  await page.goto(`${bridge.url}#token=${token}`);
-  await lab.watch((s) => s.scans, 'it looks around').toBeGreaterThan(3);
+test('with the token it drives by hand and by itself, and Stop ends it', async ({ lab, page, bridge, token, state, hasTouch }) => {
+  await lab.open(`${bridge.url}#token=${token}`);
   expect(page.url(), 'the token does not stay in the address').not.toContain('token');
   await expect(lab.at('mode-explore'), 'nothing moves before somebody takes the wheel').toBeDisabled();
   await lab.at('wheel').click();
@@ -70,8 +69,7 @@ test('with the token it drives by hand, to a click and by itself, and Stop ends 
 });
 
 test('the emergency stop is latched until it is undone, and nothing moves by that', async ({ lab, page, bridge, token, state }) => {
-  await page.goto(`${bridge.url}#token=${token}`);
-  await lab.watch((s) => s.scans, 'it looks around').toBeGreaterThan(3);
+  await lab.open(`${bridge.url}#token=${token}`);
   await lab.at('wheel').click();
   await expect.poll(async () => (await state())?.armed).toBe(true);
   await lab.at('mode-explore').click();
@@ -88,7 +86,7 @@ test('the emergency stop is latched until it is undone, and nothing moves by tha
 test('a bridge that is killed is found again, and the map stays', async ({ lab, page, folder, state, problems }) => {
   const flags = [...SOURCE, '--token-file', join(folder, 'token')];
   const first = await Bridge.start(flags);
-  await page.goto(first.url);
+  await lab.open(first.url);
   await lab.watch((s) => s.scans, 'it looks around').toBeGreaterThan(10);
   const { blocks } = await lab.state();
   await first.stop('SIGKILL');

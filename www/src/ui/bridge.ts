@@ -39,7 +39,7 @@ export class SlamBridge extends SlamElement {
   static override styles = [
     shared,
     css`
-      :host { display: block; }
+      :host { display: block; padding-bottom: 16px; margin-bottom: 16px; border-bottom: 1px solid var(--line); }
       :host([hidden]) { display: none; }
       h2 { margin-bottom: 10px; }
       ul { list-style: none; margin: 0 0 10px; padding: 0; display: grid; gap: 8px; font-size: 13px; }
@@ -65,7 +65,6 @@ export class SlamBridge extends SlamElement {
   override render(): TemplateResult | typeof nothing {
     const { bridge } = this.store;
     this.toggleAttribute("hidden", !bridge);
-    this.parentElement?.toggleAttribute("hidden", !bridge);
     if (!bridge) return nothing;
     return html`
       <h2>Robot</h2>

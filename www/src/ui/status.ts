@@ -52,8 +52,8 @@ export class SlamStatus extends SlamElement {
             <div><b data-testid="scans">${s?.scans ?? DASH}</b><span>scans mapped</span></div>`}
       </div>
       <dl>
-        ${row(sim ? "Sim time" : "Log time", clock(s?.time ?? NaN), "time")}
-        ${row("Pace", Number.isFinite(s?.realTimeFactor) ? `${fixed(s?.realTimeFactor ?? NaN, (s?.realTimeFactor ?? 0) < 10 ? 1 : 0)} ×` : "paused", "pace", "Seconds of simulation for each second of the clock")}
+        ${row(sim ? "Sim time" : this.store.source === "bridge" ? "Robot time" : "Log time", clock(s?.time ?? NaN), "time")}
+        ${this.store.source === "bridge" ? "" : row("Pace", Number.isFinite(s?.realTimeFactor) ? `${fixed(s?.realTimeFactor ?? NaN, (s?.realTimeFactor ?? 0) < 10 ? 1 : 0)} ×` : "paused", "pace", "Seconds of simulation for each second of the clock")}
         ${row("Distance", `${fixed(s?.distance ?? NaN, 1)} m`, "distance")}
         ${row("Features", String(s?.features ?? DASH), "features", "Lines in the filter's map")}
         ${row("Known", `${fixed(s?.knownArea ?? NaN, 0)} m²`, "known-area", "Area known to be free")}
