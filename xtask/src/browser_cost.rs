@@ -2,7 +2,7 @@
 //!
 //! In: a machine with Chromium. Out: one JSON object with the milliseconds of an update with one match at 100, 300 and 1 000
 //! landmarks, natively (cargo profile `release`) and in the browser (profile `wasm`, 128-bit SIMD as in `.cargo/config.toml`), one right
-//! after the other; an error where the browser takes more than [`MOST`] times as long.
+//! after the other; an error where the browser takes more than `MOST` times as long.
 
 use std::process::Command;
 

@@ -2,7 +2,7 @@
 //!
 //! In: a world, and orders. Out: odometry at 100 Hz, whatever the sensor sees, bumpers, currents, battery.
 //!
-//! 1. Each period, the simulation catches up with the clock. If the machine was busy for longer than [`MOST_LATE`], that
+//! 1. Each period, the simulation catches up with the clock. If the machine was busy for longer than `MOST_LATE`, that
 //!    time is left out: the robot's clock then runs behind, as it may, but it never jumps.
 //! 2. One seed draws the same noise; when orders come is up to who gives them.
 //! 3. The emergency stop is latched here, as it is in the real robot.
