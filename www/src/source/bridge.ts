@@ -15,7 +15,6 @@ export class BridgeSource extends Run<WebLive> {
   readonly begun: number;
   #trail = new Trail();
   #path = new Float32Array(0);
-  #millis = NaN;
 
   constructor(module: WebLive, link: BridgeLink, title: string, method: MethodName) {
     super(module, title, method);
@@ -110,7 +109,8 @@ export class BridgeSource extends Run<WebLive> {
     this.#trail.add([NaN, NaN, s.odometry_x, s.odometry_y, s.x, s.y]);
     if (s.scans > this.scans) {
       this.scans = s.scans;
-      this.sample(s, this.#millis, NaN);
+      // A scan is taken in where its message is; what it costs is not told apart.
+      this.sample(s, NaN, NaN);
     }
   }
 }
