@@ -60,9 +60,9 @@ pub(crate) struct ServeFlags {
     /// Port to listen on, in place of the one in --listen; 0 takes any free one
     #[arg(long)]
     pub(crate) port: Option<u16>,
-    /// Folder of the built page
-    #[arg(long, value_name = "DIR", default_value = "www/dist")]
-    pub(crate) page: PathBuf,
+    /// Folder of the built page [default: the page inside the program, else www/dist]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) page: Option<PathBuf>,
     /// Show the page in the default browser
     #[arg(long)]
     pub(crate) open: bool,

@@ -1,6 +1,5 @@
 //! Answers requests: foreign hosts are refused, files are found, headers are added; the WebSocket begins here.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use axum::extract::{Extension, Query, Request, State, WebSocketUpgrade};
@@ -17,16 +16,17 @@ use crate::accept::{Limits, Place};
 use crate::clock::Clock;
 use crate::hub::FromClient;
 use crate::metrics::Metrics;
+use crate::page::Page;
 use crate::safety::SafetyConfig;
 use crate::token::Token;
-use crate::{headers, host, session};
+use crate::{embedded, headers, host, session};
 
 /// Path of the WebSocket.
 pub(crate) const SOCKET_PATH: &str = "/ws";
 
 /// What all connections share.
 pub(crate) struct Shared {
-    pub(crate) page: Option<PathBuf>,
+    pub(crate) page: Option<Page>,
     pub(crate) about: About,
     pub(crate) robot: Option<RobotFigures>,
     pub(crate) token: Option<Token>,
@@ -45,9 +45,15 @@ pub(crate) fn router(shared: &Arc<Shared>) -> Router {
         .route("/bridge.json", get(about))
         .route(SOCKET_PATH, get(socket));
     let router = match &shared.page {
-        Some(page) => {
-            router.fallback_service(ServeDir::new(page).precompressed_br().precompressed_gzip())
+        Some(Page::Folder(folder)) => {
+            let files = ServeDir::new(folder)
+                .precompressed_br()
+                .precompressed_gzip();
+            router.fallback_service(files)
         }
+        Some(Page::Embedded) => router.fallback(async |request: Request| {
+            embedded::answer(request.method(), request.uri().path(), request.headers())
+        }),
         None => router,
     };
     router

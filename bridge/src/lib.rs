@@ -18,17 +18,20 @@
 //! 5. [`serial`] holds the sources at serial ports; [`doctor`] says what is wrong with them.
 //! 6. [`record`] writes down what was said, so that nothing acknowledged is lost.
 //!
-//! The page's folder is read at each request, so a rebuilt page needs a reload and not a restart.
+//! The page is inside the program (`cargo xtask package`), or in a folder that is read at each request, so that a rebuilt
+//! page needs a reload and not a restart ([`Page`]).
 
 mod accept;
 mod clock;
 pub mod doctor;
+mod embedded;
 pub mod headers;
 pub mod host;
 mod http;
 mod hub;
 mod listen;
 mod metrics;
+mod page;
 mod rate;
 pub mod record;
 pub mod safety;
@@ -42,4 +45,5 @@ pub mod udp;
 pub use accept::Limits;
 pub use clock::Clock;
 pub use listen::{BindError, bind};
-pub use serve::{Config, RunError, check_page, run};
+pub use page::Page;
+pub use serve::{Config, RunError, run};

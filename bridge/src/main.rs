@@ -9,7 +9,7 @@ use slamlab_bridge::doctor;
 use slamlab_bridge::source::Source;
 use slamlab_bridge::token::{self, Token};
 use slamlab_bridge::udp::{self, UdpConfig};
-use slamlab_bridge::{Config, run};
+use slamlab_bridge::{Config, Page, run};
 
 mod flags;
 mod open;
@@ -61,7 +61,8 @@ async fn serve(mut flags: ServeFlags) -> anyhow::Result<()> {
     if let Some(port) = flags.port {
         flags.listen.set_port(port);
     }
-    slamlab_bridge::check_page(&flags.page)?;
+    let page = Page::choose(flags.page);
+    page.check()?;
     let sources = open_all(&flags.source)?;
     let token = match sources.is_empty() {
         true => None,
@@ -82,7 +83,7 @@ async fn serve(mut flags: ServeFlags) -> anyhow::Result<()> {
         );
     }
     let config = Config {
-        page: Some(flags.page),
+        page: Some(page),
         sources,
         token,
         watching: flags.private.then_some(Watching::Token),
