@@ -178,10 +178,9 @@ fn start(
 }
 
 fn robot(sources: &[Running]) -> Option<RobotFigures> {
-    sources.iter().find_map(|source| {
-        let robot = source.profile.robot.as_ref()?;
-        Some(RobotFigures::new(robot, source.profile.scans_on_command))
-    })
+    let on_command = source::scans_on_command(sources.iter().map(|source| &source.profile));
+    let robot = sources.iter().find_map(|source| source.profile.robot)?;
+    Some(RobotFigures::new(&robot, on_command))
 }
 
 fn about(sources: &[Running], watching: Option<Watching>) -> About {
