@@ -5,7 +5,7 @@ use std::sync::Arc;
 use axum::extract::{Extension, Query, Request, State, WebSocketUpgrade};
 use axum::http::{HeaderMap, StatusCode, Uri, header};
 use axum::middleware::{self, Next};
-use axum::response::{IntoResponse, Response};
+use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::get;
 use axum::{Json, Router};
 use slamlab_core::wire::message::{About, Format, RobotFigures};
@@ -31,6 +31,7 @@ pub(crate) struct Shared {
     pub(crate) robot: Option<RobotFigures>,
     pub(crate) token: Option<Token>,
     pub(crate) origins: Vec<String>,
+    pub(crate) is_tls: bool,
     pub(crate) limits: Limits,
     pub(crate) safety: SafetyConfig,
     pub(crate) hub: mpsc::Sender<FromClient>,
@@ -61,6 +62,22 @@ pub(crate) fn router(shared: &Arc<Shared>) -> Router {
         .with_state(Arc::clone(shared))
 }
 
+/// Whoever typed `http` to a bridge that speaks TLS is sent to the right address; nothing else is said in the clear.
+pub(crate) fn redirector() -> Router {
+    let redirect = async |request: Request| {
+        let host = request.headers().get(header::HOST);
+        let host = host.and_then(|host| host.to_str().ok()).unwrap_or("");
+        let path = request
+            .uri()
+            .path_and_query()
+            .map_or("/", |path| path.as_str());
+        Redirect::permanent(&format!("https://{host}{path}"))
+    };
+    Router::new()
+        .fallback(redirect)
+        .layer(middleware::from_fn(fence))
+}
+
 async fn about(State(shared): State<Arc<Shared>>) -> Json<About> {
     Json(shared.about.clone())
 }
@@ -89,7 +106,9 @@ async fn socket(
     let host = headers
         .get(header::HOST)
         .and_then(|host| host.to_str().ok());
-    if origins.next().is_some() || !host::is_allowed_origin(origin, host, &shared.origins) {
+    if origins.next().is_some()
+        || !host::is_allowed_origin(origin, host, shared.is_tls, &shared.origins)
+    {
         const WHY: &str = "This page may not use the bridge; see --allow-origin.\n";
         return (StatusCode::FORBIDDEN, WHY).into_response();
     }

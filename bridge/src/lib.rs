@@ -16,12 +16,15 @@
 //!    headers that fence the page in ([`headers`]); `session` talks to one client, behind its [`token`].
 //! 4. [`safety`] holds the rules, apart from all this: whether the robot may move, and by whom.
 //! 5. [`serial`] holds the sources at serial ports; [`doctor`] says what is wrong with them.
-//! 6. [`record`] writes down what was said, so that nothing acknowledged is lost.
+//! 6. [`settings`] reads `bridge.toml`; [`tls`] holds the certificate; [`announce`] tells the network that the bridge is here.
+//! 7. [`record`] writes down what was said, so that nothing acknowledged is lost.
 //!
 //! The page is inside the program (`cargo xtask package`), or in a folder that is read at each request, so that a rebuilt
 //! page needs a reload and not a restart ([`Page`]).
 
 mod accept;
+pub mod address;
+pub mod announce;
 mod clock;
 pub mod doctor;
 mod embedded;
@@ -31,6 +34,7 @@ mod http;
 mod hub;
 mod listen;
 mod metrics;
+mod notify;
 mod page;
 mod rate;
 pub mod record;
@@ -38,7 +42,9 @@ pub mod safety;
 pub mod serial;
 mod serve;
 mod session;
+pub mod settings;
 pub mod source;
+pub mod tls;
 pub mod token;
 pub mod udp;
 

@@ -10,15 +10,17 @@ use slamlab_core::wire::message::{About, PROTOCOL, RobotFigures, SCHEMA, Watchin
 use tokio::net::TcpListener;
 use tokio::sync::{mpsc, watch};
 
-use crate::accept::{self, Limits};
+use crate::accept::{self, Entrance, Limits};
 use crate::clock::Clock;
 use crate::http::{self, Shared};
 use crate::hub::{self, HubParts};
 use crate::metrics::Metrics;
+use crate::notify;
 use crate::page::Page;
 use crate::record::{RecordError, Recorder};
 use crate::safety::SafetyConfig;
 use crate::source::{self, Running, Source};
+use crate::tls::Identity;
 use crate::token::Token;
 
 /// How long open requests may take to end after the shutdown began.
@@ -38,6 +40,8 @@ pub struct Config {
     /// Origins of other pages that may connect, exactly as a browser writes them: `https://lab.example`. The page that the
     /// bridge serves needs no entry.
     pub origins: Vec<String>,
+    /// With what to speak TLS; without one, nothing is kept from who listens in the network.
+    pub tls: Option<Identity>,
     /// Where to record to; a new file.
     pub record: Option<PathBuf>,
     /// Of sockets, messages and times.
@@ -117,6 +121,7 @@ pub async fn run(
         robot: robot(&sources),
         token: config.token,
         origins: config.origins,
+        is_tls: config.tls.is_some(),
         limits: config.limits,
         safety: config.safety,
         hub,
@@ -134,13 +139,15 @@ pub async fn run(
         safety: config.safety,
     };
     let hub = tokio::spawn(hub::run(parts, accept::until(stopped.clone())));
-    let server = tokio::spawn(accept::run(
+    let entrance = Entrance {
         listener,
-        http::router(&shared),
-        shared,
-        stopped,
-    ));
+        tls: config.tls.as_ref().map(Identity::acceptor),
+        router: http::router(&shared),
+    };
+    let server = tokio::spawn(accept::run(entrance, shared, stopped));
+    notify::ready();
     shutdown.await;
+    notify::stopping();
     // Whoever listens is gone already if this fails.
     let _ = stop.send(true);
     // The hub first: it has the robot.

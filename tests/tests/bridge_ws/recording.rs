@@ -54,7 +54,7 @@ fn what_was_recorded_plays_back() {
 
         let name: SourceName = format!("replay:{}", file.display()).parse().unwrap();
         let bridge = Bridge::start(Config {
-            sources: vec![name.open().unwrap()],
+            sources: vec![name.open(None).unwrap()],
             ..Config::default()
         })
         .await;
