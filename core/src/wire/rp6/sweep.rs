@@ -104,6 +104,7 @@ impl SweepReader {
             bearing_sigma: self.figures.bearing_sigma,
             max_range: self.figures.max_range,
             sweep: 0.0,
+            qualities: vec![],
         })
     }
 }
