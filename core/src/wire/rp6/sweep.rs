@@ -119,6 +119,7 @@ impl SweepReader {
             bearing_sigma: self.figures.bearing_sigma,
             max_range: self.figures.max_range,
             sweep: 0.0,
+            qualities: vec![],
         })
     }
 }
