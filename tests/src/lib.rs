@@ -1,5 +1,7 @@
 //! Fixtures shared by tests and benches.
 
+#[cfg(not(target_family = "wasm"))]
+pub mod calm;
 #[cfg(unix)]
 pub mod console;
 #[cfg(unix)]

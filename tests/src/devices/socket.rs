@@ -50,7 +50,7 @@ impl<D: Device> Socket<D> {
     pub fn plugged(device: D) -> io::Result<Self> {
         let socket = Self::unplugged(device)?;
         socket.plug();
-        let until = Instant::now() + Duration::from_secs(2);
+        let until = Instant::now() + Duration::from_secs(60);
         while !socket.path.exists() && Instant::now() < until {
             thread::sleep(BEAT);
         }
