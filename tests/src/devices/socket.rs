@@ -151,9 +151,11 @@ fn live<D: Device>(shared: &Mutex<Shared<D>>, path: &Path) {
             (Some(_), false) => {
                 let _ = fs::remove_file(path);
                 pty = None;
+                shared.device.pulled();
+                shared.device.unplugged(elapsed);
             }
             (Some(pty), true) => beat(&mut shared, pty, &mut line, elapsed),
-            (None, false) => (),
+            (None, false) => shared.device.unplugged(elapsed),
         }
     }
 }
