@@ -144,14 +144,17 @@ fn a_sweep_becomes_a_scan_on_the_bridges_clock_when_the_servo_rests() {
     let [scan] = scans.as_slice() else {
         panic!("{scans:?}")
     };
-    for ((bearing, range), (truth, wall)) in scan
-        .bearings
-        .iter()
-        .zip(&scan.ranges)
-        .zip([(-0.1, 0.4), (0.0, 0.5), (0.1, 0.6)])
+    for ((bearing, range), (truth, wall)) in
+        scan.bearings
+            .iter()
+            .zip(&scan.ranges)
+            .zip([(-0.1, 0.4), (0.0, 0.5), (0.1, 0.6)])
     {
         assert!((bearing - truth).abs() < 1e-9);
-        assert!((f64::from(*range) - wall).abs() < 0.05, "{range} for {wall}");
+        assert!(
+            (f64::from(*range) - wall).abs() < 0.05,
+            "{range} for {wall}"
+        );
     }
     // The line's own time for a telemetry is known and subtracted; here it took none.
     let host = HOST_AT_0 + 1e-3 * f64::from(last);
