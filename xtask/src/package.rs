@@ -148,7 +148,7 @@ fn verify_unit() -> Result<()> {
     let runnable = text
         .replace("/usr/bin/slamlab-bridge serve", "/bin/true serve")
         // The user is made when the package is installed.
-        .replace("=slamlab\n", "=nobody\n");
+        .replace("=slamlab\n", "=daemon\n");
     std::fs::write(&copy, runnable)?;
     tools::run(
         std::process::Command::new(&analyze)
