@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use slamlab_bridge::source::SourceName;
+use slamlab_core::slam::Method;
 use slamlab_core::wire::pilch;
 
 /// Serves slamlab's page, and relays robot and sensors to it.
@@ -29,6 +30,16 @@ pub(crate) enum Command {
         file: PathBuf,
         #[command(flatten)]
         serve: ServeFlags,
+    },
+    /// Map a recording, and write it anew with /map, /pose and the transform from map to odom, for Foxglove, Rerun and ROS 2
+    Export {
+        /// MCAP file made by `record` or `--record`
+        file: PathBuf,
+        /// New MCAP file
+        to: PathBuf,
+        /// odometry, line-ekf or scan-matching
+        #[arg(long, default_value = "scan-matching")]
+        method: Method,
     },
     /// Show the address with which one may drive; makes a token if there is none
     Token(TokenFlags),
@@ -78,6 +89,9 @@ pub(crate) struct ServeFlags {
     /// Origin of another page that may connect, as a browser writes it; may stand more than once
     #[arg(long, value_name = "ORIGIN")]
     pub(crate) allow_origin: Vec<String>,
+    /// Let Foxglove and Lichtblick watch, at ws://HOST:PORT/foxglove
+    #[arg(long, conflicts_with = "private")]
+    pub(crate) foxglove: bool,
     #[command(flatten)]
     pub(crate) token: TokenFile,
 }

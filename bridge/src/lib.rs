@@ -14,6 +14,7 @@
 //! 2. [`run`] starts the sources ([`source`]), each on a thread, and the hub, one task that owns all state.
 //! 3. `accept` limits connections; `http` refuses requests whose `Host` is a foreign name ([`host`]), finds files, adds the
 //!    headers that fence the page in ([`headers`]); `session` talks to one client, behind its [`token`].
+//!    `foxglove` shows the same to other tools, where that is asked for.
 //! 4. [`safety`] holds the rules, apart from all this: whether the robot may move, and by whom.
 //! 5. [`serial`] holds the sources at serial ports; [`doctor`] says what is wrong with them.
 //! 6. [`record`] writes down what was said, so that nothing acknowledged is lost.
@@ -23,6 +24,7 @@
 mod accept;
 mod clock;
 pub mod doctor;
+mod foxglove;
 pub mod headers;
 pub mod host;
 mod http;

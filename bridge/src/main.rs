@@ -1,11 +1,13 @@
 //! `slamlab-bridge`: flags, log, signals. The work is in the library.
 
 use std::net::{SocketAddr, UdpSocket};
+use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::Parser;
 use slamlab_bridge::doctor;
+use slamlab_bridge::record;
 use slamlab_bridge::source::Source;
 use slamlab_bridge::token::{self, Token};
 use slamlab_bridge::udp::{self, UdpConfig};
@@ -15,6 +17,7 @@ mod flags;
 mod open;
 
 use flags::{Command, Flags, RecordFlags, ServeFlags, TokenFlags};
+use slamlab_core::slam::Method;
 use slamlab_core::wire::message::Watching;
 use slamlab_core::wire::pilch::server::ServerConfig;
 
@@ -47,6 +50,7 @@ async fn obey(flags: Flags) -> anyhow::Result<()> {
             flags.source.push(name.parse()?);
             serve(flags).await
         }
+        Some(Command::Export { file, to, method }) => export(&file, &to, method),
         Some(Command::Token(flags)) => show_token(&flags),
         Some(Command::Doctor { ports }) => look_at(ports).await,
         Some(Command::Udp {
@@ -87,6 +91,7 @@ async fn serve(mut flags: ServeFlags) -> anyhow::Result<()> {
         token,
         watching: flags.private.then_some(Watching::Token),
         origins: flags.allow_origin,
+        foxglove: flags.foxglove,
         record: flags.record,
         ..Config::default()
     };
@@ -106,6 +111,20 @@ async fn record(flags: RecordFlags) -> anyhow::Result<()> {
         ..Config::default()
     };
     Ok(run(listener, config, stop).await?)
+}
+
+/// Maps a recording, and writes it with the map.
+fn export(file: &Path, to: &Path, method: Method) -> anyhow::Result<()> {
+    let done = record::export(file, to, method)?;
+    for note in &done.notes {
+        eprintln!("{}: {note}", file.display());
+    }
+    let (messages, poses, maps) = (done.messages, done.poses, done.maps);
+    println!(
+        "{}: {messages} messages, {poses} poses, {maps} maps",
+        to.display()
+    );
+    Ok(())
 }
 
 /// Looks at ports side by side, and prints what it finds in their order.

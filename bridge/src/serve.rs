@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use slamlab_core::wire::message::{About, PROTOCOL, RobotFigures, SCHEMA, Watching};
+use slamlab_core::wire::message::{
+    About, CHALLENGE_BYTES, FromBridge, PROTOCOL, RobotFigures, SCHEMA, Watching,
+};
 use tokio::net::TcpListener;
 use tokio::sync::{mpsc, watch};
 
@@ -37,6 +39,8 @@ pub struct Config {
     /// Origins of other pages that may connect, exactly as a browser writes them: `https://lab.example`. The page that the
     /// bridge serves needs no entry.
     pub origins: Vec<String>,
+    /// Whether Foxglove may watch, where anyone may.
+    pub foxglove: bool,
     /// Where to record to; a new file.
     pub record: Option<PathBuf>,
     /// Of sockets, messages and times.
@@ -116,12 +120,18 @@ pub async fn run(
         robot: robot(&sources),
         token: config.token,
         origins: config.origins,
+        foxglove: config.foxglove,
         limits: config.limits,
         safety: config.safety,
         hub,
         clock,
         metrics: Arc::clone(&metrics),
     });
+    if let Some(recorder) = &recorder {
+        // Names the robot; nobody is challenged here.
+        let hello = shared.hello([0; CHALLENGE_BYTES]);
+        recorder.message(&FromBridge::Hello(hello), clock.now());
+    }
     let (stop, stopped) = watch::channel(false);
     let parts = HubParts {
         clock,

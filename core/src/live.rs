@@ -14,7 +14,6 @@
 mod progress;
 #[cfg(test)]
 mod tests;
-mod timeline;
 
 use crate::estimation::ConsistencyWindow;
 use crate::geom::Pose2;
@@ -25,8 +24,8 @@ use crate::wire::client::{Client, ClientError};
 use crate::wire::message::{
     Device, FromBridge, Motion, RecordingBody, RefusalReason, RobotFigures, Severity,
 };
+use crate::wire::timeline::{Reading, Timeline, explain_gap};
 use progress::Progress;
-use timeline::{Reading, Timeline};
 
 /// How often [`Live::tick`] is due: the pilot decides, and a command is told again, s.
 pub const TICK_PERIOD: f64 = 0.05;
@@ -190,7 +189,11 @@ impl Live {
                 Reading::Odometry(odometry) => self.state.odometry(&odometry),
                 Reading::Scan(scan) => self.state.scan(&scan),
                 Reading::Gap { seconds } => {
-                    self.notes.push(missed(seconds));
+                    let text = explain_gap(seconds);
+                    self.notes.push(Note {
+                        severity: Severity::Warning,
+                        text,
+                    });
                     Ok(())
                 }
             };
@@ -391,19 +394,6 @@ impl Live {
     #[must_use]
     pub fn watchers(&self) -> u16 {
         self.watchers
-    }
-}
-
-fn missed(seconds: f64) -> Note {
-    let text = match seconds > 0.0 {
-        true => {
-            format!("{seconds:.1} s of the robot's motion were missed: the pose is less sure now")
-        }
-        false => "The robot or its sensor was started anew: it may stand elsewhere now".to_owned(),
-    };
-    Note {
-        severity: Severity::Warning,
-        text,
     }
 }
 
