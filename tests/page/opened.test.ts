@@ -65,18 +65,19 @@ test('a recorded drive is mapped as it was live, and what is damaged is told', a
   await expect(lab.at('log')).toContainText('cut off');
 
   const damaged = Buffer.from(drive.bytes);
-  damaged.fill(0xee, damaged.length / 2, damaged.length / 2 + 40_000);
+  const middle = Math.floor(damaged.length / 2);
+  damaged.fill(0xee, middle, middle + 40_000);
   const patched = await open('damaged.mcap', damaged);
   expect(patched.scans).toBeGreaterThan(cut.scans / 2);
   await lab.show('log');
   await expect(lab.at('log')).toContainText('are damaged');
 });
 
-test('a file of somebody else is refused in words, and the run goes on', async ({ lab, page }) => {
+test('a file of somebody else is refused in words, and the run goes on', async ({ lab }) => {
   await lab.open();
   await lab.show('run');
   const buffer = Buffer.concat([Buffer.from('\x89MCAP0\r\n', 'latin1'), Buffer.alloc(300, 7)]);
   await lab.at('file').setInputFiles({ name: 'foreign.mcap', mimeType: 'application/octet-stream', buffer });
-  await expect(page.getByText('was not recorded by slamlab').first()).toBeVisible();
+  await expect(lab.at('toast')).toContainText('was not recorded by slamlab');
   expect((await lab.state()).source).toBe('sim');
 });
