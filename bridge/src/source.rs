@@ -135,6 +135,14 @@ pub struct Profile {
     pub scans_on_command: bool,
 }
 
+/// Whether what these sources see comes on [`Command::Scan`] only: a robot that scans on command may carry a lidar that turns all the
+/// time, and then nobody need wait for it.
+pub(crate) fn scans_on_command<'a>(sources: impl Iterator<Item = &'a Profile> + Clone) -> bool {
+    let has_lidar = sources.clone().any(|profile| profile.robot.is_none());
+    let mut robots = sources.filter(|profile| profile.robot.is_some());
+    !has_lidar && robots.next().is_some_and(|robot| robot.scans_on_command)
+}
+
 /// A source of data.
 pub trait Source: Send + 'static {
     /// What it is.
@@ -239,5 +247,26 @@ impl Drop for Port {
             damaged: 0,
             skipped: 0,
         }));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lidar_beside_a_robot_that_scans_on_command_scans_all_the_time() {
+        let of = |robot, scans_on_command| Profile {
+            name: String::new(),
+            robot,
+            scans_on_command,
+        };
+        let robot = of(Some(RobotModel::rp6()), true);
+        let lidar = of(None, false);
+        assert!(scans_on_command([&robot].into_iter()));
+        for sources in [[&robot, &lidar], [&lidar, &robot]] {
+            assert!(!scans_on_command(sources.into_iter()));
+        }
+        assert!(!scans_on_command([&lidar].into_iter()));
     }
 }

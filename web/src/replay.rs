@@ -7,6 +7,7 @@ use slamlab_core::sim::SensorModel;
 use slamlab_core::slam::Method;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
+use crate::contest::{Ground, WebContest};
 use crate::inspection::Inspection;
 use crate::settings::apply;
 use crate::sigma::SigmaCurve;
@@ -144,6 +145,28 @@ impl WebReplay {
                 .map(|number| number as f32)
             })
             .collect()
+    }
+
+    /// All planners from `ends` (x and y of start, of goal, m) for `seconds` each: on the map (`map`, the unknown taken to
+    /// be free) or only where it is known (`known`).
+    ///
+    /// # Errors    A sentence on start, goal or ground that cannot be.
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "lists cross the border by value only"
+    )]
+    pub fn contest(
+        &self,
+        ground: &str,
+        ends: Vec<f64>,
+        seconds: f64,
+    ) -> Result<WebContest, JsError> {
+        let on = Ground {
+            slam: self.replay.slam(),
+            walls: None,
+            radius: self.replay.robot().radius(),
+        };
+        WebContest::on(on, ground, &ends, seconds)
     }
 
     /// Half length and half width of the robot, m; of a Pioneer where the log does not tell, for most were recorded with one.

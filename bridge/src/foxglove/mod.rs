@@ -6,7 +6,6 @@
 //!    bridge is told otherwise. Where watching needs the token there is none, for this protocol has no place for a proof.
 //! 2. To the hub its client is a watcher like any other, which can never drive: newest readings first, odometry joined.
 //! 3. What a client asks for beyond watching is answered by a status message, and has no effect.
-//! 4. The protocol knows no heartbeat. A ping goes out each second; who answers nothing for too long is gone.
 //!
 //! Source: Foxglove WebSocket protocol v1 (github.com/foxglove/ws-protocol, docs/spec.md); `foxglove.sdk.v1` is the name under
 //! which newer clients ask for the same.
@@ -15,18 +14,15 @@ mod message;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Duration;
 
-use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
-use futures_util::StreamExt;
-use slamlab_core::wire::message::{FromBridge, close};
+use axum::extract::ws::WebSocket;
+use slamlab_core::wire::message::FromBridge;
 use tokio::sync::oneshot;
-use tokio::time::{Instant, timeout};
 
+use crate::guest::{End, Guest, Heard, MALFORMED, PING};
 use crate::http::Shared;
 use crate::hub::outbox::{Next, Outbox};
 use crate::hub::{FromClient, NewClient};
-use crate::rate::Bucket;
 use crate::record::ros::{Odom, Topic};
 use message::{Asked, Said};
 
@@ -41,16 +37,8 @@ const TOPICS: [Topic; 4] = [
     Topic::Odometry,
     Topic::Transforms,
 ];
-const PING: Duration = Duration::from_secs(1);
 /// Subscriptions of one client.
 const MOST_SUBSCRIPTIONS: usize = 64;
-/// RFC 6455 §7.4.1.
-const MALFORMED: u16 = 1007;
-const TOO_MANY: u16 = 1008;
-
-/// Why a connection ends: with this code, or without a word where the client is gone.
-type End = Option<u16>;
-
 /// Serves a client to its end.
 pub(crate) async fn run(socket: WebSocket, shared: &Shared) {
     let outbox = Arc::new(Outbox::default());
@@ -70,64 +58,50 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared) {
     }
     let Ok(id) = id.await else { return };
     let mut viewer = Viewer {
-        socket,
+        guest: Guest::new(socket, shared),
         shared,
         subscriptions: BTreeMap::new(),
         odom: Odom::default(),
-        heard: Instant::now(),
-        bucket: Bucket::new(shared.limits.rate, shared.clock.now()),
     };
     if let Err(Some(code)) = viewer.live(&outbox).await {
-        viewer.close(code).await;
+        viewer.guest.close(code).await;
     }
     // The hub is gone only when the bridge ends.
     let _ = shared.hub.send(FromClient::Gone(id)).await;
 }
 
 struct Viewer<'a> {
-    socket: WebSocket,
+    guest: Guest<'a>,
     shared: &'a Shared,
     /// Numbers are the client's.
     subscriptions: BTreeMap<u32, Topic>,
     odom: Odom,
-    heard: Instant,
-    bucket: Bucket,
 }
 
 impl Viewer<'_> {
     async fn live(&mut self, outbox: &Outbox) -> Result<(), End> {
-        self.say(&Said::server_info()).await?;
-        self.say(&Said::advertise(&TOPICS)).await?;
+        self.guest.say(&Said::server_info()).await?;
+        self.guest.say(&Said::advertise(&TOPICS)).await?;
         let mut ping = tokio::time::interval(PING);
         loop {
             tokio::select! {
-                said = self.socket.next() => self.hear(said.ok_or(None)?.map_err(|_| None)?).await?,
+                heard = self.guest.next() => self.hear(heard?).await?,
                 next = outbox.next() => match next {
                     Next::Close(code) => return Err(Some(code)),
                     Next::Message(message) => self.tell(&message).await?,
                 },
-                _ = ping.tick() => {
-                    if self.heard.elapsed() > self.shared.limits.heartbeat {
-                        return Err(Some(close::HEARTBEAT));
-                    }
-                    self.put(Message::Ping(Vec::new().into())).await?;
-                }
+                _ = ping.tick() => self.guest.ping(&[]).await?,
             }
         }
     }
 
-    async fn hear(&mut self, message: Message) -> Result<(), End> {
-        self.heard = Instant::now();
-        let text = match message {
-            Message::Close(_) => return Err(None),
-            Message::Ping(_) | Message::Pong(_) => return Ok(()),
-            Message::Text(text) => text,
+    async fn hear(&mut self, heard: Heard) -> Result<(), End> {
+        let text = match heard {
+            Heard::Text(text) => text,
+            Heard::Pong(_) => return Ok(()),
             // Publications of a client, and calls of services.
-            Message::Binary(_) => return self.refuse("a binary message").await,
+            Heard::Binary => return self.refuse("a binary message").await,
         };
-        if !self.bucket.take(self.shared.clock.now()) {
-            return Err(Some(TOO_MANY));
-        }
         match serde_json::from_str(&text).map_err(|_| Some(MALFORMED))? {
             Asked::Subscribe { subscriptions } => {
                 for asked in subscriptions {
@@ -159,7 +133,7 @@ impl Viewer<'_> {
         let text = format!(
             "{what} is not for this endpoint: it shows what the robot says, and takes nothing"
         );
-        self.say(&Said::error(&text)).await
+        self.guest.say(&Said::error(&text)).await
     }
 
     /// Sends what was subscribed of a message.
@@ -170,29 +144,9 @@ impl Viewer<'_> {
             let wanted: Vec<u32> = wanted.map(|(id, _)| *id).collect();
             for id in wanted {
                 let bytes = message::data(id, now, &payload);
-                self.put(Message::Binary(bytes.into())).await?;
+                self.guest.send(bytes).await?;
             }
         }
         Ok(())
-    }
-
-    async fn say(&mut self, said: &Said<'_>) -> Result<(), End> {
-        let text = serde_json::to_string(said).map_err(|error| {
-            tracing::error!("a message for Foxglove could not be written: {error}");
-            Some(1011)
-        })?;
-        self.put(Message::Text(text.into())).await
-    }
-
-    async fn close(&mut self, code: u16) {
-        let reason = Utf8Bytes::from_static("");
-        let frame = CloseFrame { code, reason };
-        // A client that is gone needs no farewell.
-        let _ = self.put(Message::Close(Some(frame))).await;
-    }
-
-    async fn put(&mut self, message: Message) -> Result<(), End> {
-        let sent = timeout(self.shared.limits.write, self.socket.send(message)).await;
-        sent.map_err(|_| None)?.map_err(|_| None)
     }
 }

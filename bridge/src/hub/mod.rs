@@ -25,6 +25,7 @@ use tokio::time::Instant;
 
 use crate::clock::Clock;
 use crate::metrics::Metrics;
+use crate::notify;
 use crate::record::Recorder;
 use crate::safety::{ClientId, Input, Output, Safety, SafetyConfig};
 use crate::source::{Event, Order, Running};
@@ -162,6 +163,7 @@ impl Hub {
     }
 
     fn each_second(&mut self) {
+        notify::alive();
         let all: Vec<ClientId> = self.clients.keys().copied().collect();
         for client in all {
             self.heartbeat(client);

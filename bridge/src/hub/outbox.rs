@@ -276,6 +276,7 @@ mod tests {
             bearing_sigma: 0.0,
             max_range: 6.0,
             sweep: 0.0,
+            qualities: vec![],
         }
     }
 

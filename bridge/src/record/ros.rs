@@ -20,6 +20,7 @@ use slamlab_core::robot::{Odometry, Stamp};
 use slamlab_core::wire::message::{FromBridge, Motion, ToBridge};
 
 use super::cdr::Cdr;
+pub(crate) use messages::{evenly, in_space, placed};
 
 /// The topics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -5,12 +5,13 @@
 //! 2. While the robot is under way, a sign of life goes to it ten times a second, for its own watchdog. Speeds are given
 //!    anew all the time by whoever drives; where none came for half a second the source itself stops the robot.
 //! 3. The robot's stamps are put on the bridge's clock ([`slamlab_core::wire::ClockMap`]), on which the scans of other devices are.
-//! 4. An emergency stop is remembered while nobody answers, and given again to a robot that comes back.
+//! 4. Each sweep of its rangers becomes a scan, on that clock too.
+//! 5. An emergency stop is remembered while nobody answers, and given again to a robot that comes back.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use slamlab_core::robot::{Command, Odometry, RobotModel, Stamp};
+use slamlab_core::robot::{Command, Odometry, RobotModel, Scan, Stamp};
 use slamlab_core::wire::Tally;
 use slamlab_core::wire::message::{DeviceState, LinkState, RangerReading};
 use slamlab_core::wire::rp6::Down;
@@ -21,9 +22,13 @@ use super::report::Report;
 use crate::source::{Event, Order, Profile};
 
 mod robot;
+mod sweeps;
+#[cfg(test)]
+mod tests;
 mod words;
 
 use robot::{Motion, Robot};
+use sweeps::Sweeps;
 
 /// Seconds between two signs of life.
 const ALIVE: f64 = 0.1;
@@ -92,7 +97,11 @@ impl Rp6 {
         self.report.model = format!("RP6, firmware {major}.{minor}");
         self.report.detail.clear();
         self.was_boot_loader = false;
-        self.robot = Some(Robot::new(hello, now));
+        let sweeps = Sweeps::of(hello).unwrap_or_else(|error| {
+            tracing::error!("{}: no scans of its rangers: {error}", self.name);
+            None
+        });
+        self.robot = Some(Robot::new(hello, sweeps, now));
         if self.is_cut_off {
             self.give(rp6::Command::EStop, now);
         }
@@ -172,6 +181,7 @@ impl Rp6 {
         let events = touches.into_iter().chain(battery);
         self.wants.extend(events.map(Want::Tell));
         self.fault(telemetry.fault);
+        self.sweep(|sweeps| sweeps.telemetry(telemetry));
     }
 
     fn fault(&mut self, fault: rp6::Fault) {
@@ -186,14 +196,12 @@ impl Rp6 {
     }
 
     fn ranger(&mut self, ranger: &Ranger) {
-        let Some(robot) = &self.robot else {
-            return;
-        };
-        let (millis, stamp) = robot.time;
-        // Readings lie a little before or after telemetry; the clock wraps after 49 days.
-        let later = ranger.time_ms.wrapping_sub(millis).cast_signed();
-        let stamp = Stamp(stamp.0.saturating_add_signed(1000 * i64::from(later)));
-        let Some(stamp) = robot.clock.host_time(stamp) else {
+        self.sweep(|sweeps| sweeps.reading(ranger));
+        let stamp = self
+            .robot
+            .as_ref()
+            .and_then(|robot| robot.host_time(ranger.time_ms));
+        let Some(stamp) = stamp else {
             return;
         };
         let reading = RangerReading {
@@ -205,6 +213,24 @@ impl Rp6 {
             stamp,
             readings: vec![reading],
         });
+    }
+
+    /// Tells the sweep that this ends, if it ends one.
+    fn sweep(&mut self, end: impl FnOnce(&mut Sweeps) -> Option<Scan>) {
+        let Some(robot) = &mut self.robot else {
+            return;
+        };
+        let Some(mut scan) = robot.sweeps.as_mut().and_then(end) else {
+            return;
+        };
+        let Some(stamp) = robot.host_time((scan.stamp.0 / 1000) as u32) else {
+            return;
+        };
+        scan.stamp = stamp;
+        match scan.validate() {
+            Ok(()) => self.tell(Event::Scan(scan)),
+            Err(error) => tracing::warn!("{}: {error}", self.name),
+        }
     }
 
     fn acknowledged(&mut self, command: rp6::Command, now: Stamp) {

@@ -135,6 +135,7 @@ mod tests {
             range: 1.0,
             sigma: 0.01,
             is_hit: true,
+            quality: None,
         };
         let points = Points {
             stamp: Stamp(0),

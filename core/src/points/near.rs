@@ -91,6 +91,7 @@ impl NearField {
             range: (end - origin).norm(),
             sigma: self.config.behind,
             is_hit: true,
+            quality: None,
         }));
         all
     }

@@ -4,6 +4,8 @@ use slamlab_core::robot::Stamp;
 use slamlab_core::wire::ClockMap;
 use slamlab_core::wire::rp6::{self, Hello, Odometer, Report, Telemetry};
 
+use super::sweeps::Sweeps;
+
 /// Seconds without an order to move before one counts, after the robot came up.
 const CALM: f64 = 0.3;
 
@@ -25,6 +27,8 @@ pub(super) struct Robot {
     pub(super) clock: ClockMap,
     /// End of the last odometry on the bridge's clock.
     pub(super) last_end: Option<Stamp>,
+    /// None where it has no rangers.
+    pub(super) sweeps: Option<Sweeps>,
 }
 
 /// What the robot was told to do.
@@ -39,7 +43,7 @@ pub(super) enum Motion {
 
 impl Robot {
     /// A robot that just said hello.
-    pub(super) fn new(hello: &Hello, now: Stamp) -> Self {
+    pub(super) fn new(hello: &Hello, sweeps: Option<Sweeps>, now: Stamp) -> Self {
         Self {
             odometer: Odometer::new(&hello.model()),
             motion: Motion::None,
@@ -52,7 +56,16 @@ impl Robot {
             time: (0, Stamp(0)),
             clock: ClockMap::new(telemetry_delay()),
             last_end: None,
+            sweeps,
         }
+    }
+
+    /// The robot's time `millis`, near that of its last telemetry, on the bridge's clock; it wraps after 49 days.
+    pub(super) fn host_time(&self, millis: u32) -> Option<Stamp> {
+        let (of_telemetry, stamp) = self.time;
+        let later = millis.wrapping_sub(of_telemetry).cast_signed();
+        let stamp = Stamp(stamp.0.saturating_add_signed(1000 * i64::from(later)));
+        self.clock.host_time(stamp)
     }
 
     /// Whether an order to move counts: not one that was being repeated all along while the robot came back.

@@ -26,6 +26,7 @@ fn look(walls: &[Segment], world_from_robot: &Pose2) -> Points {
             range: range.min(5.0),
             sigma: 0.01,
             is_hit: range < 5.0,
+            quality: None,
         })
     };
     Points {

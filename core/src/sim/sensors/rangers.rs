@@ -259,6 +259,7 @@ impl Rangers {
             bearing_sigma: self.model.bearing_sigma,
             max_range: self.model.max_range,
             sweep: 0.0,
+            qualities: vec![],
         }
     }
 

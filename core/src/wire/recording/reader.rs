@@ -222,10 +222,8 @@ impl RecordingReader {
                 let entry = (channel.topic.clone(), is_ours);
                 self.channels.insert(channel.id, entry);
             }
-            Record::Message { header, data } => {
-                if self.is_ours(header.channel_id, data) {
-                    self.recording.keep(data, place.start, header.log_time);
-                }
+            Record::Message { header, data } if self.is_ours(header.channel_id, data) => {
+                self.recording.keep(data, place.start, header.log_time);
             }
             Record::Chunk { header, data } => self.chunk(header, data, place)?,
             Record::DataEnd(end) => {

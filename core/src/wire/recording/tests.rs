@@ -23,6 +23,7 @@ fn scan(at: u64) -> FromBridge {
             bearings: (0..beams).map(|beam| f64::from(beam) * 0.1).collect(),
             ranges: (0..beams).map(|beam| 1.0 + beam as f32 * 0.05).collect(),
             sigmas: vec![0.01; beams as usize],
+            qualities: vec![],
             bearing_sigma: 0.0,
             max_range: 6.0,
             sweep: 0.1,

@@ -41,6 +41,7 @@ pub(super) fn from_bridge() -> Vec<FromBridge> {
             bearing_sigma: 0.001,
             max_range: 6.0,
             sweep: 0.1,
+            qualities: vec![47, 0, 0],
         }),
         FromBridge::Rangers(RangersBody {
             source,
