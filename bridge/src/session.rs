@@ -15,8 +15,8 @@ use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
 use slamlab_core::wire::message::{
-    BridgeHello, CHALLENGE_BYTES, ClientHello, Format, FromBridge, Header, MessageError, SCHEMA,
-    ToBridge, Watching, close, decode, encode,
+    CHALLENGE_BYTES, ClientHello, Format, FromBridge, Header, MessageError, SCHEMA, ToBridge,
+    Watching, close, decode, encode,
 };
 use tokio::sync::oneshot;
 use tokio::time::timeout;
@@ -81,15 +81,7 @@ async fn enter(
         tracing::error!("no random numbers: {error}");
         return Err(Some(1011));
     }
-    let hello = FromBridge::Hello(BridgeHello {
-        version: shared.about.version.clone(),
-        schema: SCHEMA,
-        challenge,
-        watching: shared.about.watching,
-        robot: shared.robot.clone(),
-        watchdog_millis: shared.safety.watchdog.as_millis() as u16,
-        lease_millis: shared.safety.lease.as_millis() as u16,
-    });
+    let hello = FromBridge::Hello(shared.hello(challenge));
     writer.send(&hello).await?;
     let first = timeout(shared.limits.hello, reader.next()).await;
     let (_, ToBridge::Hello(hello)) = first.map_err(|_| Some(close::ACCESS))?? else {

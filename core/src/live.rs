@@ -13,7 +13,6 @@
 
 #[cfg(test)]
 mod tests;
-mod timeline;
 
 use crate::estimation::ConsistencyWindow;
 use crate::geom::Pose2;
@@ -24,7 +23,7 @@ use crate::wire::client::{Client, ClientError};
 use crate::wire::message::{
     Device, FromBridge, Motion, RecordingBody, RefusalReason, RobotFigures, Severity,
 };
-use timeline::{Reading, Timeline};
+use crate::wire::timeline::{Reading, Timeline, explain_gap};
 
 /// How often [`Live::tick`] is due: the pilot decides, and a command is told again, s.
 pub const TICK_PERIOD: f64 = 0.05;
@@ -187,7 +186,11 @@ impl Live {
                 Reading::Odometry(odometry) => self.state.odometry(&odometry),
                 Reading::Scan(scan) => self.state.scan(&scan),
                 Reading::Gap { seconds } => {
-                    self.notes.push(missed(seconds));
+                    let text = explain_gap(seconds);
+                    self.notes.push(Note {
+                        severity: Severity::Warning,
+                        text,
+                    });
                     Ok(())
                 }
             };
@@ -389,19 +392,6 @@ impl Live {
     #[must_use]
     pub fn watchers(&self) -> u16 {
         self.watchers
-    }
-}
-
-fn missed(seconds: f64) -> Note {
-    let text = match seconds > 0.0 {
-        true => {
-            format!("{seconds:.1} s of the robot's motion were missed: the pose is less sure now")
-        }
-        false => "The robot or its sensor was started anew: it may stand elsewhere now".to_owned(),
-    };
-    Note {
-        severity: Severity::Warning,
-        text,
     }
 }
 
