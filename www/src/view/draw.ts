@@ -1,6 +1,7 @@
 // Draws the layers that are switched on, from the ground up.
 
 import type { LayerName } from "./scene.js";
+import * as doors from "./layers/doors.js";
 import * as found from "./layers/found.js";
 import * as frontiers from "./layers/frontiers.js";
 import * as grid from "./layers/grid.js";
@@ -31,6 +32,7 @@ export function drawGround(brush: Brush, on: Switches): void {
 
 const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
   ["truth", truth.drawMovers],
+  ["truth", doors.draw],
   ["frontiers", frontiers.draw],
   ["lines", lines.draw],
   ["walls", walls.draw],

@@ -3,7 +3,7 @@
 
 const NAMES = [
   "unknown", "free", "occupied", "gridline", "truth", "odometry", "estimate", "robot", "scan", "walls", "lines", "path", "tree",
-  "frontiers", "ink", "glass", "dark", "people", "found",
+  "frontiers", "ink", "glass", "dark", "people", "found", "door",
 ] as const;
 
 export type PaletteName = (typeof NAMES)[number];
