@@ -89,7 +89,7 @@ export class BridgeSource extends Run<WebLive> {
     if (isNew) this.#path = path.slice();
     return {
       ...this.slamChange(),
-      truth: null, materials: null, cycle: null, inCycle: false, movers: null, rawPath: null, tree: null, frontiers: null,
+      truth: null, doors: null, materials: null, cycle: null, inCycle: false, movers: null, rawPath: null, tree: null, frontiers: null,
       path: isNew ? path : null,
       trail: this.#trail.take(),
       trailAnew: false,

@@ -151,7 +151,7 @@ fn rangers_look_round_once_when_told_and_the_robot_stands_meanwhile() {
     );
     let seconds = sim.stamp().since(began);
     assert!(
-        seconds > 45.0 * 0.048 && seconds < 45.0 * 0.048 + 0.7,
+        seconds > 45.0 * 0.070 && seconds < 45.0 * 0.070 + 0.7,
         "{seconds}"
     );
     assert!(
@@ -161,7 +161,7 @@ fn rangers_look_round_once_when_told_and_the_robot_stands_meanwhile() {
     sim.command(Command::Scan);
     sim.advance(1.0);
     sim.command(Command::Stop);
-    sim.advance(3.0);
+    sim.advance(4.0);
     assert!(sim.take_scan().is_none() && !sim.is_busy());
 }
 
