@@ -80,12 +80,7 @@ fn is_known(tone: u8) -> bool {
     tone != slamlab_core::format::map_server::UNKNOWN
 }
 
-fn found(
-    world: &World,
-    area: &ReachableArea,
-    picture: &Picture,
-    map_from_world: &Pose2,
-) -> f64 {
+fn found(world: &World, area: &ReachableArea, picture: &Picture, map_from_world: &Pose2) -> f64 {
     // What floor in sight ends at can be seen.
     let floor: Vec<Point2<f64>> = area.centres().collect();
     let (mut all, mut seen) = (0_u32, 0_u32);
@@ -180,7 +175,12 @@ fn pgm_parts(pgm: &[u8]) -> Result<(usize, usize, &[u8]), MapFileError> {
         rest = &behind[1..];
     }
     let number = |word: &String| word.parse::<usize>().ok();
-    match (words[0].as_str(), number(&words[1]), number(&words[2]), words[3].as_str()) {
+    match (
+        words[0].as_str(),
+        number(&words[1]),
+        number(&words[2]),
+        words[3].as_str(),
+    ) {
         ("P5", Some(width), Some(height), "255") if rest.len() == width * height => {
             Ok((width, height, rest))
         }
@@ -209,22 +209,35 @@ mod tests {
                 pgm.push(if is_wall { 0 } else { 254 });
             }
         }
-        (world, pgm, "image: a.pgm\nresolution: 0.05\norigin: [-1.0, -1.0, 0]\n".into())
+        (
+            world,
+            pgm,
+            "image: a.pgm\nresolution: 0.05\norigin: [-1.0, -1.0, 0]\n".into(),
+        )
     }
 
     #[test]
     fn a_true_map_is_found_true() {
         let (world, pgm, yaml) = drawn(0.0);
         let truth = compare(&world, &pgm, &yaml).unwrap();
-        assert!(truth.explored > 0.999 && truth.found_walls > 0.999, "{truth:?}");
-        assert!(truth.true_walls > 0.999 && truth.wall_error < 0.03, "{truth:?}");
+        assert!(
+            truth.explored > 0.999 && truth.found_walls > 0.999,
+            "{truth:?}"
+        );
+        assert!(
+            truth.true_walls > 0.999 && truth.wall_error < 0.03,
+            "{truth:?}"
+        );
     }
 
     #[test]
     fn a_map_off_by_a_third_of_a_metre_is_found_out() {
         let (world, pgm, yaml) = drawn(0.33);
         let truth = compare(&world, &pgm, &yaml).unwrap();
-        assert!(truth.true_walls < 0.7 && truth.wall_error > 0.06, "{truth:?}");
+        assert!(
+            truth.true_walls < 0.7 && truth.wall_error > 0.06,
+            "{truth:?}"
+        );
         assert!(truth.found_walls < 0.8, "{truth:?}");
     }
 
@@ -235,6 +248,9 @@ mod tests {
             compare(&world, &pgm[..99], &yaml),
             Err(MapFileError::Pgm("head and size do not fit"))
         );
-        assert_eq!(compare(&world, &pgm, "x: 1"), Err(MapFileError::Yaml("resolution")));
+        assert_eq!(
+            compare(&world, &pgm, "x: 1"),
+            Err(MapFileError::Yaml("resolution"))
+        );
     }
 }
