@@ -113,6 +113,8 @@ impl Device for Rplidar {
     fn opened(&mut self, now: Stamp) {
         self.driver = Driver::new(self.config.clone());
         self.report.reopened();
+        // Why the last line broke is no more true of this one.
+        self.report.detail.clear();
         self.driver.start(now);
         self.collect(now);
     }
