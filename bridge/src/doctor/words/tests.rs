@@ -1,7 +1,7 @@
 //! Whatever the doctor says can be looked up in the guide by its very words.
 
 use slamlab_core::wire::rp6::{self, Down};
-use slamlab_core::wire::rplidar::Request;
+use slamlab_core::wire::rplidar::request::Request;
 use slamlab_core::wire::{ld06, rplidar};
 
 use super::*;
