@@ -260,6 +260,10 @@ impl Rp6 {
             return;
         };
         if wire.moves() && !robot.may_move(now) {
+            // An errand that was told as over at once would be given again at once, and orders would never cease.
+            if !matches!(command, Command::Velocity { .. }) {
+                (robot.motion, robot.errand_taken) = (Motion::Errand(now), None);
+            }
             return;
         }
         robot.motion = match command {
