@@ -1,12 +1,11 @@
 //! Answers requests: foreign hosts are refused, files are found, headers are added; the WebSocket begins here.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use axum::extract::{Extension, Query, Request, State, WebSocketUpgrade};
 use axum::http::{HeaderMap, StatusCode, Uri, header};
 use axum::middleware::{self, Next};
-use axum::response::{IntoResponse, Response};
+use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::get;
 use axum::{Json, Router};
 use slamlab_core::wire::message::{About, Format, RobotFigures};
@@ -17,20 +16,22 @@ use crate::accept::{Limits, Place};
 use crate::clock::Clock;
 use crate::hub::FromClient;
 use crate::metrics::Metrics;
+use crate::page::Page;
 use crate::safety::SafetyConfig;
 use crate::token::Token;
-use crate::{headers, host, session};
+use crate::{embedded, headers, host, session};
 
 /// Path of the WebSocket.
 pub(crate) const SOCKET_PATH: &str = "/ws";
 
 /// What all connections share.
 pub(crate) struct Shared {
-    pub(crate) page: Option<PathBuf>,
+    pub(crate) page: Option<Page>,
     pub(crate) about: About,
     pub(crate) robot: Option<RobotFigures>,
     pub(crate) token: Option<Token>,
     pub(crate) origins: Vec<String>,
+    pub(crate) is_tls: bool,
     pub(crate) limits: Limits,
     pub(crate) safety: SafetyConfig,
     pub(crate) hub: mpsc::Sender<FromClient>,
@@ -45,14 +46,36 @@ pub(crate) fn router(shared: &Arc<Shared>) -> Router {
         .route("/bridge.json", get(about))
         .route(SOCKET_PATH, get(socket));
     let router = match &shared.page {
-        Some(page) => {
-            router.fallback_service(ServeDir::new(page).precompressed_br().precompressed_gzip())
+        Some(Page::Folder(folder)) => {
+            let files = ServeDir::new(folder)
+                .precompressed_br()
+                .precompressed_gzip();
+            router.fallback_service(files)
         }
+        Some(Page::Embedded) => router.fallback(async |request: Request| {
+            embedded::answer(request.method(), request.uri().path(), request.headers())
+        }),
         None => router,
     };
     router
         .layer(middleware::from_fn(fence))
         .with_state(Arc::clone(shared))
+}
+
+/// Whoever typed `http` to a bridge that speaks TLS is sent to the right address; nothing else is said in the clear.
+pub(crate) fn redirector() -> Router {
+    let redirect = async |request: Request| {
+        let host = request.headers().get(header::HOST);
+        let host = host.and_then(|host| host.to_str().ok()).unwrap_or("");
+        let path = request
+            .uri()
+            .path_and_query()
+            .map_or("/", |path| path.as_str());
+        Redirect::permanent(&format!("https://{host}{path}"))
+    };
+    Router::new()
+        .fallback(redirect)
+        .layer(middleware::from_fn(fence))
 }
 
 async fn about(State(shared): State<Arc<Shared>>) -> Json<About> {
@@ -83,7 +106,9 @@ async fn socket(
     let host = headers
         .get(header::HOST)
         .and_then(|host| host.to_str().ok());
-    if origins.next().is_some() || !host::is_allowed_origin(origin, host, &shared.origins) {
+    if origins.next().is_some()
+        || !host::is_allowed_origin(origin, host, shared.is_tls, &shared.origins)
+    {
         const WHY: &str = "This page may not use the bridge; see --allow-origin.\n";
         return (StatusCode::FORBIDDEN, WHY).into_response();
     }

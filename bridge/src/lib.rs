@@ -16,30 +16,40 @@
 //!    headers that fence the page in ([`headers`]); `session` talks to one client, behind its [`token`].
 //! 4. [`safety`] holds the rules, apart from all this: whether the robot may move, and by whom.
 //! 5. [`serial`] holds the sources at serial ports; [`doctor`] says what is wrong with them.
-//! 6. [`record`] writes down what was said, so that nothing acknowledged is lost.
+//! 6. [`settings`] reads `bridge.toml`; [`tls`] holds the certificate; [`announce`] tells the network that the bridge is here.
+//! 7. [`record`] writes down what was said, so that nothing acknowledged is lost.
 //!
-//! The page's folder is read at each request, so a rebuilt page needs a reload and not a restart.
+//! The page is inside the program (`cargo xtask package`), or in a folder that is read at each request, so that a rebuilt
+//! page needs a reload and not a restart ([`Page`]).
 
 mod accept;
+pub mod address;
+pub mod announce;
 mod clock;
 pub mod doctor;
+mod embedded;
 pub mod headers;
 pub mod host;
 mod http;
 mod hub;
 mod listen;
 mod metrics;
+mod notify;
+mod page;
 mod rate;
 pub mod record;
 pub mod safety;
 pub mod serial;
 mod serve;
 mod session;
+pub mod settings;
 pub mod source;
+pub mod tls;
 pub mod token;
 pub mod udp;
 
 pub use accept::Limits;
 pub use clock::Clock;
 pub use listen::{BindError, bind};
-pub use serve::{Config, RunError, check_page, run};
+pub use page::Page;
+pub use serve::{Config, RunError, run};

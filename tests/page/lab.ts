@@ -27,7 +27,7 @@ interface Window {
   };
 }
 
-export type Panel = 'run' | 'status' | 'plots' | 'filter' | 'settings' | 'layers' | 'log';
+export type Panel = 'run' | 'status' | 'plots' | 'filter' | 'paths' | 'settings' | 'layers' | 'log';
 
 /** What can be read of the page without a function call. */
 export type State = Omit<Window['slamlab'], 'toScreen' | 'wall'>;

@@ -11,6 +11,7 @@ use slamlab_core::sim::{Material, ReachableArea, SensorModel, Wall, reachable_ar
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::bench::{BenchResponse, BenchTrial};
+use crate::contest::{Ground, WebContest};
 use crate::inspection::Inspection;
 use crate::settings::apply;
 use crate::setup::WebSetup;
@@ -287,6 +288,37 @@ impl WebExperiment {
     /// Stop at once.
     pub fn stop(&mut self) {
         self.experiment.stop();
+    }
+
+    /// All planners from `ends` (x and y of start, of goal, m) for `seconds` each: among the true walls (`truth`), on the map
+    /// (`map`, the unknown taken to be free) or only where it is known (`known`).
+    ///
+    /// # Errors    A sentence on start, goal or ground that cannot be.
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "lists cross the border by value only"
+    )]
+    pub fn contest(
+        &self,
+        ground: &str,
+        ends: Vec<f64>,
+        seconds: f64,
+    ) -> Result<WebContest, JsError> {
+        let on = Ground {
+            slam: self.experiment.slam(),
+            walls: Some((
+                self.experiment
+                    .sim()
+                    .caster()
+                    .walls()
+                    .iter()
+                    .map(|wall| wall.segment)
+                    .collect(),
+                self.experiment.map_from_world(),
+            )),
+            radius: self.experiment.sim().robot().radius(),
+        };
+        WebContest::on(on, ground, &ends, seconds)
     }
 
     /// Half length and half width of the robot, m.

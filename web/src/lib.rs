@@ -5,6 +5,7 @@
 
 mod bench;
 mod calibration;
+mod contest;
 mod experiment;
 mod inspection;
 mod live;
@@ -17,6 +18,7 @@ mod view;
 
 pub use bench::BenchResponse;
 pub use calibration::{Calibration, CalibrationError, calibrate, data_sheet};
+pub use contest::{AskError, WebContest, contestants};
 pub use experiment::WebExperiment;
 pub use inspection::Inspection;
 pub use live::{BridgeStatus, WebLive};

@@ -8,6 +8,7 @@ use slamlab_core::pilot::Mode;
 use slamlab_core::wire::message::{DeviceState, Severity};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
+use crate::contest::{Ground, WebContest};
 use crate::experiment::mode_name;
 use crate::inspection::Inspection;
 use crate::status::RunStatus;
@@ -231,6 +232,28 @@ impl WebLive {
     #[must_use]
     pub fn activity(&self) -> String {
         self.live.pilot().status().to_string()
+    }
+
+    /// All planners from `ends` (x and y of start, of goal, m) for `seconds` each: on the map (`map`, the unknown taken to
+    /// be free) or only where it is known (`known`).
+    ///
+    /// # Errors    A sentence on start, goal or ground that cannot be.
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "lists cross the border by value only"
+    )]
+    pub fn contest(
+        &self,
+        ground: &str,
+        ends: Vec<f64>,
+        seconds: f64,
+    ) -> Result<WebContest, JsError> {
+        let on = Ground {
+            slam: self.live.slam(),
+            walls: None,
+            radius: self.live.model().radius(),
+        };
+        WebContest::on(on, ground, &ends, seconds)
     }
 
     /// Half length and half width of the robot, m.

@@ -8,6 +8,7 @@ use slamlab_core::sim::SensorModel;
 use slamlab_core::slam::Method;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
+use crate::contest::{Ground, WebContest};
 use crate::inspection::Inspection;
 use crate::settings::apply;
 use crate::sigma::SigmaCurve;
@@ -131,6 +132,28 @@ impl WebReplay {
                 .map(|number| number as f32)
             })
             .collect()
+    }
+
+    /// All planners from `ends` (x and y of start, of goal, m) for `seconds` each: on the map (`map`, the unknown taken to
+    /// be free) or only where it is known (`known`).
+    ///
+    /// # Errors    A sentence on start, goal or ground that cannot be.
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "lists cross the border by value only"
+    )]
+    pub fn contest(
+        &self,
+        ground: &str,
+        ends: Vec<f64>,
+        seconds: f64,
+    ) -> Result<WebContest, JsError> {
+        let on = Ground {
+            slam: self.replay.slam(),
+            walls: None,
+            radius: RobotModel::pioneer().radius(),
+        };
+        WebContest::on(on, ground, &ends, seconds)
     }
 
     /// Half length and half width of the robot, m. A log does not tell; most were recorded with a Pioneer.

@@ -10,6 +10,7 @@ import "./ui/bridge.js";
 import "./ui/calibration.js";
 import "./ui/consistency.js";
 import "./ui/correlations.js";
+import "./ui/contest.js";
 import { SlamCycle } from "./ui/cycle.js";
 import "./ui/doors.js";
 import "./ui/drop.js";
@@ -53,7 +54,7 @@ const map = place<SlamMap>("slam-map");
 const transport = place<SlamTransport>("slam-transport");
 const cycle = place<SlamCycle>("slam-cycle");
 const help = place<SlamHelp>("slam-help");
-for (const tag of ["slam-header", "slam-bridge", "slam-setup", "slam-doors", "slam-status", "slam-plots", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-settings", "slam-calibration", "slam-sigma", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
+for (const tag of ["slam-header", "slam-bridge", "slam-setup", "slam-doors", "slam-status", "slam-plots", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-contest", "slam-settings", "slam-calibration", "slam-sigma", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
   place(tag);
 }
 
@@ -123,6 +124,7 @@ Object.defineProperty(window, "slamlab", {
     get setup() { return store.setup; },
     get method() { return store.method; },
     get spot() { return store.spot; },
+    get contest() { return store.contest; },
     get bridge() { return store.bridge; },
     get cycle() { return store.cycle; },
     get doors() { return [...store.doors]; },

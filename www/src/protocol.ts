@@ -105,6 +105,41 @@ export interface SigmaCurve {
   truth: Float64Array;
 }
 
+/** Where planners look: among the true walls, on the map with the unknown taken to be free, or only where it was seen. */
+export type Ground = "truth" | "map" | "known";
+
+/** What all planners are asked. */
+export interface ContestAsk {
+  ground: Ground;
+  /** x y of the start, of the goal, map frame, m. */
+  ends: readonly [number, number, number, number];
+  /** Time of each planner, s. */
+  seconds: number;
+}
+
+/** Places of the numbers of each planner in `ContestState.standings`: flags are 0 or 1, m, s; NaN without a path. */
+export const STANDING = { over: 0, straight: 1, length: 2, ratio: 3, seconds: 4, iterations: 5, tried: 6 } as const;
+export const STANDING_STRIDE = 7;
+
+/** How all planners stand; lists in the order of their names. */
+export interface ContestState extends ContestAsk {
+  running: boolean;
+  planners: readonly string[];
+  standings: Float64Array;
+  /** Why there is no path: blocked, proved, not-offered or open, and in words; empty otherwise. */
+  reasons: readonly { readonly kind: string; readonly text: string }[];
+  /** What lengths are held against, m, and whether there is no shorter path; NaN while there is no path. */
+  shortest: number;
+  isOptimum: boolean;
+  /** x y of the corners. */
+  paths: readonly Float32Array[];
+  /** Time taken, s, and length, m, whenever that became shorter. */
+  curves: readonly Float64Array[];
+  /** Whose tree this is, x1 y1 x2 y2. */
+  watched: number;
+  tree: Float32Array;
+}
+
 export type Command =
   | { kind: "start"; setup: Setup; play: boolean }
   | { kind: "replay"; name: string; bytes: ArrayBuffer; method: MethodName; settings: SettingValues }
@@ -136,6 +171,10 @@ export type Command =
   | { kind: "calibrate"; pairs: Pairs }
   /** σ(ρ) from a log's scans taken standing, or from those of a simulated robot that stands. */
   | { kind: "sigma"; growth: Growth }
+  /** All planners on one query; the tree of one of them is told. */
+  | { kind: "contest"; ask: ContestAsk; watched: number }
+  | { kind: "contest-watch"; watched: number }
+  | { kind: "contest-stop" }
   /** A trial of the simulated robot's drive controller. */
   | { kind: "bench"; trial: BenchTrial }
   /** A robot behind a bridge, at the address of its WebSocket; with an empty token this page only watches. */
@@ -463,6 +502,8 @@ export type Answer =
   | { kind: "calibrated"; calibration: Calibration | null; error: string }
   /** An estimate, or why there is none. */
   | { kind: "sigma"; curve: SigmaCurve | null; error: string }
+  /** How the planners stand, or why they cannot be asked. */
+  | { kind: "contest"; contest: ContestState | null; error: string }
   | { kind: "bridge"; state: BridgeState | null }
   /** Something could not be done; the state before stays. */
   | { kind: "failed"; text: string };

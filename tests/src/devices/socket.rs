@@ -50,7 +50,7 @@ impl<D: Device> Socket<D> {
     pub fn plugged(device: D) -> io::Result<Self> {
         let socket = Self::unplugged(device)?;
         socket.plug();
-        let until = Instant::now() + Duration::from_secs(2);
+        let until = Instant::now() + Duration::from_secs(60);
         while !socket.path.exists() && Instant::now() < until {
             thread::sleep(BEAT);
         }
@@ -151,9 +151,11 @@ fn live<D: Device>(shared: &Mutex<Shared<D>>, path: &Path) {
             (Some(_), false) => {
                 let _ = fs::remove_file(path);
                 pty = None;
+                shared.device.pulled();
+                shared.device.unplugged(elapsed);
             }
             (Some(pty), true) => beat(&mut shared, pty, &mut line, elapsed),
-            (None, false) => (),
+            (None, false) => shared.device.unplugged(elapsed),
         }
     }
 }

@@ -1,7 +1,7 @@
 // What a simulated and a recorded run have in common: both are SLAM with a pose, a map and a log of what happened.
 
-import type { RunStatus, WebExperiment, WebLive, WebReplay } from "../../pkg/slamlab_web.js";
-import { type DiagnosisName, type Frame, type Growth, type Inspection, LINE, LINE_STRIDE, type MethodName, type SavedFile, type SigmaCurve, type SourceKind } from "../protocol.js";
+import type { RunStatus, WebContest, WebExperiment, WebLive, WebReplay } from "../../pkg/slamlab_web.js";
+import { type ContestAsk, type DiagnosisName, type Frame, type Growth, type Inspection, LINE, LINE_STRIDE, type MethodName, type SavedFile, type SigmaCurve, type SourceKind } from "../protocol.js";
 import { Samples, Slow } from "./feeds.js";
 import type { Change, Moment, Note, Source } from "./source.js";
 
@@ -49,6 +49,10 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
 
   hash(): string {
     return this.module.state_hash();
+  }
+
+  contest({ ground, ends, seconds }: ContestAsk): WebContest {
+    return this.module.contest(ground, Float64Array.from(ends), seconds);
   }
 
   /** The grid as ROS map_server files. */

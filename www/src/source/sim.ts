@@ -1,6 +1,7 @@
 // A simulated run: world, robot, sensors, SLAM and pilot in one deterministic loop of the module.
 
 import type { RunStatus, WebExperiment } from "../../pkg/slamlab_web.js";
+import { plannerTitle } from "../planners.js";
 import type { BenchResponse, BenchTrial, Cycle, Growth, ModeName, Setup, SigmaCurve } from "../protocol.js";
 import { sigmaCurve } from "./convert.js";
 import { errand } from "./errand.js";
@@ -23,11 +24,6 @@ const STANDING_SCANS = 120;
 
 /** Parts of the reachable area worth a line in the log when they become known. */
 const MILESTONES = [0.25, 0.5, 0.75, 0.9, 0.95, 0.99];
-
-const PLANNERS: Readonly<Record<string, string>> = {
-  Straight: "a straight line", Rrt: "RRT", RrtConnect: "RRT-Connect", RrtStar: "RRT*", InformedRrtStar: "Informed RRT*",
-  AStar: "A*", ThetaStar: "Theta*", Visibility: "the visibility graph", Wavefront: "a wave over the grid",
-};
 
 export class SimSource extends Run<WebExperiment> {
   readonly kind = "sim";
@@ -218,7 +214,7 @@ export class SimSource extends Run<WebExperiment> {
     this.#told.goal = goal;
     if (goal === "") return;
     const planner = this.module.planner();
-    const by = planner ? `, way found by ${PLANNERS[planner] ?? planner}` : "";
+    const by = planner ? `, way found by ${plannerTitle(planner)}` : "";
     // An explorer looks for the best frontier again and again: that is one story, not a hundred.
     const isLeg = this.module.mode() === "explore";
     this.note("info", isLeg ? `Heads for a frontier at ${goal}${by}` : `Goal ${goal}${by}`, `errand ${this.#errands}`);

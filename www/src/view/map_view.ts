@@ -12,6 +12,7 @@ import { listenToGestures } from "./gestures.js";
 import { type Sighting, sightingsOf } from "../inspect.js";
 import { doorAt } from "./layers/doors.js";
 import { ruleStep } from "./layers/grid.js";
+import type { Brush } from "./layers/layer.js";
 import { type Reading, readingAt } from "./layers/scan.js";
 import { wallAt } from "./layers/spot.js";
 import { type Palette, readPalette } from "./palette.js";
@@ -22,7 +23,7 @@ const EASE = 6;
 const REFIT_MILLIS = 300;
 
 /** The panels that a phone shows as a sheet over the map. */
-const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", settings: "#settings-panel", layers: "#legend", log: "#log-panel" } as const;
+const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", paths: "#paths-panel", settings: "#settings-panel", layers: "#legend", log: "#log-panel" } as const;
 
 export class SlamMap extends LitElement {
   static override styles = [
@@ -71,6 +72,7 @@ export class SlamMap extends LitElement {
   #lastTick = 0;
   #sightings: readonly Sighting[] = [];
   #inCycle = false;
+  #hasTable = false;
   /** Grows with every change of what lights up. */
   #spotVersion = 0;
   #abort = new AbortController();
@@ -83,6 +85,13 @@ export class SlamMap extends LitElement {
     super.connectedCallback();
     new Listening(this, this.store, "view", "run");
     this.store.on("theme", () => (this.#palette = null));
+    this.store.on("contest", () => {
+      this.#spotVersion += 1;
+      // With its table the panel of a phone covers more of the map.
+      const hasTable = this.store.contest.found !== null;
+      if (hasTable !== this.#hasTable) requestAnimationFrame(() => this.#resize());
+      this.#hasTable = hasTable;
+    });
     this.store.on("spot", () => (this.#spotVersion += 1));
     this.store.on("inspection", () => {
       this.#sightings = this.store.inspection ? sightingsOf(this.store.inspection) : [];
@@ -132,7 +141,7 @@ export class SlamMap extends LitElement {
       <canvas id="overlays"></canvas>
       <div
         id="pad" class=${source === "replay" ? "plain" : ""} tabindex="0" role="application" data-testid="map"
-        aria-label="Map. Arrow keys drive the robot, Shift with arrow keys moves the view, plus and minus zoom, Enter sends the robot to the middle of the view."
+        aria-label="Map. Arrow keys drive the robot, Shift with arrow keys moves the view, plus and minus zoom, Enter sends the robot to the middle of the view, or sets start or goal there while the planners are compared."
         @keydown=${this.#key}
       ></div>
       <svg id="cross" viewBox="0 0 25 25" aria-hidden="true"><path d="M12.5 1v8m0 7v8M1 12.5h8m7 0h8" stroke="currentColor" stroke-width="2"/></svg>
@@ -189,6 +198,7 @@ export class SlamMap extends LitElement {
     const door = this.#doorAt(x, y);
     if (door !== null && wall === null) this.client.setDoor(door, !this.#isOpen(door));
     else if (wall !== null && !this.store.aiming) this.store.point({ pinned: wall });
+    else if (this.store.tab === "paths" && !this.store.aiming) this.client.contest({ [this.store.contest.picking]: [x, y] });
     else if (this.store.source === "sim" || this.store.bridge?.armed) this.client.goTo(x, y);
   }
 
@@ -239,10 +249,10 @@ export class SlamMap extends LitElement {
     return this.store.tab === "filter" ? wallAt(this.scene.lines, x, y, this.camera.px(10)) : null;
   }
 
-  /** The door under a map point, while they are shown and no goal is being chosen. */
+  /** The door under a map point, while they are shown and no goal nor way is being chosen. */
   #doorAt(x: number, y: number): number | null {
-    const { layers, aiming } = this.store;
-    return layers.truth && !aiming ? doorAt(this.scene.doors, x, y, this.camera.px(10)) : null;
+    const { layers, aiming, tab } = this.store;
+    return layers.truth && !aiming && tab !== "paths" ? doorAt(this.scene.doors, x, y, this.camera.px(10)) : null;
   }
 
   #isOpen(door: number): boolean {
@@ -320,17 +330,26 @@ export class SlamMap extends LitElement {
     const { camera, scene, store } = this;
     const palette = (this.#palette ??= readPalette());
     scene.tiles.colour(palette, store.threeTones);
-    const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.threeTones, JSON.stringify(store.layers)].join();
+    const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.threeTones, JSON.stringify(store.layers), store.tab === "paths"].join();
     const ground = `${view},${scene.tiles.version},${scene.truth.length}`;
     const alive = store.playing && !this.#still.matches;
     const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
-    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, time: this.#still.matches ? 0 : time, spot: store.spot, sightings: this.#sightings });
+    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, time: this.#still.matches ? 0 : time, spot: store.spot, sightings: this.#sightings, contest: this.#contest() });
     if (ground !== this.#drawn.ground) {
       drawGround(brush("ground"), store.layers);
       this.#scaleBar();
     }
     if (overlays !== this.#drawn.overlays) drawOverlays(brush("overlays"), store.layers);
     this.#drawn = { ground, overlays };
+  }
+
+  /** What the contest was asked, while its panel is open: the robot may have gone on since. */
+  #contest(): Brush["contest"] {
+    const { tab, contest } = this.store;
+    if (tab !== "paths") return null;
+    const { found, start, goal } = contest;
+    const begun = found ? [found.ends[0], found.ends[1]] as const : null;
+    return { found, start: start ?? begun, goal };
   }
 
   #scaleBar(): void {

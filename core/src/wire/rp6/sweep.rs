@@ -46,6 +46,8 @@ pub struct SweepReader {
     readings: Vec<(f64, f32, f32)>,
     /// When the last reading was taken, ms of the robot.
     last_ms: u32,
+    /// Number of a sweep of which no scan can be made.
+    spoilt: Option<u8>,
     unknown: u64,
 }
 
@@ -60,6 +62,7 @@ impl SweepReader {
             sweep: 0,
             readings: Vec::new(),
             last_ms: 0,
+            spoilt: None,
             unknown: 0,
         }
     }
@@ -76,6 +79,10 @@ impl SweepReader {
             self.unknown += 1;
             return None;
         };
+        if self.spoilt == Some(reading.sweep) {
+            return None;
+        }
+        self.spoilt = None;
         let bearing = wrap(reading.servo_angle() + mount);
         let complete = match reading.sweep == self.sweep {
             true => None,
@@ -86,6 +93,14 @@ impl SweepReader {
         self.sweep = reading.sweep;
         self.last_ms = reading.time_ms;
         complete
+    }
+
+    /// The robot moved: what was read of this sweep, and what is still to come of it, does not count.
+    pub fn spoil(&mut self) {
+        if !self.readings.is_empty() {
+            self.readings.clear();
+            self.spoilt = Some(self.sweep);
+        }
     }
 
     /// The sweep is over: gives its scan, if there is a reading at all. Its stamp is that of the last reading, in the robot's
@@ -214,6 +229,17 @@ mod tests {
             scan.sigmas[at]
         };
         assert!(sigma_at(-1.571) > 1.5 * sigma_at(0.0));
+    }
+
+    #[test]
+    fn a_sweep_on_the_move_is_no_scan_and_the_next_one_is() {
+        let mut reader = reader();
+        let _ = reader.take(&reading(1, 100, 0, 0.5));
+        reader.spoil();
+        assert_eq!(reader.take(&reading(1, 0, 0, 0.5)), None);
+        assert_eq!(reader.finish(), None);
+        let _ = reader.take(&reading(2, 100, 0, 0.5));
+        assert_eq!(reader.finish().map(|scan| scan.len()), Some(1));
     }
 
     #[test]
