@@ -182,6 +182,10 @@ impl Slam {
     /// The same part by part: [`Self::continue_scan`] does the parts. The next motion or scan does those that are left.
     ///
     /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises.
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "it is kept, as it came or with invalid readings in it"
+    )]
     pub fn begin_scan(&mut self, scan: Scan) -> Result<(), SlamError> {
         while self.continue_scan()?.is_some() {}
         scan.validate()?;

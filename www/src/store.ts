@@ -9,7 +9,7 @@ export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `moment` is told at most ten times a second; the rest at once. */
-export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "contest" | "doors";
+export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest";
 
 export interface LogEntry {
   time: number;

@@ -73,7 +73,7 @@ fn quality_falls_with_range_and_incidence_and_is_0_where_nothing_came_back() {
         if !range.is_finite() || (f64::from(range) * sine - 1.0).abs() > 0.1 {
             continue;
         }
-        let expect = (144.0 * sine.powi(3)).clamp(1.0, 63.0);
+        let expect = (144.0 * sine * sine * sine).clamp(1.0, 63.0);
         assert!(
             (f64::from(quality) - expect).abs() < 3.0,
             "at {bearing} rad {quality}, expected {expect}"
