@@ -9,6 +9,7 @@
 //! they can be swapped and compared on the same run.
 
 mod estimator;
+mod walls;
 
 use std::str::FromStr;
 
@@ -19,7 +20,7 @@ use crate::estimation::{
 use crate::features::{LineConfig, LineError, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
-use crate::map::{EvidenceConfig, Grid, GridConfig, GridError};
+use crate::map::{EvidenceConfig, Grid, GridConfig, GridError, VectorConfig, VectorMap};
 use crate::points::{MotionHistory, NearField, PointConfig, Points};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
 use estimator::{Estimator, Sweep};
@@ -50,6 +51,8 @@ pub struct SlamConfig {
     pub grid: GridConfig,
     /// What the filter over lines draws of a scan.
     pub evidence: EvidenceConfig,
+    /// The vector map of the filter over lines.
+    pub vector: VectorConfig,
 }
 
 impl SlamConfig {
@@ -107,6 +110,7 @@ pub struct Slam {
     /// The same points, with what is near and was not seen.
     obstacles: Option<Points>,
     motion_since_scan: Pose2,
+    vector: VectorMap,
     /// A scan that is taken in part by part.
     pending: Option<Pending>,
 }
@@ -139,6 +143,7 @@ impl Slam {
             estimator: Estimator::new(method, &config)?,
             // The slowest sweep is that of a ranger on a servo, a few seconds.
             history: MotionHistory::new(5.0),
+            vector: VectorMap::new(config.vector),
             config,
             points: None,
             near: NearField::default(),
@@ -234,13 +239,14 @@ impl Slam {
     }
 
     fn conclude(&mut self, points: Points) {
+        walls::observe(&mut self.vector, &self.estimator, &points);
         self.near.update(&points, &self.motion_since_scan);
         self.obstacles = Some(self.near.with_unseen(&points));
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
     }
 
-    /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids and of the scan matcher
+    /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids, of the vector map and of the scan matcher
     /// hold for a whole run, and so does what the filter knew of the odometry beforehand.
     ///
     /// # Errors    [`SlamError::Lines`] naming the first setting out of range; then the old ones stay.
@@ -249,6 +255,7 @@ impl Slam {
         self.config = SlamConfig {
             matcher: self.config.matcher,
             grid: self.config.grid,
+            vector: self.config.vector,
             ..config.clone()
         };
         self.estimator.reconfigure(&self.config);
@@ -284,6 +291,12 @@ impl Slam {
     #[must_use]
     pub fn grid(&self) -> &Grid {
         self.estimator.grid()
+    }
+
+    /// The walls as segments with ends; empty for methods without lines.
+    #[must_use]
+    pub fn vector_map(&self) -> &VectorMap {
+        &self.vector
     }
 
     /// Walls of the line map; empty for methods without one.

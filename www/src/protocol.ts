@@ -183,7 +183,8 @@ export type Command =
   | { kind: "wheel"; take: boolean; force: boolean }
   /** Cuts its motors off, or unlatches that. */
   | { kind: "emergency"; on: boolean }
-  | { kind: "save" }
+  /** The grid, or the walls as a floor plan. */
+  | { kind: "save"; what: "map" | "plan" }
   | { kind: "drawn" };
 
 /** `lost` is tried again, `refused` is not. */
