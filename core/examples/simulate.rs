@@ -17,7 +17,7 @@ use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
 use nalgebra::Point2;
 use slamlab_core::experiment::{Experiment, ExperimentConfig, Figures};
-use slamlab_core::format::world;
+use slamlab_core::format::{floor_plan, og_map, world};
 use slamlab_core::pilot::{Mode, Status};
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::{SensorKind, World, reachable_area, worlds};
@@ -50,6 +50,12 @@ struct Args {
     /// A setting other than its default, `KEY=NUMBER`; as often as wanted. Keys are those of `core::settings`.
     #[arg(long = "set", value_name = "KEY=NUMBER", value_parser = setting)]
     settings: Vec<(String, f64)>,
+    /// Write the vector map as FILE.svg, FILE.dxf and FILE.geojson.
+    #[arg(long, value_name = "FILE")]
+    plan: Option<String>,
+    /// Write the grid as text, the layout of OGmap.txt.
+    #[arg(long, value_name = "FILE")]
+    og_map: Option<String>,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -120,6 +126,14 @@ fn run(args: &Args) -> Result<()> {
         experiment.step()?;
     }
     let wall_seconds = begin.elapsed().as_secs_f64();
+    if let Some(stem) = &args.plan {
+        write_plan(&experiment, stem)?;
+    }
+    if let Some(path) = &args.og_map {
+        let map = og_map::of_grid(experiment.slam().grid())?;
+        std::fs::write(path, og_map::write(&map))
+            .with_context(|| format!("cannot write {path}"))?;
+    }
     let figures = experiment.figures(&area);
     let finished = matches!(experiment.status(), Status::Finished(_));
     let reason = match experiment.status().is_over() {
@@ -139,6 +153,20 @@ fn run(args: &Args) -> Result<()> {
         report["goal_distance_m"] = off.into();
     }
     print(&report, args.json).context("cannot write to standard output")
+}
+
+fn write_plan(experiment: &Experiment, stem: &str) -> Result<()> {
+    let walls = experiment.slam().vector_map().walls();
+    let files = [
+        ("svg", floor_plan::svg(&walls)?),
+        ("dxf", floor_plan::dxf(&walls)?),
+        ("geojson", floor_plan::geojson(&walls)?),
+    ];
+    for (extension, text) in files {
+        let path = format!("{stem}.{extension}");
+        std::fs::write(&path, text).with_context(|| format!("cannot write {path}"))?;
+    }
+    Ok(())
 }
 
 fn print(report: &serde_json::Value, json: bool) -> std::io::Result<()> {

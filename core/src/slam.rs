@@ -9,6 +9,7 @@
 //! they can be swapped and compared on the same run.
 
 mod estimator;
+mod walls;
 
 use std::str::FromStr;
 
@@ -19,7 +20,7 @@ use crate::estimation::{
 use crate::features::{LineConfig, LineError, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
-use crate::map::{EvidenceConfig, Grid, GridConfig, GridError};
+use crate::map::{EvidenceConfig, Grid, GridConfig, GridError, VectorConfig, VectorMap};
 use crate::points::{MotionHistory, NearConfig, NearField, PointConfig, Points};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
 use estimator::{Estimator, Sweep};
@@ -52,6 +53,8 @@ pub struct SlamConfig {
     pub grid: GridConfig,
     /// What the filter over lines draws of a scan.
     pub evidence: EvidenceConfig,
+    /// The vector map of the filter over lines.
+    pub vector: VectorConfig,
 }
 
 impl SlamConfig {
@@ -110,6 +113,7 @@ pub struct Slam {
     /// The same points, with what is near and was not seen.
     obstacles: Option<Points>,
     motion_since_scan: Pose2,
+    vector: VectorMap,
     /// A scan that is taken in part by part.
     pending: Option<Pending>,
 }
@@ -143,6 +147,7 @@ impl Slam {
             // The slowest sweep is that of a ranger on a servo, a few seconds.
             history: MotionHistory::new(5.0),
             near: NearField::new(config.near),
+            vector: VectorMap::new(config.vector),
             config,
             points: None,
             obstacles: None,
@@ -241,13 +246,14 @@ impl Slam {
     }
 
     fn conclude(&mut self, points: Points) {
+        walls::observe(&mut self.vector, &self.estimator, &points);
         self.near.update(&points, &self.motion_since_scan);
         self.obstacles = Some(self.near.with_unseen(&points));
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
     }
 
-    /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids and of the scan matcher
+    /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids, of the vector map and of the scan matcher
     /// hold for a whole run, and so does what the filter knew of the odometry beforehand.
     ///
     /// # Errors    [`SlamError::Lines`] naming the first setting out of range; then the old ones stay.
@@ -256,6 +262,7 @@ impl Slam {
         self.config = SlamConfig {
             matcher: self.config.matcher,
             grid: self.config.grid,
+            vector: self.config.vector,
             ..config.clone()
         };
         self.near.reconfigure(self.config.near);
@@ -292,6 +299,12 @@ impl Slam {
     #[must_use]
     pub fn grid(&self) -> &Grid {
         self.estimator.grid()
+    }
+
+    /// The walls as segments with ends; empty for methods without lines.
+    #[must_use]
+    pub fn vector_map(&self) -> &VectorMap {
+        &self.vector
     }
 
     /// Walls of the line map; empty for methods without one.

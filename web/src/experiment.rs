@@ -17,7 +17,7 @@ use crate::settings::apply;
 use crate::setup::WebSetup;
 use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
-use crate::view::{self, MapFiles, SlamView};
+use crate::view::{self, FloorPlan, MapFiles, SlamView};
 
 /// What the page calls it.
 pub(crate) fn mode_name(mode: Mode) -> &'static str {
@@ -449,6 +449,13 @@ impl WebExperiment {
     /// # Errors    An empty map.
     pub fn map_files(&self, image: &str) -> Result<MapFiles, JsError> {
         MapFiles::of(self.experiment.slam(), image)
+    }
+
+    /// The walls as files of drawing programs.
+    ///
+    /// # Errors    No walls: none were seen often enough, or the method knows none.
+    pub fn floor_plan(&self) -> Result<FloorPlan, JsError> {
+        FloorPlan::of(self.experiment.slam())
     }
 
     /// Fingerprint of the whole state, 16 hexadecimal digits.

@@ -1,7 +1,7 @@
 //! What a person sees of a map, flattened for the page.
 
 use nalgebra::Point2;
-use slamlab_core::format::map_server;
+use slamlab_core::format::{floor_plan, map_server};
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::map::CellState;
 use slamlab_core::points::{Beam, Points};
@@ -100,6 +100,30 @@ pub(crate) fn free_area(slam: &Slam) -> f64 {
         .filter(|&&l| grid.state_of(l) == CellState::Free)
         .count();
     free as f64 * grid.resolution() * grid.resolution()
+}
+
+/// The vector map as files.
+#[wasm_bindgen(getter_with_clone)]
+#[derive(Clone, Debug, PartialEq)]
+pub struct FloorPlan {
+    /// A drawing.
+    pub svg: String,
+    /// The same for drawing programs.
+    pub dxf: String,
+    /// The same with what is known of each wall.
+    pub geojson: String,
+}
+
+impl FloorPlan {
+    /// # Errors    No walls.
+    pub(crate) fn of(slam: &Slam) -> Result<Self, JsError> {
+        let walls = slam.vector_map().walls();
+        Ok(Self {
+            svg: floor_plan::svg(&walls)?,
+            dxf: floor_plan::dxf(&walls)?,
+            geojson: floor_plan::geojson(&walls)?,
+        })
+    }
 }
 
 fn hits(slam: &Slam) -> Vec<f32> {

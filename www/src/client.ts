@@ -281,7 +281,7 @@ export class Client {
         break;
       case "saved":
         downloadAll(answer.files);
-        store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(" and ")}` });
+        store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(", ")}` });
         break;
       case "failed":
         store.set("run", { entering: "" });

@@ -101,7 +101,7 @@ startKeyboard({
     0: () => map.fit(),
     f: () => map.toggleFollow(),
     r: () => client.again(),
-    m: () => client.send({ kind: "save" }),
+    m: () => client.send({ kind: "save", what: "map" }),
     t: () => switchTheme(store),
     "?": () => help.show(),
   },

@@ -185,7 +185,8 @@ export type Command =
   | { kind: "door"; index: number; open: boolean }
   /** Cuts its motors off, or unlatches that. */
   | { kind: "emergency"; on: boolean }
-  | { kind: "save" }
+  /** The grid, or the walls as a floor plan. */
+  | { kind: "save"; what: "map" | "plan" }
   | { kind: "drawn" };
 
 /** `lost` is tried again, `refused` is not. */

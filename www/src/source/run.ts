@@ -57,7 +57,7 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
 
   /** The grid as ROS map_server files. */
   files(): SavedFile[] {
-    const name = this.title.replace(/\.[a-z]+$/i, "").replace(/[^\w-]+/g, "-");
+    const name = fileName(this.title);
     const files = this.module.map_files(`${name}.pgm`);
     const saved = [
       { name: `${name}.pgm`, mime: "image/x-portable-graymap", bytes: new Uint8Array(files.pgm) },
@@ -65,6 +65,16 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
     ];
     files.free();
     return saved;
+  }
+
+  /** The walls as a drawing, for drawing programs, and with all that is known of them. */
+  plan(): SavedFile[] {
+    const name = fileName(this.title);
+    const plan = this.module.floor_plan();
+    const { svg, dxf, geojson } = plan;
+    plan.free();
+    const text = (extension: string, mime: string, content: string): SavedFile => ({ name: `${name}.${extension}`, mime, bytes: new TextEncoder().encode(content) });
+    return [text("svg", "image/svg+xml", svg), text("dxf", "image/vnd.dxf", dxf), text("geojson", "application/geo+json", geojson)];
   }
 
   inspect(matrix: boolean): Inspection | null {
@@ -153,6 +163,10 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
     view.free();
     return change;
   }
+}
+
+function fileName(title: string): string {
+  return title.replace(/\.[a-z]+$/i, "").replace(/[^\w-]+/g, "-");
 }
 
 /** Variance along the most uncertain direction of a 2 x 2 covariance. */
