@@ -13,6 +13,7 @@ mod client;
 mod robot;
 
 mod access;
+mod door;
 mod faults;
 mod latency;
 #[cfg(target_os = "linux")]

@@ -10,7 +10,7 @@ use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
-use slamlab_core::wire::message::{Motion, ToBridge};
+use slamlab_core::wire::message::{FromBridge, Motion, ToBridge};
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader, Lines};
 use tokio::process::{Child, ChildStdin, ChildStdout, Command};
 
@@ -158,7 +158,7 @@ impl Stand {
         client.take(true).await;
         let until = Instant::now() + NEVER;
         while Instant::now() < until {
-            client.arm().await;
+            arm(&mut client).await;
             // A robot that has just come back wants a moment without orders.
             client.hold_for(Duration::from_millis(400)).await;
             turn(&mut client, Duration::from_millis(400)).await;
@@ -167,6 +167,25 @@ impl Stand {
             }
         }
         panic!("the robot does not turn");
+    }
+}
+
+/// Arms as soon as the robot's link is up; asking all the time would be more than the bridge hears.
+async fn arm(client: &mut Client) {
+    let epoch = client.epoch;
+    loop {
+        client.say(ToBridge::Arm { epoch }).await;
+        let is_armed = client
+            .wait(|message| match message {
+                FromBridge::Safety(state) if state.armed => Some(true),
+                FromBridge::Refused(_) => Some(false),
+                _ => None,
+            })
+            .await;
+        if is_armed {
+            return;
+        }
+        tokio::time::sleep(Duration::from_millis(200)).await;
     }
 }
 
