@@ -12,7 +12,8 @@
 //! Points 2 and 3 match line by line, as the bar knows its matches; the time of the step with joint compatibility stands beside it.
 //! Allocations are counted with both.
 //!
-//! Times are the fastest tenth's slowest: what other programs take of the machine only ever adds. About 10 s.
+//! Times are the fastest tenth's slowest (point 2: the best of 20 such, by turns): what other programs take of the machine only ever
+//! adds. About 10 s.
 
 use std::alloc::System;
 use std::hint::black_box;
@@ -106,16 +107,19 @@ fn innovation(p: &Covariance, h: &[(usize, [f64; 2])]) -> Matrix2<f64> {
 fn whole_update(outcome: &mut Outcome) -> Result<()> {
     let mut slam = mapped(1000, AssociationMethod::Nearest)?;
     let seen = [wall(0)];
-    let mut failed = false;
-    let update = quiet(61, || failed |= step(&mut slam, &seen).is_err());
-    anyhow::ensure!(!failed, "an update failed");
     let n = 5 + 2 * 1000;
     let mut triangle = vec![1.0_f64; n * (n + 1) / 2];
-    let pass = quiet(61, || {
-        for value in black_box(&mut triangle) {
-            *value -= 1e-9;
-        }
-    });
+    let (mut update, mut pass, mut failed) = (f64::INFINITY, f64::INFINITY, false);
+    // By turns, so that both meet with what else the machine does.
+    for _ in 0..20 {
+        update = update.min(quiet(11, || failed |= step(&mut slam, &seen).is_err()));
+        pass = pass.min(quiet(11, || {
+            for value in black_box(&mut triangle) {
+                *value -= 1e-9;
+            }
+        }));
+    }
+    anyhow::ensure!(!failed, "an update failed");
     outcome.figure("update_of_1000_ms", update * 1e3);
     outcome.figure("streaming_pass_ms", pass * 1e3);
     outcome.at_most("update_of_1000_in_streaming_passes", update / pass, 2.0);

@@ -30,7 +30,7 @@ use crate::clock::cpu_seconds;
 const QUERIES: usize = 1000;
 const MARGIN: f64 = 0.02;
 /// Processor time for the optima of a world, s.
-const ASKING: f64 = 120.0;
+const ASKING: f64 = 300.0;
 /// Processor time for one optimum, s.
 const OPTIMUM: f64 = 10.0;
 /// Processor time of RRT* and Informed RRT*, s.

@@ -369,7 +369,8 @@ impl Kernel for Load<'_> {
                 weight: weight.to_array(),
                 var_along: (sigma * sigma).to_array(),
                 var_across: (across * across).to_array(),
-                number: lane(|b| b.beam_idx as f64).to_array(),
+                // Signed: one instruction, where unsigned is six.
+                number: lane(|b| b.beam_idx as i64 as f64).to_array(),
                 keep: [1.0; LANES],
             };
             largest = largest.or_greater(sigma.or_greater(across));
