@@ -147,7 +147,7 @@ fn qualities_are_those_of_the_readings_and_0_where_nothing_came_back() {
     // The scan begins at the seam, half a turn on; readings 400 to 419 were lost.
     for (beam, &quality) in scans[0].qualities.iter().enumerate() {
         let k = beam + BEAMS / 2;
-        let is_there = k % 9 != 0 && !(400..420).contains(&k);
+        let is_there = !k.is_multiple_of(9) && !(400..420).contains(&k);
         assert_eq!(
             quality,
             if is_there { (k % 60) as u8 + 2 } else { 0 },
