@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use slamlab_bridge::settings::{Settings, SettingsError, SourceSettings};
 use slamlab_bridge::source::SourceName;
+use slamlab_core::slam::Method;
 use slamlab_core::wire::pilch;
 
 /// Serves slamlab's page, and relays robot and sensors to it.
@@ -30,6 +31,16 @@ pub(crate) enum Command {
         file: PathBuf,
         #[command(flatten)]
         serve: ServeFlags,
+    },
+    /// Map a recording, and write it anew with /map, /pose and the transform from map to odom, for Foxglove, Rerun and ROS 2
+    Export {
+        /// MCAP file made by `record` or `--record`
+        file: PathBuf,
+        /// New MCAP file
+        to: PathBuf,
+        /// odometry, line-ekf or scan-matching
+        #[arg(long, default_value = "scan-matching")]
+        method: Method,
     },
     /// Print the settings that `serve` would use, from file, flags and defaults
     Config(ServeFlags),
@@ -78,6 +89,12 @@ pub(crate) struct ServeFlags {
     /// Origin of another page that may connect, as a browser writes it; may stand more than once
     #[arg(long, value_name = "ORIGIN")]
     pub(crate) allow_origin: Vec<String>,
+    /// Let Foxglove and Lichtblick watch, at ws://HOST:PORT/foxglove
+    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
+    pub(crate) foxglove: Option<bool>,
+    /// Speak rosbridge, at ws://HOST:PORT/rosbridge
+    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
+    pub(crate) rosbridge: Option<bool>,
     /// Announce the bridge in the local network [default: unless it listens on this machine only]
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
     pub(crate) mdns: Option<bool>,
@@ -139,6 +156,8 @@ impl ServeFlags {
             page: self.page,
             open: self.open,
             private: self.private,
+            foxglove: self.foxglove,
+            rosbridge: self.rosbridge,
             allow_origin: some(self.allow_origin),
             record: self.record,
             mdns: self.mdns,

@@ -8,7 +8,9 @@ use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::get;
 use axum::{Json, Router};
-use slamlab_core::wire::message::{About, Format, RobotFigures};
+use slamlab_core::wire::message::{
+    About, BridgeHello, CHALLENGE_BYTES, Format, RobotFigures, SCHEMA, Watching,
+};
 use tokio::sync::mpsc;
 use tower_http::services::ServeDir;
 
@@ -19,7 +21,7 @@ use crate::metrics::Metrics;
 use crate::page::Page;
 use crate::safety::SafetyConfig;
 use crate::token::Token;
-use crate::{embedded, headers, host, session};
+use crate::{embedded, foxglove, headers, host, rosbridge, session};
 
 /// Path of the WebSocket.
 pub(crate) const SOCKET_PATH: &str = "/ws";
@@ -31,6 +33,10 @@ pub(crate) struct Shared {
     pub(crate) robot: Option<RobotFigures>,
     pub(crate) token: Option<Token>,
     pub(crate) origins: Vec<String>,
+    /// Whether Foxglove may watch.
+    pub(crate) foxglove: bool,
+    /// Whether rosbridge is spoken.
+    pub(crate) rosbridge: bool,
     pub(crate) is_tls: bool,
     pub(crate) limits: Limits,
     pub(crate) safety: SafetyConfig,
@@ -39,12 +45,35 @@ pub(crate) struct Shared {
     pub(crate) metrics: Arc<Metrics>,
 }
 
+impl Shared {
+    /// What the bridge says first, to a client and to a recording.
+    pub(crate) fn hello(&self, challenge: [u8; CHALLENGE_BYTES]) -> BridgeHello {
+        BridgeHello {
+            version: self.about.version.clone(),
+            schema: SCHEMA,
+            challenge,
+            watching: self.about.watching,
+            robot: self.robot.clone(),
+            watchdog_millis: self.safety.watchdog.as_millis() as u16,
+            lease_millis: self.safety.lease.as_millis() as u16,
+        }
+    }
+}
+
 pub(crate) fn router(shared: &Arc<Shared>) -> Router {
     let router = Router::new()
         .route("/healthz", get(async || "ok\n"))
         .route("/metrics", get(metrics))
         .route("/bridge.json", get(about))
         .route(SOCKET_PATH, get(socket));
+    let router = match shared.foxglove {
+        true => router.route(foxglove::PATH, get(foxglove_socket)),
+        false => router,
+    };
+    let router = match shared.rosbridge {
+        true => router.route(rosbridge::PATH, get(rosbridge_socket)),
+        false => router,
+    };
     let router = match &shared.page {
         Some(Page::Folder(folder)) => {
             let files = ServeDir::new(folder)
@@ -94,13 +123,8 @@ struct Wishes {
 }
 
 /// A page of another origin must not use the robot through the browser of somebody who may (cross-site WebSocket hijacking).
-async fn socket(
-    State(shared): State<Arc<Shared>>,
-    Extension(place): Extension<Place>,
-    Query(wishes): Query<Wishes>,
-    headers: HeaderMap,
-    upgrade: WebSocketUpgrade,
-) -> Response {
+#[expect(clippy::result_large_err, reason = "the error is the answer")]
+fn let_in(headers: &HeaderMap, shared: &Shared) -> Result<(), Response> {
     let mut origins = headers.get_all(header::ORIGIN).iter();
     let origin = origins.next().map(|origin| origin.to_str().unwrap_or(""));
     let host = headers
@@ -110,7 +134,74 @@ async fn socket(
         || !host::is_allowed_origin(origin, host, shared.is_tls, &shared.origins)
     {
         const WHY: &str = "This page may not use the bridge; see --allow-origin.\n";
+        return Err((StatusCode::FORBIDDEN, WHY).into_response());
+    }
+    Ok(())
+}
+
+/// Limits what one socket may take.
+fn limited(upgrade: WebSocketUpgrade, limits: &Limits) -> WebSocketUpgrade {
+    upgrade
+        .max_message_size(limits.message)
+        .max_frame_size(limits.message)
+        .read_buffer_size(8 * 1024)
+        .write_buffer_size(0)
+        .max_write_buffer_size(1024 * 1024)
+}
+
+/// Foxglove and its kin, watching.
+async fn foxglove_socket(
+    State(shared): State<Arc<Shared>>,
+    Extension(place): Extension<Place>,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    if let Err(refusal) = let_in(&headers, &shared) {
+        return refusal;
+    }
+    if shared.about.watching != Watching::Anyone {
+        const WHY: &str = "Watching needs the token here, and Foxglove cannot show one.\n";
         return (StatusCode::FORBIDDEN, WHY).into_response();
+    }
+    let upgrade = limited(upgrade, &shared.limits).protocols(foxglove::PROTOCOLS);
+    if upgrade.selected_protocol().is_none() {
+        let why = format!(
+            "Ask for one of the sub-protocols {}.\n",
+            foxglove::PROTOCOLS.join(", ")
+        );
+        return (StatusCode::BAD_REQUEST, why).into_response();
+    }
+    upgrade.on_upgrade(async move |socket| {
+        foxglove::run(socket, &shared).await;
+        drop(place);
+    })
+}
+
+/// Scripts that know roslib.
+async fn rosbridge_socket(
+    State(shared): State<Arc<Shared>>,
+    Extension(place): Extension<Place>,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    if let Err(refusal) = let_in(&headers, &shared) {
+        return refusal;
+    }
+    limited(upgrade, &shared.limits).on_upgrade(async move |socket| {
+        rosbridge::run(socket, &shared).await;
+        drop(place);
+    })
+}
+
+async fn socket(
+    State(shared): State<Arc<Shared>>,
+    Extension(place): Extension<Place>,
+    Query(wishes): Query<Wishes>,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    if let Err(refusal) = let_in(&headers, &shared) {
+        return refusal;
     }
     let format = match wishes.fmt.as_deref() {
         None | Some("binary") => Format::Binary,
@@ -119,16 +210,10 @@ async fn socket(
             return (StatusCode::BAD_REQUEST, "fmt is `binary` or `json`.\n").into_response();
         }
     };
-    upgrade
-        .max_message_size(shared.limits.message)
-        .max_frame_size(shared.limits.message)
-        .read_buffer_size(8 * 1024)
-        .write_buffer_size(0)
-        .max_write_buffer_size(1024 * 1024)
-        .on_upgrade(async move |socket| {
-            session::run(socket, &shared, format).await;
-            drop(place);
-        })
+    limited(upgrade, &shared.limits).on_upgrade(async move |socket| {
+        session::run(socket, &shared, format).await;
+        drop(place);
+    })
 }
 
 /// Refuses foreign hosts, gives errors a sentence, and adds the headers.

@@ -14,6 +14,7 @@
 //! 2. [`run`] starts the sources ([`source`]), each on a thread, and the hub, one task that owns all state.
 //! 3. `accept` limits connections; `http` refuses requests whose `Host` is a foreign name ([`host`]), finds files, adds the
 //!    headers that fence the page in ([`headers`]); `session` talks to one client, behind its [`token`].
+//!    `foxglove` and `rosbridge` speak the protocols of other tools, where that is asked for.
 //! 4. [`safety`] holds the rules, apart from all this: whether the robot may move, and by whom.
 //! 5. [`serial`] holds the sources at serial ports; [`doctor`] says what is wrong with them.
 //! 6. [`settings`] reads `bridge.toml`; [`tls`] holds the certificate; [`announce`] tells the network that the bridge is here.
@@ -28,6 +29,8 @@ pub mod announce;
 mod clock;
 pub mod doctor;
 mod embedded;
+mod foxglove;
+mod guest;
 pub mod headers;
 pub mod host;
 mod http;
@@ -38,6 +41,7 @@ mod notify;
 mod page;
 mod rate;
 pub mod record;
+mod rosbridge;
 pub mod safety;
 pub mod serial;
 mod serve;

@@ -1,12 +1,13 @@
 //! `slamlab-bridge`: flags, log, signals. The work is in the library.
 
 use std::net::{SocketAddr, UdpSocket};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::Parser;
 use slamlab_bridge::announce::{self, Announced, Announcement};
+use slamlab_bridge::record;
 use slamlab_bridge::settings::{Effective, SourceSettings, Tls};
 use slamlab_bridge::source::{Source, SourceName};
 use slamlab_bridge::tls::Identity;
@@ -18,6 +19,7 @@ mod flags;
 mod open;
 
 use flags::{Command, Flags, RecordFlags, ServeFlags, TokenFlags};
+use slamlab_core::slam::Method;
 use slamlab_core::wire::message::Watching;
 use slamlab_core::wire::pilch::server::ServerConfig;
 
@@ -50,6 +52,7 @@ async fn obey(flags: Flags) -> anyhow::Result<()> {
             flags.source.push(name.parse()?);
             serve(flags).await
         }
+        Some(Command::Export { file, to, method }) => export(&file, &to, method),
         Some(Command::Config(flags)) => show_config(flags),
         Some(Command::Token(flags)) => show_token(flags),
         Some(Command::Doctor { ports }) => look_at(ports).await,
@@ -96,6 +99,8 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
         token,
         watching: settings.private.then_some(Watching::Token),
         origins: settings.allow_origin,
+        foxglove: settings.foxglove,
+        rosbridge: settings.rosbridge,
         tls,
         record: settings.record,
         ..Config::default()
@@ -149,6 +154,20 @@ async fn record(flags: RecordFlags) -> anyhow::Result<()> {
         ..Config::default()
     };
     Ok(run(listener, config, stop).await?)
+}
+
+/// Maps a recording, and writes it with the map.
+fn export(file: &Path, to: &Path, method: Method) -> anyhow::Result<()> {
+    let done = record::export(file, to, method)?;
+    for note in &done.notes {
+        eprintln!("{}: {note}", file.display());
+    }
+    let (messages, poses, maps) = (done.messages, done.poses, done.maps);
+    println!(
+        "{}: {messages} messages, {poses} poses, {maps} maps",
+        to.display()
+    );
+    Ok(())
 }
 
 /// Looks at ports side by side, and prints what it finds in their order.

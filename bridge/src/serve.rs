@@ -6,7 +6,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use slamlab_core::wire::message::{About, PROTOCOL, RobotFigures, SCHEMA, Watching};
+use slamlab_core::wire::message::{
+    About, CHALLENGE_BYTES, FromBridge, PROTOCOL, RobotFigures, SCHEMA, Watching,
+};
 use tokio::net::TcpListener;
 use tokio::sync::{mpsc, watch};
 
@@ -40,6 +42,10 @@ pub struct Config {
     /// Origins of other pages that may connect, exactly as a browser writes them: `https://lab.example`. The page that the
     /// bridge serves needs no entry.
     pub origins: Vec<String>,
+    /// Whether Foxglove may watch, where anyone may.
+    pub foxglove: bool,
+    /// Whether clients of rosbridge may watch, and drive with the token.
+    pub rosbridge: bool,
     /// With what to speak TLS; without one, nothing is kept from who listens in the network.
     pub tls: Option<Identity>,
     /// Where to record to; a new file.
@@ -121,6 +127,8 @@ pub async fn run(
         robot: robot(&sources),
         token: config.token,
         origins: config.origins,
+        foxglove: config.foxglove,
+        rosbridge: config.rosbridge,
         is_tls: config.tls.is_some(),
         limits: config.limits,
         safety: config.safety,
@@ -128,6 +136,11 @@ pub async fn run(
         clock,
         metrics: Arc::clone(&metrics),
     });
+    if let Some(recorder) = &recorder {
+        // Names the robot; nobody is challenged here.
+        let hello = shared.hello([0; CHALLENGE_BYTES]);
+        recorder.message(&FromBridge::Hello(hello), clock.now());
+    }
     let (stop, stopped) = watch::channel(false);
     let parts = HubParts {
         clock,

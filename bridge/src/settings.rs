@@ -35,6 +35,10 @@ pub struct Settings {
     pub open: Option<bool>,
     /// Let nobody watch without the token. Default no.
     pub private: Option<bool>,
+    /// Let Foxglove watch, where anyone may. Default no.
+    pub foxglove: Option<bool>,
+    /// Speak rosbridge. Default no.
+    pub rosbridge: Option<bool>,
     /// Origins of other pages that may connect. Default none.
     pub allow_origin: Option<Vec<String>>,
     /// File of the token. Default `slamlab/token` in the user's configuration.
@@ -135,6 +139,10 @@ pub struct Effective {
     pub open: bool,
     /// Let nobody watch without the token.
     pub private: bool,
+    /// Let Foxglove watch, where anyone may.
+    pub foxglove: bool,
+    /// Speak rosbridge.
+    pub rosbridge: bool,
     /// Origins of other pages that may connect.
     pub allow_origin: Vec<String>,
     /// File of the token, where one was named.
@@ -196,6 +204,8 @@ impl Settings {
             page: self.page.or(below.page),
             open: self.open.or(below.open),
             private: self.private.or(below.private),
+            foxglove: self.foxglove.or(below.foxglove),
+            rosbridge: self.rosbridge.or(below.rosbridge),
             allow_origin: self.allow_origin.or(below.allow_origin),
             token_file: self.token_file.or(below.token_file),
             record: self.record.or(below.record),
@@ -224,6 +234,8 @@ impl Settings {
             page: self.page,
             open: self.open.unwrap_or(false),
             private: self.private.unwrap_or(false),
+            foxglove: self.foxglove.unwrap_or(false),
+            rosbridge: self.rosbridge.unwrap_or(false),
             allow_origin: self.allow_origin.unwrap_or_default(),
             token_file: self.token_file,
             record: self.record,
@@ -267,6 +279,8 @@ impl Effective {
             page: self.page.clone(),
             open: Some(self.open),
             private: Some(self.private),
+            foxglove: Some(self.foxglove),
+            rosbridge: Some(self.rosbridge),
             allow_origin: Some(self.allow_origin.clone()),
             token_file: self.token_file.clone(),
             record: self.record.clone(),

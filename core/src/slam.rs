@@ -21,7 +21,7 @@ use crate::features::{LineConfig, LineError, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::{EvidenceConfig, Grid, GridConfig, GridError, VectorConfig, VectorMap};
-use crate::points::{MotionHistory, NearField, PointConfig, Points};
+use crate::points::{MotionHistory, NearConfig, NearField, PointConfig, Points};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
 use estimator::{Estimator, Sweep};
 
@@ -41,6 +41,8 @@ pub enum Method {
 pub struct SlamConfig {
     /// What is kept of a scan.
     pub points: PointConfig,
+    /// What is remembered of things too near to be seen.
+    pub near: NearConfig,
     /// How lines are found.
     pub lines: LineConfig,
     /// The filter over lines.
@@ -57,10 +59,11 @@ pub struct SlamConfig {
 
 impl SlamConfig {
     /// For a sensor that scans only on command: it sees each cell a few times at most, little of each wall, and from afar in
-    /// terms of odometry. It takes Celej's quicker grid, and the `short_range` figures of lines, filter and grid.
+    /// terms of odometry. It takes Celej's quicker grid, and the `short_range` figures of lines, filter, grid and what is near.
     #[must_use]
     pub fn short_range() -> Self {
         Self {
+            near: NearConfig::short_range(),
             grid: GridConfig::celej(),
             lines: LineConfig::short_range(),
             ekf: EkfConfig::short_range(),
@@ -144,9 +147,9 @@ impl Slam {
             // The slowest sweep is that of a ranger on a servo, a few seconds.
             history: MotionHistory::new(5.0),
             vector: VectorMap::new(config.vector),
+            near: NearField::new(config.near),
             config,
             points: None,
-            near: NearField::default(),
             obstacles: None,
             motion_since_scan: Pose2::identity(),
             pending: None,
@@ -171,9 +174,11 @@ impl Slam {
     /// that the line extraction or the filter refuses.
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         while self.continue_scan()?.is_some() {}
-        let points = self.points_of(scan)?;
+        scan.validate()?;
+        let scan = self.near.without_folded(scan, &self.motion_since_scan);
+        let points = self.points_of(&scan);
         for part in [ScanPart::Lines, ScanPart::Localise, ScanPart::Map] {
-            self.take_in(part, scan, &points)?;
+            self.take_in(part, &scan, &points)?;
         }
         self.conclude(points);
         Ok(())
@@ -184,8 +189,11 @@ impl Slam {
     /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises.
     pub fn begin_scan(&mut self, scan: Scan) -> Result<(), SlamError> {
         while self.continue_scan()?.is_some() {}
+        scan.validate()?;
+        let scan = self.near.without_folded(&scan, &self.motion_since_scan);
+        let scan = scan.into_owned();
         self.pending = Some(Pending {
-            points: self.points_of(&scan)?,
+            points: self.points_of(&scan),
             scan,
             next: ScanPart::Lines,
         });
@@ -212,13 +220,8 @@ impl Slam {
         Ok(Some(next))
     }
 
-    fn points_of(&self, scan: &Scan) -> Result<Points, SlamError> {
-        scan.validate()?;
-        Ok(Points::from_rolling_scan(
-            scan,
-            &self.history,
-            &self.config.points,
-        ))
+    fn points_of(&self, scan: &Scan) -> Points {
+        Points::from_rolling_scan(scan, &self.history, &self.config.points)
     }
 
     fn take_in(&mut self, part: ScanPart, scan: &Scan, points: &Points) -> Result<(), SlamError> {
@@ -258,6 +261,7 @@ impl Slam {
             vector: self.config.vector,
             ..config.clone()
         };
+        self.near.reconfigure(self.config.near);
         self.estimator.reconfigure(&self.config);
         Ok(())
     }

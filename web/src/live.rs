@@ -218,6 +218,7 @@ impl WebLive {
             distance: live.distance(),
             goal_x: goal.map_or(f64::NAN, |goal| goal.x),
             goal_y: goal.map_or(f64::NAN, |goal| goal.y),
+            finished: live.pilot().status().is_over(),
             ..RunStatus::of(live.slam(), &live.odometry_pose(), live.consistency())
         }
     }

@@ -322,6 +322,12 @@ function handle(command: Command): void {
     case "wheel":
       bridge?.wheel(command.take, command.force);
       break;
+    case "door":
+      if (!sim) break;
+      sim.setDoor(command.index, command.open);
+      stale = true;
+      show();
+      break;
     case "emergency":
       bridge?.emergency(command.on);
       break;

@@ -57,6 +57,8 @@ fn whole() -> Settings {
         page: path(),
         open: Some(true),
         private: Some(true),
+        foxglove: Some(true),
+        rosbridge: Some(true),
         allow_origin: Some(vec!["https://lab.example".into()]),
         token_file: path(),
         record: path(),

@@ -42,6 +42,7 @@ fn obstacle(x: f64, y: f64) -> Points {
             range: end_in_robot.coords.norm(),
             sigma: 0.01,
             is_hit: true,
+            quality: None,
         }],
     }
 }

@@ -151,18 +151,25 @@ fn live<D: Device>(shared: &Mutex<Shared<D>>, path: &Path) {
             (Some(_), false) => {
                 let _ = fs::remove_file(path);
                 pty = None;
+                shared.device.pulled();
+                shared.device.unplugged(elapsed);
             }
             (Some(pty), true) => beat(&mut shared, pty, &mut line, elapsed),
-            (None, false) => (),
+            (None, false) => shared.device.unplugged(elapsed),
         }
     }
 }
 
 /// Lets the device hear and speak.
 fn beat<D: Device>(shared: &mut Shared<D>, pty: &Pty, line: &mut Line, elapsed: f64) {
-    let is_tuned = pty.baud_rate() == Some(shared.device.baud_rate());
+    let is_tuned = !shared.faults.is_garbled && pty.baud_rate() == Some(shared.device.baud_rate());
     let heard = pty.read();
     let heard = if is_tuned { heard } else { line.garble(&heard) };
+    let on_the_way_in = Faults {
+        flipped_bits: shared.faults.flipped_bits_heard,
+        ..Faults::default()
+    };
+    let heard = line.carry(&heard, &on_the_way_in);
     shared.device.receive(&heard);
     let said = shared.device.advance(elapsed);
     let said = if is_tuned { said } else { line.garble(&said) };

@@ -9,7 +9,7 @@ import type { Change, Moment, Note, Source } from "./source.js";
 const BLOCK_CELLS = 64;
 
 /** What a frame tells of SLAM itself. */
-type SlamChange = Pick<Frame, "grid" | "gridAnew" | "scan" | "found" | "lines" | "samples">;
+type SlamChange = Pick<Frame, "grid" | "gridAnew" | "scan" | "beams" | "found" | "lines" | "samples">;
 
 export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> implements Source {
   abstract readonly kind: SourceKind;
@@ -155,6 +155,7 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
       grid: blocks.length === 0 ? null : { resolution, blockCells: BLOCK_CELLS, index: blocks, cells },
       gridAnew: view.generation !== generation,
       scan: scanned ? view.scan : null,
+      beams: scanned ? view.beams : null,
       found: scanned ? view.found : null,
       lines,
       samples: this.#samples.take(),

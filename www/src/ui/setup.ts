@@ -103,14 +103,14 @@ export class SlamSetup extends SlamElement {
       </div>
       <div class="files">
         <label>
-          <input type="file" accept=".clf,.log,.json" data-testid="file" aria-label="Open a recording (.clf, .log) or a world (.json)" @change=${this.#open}>
+          <input type="file" accept=".clf,.log,.mcap,.json" data-testid="file" aria-label="Open a recording (.mcap, .clf, .log) or a world (.json)" @change=${this.#open}>
           <span class="button">${icons.open} Open file…</span>
         </label>
         <button data-testid="save-map" title="Save the map as PGM and YAML (M)" @click=${() => this.client.send({ kind: "save", what: "map" })}>${icons.save} Map</button>
         <button data-testid="save-plan" title="Save the walls with their lengths as SVG, DXF and GeoJSON" @click=${() => this.client.send({ kind: "save", what: "plan" })}>${icons.ruler} Walls</button>
         <button data-testid="save-png" title="Save the map as a picture" @click=${() => this.dispatchEvent(new CustomEvent("save-picture", { bubbles: true, composed: true }))}>${icons.image} PNG</button>
       </div>
-      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : "Drop a CARMEN log (.clf, .log) or a world (.json) anywhere on the page."}</p>
+      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : "Drop a recording (.mcap), a CARMEN log (.clf, .log) or a world (.json) anywhere on the page."}</p>
     `;
   }
 

@@ -3,7 +3,7 @@ use std::f64::consts::TAU;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use nalgebra::Vector2;
+use nalgebra::{Point2, Vector2};
 
 use super::*;
 use crate::geom::{Line, Pose2, Segment, wrap};
@@ -33,6 +33,7 @@ fn look(walls: &[Segment], robot: &Pose2, n: usize, rng: &mut ChaCha8Rng) -> Poi
             range: noisy,
             sigma: if range.is_finite() { sigma } else { 0.05 },
             is_hit: range < 12.0,
+            quality: None,
         }
     });
     Points {

@@ -28,12 +28,12 @@ fn wall(n: u32, rng: &mut ChaCha8Rng) -> Columns {
                 range: noisy,
                 sigma: 0.01,
                 is_hit: true,
+                quality: None,
             }
         })
         .collect();
     let mut columns = Columns::default();
-    columns.reset(beams.len(), Noise::default());
-    columns.extend(&beams);
+    columns.load(&beams, std::iter::once(0..beams.len()), Noise::default());
     columns
 }
 

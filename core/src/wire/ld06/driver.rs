@@ -145,7 +145,7 @@ impl Driver {
             let sample = Sample {
                 angle,
                 range,
-                quality,
+                quality: Some(quality),
                 interval,
                 stamp: Stamp::from_seconds(end - interval * (READINGS - 1 - i) as f64),
             };

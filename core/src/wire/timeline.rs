@@ -1,13 +1,14 @@
 //! One clock for what several devices say, and nothing missed without being told.
 //!
-//! In: odometry and scans as they arrive, with the bridge's time. Out: the same in an order that [`crate::slam::Slam`] can take:
-//! motion that follows on motion, and each scan once the motion up to its last beam is known.
+//! In: odometry and scans as they arrive, with the bridge's time. Out: the same in an order that SLAM can take: motion that
+//! follows on motion, and each scan once the motion up to its last beam is known. A live bridge and a recording of one pass
+//! through here alike.
 //!
 //! 1. The robot's clock rules. A bridge puts the devices at its ports on one clock. A source of another kind has its own: the
 //!    difference of two clocks is that of their offsets from the bridge's ([`ClockMap`]). A small difference is one of delays,
-//!    not of clocks ([`SAME_CLOCK`]).
+//!    not of clocks (`SAME_CLOCK`).
 //! 2. A robot whose clock begins anew was reset, and time that is missing was not watched: in both cases it may have been
-//!    moved meanwhile. That is a motion of zero, and not at all sure ([`GAP_SIGMA`]).
+//!    moved meanwhile. That is a motion of zero, and not at all sure (`GAP_SIGMA`).
 //! 3. Without a robot, motion between two scans is zero and unsure as a hand or a foot may move a sensor.
 
 use std::collections::BTreeMap;
@@ -15,9 +16,9 @@ use std::collections::VecDeque;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::ClockMap;
 use crate::geom::Pose2;
 use crate::robot::{Odometry, Scan, Stamp};
-use crate::wire::ClockMap;
 
 /// Where a robot may be after a time that nobody watched: m, m, rad.
 const GAP_SIGMA: [f64; 3] = [0.2, 0.2, 0.3];
@@ -32,7 +33,7 @@ const OLDEST: f64 = 2.0;
 
 /// What may be handed on now.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Reading {
+pub enum Reading {
     /// Follows on the one before.
     Odometry(Odometry),
     /// No later than the end of the newest odometry.
@@ -42,6 +43,16 @@ pub(super) enum Reading {
         /// For so long, s; 0 where the robot's clock began anew.
         seconds: f64,
     },
+}
+
+/// A gap in words for a person.
+#[must_use]
+pub fn explain_gap(seconds: f64) -> String {
+    if seconds > 0.0 {
+        format!("{seconds:.1} s of the robot's motion were missed: the pose is less sure now")
+    } else {
+        "The robot or its sensor was started anew: it may stand elsewhere now".to_owned()
+    }
 }
 
 /// A source's clock on the bridge's, and its newest stamp.
@@ -62,7 +73,7 @@ impl Default for SourceClock {
 
 /// See the module.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Timeline {
+pub struct Timeline {
     /// Number of the source whose odometry rules.
     robot: Option<u8>,
     /// Each source's clock on the bridge's.
@@ -75,12 +86,7 @@ pub(super) struct Timeline {
 
 impl Timeline {
     /// Takes a motion of source `source` that arrived at bridge time `arrived`, µs.
-    pub(super) fn odometry(
-        &mut self,
-        source: u8,
-        arrived: u64,
-        odometry: Odometry,
-    ) -> Vec<Reading> {
+    pub fn odometry(&mut self, source: u8, arrived: u64, odometry: Odometry) -> Vec<Reading> {
         if *self.robot.get_or_insert(source) != source {
             return vec![];
         }
@@ -111,8 +117,9 @@ impl Timeline {
         out
     }
 
-    /// Takes a scan of source `source` that arrived at bridge time `arrived`, µs. `has_robot`: whether odometry is to be expected.
-    pub(super) fn scan(
+    /// Takes a scan of source `source` that arrived at bridge time `arrived`, µs. `has_robot`: whether odometry
+    /// is to be expected; where it was heard it is.
+    pub fn scan(
         &mut self,
         source: u8,
         arrived: u64,
@@ -121,7 +128,7 @@ impl Timeline {
     ) -> Vec<Reading> {
         let mut out = vec![];
         self.note_clock(source, arrived, scan.stamp);
-        if !has_robot {
+        if !has_robot && self.robot.is_none() {
             let newest = self.newest.unwrap_or(scan.stamp);
             if scan.stamp < newest {
                 // The sensor was reset; its time goes on from here.
@@ -220,6 +227,7 @@ mod tests {
             bearing_sigma: 0.0,
             max_range: 6.0,
             sweep: 0.0,
+            qualities: vec![],
         }
     }
 
