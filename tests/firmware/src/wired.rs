@@ -172,7 +172,10 @@ impl Device for Wired {
 
     fn pulled(&mut self) {
         self.line.clear();
-        self.mark();
+        // Somebody may have marked it already.
+        if self.marked.is_none() && self.is_driven() {
+            self.mark();
+        }
     }
 
     fn receive(&mut self, bytes: &[u8]) {
