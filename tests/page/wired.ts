@@ -13,6 +13,8 @@ export interface Facts {
   /** Whether its motors are driven: for the real firmware, by the chip's compare registers. */
   moves: boolean;
   contacts: number;
+  /** Longest that the machine let the robot wait for the processor, s. */
+  late: number;
   /** Real firmware: s of its own time from the pull of the cable until the registers were 0. */
   stopped_after?: number | null;
   /** Real firmware: its own time, and the real time that it lost, s. */

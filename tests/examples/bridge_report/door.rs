@@ -27,29 +27,32 @@ pub(crate) async fn report() -> (bool, Map<String, Value>) {
         ("rebinding host", "evil.example", "http://evil.example", 421),
     ] {
         let got = knock(bridge.address, host, origin).await;
-        cases.insert(name.into(), case(got == Some(expected), json!(got)));
+        cases.insert(name.into(), case(got == Some(expected), &json!(got)));
     }
     let slow = slowloris(bridge.address).await;
     cases.insert(
         "slowloris".into(),
-        case(slow.is_some(), json!({ "cut_off_after_s": slow })),
+        case(slow.is_some(), &json!({ "cut_off_after_s": slow })),
     );
     let stale = stale_lease(&bridge).await;
-    cases.insert("stale lease epoch".into(), case(stale, json!("StaleEpoch")));
+    cases.insert(
+        "stale lease epoch".into(),
+        case(stale, &json!("StaleEpoch")),
+    );
     let (served, refused) = crowd(bridge.address).await;
     let is_bounded = served <= 300 && served + refused == CROWD && refused > 0;
     cases.insert(
         "1000 connections".into(),
         case(
             is_bounded,
-            json!({ "served": served, "refused_503": refused }),
+            &json!({ "served": served, "refused_503": refused }),
         ),
     );
     // All of them gone, it serves again.
     let watcher = timeout(PATIENCE, bridge.watcher()).await;
     cases.insert(
         "afterwards".into(),
-        case(watcher.is_ok(), json!("a watcher is served")),
+        case(watcher.is_ok(), &json!("a watcher is served")),
     );
     drop(watcher);
     let was_moved = memory.was_moved();
@@ -58,7 +61,7 @@ pub(crate) async fn report() -> (bool, Map<String, Value>) {
     (holds && !was_moved, cases)
 }
 
-fn case(holds: bool, got: Value) -> Value {
+fn case(holds: bool, got: &Value) -> Value {
     json!({ "holds": holds, "got": got })
 }
 

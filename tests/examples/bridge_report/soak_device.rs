@@ -31,7 +31,7 @@ pub(crate) fn run(hours: u32) -> (bool, Value) {
     for tick in 0..hours * TICKS_OF_AN_HOUR {
         let now = Stamp::from_seconds(TICK * f64::from(tick));
         match tick % TICKS_OF_CALM {
-            0 if tick / TICKS_OF_CALM % 2 == 0 => {
+            0 if (tick / TICKS_OF_CALM).is_multiple_of(2) => {
                 bridge.broken("cut".into());
                 bridge.opened(now);
                 pair.ups += 1;
@@ -90,7 +90,11 @@ impl Pair {
 }
 
 fn to_and_fro(tick: u32) -> Command {
-    let forward = if tick / 400 % 2 == 0 { 0.05 } else { -0.05 };
+    let forward = if (tick / 400).is_multiple_of(2) {
+        0.05
+    } else {
+        -0.05
+    };
     Command::Velocity { forward, turn: 0.0 }
 }
 

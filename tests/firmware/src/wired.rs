@@ -29,6 +29,8 @@ pub struct Wired {
     behind: f64,
     /// When what should stop it happened, by its clock and by the real one.
     marked: Option<(f64, Instant)>,
+    /// Since when both registers are 0.
+    off: Option<(f64, Instant)>,
     stopped_after: Option<[f64; 2]>,
     fault: Option<String>,
     boot: Boot,
@@ -45,6 +47,8 @@ enum Boot {
     Waits,
 }
 
+/// Registers that are 0 for so long are off, and do not only pass through 0 while the robot brakes, s.
+const STAYS_OFF: f64 = 0.2;
 /// From reset to `[READY]`, s.
 const BOOT: f64 = 0.1;
 
@@ -59,6 +63,7 @@ impl Wired {
             next_byte: 0.0,
             behind: 0.0,
             marked: None,
+            off: None,
             stopped_after: None,
             fault: None,
             boot: Boot::Done,
@@ -72,7 +77,7 @@ impl Wired {
         self.rig.chip.duties() != [0, 0]
     }
 
-    /// Seconds from the last [`Wired::mark`] or pulled cable until both registers were 0, by the robot's clock and by the real one; `None`
+    /// Seconds from the last [`Wired::mark`] or pulled cable until both registers were 0 and stayed so, by the robot's clock and by the real one; `None`
     /// until they are, or where they were before.
     #[must_use]
     pub fn stopped_after(&self) -> Option<[f64; 2]> {
@@ -149,10 +154,18 @@ impl Wired {
     }
 
     fn watch(&mut self) {
-        if let Some((chip, real)) = self.marked
-            && !self.is_driven()
+        if self.is_driven() {
+            self.off = None;
+            return;
+        }
+        let (chip, real) = *self
+            .off
+            .get_or_insert_with(|| (self.rig.seconds(), Instant::now()));
+        if let Some((marked, marked_real)) = self.marked
+            && self.rig.seconds() - chip > STAYS_OFF
         {
-            self.stopped_after = Some([self.rig.seconds() - chip, real.elapsed().as_secs_f64()]);
+            let real = real.saturating_duration_since(marked_real).as_secs_f64();
+            self.stopped_after = Some([(chip - marked).max(0.0), real]);
             self.marked = None;
         }
     }
@@ -172,7 +185,10 @@ impl Device for Wired {
 
     fn pulled(&mut self) {
         self.line.clear();
-        self.mark();
+        // Somebody may have marked it already.
+        if self.marked.is_none() && self.is_driven() {
+            self.mark();
+        }
     }
 
     fn receive(&mut self, bytes: &[u8]) {

@@ -45,6 +45,7 @@ struct Shared<D> {
     is_plugged: bool,
     cut_in_the_middle: bool,
     has_ended: bool,
+    late: Duration,
 }
 
 impl<D: Device> Socket<D> {
@@ -73,6 +74,7 @@ impl<D: Device> Socket<D> {
             is_plugged: false,
             cut_in_the_middle: false,
             has_ended: false,
+            late: Duration::ZERO,
         }));
         let (for_thread, path_of_thread) = (Arc::clone(&shared), path.clone());
         let body = move || live(&for_thread, &path_of_thread);
@@ -115,6 +117,13 @@ impl<D: Device> Socket<D> {
         change(&mut self.lock().device)
     }
 
+    /// The longest that the machine let the device wait for the processor: more than some tenths of a second look to the bridge like a
+    /// device that fell silent.
+    #[must_use]
+    pub fn late(&self) -> Duration {
+        self.lock().late
+    }
+
     fn lock(&self) -> MutexGuard<'_, Shared<D>> {
         self.shared.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -139,9 +148,11 @@ fn live<D: Device>(shared: &Mutex<Shared<D>>, path: &Path) {
     let mut last = Instant::now();
     loop {
         thread::sleep(BEAT);
-        let elapsed = last.elapsed().as_secs_f64().min(MOST_AT_ONCE);
+        let waited = last.elapsed();
+        let elapsed = waited.as_secs_f64().min(MOST_AT_ONCE);
         last = Instant::now();
         let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
+        shared.late = shared.late.max(waited);
         if shared.has_ended {
             return;
         }

@@ -30,8 +30,10 @@ impl console::Wired for Robot {
     }
 
     fn facts(&self) -> Value {
+        let late = self.socket.late().as_secs_f64();
         self.socket.with(|robot| {
             json!({
+                "late": late,
                 "pose": in_map(&self.world, &robot.rig.pose()),
                 "moves": robot.is_driven(),
                 "duties": robot.rig.chip.duties(),
