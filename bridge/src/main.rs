@@ -1,5 +1,6 @@
 //! `slamlab-bridge`: flags, log, signals. The work is in the library.
 
+use std::io::Write;
 use std::net::{SocketAddr, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -110,21 +111,25 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
 
 /// The first line is for programs too; the others are for a person.
 fn say_where(urls: &[String], tls: Option<&Identity>, has_token: bool) {
+    let mut lines = vec![];
     for (at, url) in urls.iter().enumerate() {
-        match at {
-            0 => println!("slamlab is at {url} (Ctrl+C stops it)"),
-            _ => println!("  from elsewhere: {url}"),
-        }
+        lines.push(match at {
+            0 => format!("slamlab is at {url} (Ctrl+C stops it)\n"),
+            _ => format!("  from elsewhere: {url}\n"),
+        });
     }
-    if let Some(tls) = tls {
-        println!(
-            "its certificate's SHA-256 fingerprint is {}",
-            tls.fingerprint()
-        );
-    }
+    lines.extend(tls.map(|tls| {
+        let fingerprint = tls.fingerprint();
+        format!("its certificate's SHA-256 fingerprint is {fingerprint}\n")
+    }));
     if has_token {
-        println!("`slamlab-bridge token` shows the address with which one may drive");
+        lines.push("`slamlab-bridge token` shows the address with which one may drive\n".into());
     }
+    let mut out = std::io::stdout().lock();
+    // Whoever started the bridge may read the first line and go: the robot is served all the same.
+    let _ = out
+        .write_all(lines.concat().as_bytes())
+        .and_then(|()| out.flush());
 }
 
 fn in_the_network(listening: SocketAddr, is_tls: bool) -> Option<Announced> {

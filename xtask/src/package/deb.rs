@@ -115,7 +115,7 @@ fn changelog(to: &Path, version: &str) -> Result<()> {
     let plain = to.with_extension("");
     let text = format!(
         "slamlab-bridge ({version}) stable; urgency=low\n\n  * See CHANGELOG.md of slamlab.\n\n \
-         -- the authors of slamlab <slamlab@localhost.localdomain>  Sat, 21 Nov 2026 00:00:00 +0000\n"
+         -- The slamlab developers <slamlab@localhost.localdomain>  Sat, 21 Nov 2026 00:00:00 +0000\n"
     );
     write(&plain, &text)?;
     fs::set_permissions(&plain, fs::Permissions::from_mode(0o644))?;
