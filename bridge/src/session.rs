@@ -15,8 +15,8 @@ use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
 use slamlab_core::wire::message::{
-    CHALLENGE_BYTES, ClientHello, Format, FromBridge, Header, ToBridge, Watching, close, decode,
-    encode,
+    CHALLENGE_BYTES, ClientHello, Format, FromBridge, Header, MessageError, SCHEMA, ToBridge,
+    Watching, close, decode, encode,
 };
 use tokio::sync::oneshot;
 use tokio::time::timeout;
@@ -105,6 +105,9 @@ fn admit(
     challenge: &[u8; CHALLENGE_BYTES],
     hello: &ClientHello,
 ) -> Result<bool, End> {
+    if hello.schema != SCHEMA {
+        return Err(Some(close::OTHER_SCHEMA));
+    }
     if hello.name.len() > LONGEST_NAME {
         return Err(Some(MALFORMED));
     }
@@ -245,7 +248,10 @@ impl Reader<'_> {
                     .malformed
                     .fetch_add(1, Ordering::Relaxed);
                 tracing::debug!("a client's message: {error}");
-                Some(MALFORMED)
+                match error {
+                    MessageError::Protocol { .. } => Some(close::OTHER_SCHEMA),
+                    _ => Some(MALFORMED),
+                }
             })?;
             if header.sequence <= self.sequence {
                 return Err(Some(MALFORMED));
@@ -280,6 +286,9 @@ fn reason(code: u16) -> &'static str {
         close::NO_RIGHT => "driving needs the token",
         close::HEARTBEAT => "no heartbeat",
         close::TAKEN_OVER => "another client took over",
+        close::OTHER_SCHEMA => {
+            "the bridge speaks another schema: load the page anew from the bridge, or update what is older"
+        }
         _ => "",
     }
 }

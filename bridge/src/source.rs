@@ -76,6 +76,14 @@ pub enum Event {
     },
     /// How the wire does: at each change, and each second.
     Link(Link),
+    /// Whether the robot is doing an errand ([`Command::Forward`], [`Command::Turn`], [`Command::Scan`]): after each order, at each
+    /// change, and each second; after the readings that belong to it.
+    Busy {
+        /// Whether it is.
+        busy: bool,
+        /// Number of the newest order before which this was not said. The [`Port`] fills it in.
+        after: u64,
+    },
     /// How the device does: at each change.
     Device {
         /// Its state.
@@ -192,8 +200,9 @@ pub fn start(
 
 impl Running {
     /// Gives an order; one that was not taken yet is forgotten, but for an emergency stop.
-    pub fn order(&self, order: Order) {
-        self.orders.put(order);
+    /// Returns its number: what the source says from then on says after which number.
+    pub fn order(&self, order: Order) -> u64 {
+        self.orders.put(order)
     }
 
     /// Events that found no room since the start.
@@ -225,7 +234,10 @@ pub struct Port {
 
 impl Port {
     /// Sends an event, or counts it as missed where the queue is full.
-    pub fn send(&self, event: Event) {
+    pub fn send(&self, mut event: Event) {
+        if let Event::Busy { after, .. } = &mut event {
+            *after = self.orders.taken();
+        }
         if self.events.try_send((self.number, event)).is_err() {
             self.missed.fetch_add(1, Ordering::Relaxed);
         }

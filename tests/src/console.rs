@@ -6,6 +6,7 @@
 //! |---|---|
 //! | `pull`, `plug` | `{}`; its cables are out, or in |
 //! | `facts` | what is true of the robot, as its owner tells it |
+//! | others | `{}`; what the robot's own program says that they do |
 //! | `map FILE.pgm FILE.yaml` | how true that map is: [`map_truth`](crate::map_truth) |
 //!
 //! It ends where its input does.
@@ -25,6 +26,11 @@ pub trait Wired {
 
     /// What is true of it.
     fn facts(&self) -> Value;
+
+    /// Does something else; whether it knows how.
+    fn act(&self, _words: &[&str]) -> bool {
+        false
+    }
 }
 
 /// Serves a robot in `world` whose ports are these, until the input ends.
@@ -52,6 +58,7 @@ pub fn serve(
             }
             ["facts"] => robot.facts(),
             ["map", pgm, yaml] => map(world, pgm, yaml),
+            words if robot.act(words) => json!({}),
             _ => json!({ "error": format!("expected pull, plug, facts or map, not `{line}`") }),
         };
         say(&answer)?;

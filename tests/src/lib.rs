@@ -7,6 +7,8 @@ pub mod console;
 #[cfg(unix)]
 pub mod devices;
 #[cfg(unix)]
+pub mod fuzz;
+#[cfg(unix)]
 pub mod map_truth;
 pub mod update_cost;
 

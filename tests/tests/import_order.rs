@@ -15,12 +15,13 @@ use Imports::{AllBefore, These};
 
 /// The modules of `core`, each after those that it may import. `sim` and `format` are sources and sinks that no stage
 /// imports, so a real robot, the simulator and a recording can stand in for each other.
-const MAY_IMPORT: [(&str, Imports); 20] = [
+const MAY_IMPORT: [(&str, Imports); 21] = [
     ("geom", These(&[])),
     ("hash", These(&["geom"])),
+    ("lanes", These(&[])),
     ("robot", These(&["geom"])),
-    ("points", These(&["geom", "robot"])),
-    ("features", These(&["geom", "robot", "points"])),
+    ("points", These(&["geom", "lanes", "robot"])),
+    ("features", These(&["geom", "lanes", "robot", "points"])),
     ("map", These(&["geom", "robot", "points", "features"])),
     ("association", These(&["geom", "points", "features", "map"])),
     ("registration", These(&["geom", "robot", "points", "map"])),
@@ -28,6 +29,7 @@ const MAY_IMPORT: [(&str, Imports); 20] = [
         "estimation",
         These(&[
             "geom",
+            "lanes",
             "robot",
             "points",
             "features",

@@ -4,9 +4,12 @@
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
 
+use std::f64::consts::FRAC_PI_2;
 use std::time::{Duration, Instant};
 
+use nalgebra::Point2;
 use slamlab_bridge::serial::{Ld06, Retry, Rplidar, SerialSource};
+use slamlab_bridge::settings::SourceSettings;
 use slamlab_bridge::source::{self, Event, Running, Source};
 use slamlab_core::robot::Scan;
 use slamlab_core::sim::worlds;
@@ -40,8 +43,12 @@ struct Ear {
 
 impl Ear {
     fn new(source: impl Source) -> Self {
+        Self::boxed(Box::new(source))
+    }
+
+    fn boxed(source: Box<dyn Source>) -> Self {
         let (sender, events) = mpsc::channel(source::MOST_WAITING);
-        let running = source::start(3, Box::new(source), sender).unwrap();
+        let running = source::start(3, source, sender).unwrap();
         Self {
             running: Some(running),
             events,
@@ -166,6 +173,29 @@ fn an_rplidar_gives_what_the_world_gives() {
                 Some(Request::Stop)
             );
         }
+    });
+}
+
+#[test]
+fn a_lidar_sits_where_the_settings_say() {
+    on_a_calm_machine(|| {
+        let check = |name: String| {
+            let text =
+                format!("name = \"{name}\"\nmount = {{ x = 0.04, y = -0.01, yaw-degrees = 90 }}");
+            let settings: SourceSettings = toml::from_str(&text).unwrap();
+            let mount = Ear::boxed(settings.open().unwrap())
+                .scan()
+                .robot_from_sensor;
+            let off = mount.position() - Point2::new(0.04, -0.01);
+            assert!(
+                off.norm() < 1e-12 && (mount.heading() - FRAC_PI_2).abs() < 1e-12,
+                "{mount:?}"
+            );
+        };
+        let socket = Socket::plugged(devices::Ld06::new(view())).unwrap();
+        check(format!("ld06:{}", socket.path()));
+        let socket = Socket::plugged(devices::Rplidar::new(view())).unwrap();
+        check(format!("rplidar:{}", socket.path()));
     });
 }
 

@@ -27,7 +27,7 @@ pub use settings::{PresetInfo, SettingInfo, preset_list, setting_list};
 pub use setup::{SetupError, WebSetup};
 pub use sigma::{GrowthError, SigmaCurve};
 pub use status::RunStatus;
-pub use view::{MapFiles, SlamView};
+pub use view::{FloorPlan, MapFiles, SlamView};
 
 use slamlab_core::sim::{SensorKind, worlds};
 use wasm_bindgen::prelude::wasm_bindgen;

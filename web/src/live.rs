@@ -12,7 +12,7 @@ use crate::contest::{Ground, WebContest};
 use crate::experiment::mode_name;
 use crate::inspection::Inspection;
 use crate::status::RunStatus;
-use crate::view::{self, MapFiles, SlamView};
+use crate::view::{self, FloorPlan, MapFiles, SlamView};
 
 /// A robot that is mapped and driven through a bridge. Bytes of the WebSocket come in and go out here; times are µs of the
 /// page's clock.
@@ -218,6 +218,7 @@ impl WebLive {
             distance: live.distance(),
             goal_x: goal.map_or(f64::NAN, |goal| goal.x),
             goal_y: goal.map_or(f64::NAN, |goal| goal.y),
+            finished: live.pilot().status().is_over(),
             ..RunStatus::of(live.slam(), &live.odometry_pose(), live.consistency())
         }
     }
@@ -307,6 +308,13 @@ impl WebLive {
     /// # Errors    An empty map.
     pub fn map_files(&self, image: &str) -> Result<MapFiles, JsError> {
         MapFiles::of(self.live.slam(), image)
+    }
+
+    /// The walls as files of drawing programs.
+    ///
+    /// # Errors    No walls: none were seen often enough, or the method knows none.
+    pub fn floor_plan(&self) -> Result<FloorPlan, JsError> {
+        FloorPlan::of(self.live.slam())
     }
 
     /// Fingerprint of pose and map, 16 hexadecimal digits.

@@ -12,7 +12,7 @@ use crate::inspection::Inspection;
 use crate::settings::apply;
 use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
-use crate::view::{self, MapFiles, SlamView};
+use crate::view::{self, FloorPlan, MapFiles, SlamView};
 
 /// A log that is being read: of CARMEN, or a recording of the bridge.
 #[wasm_bindgen]
@@ -212,6 +212,13 @@ impl WebReplay {
     /// # Errors    An empty map.
     pub fn map_files(&self, image: &str) -> Result<MapFiles, JsError> {
         MapFiles::of(self.replay.slam(), image)
+    }
+
+    /// The walls as files of drawing programs.
+    ///
+    /// # Errors    No walls: none were seen often enough, or the method knows none.
+    pub fn floor_plan(&self) -> Result<FloorPlan, JsError> {
+        FloorPlan::of(self.replay.slam())
     }
 
     /// Fingerprint of the whole trajectory, 16 hexadecimal digits.

@@ -99,6 +99,12 @@ export class Client {
     this.send({ kind: "wheel", take, force: driver !== "" });
   }
 
+  /** A door of the simulated world; it moves with the next step, so a paused run goes on. */
+  setDoor(index: number, open: boolean): void {
+    this.send({ kind: "door", index, open });
+    this.#wake();
+  }
+
   emergency(on: boolean): void {
     this.send({ kind: "emergency", on });
   }
@@ -213,6 +219,7 @@ export class Client {
         store.history.clear();
         store.inspection = null;
         store.cycle = null;
+        store.doors = new Float32Array(0);
         store.sigma = { curve: null, error: "" };
         store.spot = { hovered: [], pinned: null };
         // Another map: its places are others. Only a simulation knows true walls.
@@ -228,6 +235,7 @@ export class Client {
         store.tell("log");
         store.tell("inspection");
         store.tell("cycle");
+        store.tell("doors");
         store.tell("sigma");
         store.tell("contest");
         store.started = { ...store.setup };
@@ -273,7 +281,7 @@ export class Client {
         break;
       case "saved":
         downloadAll(answer.files);
-        store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(" and ")}` });
+        store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(", ")}` });
         break;
       case "failed":
         store.set("run", { entering: "" });

@@ -181,9 +181,12 @@ export type Command =
   | { kind: "connect"; url: string; token: string; method: MethodName }
   /** The right to drive it: takes it (with `force` also from somebody else), or gives it back. */
   | { kind: "wheel"; take: boolean; force: boolean }
+  /** Opens or shuts a door of the simulated world, by its number. */
+  | { kind: "door"; index: number; open: boolean }
   /** Cuts its motors off, or unlatches that. */
   | { kind: "emergency"; on: boolean }
-  | { kind: "save" }
+  /** The grid, or the walls as a floor plan. */
+  | { kind: "save"; what: "map" | "plan" }
   | { kind: "drawn" };
 
 /** `lost` is tried again, `refused` is not. */
@@ -343,6 +346,17 @@ export const SAMPLE = {
 } as const;
 export const SAMPLE_STRIDE = 13;
 
+/** Places of the numbers of each hit in `Frame.beams`: m, and the sensor's own unit, NaN where it tells none. */
+export const BEAM = { range: 0, sigma: 1, quality: 2 } as const;
+export const BEAM_STRIDE = 3;
+/** Places of the numbers of each door in `Frame.doors`: ends in the map frame, m, and flags, 0 or 1. */
+export const DOOR = {
+  x1: 0, y1: 1, x2: 2, y2: 3, open: 4,
+  /** Whether it is to be open: one that is to shut waits while somebody stands in it. */
+  ordered: 5,
+} as const;
+export const DOOR_STRIDE = 6;
+
 /** What the filter's figures say; the meaning stands with `Diagnosis` in the core. */
 export type DiagnosisName = "collecting" | "blind" | "honest" | "wrong-match" | "hidden-drift" | "noisy-sightings" | "cautious";
 
@@ -406,6 +420,8 @@ export interface Frame {
   gridAnew: boolean;
   /** x y of what the last scan hit. */
   scan: Float32Array | null;
+  /** How each of these was read, see BEAM. */
+  beams: Float32Array | null;
   /** x1 y1 x2 y2 of the lines found in it. */
   found: Float32Array | null;
   /** What the stages of the cycle gave; null where nothing changed. */
@@ -413,7 +429,9 @@ export interface Frame {
   /** Whether the robot drives by the cycle. */
   inCycle: boolean;
   lines: Float64Array | null;
-  /** x1 y1 x2 y2 of the true walls. */
+  /** Doors of the simulated world, see DOOR. */
+  doors: Float32Array | null;
+  /** x1 y1 x2 y2 of the true walls, without doors. */
   truth: Float32Array | null;
   /** Material of each of them: 0 opaque, 1 glass, 2 dark. */
   materials: Uint8Array | null;
@@ -494,7 +512,7 @@ export type Answer =
 /** The arrays of a frame that change hands. */
 export function transferables(frame: Frame): ArrayBuffer[] {
   const arrays = [
-    frame.grid?.index, frame.grid?.cells, frame.scan, frame.found, frame.lines, frame.truth, frame.materials, frame.movers, frame.path, frame.rawPath, frame.tree,
+    frame.grid?.index, frame.grid?.cells, frame.scan, frame.beams, frame.doors, frame.found, frame.lines, frame.truth, frame.materials, frame.movers, frame.path, frame.rawPath, frame.tree,
     frame.frontiers, frame.trail, frame.samples, frame.inspection?.landmarks, frame.inspection?.coefficients, frame.inspection?.sightings,
     frame.inspection?.candidates, frame.inspection?.odometry,
   ];

@@ -9,7 +9,7 @@ export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `moment` is told at most ten times a second; the rest at once. */
-export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "contest";
+export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest";
 
 export interface LogEntry {
   time: number;
@@ -73,6 +73,8 @@ export class Store {
   dataSheet = "";
   calibration: { fit: Calibration | null; error: string } = { fit: null, error: "" };
   sigma: { curve: SigmaCurve | null; error: string } = { curve: null, error: "" };
+  /** Doors of the simulated world, see DOOR. */
+  doors: Float32Array = new Float32Array(0);
   /** The bridge that is being talked to. */
   bridge: BridgeState | null = null;
   /** Whether the robot drives by the cycle, and what its stages gave. */
@@ -124,6 +126,7 @@ export class Store {
     if (frame.samples) this.history.append(frame.samples);
     if (frame.inspection) this.set("inspection", { inspection: withMatrix(frame.inspection, this.inspection) });
     if (frame.inCycle !== this.inCycle) this.set("run", { inCycle: frame.inCycle });
+    if (frame.doors) this.set("doors", { doors: frame.doors });
     if (frame.cycle) this.set("cycle", { cycle: frame.cycle });
     const now = performance.now();
     const turned = before?.finished !== frame.status.finished || before.mode !== frame.status.mode;

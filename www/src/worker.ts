@@ -322,6 +322,12 @@ function handle(command: Command): void {
     case "wheel":
       bridge?.wheel(command.take, command.force);
       break;
+    case "door":
+      if (!sim) break;
+      sim.setDoor(command.index, command.open);
+      stale = true;
+      show();
+      break;
     case "emergency":
       bridge?.emergency(command.on);
       break;
@@ -379,7 +385,12 @@ function handle(command: Command): void {
       if (sim) post({ kind: "bench", response: sim.bench(command.trial) });
       break;
     case "save":
-      if (source) post({ kind: "saved", files: source.files() });
+      if (!source) break;
+      try {
+        post({ kind: "saved", files: command.what === "map" ? source.files() : source.plan() });
+      } catch (error) {
+        refuse("", error);
+      }
       break;
     case "drawn":
       pageReady = true;

@@ -1,8 +1,16 @@
 //! `browser-cost`: what does the browser add to an update of the line filter?
 //!
 //! In: a machine with Chromium. Out: one JSON object with the milliseconds of an update with one match at 100, 300 and 1 000
-//! landmarks, natively (cargo profile `release`) and in the browser (profile `wasm`, 128-bit SIMD as in `.cargo/config.toml`), one right
-//! after the other; an error where the browser takes more than `MOST` times as long.
+//! landmarks, one build right after the other:
+//!
+//! | build | vector instructions |
+//! |---|---|
+//! | `native` | cargo profile `release`, as everybody builds it: 256 bits, where the machine turns out to have them |
+//! | `narrow` | the same with the feature `narrow`: 128 bits, as every x86-64 has |
+//! | `browser` | profile `wasm`: 128 bits, as `.cargo/config.toml` says; WebAssembly has no wider ones |
+//!
+//! An error where the browser takes more than `MOST` times as long as `narrow`: that is what the browser adds. What it lacks, the wider
+//! instructions, is the ratio to `native`, which stands beside it.
 
 use std::process::Command;
 
@@ -10,7 +18,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::tools;
 
-/// How many times as long as natively an update may take in the browser.
+/// How many times as long as natively, with instructions as wide, an update may take in the browser.
 const MOST: f64 = 1.5;
 const SIZES: [usize; 3] = [100, 300, 1000];
 
@@ -20,9 +28,12 @@ const SIZES: [usize; 3] = [100, 300, 1000];
 /// If something cannot be built or run, or the browser is too slow.
 pub fn report() -> Result<()> {
     tools::need_wasm_target()?;
-    let native = update_ms(
+    let native_args = "run --release --package slamlab-tests --example update_cost";
+    let native = update_ms(tools::cargo().args(native_args.split(' ')))?;
+    let narrow = update_ms(
         tools::cargo()
-            .args("run --release --package slamlab-tests --example update_cost".split(' ')),
+            .args(native_args.split(' '))
+            .args(["--features", "narrow"]),
     )?;
     let browser = update_ms(
         tools::cargo()
@@ -31,20 +42,26 @@ pub fn report() -> Result<()> {
             .args("test --profile wasm --target wasm32-unknown-unknown".split(' '))
             .args("--package slamlab-tests --test update_cost -- --nocapture".split(' ')),
     )?;
-    let ratios: Vec<f64> = (browser.iter().zip(&native)).map(|(b, n)| b / n).collect();
+    let over = |others: &[f64]| -> Vec<f64> {
+        let pairs = browser.iter().zip(others);
+        pairs.map(|(browser, other)| browser / other).collect()
+    };
+    let ratios = over(&narrow);
     println!("{{");
     println!("  \"report\": \"browser-cost\",");
     println!("  \"landmarks\": {SIZES:?},");
     println!("  \"native_ms\": {native:?},");
+    println!("  \"narrow_ms\": {narrow:?},");
     println!("  \"browser_ms\": {browser:?},");
-    println!("  \"browser_in_native\": {ratios:?},");
-    println!("  \"browser_in_native_at_most\": {MOST:?}");
+    println!("  \"browser_in_native\": {:?},", over(&native));
+    println!("  \"browser_in_narrow\": {ratios:?},");
+    println!("  \"browser_in_narrow_at_most\": {MOST:?}");
     println!("}}");
     let is_slow = |ratio: f64| ratio.is_nan() || ratio > MOST;
     match (ratios.iter().zip(SIZES)).find(|(ratio, _)| is_slow(**ratio)) {
         None => Ok(()),
         Some((ratio, n)) => bail!(
-            "at {n} landmarks the browser takes {ratio:.2} times as long as natively, expected at most {MOST}"
+            "at {n} landmarks the browser takes {ratio:.2} times as long as natively with instructions as wide, expected at most {MOST}"
         ),
     }
 }

@@ -52,6 +52,9 @@ enum Command {
         /// What to measure
         #[arg(value_enum)]
         promise: measure::Promise,
+        /// How long to soak (30), or to fuzz each decoder (10)
+        #[arg(long)]
+        minutes: Option<f64>,
     },
 }
 
@@ -96,7 +99,7 @@ fn obey(command: Command) -> anyhow::Result<()> {
         #[cfg(unix)]
         Command::Package { target } => xtask::package::package(target),
         Command::Check => check::all(),
-        Command::Report { promise } => measure::measure(promise),
+        Command::Report { promise, minutes } => measure::measure(promise, minutes),
         Command::Test { suites } => suites::run(&suites),
     }
 }

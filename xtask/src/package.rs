@@ -2,8 +2,8 @@
 //!
 //! 1. The page is built and compressed, then the bridge with the page in it (`SLAMLAB_PAGE`), linked statically against musl:
 //!    one file that needs nothing of the system it comes to.
-//! 2. [`deb`] puts it together with settings, systemd unit, udev rules and guide, by `dpkg-deb`.
-//! 3. [`smoke`] unpacks the package and runs its program: natively, or by qemu's emulation of the other processor.
+//! 2. `deb` puts it together with settings, systemd unit, udev rules and guide, by `dpkg-deb`.
+//! 3. `smoke` unpacks the package and runs its program: natively, or by qemu's emulation of the other processor.
 //! 4. `systemd-analyze` and `lintian` look at the rest, where they are installed.
 //!
 //! A step whose tool is missing is skipped by name; the package is made all the same.
@@ -148,7 +148,7 @@ fn verify_unit() -> Result<()> {
     let runnable = text
         .replace("/usr/bin/slamlab-bridge serve", "/bin/true serve")
         // The user is made when the package is installed.
-        .replace("=slamlab\n", "=nobody\n");
+        .replace("=slamlab\n", "=daemon\n");
     std::fs::write(&copy, runnable)?;
     tools::run(
         std::process::Command::new(&analyze)

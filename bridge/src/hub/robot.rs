@@ -175,6 +175,7 @@ impl Hub {
                 damaged: link.damaged,
                 skipped: link.skipped,
             }),
+            Event::Busy { .. } => return None,
             Event::Device {
                 state,
                 model,

@@ -9,7 +9,6 @@
 //! 5. An emergency stop is remembered while nobody answers, and given again to a robot that comes back.
 
 use std::collections::VecDeque;
-use std::time::Duration;
 
 use slamlab_core::robot::{Command, Odometry, RobotModel, Scan, Stamp};
 use slamlab_core::wire::Tally;
@@ -21,11 +20,12 @@ use super::device::{Device, Want};
 use super::report::Report;
 use crate::source::{Event, Order, Profile};
 
+mod errand;
 mod robot;
 mod sweeps;
 #[cfg(test)]
 mod tests;
-mod words;
+pub(crate) mod words;
 
 use robot::{Motion, Robot};
 use sweeps::Sweeps;
@@ -50,6 +50,8 @@ pub struct Rp6 {
     /// Whether the boot loader was heard since the line was opened or the robot last answered.
     was_boot_loader: bool,
     is_cut_off: bool,
+    /// As last told.
+    busy: Option<bool>,
     wants: VecDeque<Want>,
 }
 
@@ -68,6 +70,7 @@ impl Rp6 {
             robot: None,
             was_boot_loader: false,
             is_cut_off: false,
+            busy: None,
             wants: VecDeque::new(),
         }
     }
@@ -117,10 +120,9 @@ impl Rp6 {
 
     fn down(&mut self, why: Down) {
         self.robot = None;
+        self.tell_busy();
         self.report.detail = match why {
-            Down::NobodyThere if self.was_boot_loader => {
-                "the RP6's boot loader answers, but starts no program that does: flash slamlab's firmware".into()
-            }
+            Down::NobodyThere if self.was_boot_loader => words::NO_PROGRAM.into(),
             _ => words::cause_and_cure(why),
         };
         self.state(match why {
@@ -149,11 +151,7 @@ impl Rp6 {
             ..odometry
         };
         robot.last_end = Some(stamp);
-        if let Motion::Errand(given) = robot.motion
-            && now.since(given) > NOW_AND_THEN
-            && !telemetry.state.moving()
-            && !telemetry.state.sweeping()
-        {
+        if robot.may_be_done(now) && !telemetry.state.moving() && !telemetry.state.sweeping() {
             robot.motion = Motion::None;
         }
         let [left, right] = [
@@ -182,6 +180,11 @@ impl Rp6 {
         self.wants.extend(events.map(Want::Tell));
         self.fault(telemetry.fault);
         self.sweep(|sweeps| sweeps.telemetry(telemetry));
+        // The end of an errand comes after its scan.
+        if is_due {
+            self.busy = None;
+        }
+        self.tell_busy();
     }
 
     fn fault(&mut self, fault: rp6::Fault) {
@@ -233,16 +236,6 @@ impl Rp6 {
         }
     }
 
-    fn acknowledged(&mut self, command: rp6::Command, now: Stamp) {
-        let asked = self.robot.as_mut().and_then(|robot| robot.asked.take());
-        if let Some((asked, given)) = asked
-            && asked == command
-        {
-            self.report
-                .set_round_trip(Duration::from_secs_f64(now.since(given).max(0.0)));
-        }
-    }
-
     /// Gives a command to the link; what it does not take has a reason that the log keeps.
     fn give(&mut self, command: rp6::Command, now: Stamp) {
         if command.is_reliable()
@@ -267,6 +260,10 @@ impl Rp6 {
             return;
         };
         if wire.moves() && !robot.may_move(now) {
+            // An errand that was told as over at once would be given again at once, and orders would never cease.
+            if !matches!(command, Command::Velocity { .. }) {
+                (robot.motion, robot.errand_taken) = (Motion::Errand(now), None);
+            }
             return;
         }
         robot.motion = match command {
@@ -274,30 +271,11 @@ impl Rp6 {
             Command::Velocity { .. } => Motion::Speed(now),
             _ => Motion::Errand(now),
         };
+        robot.errand_taken = None;
         if wire.moves() && !self.link.is_armed() && self.link.arm().is_err() {
             return;
         }
         self.give(wire, now);
-    }
-
-    /// Signs of life while under way, and a stop where the driver is gone.
-    fn keep_alive(&mut self, now: Stamp) {
-        let Some(robot) = &mut self.robot else {
-            return;
-        };
-        match robot.motion {
-            Motion::None => return,
-            Motion::Speed(given) if now.since(given) > FORGOTTEN => {
-                robot.motion = Motion::None;
-                self.give(rp6::Command::Stop, now);
-                return;
-            }
-            _ => (),
-        }
-        if now.since(robot.last_alive) >= ALIVE {
-            robot.last_alive = now;
-            self.give(rp6::Command::Alive, now);
-        }
     }
 
     fn state(&mut self, state: DeviceState) {
@@ -323,7 +301,7 @@ impl Rp6 {
         });
         if self.link.phase() == Phase::BootLoader && !self.was_boot_loader {
             self.was_boot_loader = true;
-            self.report.detail = "the RP6's boot loader runs; its program is being started".into();
+            self.report.detail = words::BOOT_LOADER.into();
             self.state(DeviceState::Waiting);
         }
         let phase = link_state(self.link.phase());
@@ -378,6 +356,8 @@ impl Device for Rp6 {
                 self.give(rp6::Command::Reset, now);
             }
         }
+        self.busy = None;
+        self.tell_busy();
     }
 
     fn tick(&mut self, now: Stamp) {

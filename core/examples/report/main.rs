@@ -14,6 +14,7 @@
     reason = "an example uses the clock, threads and floating point of the platform; the core does not"
 )]
 
+mod clock;
 mod controller;
 mod ekf_consistency;
 mod ekf_cost;
@@ -23,10 +24,12 @@ mod line_fit;
 mod outcome;
 mod planners;
 mod ray_cast;
+mod rounding;
 mod scenes;
 mod score;
 mod split_merge;
 mod tour;
+mod vector_map;
 
 use std::process::ExitCode;
 
@@ -46,7 +49,9 @@ const REPORTS: &[Entry] = &[
     ("line-fit", line_fit::measure),
     ("planners", planners::measure),
     ("ray-cast", ray_cast::measure),
+    ("rounding", rounding::measure),
     ("split-merge", split_merge::measure),
+    ("vector-map", vector_map::measure),
 ];
 
 /// Measures one claim of the project; exit status 0 if it holds, 1 if it does not, 2 if it could not be measured.
@@ -60,6 +65,12 @@ struct Args {
     /// Number of the first seed, to try others than the report's own.
     #[arg(long, default_value_t = 0)]
     first_seed: u64,
+    /// For `planners`: number of random queries in each world. Default 1000.
+    #[arg(long)]
+    queries: Option<usize>,
+    /// For `planners`: only in this world; can be given several times. Default all.
+    #[arg(long = "world")]
+    worlds: Vec<String>,
     /// For `ekf-cost`: milliseconds of the bar of a step by number of landmarks, as `100=0.2,200=0.7,500=4`.
     #[arg(long)]
     bar_ms: Option<String>,
@@ -97,6 +108,9 @@ fn measure(args: &Args) -> Result<Outcome> {
     };
     if args.seeds == Some(0) {
         bail!("--seeds is 0, expected at least 1");
+    }
+    if args.queries == Some(0) {
+        bail!("--queries is 0, expected at least 1");
     }
     measure(args)
 }

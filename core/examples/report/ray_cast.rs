@@ -6,11 +6,10 @@
 //!    a + b ln n, and by c nᵖ: an exponent near 0 is what log n looks like, 1 would be trying every wall.
 //! 3. Every distance of 20 000 random rays against all walls tried one by one.
 //!
-//! Times are the least of several runs: what disturbs them only adds.
+//! Times are processor times, the least of several runs: what disturbs them only adds.
 
 use std::f64::consts::TAU;
 use std::hint::black_box;
-use std::time::Instant;
 
 use anyhow::{Context, Result};
 use nalgebra::{Point2, Vector2};
@@ -21,6 +20,7 @@ use slamlab_core::geom::{Segment, sin_cos};
 use slamlab_core::sim::{Caster, Fan, Material, Wall, worlds};
 
 use super::{Args, Outcome};
+use crate::clock::cpu_seconds;
 
 const RANGE: f64 = 12.0;
 const BEAMS: usize = 360;
@@ -152,9 +152,9 @@ fn time_fans(caster: &Caster, places: &[Point2<f64>]) -> Result<f64> {
 
 fn least_seconds(mut run: impl FnMut()) -> f64 {
     let once = |_| {
-        let begin = Instant::now();
+        let begin = cpu_seconds();
         run();
-        begin.elapsed().as_secs_f64()
+        cpu_seconds() - begin
     };
     (0..REPEATS).map(once).fold(f64::INFINITY, f64::min)
 }

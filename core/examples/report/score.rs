@@ -11,7 +11,8 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Point2;
-use slamlab_core::features::LineFeature;
+use slamlab_core::features::{LineFeature, SegmentFeature};
+use slamlab_core::geom::Line;
 use slamlab_core::points::Points;
 
 const MIN_BEAMS: usize = 7;
@@ -50,13 +51,13 @@ enum Kind {
 }
 
 impl Score {
-    pub(crate) fn add(&mut self, scene: &Scene, lines: &[LineFeature]) {
+    pub(crate) fn add(&mut self, scene: &Scene, lines: &[impl Claim]) {
         let (kinds, n_pieces) = kinds(scene);
         let mut lines_of_piece = vec![0; n_pieces];
         let mut right = vec![false; kinds.len()];
         let mut claimed = vec![false; kinds.len()];
         for line in lines {
-            let beams = claims(scene, line);
+            let beams = claims(scene, &line.line(), line.beams());
             let mut counts = BTreeMap::new();
             for &beam in &beams {
                 if let Kind::Piece(piece) = kinds[beam] {
@@ -110,16 +111,42 @@ impl Score {
     }
 }
 
+/// A line and the numbers of the beams at its ends.
+pub(crate) trait Claim {
+    fn line(&self) -> Line;
+    fn beams(&self) -> [usize; 2];
+}
+
+impl Claim for LineFeature {
+    fn line(&self) -> Line {
+        self.line
+    }
+
+    fn beams(&self) -> [usize; 2] {
+        [self.first_beam, self.last_beam]
+    }
+}
+
+impl Claim for SegmentFeature {
+    /// Ends that are one point have none; extraction keeps no such.
+    fn line(&self) -> Line {
+        let [a, b] = self.ends;
+        Line::through(a, b).unwrap_or_else(|| Line::new(0.0, f64::NAN))
+    }
+
+    fn beams(&self) -> [usize; 2] {
+        [self.first_beam, self.last_beam]
+    }
+}
+
 /// Step 2.
-fn claims(scene: &Scene, line: &LineFeature) -> Vec<usize> {
+fn claims(scene: &Scene, line: &Line, [first, last]: [usize; 2]) -> Vec<usize> {
     let beams = &scene.points.beams;
     let n = beams.len();
-    let n_between = (line.last_beam + n - line.first_beam) % n + 1;
+    let n_between = (last + n - first) % n + 1;
     (0..n_between)
-        .map(|step| (line.first_beam + step) % n)
-        .filter(|&beam| {
-            line.line.signed_distance(beams[beam].end_in_robot).abs() <= 5.0 * scene.sigma
-        })
+        .map(|step| (first + step) % n)
+        .filter(|&beam| line.signed_distance(beams[beam].end_in_robot).abs() <= 5.0 * scene.sigma)
         .collect()
 }
 

@@ -10,6 +10,7 @@
 use nalgebra::Matrix5;
 
 use super::triangle::{MOST, SymmetricMatrix, TILE};
+use crate::lanes::widened;
 
 /// A column of a measurement's Jacobian: the state, and how the two numbers change with it.
 pub type Column = (usize, [f64; 2]);
@@ -107,7 +108,7 @@ impl Covariance {
             *factors = [by(0), by(1)];
         }
         let (n, waiting) = (self.n(), &self.waiting);
-        pulp::Arch::new().dispatch(
+        widened(
             #[inline(always)]
             || subtract_multiples(waiting, n, &factors, first, second),
         );

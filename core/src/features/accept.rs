@@ -11,12 +11,12 @@ use super::fit::{Fit, fit_columns};
 use super::piece::Piece;
 use crate::geom::chi2_quantile;
 
-/// The line of a piece; `None` where it is refused.
+/// The line of a piece and χ² of its points; `None` where it is refused.
 pub(super) fn accept(
     columns: &mut Columns,
     mut piece: Piece,
     config: &AcceptConfig,
-) -> Option<Fit> {
+) -> Option<(Fit, f64)> {
     for _ in 0..config.trim {
         for end in [piece.first(columns), piece.last(columns)] {
             piece.drop_point(columns, end?);
@@ -31,11 +31,15 @@ pub(super) fn accept(
     piece.start = first;
     piece.end = last + 1;
     let fit = fit_columns(columns, &piece).ok()?;
-    let degrees = fit.n_points.saturating_sub(2).max(1) as f64;
-    let is_wall = fit.n_points >= config.min_points.max(3)
+    let is_sure = fit.n_points >= config.min_points.max(3)
         && (fit.ends[1] - fit.ends[0]).norm() >= config.min_length
-        && fit.cov[(0, 0)] <= config.max_alpha_sigma * config.max_alpha_sigma
-        && fit.chi2 <= chi2_quantile(degrees, config.max_chi2_sigmas)
-        && fit.bend <= config.max_bend_sigmas;
-    is_wall.then_some(fit)
+        && fit.cov[(0, 0)] <= config.max_alpha_sigma * config.max_alpha_sigma;
+    if !is_sure {
+        return None;
+    }
+    let degrees = fit.n_points.saturating_sub(2).max(1) as f64;
+    let residuals = fit.residuals(columns, config.max_bend_sigmas < f64::INFINITY);
+    let is_wall = residuals.chi2 <= chi2_quantile(degrees, config.max_chi2_sigmas)
+        && residuals.bend <= config.max_bend_sigmas;
+    is_wall.then_some((fit, residuals.chi2))
 }

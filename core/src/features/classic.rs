@@ -10,7 +10,8 @@
 use std::ops::Range;
 
 use super::columns::Columns;
-use super::piece::{Piece, largest_distance};
+use super::piece::{LargestDistance, Piece};
+use crate::lanes::run;
 
 /// When points are one line, by a fixed distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +56,14 @@ impl Classic {
         let (normal, r) = union.moments.line();
         [union.start..gap.start, gap.end..union.end]
             .into_iter()
-            .all(|range| largest_distance(columns, range, &normal, r) <= self.threshold)
+            .all(|range| {
+                let largest = run(LargestDistance {
+                    columns,
+                    range,
+                    normal: &normal,
+                    r,
+                });
+                largest <= self.threshold
+            })
     }
 }

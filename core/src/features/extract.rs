@@ -9,12 +9,10 @@
 
 use std::ops::Range;
 
-use nalgebra::Point2;
-
 use super::accept::accept;
 use super::columns::{Columns, Noise};
 use super::config::{LineConfig, LineError, SplitRule};
-use super::feature::LineFeature;
+use super::feature::{LineFeature, SegmentFeature};
 use super::fit::is_usable;
 use super::merge::merge;
 use super::moments::Moments;
@@ -56,6 +54,43 @@ impl LineExtractor {
         points: &Points,
         lines: &mut Vec<LineFeature>,
     ) -> Result<(), LineError> {
+        self.find_pieces(points)?;
+        lines.clear();
+        for &piece in &self.pieces {
+            if let Some((fit, chi2)) = accept(&mut self.columns, piece, &self.config.accept) {
+                let beam = points.beams.get(self.columns.source(fit.first()));
+                let origin = beam.map_or(points.sensor_in_robot, |beam| beam.origin_in_robot);
+                lines.push(fit.feature(&self.columns, chi2, origin));
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends of the straight pieces in `points`, written to `segments` (cleared first) in the order of the beams: split-and-merge without
+    /// the covariance that a filter needs. Of [`super::AcceptConfig`], `min_points` and `min_length` hold.
+    ///
+    /// # Units    Robot frame, m.
+    /// # Errors   As of [`Self::extract`].
+    pub fn extract_segments(
+        &mut self,
+        points: &Points,
+        segments: &mut Vec<SegmentFeature>,
+    ) -> Result<(), LineError> {
+        self.find_pieces(points)?;
+        segments.clear();
+        let config = &self.config.accept;
+        let found = self.pieces.iter().filter_map(|piece| {
+            let segment = piece.segment(&self.columns)?;
+            let length = (segment.ends[1] - segment.ends[0]).norm();
+            let is_large = piece.n_points() >= config.min_points.max(3);
+            (is_large && length >= config.min_length).then_some(segment)
+        });
+        segments.extend(found);
+        Ok(())
+    }
+
+    /// Steps 1 to 3.
+    fn find_pieces(&mut self, points: &Points) -> Result<(), LineError> {
         segment(points, &self.config.segmentation, &mut self.runs);
         self.load(points)?;
         self.split();
@@ -66,13 +101,6 @@ impl LineExtractor {
             &self.config.split,
             &self.config.merge,
         );
-        lines.clear();
-        for &piece in &self.pieces {
-            if let Some(fit) = accept(&mut self.columns, piece, &self.config.accept) {
-                let origin = origin(points, &self.runs, &self.run_starts, fit.first());
-                lines.push(fit.feature(&self.columns, origin));
-            }
-        }
         Ok(())
     }
 
@@ -86,19 +114,19 @@ impl LineExtractor {
             is_suspect |= !is_long && !run.beams(points).all(is_usable);
             is_long
         });
-        let n_points = self.runs.iter().map(|run| run.len).sum();
         check_bearings(points)?;
         let noise = Noise {
             bearing_sigma: points.bearing_sigma,
             surface_sigma: self.config.accept.surface_sigma,
         };
-        self.columns.reset(n_points, noise);
+        let n_beams = points.beams.len();
+        let ranges = self.runs.iter().flat_map(|run| run.ranges(n_beams));
+        self.columns.load(&points.beams, ranges, noise);
         self.run_starts.clear();
+        let mut start = 0;
         for run in &self.runs {
-            self.run_starts.push(self.columns.len());
-            for beams in run.slices(points) {
-                self.columns.extend(beams);
-            }
+            self.run_starts.push(start);
+            start += run.len;
         }
         if is_suspect || !self.columns.is_usable() {
             check(points)?;
@@ -124,19 +152,6 @@ impl LineExtractor {
             }
         }
     }
-}
-
-/// Where the sensor was at a point of the columns.
-fn origin(points: &Points, runs: &[Run], run_starts: &[usize], index: usize) -> Point2<f64> {
-    let next = run_starts.partition_point(|&start| start <= index);
-    let run = next
-        .checked_sub(1)
-        .and_then(|i| Some((runs.get(i)?, run_starts.get(i)?)));
-    let beam = run.and_then(|(run, start)| {
-        let n_beams = points.beams.len().max(1);
-        points.beams.get((run.first + index - start) % n_beams)
-    });
-    beam.map_or(points.sensor_in_robot, |beam| beam.origin_in_robot)
 }
 
 fn check_bearings(points: &Points) -> Result<(), LineError> {

@@ -13,6 +13,7 @@
 //!    p = t uₙ + n uₜ, q = n uₙ - t uₜ are what they do to α. So three sums over the points give the whole covariance:
 //!    A = Σ w p² + w² σ⊥² q², B = Σ w p uₙ - w² σ⊥² q uₜ, C = Σ w uₙ² + w² σ⊥² uₜ².
 
+mod residuals;
 mod sums;
 
 use nalgebra::{Matrix2, Point2, Vector2};
@@ -22,7 +23,8 @@ use super::feature::LineFeature;
 use super::piece::Piece;
 use crate::geom::Line;
 use crate::points::Beam;
-use sums::{Along, Faded, Scatter, Sums};
+use residuals::Residuals;
+use sums::{Faded, Frame, Scatter, Sums};
 
 /// Why no line goes through some beams.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -126,13 +128,14 @@ pub fn fit_line(
         bearing_sigma,
         surface_sigma,
     };
-    columns.reset(beams.len(), noise);
-    columns.extend(beams);
+    columns.load(beams, std::iter::once(0..beams.len()), noise);
     let all = Piece::whole(&columns, 0..columns.len());
     let origin = beams
         .first()
         .map_or_else(Point2::origin, |b| b.origin_in_robot);
-    Ok(fit_columns(&columns, &all)?.feature(&columns, origin))
+    let fit = fit_columns(&columns, &all)?;
+    let chi2 = fit.residuals(&columns, false).chi2;
+    Ok(fit.feature(&columns, chi2, origin))
 }
 
 /// Whether the sums can take a beam.
@@ -153,31 +156,32 @@ pub(super) fn is_usable(beam: &Beam) -> bool {
 pub(super) struct Fit {
     pub(super) line: Line,
     pub(super) cov: Matrix2<f64>,
-    /// Unit normal; the line is `normal · p = r` with r ≥ 0.
-    pub(super) normal: Vector2<f64>,
     /// Feet of the first and the last point.
     pub(super) ends: [Point2<f64>; 2],
     pub(super) n_points: usize,
-    pub(super) chi2: f64,
-    /// The quadratic term of the residuals along the line, in standard deviations.
-    pub(super) bend: f64,
+    frame: Frame,
     by_heading: [Vector2<f64>; 2],
     first: usize,
     last: usize,
 }
 
 impl Fit {
-    /// With where the sensor was at the first beam.
-    pub(super) fn feature(&self, columns: &Columns, origin: Point2<f64>) -> LineFeature {
+    /// The points' distances from the line, against what is known of their noise.
+    pub(super) fn residuals(&self, columns: &Columns, with_bend: bool) -> Residuals {
+        Residuals::of(columns, self.first..self.last + 1, &self.frame, with_bend)
+    }
+
+    /// With χ² of the residuals, and where the sensor was at the first beam.
+    pub(super) fn feature(&self, columns: &Columns, chi2: f64, origin: Point2<f64>) -> LineFeature {
         LineFeature {
             line: self.line,
             cov: self.cov,
             ends: self.ends,
-            seen_from_origin_side: self.normal.dot(&origin.coords) <= self.line.r(),
+            seen_from_origin_side: self.frame.normal.dot(&origin.coords) <= self.line.r(),
             first_beam: columns.number(self.first),
             last_beam: columns.number(self.last),
             n_points: self.n_points,
-            chi2: self.chi2,
+            chi2,
             by_heading: self.by_heading,
         }
     }
@@ -200,8 +204,7 @@ pub(super) fn fit_columns(columns: &Columns, piece: &Piece) -> Result<Fit, FitEr
     }
     let frame = scatter.frame()?;
     let faded = Faded::between(columns.number(first), columns.number(last));
-    let along = Along::between(&frame, columns.point(first), columns.point(last));
-    let sums = Sums::of(columns, piece.range(), &frame, &faded, &along);
+    let sums = Sums::of(columns, first..last + 1, &frame, &faded);
     let foot = |index: usize| {
         let p = columns.point(index);
         p - frame.normal * (frame.normal.dot(&p.coords) - frame.line.r())
@@ -209,11 +212,9 @@ pub(super) fn fit_columns(columns: &Columns, piece: &Piece) -> Result<Fit, FitEr
     Ok(Fit {
         line: frame.line,
         cov: sums.covariance(&scatter, &frame)?,
-        normal: frame.normal,
         ends: [foot(first), foot(last)],
         n_points,
-        chi2: sums.chi2,
-        bend: sums.bend.sigmas(),
+        frame,
         by_heading: sums.by_heading(&scatter, &frame),
         first,
         last,

@@ -17,7 +17,7 @@ mod pilch;
 pub use classic::Classic;
 pub use config::{AcceptConfig, LineConfig, LineError, MergeConfig, SplitRule};
 pub use extract::LineExtractor;
-pub use feature::LineFeature;
+pub use feature::{LineFeature, SegmentFeature};
 pub use fit::{FitError, fit_line};
 pub use intersection::{
     Intersection, IntersectionConfig, IntersectionError, intersect, intersections,

@@ -62,6 +62,19 @@ impl Moments {
         (normal, normal.x * x + normal.y * y)
     }
 
+    /// Whether the sum of squared distances from every line is greater than `most`: the smaller eigenvalue of the scatter is not less
+    /// than determinant over trace. No is no answer.
+    #[inline]
+    pub(super) fn is_wider_than(&self, most: f64) -> bool {
+        let per = 1.0 / self.w;
+        let (xx, xy, yy) = (
+            self.xx - self.x * self.x * per,
+            self.xy - self.x * self.y * per,
+            self.yy - self.y * self.y * per,
+        );
+        xx * yy - xy * xy > most * (xx + yy)
+    }
+
     /// Sums of squared distances from that line, and along it, about the mean: the eigenvalues of the scatter.
     pub(super) fn spreads(&self) -> (f64, f64) {
         let (x, y) = (self.x / self.w, self.y / self.w);
@@ -116,6 +129,31 @@ mod tests {
             assert!(error < 1e-9 || i.abs() == 720 && turned < 1e-9, "{double}");
         }
         assert_eq!(normal_of_scatter(2.0, 0.0, 2.0), Vector2::new(1.0, 0.0));
+    }
+
+    #[test]
+    fn what_is_wider_for_sure_is_wider() {
+        let mut answers = [0; 2];
+        for i in 0..400_u32 {
+            let mut sum = Moments::default();
+            for k in 0..7_u32 {
+                let along = f64::from(k * k * (1 + i % 7));
+                let across = f64::from((k * 37 + i) % 11) * 0.01 * f64::from(i % 13);
+                sum = sum.plus(&Moments::of(
+                    0.5 + f64::from(k),
+                    along,
+                    3.0 + along - across,
+                ));
+            }
+            let (across, along) = sum.spreads();
+            let most = 0.02 * f64::from(1 + i % 17);
+            let is_wider = sum.is_wider_than(most);
+            assert!(!is_wider || across > most, "{i}: {across}");
+            // It misses those that are less than twice as wide, at most.
+            assert!(is_wider || across * along / (across + along) <= most * 1.0001);
+            answers[usize::from(is_wider)] += 1;
+        }
+        assert!(answers.iter().all(|&n| n > 40), "{answers:?}");
     }
 
     #[test]

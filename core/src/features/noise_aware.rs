@@ -11,10 +11,10 @@ use std::f64::consts::FRAC_2_PI;
 use std::ops::Range;
 
 use nalgebra::Vector2;
-use wide::f64x4;
 
-use super::columns::{Columns, greatest, total};
+use super::columns::Columns;
 use super::piece::Piece;
+use crate::lanes::{Kernel, Lanes, greatest, run, total};
 
 /// When points are one line, by what is known of their noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,6 +89,11 @@ impl NoiseAware {
 
     /// The test of step 1 and 3 by the piece's own line.
     pub(super) fn examine(&self, columns: &Columns, piece: &Piece) -> Verdict {
+        // Σ|d| is not less than √Σd², and Σd² not less than σ² Σwd² with the smallest σ: around a corner the line itself is not needed.
+        let most = self.most(columns, piece.n_points()) / columns.smallest_sigma();
+        if piece.moments.is_wider_than(most * most) {
+            return Verdict::Bent;
+        }
         self.test(columns, piece.range(), piece.moments.line())
     }
 
@@ -98,41 +103,28 @@ impl NoiseAware {
         range: Range<usize>,
         (normal, r): (Vector2<f64>, f64),
     ) -> Verdict {
-        // No line has more room than if all points were as uncertain as the worst: a sum beyond that needs no roots.
-        let n = range.len() as f64;
-        let most = columns.largest_sigma() * self.bound(n, n);
-        let [nx, ny, r4, surface] =
-            [normal.x, normal.y, r, columns.var_surface()].map(f64x4::splat);
-        let wild_squared = f64x4::splat(self.max_residual * self.max_residual);
-        let exact = columns.bearings_are_exact();
-        let zero = f64x4::ZERO;
-        let (mut sum, mut expected, mut variance, mut wild) = (zero, zero, zero, zero);
-        let blocks = columns.blocks(range.clone());
-        for block in 0..blocks.len() {
-            let b = blocks.at(block);
-            let mut var = b.variance_by_range(nx, ny) + surface;
-            if !exact {
-                var += b.variance_by_bearing(nx, ny);
-            }
-            let var = var * b.keep;
-            let d = (nx * b.x + ny * b.y - r4) * b.keep;
-            sum += d.abs();
-            expected += var.sqrt();
-            variance += var;
-            wild = wild.fast_max(d * d - wild_squared * var);
-            if block % 4 == 0 && total(sum) > most {
-                return Verdict::Bent;
-            }
-        }
-        let fits = total(sum) < self.bound(total(expected), total(variance));
-        if !fits {
+        let most = self.most(columns, range.len());
+        let sums = run(Residuals {
+            columns,
+            range: &range,
+            line: (&normal, r),
+            wild: self.max_residual * self.max_residual,
+            most,
+        });
+        if sums.distances > most || sums.distances >= self.bound(sums.sigmas, sums.variances) {
             return Verdict::Bent;
         }
-        if greatest(wild) <= 0.0 {
+        if !sums.has_wild {
             return Verdict::Line;
         }
         self.worst(columns, range, (normal, r))
             .map_or(Verdict::Line, Verdict::Wild)
+    }
+
+    /// No line through so many points has more room than if all were as uncertain as the worst, m.
+    fn most(&self, columns: &Columns, n_points: usize) -> f64 {
+        let n = n_points as f64;
+        columns.largest_sigma() * self.bound(n, n)
     }
 
     /// E + k √V for Σσ and Σσ².
@@ -168,6 +160,67 @@ pub(super) enum Verdict {
     Wild(usize),
     /// More than one line.
     Bent,
+}
+
+/// Sums over the points of a range and their distances from a line.
+struct Residuals<'a> {
+    columns: &'a Columns,
+    range: &'a Range<usize>,
+    line: (&'a Vector2<f64>, f64),
+    /// So many variances off the line, squared, a point is wild.
+    wild: f64,
+    /// A sum of distances beyond which nothing else matters, m.
+    most: f64,
+}
+
+/// What [`Residuals`] gives; not all points are in it where `distances` is beyond the most.
+struct ResidualSums {
+    /// Σ|d|, m.
+    distances: f64,
+    /// Σσ_d, m.
+    sigmas: f64,
+    /// Σσ_d², m².
+    variances: f64,
+    has_wild: bool,
+}
+
+impl Kernel for Residuals<'_> {
+    type Output = ResidualSums;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, machine: L::Machine) -> ResidualSums {
+        let (normal, r) = self.line;
+        let splat = |value| L::splat(machine, value);
+        let (nx, ny, r) = (splat(normal.x), splat(normal.y), splat(r));
+        let surface = splat(self.columns.var_surface());
+        let wild_squared = splat(self.wild);
+        let exact = self.columns.bearings_are_exact();
+        let mut sum = splat(0.0);
+        let (mut expected, mut variance, mut wild) = (sum, sum, sum);
+        let blocks = self.columns.blocks(self.range);
+        for block in 0..blocks.len() {
+            let b = blocks.at(machine, block);
+            let mut var = b.variance_by_range(nx, ny) + surface;
+            if !exact {
+                var += b.variance_by_bearing(nx, ny);
+            }
+            let var = var * b.keep;
+            let d = (nx * b.x + ny * b.y - r) * b.keep;
+            sum += d.abs();
+            expected += var.sqrt();
+            variance += var;
+            wild = wild.or_greater(d * d - wild_squared * var);
+            if block % 4 == 0 && total(sum) > self.most {
+                break;
+            }
+        }
+        ResidualSums {
+            distances: total(sum),
+            sigmas: total(expected),
+            variances: total(variance),
+            has_wild: greatest(wild) > 0.0,
+        }
+    }
 }
 
 #[cfg(test)]

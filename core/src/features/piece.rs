@@ -3,10 +3,11 @@
 use std::ops::Range;
 
 use nalgebra::Vector2;
-use wide::f64x4;
 
-use super::columns::{Columns, LANES, greatest};
+use super::columns::Columns;
+use super::feature::SegmentFeature;
 use super::moments::Moments;
+use crate::lanes::{Kernel, Lanes, greatest, run};
 
 /// Neighbouring points, and the sums over those not left out.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +43,21 @@ impl Piece {
     /// The last point that was not left out.
     pub(super) fn last(&self, columns: &Columns) -> Option<usize> {
         columns.kept(self.range()).next_back()
+    }
+
+    /// Its ends on the line through it.
+    pub(super) fn segment(&self, columns: &Columns) -> Option<SegmentFeature> {
+        let (first, last) = (self.first(columns)?, self.last(columns)?);
+        let (normal, r) = self.moments.line();
+        let foot = |index: usize| {
+            let p = columns.point(index);
+            p - normal * (normal.dot(&p.coords) - r)
+        };
+        Some(SegmentFeature {
+            ends: [foot(first), foot(last)],
+            first_beam: columns.number(first),
+            last_beam: columns.number(last),
+        })
     }
 
     /// Leaves out one of the points.
@@ -89,57 +105,74 @@ impl Piece {
         };
         let offset = normal.dot(&a.coords);
         let inner = first + 1..last;
-        let index = farthest(columns, inner, &normal, offset)?;
+        let index = run(Farthest {
+            columns,
+            range: &inner,
+            normal: &normal,
+            r: offset,
+        })?;
         let distance = (normal.dot(&columns.point(index).coords) - offset).abs();
         Some((index, distance))
     }
 }
 
 /// The first of the kept points that are farthest from a line.
-fn farthest(
-    columns: &Columns,
-    range: Range<usize>,
-    normal: &Vector2<f64>,
+struct Farthest<'a> {
+    columns: &'a Columns,
+    range: &'a Range<usize>,
+    normal: &'a Vector2<f64>,
     r: f64,
-) -> Option<usize> {
-    let [nx, ny, r] = [normal.x, normal.y, r].map(f64x4::splat);
-    // A point left out counts as -1 m: behind all others.
-    let distances = |x: f64x4, y: f64x4, keep: f64x4| {
-        ((nx * x + ny * y - r).abs() + f64x4::ONE) * keep - f64x4::ONE
-    };
-    // Each lane has its own farthest point and the block in which it stands.
-    let (mut best, mut best_block) = (f64x4::splat(-1.0), f64x4::splat(-1.0));
-    let start = range.start;
-    let blocks = columns.blocks(range);
-    for block in 0..blocks.len() {
-        let b = blocks.at(block);
-        let found = distances(b.x, b.y, b.keep);
-        let is_farther = found.simd_gt(best);
-        best = is_farther.select(found, best);
-        best_block = is_farther.select(f64x4::splat(block as f64), best_block);
+}
+
+impl Kernel for Farthest<'_> {
+    type Output = Option<usize>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, machine: L::Machine) -> Option<usize> {
+        let splat = |value| L::splat(machine, value);
+        let (nx, ny, r) = (splat(self.normal.x), splat(self.normal.y), splat(self.r));
+        let one = splat(1.0);
+        // Each lane has its own farthest point and the block in which it stands.
+        let (mut best, mut best_block) = (splat(-1.0), splat(-1.0));
+        let blocks = self.columns.blocks(self.range);
+        for block in 0..blocks.len() {
+            let b = blocks.at(machine, block);
+            // A point left out counts as -1 m: behind all others.
+            let found = ((nx * b.x + ny * b.y - r).abs() + one) * b.keep - one;
+            best_block = found.where_greater(best, splat(block as f64), best_block);
+            best = found.where_greater(best, found, best);
+        }
+        let most = greatest(best);
+        let lanes = best.to_array().into_iter().zip(best_block.to_array());
+        let indices = lanes.enumerate().filter_map(|(lane, (distance, block))| {
+            let is_best = distance >= most && block >= 0.0;
+            is_best.then(|| blocks.index(block as usize, lane))
+        });
+        indices.min()
     }
-    let most = greatest(best);
-    let lanes = best.to_array().into_iter().zip(best_block.to_array());
-    let indices = lanes.enumerate().filter_map(|(lane, (distance, block))| {
-        let is_best = distance >= most && block >= 0.0;
-        is_best.then(|| start + LANES * block as usize + lane)
-    });
-    indices.min()
 }
 
 /// The greatest distance of a kept point from a line, m.
-pub(super) fn largest_distance(
-    columns: &Columns,
-    range: Range<usize>,
-    normal: &Vector2<f64>,
-    r: f64,
-) -> f64 {
-    let [nx, ny, r] = [normal.x, normal.y, r].map(f64x4::splat);
-    let mut most = f64x4::ZERO;
-    let blocks = columns.blocks(range);
-    for block in 0..blocks.len() {
-        let b = blocks.at(block);
-        most = most.fast_max((nx * b.x + ny * b.y - r).abs() * b.keep);
+pub(super) struct LargestDistance<'a> {
+    pub(super) columns: &'a Columns,
+    pub(super) range: Range<usize>,
+    pub(super) normal: &'a Vector2<f64>,
+    pub(super) r: f64,
+}
+
+impl Kernel for LargestDistance<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, machine: L::Machine) -> f64 {
+        let splat = |value| L::splat(machine, value);
+        let (nx, ny, r) = (splat(self.normal.x), splat(self.normal.y), splat(self.r));
+        let mut most = splat(0.0);
+        let blocks = self.columns.blocks(&self.range);
+        for block in 0..blocks.len() {
+            let b = blocks.at(machine, block);
+            most = most.or_greater((nx * b.x + ny * b.y - r).abs() * b.keep);
+        }
+        greatest(most)
     }
-    greatest(most)
 }

@@ -8,8 +8,8 @@ use crate::replay::{Log, Replay};
 use crate::robot::Robot;
 use crate::sim::{SensorModel, Simulation, worlds};
 use crate::wire::message::{
-    BridgeHello, CHALLENGE_BYTES, DisarmReason, Format, Header, Lease, OdometryBody, SCHEMA,
-    SafetyBody, ScanBody, ToBridge, Watching, Welcome, decode, encode,
+    BridgeHello, CHALLENGE_BYTES, DisarmReason, ErrandBody, Format, Header, Lease, OdometryBody,
+    SCHEMA, SafetyBody, ScanBody, ToBridge, Watching, Welcome, decode, encode,
 };
 use crate::wire::recording::{Recording, fixture};
 
@@ -19,6 +19,8 @@ struct Bridge {
     sequence: u32,
     armed: bool,
     driven: f64,
+    /// Sequence of the errand under way.
+    errand: Option<u32>,
     said: Vec<ToBridge>,
     /// What it told, and when.
     told: Vec<(u64, FromBridge)>,
@@ -33,6 +35,7 @@ impl Bridge {
             sequence: 0,
             armed: false,
             driven: f64::NEG_INFINITY,
+            errand: None,
             said: vec![],
             told: vec![],
         }
@@ -89,7 +92,7 @@ impl Bridge {
 
     fn hear(&mut self, live: &mut Live) {
         for bytes in live.take_outgoing() {
-            let (_, message) = decode::<ToBridge>(&bytes, Format::Binary).unwrap();
+            let (header, message) = decode::<ToBridge>(&bytes, Format::Binary).unwrap();
             match &message {
                 ToBridge::Take { .. } => {
                     let lease = Lease {
@@ -111,6 +114,7 @@ impl Bridge {
                 ToBridge::Drive(body) if self.armed => {
                     self.driven = self.robot.stamp().seconds();
                     self.robot.command(body.motion.into());
+                    self.errand = body.motion.is_errand().then_some(header.sequence);
                 }
                 ToBridge::Hold { .. } => self.driven = self.robot.stamp().seconds(),
                 _ => (),
@@ -132,6 +136,16 @@ impl Bridge {
             self.tell(live, &FromBridge::Odometry(odometry));
             while let Some(scan) = self.robot.take_scan() {
                 self.tell(live, &FromBridge::Scan(ScanBody::new(0, &scan)));
+            }
+            if let (false, Some(sequence)) = (self.robot.is_busy(), self.errand) {
+                self.errand = None;
+                let (client, busy) = (1, false);
+                let body = ErrandBody {
+                    client,
+                    sequence,
+                    busy,
+                };
+                self.tell(live, &FromBridge::Errand(body));
             }
         }
         self.hear(live);

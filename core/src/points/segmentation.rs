@@ -5,11 +5,14 @@
 //! 3. On a full circle, if the robot stood, the last run is joined to the first by the same rule. A circle without any break starts at the
 //!    farthest beam: along a straight wall the range has no inner maximum, so that is a corner.
 //!
-//! Angles between beams come from cross and dot products: no transcendental call per beam.
+//! Angles between beams come from cross and dot products: no transcendental call per beam. Most neighbours belong together by far;
+//! those are found four at a time.
 
 mod rules;
 
 pub use rules::BreakRule;
+
+use std::ops::Range;
 
 use super::{Beam, Points};
 use rules::{Joins, Ray};
@@ -44,17 +47,17 @@ pub struct Run {
 impl Run {
     /// The beams of the run, in order.
     pub fn beams<'a>(&self, points: &'a Points) -> impl Iterator<Item = &'a Beam> + use<'a> {
-        let [head, tail] = self.slices(points);
-        head.iter().chain(tail)
+        let [head, tail] = self.ranges(points.beams.len());
+        points.beams[head].iter().chain(&points.beams[tail])
     }
 
-    /// The beams of the run in two pieces: up to the end of the scan, and on from beam 0.
+    /// The beams of the run in two pieces: up to the end of a scan of `n_beams`, and on from beam 0.
     #[must_use]
-    pub fn slices<'a>(&self, points: &'a Points) -> [&'a [Beam]; 2] {
-        let (before, from_first) = points.beams.split_at(self.first.min(points.beams.len()));
-        let n_head = self.len.min(from_first.len());
-        let n_tail = (self.len - n_head).min(before.len());
-        [&from_first[..n_head], &before[..n_tail]]
+    pub fn ranges(&self, n_beams: usize) -> [Range<usize>; 2] {
+        let first = self.first.min(n_beams);
+        let n_head = self.len.min(n_beams - first);
+        let n_tail = (self.len - n_head).min(first);
+        [first..first + n_head, 0..n_tail]
     }
 }
 
@@ -82,23 +85,30 @@ pub fn segment(points: &Points, config: &SegmentationConfig, runs: &mut Vec<Run>
     }
 }
 
+/// Beams looked at together.
+const CHUNK: usize = 64;
+
 /// Steps 1 to 3 by one rule.
 fn collect(beams: &[Beam], rule: &impl Joins, runs: &mut Vec<Run>) {
     // No run is open while its length is 0.
     let mut open = Run { first: 0, len: 0 };
-    let mut last = beams.first().map_or_else(Ray::nowhere, Ray::of);
-    for (index, beam) in beams.iter().enumerate() {
-        let ray = Ray::of(beam);
-        if open.len > 0 && beam.is_hit && rule.joins(&last, &ray) {
-            open.len += 1;
-        } else {
-            runs.extend((open.len > 0).then_some(open));
-            open = Run {
-                first: index,
-                len: usize::from(beam.is_hit),
-            };
+    let mut surely = [0.0; CHUNK];
+    for start in (0..beams.len()).step_by(CHUNK) {
+        let own = start..(start + CHUNK).min(beams.len());
+        rule.join_surely(beams, own.clone(), &mut surely);
+        for (index, surely) in own.zip(&surely) {
+            let beam = &beams[index];
+            let joins = || rule.joins(&Ray::of(&beams[index - 1]), &Ray::of(beam));
+            if open.len > 0 && beam.is_hit && (*surely > 0.0 || joins()) {
+                open.len += 1;
+            } else {
+                runs.extend((open.len > 0).then_some(open));
+                open = Run {
+                    first: index,
+                    len: usize::from(beam.is_hit),
+                };
+            }
         }
-        last = ray;
     }
     runs.extend((open.len > 0).then_some(open));
     close_circle(beams, rule, runs);

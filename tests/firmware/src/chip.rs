@@ -184,6 +184,17 @@ impl Chip {
         Ok(())
     }
 
+    /// Pulls the reset line: the program begins anew.
+    pub fn reset(&mut self) {
+        let before = self.cycle_of_life();
+        // SAFETY: `avr` is valid, and does not run now.
+        unsafe { avr::avr_reset(self.avr) };
+        if self.cycle_of_life() < before {
+            self.cycles_before += before;
+        }
+        self.resets += 1;
+    }
+
     /// The bytes that the chip sent since this was last asked.
     pub fn take_sent(&mut self) -> Vec<u8> {
         // SAFETY: the chip does not run now, so no callback holds it.

@@ -7,6 +7,7 @@
 //! everything about the robot stays true in its own time.
 
 use std::collections::VecDeque;
+use std::time::Instant;
 
 use slamlab_tests::devices::Device;
 
@@ -26,10 +27,26 @@ pub struct Wired {
     next_byte: f64,
     due: f64,
     behind: f64,
-    pulled: Option<f64>,
-    stopped_after: Option<f64>,
+    /// When what should stop it happened, by its clock and by the real one.
+    marked: Option<(f64, Instant)>,
+    stopped_after: Option<[f64; 2]>,
     fault: Option<String>,
+    boot: Boot,
+    said: Vec<u8>,
 }
+
+/// What the vendor's boot loader does after a reset; the simulated chip has none of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Boot {
+    Done,
+    /// Seconds until it is ready.
+    Begins(f64),
+    /// Waits for `s`.
+    Waits,
+}
+
+/// From reset to `[READY]`, s.
+const BOOT: f64 = 0.1;
 
 impl Wired {
     /// This robot, just switched on.
@@ -41,9 +58,11 @@ impl Wired {
             line: VecDeque::new(),
             next_byte: 0.0,
             behind: 0.0,
-            pulled: None,
+            marked: None,
             stopped_after: None,
             fault: None,
+            boot: Boot::Done,
+            said: vec![],
         }
     }
 
@@ -53,11 +72,46 @@ impl Wired {
         self.rig.chip.duties() != [0, 0]
     }
 
-    /// Seconds of the robot's time from the last pull of the cable until both registers were 0; `None` until they are, or
-    /// where they were before.
+    /// Seconds from the last [`Wired::mark`] or pulled cable until both registers were 0, by the robot's clock and by the real one; `None`
+    /// until they are, or where they were before.
     #[must_use]
-    pub fn stopped_after(&self) -> Option<f64> {
+    pub fn stopped_after(&self) -> Option<[f64; 2]> {
         self.stopped_after
+    }
+
+    /// Something happens that should stop it.
+    pub fn mark(&mut self) {
+        self.stopped_after = None;
+        self.marked = self
+            .is_driven()
+            .then(|| (self.rig.seconds(), Instant::now()));
+    }
+
+    /// Somebody presses the reset button: the boot loader speaks, and waits for `s`.
+    pub fn reset(&mut self) {
+        self.mark();
+        self.line.clear();
+        self.rig.chip.reset();
+        self.boot = Boot::Begins(BOOT);
+        self.said = b"[RP6BOOT]\n".to_vec();
+        self.watch();
+    }
+
+    /// What the robot says while the boot loader has the chip.
+    fn boot(&mut self, seconds: f64) {
+        match self.boot {
+            Boot::Begins(left) if left > seconds => self.boot = Boot::Begins(left - seconds),
+            Boot::Begins(_) => {
+                self.boot = Boot::Waits;
+                self.line.clear();
+                self.said.extend(b"[READY]\n");
+            }
+            Boot::Waits if self.line.contains(&b's') => {
+                self.boot = Boot::Done;
+                self.line.clear();
+            }
+            Boot::Waits | Boot::Done => (),
+        }
     }
 
     /// Real seconds that the chip's clock has lost because the machine was too slow.
@@ -73,6 +127,10 @@ impl Wired {
     }
 
     fn run(&mut self, seconds: f64) {
+        if self.boot != Boot::Done {
+            self.boot(seconds);
+            return;
+        }
         self.behind += (seconds - MOST_BEHIND).max(0.0);
         self.due += seconds.min(MOST_BEHIND);
         while self.fault.is_none() && self.rig.seconds() < self.due {
@@ -91,11 +149,11 @@ impl Wired {
     }
 
     fn watch(&mut self) {
-        if let Some(pulled) = self.pulled
+        if let Some((chip, real)) = self.marked
             && !self.is_driven()
         {
-            self.stopped_after = Some(self.rig.seconds() - pulled);
-            self.pulled = None;
+            self.stopped_after = Some([self.rig.seconds() - chip, real.elapsed().as_secs_f64()]);
+            self.marked = None;
         }
     }
 }
@@ -114,8 +172,7 @@ impl Device for Wired {
 
     fn pulled(&mut self) {
         self.line.clear();
-        self.stopped_after = None;
-        self.pulled = self.is_driven().then(|| self.rig.seconds());
+        self.mark();
     }
 
     fn receive(&mut self, bytes: &[u8]) {
@@ -124,6 +181,8 @@ impl Device for Wired {
 
     fn advance(&mut self, seconds: f64) -> Vec<u8> {
         self.run(seconds);
-        self.rig.chip.take_sent()
+        let mut said = std::mem::take(&mut self.said);
+        said.extend(self.rig.chip.take_sent());
+        said
     }
 }

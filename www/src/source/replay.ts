@@ -60,7 +60,7 @@ export class ReplaySource extends Run<WebReplay> {
     if (trail) this.#trailAt = now;
     return {
       ...this.slamChange(),
-      truth: null, materials: null, cycle: null, inCycle: false, movers: null, path: null, rawPath: null, tree: null, frontiers: null,
+      truth: null, doors: null, materials: null, cycle: null, inCycle: false, movers: null, path: null, rawPath: null, tree: null, frontiers: null,
       trail: trail ? thinned(this.module.trail()) : null,
       trailAnew: trail,
     };

@@ -30,6 +30,7 @@ export class SimSource extends Run<WebExperiment> {
   #trail = new Trail();
   #explored: Slow;
   #truthSent = false;
+  #doors = EMPTY;
   #planAt = -Infinity;
   #sent: Record<PlanPart, Float32Array> = { path: EMPTY, rawPath: EMPTY, tree: EMPTY, frontiers: EMPTY };
   #told = { goal: "", end: "", contacts: 0, milestones: 0 };
@@ -114,6 +115,11 @@ export class SimSource extends Run<WebExperiment> {
     this.#commanded();
   }
 
+  setDoor(index: number, open: boolean): void {
+    this.module.set_door(index, open);
+    this.note("info", `Door ${index + 1}: told to ${open ? "open" : "shut"}`);
+  }
+
   stop(): void {
     this.module.stop();
     this.note("info", "Stop");
@@ -150,6 +156,7 @@ export class SimSource extends Run<WebExperiment> {
     return {
       ...this.slamChange(),
       truth,
+      doors: this.#freshDoors(),
       materials,
       cycle: told ? this.#cycle() : null,
       inCycle: module.in_cycle(),
@@ -163,10 +170,18 @@ export class SimSource extends Run<WebExperiment> {
     };
   }
 
+  /** Doors move by their own times too, so they are compared rather than remembered. */
+  #freshDoors(): Float32Array | null {
+    const now = this.module.doors();
+    if (same(now, this.#doors)) return null;
+    this.#doors = now.slice();
+    return now;
+  }
+
   /** What differs from what the page has; null where it is the same. */
   #fresh(name: PlanPart, now: Float32Array): Float32Array | null {
     const before = this.#sent[name];
-    if (before.length === now.length && now.every((number, i) => number === before[i])) return null;
+    if (same(before, now)) return null;
     // The page takes over what it is sent, so a copy stays.
     this.#sent[name] = now.slice();
     return now;
@@ -220,4 +235,8 @@ export class SimSource extends Run<WebExperiment> {
     if (ends) this.note(/^(goal|explored)/.test(end) ? "good" : "warn", end.charAt(0).toUpperCase() + end.slice(1));
     this.#told = { ...this.#told, end, contacts: s.contacts, milestones: Math.max(this.#told.milestones, reached.length) };
   }
+}
+
+function same(a: Float32Array, b: Float32Array): boolean {
+  return a.length === b.length && a.every((number, i) => number === b[i]);
 }

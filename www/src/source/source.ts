@@ -42,5 +42,7 @@ export interface Source {
   contest(ask: ContestAsk): WebContest;
   hash(): string;
   files(): SavedFile[];
+  /** The walls as files; throws in words where there are none. */
+  plan(): SavedFile[];
   close(): void;
 }

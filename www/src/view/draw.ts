@@ -2,6 +2,7 @@
 
 import type { LayerName } from "./scene.js";
 import * as contest from "./layers/contest.js";
+import * as doors from "./layers/doors.js";
 import * as found from "./layers/found.js";
 import * as frontiers from "./layers/frontiers.js";
 import * as grid from "./layers/grid.js";
@@ -32,6 +33,7 @@ export function drawGround(brush: Brush, on: Switches): void {
 
 const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
   ["truth", truth.drawMovers],
+  ["truth", doors.draw],
   ["frontiers", frontiers.draw],
   ["lines", lines.draw],
   ["walls", walls.draw],

@@ -9,11 +9,18 @@ use super::sweeps::Sweeps;
 /// Seconds without an order to move before one counts, after the robot came up.
 const CALM: f64 = 0.3;
 
+/// Telemetry that is told so long after an errand was acknowledged was measured after it began, s.
+const BEGUN: f64 = 0.1;
+/// An errand that has not shown in the telemetry so long after it was given never will, s.
+const NEVER: f64 = 1.0;
+
 /// A robot that answers.
 #[derive(Debug)]
 pub(super) struct Robot {
     pub(super) odometer: Odometer,
     pub(super) motion: Motion,
+    /// Since when the robot is known to have the errand.
+    pub(super) errand_taken: Option<Stamp>,
     /// Since when no order to move was refused, and whether that has been long enough.
     pub(super) calm_since: Stamp,
     pub(super) is_calm: bool,
@@ -47,6 +54,7 @@ impl Robot {
         Self {
             odometer: Odometer::new(&hello.model()),
             motion: Motion::None,
+            errand_taken: None,
             calm_since: now,
             is_calm: false,
             last_alive: now,
@@ -66,6 +74,19 @@ impl Robot {
         let later = millis.wrapping_sub(of_telemetry).cast_signed();
         let stamp = Stamp(stamp.0.saturating_add_signed(1000 * i64::from(later)));
         self.clock.host_time(stamp)
+    }
+
+    /// Whether telemetry that says that the robot stands means that its errand is over.
+    pub(super) fn may_be_done(&self, now: Stamp) -> bool {
+        let is_long_ago = |since: Stamp, seconds| now.since(since) > seconds;
+        match self.motion {
+            Motion::Errand(given) => {
+                self.errand_taken
+                    .is_some_and(|taken| is_long_ago(taken, BEGUN))
+                    || is_long_ago(given, NEVER)
+            }
+            _ => false,
+        }
     }
 
     /// Whether an order to move counts: not one that was being repeated all along while the robot came back.

@@ -175,3 +175,90 @@ fn a_sweep_while_the_tracks_run_is_no_scan() {
     pair.telemetry(State(0), [0, 300]);
     assert_eq!(pair.scans(), []);
 }
+
+const MOVING: State = State(1 << 2);
+
+/// What was told of being busy since the last time, each change once.
+fn busy(pair: &mut Pair) -> Vec<bool> {
+    pair.hear();
+    let told = std::mem::take(&mut pair.told).into_iter();
+    let mut busy: Vec<_> = told
+        .filter_map(|event| match event {
+            Event::Busy { busy, .. } => Some(busy),
+            _ => None,
+        })
+        .collect();
+    busy.dedup();
+    busy
+}
+
+fn order(pair: &mut Pair, command: Command) {
+    let now = pair.now();
+    pair.device.order(Order::Command(command), now);
+}
+
+#[test]
+fn an_errand_is_over_when_the_robot_stands_that_has_taken_it() {
+    let mut pair = Pair::up();
+    pair.telemetry(State(0), [0, 0]);
+    let _ = busy(&mut pair);
+    order(&mut pair, Command::Forward(0.3));
+    assert_eq!(busy(&mut pair), [true]);
+    // What was measured before it began says nothing of it.
+    pair.telemetry(State(0), [0, 0]);
+    assert!(busy(&mut pair).is_empty());
+    for step in 1..=30 {
+        pair.telemetry(MOVING, [10 * step; 2]);
+    }
+    assert!(!busy(&mut pair).contains(&false));
+    pair.telemetry(State(0), [300; 2]);
+    assert_eq!(busy(&mut pair), [false]);
+}
+
+#[test]
+fn an_errand_ends_with_the_order_that_takes_its_place_and_with_the_link() {
+    let mut pair = Pair::up();
+    let _ = busy(&mut pair);
+    order(&mut pair, Command::Turn(1.0));
+    order(&mut pair, Command::Stop);
+    assert_eq!(busy(&mut pair), [true, false]);
+    order(&mut pair, Command::Turn(1.0));
+    assert_eq!(busy(&mut pair), [true]);
+    for _ in 0..500 {
+        pair.millis += 10;
+        let now = pair.now();
+        pair.device.tick(now);
+    }
+    assert!(pair.device.robot.is_none(), "it fell silent");
+    assert_eq!(busy(&mut pair).last(), Some(&false));
+}
+
+#[test]
+fn an_errand_that_comes_too_early_is_not_told_as_over_at_once() {
+    let mut pair = Pair::up();
+    let _ = busy(&mut pair);
+    if let Some(robot) = &mut pair.device.robot {
+        (robot.is_calm, robot.calm_since) = (
+            false,
+            Stamp::from_seconds(HOST_AT_0 + 1e-3 * f64::from(pair.millis)),
+        );
+    }
+    order(&mut pair, Command::Turn(1.0));
+    for _ in 0..40 {
+        pair.telemetry(State(0), [0; 2]);
+    }
+    assert_eq!(
+        busy(&mut pair),
+        [true],
+        "for longer than orders must have ceased"
+    );
+    for _ in 0..20 {
+        pair.telemetry(State(0), [0; 2]);
+    }
+    assert_eq!(busy(&mut pair).last(), Some(&false));
+    order(&mut pair, Command::Turn(1.0));
+    assert_eq!(
+        pair.device.robot.as_ref().map(|robot| robot.is_calm),
+        Some(true)
+    );
+}

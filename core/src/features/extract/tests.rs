@@ -3,7 +3,7 @@ use std::f64::consts::TAU;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use nalgebra::Vector2;
+use nalgebra::{Point2, Vector2};
 
 use super::*;
 use crate::geom::{Line, Pose2, Segment, wrap};

@@ -33,8 +33,7 @@ fn wall(n: u32, rng: &mut ChaCha8Rng) -> Columns {
         })
         .collect();
     let mut columns = Columns::default();
-    columns.reset(beams.len(), Noise::default());
-    columns.extend(&beams);
+    columns.load(&beams, std::iter::once(0..beams.len()), Noise::default());
     columns
 }
 

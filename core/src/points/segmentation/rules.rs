@@ -8,8 +8,12 @@
 //!
 //! The tests hold each cell of the table.
 
+use std::ops::Range;
+
 use nalgebra::{Point2, Vector2};
 
+use super::CHUNK;
+use crate::lanes::{Kernel, LANES, Lanes, run};
 use crate::points::{Beam, Points, Run, SpacingModel};
 
 /// When two neighbouring beams do not lie on one surface.
@@ -58,6 +62,11 @@ impl Default for BreakRule {
 /// The test of two neighbours on which something came back.
 pub(super) trait Joins {
     fn joins(&self, a: &Ray, b: &Ray) -> bool;
+
+    /// Sets `surely` to 1 for each beam of a range that joins the one before it by far; 0 is for [`Self::joins`] to tell.
+    fn join_surely(&self, _beams: &[Beam], _range: Range<usize>, surely: &mut [f64; CHUNK]) {
+        surely.fill(0.0);
+    }
 }
 
 /// A beam as the rules see it.
@@ -70,15 +79,6 @@ pub(super) struct Ray {
 }
 
 impl Ray {
-    pub(super) fn nowhere() -> Self {
-        Self {
-            end: Point2::origin(),
-            from_sensor: Vector2::zeros(),
-            range: 0.0,
-            sigma: 0.0,
-        }
-    }
-
     #[inline(always)]
     pub(super) fn of(beam: &Beam) -> Self {
         Self {
@@ -166,21 +166,104 @@ impl Adaptive {
 }
 
 impl Joins for Adaptive {
-    #[inline(always)]
     fn joins(&self, a: &Ray, b: &Ray) -> bool {
         let pair = Pair::of(a, b);
         if !self.step.allows(&pair) {
             return false;
         }
-        // sin(λ - Δφ) ≤ sin λ and the noise only adds: most neighbours pass here, without a division or a root.
-        let longer = if a.range > b.range { a.range } else { b.range };
-        let surely = self.sin_grazing * longer;
-        if pair.distance_squared * surely * surely <= pair.sin * pair.sin {
-            return true;
-        }
         let variance = a.sigma * a.sigma + b.sigma * b.sigma;
         let limit = self.limit(a.range.min(b.range), variance, pair);
         pair.distance_squared <= limit * limit
+    }
+
+    /// sin(λ - Δφ) ≤ sin λ and the noise only adds: most neighbours pass here, without a division or a root.
+    fn join_surely(&self, beams: &[Beam], range: Range<usize>, surely: &mut [f64; CHUNK]) {
+        run(SureJoins {
+            rule: self,
+            beams,
+            range,
+            surely,
+        });
+    }
+}
+
+/// The neighbours that [`Adaptive`] joins whatever their noise.
+struct SureJoins<'a> {
+    rule: &'a Adaptive,
+    beams: &'a [Beam],
+    range: Range<usize>,
+    surely: &'a mut [f64; CHUNK],
+}
+
+impl Kernel for SureJoins<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, machine: L::Machine) {
+        let splat = |value| L::splat(machine, value);
+        let (zero, one) = (splat(0.0), splat(1.0));
+        let sin_max = splat(self.rule.step.sin_max);
+        let sin_grazing = splat(self.rule.sin_grazing);
+        let Some(last) = self.beams.len().checked_sub(1) else {
+            return;
+        };
+        let four = |first: usize| {
+            let beam = |lane: usize| &self.beams[(first + lane).min(last)];
+            Rays::<L>::of(machine, [beam(0), beam(1), beam(2), beam(3)])
+        };
+        let mut before = four(self.range.start.saturating_sub(LANES));
+        let firsts = self.range.step_by(LANES);
+        for (first, surely) in firsts.zip(self.surely.as_chunks_mut::<LANES>().0) {
+            let b = four(first);
+            let a = b.after(&before);
+            before = b;
+            let sin = (a.from_x * b.from_y - a.from_y * b.from_x).abs();
+            let cos = a.from_x * b.from_x + a.from_y * b.from_y;
+            let (dx, dy) = (b.x - a.x, b.y - a.y);
+            let bound = sin_grazing * a.range.or_greater(b.range);
+            let reach = (dx * dx + dy * dy) * bound * bound;
+            // A number that is none is greater than nothing.
+            let ahead = cos.where_greater(zero, one, zero);
+            let near = (sin_max * a.range * b.range).where_greater(sin, ahead, zero);
+            *surely = (sin * sin).where_greater(reach, near, zero).to_array();
+        }
+    }
+}
+
+/// Four beams as the rule sees them.
+#[derive(Clone, Copy)]
+struct Rays<L> {
+    x: L,
+    y: L,
+    from_x: L,
+    from_y: L,
+    range: L,
+}
+
+impl<L: Lanes> Rays<L> {
+    /// Each ray's neighbour before it.
+    #[inline(always)]
+    fn after(&self, before: &Self) -> Self {
+        Self {
+            x: self.x.after(before.x),
+            y: self.y.after(before.y),
+            from_x: self.from_x.after(before.from_x),
+            from_y: self.from_y.after(before.from_y),
+            range: self.range.after(before.range),
+        }
+    }
+
+    #[inline(always)]
+    fn of(machine: L::Machine, [a, b, c, d]: [&Beam; LANES]) -> Self {
+        let lane = |read: fn(&Beam) -> f64| L::load(machine, &[read(a), read(b), read(c), read(d)]);
+        let (x, y) = (lane(|b| b.end_in_robot.x), lane(|b| b.end_in_robot.y));
+        Self {
+            x,
+            y,
+            from_x: x - lane(|b| b.origin_in_robot.x),
+            from_y: y - lane(|b| b.origin_in_robot.y),
+            range: lane(|b| b.range),
+        }
     }
 }
 

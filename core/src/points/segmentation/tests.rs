@@ -173,7 +173,7 @@ fn slit_beside_a_deep_step_is_found_by_the_spacing_rule_alone() {
 fn short_cut_of_the_adaptive_rule_changes_no_verdict() {
     // The bound as written, for pairs of beams all over the plane.
     let rule = rules::Adaptive::new(0.17, 3.0, 0.12);
-    let mut verdicts = [0_usize; 2];
+    let (mut verdicts, mut sure) = ([0_usize; 2], 0);
     for i in 0..200 {
         for j in 0..200 {
             let (ra, rb, step) = (
@@ -190,6 +190,12 @@ fn short_cut_of_the_adaptive_rule_changes_no_verdict() {
             let allowed = ra.min(rb) * libm::sin(step)
                 / libm::sin(0.17 - step).max(0.5 * libm::sin(0.17))
                 + 3.0 * 0.01 * std::f64::consts::SQRT_2;
+            let mut surely = [f64::NAN; CHUNK];
+            rule.join_surely(&pair, 0..2, &mut surely);
+            if surely[1] > 0.0 {
+                assert!(apart < allowed);
+                sure += 1;
+            }
             if (apart - allowed).abs() > 1e-9 {
                 assert_eq!(
                     rule.joins(&Ray::of(&pair[0]), &Ray::of(&pair[1])),
@@ -200,6 +206,8 @@ fn short_cut_of_the_adaptive_rule_changes_no_verdict() {
         }
     }
     assert!(verdicts.iter().all(|&n| n > 1_000), "{verdicts:?}");
+    // It spares most of those that join the longer way.
+    assert!(2 * sure > verdicts[1], "{sure} of {}", verdicts[1]);
 }
 
 #[test]

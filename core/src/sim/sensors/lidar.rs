@@ -140,7 +140,8 @@ impl LidarModel {
             Material::Dark => self.dark_range,
             Material::Opaque | Material::Glass => self.max_range,
         };
-        let strength = echo.facing * (far / echo.distance).powi(2);
+        let nearness = far / echo.distance;
+        let strength = echo.facing * nearness * nearness;
         (strength.round() as u8).clamp(LEAST_QUALITY, MOST_QUALITY)
     }
 

@@ -121,6 +121,12 @@ fn golden_bytes() {
         text: "ok".into(),
     });
     check(&|| bytes(&event), 11, &[2, 2, b'o', b'k']);
+    let errand = FromBridge::Errand(ErrandBody {
+        client: 7,
+        sequence: 300,
+        busy: true,
+    });
+    check(&|| bytes(&errand), 17, &[7, 0xAC, 2, 1]);
 }
 
 #[test]

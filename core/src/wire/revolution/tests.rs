@@ -139,7 +139,7 @@ fn readings_that_say_nothing_are_invalid_and_far_ones_are_free() {
 #[test]
 fn qualities_are_those_of_the_readings_and_0_where_nothing_came_back() {
     let told = |k: usize| Sample {
-        range: if k % 9 == 0 { 0.0 } else { 2.0 },
+        range: if k.is_multiple_of(9) { 0.0 } else { 2.0 },
         quality: Some((k % 60) as u8 + 2),
         ..sample(k)
     };

@@ -5,7 +5,8 @@
 //! 1. Counts become volts, and volts a range by the rangers' [`Characteristic`](crate::robot::Characteristic).
 //! 2. σ is that of the volts (noise and the converter's steps) times the slope of the characteristic; the spread of the fit's
 //!    residuals is added, being what the characteristic does not know.
-//! 3. Where the characteristic ends, and from the greatest range on, nothing came back (infinite).
+//! 3. Where the characteristic ends, and from the greatest range on, nothing came back (infinite); below the least range the
+//!    reading is invalid (NaN).
 //! 4. The bearing is the servo's angle plus the ranger's own. Readings are handed on in the order of their bearings, with
 //!    `sweep` 0: the robot stands while it sweeps.
 //!
@@ -24,7 +25,7 @@ pub struct RangerFigures {
     pub fit: Fit,
     /// σ of a ranger's output, V.
     pub volts_sigma: f64,
-    /// Nearest usable range, m; what is nearer than that reads as that.
+    /// Nearest usable range, m; a reading of less is invalid.
     pub min_range: f64,
     /// Farthest usable range, m.
     pub max_range: f64,
@@ -135,7 +136,10 @@ impl RangerFigures {
         if range >= self.max_range || volts <= lowest {
             return (f32::INFINITY, sigma);
         }
-        (range.max(self.min_range) as f32, sigma)
+        if range < self.min_range {
+            return (f32::NAN, sigma);
+        }
+        (range as f32, sigma)
     }
 }
 

@@ -1,7 +1,9 @@
 //! A simulated RP6 on a pseudo-terminal: the real firmware in a simulated controller, in a simulated world, in real time.
 //!
 //! In: the name of a built-in world (default `arena`), then commands of [`slamlab_tests::console`]. Out: its answers; the first line
-//! names the port. Whoever opens it finds a robot that was switched on before.
+//! names the port. Beside those: `mark` (something happens that should stop it: how long it takes is a fact), `half` (the cable is pulled
+//! in the middle of a frame), `reset` (its button; the boot loader speaks), `noise P` (part P of all bits flipped, both ways), `garble`
+//! (both sides hear noise), `mend` (neither any more). Whoever opens it finds a robot that was switched on before.
 //!
 //!     cargo run --manifest-path tests/firmware/Cargo.toml --bin rp6_sim -- arena
 
@@ -12,7 +14,7 @@ use serde_json::{Value, json};
 use slamlab_core::sim::{World, worlds};
 use slamlab_firmware_tests::{Rig, Wired};
 use slamlab_tests::console::{self, in_map, serve};
-use slamlab_tests::devices::Socket;
+use slamlab_tests::devices::{Faults, Socket};
 
 struct Robot {
     world: World,
@@ -33,13 +35,44 @@ impl console::Wired for Robot {
                 "pose": in_map(&self.world, &robot.rig.pose()),
                 "moves": robot.is_driven(),
                 "duties": robot.rig.chip.duties(),
-                "stopped_after": robot.stopped_after(),
+                "stopped_after": robot.stopped_after().map(|[chip, _]| chip),
+                "stopped_after_real": robot.stopped_after().map(|[_, real]| real),
                 "contacts": robot.rig.contacts(),
                 "seconds": robot.rig.seconds(),
                 "behind": robot.behind(),
                 "fault": robot.fault(),
             })
         })
+    }
+
+    fn act(&self, words: &[&str]) -> bool {
+        match words {
+            ["mark"] => self.socket.with(Wired::mark),
+            ["half"] => self.socket.pull_in_the_middle(),
+            ["reset"] => self.socket.with(Wired::reset),
+            ["garble"] => self.spoil(Faults {
+                is_garbled: true,
+                ..Faults::default()
+            }),
+            ["noise", part] => match part.parse() {
+                Ok(part) => self.spoil(Faults {
+                    flipped_bits: part,
+                    flipped_bits_heard: part,
+                    ..Faults::default()
+                }),
+                Err(_) => return false,
+            },
+            ["mend"] => self.socket.set_faults(Faults::default()),
+            _ => return false,
+        }
+        true
+    }
+}
+
+impl Robot {
+    fn spoil(&self, faults: Faults) {
+        self.socket.with(Wired::mark);
+        self.socket.set_faults(faults);
     }
 }
 
@@ -51,5 +84,11 @@ fn main() -> Result<()> {
         world,
     };
     let ports = json!({ "rp6": robot.socket.path() });
-    Ok(serve(&robot.world, &ports, &robot, stdin().lock(), stdout().lock())?)
+    Ok(serve(
+        &robot.world,
+        &ports,
+        &robot,
+        stdin().lock(),
+        stdout().lock(),
+    )?)
 }

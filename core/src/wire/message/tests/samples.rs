@@ -111,6 +111,11 @@ pub(super) fn from_bridge() -> Vec<FromBridge> {
             lost: 18,
             fault: Some("the disk is full".into()),
         }),
+        FromBridge::Errand(ErrandBody {
+            client: 7,
+            sequence: 300,
+            busy: true,
+        }),
     ]
 }
 

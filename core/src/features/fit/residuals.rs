@@ -1,0 +1,155 @@
+//! In: the points of a line and its frame. Out: how far they lie from it, in what is known of their noise.
+//!
+//! 1. χ² = Σ d²/σ_d².
+//! 2. The bend: the part of s² that no line takes up, s the place along the line, as a share of the residuals.
+
+use std::ops::Range;
+
+use nalgebra::Point2;
+
+use super::sums::Frame;
+use crate::features::columns::Columns;
+use crate::lanes::{Kernel, Lanes, run, total};
+
+/// The points' distances from a line.
+pub(in super::super) struct Residuals {
+    pub(in super::super) chi2: f64,
+    /// The quadratic term along the line, in standard deviations; 0 where it was not asked for.
+    pub(in super::super) bend: f64,
+}
+
+impl Residuals {
+    /// `range`: from the first point of the line to behind the last.
+    pub(super) fn of(
+        columns: &Columns,
+        range: Range<usize>,
+        frame: &Frame,
+        with_bend: bool,
+    ) -> Self {
+        let [first, last] = [range.start, range.end.max(1) - 1].map(|index| columns.point(index));
+        let (chi2, bend) = run(ResidualSums {
+            columns,
+            range: &range,
+            frame,
+            along: &Along::between(frame, first, last),
+            with_bend,
+        });
+        Self {
+            chi2,
+            bend: bend.sigmas(),
+        }
+    }
+}
+
+/// Where a point lies along the line, as -1 at the first point and 1 at the last.
+struct Along {
+    middle: f64,
+    per_half: f64,
+}
+
+impl Along {
+    fn between(frame: &Frame, first: Point2<f64>, last: Point2<f64>) -> Self {
+        let [first, last] = [first, last].map(|p| frame.tangent.dot(&p.coords) - frame.mean_t);
+        Self {
+            middle: 0.5 * (first + last),
+            per_half: 2.0 / (last - first).abs().max(f64::MIN_POSITIVE),
+        }
+    }
+}
+
+/// What [`Residuals`] adds up.
+struct ResidualSums<'a> {
+    columns: &'a Columns,
+    range: &'a Range<usize>,
+    frame: &'a Frame,
+    along: &'a Along,
+    with_bend: bool,
+}
+
+impl Kernel for ResidualSums<'_> {
+    type Output = (f64, Bend);
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, machine: L::Machine) -> (f64, Bend) {
+        let splat = |value| L::splat(machine, value);
+        let (normal, tangent) = (self.frame.normal, self.frame.tangent);
+        let (nx, ny, tx, ty) = (
+            splat(normal.x),
+            splat(normal.y),
+            splat(tangent.x),
+            splat(tangent.y),
+        );
+        let r = splat(self.frame.line.r());
+        let middle = splat(self.frame.mean_t + self.along.middle);
+        let per_half = splat(self.along.per_half);
+        // Where nothing at all is uncertain a distance is infinitely many sigmas, not NaN.
+        let surface = splat(self.columns.var_surface() + f64::MIN_POSITIVE);
+        let zero = splat(0.0);
+        let mut chi2 = zero;
+        let (mut g0, mut g1, mut g2, mut g3, mut g4) = (zero, zero, zero, zero, zero);
+        let (mut n0, mut n1, mut n2) = (zero, zero, zero);
+        let exact = self.columns.bearings_are_exact();
+        let blocks = self.columns.blocks(self.range);
+        for block in 0..blocks.len() {
+            let p = blocks.at(machine, block);
+            let mut variance = p.variance_by_range(nx, ny) + surface;
+            if !exact {
+                variance += p.variance_by_bearing(nx, ny);
+            }
+            let n = nx * p.x + ny * p.y - r;
+            // The information of a point.
+            let g = p.keep / variance;
+            let gn = g * n;
+            chi2 += gn * n;
+            if self.with_bend {
+                let s = (tx * p.x + ty * p.y - middle) * per_half;
+                let (gs, gns) = (g * s, gn * s);
+                let gss = gs * s;
+                let gsss = gss * s;
+                g0 += g;
+                g1 += gs;
+                g2 += gss;
+                g3 += gsss;
+                g4 += gsss * s;
+                n0 += gn;
+                n1 += gns;
+                n2 += gns * s;
+            }
+        }
+        let bend = Bend {
+            powers: [total(g0), total(g1), total(g2), total(g3), total(g4)],
+            products: [total(n0), total(n1), total(n2)],
+        };
+        (total(chi2), bend)
+    }
+}
+
+/// How bent the points are: the part of s² that no line can take up, q = s² - a - b s by least squares, so that Σ g q = Σ g q s = 0,
+/// against the residuals.
+struct Bend {
+    /// Σ g sᵏ for k = 0 to 4.
+    powers: [f64; 5],
+    /// Σ g n sᵏ for k = 0 to 2.
+    products: [f64; 3],
+}
+
+impl Bend {
+    /// Σ g q n / √(Σ g q²).
+    fn sigmas(&self) -> f64 {
+        let ([s0, s1, s2, s3, s4], [n0, n1, n2]) = (self.powers, self.products);
+        let determinant = s0 * s2 - s1 * s1;
+        if determinant.is_nan() || determinant <= 0.0 {
+            return 0.0;
+        }
+        let (a, b) = (
+            (s2 * s2 - s1 * s3) / determinant,
+            (s0 * s3 - s1 * s2) / determinant,
+        );
+        let (product, norm) = (n2 - a * n0 - b * n1, s4 - a * s2 - b * s3);
+        if norm > 0.0 {
+            product.abs() / norm.sqrt()
+        } else {
+            0.0
+        }
+    }
+}

@@ -1,0 +1,304 @@
+//! Four numbers worked on at a time, by the widest instructions of the machine.
+//!
+//! 1. [`Lanes`] is what the sums need of four numbers. Each operation is that of IEEE 754, lane by lane, rounded by itself (no fused
+//!    multiply-add): the same bits on every machine.
+//! 2. `wide::f64x4` is the form that every target has: two instructions of 128 bits where the compiler was told of no wider ones,
+//!    as in the browser and in the usual build for x86-64.
+//! 3. `Avx` is one instruction of 256 bits, for machines that turn out to have them when the program runs.
+//! 4. A [`Kernel`] is a loop written once for both; [`run`] picks.
+
+use std::ops::{Add, AddAssign, Div, Mul, Sub, SubAssign};
+
+use wide::f64x4;
+
+/// Numbers worked on at a time.
+pub(crate) const LANES: usize = 4;
+
+/// Four numbers.
+pub(crate) trait Lanes:
+    Copy
+    + Add<Output = Self>
+    + AddAssign
+    + Sub<Output = Self>
+    + SubAssign
+    + Mul<Output = Self>
+    + Div<Output = Self>
+{
+    /// What shows that the machine has the instructions.
+    type Machine: Copy;
+
+    /// The same number four times.
+    fn splat(machine: Self::Machine, value: f64) -> Self;
+
+    /// Four numbers side by side.
+    fn load(machine: Self::Machine, values: &[f64; LANES]) -> Self;
+
+    fn to_array(self) -> [f64; LANES];
+
+    /// The last of the four before, then the first three of these.
+    fn after(self, before: Self) -> Self;
+
+    fn abs(self) -> Self;
+
+    fn sqrt(self) -> Self;
+
+    /// The greater of two, which are numbers.
+    fn or_greater(self, other: Self) -> Self;
+
+    /// The lesser of two, which are numbers.
+    fn or_lesser(self, other: Self) -> Self;
+
+    /// `yes` where `self` is greater than `other`, else `no`.
+    fn where_greater(self, other: Self, yes: Self, no: Self) -> Self;
+}
+
+/// A loop over numbers by fours.
+pub(crate) trait Kernel {
+    /// What comes out.
+    type Output;
+
+    /// The loop itself; to be `#[inline(always)]`, or it is not compiled for the wider instructions.
+    fn run<L: Lanes>(self, machine: L::Machine) -> Self::Output;
+}
+
+/// Runs a loop with the widest instructions that the machine has.
+#[inline(always)]
+pub(crate) fn run<K: Kernel>(kernel: K) -> K::Output {
+    #[cfg(all(target_arch = "x86_64", not(feature = "narrow")))]
+    if let Some(machine) = pulp::x86::V3::try_new() {
+        return machine.vectorize(OnAvx { kernel, machine });
+    }
+    kernel.run::<f64x4>(())
+}
+
+/// Runs what the compiler is to make wider by itself, with the widest instructions that the machine has.
+#[inline(always)]
+pub(crate) fn widened<F: pulp::NullaryFnOnce>(work: F) -> F::Output {
+    if cfg!(feature = "narrow") {
+        work.call()
+    } else {
+        pulp::Arch::new().dispatch(work)
+    }
+}
+
+/// The sum of the lanes, in one order for every machine.
+#[inline(always)]
+pub(crate) fn total(lanes: impl Lanes) -> f64 {
+    let [a, b, c, d] = lanes.to_array();
+    (a + b) + (c + d)
+}
+
+/// The greatest of the lanes.
+#[inline(always)]
+pub(crate) fn greatest(lanes: impl Lanes) -> f64 {
+    let [a, b, c, d] = lanes.to_array();
+    // `f64::max` also looks for NaN, of which there is none.
+    let greater = |a: f64, b: f64| if a > b { a } else { b };
+    greater(greater(a, b), greater(c, d))
+}
+
+/// The least of the lanes.
+#[inline(always)]
+pub(crate) fn least(lanes: impl Lanes) -> f64 {
+    let [a, b, c, d] = lanes.to_array();
+    let lesser = |a: f64, b: f64| if a < b { a } else { b };
+    lesser(lesser(a, b), lesser(c, d))
+}
+
+impl Lanes for f64x4 {
+    type Machine = ();
+
+    #[inline(always)]
+    fn splat((): (), value: f64) -> Self {
+        Self::splat(value)
+    }
+
+    #[inline(always)]
+    fn load((): (), values: &[f64; LANES]) -> Self {
+        Self::new(*values)
+    }
+
+    #[inline(always)]
+    fn to_array(self) -> [f64; LANES] {
+        self.to_array()
+    }
+
+    #[inline(always)]
+    fn after(self, before: Self) -> Self {
+        let ([a, b, c, _], [.., last]) = (self.to_array(), before.to_array());
+        Self::new([last, a, b, c])
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.abs()
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+
+    #[inline(always)]
+    fn or_greater(self, other: Self) -> Self {
+        self.fast_max(other)
+    }
+
+    #[inline(always)]
+    fn or_lesser(self, other: Self) -> Self {
+        self.fast_min(other)
+    }
+
+    #[inline(always)]
+    fn where_greater(self, other: Self, yes: Self, no: Self) -> Self {
+        self.simd_gt(other).select(yes, no)
+    }
+}
+
+#[cfg(all(target_arch = "x86_64", not(feature = "narrow")))]
+use avx::OnAvx;
+
+#[cfg(all(target_arch = "x86_64", not(feature = "narrow")))]
+mod avx {
+    use pulp::{NullaryFnOnce, f64x4, x86::V3};
+
+    use super::*;
+
+    /// Four numbers in a register of 256 bits, and the proof that the machine has such.
+    #[derive(Clone, Copy)]
+    pub(super) struct Avx {
+        lanes: f64x4,
+        machine: V3,
+    }
+
+    /// A kernel on a machine with such registers.
+    pub(super) struct OnAvx<K> {
+        pub(super) kernel: K,
+        pub(super) machine: V3,
+    }
+
+    impl<K: Kernel> NullaryFnOnce for OnAvx<K> {
+        type Output = K::Output;
+
+        #[inline(always)]
+        fn call(self) -> K::Output {
+            self.kernel.run::<Avx>(self.machine)
+        }
+    }
+
+    impl Avx {
+        #[inline(always)]
+        fn with(self, lanes: f64x4) -> Self {
+            Self { lanes, ..self }
+        }
+    }
+
+    impl Lanes for Avx {
+        type Machine = V3;
+
+        #[inline(always)]
+        fn splat(machine: V3, value: f64) -> Self {
+            let lanes = machine.splat_f64x4(value);
+            Self { lanes, machine }
+        }
+
+        #[inline(always)]
+        fn load(machine: V3, values: &[f64; LANES]) -> Self {
+            // Not field by field: that would become four instructions, and four in `to_array`.
+            let lanes = pulp::cast(*values);
+            Self { lanes, machine }
+        }
+
+        #[inline(always)]
+        fn to_array(self) -> [f64; LANES] {
+            pulp::cast(self.lanes)
+        }
+
+        #[inline(always)]
+        fn after(self, before: Self) -> Self {
+            let (own, before) = (pulp::cast(self.lanes), pulp::cast(before.lanes));
+            let avx = self.machine.avx;
+            let middle = avx._mm256_permute2f128_pd::<0x21>(before, own);
+            self.with(pulp::cast(avx._mm256_shuffle_pd::<0b0101>(middle, own)))
+        }
+
+        #[inline(always)]
+        fn abs(self) -> Self {
+            self.with(self.machine.abs_f64x4(self.lanes))
+        }
+
+        #[inline(always)]
+        fn sqrt(self) -> Self {
+            self.with(self.machine.sqrt_f64x4(self.lanes))
+        }
+
+        #[inline(always)]
+        fn or_greater(self, other: Self) -> Self {
+            self.with(self.machine.max_f64x4(self.lanes, other.lanes))
+        }
+
+        #[inline(always)]
+        fn or_lesser(self, other: Self) -> Self {
+            self.with(self.machine.min_f64x4(self.lanes, other.lanes))
+        }
+
+        #[inline(always)]
+        fn where_greater(self, other: Self, yes: Self, no: Self) -> Self {
+            let is_greater = self.machine.cmp_gt_f64x4(self.lanes, other.lanes);
+            self.with(self.machine.select_f64x4(is_greater, yes.lanes, no.lanes))
+        }
+    }
+
+    impl Add for Avx {
+        type Output = Self;
+
+        #[inline(always)]
+        fn add(self, other: Self) -> Self {
+            self.with(self.machine.add_f64x4(self.lanes, other.lanes))
+        }
+    }
+
+    impl AddAssign for Avx {
+        #[inline(always)]
+        fn add_assign(&mut self, other: Self) {
+            *self = *self + other;
+        }
+    }
+
+    impl Sub for Avx {
+        type Output = Self;
+
+        #[inline(always)]
+        fn sub(self, other: Self) -> Self {
+            self.with(self.machine.sub_f64x4(self.lanes, other.lanes))
+        }
+    }
+
+    impl SubAssign for Avx {
+        #[inline(always)]
+        fn sub_assign(&mut self, other: Self) {
+            *self = *self - other;
+        }
+    }
+
+    impl Mul for Avx {
+        type Output = Self;
+
+        #[inline(always)]
+        fn mul(self, other: Self) -> Self {
+            self.with(self.machine.mul_f64x4(self.lanes, other.lanes))
+        }
+    }
+
+    impl Div for Avx {
+        type Output = Self;
+
+        #[inline(always)]
+        fn div(self, other: Self) -> Self {
+            self.with(self.machine.div_f64x4(self.lanes, other.lanes))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,48 @@
+use proptest::prelude::*;
+
+use super::*;
+
+/// Every operation once, in a chain in which each result counts.
+struct Chain([[f64; LANES]; 3]);
+
+impl Kernel for Chain {
+    type Output = [f64; LANES];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, machine: L::Machine) -> [f64; LANES] {
+        let [a, b, c] = [&self.0[0], &self.0[1], &self.0[2]].map(|v| L::load(machine, v));
+        let two = L::splat(machine, 2.0);
+        let mut sum = a * b + c;
+        sum += (a - b).abs().sqrt() / (two + c * c);
+        sum -= a.or_greater(b) * b.or_lesser(c) + a.after(b);
+        a.where_greater(c, sum, sum * two).to_array()
+    }
+}
+
+/// `before`: the number in the lane before.
+fn one_by_one([a, b, c]: [f64; 3], before: f64) -> f64 {
+    let mut sum = a * b + c;
+    sum += (a - b).abs().sqrt() / (2.0 + c * c);
+    sum -= a.max(b) * b.min(c) + before;
+    if a > c { sum } else { sum * 2.0 }
+}
+
+proptest! {
+    #[test]
+    fn all_widths_give_the_bits_of_one_by_one(numbers in prop::array::uniform3(prop::array::uniform4(-10.0..10.0_f64))) {
+        let [a, b, _] = numbers;
+        let before = [b[3], a[0], a[1], a[2]];
+        let lane = |lane: usize| one_by_one(numbers.map(|v| v[lane]), before[lane]);
+        let expect = [lane(0), lane(1), lane(2), lane(3)].map(f64::to_bits);
+        prop_assert_eq!(run(Chain(numbers)).map(f64::to_bits), expect);
+        prop_assert_eq!(Chain(numbers).run::<f64x4>(()).map(f64::to_bits), expect);
+    }
+}
+
+#[test]
+fn lanes_come_together_in_one_order() {
+    let lanes = f64x4::new([1e16, 1.0, -1e16, 3.0]);
+    // (1e16 + 1) + (-1e16 + 3), rounded at each step.
+    assert_eq!(total(lanes), (1e16 + 1.0) + (-1e16 + 3.0));
+    assert_eq!((greatest(lanes), least(lanes)), (1e16, -1e16));
+}
