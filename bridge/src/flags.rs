@@ -89,7 +89,7 @@ pub(crate) struct ServeFlags {
     /// Origin of another page that may connect, as a browser writes it; may stand more than once
     #[arg(long, value_name = "ORIGIN")]
     pub(crate) allow_origin: Vec<String>,
-    /// Let Foxglove and Lichtblick watch, at ws://HOST:PORT/foxglove
+    /// Let Foxglove and Lichtblick watch, at ws://HOST:PORT/foxglove; their web pages need an --allow-origin too
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
     pub(crate) foxglove: Option<bool>,
     /// Speak rosbridge, at ws://HOST:PORT/rosbridge

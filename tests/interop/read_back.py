@@ -7,8 +7,13 @@ package it says so and ends with 77, which test harnesses take for "skipped". En
 """
 
 import math
+import re
+import shutil
+import subprocess
 import sys
+import tempfile
 from collections import Counter
+from pathlib import Path
 
 SKIPPED = 77
 
@@ -60,6 +65,35 @@ def main(path, with_map):
         print(f"last map: {last['/map'].info.width} x {last['/map'].info.height} cells, {dict(cells)}")
     for topic, count in sorted(counts.items()):
         print(f"{count:7} {topic}")
+    rerun(path, counts, bool(summary.chunk_indexes))
+
+
+def rerun(path, counts, in_chunks):
+    """Rerun's own reader: as many rows as there are messages, and the map as a map."""
+    program = Path(sys.executable).with_name("rerun")
+    program = str(program) if program.exists() else shutil.which("rerun")
+    if program is None:
+        print("skipped: rerun is absent; pip install rerun-sdk")
+        return
+    if not in_chunks:
+        print("skipped: rerun reads nothing but chunks; write the recording anew by `slamlab-bridge export`")
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "out.rrd"
+        subprocess.run([program, "mcap", "convert", path, "-o", out], check=True, capture_output=True)
+        text = subprocess.run([program, "rrd", "print", out], check=True, capture_output=True, text=True).stdout
+    rows, components = Counter(), {}
+    for count, entity, columns in re.findall(r"with (\d+) rows .*? - (/\S+) - data columns: \[(.*)\]", text):
+        if not columns.startswith(("McapChannel", "McapStatistics", "RecordingInfo")):
+            rows[entity] += int(count)
+            components[entity] = columns
+    for topic in counts:
+        entity = "/slamlab" if topic == "slamlab" else topic
+        # A message may become several rows, never none.
+        expect(rows[entity] >= counts[topic], f"rerun has {rows[entity]} rows of {topic}, {counts[topic]} messages")
+    expect("GridMap:data" in components.get("/map", "GridMap:data"), f"rerun takes /map for {components.get('/map')}")
+    expect("Transform3D" in components["/tf"], f"rerun takes /tf for {components['/tf']}")
+    print(f"rerun reads {sum(rows.values())} rows of {sum(counts.values())} messages")
 
 
 def stamp(header):

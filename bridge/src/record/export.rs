@@ -1,6 +1,6 @@
 //! A recording written anew with what SLAM makes of it, for tools that show ROS 2 messages.
 //!
-//! In: a recording. Out: another, with the same messages, and beside them `/map`, `/pose` and the transform from `map` to
+//! In: a recording. Out: another in chunks, with the same messages, and beside them `/map`, `/pose` and the transform from `map` to
 //! `odom`.
 //!
 //! The bridge itself does not estimate anything: it must keep up with its robot on the smallest computer. So this is done
@@ -17,11 +17,16 @@ use slamlab_core::slam::{Method, SlamConfig, SlamError};
 use slamlab_core::wire::recording::{Recorded, Recording, RecordingError, Said};
 
 use super::ros::{self, Topic};
-use super::thread::{Entry, Writer};
+use super::thread::{Entry, Layout, Writer};
 use super::{RecordError, create};
 
 /// Between two maps, s of the recording.
 pub const MAP_EVERY: f64 = 5.0;
+
+const MAPPED: Layout = Layout {
+    topics: &Topic::ALL,
+    in_chunks: true,
+};
 
 /// Why a recording cannot be exported.
 #[derive(Debug, thiserror::Error)]
@@ -91,8 +96,7 @@ pub fn export(from: &Path, to: &Path, method: Method) -> Result<Exported, Export
         path: to.to_owned(),
         source,
     };
-    let topics = [&Topic::HEARD[..], &Topic::MADE[..]].concat();
-    let mut writer = Writer::new(file, &topics).map_err(write)?;
+    let mut writer = Writer::new(file, &MAPPED).map_err(write)?;
     let mut export = Export::begin(recording, method)?;
     while let Some((entries, made, time)) = export.step() {
         writer.write(&entries).map_err(write)?;

@@ -10,7 +10,7 @@
 //!    written, everybody is told why, and the robot drives on.
 //! 4. At a regular end the summary is added, which lets readers jump. A file without it reads just as well from its start.
 //!
-//! Chunks are not used, for a chunk under way is lost with the program. Channel `slamlab` holds every message as it
+//! Chunks are not used, for a chunk under way is lost with the program; [`export()`] uses them, afterwards. Channel `slamlab` holds every message as it
 //! crossed the wire ([`slamlab_core::wire::message`]), from the bridge's hello on, which names the robot;
 //! [`slamlab_core::wire::recording`] reads it, and [`crate::source::replay`] plays it back. `/scan`,
 //! `/points`, `/odom`, `/tf` and `/cmd_vel` hold the same for other tools, as ROS 2 messages (`ros`); [`export()`] adds `/map`
@@ -88,7 +88,7 @@ impl Recorder {
             .name("record".into())
             .spawn(move || {
                 thread::run(
-                    || thread::Writer::new(file, &ros::Topic::HEARD),
+                    || thread::Writer::new(file, &thread::LIVE),
                     &waiting,
                     &shared,
                 )

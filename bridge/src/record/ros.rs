@@ -43,8 +43,16 @@ impl Topic {
         Self::Velocity,
         Self::Transforms,
     ];
-    /// What is made of it.
-    pub(crate) const MADE: [Self; 2] = [Self::Pose, Self::Map];
+    /// Beside these what is made of it.
+    pub(crate) const ALL: [Self; 7] = [
+        Self::Scan,
+        Self::Points,
+        Self::Odometry,
+        Self::Velocity,
+        Self::Transforms,
+        Self::Pose,
+        Self::Map,
+    ];
 
     pub(crate) fn name(self) -> &'static str {
         match self {

@@ -94,7 +94,7 @@ fn record(size: usize) -> (Vec<u8>, u64, u64, Option<String>) {
         // Nobody takes them any more where the file could not even begin.
         scope.spawn(move || (0..200).for_each(|stamp| _ = entries.send(entry(stamp))));
         run(
-            || Writer::new(disk.clone(), &ros::Topic::HEARD),
+            || Writer::new(disk.clone(), &thread::LIVE),
             &waiting,
             &progress,
         );

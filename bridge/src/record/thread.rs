@@ -118,6 +118,22 @@ pub(super) fn run<S: Storage>(
     progress.take(0, writer.finish());
 }
 
+/// How a file is written.
+#[derive(Debug)]
+pub(super) struct Layout {
+    /// What it holds beside every message as it is.
+    pub(super) topics: &'static [Topic],
+    /// In chunks, which readers can jump between, and some read nothing else (Rerun). A chunk under way is lost with the
+    /// program.
+    pub(super) in_chunks: bool,
+}
+
+/// Of a recording under way.
+pub(super) const LIVE: Layout = Layout {
+    topics: &Topic::HEARD,
+    in_chunks: false,
+};
+
 /// The file and its channels.
 pub(super) struct Writer<S: Storage> {
     journal: Journal<S>,
@@ -129,11 +145,13 @@ pub(super) struct Writer<S: Storage> {
 }
 
 impl<S: Storage> Writer<S> {
-    /// Writes the beginning of the file; beside every message as it is it will hold these topics.
-    pub(super) fn new(storage: S, with: &[Topic]) -> Result<Self, McapError> {
+    /// Writes the beginning of the file.
+    pub(super) fn new(storage: S, layout: &Layout) -> Result<Self, McapError> {
         let journal = Journal::new(storage);
         let options = WriteOptions::new()
-            .use_chunks(false)
+            .use_chunks(layout.in_chunks)
+            // What was written stays: the file only grows.
+            .disable_seeking(layout.in_chunks)
             .compression(None)
             .profile("ros2")
             .library(concat!("slamlab ", env!("CARGO_PKG_VERSION")));
@@ -144,7 +162,7 @@ impl<S: Storage> Writer<S> {
         ];
         let slamlab = mcap.add_channel(0, CHANNEL, ENCODING, &BTreeMap::from(facts))?;
         let mut topics = BTreeMap::new();
-        for &topic in with {
+        for &topic in layout.topics {
             let schema =
                 mcap.add_schema(topic.schema(), "ros2msg", topic.definition().as_bytes())?;
             let channel = mcap.add_channel(schema, topic.name(), "cdr", &BTreeMap::new())?;

@@ -39,7 +39,11 @@ pub(super) struct Messages {
     readings: VecDeque<Reading>,
     odom_from_robot: Pose2,
     notes: Vec<String>,
+    unreadable: usize,
 }
+
+/// Messages that cannot be read and are told one by one; of more only the number.
+const MOST_TOLD: usize = 3;
 
 impl Feed {
     pub(super) fn of(log: &Log) -> Self {
@@ -141,11 +145,14 @@ impl Messages {
                     });
                 }
                 None => {
-                    let message = recording.message(self.next)?;
+                    let Some(message) = recording.message(self.next) else {
+                        self.sum_up();
+                        return None;
+                    };
                     self.next += 1;
                     match message {
                         Ok(recorded) => self.take(recorded),
-                        Err(damage) => self.notes.push(damage.to_string()),
+                        Err(damage) => self.left_out(damage.to_string()),
                     }
                 }
             }
@@ -169,7 +176,22 @@ impl Messages {
         };
         match readings {
             Ok(readings) => self.readings.extend(readings),
-            Err(error) => self.notes.push(format!("A reading was left out: {error}")),
+            Err(error) => self.left_out(format!("A reading was left out: {error}")),
+        }
+    }
+
+    fn left_out(&mut self, why: String) {
+        self.unreadable += 1;
+        if self.unreadable <= MOST_TOLD {
+            self.notes.push(why);
+        }
+    }
+
+    fn sum_up(&mut self) {
+        let more = std::mem::take(&mut self.unreadable).saturating_sub(MOST_TOLD);
+        if more > 0 {
+            self.notes
+                .push(format!("{more} more messages could not be read"));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Why a recording cannot be opened, and what is wrong with one that can.
 
-use super::super::message::MessageError;
+use super::super::message::{MessageError, SCHEMA};
 use super::{CHANNEL, ENCODING};
 
 /// Nothing of a file can be used.
@@ -63,6 +63,15 @@ pub enum Damage {
         found: u32,
         /// By the file's own word.
         expected: u32,
+    },
+    /// Of a bridge of another version.
+    #[error(
+        "it was recorded by a bridge that speaks another schema ({theirs}, here {SCHEMA:016x}): messages that changed since cannot \
+         be read"
+    )]
+    Schema {
+        /// The schema of that bridge.
+        theirs: String,
     },
     /// A message that is there and makes no sense.
     #[error("byte {offset}: a message cannot be read: {error}")]

@@ -33,6 +33,8 @@ pub use reader::RecordingReader;
 pub const CHANNEL: &str = "slamlab";
 /// Encoding of its messages: protocol 1 of [`super::message`].
 pub const ENCODING: &str = "slamlab-1";
+/// Where the channel's metadata names the schema of its messages, in hexadecimal.
+pub const SCHEMA_KEY: &str = "schema";
 /// First bytes of every MCAP file.
 pub const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 

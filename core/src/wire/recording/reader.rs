@@ -7,8 +7,8 @@ use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 use mcap::read::parse_record;
 use mcap::records::{Record, op};
 
-use super::super::message::{MAGIC as MESSAGE_MAGIC, PROTOCOL};
-use super::{CHANNEL, Damage, ENCODING, MAGIC, Recording, RecordingError};
+use super::super::message::{MAGIC as MESSAGE_MAGIC, PROTOCOL, SCHEMA};
+use super::{CHANNEL, Damage, ENCODING, MAGIC, Recording, RecordingError, SCHEMA_KEY};
 
 static CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
 
@@ -219,6 +219,13 @@ impl RecordingReader {
         match record {
             Record::Channel(channel) => {
                 let is_ours = channel.topic == CHANNEL && channel.message_encoding == ENCODING;
+                let theirs = channel.metadata.get(SCHEMA_KEY).filter(|_| is_ours);
+                if let Some(theirs) = theirs.filter(|theirs| **theirs != format!("{SCHEMA:016x}"))
+                    && !self.channels.contains_key(&channel.id)
+                {
+                    let theirs = theirs.clone();
+                    self.recording.damage.push(Damage::Schema { theirs });
+                }
                 let entry = (channel.topic.clone(), is_ours);
                 self.channels.insert(channel.id, entry);
             }
@@ -279,13 +286,21 @@ impl RecordingReader {
     /// 0 stands for a sum that nobody made; after damage none can fit.
     fn check(&mut self, expected: u32, to: u64) {
         let found = self.sum.clone().finalize();
-        if expected != 0 && found != expected && self.recording.damage.is_empty() {
+        if expected != 0 && found != expected && self.is_undamaged() {
             self.recording.damage.push(Damage::Sum {
                 to,
                 found,
                 expected,
             });
         }
+    }
+
+    /// Whether every byte so far was read; another schema is no damage of the file.
+    fn is_undamaged(&self) -> bool {
+        let damage = &self.recording.damage;
+        damage
+            .iter()
+            .all(|damage| matches!(damage, Damage::Schema { .. }))
     }
 
     /// Looks for the next message that is surely ours; how many bytes can be passed over.

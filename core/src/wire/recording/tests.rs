@@ -180,6 +180,39 @@ fn a_stretch_of_rubbish_is_named_by_its_place() {
 }
 
 #[test]
+fn another_schema_is_told() {
+    let read = |schema: String| {
+        let mut bytes = std::io::Cursor::new(fixture::write(&drive()));
+        let facts = [(SCHEMA_KEY.to_owned(), schema)].into();
+        let mut other = std::io::Cursor::new(vec![]);
+        let options = WriteOptions::new().use_chunks(false);
+        let mut writer = options.create(&mut other).unwrap();
+        let ours = writer.add_channel(0, CHANNEL, ENCODING, &facts).unwrap();
+        for message in mcap::MessageStream::new(bytes.get_mut()).unwrap() {
+            let message = message.unwrap();
+            let header = mcap::records::MessageHeader {
+                channel_id: ours,
+                sequence: message.sequence,
+                log_time: message.log_time,
+                publish_time: message.publish_time,
+            };
+            if message.channel.topic == CHANNEL {
+                writer
+                    .write_to_known_channel(&header, &message.data)
+                    .unwrap();
+            }
+        }
+        writer.finish().unwrap();
+        drop(writer);
+        Recording::parse(&other.into_inner()).unwrap()
+    };
+    let theirs = "00c0ffee00c0ffee".to_owned();
+    assert_eq!(read(theirs.clone()).damage(), [Damage::Schema { theirs }]);
+    let same = read(format!("{:016x}", super::super::message::SCHEMA));
+    assert_eq!((same.damage(), same.len()), (&[][..], 30));
+}
+
+#[test]
 fn files_of_others_are_refused_in_words() {
     assert_eq!(
         Recording::parse(b"FLASER 180 ...").unwrap_err(),
