@@ -5,9 +5,12 @@
 //! 1. Beyond the limit a connection gets 503 and is closed: the limit counts WebSockets too.
 //! 2. A request whose header is not there in time ends its connection (slowloris), and so does one that is open for too long
 //!    without becoming a WebSocket.
-//! 3. At the end, connections may finish what they are at.
+//! 3. Where TLS is spoken, the first byte says whether the other side does too; who speaks HTTP in the clear is sent to the
+//!    right address. The handshake must be over in the time that a header may take.
+//! 4. At the end, connections may finish what they are at.
 
 use std::convert::Infallible;
+use std::io;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -19,12 +22,16 @@ use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 use tokio::task::JoinSet;
+use tokio::time::timeout;
+use tokio_rustls::TlsAcceptor;
+use tokio_rustls::server::TlsStream;
 use tower::ServiceExt;
 
-use crate::http::Shared;
+use crate::http::{self, Shared};
 
 /// How much the bridge takes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,13 +80,24 @@ const OUT_OF_HANDLES: Duration = Duration::from_millis(50);
 /// A place among the sockets; it is free again when the last holder drops it.
 pub(crate) type Place = Arc<OwnedSemaphorePermit>;
 
+/// The first byte of a TLS handshake (RFC 8446 §5.1).
+const HANDSHAKE: u8 = 22;
+
+/// Where guests come in.
+pub(crate) struct Entrance {
+    pub(crate) listener: TcpListener,
+    /// Without it, connections are in the clear.
+    pub(crate) tls: Option<TlsAcceptor>,
+    pub(crate) router: Router,
+}
+
 /// Takes connections until `stopped`, then waits for those that are open.
-pub(crate) async fn run(
-    listener: TcpListener,
-    router: Router,
-    shared: Arc<Shared>,
-    stopped: watch::Receiver<bool>,
-) {
+pub(crate) async fn run(entrance: Entrance, shared: Arc<Shared>, stopped: watch::Receiver<bool>) {
+    let Entrance {
+        listener,
+        tls,
+        router,
+    } = entrance;
     let stop = until(stopped.clone());
     tokio::pin!(stop);
     let places = Arc::new(Semaphore::new(shared.limits.sockets));
@@ -105,13 +123,13 @@ pub(crate) async fn run(
             .store(taken as u64, Ordering::Relaxed);
         match Arc::clone(&places).try_acquire_owned() {
             Ok(place) => {
-                open.spawn(connection(
-                    stream,
-                    router.clone(),
-                    Arc::new(place),
-                    shared.limits,
-                    stopped.clone(),
-                ));
+                let guest = Guest {
+                    router: router.clone(),
+                    place: Arc::new(place),
+                    limits: shared.limits,
+                    stopped: stopped.clone(),
+                };
+                open.spawn(guest.enter(stream, tls.clone()));
             }
             Err(_) => {
                 shared.metrics.turned_away.fetch_add(1, Ordering::Relaxed);
@@ -130,40 +148,82 @@ pub(crate) async fn until(mut stopped: watch::Receiver<bool>) {
     let _ = stopped.wait_for(|stop| *stop).await;
 }
 
-/// Serves one connection until it ends or becomes a WebSocket.
-async fn connection(
-    stream: TcpStream,
+/// One connection and what it may take.
+struct Guest {
     router: Router,
     place: Place,
     limits: Limits,
     stopped: watch::Receiver<bool>,
-) {
-    // Commands are small and must not wait for others to fill a packet.
-    if let Err(error) = stream.set_nodelay(true) {
-        tracing::debug!("TCP_NODELAY: {error}");
-    }
-    let service = service_fn(move |mut request: Request<Incoming>| {
-        request.extensions_mut().insert(Arc::clone(&place));
-        answer(router.clone(), request)
-    });
-    let connection = http1::Builder::new()
-        .timer(TokioTimer::new())
-        .header_read_timeout(limits.header)
-        .max_buf_size(HEADER_BYTES)
-        .serve_connection(TokioIo::new(stream), service)
-        .with_upgrades();
-    tokio::pin!(connection);
-    let ended = tokio::select! {
-        ended = &mut connection => ended,
-        () = tokio::time::sleep(limits.request) => return,
-        () = until(stopped) => {
-            connection.as_mut().graceful_shutdown();
-            connection.await
+}
+
+impl Guest {
+    /// Shakes hands where that is asked for, and serves the connection.
+    async fn enter(mut self, stream: TcpStream, tls: Option<TlsAcceptor>) {
+        // Commands are small and must not wait for others to fill a packet.
+        if let Err(error) = stream.set_nodelay(true) {
+            tracing::debug!("TCP_NODELAY: {error}");
         }
-    };
-    if let Err(error) = ended {
-        tracing::debug!("a connection ended: {error}");
+        let Some(tls) = tls else {
+            return self.serve(stream).await;
+        };
+        let stopped = self.stopped.clone();
+        let greeting = tokio::select! {
+            greeting = timeout(self.limits.header, greet(stream, tls)) => greeting,
+            () = until(stopped) => return,
+        };
+        match greeting {
+            Ok(Ok(Greeting::Secure(stream))) => self.serve(*stream).await,
+            Ok(Ok(Greeting::Plain(stream))) => {
+                self.router = http::redirector();
+                self.serve(stream).await;
+            }
+            Ok(Err(error)) => tracing::debug!("no handshake: {error}"),
+            Err(_) => tracing::debug!("a handshake took too long"),
+        }
     }
+
+    /// Serves the connection until it ends or becomes a WebSocket.
+    async fn serve(self, stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static) {
+        let (router, place) = (self.router, self.place);
+        let service = service_fn(move |mut request: Request<Incoming>| {
+            request.extensions_mut().insert(Arc::clone(&place));
+            answer(router.clone(), request)
+        });
+        let connection = http1::Builder::new()
+            .timer(TokioTimer::new())
+            .header_read_timeout(self.limits.header)
+            .max_buf_size(HEADER_BYTES)
+            .serve_connection(TokioIo::new(stream), service)
+            .with_upgrades();
+        tokio::pin!(connection);
+        let ended = tokio::select! {
+            ended = &mut connection => ended,
+            () = tokio::time::sleep(self.limits.request) => return,
+            () = until(self.stopped) => {
+                connection.as_mut().graceful_shutdown();
+                connection.await
+            }
+        };
+        if let Err(error) = ended {
+            tracing::debug!("a connection ended: {error}");
+        }
+    }
+}
+
+/// What the first bytes were.
+enum Greeting {
+    Secure(Box<TlsStream<TcpStream>>),
+    Plain(TcpStream),
+}
+
+async fn greet(stream: TcpStream, tls: TlsAcceptor) -> io::Result<Greeting> {
+    let mut first = [0];
+    stream.peek(&mut first).await?;
+    if first != [HANDSHAKE] {
+        return Ok(Greeting::Plain(stream));
+    }
+    let stream = tls.accept(stream).await?;
+    Ok(Greeting::Secure(Box::new(stream)))
 }
 
 async fn answer(router: Router, request: Request<Incoming>) -> Result<Response, Infallible> {

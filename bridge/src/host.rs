@@ -30,15 +30,20 @@ pub fn is_ours(authority: &str) -> bool {
 }
 
 /// Whether a page of this `Origin` may connect to a server that was called by this `Host`: the page that the server itself
-/// sent, or one that was allowed by name. Without an origin it is no browser, and no page can have made it connect.
+/// sent, or one that was allowed by name. Without an origin it is no browser, and no page can have made it connect. A server
+/// that speaks TLS sent no page by `http`; one that does not may stand behind another that does.
 #[must_use]
-pub fn is_allowed_origin(origin: Option<&str>, host: Option<&str>, allowed: &[String]) -> bool {
+pub fn is_allowed_origin(
+    origin: Option<&str>,
+    host: Option<&str>,
+    is_tls: bool,
+    allowed: &[String],
+) -> bool {
     let Some(origin) = origin else {
         return true;
     };
-    let own = origin
-        .strip_prefix("http://")
-        .or(origin.strip_prefix("https://"));
+    let plain = origin.strip_prefix("http://").filter(|_| !is_tls);
+    let own = plain.or(origin.strip_prefix("https://"));
     own.is_some() && own == host || allowed.iter().any(|allowed| allowed == origin)
 }
 
@@ -87,7 +92,7 @@ mod tests {
         let allowed = ["https://lab.example".to_owned()];
         let check = |origin, host, expect| {
             assert_eq!(
-                is_allowed_origin(origin, host, &allowed),
+                is_allowed_origin(origin, host, false, &allowed),
                 expect,
                 "{origin:?} {host:?}"
             );
@@ -110,6 +115,14 @@ mod tests {
             check(Some(foreign), host, false);
         }
         check(Some("http://robot.local:8080"), None, false);
+        check(Some("https://robot.local:8080"), host, true);
+    }
+
+    #[test]
+    fn a_bridge_that_speaks_tls_sent_no_page_by_http() {
+        let is_allowed = |origin| is_allowed_origin(Some(origin), Some("robot.local"), true, &[]);
+        assert!(is_allowed("https://robot.local"));
+        assert!(!is_allowed("http://robot.local"));
     }
 
     #[test]

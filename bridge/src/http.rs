@@ -1,15 +1,16 @@
 //! Answers requests: foreign hosts are refused, files are found, headers are added; the WebSocket begins here.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use axum::extract::{Extension, Query, Request, State, WebSocketUpgrade};
 use axum::http::{HeaderMap, StatusCode, Uri, header};
 use axum::middleware::{self, Next};
-use axum::response::{IntoResponse, Response};
+use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::get;
 use axum::{Json, Router};
-use slamlab_core::wire::message::{About, Format, RobotFigures};
+use slamlab_core::wire::message::{
+    About, BridgeHello, CHALLENGE_BYTES, Format, RobotFigures, SCHEMA, Watching,
+};
 use tokio::sync::mpsc;
 use tower_http::services::ServeDir;
 
@@ -17,25 +18,46 @@ use crate::accept::{Limits, Place};
 use crate::clock::Clock;
 use crate::hub::FromClient;
 use crate::metrics::Metrics;
+use crate::page::Page;
 use crate::safety::SafetyConfig;
 use crate::token::Token;
-use crate::{headers, host, session};
+use crate::{embedded, foxglove, headers, host, rosbridge, session};
 
 /// Path of the WebSocket.
 pub(crate) const SOCKET_PATH: &str = "/ws";
 
 /// What all connections share.
 pub(crate) struct Shared {
-    pub(crate) page: Option<PathBuf>,
+    pub(crate) page: Option<Page>,
     pub(crate) about: About,
     pub(crate) robot: Option<RobotFigures>,
     pub(crate) token: Option<Token>,
     pub(crate) origins: Vec<String>,
+    /// Whether Foxglove may watch.
+    pub(crate) foxglove: bool,
+    /// Whether rosbridge is spoken.
+    pub(crate) rosbridge: bool,
+    pub(crate) is_tls: bool,
     pub(crate) limits: Limits,
     pub(crate) safety: SafetyConfig,
     pub(crate) hub: mpsc::Sender<FromClient>,
     pub(crate) clock: Clock,
     pub(crate) metrics: Arc<Metrics>,
+}
+
+impl Shared {
+    /// What the bridge says first, to a client and to a recording.
+    pub(crate) fn hello(&self, challenge: [u8; CHALLENGE_BYTES]) -> BridgeHello {
+        BridgeHello {
+            version: self.about.version.clone(),
+            schema: SCHEMA,
+            challenge,
+            watching: self.about.watching,
+            robot: self.robot.clone(),
+            watchdog_millis: self.safety.watchdog.as_millis() as u16,
+            lease_millis: self.safety.lease.as_millis() as u16,
+        }
+    }
 }
 
 pub(crate) fn router(shared: &Arc<Shared>) -> Router {
@@ -44,15 +66,45 @@ pub(crate) fn router(shared: &Arc<Shared>) -> Router {
         .route("/metrics", get(metrics))
         .route("/bridge.json", get(about))
         .route(SOCKET_PATH, get(socket));
+    let router = match shared.foxglove {
+        true => router.route(foxglove::PATH, get(foxglove_socket)),
+        false => router,
+    };
+    let router = match shared.rosbridge {
+        true => router.route(rosbridge::PATH, get(rosbridge_socket)),
+        false => router,
+    };
     let router = match &shared.page {
-        Some(page) => {
-            router.fallback_service(ServeDir::new(page).precompressed_br().precompressed_gzip())
+        Some(Page::Folder(folder)) => {
+            let files = ServeDir::new(folder)
+                .precompressed_br()
+                .precompressed_gzip();
+            router.fallback_service(files)
         }
+        Some(Page::Embedded) => router.fallback(async |request: Request| {
+            embedded::answer(request.method(), request.uri().path(), request.headers())
+        }),
         None => router,
     };
     router
         .layer(middleware::from_fn(fence))
         .with_state(Arc::clone(shared))
+}
+
+/// Whoever typed `http` to a bridge that speaks TLS is sent to the right address; nothing else is said in the clear.
+pub(crate) fn redirector() -> Router {
+    let redirect = async |request: Request| {
+        let host = request.headers().get(header::HOST);
+        let host = host.and_then(|host| host.to_str().ok()).unwrap_or("");
+        let path = request
+            .uri()
+            .path_and_query()
+            .map_or("/", |path| path.as_str());
+        Redirect::permanent(&format!("https://{host}{path}"))
+    };
+    Router::new()
+        .fallback(redirect)
+        .layer(middleware::from_fn(fence))
 }
 
 async fn about(State(shared): State<Arc<Shared>>) -> Json<About> {
@@ -71,6 +123,76 @@ struct Wishes {
 }
 
 /// A page of another origin must not use the robot through the browser of somebody who may (cross-site WebSocket hijacking).
+#[expect(clippy::result_large_err, reason = "the error is the answer")]
+fn let_in(headers: &HeaderMap, shared: &Shared) -> Result<(), Response> {
+    let mut origins = headers.get_all(header::ORIGIN).iter();
+    let origin = origins.next().map(|origin| origin.to_str().unwrap_or(""));
+    let host = headers
+        .get(header::HOST)
+        .and_then(|host| host.to_str().ok());
+    if origins.next().is_some()
+        || !host::is_allowed_origin(origin, host, shared.is_tls, &shared.origins)
+    {
+        const WHY: &str = "This page may not use the bridge; see --allow-origin.\n";
+        return Err((StatusCode::FORBIDDEN, WHY).into_response());
+    }
+    Ok(())
+}
+
+/// Limits what one socket may take.
+fn limited(upgrade: WebSocketUpgrade, limits: &Limits) -> WebSocketUpgrade {
+    upgrade
+        .max_message_size(limits.message)
+        .max_frame_size(limits.message)
+        .read_buffer_size(8 * 1024)
+        .write_buffer_size(0)
+        .max_write_buffer_size(1024 * 1024)
+}
+
+/// Foxglove and its kin, watching.
+async fn foxglove_socket(
+    State(shared): State<Arc<Shared>>,
+    Extension(place): Extension<Place>,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    if let Err(refusal) = let_in(&headers, &shared) {
+        return refusal;
+    }
+    if shared.about.watching != Watching::Anyone {
+        const WHY: &str = "Watching needs the token here, and Foxglove cannot show one.\n";
+        return (StatusCode::FORBIDDEN, WHY).into_response();
+    }
+    let upgrade = limited(upgrade, &shared.limits).protocols(foxglove::PROTOCOLS);
+    if upgrade.selected_protocol().is_none() {
+        let why = format!(
+            "Ask for one of the sub-protocols {}.\n",
+            foxglove::PROTOCOLS.join(", ")
+        );
+        return (StatusCode::BAD_REQUEST, why).into_response();
+    }
+    upgrade.on_upgrade(async move |socket| {
+        foxglove::run(socket, &shared).await;
+        drop(place);
+    })
+}
+
+/// Scripts that know roslib.
+async fn rosbridge_socket(
+    State(shared): State<Arc<Shared>>,
+    Extension(place): Extension<Place>,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    if let Err(refusal) = let_in(&headers, &shared) {
+        return refusal;
+    }
+    limited(upgrade, &shared.limits).on_upgrade(async move |socket| {
+        rosbridge::run(socket, &shared).await;
+        drop(place);
+    })
+}
+
 async fn socket(
     State(shared): State<Arc<Shared>>,
     Extension(place): Extension<Place>,
@@ -78,14 +200,8 @@ async fn socket(
     headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    let mut origins = headers.get_all(header::ORIGIN).iter();
-    let origin = origins.next().map(|origin| origin.to_str().unwrap_or(""));
-    let host = headers
-        .get(header::HOST)
-        .and_then(|host| host.to_str().ok());
-    if origins.next().is_some() || !host::is_allowed_origin(origin, host, &shared.origins) {
-        const WHY: &str = "This page may not use the bridge; see --allow-origin.\n";
-        return (StatusCode::FORBIDDEN, WHY).into_response();
+    if let Err(refusal) = let_in(&headers, &shared) {
+        return refusal;
     }
     let format = match wishes.fmt.as_deref() {
         None | Some("binary") => Format::Binary,
@@ -94,16 +210,10 @@ async fn socket(
             return (StatusCode::BAD_REQUEST, "fmt is `binary` or `json`.\n").into_response();
         }
     };
-    upgrade
-        .max_message_size(shared.limits.message)
-        .max_frame_size(shared.limits.message)
-        .read_buffer_size(8 * 1024)
-        .write_buffer_size(0)
-        .max_write_buffer_size(1024 * 1024)
-        .on_upgrade(async move |socket| {
-            session::run(socket, &shared, format).await;
-            drop(place);
-        })
+    limited(upgrade, &shared.limits).on_upgrade(async move |socket| {
+        session::run(socket, &shared, format).await;
+        drop(place);
+    })
 }
 
 /// Refuses foreign hosts, gives errors a sentence, and adds the headers.

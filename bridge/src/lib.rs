@@ -14,32 +14,46 @@
 //! 2. [`run`] starts the sources ([`source`]), each on a thread, and the hub, one task that owns all state.
 //! 3. `accept` limits connections; `http` refuses requests whose `Host` is a foreign name ([`host`]), finds files, adds the
 //!    headers that fence the page in ([`headers`]); `session` talks to one client, behind its [`token`].
+//!    `foxglove` and `rosbridge` speak the protocols of other tools, where that is asked for.
 //! 4. [`safety`] holds the rules, apart from all this: whether the robot may move, and by whom.
 //! 5. [`serial`] holds the sources at serial ports; [`doctor`] says what is wrong with them.
-//! 6. [`record`] writes down what was said, so that nothing acknowledged is lost.
+//! 6. [`settings`] reads `bridge.toml`; [`tls`] holds the certificate; [`announce`] tells the network that the bridge is here.
+//! 7. [`record`] writes down what was said, so that nothing acknowledged is lost.
 //!
-//! The page's folder is read at each request, so a rebuilt page needs a reload and not a restart.
+//! The page is inside the program (`cargo xtask package`), or in a folder that is read at each request, so that a rebuilt
+//! page needs a reload and not a restart ([`Page`]).
 
 mod accept;
+pub mod address;
+pub mod announce;
 mod clock;
 pub mod doctor;
+mod embedded;
+mod foxglove;
+mod guest;
 pub mod headers;
 pub mod host;
 mod http;
 mod hub;
 mod listen;
 mod metrics;
+mod notify;
+mod page;
 mod rate;
 pub mod record;
+mod rosbridge;
 pub mod safety;
 pub mod serial;
 mod serve;
 mod session;
+pub mod settings;
 pub mod source;
+pub mod tls;
 pub mod token;
 pub mod udp;
 
 pub use accept::Limits;
 pub use clock::Clock;
 pub use listen::{BindError, bind};
-pub use serve::{Config, RunError, check_page, run};
+pub use page::Page;
+pub use serve::{Config, RunError, run};

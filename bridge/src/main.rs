@@ -1,20 +1,25 @@
 //! `slamlab-bridge`: flags, log, signals. The work is in the library.
 
 use std::net::{SocketAddr, UdpSocket};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::Parser;
-use slamlab_bridge::doctor;
-use slamlab_bridge::source::Source;
+use slamlab_bridge::announce::{self, Announced, Announcement};
+use slamlab_bridge::record;
+use slamlab_bridge::settings::{Effective, SourceSettings, Tls};
+use slamlab_bridge::source::{Source, SourceName};
+use slamlab_bridge::tls::Identity;
 use slamlab_bridge::token::{self, Token};
 use slamlab_bridge::udp::{self, UdpConfig};
-use slamlab_bridge::{Config, run};
+use slamlab_bridge::{Config, Page, address, doctor, run};
 
 mod flags;
 mod open;
 
 use flags::{Command, Flags, RecordFlags, ServeFlags, TokenFlags};
+use slamlab_core::slam::Method;
 use slamlab_core::wire::message::Watching;
 use slamlab_core::wire::pilch::server::ServerConfig;
 
@@ -47,7 +52,9 @@ async fn obey(flags: Flags) -> anyhow::Result<()> {
             flags.source.push(name.parse()?);
             serve(flags).await
         }
-        Some(Command::Token(flags)) => show_token(&flags),
+        Some(Command::Export { file, to, method }) => export(&file, &to, method),
+        Some(Command::Config(flags)) => show_config(flags),
+        Some(Command::Token(flags)) => show_token(flags),
         Some(Command::Doctor { ports }) => look_at(ports).await,
         Some(Command::Udp {
             paths,
@@ -57,40 +64,81 @@ async fn obey(flags: Flags) -> anyhow::Result<()> {
     }
 }
 
-async fn serve(mut flags: ServeFlags) -> anyhow::Result<()> {
-    if let Some(port) = flags.port {
-        flags.listen.set_port(port);
-    }
-    slamlab_bridge::check_page(&flags.page)?;
-    let sources = open_all(&flags.source)?;
+async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
+    let settings = flags.settings()?.effective()?;
+    let page = Page::choose(settings.page.clone());
+    page.check()?;
+    let sources: Result<Vec<_>, _> = settings.source.iter().map(SourceSettings::open).collect();
+    let sources = sources?;
     let token = match sources.is_empty() {
         true => None,
-        false => Some(token_of(&flags.token)?),
+        false => Some(token_of(&settings)?),
     };
-    let listener = slamlab_bridge::bind(flags.listen).await?;
+    let tls = match settings.tls {
+        Tls::Off => None,
+        _ => Identity::of(&settings.tls, &folder(&settings)?)?,
+    };
+    let listener = slamlab_bridge::bind(settings.listen).await?;
     let stop = stop_signal();
-    let url = url(listener.local_addr()?);
-    println!("slamlab is at {url} (Ctrl+C stops it)");
-    if token.is_some() {
-        println!("`slamlab-bridge token` shows the address with which one may drive");
-    }
-    if flags.open {
+    let listening = listener.local_addr()?;
+    let urls = address::urls(listening, tls.is_some());
+    say_where(&urls, tls.as_ref(), token.is_some());
+    if settings.open
+        && let Some(url) = urls.first()
+    {
         let secret = token.as_ref().map(Token::reveal);
-        open::in_browser(
-            &secret.map_or(url.clone(), |secret| format!("{url}#token={secret}")),
-            &url,
-        );
+        let whole = secret.map_or(url.clone(), |secret| format!("{url}#token={secret}"));
+        open::in_browser(&whole, url);
     }
+    let _announced = settings
+        .mdns
+        .then(|| in_the_network(listening, tls.is_some()));
     let config = Config {
-        page: Some(flags.page),
+        page: Some(page),
         sources,
         token,
-        watching: flags.private.then_some(Watching::Token),
-        origins: flags.allow_origin,
-        record: flags.record,
+        watching: settings.private.then_some(Watching::Token),
+        origins: settings.allow_origin,
+        foxglove: settings.foxglove,
+        rosbridge: settings.rosbridge,
+        tls,
+        record: settings.record,
         ..Config::default()
     };
     Ok(run(listener, config, stop).await?)
+}
+
+/// The first line is for programs too; the others are for a person.
+fn say_where(urls: &[String], tls: Option<&Identity>, has_token: bool) {
+    for (at, url) in urls.iter().enumerate() {
+        match at {
+            0 => println!("slamlab is at {url} (Ctrl+C stops it)"),
+            _ => println!("  from elsewhere: {url}"),
+        }
+    }
+    if let Some(tls) = tls {
+        println!(
+            "its certificate's SHA-256 fingerprint is {}",
+            tls.fingerprint()
+        );
+    }
+    if has_token {
+        println!("`slamlab-bridge token` shows the address with which one may drive");
+    }
+}
+
+fn in_the_network(listening: SocketAddr, is_tls: bool) -> Option<Announced> {
+    let announced = announce::announce(&Announcement {
+        listening,
+        is_tls,
+        mdns_port: Announcement::MDNS_PORT,
+    });
+    announced.map_err(|error| tracing::warn!("{error}")).ok()
+}
+
+fn show_config(flags: ServeFlags) -> anyhow::Result<()> {
+    print!("{}", flags.settings()?.effective()?.to_toml()?);
+    Ok(())
 }
 
 /// Records without serving anything to anybody: the listener takes a port of this machine that nobody knows.
@@ -106,6 +154,20 @@ async fn record(flags: RecordFlags) -> anyhow::Result<()> {
         ..Config::default()
     };
     Ok(run(listener, config, stop).await?)
+}
+
+/// Maps a recording, and writes it with the map.
+fn export(file: &Path, to: &Path, method: Method) -> anyhow::Result<()> {
+    let done = record::export(file, to, method)?;
+    for note in &done.notes {
+        eprintln!("{}: {note}", file.display());
+    }
+    let (messages, poses, maps) = (done.messages, done.poses, done.maps);
+    println!(
+        "{}: {messages} messages, {poses} poses, {maps} maps",
+        to.display()
+    );
+    Ok(())
 }
 
 /// Looks at ports side by side, and prints what it finds in their order.
@@ -160,41 +222,49 @@ async fn serve_udp(paths: Vec<String>, listen: SocketAddr, client_port: u16) -> 
     Ok(())
 }
 
-fn show_token(flags: &TokenFlags) -> anyhow::Result<()> {
+fn show_token(flags: TokenFlags) -> anyhow::Result<()> {
+    let settings = flags.place.settings()?.effective()?;
     let token = if flags.new {
-        let path = flags.token.path()?;
-        Token::create(&path)?
+        Token::create(&token_path(&settings)?)?
     } else {
-        token_of(&flags.token)?
+        token_of(&settings)?
     };
-    println!("{}#token={}", url(flags.listen), token.reveal());
+    let urls = address::urls(settings.listen, settings.tls != Tls::Off);
+    let urls: Vec<_> = urls
+        .iter()
+        .map(|url| format!("{url}#token={}", token.reveal()))
+        .collect();
+    for url in &urls {
+        println!("{url}");
+    }
+    // The last is an address in figures, which phones find without multicast DNS.
+    if let (true, Some(url)) = (flags.qr, urls.last()) {
+        let code = qrcode::QrCode::new(url).context("the address does not fit into a picture")?;
+        let picture = code.render::<qrcode::render::unicode::Dense1x2>().build();
+        println!("{picture}");
+    }
     Ok(())
 }
 
-fn token_of(flags: &flags::TokenFile) -> anyhow::Result<Token> {
-    Ok(Token::load_or_create(&flags.path()?)?)
+fn token_of(settings: &Effective) -> anyhow::Result<Token> {
+    Ok(Token::load_or_create(&token_path(settings)?)?)
 }
 
-fn open_all(names: &[slamlab_bridge::source::SourceName]) -> anyhow::Result<Vec<Box<dyn Source>>> {
-    names.iter().map(|name| Ok(name.open()?)).collect()
-}
-
-impl flags::TokenFile {
-    fn path(&self) -> anyhow::Result<std::path::PathBuf> {
-        match &self.token_file {
-            Some(path) => Ok(path.clone()),
-            None => token::default_path().context("where is the token?"),
-        }
+fn token_path(settings: &Effective) -> anyhow::Result<PathBuf> {
+    match &settings.token_file {
+        Some(path) => Ok(path.clone()),
+        None => token::default_path().context("where is the token?"),
     }
 }
 
-/// The address to type: a server that listens everywhere is reached here by `localhost`.
-fn url(address: SocketAddr) -> String {
-    if address.ip().is_unspecified() {
-        format!("http://localhost:{}/", address.port())
-    } else {
-        format!("http://{address}/")
-    }
+/// Where the bridge keeps what is its own.
+fn folder(settings: &Effective) -> anyhow::Result<PathBuf> {
+    let token = token_path(settings)?;
+    Ok(token.parent().map_or_else(|| ".".into(), PathBuf::from))
+}
+
+fn open_all(names: &[SourceName]) -> anyhow::Result<Vec<Box<dyn Source>>> {
+    names.iter().map(|name| Ok(name.open(None)?)).collect()
 }
 
 /// Ends at Ctrl+C, and on Unix at SIGTERM. From this call on, not from the first wait: whoever reads the address may stop

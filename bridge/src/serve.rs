@@ -2,22 +2,27 @@
 
 use std::future::Future;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use slamlab_core::wire::message::{About, PROTOCOL, RobotFigures, SCHEMA, Watching};
+use slamlab_core::wire::message::{
+    About, CHALLENGE_BYTES, FromBridge, PROTOCOL, RobotFigures, SCHEMA, Watching,
+};
 use tokio::net::TcpListener;
 use tokio::sync::{mpsc, watch};
 
-use crate::accept::{self, Limits};
+use crate::accept::{self, Entrance, Limits};
 use crate::clock::Clock;
 use crate::http::{self, Shared};
 use crate::hub::{self, HubParts};
 use crate::metrics::Metrics;
+use crate::notify;
+use crate::page::Page;
 use crate::record::{RecordError, Recorder};
 use crate::safety::SafetyConfig;
 use crate::source::{self, Running, Source};
+use crate::tls::Identity;
 use crate::token::Token;
 
 /// How long open requests may take to end after the shutdown began.
@@ -26,8 +31,8 @@ const GRACE: Duration = Duration::from_secs(2);
 /// What to serve.
 #[derive(Default)]
 pub struct Config {
-    /// Folder of the built page; without one, there is only the WebSocket.
-    pub page: Option<PathBuf>,
+    /// The page; without one, there is only the WebSocket.
+    pub page: Option<Page>,
     /// Robots and sensors. The first with a robot takes the commands.
     pub sources: Vec<Box<dyn Source>>,
     /// Who has it may drive. Without one, nobody may.
@@ -37,6 +42,12 @@ pub struct Config {
     /// Origins of other pages that may connect, exactly as a browser writes them: `https://lab.example`. The page that the
     /// bridge serves needs no entry.
     pub origins: Vec<String>,
+    /// Whether Foxglove may watch, where anyone may.
+    pub foxglove: bool,
+    /// Whether clients of rosbridge may watch, and drive with the token.
+    pub rosbridge: bool,
+    /// With what to speak TLS; without one, nothing is kept from who listens in the network.
+    pub tls: Option<Identity>,
     /// Where to record to; a new file.
     pub record: Option<PathBuf>,
     /// Of sockets, messages and times.
@@ -46,11 +57,11 @@ pub struct Config {
 }
 
 impl Config {
-    /// A page, and no robot behind it.
+    /// The page in this folder, and no robot behind it.
     #[must_use]
-    pub fn of_page(page: PathBuf) -> Self {
+    pub fn of_page(folder: PathBuf) -> Self {
         Self {
-            page: Some(page),
+            page: Some(Page::Folder(folder)),
             ..Self::default()
         }
     }
@@ -60,14 +71,14 @@ impl Config {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
-    /// The folder holds no page.
+    /// There is no page.
     #[error(
-        "there is no page in {}: index.html is missing; build it with `cargo xtask build`, or name its folder with \
-         --page DIR", dir.display()
+        "there is no page in {place}: index.html is missing; build it with `cargo xtask build`, or name its folder with --page DIR; \
+         `cargo xtask package` makes a program with the page in it"
     )]
     NoPage {
-        /// The folder that was looked into.
-        dir: PathBuf,
+        /// What was looked into.
+        place: String,
     },
     /// More sources than their numbers can tell apart.
     #[error("{count} sources; expected at most 256")]
@@ -99,7 +110,7 @@ pub async fn run(
     shutdown: impl Future<Output = ()> + Send + 'static,
 ) -> Result<(), RunError> {
     if let Some(page) = &config.page {
-        check_page(page)?;
+        page.check()?;
     }
     let clock = Clock::start();
     let metrics = Arc::new(Metrics::default());
@@ -116,12 +127,20 @@ pub async fn run(
         robot: robot(&sources),
         token: config.token,
         origins: config.origins,
+        foxglove: config.foxglove,
+        rosbridge: config.rosbridge,
+        is_tls: config.tls.is_some(),
         limits: config.limits,
         safety: config.safety,
         hub,
         clock,
         metrics: Arc::clone(&metrics),
     });
+    if let Some(recorder) = &recorder {
+        // Names the robot; nobody is challenged here.
+        let hello = shared.hello([0; CHALLENGE_BYTES]);
+        recorder.message(&FromBridge::Hello(hello), clock.now());
+    }
     let (stop, stopped) = watch::channel(false);
     let parts = HubParts {
         clock,
@@ -133,13 +152,15 @@ pub async fn run(
         safety: config.safety,
     };
     let hub = tokio::spawn(hub::run(parts, accept::until(stopped.clone())));
-    let server = tokio::spawn(accept::run(
+    let entrance = Entrance {
         listener,
-        http::router(&shared),
-        shared,
-        stopped,
-    ));
+        tls: config.tls.as_ref().map(Identity::acceptor),
+        router: http::router(&shared),
+    };
+    let server = tokio::spawn(accept::run(entrance, shared, stopped));
+    notify::ready();
     shutdown.await;
+    notify::stopping();
     // Whoever listens is gone already if this fails.
     let _ = stop.send(true);
     // The hub first: it has the robot.
@@ -170,10 +191,9 @@ fn start(
 }
 
 fn robot(sources: &[Running]) -> Option<RobotFigures> {
-    sources.iter().find_map(|source| {
-        let robot = source.profile.robot.as_ref()?;
-        Some(RobotFigures::new(robot, source.profile.scans_on_command))
-    })
+    let on_command = source::scans_on_command(sources.iter().map(|source| &source.profile));
+    let robot = sources.iter().find_map(|source| source.profile.robot)?;
+    Some(RobotFigures::new(&robot, on_command))
 }
 
 fn about(sources: &[Running], watching: Option<Watching>) -> About {
@@ -188,19 +208,5 @@ fn about(sources: &[Running], watching: Option<Watching>) -> About {
             .iter()
             .map(|source| source.profile.name.clone())
             .collect(),
-    }
-}
-
-/// Whether `page_dir` holds a page.
-///
-/// # Errors
-/// [`RunError::NoPage`] if it has no `index.html`.
-pub fn check_page(page_dir: &Path) -> Result<(), RunError> {
-    if page_dir.join("index.html").is_file() {
-        Ok(())
-    } else {
-        Err(RunError::NoPage {
-            dir: page_dir.to_owned(),
-        })
     }
 }

@@ -15,7 +15,7 @@ use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
 use slamlab_core::wire::message::{
-    BridgeHello, CHALLENGE_BYTES, ClientHello, Format, FromBridge, Header, SCHEMA, ToBridge,
+    CHALLENGE_BYTES, ClientHello, Format, FromBridge, Header, MessageError, SCHEMA, ToBridge,
     Watching, close, decode, encode,
 };
 use tokio::sync::oneshot;
@@ -81,15 +81,7 @@ async fn enter(
         tracing::error!("no random numbers: {error}");
         return Err(Some(1011));
     }
-    let hello = FromBridge::Hello(BridgeHello {
-        version: shared.about.version.clone(),
-        schema: SCHEMA,
-        challenge,
-        watching: shared.about.watching,
-        robot: shared.robot.clone(),
-        watchdog_millis: shared.safety.watchdog.as_millis() as u16,
-        lease_millis: shared.safety.lease.as_millis() as u16,
-    });
+    let hello = FromBridge::Hello(shared.hello(challenge));
     writer.send(&hello).await?;
     let first = timeout(shared.limits.hello, reader.next()).await;
     let (_, ToBridge::Hello(hello)) = first.map_err(|_| Some(close::ACCESS))?? else {
@@ -113,6 +105,9 @@ fn admit(
     challenge: &[u8; CHALLENGE_BYTES],
     hello: &ClientHello,
 ) -> Result<bool, End> {
+    if hello.schema != SCHEMA {
+        return Err(Some(close::OTHER_SCHEMA));
+    }
     if hello.name.len() > LONGEST_NAME {
         return Err(Some(MALFORMED));
     }
@@ -253,7 +248,10 @@ impl Reader<'_> {
                     .malformed
                     .fetch_add(1, Ordering::Relaxed);
                 tracing::debug!("a client's message: {error}");
-                Some(MALFORMED)
+                match error {
+                    MessageError::Protocol { .. } => Some(close::OTHER_SCHEMA),
+                    _ => Some(MALFORMED),
+                }
             })?;
             if header.sequence <= self.sequence {
                 return Err(Some(MALFORMED));
@@ -288,6 +286,9 @@ fn reason(code: u16) -> &'static str {
         close::NO_RIGHT => "driving needs the token",
         close::HEARTBEAT => "no heartbeat",
         close::TAKEN_OVER => "another client took over",
+        close::OTHER_SCHEMA => {
+            "the bridge speaks another schema: load the page anew from the bridge, or update what is older"
+        }
         _ => "",
     }
 }

@@ -76,6 +76,14 @@ pub enum Event {
     },
     /// How the wire does: at each change, and each second.
     Link(Link),
+    /// Whether the robot is doing an errand ([`Command::Forward`], [`Command::Turn`], [`Command::Scan`]): after each order, at each
+    /// change, and each second; after the readings that belong to it.
+    Busy {
+        /// Whether it is.
+        busy: bool,
+        /// Number of the newest order before which this was not said. The [`Port`] fills it in.
+        after: u64,
+    },
     /// How the device does: at each change.
     Device {
         /// Its state.
@@ -135,6 +143,14 @@ pub struct Profile {
     pub scans_on_command: bool,
 }
 
+/// Whether what these sources see comes on [`Command::Scan`] only: a robot that scans on command may carry a lidar that turns all the
+/// time, and then nobody need wait for it.
+pub(crate) fn scans_on_command<'a>(sources: impl Iterator<Item = &'a Profile> + Clone) -> bool {
+    let has_lidar = sources.clone().any(|profile| profile.robot.is_none());
+    let mut robots = sources.filter(|profile| profile.robot.is_some());
+    !has_lidar && robots.next().is_some_and(|robot| robot.scans_on_command)
+}
+
 /// A source of data.
 pub trait Source: Send + 'static {
     /// What it is.
@@ -184,8 +200,9 @@ pub fn start(
 
 impl Running {
     /// Gives an order; one that was not taken yet is forgotten, but for an emergency stop.
-    pub fn order(&self, order: Order) {
-        self.orders.put(order);
+    /// Returns its number: what the source says from then on says after which number.
+    pub fn order(&self, order: Order) -> u64 {
+        self.orders.put(order)
     }
 
     /// Events that found no room since the start.
@@ -217,7 +234,10 @@ pub struct Port {
 
 impl Port {
     /// Sends an event, or counts it as missed where the queue is full.
-    pub fn send(&self, event: Event) {
+    pub fn send(&self, mut event: Event) {
+        if let Event::Busy { after, .. } = &mut event {
+            *after = self.orders.taken();
+        }
         if self.events.try_send((self.number, event)).is_err() {
             self.missed.fetch_add(1, Ordering::Relaxed);
         }
@@ -239,5 +259,26 @@ impl Drop for Port {
             damaged: 0,
             skipped: 0,
         }));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lidar_beside_a_robot_that_scans_on_command_scans_all_the_time() {
+        let of = |robot, scans_on_command| Profile {
+            name: String::new(),
+            robot,
+            scans_on_command,
+        };
+        let robot = of(Some(RobotModel::rp6()), true);
+        let lidar = of(None, false);
+        assert!(scans_on_command([&robot].into_iter()));
+        for sources in [[&robot, &lidar], [&lidar, &robot]] {
+            assert!(!scans_on_command(sources.into_iter()));
+        }
+        assert!(!scans_on_command([&lidar].into_iter()));
     }
 }

@@ -146,7 +146,7 @@ pub fn default_path() -> Result<PathBuf, TokenError> {
 }
 
 /// A new file beside it, then renamed: there is no moment at which half a token, or a readable one, has the name.
-fn write_private(path: &Path, text: &str) -> io::Result<()> {
+pub(crate) fn write_private(path: &Path, text: &str) -> io::Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
     }
@@ -165,27 +165,32 @@ fn write_private(path: &Path, text: &str) -> io::Result<()> {
         })
 }
 
-#[cfg(unix)]
 fn check_mode(path: &Path) -> Result<(), TokenError> {
-    use std::os::unix::fs::PermissionsExt;
-    let data = fs::metadata(path).map_err(|source| TokenError::Io {
-        path: path.to_owned(),
-        source,
-    })?;
-    let mode = data.permissions().mode() & 0o777;
-    if mode & 0o077 == 0 {
-        return Ok(());
+    match mode_for_others(path) {
+        Ok(None) => Ok(()),
+        Ok(Some(mode)) => Err(TokenError::Open {
+            path: path.to_owned(),
+            mode,
+        }),
+        Err(source) => Err(TokenError::Io {
+            path: path.to_owned(),
+            source,
+        }),
     }
-    Err(TokenError::Open {
-        path: path.to_owned(),
-        mode,
-    })
+}
+
+/// The file's permissions, if they let anybody but its owner in.
+#[cfg(unix)]
+pub(crate) fn mode_for_others(path: &Path) -> io::Result<Option<u32>> {
+    use std::os::unix::fs::PermissionsExt;
+    let mode = fs::metadata(path)?.permissions().mode() & 0o777;
+    Ok((mode & 0o077 != 0).then_some(mode))
 }
 
 /// Elsewhere files in a user's folder are private by the folder's own rules.
 #[cfg(not(unix))]
-fn check_mode(_: &Path) -> Result<(), TokenError> {
-    Ok(())
+pub(crate) fn mode_for_others(path: &Path) -> io::Result<Option<u32>> {
+    fs::metadata(path).map(|_| None)
 }
 
 #[cfg(test)]

@@ -5,8 +5,8 @@
 //!
 //! 1. Answers go to the address of the client, but to the port that the source fixes: it listens at another than it sends from.
 //! 2. An order to connect opens the lidar at its path; it is brought up, watched and reopened as in `serve`.
-//! 3. Readings come from whole scans: beams that hit something, in the order in which they were taken. A scan knows no
-//!    quality, so all have that of an express scan.
+//! 3. Readings come from whole scans: beams that hit something, in the order in which they were taken. Those of
+//!    a scan without qualities have that of an express scan.
 //!
 //! The protocol has neither encryption nor authentication: it is off unless asked for.
 
@@ -211,12 +211,17 @@ impl Desk<'_> {
 
 /// Beams that hit something, as the sensor would send them; the first one begins a turn.
 fn nodes(scan: &Scan) -> impl Iterator<Item = Node> {
-    let beams = scan.bearings.iter().zip(&scan.ranges);
-    let hits = beams.filter(|(_, range)| range.is_finite());
-    hits.enumerate().map(|(place, (bearing, range))| Node {
-        starts: place == 0,
-        ..Node::new(-bearing, f64::from(*range), express::QUALITY)
-    })
+    let beams = scan.bearings.iter().zip(&scan.ranges).enumerate();
+    let hits = beams.filter(|(_, (_, range))| range.is_finite());
+    hits.enumerate()
+        .map(|(place, (beam, (bearing, range)))| Node {
+            starts: place == 0,
+            ..Node::new(
+                -bearing,
+                f64::from(*range),
+                scan.quality(beam).unwrap_or(express::QUALITY),
+            )
+        })
 }
 
 fn is_pause(error: &io::Error) -> bool {

@@ -92,3 +92,112 @@ fn first_line(child: &mut Child) -> String {
         .unwrap();
     line
 }
+
+#[cfg(not(has_page))]
+#[test]
+fn a_program_without_the_page_says_so_and_how_to_get_one() {
+    let folder = TempDir::new().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_slamlab-bridge"));
+    command.args(["--port", "0"]).current_dir(folder.path());
+    let error = fails(command);
+    for words in [
+        "there is no page in www/dist",
+        "cargo xtask build",
+        "cargo xtask package",
+    ] {
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
+fn config_prints_the_file_with_the_flags_above_it() {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("bridge.toml");
+    fs::write(
+        &file,
+        "listen = \"0.0.0.0:81\"\nprivate = true\n[[source]]\nname = \"ld06:/dev/x\"\nmount = { x = 0.5 }\n",
+    )
+    .unwrap();
+    let config = |flags: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_slamlab-bridge"));
+        command
+            .args(["config", "--config"])
+            .arg(&file)
+            .args(flags)
+            .output()
+            .unwrap()
+    };
+    let text = |output: Output| String::from_utf8(output.stdout).unwrap();
+    let plain = text(config(&[]));
+    for line in [
+        "listen = \"0.0.0.0:81\"",
+        "private = true",
+        "mdns = true",
+        "name = \"ld06:/dev/x\"",
+        "x = 0.5",
+    ] {
+        assert!(plain.contains(line), "{line} is not in {plain}");
+    }
+    let flags = ["--port", "82", "--private=false", "--source", "sim:arena"];
+    let above = text(config(&flags));
+    for line in [
+        "listen = \"0.0.0.0:82\"",
+        "private = false",
+        "name = \"sim:arena\"",
+    ] {
+        assert!(above.contains(line), "{line} is not in {above}");
+    }
+    assert!(!above.contains("ld06"), "{above}");
+    fs::write(&file, "open = true\nlisten-on = 3\n").unwrap();
+    let output = config(&[]);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        !output.status.success()
+            && error.contains("line 2")
+            && error.contains("unknown field `listen-on`"),
+        "{error}"
+    );
+}
+
+/// As systemd hears it: served, alive, ending.
+#[cfg(target_os = "linux")]
+#[test]
+fn systemd_is_told_that_it_serves_lives_and_ends() {
+    use std::os::unix::net::UnixDatagram;
+    use std::time::Duration;
+
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("notify");
+    let socket = UnixDatagram::bind(&path).unwrap();
+    socket
+        .set_read_timeout(Some(Duration::from_secs(60)))
+        .unwrap();
+    let hear = |word: &str| {
+        let mut bytes = [0; 256];
+        loop {
+            let count = socket.recv(&mut bytes).unwrap();
+            if String::from_utf8_lossy(&bytes[..count])
+                .lines()
+                .any(|line| line == word)
+            {
+                return;
+            }
+        }
+    };
+    let page = page();
+    let mut command = bridge(&["--port", "0"], &page);
+    let mut child = command.env("NOTIFY_SOCKET", &path).spawn().unwrap();
+    hear("READY=1");
+    hear("WATCHDOG=1");
+    hear("WATCHDOG=1");
+    let id = child.id().to_string();
+    assert!(
+        Command::new("kill")
+            .args(["-TERM", &id])
+            .status()
+            .unwrap()
+            .success()
+    );
+    hear("STOPPING=1");
+    assert!(child.wait().unwrap().success());
+}

@@ -29,6 +29,7 @@ fn points() -> Points {
         bearing_sigma: 0.0,
         max_range: 20.0,
         sweep: 0.0,
+        qualities: vec![],
     };
     Points::from_scan(&scan, &Pose2::identity(), &PointConfig::default())
 }

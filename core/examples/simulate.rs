@@ -17,8 +17,9 @@ use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
 use nalgebra::Point2;
 use slamlab_core::experiment::{Experiment, ExperimentConfig, Figures};
-use slamlab_core::format::world;
+use slamlab_core::format::{floor_plan, og_map, world};
 use slamlab_core::pilot::{Mode, Status};
+use slamlab_core::settings::Settings;
 use slamlab_core::sim::{SensorKind, World, reachable_area, worlds};
 use slamlab_core::slam::Method;
 
@@ -46,6 +47,15 @@ struct Args {
     /// Simulated seconds after which the run is given up.
     #[arg(long, default_value = "3600", value_parser = duration, allow_hyphen_values = true)]
     max_seconds: f64,
+    /// A setting other than its default, `KEY=NUMBER`; as often as wanted. Keys are those of `core::settings`.
+    #[arg(long = "set", value_name = "KEY=NUMBER", value_parser = setting)]
+    settings: Vec<(String, f64)>,
+    /// Write the vector map as FILE.svg, FILE.dxf and FILE.geojson.
+    #[arg(long, value_name = "FILE")]
+    plan: Option<String>,
+    /// Write the grid as text, the layout of OGmap.txt.
+    #[arg(long, value_name = "FILE")]
+    og_map: Option<String>,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -63,6 +73,14 @@ fn duration(text: &str) -> Result<f64, String> {
         .ok()
         .filter(|s: &f64| s.is_finite() && *s > 0.0);
     seconds.ok_or_else(|| "expected a finite number of seconds above 0".to_owned())
+}
+
+fn setting(text: &str) -> Result<(String, f64), String> {
+    let (key, number) = text.split_once('=').ok_or("expected KEY=NUMBER")?;
+    let number = number
+        .parse()
+        .map_err(|error| format!("{number}: {error}"))?;
+    Ok((key.to_owned(), number))
 }
 
 fn main() -> ExitCode {
@@ -93,10 +111,14 @@ fn run(args: &Args) -> Result<()> {
     };
     let robot = world.robot.model();
     let area = reachable_area(&world, robot.radius(), 0.05);
+    let mut settings = Settings::of(sensor.model(), &robot);
+    for (key, value) in &args.settings {
+        settings.set(key, *value).context("--set")?;
+    }
     let config = ExperimentConfig {
         method,
         mode,
-        ..ExperimentConfig::new(world, robot, sensor.model(), setup.seed)
+        ..settings.experiment(world, robot, setup.seed)
     };
     let mut experiment = Experiment::new(config)?;
     let begin = Instant::now();
@@ -104,17 +126,47 @@ fn run(args: &Args) -> Result<()> {
         experiment.step()?;
     }
     let wall_seconds = begin.elapsed().as_secs_f64();
+    if let Some(stem) = &args.plan {
+        write_plan(&experiment, stem)?;
+    }
+    if let Some(path) = &args.og_map {
+        let map = og_map::of_grid(experiment.slam().grid())?;
+        std::fs::write(path, og_map::write(&map))
+            .with_context(|| format!("cannot write {path}"))?;
+    }
     let figures = experiment.figures(&area);
     let finished = matches!(experiment.status(), Status::Finished(_));
     let reason = match experiment.status().is_over() {
         true => experiment.status().to_string(),
         false => format!("given up after {} simulated seconds", args.max_seconds),
     };
-    print(
-        &report(&setup, &figures, wall_seconds, finished, &reason),
-        args.json,
-    )
-    .context("cannot write to standard output")
+    let mut report = report(&setup, &figures, wall_seconds, finished, &reason);
+    let cov = experiment
+        .estimate()
+        .cov
+        .fixed_view::<2, 2>(0, 0)
+        .into_owned();
+    // Along the most uncertain direction, as the filter itself says.
+    report["position_sigma_m"] = cov.symmetric_eigenvalues().max().max(0.0).sqrt().into();
+    if let Mode::GoTo(goal) = mode {
+        let off = (goal - experiment.truth().position()).norm();
+        report["goal_distance_m"] = off.into();
+    }
+    print(&report, args.json).context("cannot write to standard output")
+}
+
+fn write_plan(experiment: &Experiment, stem: &str) -> Result<()> {
+    let walls = experiment.slam().vector_map().walls();
+    let files = [
+        ("svg", floor_plan::svg(&walls)?),
+        ("dxf", floor_plan::dxf(&walls)?),
+        ("geojson", floor_plan::geojson(&walls)?),
+    ];
+    for (extension, text) in files {
+        let path = format!("{stem}.{extension}");
+        std::fs::write(&path, text).with_context(|| format!("cannot write {path}"))?;
+    }
+    Ok(())
 }
 
 fn print(report: &serde_json::Value, json: bool) -> std::io::Result<()> {

@@ -11,10 +11,8 @@
 //! 3. The pilot's commands go out only while this client has the lease and the robot is armed. Whatever disarms it also ends
 //!    the pilot's errand: nothing goes on by itself when the robot is armed again.
 
-mod progress;
 #[cfg(test)]
 mod tests;
-mod timeline;
 
 use crate::estimation::ConsistencyWindow;
 use crate::geom::Pose2;
@@ -25,8 +23,7 @@ use crate::wire::client::{Client, ClientError};
 use crate::wire::message::{
     Device, FromBridge, Motion, RecordingBody, RefusalReason, RobotFigures, Severity,
 };
-use progress::Progress;
-use timeline::{Reading, Timeline};
+use crate::wire::timeline::{Reading, Timeline, explain_gap};
 
 /// How often [`Live::tick`] is due: the pilot decides, and a command is told again, s.
 pub const TICK_PERIOD: f64 = 0.05;
@@ -80,7 +77,6 @@ struct State {
     slam: Slam,
     pilot: Pilot,
     model: RobotModel,
-    progress: Option<Progress>,
     bumpers: Bumpers,
     now: Stamp,
     scans: u32,
@@ -190,7 +186,11 @@ impl Live {
                 Reading::Odometry(odometry) => self.state.odometry(&odometry),
                 Reading::Scan(scan) => self.state.scan(&scan),
                 Reading::Gap { seconds } => {
-                    self.notes.push(missed(seconds));
+                    let text = explain_gap(seconds);
+                    self.notes.push(Note {
+                        severity: Severity::Warning,
+                        text,
+                    });
                     Ok(())
                 }
             };
@@ -227,7 +227,8 @@ impl Live {
     fn end_errand(&mut self) {
         let state = &mut self.state;
         state.pilot.stop();
-        (state.progress, state.is_told_to_stand) = (None, false);
+        state.is_told_to_stand = false;
+        self.client.give_up_errand();
     }
 
     /// Due every [`TICK_PERIOD`]: heartbeats, and the pilot's decision where this client drives.
@@ -238,9 +239,9 @@ impl Live {
         if !self.client.is_armed() {
             return Ok(());
         }
-        if let Some(command) = self.state.decide() {
+        if let Some(command) = self.state.decide(self.client.is_busy()) {
             self.client.drive(now, command.into());
-        } else if self.state.progress.is_some() {
+        } else if self.client.is_busy() {
             self.client.hold(now);
         }
         Ok(())
@@ -275,7 +276,7 @@ impl Live {
     /// Another errand for the robot. It moves while armed only.
     pub fn set_mode(&mut self, mode: Mode) {
         self.state.pilot.set_mode(mode);
-        self.state.progress = None;
+        self.client.give_up_errand();
     }
 
     /// By hand, with these parts of the robot's highest speeds, -1 to 1.
@@ -283,7 +284,7 @@ impl Live {
         let model = self.state.model;
         let (forward, turn) = (forward * model.max_speed, turn * model.max_turn_rate);
         self.state.pilot.drive(forward, turn);
-        self.state.progress = None;
+        self.client.give_up_errand();
     }
 
     /// Stops the robot and disarms it, whoever drives it.
@@ -394,19 +395,6 @@ impl Live {
     }
 }
 
-fn missed(seconds: f64) -> Note {
-    let text = match seconds > 0.0 {
-        true => {
-            format!("{seconds:.1} s of the robot's motion were missed: the pose is less sure now")
-        }
-        false => "The robot or its sensor was started anew: it may stand elsewhere now".to_owned(),
-    };
-    Note {
-        severity: Severity::Warning,
-        text,
-    }
-}
-
 impl State {
     fn new(config: &LiveConfig, figures: Option<RobotFigures>) -> Result<Self, SlamError> {
         let (slam, pilot) = match &figures {
@@ -428,7 +416,6 @@ impl State {
             slam: Slam::new(method, slam)?,
             pilot: Pilot::new(model, pilot, config.seed),
             model,
-            progress: None,
             bumpers: Bumpers::default(),
             now: Stamp(0),
             scans: 0,
@@ -443,17 +430,11 @@ impl State {
         self.now = odometry.to;
         self.dead_reckoning = self.dead_reckoning * odometry.motion;
         self.distance += odometry.motion.position().coords.norm();
-        if let Some(progress) = &mut self.progress {
-            progress.odometry(odometry);
-        }
         self.slam.odometry(odometry)
     }
 
     fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         self.scans += 1;
-        if let Some(progress) = &mut self.progress {
-            progress.scan(scan);
-        }
         self.slam.scan(scan)?;
         if let Some(report) = self.slam.explain() {
             self.consistency
@@ -463,10 +444,7 @@ impl State {
     }
 
     /// What to tell the robot; `None` where nothing is to be said.
-    fn decide(&mut self) -> Option<Command> {
-        if self.progress.as_ref().is_some_and(Progress::is_over) {
-            self.progress = None;
-        }
+    fn decide(&mut self, robot_is_busy: bool) -> Option<Command> {
         let estimate = self.slam.estimate();
         let command = self.pilot.steer(&Situation {
             stamp: self.now,
@@ -475,10 +453,9 @@ impl State {
             points: self.slam.obstacles(),
             bumpers: self.bumpers,
             motion_since_scan: self.slam.motion_since_scan(),
-            robot_is_busy: self.progress.is_some(),
+            robot_is_busy,
             scans_on_command: self.figures.as_ref().is_some_and(|f| f.scans_on_command),
         })?;
-        self.progress = Progress::of(command, self.now);
         // A robot that stands is told so once; the lease is kept without.
         let stands = Motion::from(command) == Motion::Halt;
         let again = stands && self.is_told_to_stand;

@@ -1,15 +1,24 @@
 //! A recorded log through the same SLAM that drives a robot.
 //!
-//! In: a [`CarmenLog`]. Out: scan by scan, the pose, the trajectory and the map.
+//! In: a [`Log`]: a CARMEN log, or a recording of the bridge. Out: scan by scan, the pose, the trajectory and the map.
 //!
-//! The odometry that stands in each laser message is turned into motions between scans, with the noise of a Pioneer.
+//! 1. A CARMEN log holds odometry in each laser message. It is turned into motions between scans, with the noise of a Pioneer.
+//! 2. A recording holds what the bridge heard. It goes through the timeline that a live robot goes through
+//!    ([`crate::wire::timeline`]), so that a recorded drive is mapped as it would have been live.
+
+mod feed;
+mod log;
+#[cfg(test)]
+mod tests;
 
 use crate::estimation::ConsistencyWindow;
-use crate::format::carmen::{CarmenLog, CarmenScan};
 use crate::geom::Pose2;
 use crate::hash::StateHash;
-use crate::robot::{Odometry, RobotModel, Scan, Stamp, Tracks};
+use crate::robot::{RobotModel, Scan, Stamp};
 use crate::slam::{Method, Slam, SlamConfig, SlamError};
+use feed::{Feed, Step};
+
+pub use log::{Log, LogError, LogReader};
 
 /// Motion between two scans that counts as none, m and rad: less than what logs are rounded to.
 const STILL: f64 = 1e-4;
@@ -17,25 +26,49 @@ const STILL: f64 = 1e-4;
 /// A log that is being replayed.
 #[derive(Clone, Debug)]
 pub struct Replay {
-    log: CarmenLog,
+    log: Log,
     robot: RobotModel,
-    next: usize,
-    /// `ipc_timestamp` of each scan that was used, as many as the trajectory has poses.
-    used: Vec<f64>,
+    feed: Feed,
+    scans_done: usize,
+    first: Option<(Stamp, Pose2)>,
+    last: Option<(Stamp, Pose2)>,
+    /// Of each scan that was used, as many as the trajectory has poses.
+    used: Vec<Used>,
+    notes: Vec<String>,
     slam: Slam,
     consistency: ConsistencyWindow,
 }
 
+/// A scan that was used: its time as the log counts it, s, and where the wheels alone put the robot.
+#[derive(Clone, Copy, Debug)]
+struct Used {
+    seconds: f64,
+    odom_from_robot: Pose2,
+}
+
 impl Replay {
-    /// Begins at the first scan.
+    /// Begins at the first scan. A recording without a robot is mapped by scan matching, whatever the method: lines alone do
+    /// not tell how far along a corridor a sensor was carried.
     ///
     /// # Errors   [`SlamError`] for a setting out of range.
-    pub fn new(log: CarmenLog, method: Method, config: SlamConfig) -> Result<Self, SlamError> {
+    pub fn new(log: impl Into<Log>, method: Method, config: SlamConfig) -> Result<Self, SlamError> {
+        let log = log.into();
+        let mut notes: Vec<String> = log.damage().iter().map(ToString::to_string).collect();
+        let method = if log.has_odometry() {
+            method
+        } else {
+            notes.push("No robot is in this recording: it is mapped by scan matching".into());
+            Method::ScanMatching
+        };
         Ok(Self {
+            robot: log.robot(),
+            feed: Feed::of(&log),
             log,
-            robot: RobotModel::pioneer(),
-            next: 0,
+            scans_done: 0,
+            first: None,
+            last: None,
             used: vec![],
+            notes,
             slam: Slam::new(method, config)?,
             consistency: ConsistencyWindow::default(),
         })
@@ -45,21 +78,20 @@ impl Replay {
     ///
     /// # Errors   [`SlamError`] for a scan that cannot be used; it is passed over by the next call.
     pub fn step(&mut self) -> Result<bool, SlamError> {
-        let Some(scan) = self.log.scans.get(self.next) else {
+        let step = self.feed.next(&self.log, &self.robot);
+        self.notes.append(self.feed.notes());
+        let Some(step) = step else {
             self.slam.finish();
             return Ok(false);
         };
-        let stamp = self.log.stamp(scan);
-        let last = self.last();
-        let odometry = last.map_or(Odometry::standing(stamp), |last| {
-            let motion = last.odom_from_robot.delta_to(&scan.odom_from_robot);
-            recorded_odometry(&self.robot, self.log.stamp(last), stamp, motion)
+        self.scans_done += 1;
+        self.last = Some((step.scan.stamp, step.odom_from_robot));
+        self.first = self.first.or(self.last);
+        self.take(&step)?;
+        self.used.push(Used {
+            seconds: step.seconds,
+            odom_from_robot: step.odom_from_robot,
         });
-        let (seconds, scan) = (scan.ipc_seconds, self.log.scan(scan));
-        self.next += 1;
-        self.slam.odometry(&odometry)?;
-        self.slam.scan(&scan)?;
-        self.used.push(seconds);
         if let Some(report) = self.slam.explain() {
             self.consistency
                 .push(None, report.nis, report.nis_degrees());
@@ -67,45 +99,83 @@ impl Replay {
         Ok(true)
     }
 
+    fn take(&mut self, step: &Step) -> Result<(), SlamError> {
+        for odometry in &step.odometry {
+            self.slam.odometry(odometry)?;
+        }
+        self.slam.scan(&step.scan)
+    }
+
     /// The part that is done, 0 to 1.
     #[must_use]
     pub fn progress(&self) -> f64 {
-        self.next as f64 / self.log.scans.len().max(1) as f64
+        self.feed.progress(&self.log)
     }
 
     /// Scans taken so far.
     #[must_use]
     pub fn scans_done(&self) -> usize {
-        self.next
+        self.scans_done
     }
 
-    /// The scan taken last.
+    /// Messages of a recording taken so far, those that came with the last scan included; scans of a CARMEN log.
     #[must_use]
-    pub fn last(&self) -> Option<&CarmenScan> {
-        self.next
-            .checked_sub(1)
-            .and_then(|last| self.log.scans.get(last))
+    pub fn messages_done(&self) -> usize {
+        self.feed.position()
+    }
+
+    /// Where the odometry of the log itself puts the robot at the last scan.
+    #[must_use]
+    pub fn odom_from_robot(&self) -> Pose2 {
+        self.last.map_or_else(Pose2::identity, |(_, pose)| pose)
+    }
+
+    /// From the first scan to the one taken last, s.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        match (self.first, self.last) {
+            (Some((first, _)), Some((last, _))) => last.since(first),
+            _ => 0.0,
+        }
     }
 
     /// The log.
     #[must_use]
-    pub fn log(&self) -> &CarmenLog {
+    pub fn log(&self) -> &Log {
         &self.log
+    }
+
+    /// The robot that it was recorded with; a Pioneer where the log does not tell.
+    #[must_use]
+    pub fn robot(&self) -> &RobotModel {
+        &self.robot
+    }
+
+    /// What a person should read: damage, and time that was missed; it is forgotten here.
+    pub fn take_notes(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notes)
     }
 
     /// Stretches of scans during which the odometry stood still, three scans or more.
     #[must_use]
     pub fn standing_stretches(&self) -> Vec<Vec<Scan>> {
-        let scans = &self.log.scans;
-        let stands = |a: &CarmenScan, b: &CarmenScan| {
-            let motion = a.odom_from_robot.delta_to(&b.odom_from_robot);
-            motion.position().coords.norm() < STILL && motion.heading().abs() < STILL
-        };
-        scans
-            .chunk_by(stands)
-            .filter(|stretch| stretch.len() >= 3)
-            .map(|stretch| stretch.iter().map(|scan| self.log.scan(scan)).collect())
-            .collect()
+        let mut feed = Feed::of(&self.log);
+        let (mut stretches, mut stretch) = (vec![], vec![]);
+        let mut last: Option<Pose2> = None;
+        while let Some(step) = feed.next(&self.log, &self.robot) {
+            let stands = last.is_some_and(|last| {
+                let motion = last.delta_to(&step.odom_from_robot);
+                motion.position().coords.norm() < STILL && motion.heading().abs() < STILL
+            });
+            if !stands {
+                stretches.push(std::mem::take(&mut stretch));
+            }
+            stretch.push(step.scan);
+            last = Some(step.odom_from_robot);
+        }
+        stretches.push(stretch);
+        stretches.retain(|stretch: &Vec<Scan>| stretch.len() >= 3);
+        stretches
     }
 
     /// What does the work.
@@ -123,24 +193,32 @@ impl Replay {
     /// The pose by odometry alone at the last scan; the map's frame begins at the first.
     #[must_use]
     pub fn odometry_pose(&self) -> Pose2 {
-        self.last().map_or_else(Pose2::identity, |scan| {
-            self.map_from_odom() * scan.odom_from_robot
-        })
+        self.last
+            .map_or_else(Pose2::identity, |(_, pose)| self.map_from_odom() * pose)
     }
 
     /// The motion that takes the log's odometry frame to the map's.
     #[must_use]
     pub fn map_from_odom(&self) -> Pose2 {
-        let first = self.log.scans.first();
-        first.map_or_else(Pose2::identity, |scan| scan.odom_from_robot.inverse())
+        self.first
+            .map_or_else(Pose2::identity, |(_, pose)| pose.inverse())
     }
 
-    /// The pose of the robot's base at each scan used so far, with the `ipc_timestamp`, as known now.
+    /// Where odometry alone puts the robot at each scan used so far, map frame.
+    pub fn odometry_trajectory(&self) -> impl Iterator<Item = Pose2> {
+        let map_from_odom = self.map_from_odom();
+        self.used
+            .iter()
+            .map(move |used| map_from_odom * used.odom_from_robot)
+    }
+
+    /// The pose of the robot's base at each scan used so far, as known now, with the scan's time: `ipc_timestamp` of a CARMEN
+    /// log, the robot's clock in a recording.
     #[must_use]
     pub fn trajectory(&self) -> Vec<(f64, Pose2)> {
         let used = self.used.iter();
         used.zip(self.slam.trajectory())
-            .map(|(&seconds, (_, pose))| (seconds, pose))
+            .map(|(used, (_, pose))| (used.seconds, pose))
             .collect()
     }
 
@@ -152,128 +230,5 @@ impl Replay {
             hash.number(seconds).pose(&pose);
         }
         hash.finish()
-    }
-}
-
-/// A recorded motion with the covariance that the robot's model gives to the tracks that made it.
-fn recorded_odometry(robot: &RobotModel, from: Stamp, to: Stamp, motion: Pose2) -> Odometry {
-    let turn = 0.5 * motion.heading() * robot.track_width;
-    let tracks = Tracks {
-        left: motion.x() - turn,
-        right: motion.x() + turn,
-    };
-    Odometry {
-        from,
-        to,
-        motion,
-        cov: tracks.covariance(robot.track_width, &robot.odometry_noise),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::estimation::relation_errors;
-    use crate::format::{recorded, relations};
-
-    /// A robot that drives 2 m along a room of 8 m x 4 m, its laser 0.1 m ahead of its centre.
-    fn small_log() -> CarmenLog {
-        let mut text = String::new();
-        for i in 0..40 {
-            let x = 0.05 * f64::from(i);
-            let laser = x + 0.1;
-            text += "FLASER 180";
-            for beam in 0..180 {
-                let (sin, cos) = crate::geom::sin_cos((f64::from(beam) - 90.0).to_radians());
-                let ahead = if cos > 1e-9 {
-                    (5.0 - laser) / cos
-                } else {
-                    f64::INFINITY
-                };
-                let side = if sin.abs() > 1e-9 {
-                    2.0 / sin.abs()
-                } else {
-                    f64::INFINITY
-                };
-                text += &format!(" {:.3}", ahead.min(side));
-            }
-            // Odometry claims a tenth too much.
-            let (o, l) = (1.1 * x, 1.1 * x + 0.1);
-            text += &format!(" {l} 0 0 {o} 0 0 {}.5 host 0\n", 100 + i);
-        }
-        CarmenLog::parse(text.as_bytes()).unwrap()
-    }
-
-    fn replay(log: CarmenLog, method: Method) -> Replay {
-        let mut replay = Replay::new(log, method, SlamConfig::default()).unwrap();
-        while replay.step().unwrap() {}
-        replay
-    }
-
-    #[test]
-    fn matching_finds_the_way_of_the_base_where_odometry_is_wrong() {
-        let matched = replay(small_log(), Method::ScanMatching);
-        let trajectory = matched.trajectory();
-        assert_eq!((trajectory.len(), matched.progress()), (40, 1.0));
-        assert!((trajectory[39].0 - 139.5).abs() < 1e-9);
-        assert!(
-            (trajectory[39].1.x() - 1.95).abs() < 0.02,
-            "{:?}",
-            trajectory[39]
-        );
-        assert!(trajectory[39].1.y().abs() < 0.01);
-        let raw = replay(small_log(), Method::Odometry);
-        assert!((raw.odometry_pose().x() - 1.1 * 1.95).abs() < 1e-6);
-        assert!((raw.trajectory()[39].1.x() - 1.1 * 1.95).abs() < 1e-6);
-        assert_ne!(raw.state_hash(), matched.state_hash());
-    }
-
-    #[test]
-    fn stretches_are_where_the_odometry_stood() {
-        let mut log = small_log();
-        assert!(
-            replay(log.clone(), Method::Odometry)
-                .standing_stretches()
-                .is_empty()
-        );
-        for scans in [10..14, 20..22, 30..37] {
-            let stands = log.scans[scans.start].odom_from_robot;
-            for scan in &mut log.scans[scans] {
-                scan.odom_from_robot = stands;
-            }
-        }
-        let stretches = replay(log, Method::Odometry).standing_stretches();
-        let lengths: Vec<usize> = stretches.iter().map(Vec::len).collect();
-        assert_eq!(lengths, [4, 7]);
-    }
-
-    /// The buildings that others are measured on, with the same parameters for all.
-    #[test]
-    fn recorded_buildings_are_mapped_as_well_as_published() {
-        for (name, all, long) in [("intel", 0.025, 0.035), ("fr079", 0.06, 0.09)] {
-            let (Some(log), Some(truth)) = (
-                recorded(&format!("{name}/{name}.clf")),
-                recorded(&format!("{name}/{name}.relations")),
-            ) else {
-                continue;
-            };
-            let done = replay(CarmenLog::parse(&log).unwrap(), Method::ScanMatching);
-            let trajectory = done.trajectory();
-            let truth = relations::parse(&truth).unwrap();
-            let error = |least: f64| {
-                let chosen = truth
-                    .iter()
-                    .filter(|r| (r.to_seconds - r.from_seconds).abs() >= least)
-                    .map(|r| (r.from_seconds, r.to_seconds, r.motion));
-                relation_errors(chosen, &trajectory)
-            };
-            assert_eq!(error(0.0).count, truth.len());
-            assert!(error(0.0).trans_abs_mean < all, "{name}: {:?}", error(0.0));
-            assert!(
-                error(20.0).trans_abs_mean < long,
-                "{name}: {:?}",
-                error(20.0)
-            );
-        }
     }
 }

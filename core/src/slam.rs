@@ -9,6 +9,7 @@
 //! they can be swapped and compared on the same run.
 
 mod estimator;
+mod walls;
 
 use std::str::FromStr;
 
@@ -19,8 +20,8 @@ use crate::estimation::{
 use crate::features::{LineConfig, LineError, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
-use crate::map::{EvidenceConfig, Grid, GridConfig, GridError};
-use crate::points::{MotionHistory, NearField, PointConfig, Points};
+use crate::map::{EvidenceConfig, Grid, GridConfig, GridError, VectorConfig, VectorMap};
+use crate::points::{MotionHistory, NearConfig, NearField, PointConfig, Points};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
 use estimator::{Estimator, Sweep};
 
@@ -40,6 +41,8 @@ pub enum Method {
 pub struct SlamConfig {
     /// What is kept of a scan.
     pub points: PointConfig,
+    /// What is remembered of things too near to be seen.
+    pub near: NearConfig,
     /// How lines are found.
     pub lines: LineConfig,
     /// The filter over lines.
@@ -50,14 +53,17 @@ pub struct SlamConfig {
     pub grid: GridConfig,
     /// What the filter over lines draws of a scan.
     pub evidence: EvidenceConfig,
+    /// The vector map of the filter over lines.
+    pub vector: VectorConfig,
 }
 
 impl SlamConfig {
     /// For a sensor that scans only on command: it sees each cell a few times at most, little of each wall, and from afar in
-    /// terms of odometry. It takes Celej's quicker grid, and the `short_range` figures of lines, filter and grid.
+    /// terms of odometry. It takes Celej's quicker grid, and the `short_range` figures of lines, filter, grid and what is near.
     #[must_use]
     pub fn short_range() -> Self {
         Self {
+            near: NearConfig::short_range(),
             grid: GridConfig::celej(),
             lines: LineConfig::short_range(),
             ekf: EkfConfig::short_range(),
@@ -107,6 +113,7 @@ pub struct Slam {
     /// The same points, with what is near and was not seen.
     obstacles: Option<Points>,
     motion_since_scan: Pose2,
+    vector: VectorMap,
     /// A scan that is taken in part by part.
     pending: Option<Pending>,
 }
@@ -139,9 +146,10 @@ impl Slam {
             estimator: Estimator::new(method, &config)?,
             // The slowest sweep is that of a ranger on a servo, a few seconds.
             history: MotionHistory::new(5.0),
+            near: NearField::new(config.near),
+            vector: VectorMap::new(config.vector),
             config,
             points: None,
-            near: NearField::default(),
             obstacles: None,
             motion_since_scan: Pose2::identity(),
             pending: None,
@@ -166,9 +174,11 @@ impl Slam {
     /// that the line extraction or the filter refuses.
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         while self.continue_scan()?.is_some() {}
-        let points = self.points_of(scan)?;
+        scan.validate()?;
+        let scan = self.near.without_folded(scan, &self.motion_since_scan);
+        let points = self.points_of(&scan);
         for part in [ScanPart::Lines, ScanPart::Localise, ScanPart::Map] {
-            self.take_in(part, scan, &points)?;
+            self.take_in(part, &scan, &points)?;
         }
         self.conclude(points);
         Ok(())
@@ -177,10 +187,17 @@ impl Slam {
     /// The same part by part: [`Self::continue_scan`] does the parts. The next motion or scan does those that are left.
     ///
     /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises.
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "it is kept, as it came or with invalid readings in it"
+    )]
     pub fn begin_scan(&mut self, scan: Scan) -> Result<(), SlamError> {
         while self.continue_scan()?.is_some() {}
+        scan.validate()?;
+        let scan = self.near.without_folded(&scan, &self.motion_since_scan);
+        let scan = scan.into_owned();
         self.pending = Some(Pending {
-            points: self.points_of(&scan)?,
+            points: self.points_of(&scan),
             scan,
             next: ScanPart::Lines,
         });
@@ -207,13 +224,8 @@ impl Slam {
         Ok(Some(next))
     }
 
-    fn points_of(&self, scan: &Scan) -> Result<Points, SlamError> {
-        scan.validate()?;
-        Ok(Points::from_rolling_scan(
-            scan,
-            &self.history,
-            &self.config.points,
-        ))
+    fn points_of(&self, scan: &Scan) -> Points {
+        Points::from_rolling_scan(scan, &self.history, &self.config.points)
     }
 
     fn take_in(&mut self, part: ScanPart, scan: &Scan, points: &Points) -> Result<(), SlamError> {
@@ -234,13 +246,14 @@ impl Slam {
     }
 
     fn conclude(&mut self, points: Points) {
+        walls::observe(&mut self.vector, &self.estimator, &points);
         self.near.update(&points, &self.motion_since_scan);
         self.obstacles = Some(self.near.with_unseen(&points));
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
     }
 
-    /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids and of the scan matcher
+    /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids, of the vector map and of the scan matcher
     /// hold for a whole run, and so does what the filter knew of the odometry beforehand.
     ///
     /// # Errors    [`SlamError::Lines`] naming the first setting out of range; then the old ones stay.
@@ -249,8 +262,10 @@ impl Slam {
         self.config = SlamConfig {
             matcher: self.config.matcher,
             grid: self.config.grid,
+            vector: self.config.vector,
             ..config.clone()
         };
+        self.near.reconfigure(self.config.near);
         self.estimator.reconfigure(&self.config);
         Ok(())
     }
@@ -284,6 +299,12 @@ impl Slam {
     #[must_use]
     pub fn grid(&self) -> &Grid {
         self.estimator.grid()
+    }
+
+    /// The walls as segments with ends; empty for methods without lines.
+    #[must_use]
+    pub fn vector_map(&self) -> &VectorMap {
+        &self.vector
     }
 
     /// Walls of the line map; empty for methods without one.

@@ -20,12 +20,14 @@ interface Window {
     framesPerSecond: number;
     camera: { x: number; y: number; scale: number };
     toScreen(x: number, y: number): [number, number];
+    /** Doors of the simulated world, see DOOR of the protocol. */
+    doors: number[];
     /** Ends of a wall, map frame, m: x1 y1 x2 y2. */
     wall(id: number): number[] | null;
   };
 }
 
-export type Panel = 'run' | 'status' | 'plots' | 'filter' | 'settings' | 'layers' | 'log';
+export type Panel = 'run' | 'status' | 'plots' | 'filter' | 'paths' | 'settings' | 'layers' | 'log';
 
 /** What can be read of the page without a function call. */
 export type State = Omit<Window['slamlab'], 'toScreen' | 'wall'>;
@@ -48,7 +50,7 @@ export class Lab {
       const { slamlab: s } = window as unknown as Window;
       return {
         status: s.status, hash: s.hash, playing: s.playing, source: s.source, title: s.title, setup: s.setup, method: s.method, spot: s.spot, seq: s.seq, blocks: s.blocks,
-        framesPerSecond: s.framesPerSecond, camera: s.camera,
+        framesPerSecond: s.framesPerSecond, camera: s.camera, doors: s.doors,
       };
     });
   }

@@ -40,3 +40,24 @@ test('the map is saved as a picture', async ({ lab, page }) => {
   expect(png.subarray(1, 4).toString()).toBe('PNG');
   expect(png.readUInt32BE(16), 'wide enough to see').toBeGreaterThan(50);
 });
+
+test('the walls are saved as a drawing, for drawing programs and as data', async ({ lab, page }) => {
+  await lab.open();
+  // Walls are there when they were seen three times.
+  await lab.watch((s) => s.scans, 'the robot looks around').toBeGreaterThan(10);
+  await lab.pause();
+  await lab.show('run');
+  const downloads: Download[] = [];
+  page.on('download', (download) => downloads.push(download));
+  await lab.at('save-plan').click();
+  await expect.poll(() => downloads.length, 'three files come').toBe(3);
+  const files = new Map(await Promise.all(downloads.map(async (d) => [d.suggestedFilename(), (await readFile(await d.path())).toString()] as const)));
+  const plan = JSON.parse(files.get('office.geojson') ?? '{}') as { features: { geometry: { coordinates: [number, number][] }; properties: { length_m: number } }[] };
+  expect(plan.features.length, 'the walls around the start').toBeGreaterThan(3);
+  for (const { geometry, properties } of plan.features) {
+    const [[x0, y0] = [NaN, NaN], [x1, y1] = [NaN, NaN]] = geometry.coordinates;
+    expect(Math.hypot(x1 - x0, y1 - y0)).toBeCloseTo(properties.length_m, 9);
+  }
+  expect(files.get('office.svg')?.match(/<line /g)).toHaveLength(plan.features.length);
+  expect(files.get('office.dxf')?.match(/^LINE$/gm)).toHaveLength(plan.features.length);
+});

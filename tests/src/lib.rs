@@ -1,7 +1,15 @@
 //! Fixtures shared by tests and benches.
 
+#[cfg(not(target_family = "wasm"))]
+pub mod calm;
+#[cfg(unix)]
+pub mod console;
 #[cfg(unix)]
 pub mod devices;
+#[cfg(unix)]
+pub mod fuzz;
+#[cfg(unix)]
+pub mod map_truth;
 pub mod update_cost;
 
 /// Numbers in [0, 1) without any crate, the same everywhere: a 64-bit linear congruential generator (Knuth, MMIX).

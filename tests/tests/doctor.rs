@@ -8,6 +8,7 @@ use slamlab_bridge::serial::{Line, PortSettings};
 use slamlab_core::sim::worlds;
 use slamlab_core::wire::rp6::Fault;
 use slamlab_core::wire::rplidar::answer::Status;
+use slamlab_tests::calm::on_a_calm_machine;
 use slamlab_tests::devices::{Device, Faults, Ld06, Rp6, Rplidar, Socket, View};
 
 fn view() -> View {
@@ -38,78 +39,90 @@ fn assert_names(finding: &Finding, kind: Option<Kind>, words: &[&str]) {
 
 #[test]
 fn a_healthy_rplidar_is_known_and_measured() {
-    let finding = examine_plugged(Rplidar::new(view()), Faults::default());
-    assert!(finding.is_well(), "{finding}");
-    assert_eq!(finding.kind, Some(Kind::Rplidar));
-    assert!(finding.model.starts_with("RPLIDAR A1M8"));
-    assert_eq!(finding.measured.beams, 360);
-    // Paced by the clock of this machine, which others load.
-    let rate = finding.measured.scans_per_second;
-    assert!((3.0..7.0).contains(&rate), "{rate} scans/s");
-    assert!(finding.to_string().contains("--source rplidar:"));
+    on_a_calm_machine(|| {
+        let finding = examine_plugged(Rplidar::new(view()), Faults::default());
+        assert!(finding.is_well(), "{finding}");
+        assert_eq!(finding.kind, Some(Kind::Rplidar));
+        assert!(finding.model.starts_with("RPLIDAR A1M8"));
+        assert_eq!(finding.measured.beams, 360);
+        // Paced by the clock of this machine, which others load.
+        let rate = finding.measured.scans_per_second;
+        assert!((3.0..7.0).contains(&rate), "{rate} scans/s");
+        assert!(finding.to_string().contains("--source rplidar:"));
+    });
 }
 
 #[test]
 fn a_healthy_ld06_is_known_and_measured() {
-    let finding = examine_plugged(Ld06::new(view()), Faults::default());
-    assert!(finding.is_well(), "{finding}");
-    assert_eq!(
-        (finding.kind, finding.measured.beams),
-        (Some(Kind::Ld06), 450)
-    );
-    assert!(
-        (5.0..12.0).contains(&finding.measured.scans_per_second),
-        "{finding}"
-    );
+    on_a_calm_machine(|| {
+        let finding = examine_plugged(Ld06::new(view()), Faults::default());
+        assert!(finding.is_well(), "{finding}");
+        assert_eq!(
+            (finding.kind, finding.measured.beams),
+            (Some(Kind::Ld06), 450)
+        );
+        assert!(
+            (5.0..12.0).contains(&finding.measured.scans_per_second),
+            "{finding}"
+        );
+    });
 }
 
 #[test]
 fn a_healthy_rp6_is_known_with_and_without_its_boot_loader() {
-    for has_boot_loader in [false, true] {
-        let mut robot = robot();
-        robot.has_boot_loader = has_boot_loader;
-        let finding = examine_plugged(robot, Faults::default());
-        assert!(finding.is_well(), "{finding}");
-        assert_eq!(
-            (finding.kind, finding.model.as_str()),
-            (Some(Kind::Rp6), "RP6, firmware 1.0")
-        );
-        assert!(finding.measured.odometries > 50, "{finding}");
-    }
+    on_a_calm_machine(|| {
+        for has_boot_loader in [false, true] {
+            let mut robot = robot();
+            robot.has_boot_loader = has_boot_loader;
+            let finding = examine_plugged(robot, Faults::default());
+            assert!(finding.is_well(), "{finding}");
+            assert_eq!(
+                (finding.kind, finding.model.as_str()),
+                (Some(Kind::Rp6), "RP6, firmware 1.0")
+            );
+            assert!(finding.measured.odometries > 50, "{finding}");
+        }
+    });
 }
 
 #[test]
 fn health_2_is_named() {
-    let mut lidar = Rplidar::new(view());
-    lidar.status = Status::Error;
-    let finding = examine_plugged(lidar, Faults::default());
-    assert_names(
-        &finding,
-        Some(Kind::Rplidar),
-        &["health 2", "weak power", "5 V"],
-    );
+    on_a_calm_machine(|| {
+        let mut lidar = Rplidar::new(view());
+        lidar.status = Status::Error;
+        let finding = examine_plugged(lidar, Faults::default());
+        assert_names(
+            &finding,
+            Some(Kind::Rplidar),
+            &["health 2", "weak power", "5 V"],
+        );
+    });
 }
 
 #[test]
 fn a_blocked_head_is_named() {
-    let mut lidar = Ld06::new(view());
-    lidar.is_blocked = true;
-    let finding = examine_plugged(lidar, Faults::default());
-    assert_names(&finding, Some(Kind::Ld06), &["no whole turn", "motor"]);
-    let mut lidar = Rplidar::new(view());
-    lidar.is_blocked = true;
-    let finding = examine_plugged(lidar, Faults::default());
-    assert_names(&finding, Some(Kind::Rplidar), &["no whole turn", "blocked"]);
+    on_a_calm_machine(|| {
+        let mut lidar = Ld06::new(view());
+        lidar.is_blocked = true;
+        let finding = examine_plugged(lidar, Faults::default());
+        assert_names(&finding, Some(Kind::Ld06), &["no whole turn", "motor"]);
+        let mut lidar = Rplidar::new(view());
+        lidar.is_blocked = true;
+        let finding = examine_plugged(lidar, Faults::default());
+        assert_names(&finding, Some(Kind::Rplidar), &["no whole turn", "blocked"]);
+    });
 }
 
 #[test]
 fn silence_is_named() {
-    let mute = Faults {
-        is_mute: true,
-        ..Faults::default()
-    };
-    let finding = examine_plugged(Rplidar::new(view()), mute);
-    assert_names(&finding, None, &["nothing answers", "power", "TX and RX"]);
+    on_a_calm_machine(|| {
+        let mute = Faults {
+            is_mute: true,
+            ..Faults::default()
+        };
+        let finding = examine_plugged(Rplidar::new(view()), mute);
+        assert_names(&finding, None, &["nothing answers", "power", "TX and RX"]);
+    });
 }
 
 /// A device that speaks at a rate that none of ours has.
@@ -131,50 +144,62 @@ impl Device for Foreign {
 
 #[test]
 fn a_wrong_rate_is_named() {
-    let finding = examine_plugged(Foreign, Faults::default());
-    assert_names(&finding, None, &["bytes came", "another baud rate"]);
+    on_a_calm_machine(|| {
+        let finding = examine_plugged(Foreign, Faults::default());
+        assert_names(&finding, None, &["bytes came", "another baud rate"]);
+    });
 }
 
 #[test]
 fn a_port_that_is_not_there_is_named() {
-    let finding = examine("/dev/ttyUSB77");
-    assert_names(&finding, None, &["is not there", "plug the device in"]);
+    on_a_calm_machine(|| {
+        let finding = examine("/dev/ttyUSB77");
+        assert_names(&finding, None, &["is not there", "plug the device in"]);
+    });
 }
 
 #[test]
 fn a_busy_port_is_named() {
-    let socket = Socket::plugged(Ld06::new(view())).unwrap();
-    let path = socket.path();
-    let _held = Line::open(&PortSettings {
-        path: path.clone(),
-        baud_rate: 230_400,
-    })
-    .unwrap();
-    assert_names(&examine(&path), None, &["is busy", "fuser"]);
+    on_a_calm_machine(|| {
+        let socket = Socket::plugged(Ld06::new(view())).unwrap();
+        let path = socket.path();
+        let _held = Line::open(&PortSettings {
+            path: path.clone(),
+            baud_rate: 230_400,
+        })
+        .unwrap();
+        assert_names(&examine(&path), None, &["is busy", "fuser"]);
+    });
 }
 
 #[test]
 fn a_boot_loader_that_starts_nothing_is_named() {
-    let mut robot = robot();
-    (robot.has_boot_loader, robot.has_program) = (true, false);
-    let finding = examine_plugged(robot, Faults::default());
-    assert_names(&finding, Some(Kind::Rp6), &["boot loader", "flash"]);
+    on_a_calm_machine(|| {
+        let mut robot = robot();
+        (robot.has_boot_loader, robot.has_program) = (true, false);
+        let finding = examine_plugged(robot, Faults::default());
+        assert_names(&finding, Some(Kind::Rp6), &["boot loader", "flash"]);
+    });
 }
 
 #[test]
 fn a_robot_with_an_empty_battery_is_named() {
-    let mut robot = robot();
-    robot.fault = Fault::BatteryLow;
-    let finding = examine_plugged(robot, Faults::default());
-    assert_names(&finding, Some(Kind::Rp6), &["battery", "charge"]);
+    on_a_calm_machine(|| {
+        let mut robot = robot();
+        robot.fault = Fault::BatteryLow;
+        let finding = examine_plugged(robot, Faults::default());
+        assert_names(&finding, Some(Kind::Rp6), &["battery", "charge"]);
+    });
 }
 
 #[test]
 fn a_noisy_line_is_named() {
-    let noise = Faults {
-        flipped_bits: 1e-3,
-        ..Faults::default()
-    };
-    let finding = examine_plugged(Ld06::new(view()), noise);
-    assert_names(&finding, Some(Kind::Ld06), &["noisy", "shorter cable"]);
+    on_a_calm_machine(|| {
+        let noise = Faults {
+            flipped_bits: 1e-3,
+            ..Faults::default()
+        };
+        let finding = examine_plugged(Ld06::new(view()), noise);
+        assert_names(&finding, Some(Kind::Ld06), &["noisy", "shorter cable"]);
+    });
 }

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use slamlab_bridge::udp::{UdpConfig, UdpServer, start};
 use slamlab_core::sim::worlds;
 use slamlab_core::wire::pilch::server::ServerConfig;
+use slamlab_tests::calm::on_a_calm_machine;
 use slamlab_tests::devices::{Rplidar, Socket, View};
 
 struct Client {
@@ -70,67 +71,71 @@ fn connect(path: &str) -> Vec<u8> {
 
 #[test]
 fn a_script_after_the_published_layout_gets_the_world() {
-    let view = View::from_start(&worlds::builtin("arena").unwrap());
-    let lidar = Socket::plugged(Rplidar::new(view.clone())).unwrap();
-    let (_server, client) = server(&lidar.path());
-    client.send(b"\xFF\x00HELLO");
-    assert_eq!(client.wait(&[0xFF, 1]), b"\xFF\x011:LIDAR");
-    client.send(&connect("/etc/passwd"));
-    assert_eq!(
-        client.wait(&[1, 4]),
-        [1, 4, 4],
-        "a path that is not in the list"
-    );
-    client.send(&connect(&lidar.path()));
-    client.wait(&[1, 4, 1]);
-    client.send(&[1, 1]);
-    client.wait(&[1, 4, 2]);
-    // 100 readings every 50 ms.
-    client.send(&[1, 3, 100, 0, 0, 0, 50, 0, 0, 0]);
-    client.wait(&[1, 4, 3]);
-    for _ in 0..5 {
-        let data = client.wait(&[1, 3]);
-        let count = u32::from_le_bytes(data[2..6].try_into().unwrap()) as usize;
-        assert!((1..=100).contains(&count));
-        assert_eq!(data.len(), 6 + 5 * count);
-        for reading in data[6..].chunks(5) {
-            let angle = f64::from(u16::from_le_bytes([reading[1], reading[2]]) >> 1) / 64.0;
-            let millimetres = f64::from(u16::from_le_bytes([reading[3], reading[4]])) / 4.0;
-            assert!(reading[0] >> 2 > 0);
-            let truth = 1e3 * view.range(-angle.to_radians()).unwrap();
-            assert!(
-                (millimetres - truth).abs() < 0.2,
-                "{millimetres} at {angle}°, the world gives {truth}"
-            );
+    on_a_calm_machine(|| {
+        let view = View::from_start(&worlds::builtin("arena").unwrap());
+        let lidar = Socket::plugged(Rplidar::new(view.clone())).unwrap();
+        let (_server, client) = server(&lidar.path());
+        client.send(b"\xFF\x00HELLO");
+        assert_eq!(client.wait(&[0xFF, 1]), b"\xFF\x011:LIDAR");
+        client.send(&connect("/etc/passwd"));
+        assert_eq!(
+            client.wait(&[1, 4]),
+            [1, 4, 4],
+            "a path that is not in the list"
+        );
+        client.send(&connect(&lidar.path()));
+        client.wait(&[1, 4, 1]);
+        client.send(&[1, 1]);
+        client.wait(&[1, 4, 2]);
+        // 100 readings every 50 ms.
+        client.send(&[1, 3, 100, 0, 0, 0, 50, 0, 0, 0]);
+        client.wait(&[1, 4, 3]);
+        for _ in 0..5 {
+            let data = client.wait(&[1, 3]);
+            let count = u32::from_le_bytes(data[2..6].try_into().unwrap()) as usize;
+            assert!((1..=100).contains(&count));
+            assert_eq!(data.len(), 6 + 5 * count);
+            for reading in data[6..].chunks(5) {
+                let angle = f64::from(u16::from_le_bytes([reading[1], reading[2]]) >> 1) / 64.0;
+                let millimetres = f64::from(u16::from_le_bytes([reading[3], reading[4]])) / 4.0;
+                assert!(reading[0] >> 2 > 0);
+                let truth = 1e3 * view.range(-angle.to_radians()).unwrap();
+                assert!(
+                    (millimetres - truth).abs() < 0.2,
+                    "{millimetres} at {angle}°, the world gives {truth}"
+                );
+            }
         }
-    }
-    client.send(&[1, 2]);
-    client.wait(&[1, 4, 1]);
+        client.send(&[1, 2]);
+        client.wait(&[1, 4, 1]);
+    });
 }
 
 #[test]
 fn a_second_client_is_not_heard_and_the_lidar_stops_when_the_server_ends() {
-    use slamlab_core::wire::rplidar::request::Request;
-    let lidar = Socket::plugged(Rplidar::new(View::from_start(
-        &worlds::builtin("arena").unwrap(),
-    )))
-    .unwrap();
-    let (server, client) = server(&lidar.path());
-    client.send(b"\xFF\x00HELLO");
-    client.wait(&[0xFF, 1]);
-    client.send(&connect(&lidar.path()));
-    client.wait(&[1, 4, 1]);
-    let other = UdpSocket::bind("127.0.0.2:0").unwrap();
-    for order in [&b"\xFF\x00HELLO"[..], &[1, 2]] {
-        other.send_to(order, client.server).unwrap();
-    }
-    other
-        .set_read_timeout(Some(Duration::from_millis(300)))
+    on_a_calm_machine(|| {
+        use slamlab_core::wire::rplidar::request::Request;
+        let lidar = Socket::plugged(Rplidar::new(View::from_start(
+            &worlds::builtin("arena").unwrap(),
+        )))
         .unwrap();
-    assert!(other.recv_from(&mut [0; 64]).is_err());
-    drop(server);
-    assert_eq!(
-        lidar.with(|lidar| lidar.asked.last().copied()),
-        Some(Request::Stop)
-    );
+        let (server, client) = server(&lidar.path());
+        client.send(b"\xFF\x00HELLO");
+        client.wait(&[0xFF, 1]);
+        client.send(&connect(&lidar.path()));
+        client.wait(&[1, 4, 1]);
+        let other = UdpSocket::bind("127.0.0.2:0").unwrap();
+        for order in [&b"\xFF\x00HELLO"[..], &[1, 2]] {
+            other.send_to(order, client.server).unwrap();
+        }
+        other
+            .set_read_timeout(Some(Duration::from_millis(300)))
+            .unwrap();
+        assert!(other.recv_from(&mut [0; 64]).is_err());
+        drop(server);
+        assert_eq!(
+            lidar.with(|lidar| lidar.asked.last().copied()),
+            Some(Request::Stop)
+        );
+    });
 }

@@ -7,16 +7,17 @@ use slamlab_core::experiment::Experiment;
 use slamlab_core::geom::Pose2;
 use slamlab_core::pilot::{Mode, Stage};
 use slamlab_core::settings::Settings;
-use slamlab_core::sim::{Material, ReachableArea, SensorModel, reachable_area};
+use slamlab_core::sim::{Material, ReachableArea, SensorModel, Wall, reachable_area};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::bench::{BenchResponse, BenchTrial};
+use crate::contest::{Ground, WebContest};
 use crate::inspection::Inspection;
 use crate::settings::apply;
 use crate::setup::WebSetup;
 use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
-use crate::view::{self, MapFiles, SlamView};
+use crate::view::{self, FloorPlan, MapFiles, SlamView};
 
 /// What the page calls it.
 pub(crate) fn mode_name(mode: Mode) -> &'static str {
@@ -142,7 +143,7 @@ impl WebExperiment {
     /// Material of each true wall: 0 opaque, 1 glass, 2 dark.
     #[must_use]
     pub fn materials(&self) -> Vec<u8> {
-        let walls = self.experiment.sim().caster().walls();
+        let walls = self.walls();
         let code = |material| match material {
             Material::Opaque => 0,
             Material::Glass => 1,
@@ -289,6 +290,37 @@ impl WebExperiment {
         self.experiment.stop();
     }
 
+    /// All planners from `ends` (x and y of start, of goal, m) for `seconds` each: among the true walls (`truth`), on the map
+    /// (`map`, the unknown taken to be free) or only where it is known (`known`).
+    ///
+    /// # Errors    A sentence on start, goal or ground that cannot be.
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "lists cross the border by value only"
+    )]
+    pub fn contest(
+        &self,
+        ground: &str,
+        ends: Vec<f64>,
+        seconds: f64,
+    ) -> Result<WebContest, JsError> {
+        let on = Ground {
+            slam: self.experiment.slam(),
+            walls: Some((
+                self.experiment
+                    .sim()
+                    .caster()
+                    .walls()
+                    .iter()
+                    .map(|wall| wall.segment)
+                    .collect(),
+                self.experiment.map_from_world(),
+            )),
+            radius: self.experiment.sim().robot().radius(),
+        };
+        WebContest::on(on, ground, &ends, seconds)
+    }
+
     /// Half length and half width of the robot, m.
     #[must_use]
     pub fn half_size(&self) -> Vec<f64> {
@@ -296,14 +328,35 @@ impl WebExperiment {
         vec![0.5 * robot.length, 0.5 * robot.width]
     }
 
-    /// x1 y1 x2 y2 of the true walls.
+    /// x1 y1 x2 y2 of the true walls, without doors.
     #[must_use]
     pub fn truth(&self) -> Vec<f32> {
-        let walls = self.experiment.sim().caster().walls();
+        let walls = self.walls();
         view::segments(
             walls.iter().map(|wall| &wall.segment),
             &self.experiment.map_from_world(),
         )
+    }
+
+    /// x1 y1 x2 y2 of each door, whether it is open, and whether it is to be: one that is to shut waits while somebody stands in it.
+    #[must_use]
+    pub fn doors(&self) -> Vec<f32> {
+        let sim = self.experiment.sim();
+        let leaves = sim.world().doors.iter().map(|door| &door.leaf);
+        let ends = view::segments(leaves, &self.experiment.map_from_world());
+        let states = sim.doors_open().zip(sim.doors_ordered());
+        let flag = |yes| f32::from(u8::from(yes));
+        ends.chunks(4)
+            .zip(states)
+            .flat_map(|(ends, (open, ordered))| [ends, &[flag(open), flag(ordered)]].concat())
+            .collect()
+    }
+
+    /// Opens or shuts a door; it moves with the next step.
+    ///
+    /// # Errors    There is no such door.
+    pub fn set_door(&mut self, index: u32, open: bool) -> Result<(), JsError> {
+        Ok(self.experiment.set_door(index as usize, open)?)
     }
 
     /// x y radius of what walks about.
@@ -398,10 +451,27 @@ impl WebExperiment {
         MapFiles::of(self.experiment.slam(), image)
     }
 
+    /// The walls as files of drawing programs.
+    ///
+    /// # Errors    No walls: none were seen often enough, or the method knows none.
+    pub fn floor_plan(&self) -> Result<FloorPlan, JsError> {
+        FloorPlan::of(self.experiment.slam())
+    }
+
     /// Fingerprint of the whole state, 16 hexadecimal digits.
     #[must_use]
     pub fn state_hash(&self) -> String {
         format!("{:016x}", self.experiment.state_hash())
+    }
+}
+
+impl WebExperiment {
+    /// The walls that stand for good. Doors that are shut come after them.
+    fn walls(&self) -> &[Wall] {
+        let sim = self.experiment.sim();
+        let walls = sim.caster().walls();
+        let shut = sim.doors_open().filter(|open| !open).count();
+        walls.get(..walls.len() - shut).unwrap_or(walls)
     }
 }
 

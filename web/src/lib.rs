@@ -5,6 +5,7 @@
 
 mod bench;
 mod calibration;
+mod contest;
 mod experiment;
 mod inspection;
 mod live;
@@ -17,6 +18,7 @@ mod view;
 
 pub use bench::BenchResponse;
 pub use calibration::{Calibration, CalibrationError, calibrate, data_sheet};
+pub use contest::{AskError, WebContest, contestants};
 pub use experiment::WebExperiment;
 pub use inspection::Inspection;
 pub use live::{BridgeStatus, WebLive};
@@ -25,7 +27,7 @@ pub use settings::{PresetInfo, SettingInfo, preset_list, setting_list};
 pub use setup::{SetupError, WebSetup};
 pub use sigma::{GrowthError, SigmaCurve};
 pub use status::RunStatus;
-pub use view::{MapFiles, SlamView};
+pub use view::{FloorPlan, MapFiles, SlamView};
 
 use slamlab_core::sim::{SensorKind, worlds};
 use wasm_bindgen::prelude::wasm_bindgen;

@@ -8,10 +8,11 @@ use slamlab_core::pilot::Mode;
 use slamlab_core::wire::message::{DeviceState, Severity};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
+use crate::contest::{Ground, WebContest};
 use crate::experiment::mode_name;
 use crate::inspection::Inspection;
 use crate::status::RunStatus;
-use crate::view::{self, MapFiles, SlamView};
+use crate::view::{self, FloorPlan, MapFiles, SlamView};
 
 /// A robot that is mapped and driven through a bridge. Bytes of the WebSocket come in and go out here; times are µs of the
 /// page's clock.
@@ -217,6 +218,7 @@ impl WebLive {
             distance: live.distance(),
             goal_x: goal.map_or(f64::NAN, |goal| goal.x),
             goal_y: goal.map_or(f64::NAN, |goal| goal.y),
+            finished: live.pilot().status().is_over(),
             ..RunStatus::of(live.slam(), &live.odometry_pose(), live.consistency())
         }
     }
@@ -231,6 +233,28 @@ impl WebLive {
     #[must_use]
     pub fn activity(&self) -> String {
         self.live.pilot().status().to_string()
+    }
+
+    /// All planners from `ends` (x and y of start, of goal, m) for `seconds` each: on the map (`map`, the unknown taken to
+    /// be free) or only where it is known (`known`).
+    ///
+    /// # Errors    A sentence on start, goal or ground that cannot be.
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "lists cross the border by value only"
+    )]
+    pub fn contest(
+        &self,
+        ground: &str,
+        ends: Vec<f64>,
+        seconds: f64,
+    ) -> Result<WebContest, JsError> {
+        let on = Ground {
+            slam: self.live.slam(),
+            walls: None,
+            radius: self.live.model().radius(),
+        };
+        WebContest::on(on, ground, &ends, seconds)
     }
 
     /// Half length and half width of the robot, m.
@@ -284,6 +308,13 @@ impl WebLive {
     /// # Errors    An empty map.
     pub fn map_files(&self, image: &str) -> Result<MapFiles, JsError> {
         MapFiles::of(self.live.slam(), image)
+    }
+
+    /// The walls as files of drawing programs.
+    ///
+    /// # Errors    No walls: none were seen often enough, or the method knows none.
+    pub fn floor_plan(&self) -> Result<FloorPlan, JsError> {
+        FloorPlan::of(self.live.slam())
     }
 
     /// Fingerprint of pose and map, 16 hexadecimal digits.

@@ -1,26 +1,27 @@
 //! A recorded log, for the page.
 
-use slamlab_core::format::carmen::CarmenReader;
-use slamlab_core::replay::Replay;
+use slamlab_core::replay::{Log, LogReader, Replay};
 use slamlab_core::robot::{RobotModel, Scan};
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::SensorModel;
 use slamlab_core::slam::Method;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
+use crate::contest::{Ground, WebContest};
 use crate::inspection::Inspection;
 use crate::settings::apply;
 use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
-use crate::view::{self, MapFiles, SlamView};
+use crate::view::{self, FloorPlan, MapFiles, SlamView};
 
-/// A CARMEN log that is being read.
+/// A log that is being read: of CARMEN, or a recording of the bridge.
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct WebLogReader {
-    reader: CarmenReader,
+    reader: LogReader,
     method: Method,
-    settings: Settings,
+    keys: Vec<String>,
+    values: Vec<f64>,
 }
 
 #[wasm_bindgen]
@@ -30,33 +31,37 @@ impl WebLogReader {
     ///
     /// # Errors    A sentence on a method or a setting that does not exist.
     #[wasm_bindgen(constructor)]
-    #[allow(
-        clippy::needless_pass_by_value,
-        reason = "lists of text cross the border by value only"
-    )]
     pub fn new(method: &str, keys: Vec<String>, values: Vec<f64>) -> Result<Self, JsError> {
+        // What cannot be set is told before a long log is read.
         let mut settings = Settings::of(SensorModel::lidar(), &RobotModel::pioneer());
         apply(&mut settings, &keys, &values)?;
         Ok(Self {
-            reader: CarmenReader::default(),
+            reader: LogReader::default(),
             method: method.parse()?,
-            settings,
+            keys,
+            values,
         })
     }
 
     /// Takes the next bytes, as many as there are.
     ///
-    /// # Errors    A sentence on what is wrong with the log, with its line.
+    /// # Errors    A sentence on what is wrong with the log, with its line or byte.
     pub fn push(&mut self, bytes: &[u8]) -> Result<(), JsError> {
         Ok(self.reader.push(bytes)?)
     }
 
     /// The log is all there: it can be replayed.
     ///
-    /// # Errors    A sentence on what is wrong with the log, with its line.
+    /// # Errors    A sentence on what is wrong with the log, with its line or byte.
     pub fn finish(self) -> Result<WebReplay, JsError> {
         let log = self.reader.finish()?;
-        let replay = Replay::new(log, self.method, self.settings.slam)?;
+        let sensor = match log.scans_on_command() {
+            true => SensorModel::rangers(),
+            false => SensorModel::lidar(),
+        };
+        let mut settings = Settings::of(sensor, &log.robot());
+        apply(&mut settings, &self.keys, &self.values)?;
+        let replay = Replay::new(log, self.method, settings.slam)?;
         Ok(WebReplay { replay })
     }
 }
@@ -81,9 +86,8 @@ impl WebReplay {
     #[must_use]
     pub fn status(&self) -> RunStatus {
         let replay = &self.replay;
-        let last = replay.last();
         RunStatus {
-            time: last.map_or(0.0, |scan| replay.log().stamp(scan).seconds()),
+            time: replay.time(),
             progress: replay.progress(),
             scans: replay.scans_done() as u32,
             ..RunStatus::of(replay.slam(), &replay.odometry_pose(), replay.consistency())
@@ -103,23 +107,33 @@ impl WebReplay {
     #[must_use]
     pub fn summary(&self) -> String {
         let log = self.replay.log();
-        let beams = log.scans.first().map_or(0, |scan| log.readings(scan).len());
-        format!(
-            "{} scans of {beams} beams in {:.0} s",
-            log.scans.len(),
-            log.duration()
-        )
+        let (scans, seconds) = (log.scans(), log.duration());
+        match log {
+            Log::Carmen(carmen) => {
+                let beams = carmen.scans.first();
+                let beams = beams.map_or(0, |scan| carmen.readings(scan).len());
+                format!("{scans} scans of {beams} beams in {seconds:.0} s")
+            }
+            Log::Recording(recording) => {
+                let messages = recording.len();
+                format!("{scans} scans and {messages} messages in {seconds:.0} s")
+            }
+        }
+    }
+
+    /// What a person should read: damage of the file, and time that was missed.
+    #[must_use]
+    pub fn notes(&mut self) -> Vec<String> {
+        self.replay.take_notes()
     }
 
     /// For each scan so far: NaN NaN (no truth), odometry x y, estimate x y.
     #[must_use]
     pub fn trail(&self) -> Vec<f32> {
-        let scans = self.replay.log().scans.iter();
-        let map_from_odom = self.replay.map_from_odom();
-        scans
+        let odometry = self.replay.odometry_trajectory();
+        odometry
             .zip(self.replay.trajectory())
-            .flat_map(|(scan, (_, pose))| {
-                let odometry = map_from_odom * scan.odom_from_robot;
+            .flat_map(|(odometry, (_, pose))| {
                 [
                     f64::NAN,
                     f64::NAN,
@@ -133,10 +147,32 @@ impl WebReplay {
             .collect()
     }
 
-    /// Half length and half width of the robot, m. A log does not tell; most were recorded with a Pioneer.
+    /// All planners from `ends` (x and y of start, of goal, m) for `seconds` each: on the map (`map`, the unknown taken to
+    /// be free) or only where it is known (`known`).
+    ///
+    /// # Errors    A sentence on start, goal or ground that cannot be.
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "lists cross the border by value only"
+    )]
+    pub fn contest(
+        &self,
+        ground: &str,
+        ends: Vec<f64>,
+        seconds: f64,
+    ) -> Result<WebContest, JsError> {
+        let on = Ground {
+            slam: self.replay.slam(),
+            walls: None,
+            radius: self.replay.robot().radius(),
+        };
+        WebContest::on(on, ground, &ends, seconds)
+    }
+
+    /// Half length and half width of the robot, m; of a Pioneer where the log does not tell, for most were recorded with one.
     #[must_use]
     pub fn half_size(&self) -> Vec<f64> {
-        let robot = RobotModel::pioneer();
+        let robot = self.replay.robot();
         vec![0.5 * robot.length, 0.5 * robot.width]
     }
 
@@ -176,6 +212,13 @@ impl WebReplay {
     /// # Errors    An empty map.
     pub fn map_files(&self, image: &str) -> Result<MapFiles, JsError> {
         MapFiles::of(self.replay.slam(), image)
+    }
+
+    /// The walls as files of drawing programs.
+    ///
+    /// # Errors    No walls: none were seen often enough, or the method knows none.
+    pub fn floor_plan(&self) -> Result<FloorPlan, JsError> {
+        FloorPlan::of(self.replay.slam())
     }
 
     /// Fingerprint of the whole trajectory, 16 hexadecimal digits.

@@ -1,10 +1,10 @@
 //! What a person sees of a map, flattened for the page.
 
 use nalgebra::Point2;
-use slamlab_core::format::map_server;
+use slamlab_core::format::{floor_plan, map_server};
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::map::CellState;
-use slamlab_core::points::Points;
+use slamlab_core::points::{Beam, Points};
 use slamlab_core::slam::Slam;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
@@ -25,6 +25,8 @@ pub struct SlamView {
     pub cells: Vec<u8>,
     /// x y of what the last scan hit.
     pub scan: Vec<f32>,
+    /// Range and σ (m) and quality of each of these hits, in the same order; NaN where the sensor tells no quality.
+    pub beams: Vec<f32>,
     /// x1 y1 x2 y2 of the lines found in the last scan.
     pub found: Vec<f32>,
     /// The walls of the line map, see `LINE_STRIDE` of www/src/protocol.ts.
@@ -47,6 +49,7 @@ impl SlamView {
             blocks: vec![],
             cells: vec![],
             scan: hits(slam),
+            beams: beams(slam),
             found: found(slam),
             lines: lines(slam),
         };
@@ -99,13 +102,49 @@ pub(crate) fn free_area(slam: &Slam) -> f64 {
     free as f64 * grid.resolution() * grid.resolution()
 }
 
+/// The vector map as files.
+#[wasm_bindgen(getter_with_clone)]
+#[derive(Clone, Debug, PartialEq)]
+pub struct FloorPlan {
+    /// A drawing.
+    pub svg: String,
+    /// The same for drawing programs.
+    pub dxf: String,
+    /// The same with what is known of each wall.
+    pub geojson: String,
+}
+
+impl FloorPlan {
+    /// # Errors    No walls.
+    pub(crate) fn of(slam: &Slam) -> Result<Self, JsError> {
+        let walls = slam.vector_map().walls();
+        Ok(Self {
+            svg: floor_plan::svg(&walls)?,
+            dxf: floor_plan::dxf(&walls)?,
+            geojson: floor_plan::geojson(&walls)?,
+        })
+    }
+}
+
 fn hits(slam: &Slam) -> Vec<f32> {
     let map_from_robot = map_from_robot_at_scan(slam);
-    // A scan that is taken in part by part is shown from its first part on; the robot stands.
-    let points = slam.pending_points().or(slam.points());
-    let hits = points.into_iter().flat_map(Points::hits);
-    hits.flat_map(|beam| flat(map_from_robot * beam.end_in_robot))
+    let ends = shown(slam).map(|beam| flat(map_from_robot * beam.end_in_robot));
+    ends.flatten().collect()
+}
+
+fn beams(slam: &Slam) -> Vec<f32> {
+    shown(slam)
+        .flat_map(|beam| {
+            let quality = beam.quality.map_or(f32::NAN, f32::from);
+            [beam.range as f32, beam.sigma as f32, quality]
+        })
         .collect()
+}
+
+/// Hits of the scan that is shown: one that is taken in part by part from its first part on, for the robot stands.
+fn shown(slam: &Slam) -> impl Iterator<Item = &Beam> {
+    let points = slam.pending_points().or(slam.points());
+    points.into_iter().flat_map(Points::hits)
 }
 
 fn found(slam: &Slam) -> Vec<f32> {

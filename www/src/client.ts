@@ -2,7 +2,7 @@
 
 import type { Answer, Command, MethodName, SettingValues, Setup, SourceKind } from "./protocol.js";
 import { downloadAll } from "./save.js";
-import type { Store } from "./store.js";
+import type { Contest, Store } from "./store.js";
 import type { Scene } from "./view/scene.js";
 
 const TOKEN_KEY = "slamlab-token";
@@ -99,6 +99,12 @@ export class Client {
     this.send({ kind: "wheel", take, force: driver !== "" });
   }
 
+  /** A door of the simulated world; it moves with the next step, so a paused run goes on. */
+  setDoor(index: number, open: boolean): void {
+    this.send({ kind: "door", index, open });
+    this.#wake();
+  }
+
   emergency(on: boolean): void {
     this.send({ kind: "emergency", on });
   }
@@ -124,6 +130,23 @@ export class Client {
     this.#store.set("run", { aiming: false });
     this.send({ kind: "goto", x, y });
     this.#wake();
+  }
+
+  /** Asks all planners once there is a goal; without a start they begin where the robot is. */
+  contest(patch: Partial<Pick<Contest, "ground" | "seconds" | "start" | "goal">>): void {
+    const store = this.#store;
+    const contest = { ...store.contest, ...patch, picking: "goal" as const, error: "" };
+    store.set("contest", { contest });
+    const { ground, seconds, start, goal, watched } = contest;
+    const from = start ?? (store.status ? [store.status.x, store.status.y] as const : null);
+    if (goal && from) this.send({ kind: "contest", ask: { ground, ends: [...from, ...goal], seconds }, watched });
+  }
+
+  /** Whose tree is drawn. */
+  watch(watched: number): void {
+    const store = this.#store;
+    store.set("contest", { contest: { ...store.contest, watched } });
+    this.send({ kind: "contest-watch", watched });
   }
 
   drive(forward: number, turn: number): void {
@@ -196,8 +219,11 @@ export class Client {
         store.history.clear();
         store.inspection = null;
         store.cycle = null;
+        store.doors = new Float32Array(0);
         store.sigma = { curve: null, error: "" };
         store.spot = { hovered: [], pinned: null };
+        // Another map: its places are others. Only a simulation knows true walls.
+        store.contest = { ...store.contest, start: null, goal: null, picking: "goal", found: null, error: "", ground: answer.source === "sim" ? store.contest.ground : store.contest.ground === "truth" ? "map" : store.contest.ground };
         store.log = [];
         store.status = null;
         store.hash = "";
@@ -209,7 +235,9 @@ export class Client {
         store.tell("log");
         store.tell("inspection");
         store.tell("cycle");
+        store.tell("doors");
         store.tell("sigma");
+        store.tell("contest");
         store.started = { ...store.setup };
         this.send({ kind: "settings", sensor: store.setup.sensor, settings: store.setup.settings });
         this.onStart();
@@ -245,12 +273,15 @@ export class Client {
       case "sigma":
         store.set("sigma", { sigma: { curve: answer.curve, error: answer.error } });
         break;
+      case "contest":
+        store.set("contest", { contest: { ...store.contest, found: answer.contest, error: answer.error } });
+        break;
       case "bridge":
         store.set("bridge", { bridge: answer.state });
         break;
       case "saved":
         downloadAll(answer.files);
-        store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(" and ")}` });
+        store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(", ")}` });
         break;
       case "failed":
         store.set("run", { entering: "" });

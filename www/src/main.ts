@@ -10,7 +10,9 @@ import "./ui/bridge.js";
 import "./ui/calibration.js";
 import "./ui/consistency.js";
 import "./ui/correlations.js";
+import "./ui/contest.js";
 import { SlamCycle } from "./ui/cycle.js";
+import "./ui/doors.js";
 import "./ui/drop.js";
 import type { SlamElement } from "./ui/element.js";
 import "./ui/header.js";
@@ -52,7 +54,7 @@ const map = place<SlamMap>("slam-map");
 const transport = place<SlamTransport>("slam-transport");
 const cycle = place<SlamCycle>("slam-cycle");
 const help = place<SlamHelp>("slam-help");
-for (const tag of ["slam-header", "slam-bridge", "slam-setup", "slam-status", "slam-plots", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-settings", "slam-calibration", "slam-sigma", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
+for (const tag of ["slam-header", "slam-bridge", "slam-setup", "slam-doors", "slam-status", "slam-plots", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-contest", "slam-settings", "slam-calibration", "slam-sigma", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
   place(tag);
 }
 
@@ -99,7 +101,7 @@ startKeyboard({
     0: () => map.fit(),
     f: () => map.toggleFollow(),
     r: () => client.again(),
-    m: () => client.send({ kind: "save" }),
+    m: () => client.send({ kind: "save", what: "map" }),
     t: () => switchTheme(store),
     "?": () => help.show(),
   },
@@ -122,8 +124,10 @@ Object.defineProperty(window, "slamlab", {
     get setup() { return store.setup; },
     get method() { return store.method; },
     get spot() { return store.spot; },
+    get contest() { return store.contest; },
     get bridge() { return store.bridge; },
     get cycle() { return store.cycle; },
+    get doors() { return [...store.doors]; },
     get materials() { return [...new Set(scene.materials)]; },
     get seq() { return store.seq; },
     /** The robot as it is drawn at this moment. */
@@ -131,6 +135,8 @@ Object.defineProperty(window, "slamlab", {
     get framesPerSecond() { return map.frames; },
     get blocks() { return scene.tiles.size; },
     get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }; },
+    /** Where a hit of the last scan lies, map frame, m. */
+    hit: (beam: number): [number, number] => [scene.scan[2 * beam] ?? NaN, scene.scan[2 * beam + 1] ?? NaN],
     wall: (id: number) => wallEnds(scene.lines, id),
     /** Pixels of the canvas at which a map point is drawn. */
     toScreen: (x: number, y: number) => map.camera.toScreen(x, y),

@@ -105,6 +105,41 @@ export interface SigmaCurve {
   truth: Float64Array;
 }
 
+/** Where planners look: among the true walls, on the map with the unknown taken to be free, or only where it was seen. */
+export type Ground = "truth" | "map" | "known";
+
+/** What all planners are asked. */
+export interface ContestAsk {
+  ground: Ground;
+  /** x y of the start, of the goal, map frame, m. */
+  ends: readonly [number, number, number, number];
+  /** Time of each planner, s. */
+  seconds: number;
+}
+
+/** Places of the numbers of each planner in `ContestState.standings`: flags are 0 or 1, m, s; NaN without a path. */
+export const STANDING = { over: 0, straight: 1, length: 2, ratio: 3, seconds: 4, iterations: 5, tried: 6 } as const;
+export const STANDING_STRIDE = 7;
+
+/** How all planners stand; lists in the order of their names. */
+export interface ContestState extends ContestAsk {
+  running: boolean;
+  planners: readonly string[];
+  standings: Float64Array;
+  /** Why there is no path: blocked, proved, not-offered or open, and in words; empty otherwise. */
+  reasons: readonly { readonly kind: string; readonly text: string }[];
+  /** What lengths are held against, m, and whether there is no shorter path; NaN while there is no path. */
+  shortest: number;
+  isOptimum: boolean;
+  /** x y of the corners. */
+  paths: readonly Float32Array[];
+  /** Time taken, s, and length, m, whenever that became shorter. */
+  curves: readonly Float64Array[];
+  /** Whose tree this is, x1 y1 x2 y2. */
+  watched: number;
+  tree: Float32Array;
+}
+
 export type Command =
   | { kind: "start"; setup: Setup; play: boolean }
   | { kind: "replay"; name: string; bytes: ArrayBuffer; method: MethodName; settings: SettingValues }
@@ -136,15 +171,22 @@ export type Command =
   | { kind: "calibrate"; pairs: Pairs }
   /** σ(ρ) from a log's scans taken standing, or from those of a simulated robot that stands. */
   | { kind: "sigma"; growth: Growth }
+  /** All planners on one query; the tree of one of them is told. */
+  | { kind: "contest"; ask: ContestAsk; watched: number }
+  | { kind: "contest-watch"; watched: number }
+  | { kind: "contest-stop" }
   /** A trial of the simulated robot's drive controller. */
   | { kind: "bench"; trial: BenchTrial }
   /** A robot behind a bridge, at the address of its WebSocket; with an empty token this page only watches. */
   | { kind: "connect"; url: string; token: string; method: MethodName }
   /** The right to drive it: takes it (with `force` also from somebody else), or gives it back. */
   | { kind: "wheel"; take: boolean; force: boolean }
+  /** Opens or shuts a door of the simulated world, by its number. */
+  | { kind: "door"; index: number; open: boolean }
   /** Cuts its motors off, or unlatches that. */
   | { kind: "emergency"; on: boolean }
-  | { kind: "save" }
+  /** The grid, or the walls as a floor plan. */
+  | { kind: "save"; what: "map" | "plan" }
   | { kind: "drawn" };
 
 /** `lost` is tried again, `refused` is not. */
@@ -304,6 +346,17 @@ export const SAMPLE = {
 } as const;
 export const SAMPLE_STRIDE = 13;
 
+/** Places of the numbers of each hit in `Frame.beams`: m, and the sensor's own unit, NaN where it tells none. */
+export const BEAM = { range: 0, sigma: 1, quality: 2 } as const;
+export const BEAM_STRIDE = 3;
+/** Places of the numbers of each door in `Frame.doors`: ends in the map frame, m, and flags, 0 or 1. */
+export const DOOR = {
+  x1: 0, y1: 1, x2: 2, y2: 3, open: 4,
+  /** Whether it is to be open: one that is to shut waits while somebody stands in it. */
+  ordered: 5,
+} as const;
+export const DOOR_STRIDE = 6;
+
 /** What the filter's figures say; the meaning stands with `Diagnosis` in the core. */
 export type DiagnosisName = "collecting" | "blind" | "honest" | "wrong-match" | "hidden-drift" | "noisy-sightings" | "cautious";
 
@@ -367,6 +420,8 @@ export interface Frame {
   gridAnew: boolean;
   /** x y of what the last scan hit. */
   scan: Float32Array | null;
+  /** How each of these was read, see BEAM. */
+  beams: Float32Array | null;
   /** x1 y1 x2 y2 of the lines found in it. */
   found: Float32Array | null;
   /** What the stages of the cycle gave; null where nothing changed. */
@@ -374,7 +429,9 @@ export interface Frame {
   /** Whether the robot drives by the cycle. */
   inCycle: boolean;
   lines: Float64Array | null;
-  /** x1 y1 x2 y2 of the true walls. */
+  /** Doors of the simulated world, see DOOR. */
+  doors: Float32Array | null;
+  /** x1 y1 x2 y2 of the true walls, without doors. */
   truth: Float32Array | null;
   /** Material of each of them: 0 opaque, 1 glass, 2 dark. */
   materials: Uint8Array | null;
@@ -446,6 +503,8 @@ export type Answer =
   | { kind: "calibrated"; calibration: Calibration | null; error: string }
   /** An estimate, or why there is none. */
   | { kind: "sigma"; curve: SigmaCurve | null; error: string }
+  /** How the planners stand, or why they cannot be asked. */
+  | { kind: "contest"; contest: ContestState | null; error: string }
   | { kind: "bridge"; state: BridgeState | null }
   /** Something could not be done; the state before stays. */
   | { kind: "failed"; text: string };
@@ -453,7 +512,7 @@ export type Answer =
 /** The arrays of a frame that change hands. */
 export function transferables(frame: Frame): ArrayBuffer[] {
   const arrays = [
-    frame.grid?.index, frame.grid?.cells, frame.scan, frame.found, frame.lines, frame.truth, frame.materials, frame.movers, frame.path, frame.rawPath, frame.tree,
+    frame.grid?.index, frame.grid?.cells, frame.scan, frame.beams, frame.doors, frame.found, frame.lines, frame.truth, frame.materials, frame.movers, frame.path, frame.rawPath, frame.tree,
     frame.frontiers, frame.trail, frame.samples, frame.inspection?.landmarks, frame.inspection?.coefficients, frame.inspection?.sightings,
     frame.inspection?.candidates, frame.inspection?.odometry,
   ];

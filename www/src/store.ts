@@ -1,15 +1,15 @@
 // What the page knows, and who wants to hear of changes. Components read it and send commands; nothing is computed here.
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
-import type { BenchResponse, BridgeState, Calibration, Cycle, Frame, Inspection, LogLevel, MethodName, Named, Preset, Setting, Setup, SigmaCurve, SourceKind, Status } from "./protocol.js";
+import type { BenchResponse, BridgeState, Calibration, ContestState, Cycle, Frame, Ground, Inspection, LogLevel, MethodName, Named, Preset, Setting, Setup, SigmaCurve, SourceKind, Status } from "./protocol.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import { History } from "./history.js";
 
 export type Theme = "system" | "light" | "dark";
-export type Tab = "run" | "status" | "plots" | "filter" | "settings" | "layers" | "log" | "";
+export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `moment` is told at most ten times a second; the rest at once. */
-export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge";
+export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest";
 
 export interface LogEntry {
   time: number;
@@ -27,6 +27,20 @@ export interface Spot {
   readonly hovered: readonly number[];
   /** Chosen by a click, until another is. */
   readonly pinned: number | null;
+}
+
+/** A contest of planners as it is asked, and how it stands. */
+export interface Contest {
+  readonly ground: Ground;
+  readonly seconds: number;
+  /** Map frame, m; null where the robot is, or not yet chosen. */
+  readonly start: readonly [number, number] | null;
+  readonly goal: readonly [number, number] | null;
+  /** What the next click on the map sets. */
+  readonly picking: "start" | "goal";
+  readonly watched: number;
+  readonly found: ContestState | null;
+  readonly error: string;
 }
 
 export interface Toast {
@@ -59,6 +73,8 @@ export class Store {
   dataSheet = "";
   calibration: { fit: Calibration | null; error: string } = { fit: null, error: "" };
   sigma: { curve: SigmaCurve | null; error: string } = { curve: null, error: "" };
+  /** Doors of the simulated world, see DOOR. */
+  doors: Float32Array = new Float32Array(0);
   /** The bridge that is being talked to. */
   bridge: BridgeState | null = null;
   /** Whether the robot drives by the cycle, and what its stages gave. */
@@ -80,6 +96,7 @@ export class Store {
   spot: Spot = { hovered: [], pinned: null };
   /** What the drive controller did on the bench. */
   bench: BenchResponse | null = null;
+  contest: Contest = { ground: "truth", seconds: 1, start: null, goal: null, picking: "goal", watched: 3, found: null, error: "" };
   log: LogEntry[] = [];
   toast: Toast | null = null;
   readonly history = new History();
@@ -109,6 +126,7 @@ export class Store {
     if (frame.samples) this.history.append(frame.samples);
     if (frame.inspection) this.set("inspection", { inspection: withMatrix(frame.inspection, this.inspection) });
     if (frame.inCycle !== this.inCycle) this.set("run", { inCycle: frame.inCycle });
+    if (frame.doors) this.set("doors", { doors: frame.doors });
     if (frame.cycle) this.set("cycle", { cycle: frame.cycle });
     const now = performance.now();
     const turned = before?.finished !== frame.status.finished || before.mode !== frame.status.mode;

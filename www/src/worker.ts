@@ -8,6 +8,7 @@ import { type Answer, type Clock, type Command, type Inspection, type MethodName
 import { BridgeSource } from "./source/bridge.js";
 import { calibrationOf, listOf, presetOf, settingOf } from "./source/convert.js";
 import { BridgeLink } from "./source/link.js";
+import { ContestRunner } from "./source/contest.js";
 import { ReplaySource } from "./source/replay.js";
 import { SimSource } from "./source/sim.js";
 import type { Source } from "./source/source.js";
@@ -40,6 +41,7 @@ interface Reading {
 let reading: Reading | null = null;
 
 let source: Source | null = null;
+let contest: ContestRunner | null = null;
 let run = 0;
 let seq = 0;
 let playing = false;
@@ -234,6 +236,7 @@ function disconnect(): void {
 /** Takes a new source only once it exists: a setup that fails leaves the old run as it is. */
 function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, "kind" | "run" | "source" | "title" | "method">): void {
   if (!(next instanceof BridgeSource)) disconnect();
+  contest?.close();
   source?.close();
   source = next;
   inspected = -1;
@@ -319,6 +322,12 @@ function handle(command: Command): void {
     case "wheel":
       bridge?.wheel(command.take, command.force);
       break;
+    case "door":
+      if (!sim) break;
+      sim.setDoor(command.index, command.open);
+      stale = true;
+      show();
+      break;
     case "emergency":
       bridge?.emergency(command.on);
       break;
@@ -354,11 +363,34 @@ function handle(command: Command): void {
       stale ||= inspecting.on;
       show();
       break;
+    case "contest": {
+      const { ask, watched } = command;
+      const asked = source;
+      if (!asked) break;
+      contest ??= new ContestRunner(post);
+      try {
+        contest.begin(ask, watched, () => asked.contest(ask));
+      } catch (error) {
+        post({ kind: "contest", contest: null, error: wordsOf(error) });
+      }
+      break;
+    }
+    case "contest-watch":
+      contest?.watch(command.watched);
+      break;
+    case "contest-stop":
+      contest?.stop();
+      break;
     case "bench":
       if (sim) post({ kind: "bench", response: sim.bench(command.trial) });
       break;
     case "save":
-      if (source) post({ kind: "saved", files: source.files() });
+      if (!source) break;
+      try {
+        post({ kind: "saved", files: command.what === "map" ? source.files() : source.plan() });
+      } catch (error) {
+        refuse("", error);
+      }
       break;
     case "drawn":
       pageReady = true;

@@ -12,15 +12,38 @@ use crate::tools;
 /// # Errors
 /// If the firmware does not compile without warnings, or a test fails.
 pub fn test() -> Result<()> {
+    if is_missing("the firmware's tests") {
+        return Ok(());
+    }
+    tools::run(cargo("test").arg("--no-fail-fast"))
+}
+
+/// Compiles the real firmware's robot on a pseudo-terminal; `None`, and a sentence, where what it needs is not there.
+///
+/// # Errors
+/// If it does not compile.
+pub fn build_simulator() -> Result<Option<PathBuf>> {
+    if is_missing("the test with the real firmware") {
+        return Ok(None);
+    }
+    tools::run(cargo("build").args(["--bin", "rp6_sim"]))?;
+    Ok(Some(tools::target_dir().join("debug/rp6_sim")))
+}
+
+fn is_missing(what: &str) -> bool {
     let missing = missing();
     if !missing.is_empty() {
         eprintln!(
-            "skipped: the firmware's tests need {}. On Debian: sudo apt-get install gcc-avr avr-libc make pkg-config \
-             libclang-dev libelf-dev zlib1g-dev libzstd-dev",
+            "skipped: {what} needs {}. On Debian: sudo apt-get install gcc-avr avr-libc make pkg-config libclang-dev \
+             libelf-dev zlib1g-dev libzstd-dev",
             missing.join(", ")
         );
-        return Ok(());
     }
+    !missing.is_empty()
+}
+
+/// Cargo, in the workspace of the firmware's tests.
+fn cargo(command: &str) -> Command {
     let manifest = tools::root().join("tests/firmware/Cargo.toml");
     let mut cargo = tools::cargo();
     cargo.env("CARGO_TARGET_DIR", tools::target_dir());
@@ -31,11 +54,8 @@ pub fn test() -> Result<()> {
             format!("-I{}", headers.display()),
         );
     }
-    tools::run(
-        cargo
-            .args(["test", "--no-fail-fast", "--manifest-path"])
-            .arg(manifest),
-    )
+    cargo.arg(command).arg("--manifest-path").arg(manifest);
+    cargo
 }
 
 fn missing() -> Vec<&'static str> {

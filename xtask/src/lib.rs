@@ -4,7 +4,8 @@
 //! 2. [`page`] installs the locked npm packages and bundles the page into `www/dist`.
 //! 3. [`serve`] builds the bridge and becomes it.
 //! 4. [`check`] and [`suites`] run every check and every test, and end with a table of what passed ([`report`]).
-//! 5. [`browser_cost`] measures what the browser adds to the filter's work.
+//! 5. [`package`] makes what one installs on the robot's computer.
+//! 6. [`browser_cost`] measures what the browser adds to the filter's work.
 //!
 //! [`measure`] prints figures that the bridge promises, and whether they hold.
 //!
@@ -14,6 +15,8 @@ pub mod browser_cost;
 pub mod check;
 pub mod firmware;
 pub mod measure;
+#[cfg(unix)]
+pub mod package;
 pub mod page;
 pub mod report;
 pub mod serve;

@@ -32,6 +32,13 @@ enum Command {
         #[command(flatten)]
         speed: Speed,
     },
+    /// Build page and bridge into a Debian package, and try it out
+    #[cfg(unix)]
+    Package {
+        /// Computer that it is for; this one where none is named
+        #[arg(long, value_enum, default_value_t = xtask::package::Target::this_machine())]
+        target: xtask::package::Target,
+    },
     /// Formatting, lints for native and wasm32, documentation, TypeScript types
     Check,
     /// Native tests, tests in headless Chromium, and the page as a user uses it
@@ -45,6 +52,9 @@ enum Command {
         /// What to measure
         #[arg(value_enum)]
         promise: measure::Promise,
+        /// How long to soak (30), or to fuzz each decoder (10)
+        #[arg(long)]
+        minutes: Option<f64>,
     },
 }
 
@@ -86,8 +96,10 @@ fn obey(command: Command) -> anyhow::Result<()> {
             serve::serve(port, open)
         }
         Command::Build { speed } => page::build(speed.profile()),
+        #[cfg(unix)]
+        Command::Package { target } => xtask::package::package(target),
         Command::Check => check::all(),
-        Command::Report { promise } => measure::measure(promise),
+        Command::Report { promise, minutes } => measure::measure(promise, minutes),
         Command::Test { suites } => suites::run(&suites),
     }
 }

@@ -14,21 +14,51 @@ pub enum Promise {
     Latency,
     /// Who is refused, and how
     Access,
+    /// Nothing grows: 24 simulated hours of a device, and a bridge in real time
+    Soak,
+    /// No decoder crashes on changed input
+    Fuzz,
     /// An update of the line filter in headless Chromium takes at most 1.5 times as long as natively
     BrowserCost,
 }
 
-/// Measures it; the bridge over sockets of this machine.
+/// Measures it; the bridge over sockets of this machine. `minutes`: how long to soak, or to fuzz each decoder.
 ///
 /// # Errors
 /// If a figure does not hold.
-pub fn measure(promise: Promise) -> Result<()> {
+pub fn measure(promise: Promise, minutes: Option<f64>) -> Result<()> {
     let name = match promise {
         Promise::Faults => "faults",
         Promise::Latency => "latency",
         Promise::Access => "access",
+        Promise::Soak => "soak",
+        Promise::Fuzz => return example("fuzz", &minutes_or(minutes, 10.0)),
         Promise::BrowserCost => return browser_cost::report(),
     };
-    let run = "run --release --quiet --package slamlab-tests --example bridge_report --";
-    tools::run(tools::cargo().args(run.split(' ')).arg(name))
+    if promise != Promise::Soak {
+        return example("bridge_report", &[name.to_owned()]);
+    }
+    let mut words = minutes_or(minutes, 30.0);
+    words.insert(0, name.to_owned());
+    example("bridge_report", &words)
+}
+
+fn minutes_or(minutes: Option<f64>, default: f64) -> Vec<String> {
+    vec![minutes.unwrap_or(default).to_string()]
+}
+
+/// Runs an example of the tests, optimised, with the optimised bridge where it wants one in a process of its own.
+fn example(name: &str, words: &[String]) -> Result<()> {
+    tools::run(tools::cargo().args("build --release --quiet --package slamlab-bridge".split(' ')))?;
+    let bridge = tools::target_dir()
+        .join("release/slamlab-bridge")
+        .with_extension(std::env::consts::EXE_EXTENSION);
+    let run = "run --release --quiet --package slamlab-tests --example";
+    tools::run(
+        tools::cargo()
+            .env("SLAMLAB_BRIDGE", bridge)
+            .args(run.split(' '))
+            .args([name, "--"])
+            .args(words),
+    )
 }

@@ -72,22 +72,26 @@ fn the_page() -> Result<()> {
     let chrome = tools::chrome()?;
     page::build(Profile::Release)?;
     let bridge = serve::build_bridge()?;
-    let simulate = build_simulate()?;
+    // The run on the command line whose bits those in the page must equal.
+    let simulate = build_example("slamlab-core", "simulate")?;
+    let wired_robot = build_example("slamlab-tests", "wired_robot")?;
+    let real_firmware = firmware::build_simulator()?;
     let folder = tools::root().join("tests/page");
     page::install(&folder)?;
-    tools::run(
-        tools::npm(&folder)?
-            .env("CHROME", chrome)
-            .env("SLAMLAB_BRIDGE", bridge)
-            .env("SLAMLAB_SIMULATE", simulate)
-            .args(["run", "--silent", "test"]),
-    )
+    let mut npm = tools::npm(&folder)?;
+    npm.env("CHROME", chrome)
+        .env("SLAMLAB_BRIDGE", bridge)
+        .env("SLAMLAB_SIMULATE", simulate)
+        .env("SLAMLAB_WIRED_ROBOT", wired_robot)
+        .env("SLAMLAB_RP6_SIM", real_firmware.unwrap_or_default());
+    tools::run(npm.args(["run", "--silent", "test"]))
 }
 
-/// The run on the command line whose bits those in the page must equal.
-fn build_simulate() -> Result<PathBuf> {
-    tools::run(tools::cargo().args("build --package slamlab-core --example simulate".split(' ')))?;
+/// An example's program, compiled for this machine.
+fn build_example(package: &str, name: &str) -> Result<PathBuf> {
+    tools::run(tools::cargo().args(["build", "--package", package, "--example", name]))?;
     Ok(tools::target_dir()
-        .join("debug/examples/simulate")
+        .join("debug/examples")
+        .join(name)
         .with_extension(std::env::consts::EXE_EXTENSION))
 }

@@ -91,16 +91,35 @@ pub fn chromedriver() -> Result<PathBuf> {
     )
 }
 
+/// Debian's packer.
+///
+/// # Errors
+/// If it is not installed.
+pub fn dpkg_deb() -> Result<PathBuf> {
+    need(
+        "dpkg-deb",
+        &["dpkg-deb"],
+        "install it by `sudo apt-get install dpkg`",
+    )
+}
+
 /// Makes sure that rustc can compile for wasm32: asks rustup for the target if it is missing.
 ///
 /// # Errors
 /// If it is missing and rustup cannot add it.
 pub fn need_wasm_target() -> Result<()> {
-    const TARGET: &str = "wasm32-unknown-unknown";
+    need_target("wasm32-unknown-unknown")
+}
+
+/// Makes sure that rustc can compile for `target`: asks rustup for it if it is missing.
+///
+/// # Errors
+/// If it is missing and rustup cannot add it.
+pub fn need_target(target: &str) -> Result<()> {
     let mut rustc = Command::new(env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()));
     let output = rustc
         .current_dir(root())
-        .args(["--print", "target-libdir", "--target", TARGET])
+        .args(["--print", "target-libdir", "--target", target])
         .output()
         .context("cannot start rustc")?;
     let folder = String::from_utf8_lossy(&output.stdout);
@@ -109,10 +128,10 @@ pub fn need_wasm_target() -> Result<()> {
     }
     let added = Command::new("rustup")
         .current_dir(root())
-        .args(["target", "add", TARGET])
+        .args(["target", "add", target])
         .status();
     if !added.is_ok_and(|status| status.success()) {
-        bail!("Rust cannot compile for {TARGET} yet; add it by `rustup target add {TARGET}`");
+        bail!("Rust cannot compile for {target} yet; add it by `rustup target add {target}`");
     }
     Ok(())
 }

@@ -10,6 +10,7 @@
 
 mod finding;
 mod visit;
+mod words;
 
 use std::time::Duration;
 
@@ -96,7 +97,7 @@ fn met(path: &str, kind: Kind, seen: &Visit) -> Finding {
     let measured = seen.measured();
     problems.extend(noise(&measured));
     if problems.is_empty() && measured.scans == 0 && measured.odometries == 0 {
-        problems.push(Problem("it answers, but sends no data".into()));
+        problems.push(Problem(words::SENDS_NOTHING.into()));
     }
     Finding {
         path: path.into(),
@@ -111,13 +112,7 @@ fn met(path: &str, kind: Kind, seen: &Visit) -> Finding {
 fn noise(measured: &Measured) -> Option<Problem> {
     // Up to a whole frame is lost where one began to listen in its middle.
     let is_noisy = measured.damaged > 2 && measured.skipped > 200;
-    is_noisy.then(|| {
-        Problem(format!(
-            "the line is noisy ({} damaged frames in {:.1} s): use a shorter cable, connect the grounds, keep it away \
-             from the motors",
-            measured.damaged, measured.seconds
-        ))
-    })
+    is_noisy.then(|| Problem(words::noisy(measured)))
 }
 
 /// What came of a port on which nothing said what it is.
@@ -144,13 +139,8 @@ impl Others {
         let problem = match (self.boot_loader, self.broken, self.bytes) {
             (Some(text), ..) => text,
             (None, Some(error), _) => error,
-            (None, None, 0) => "nothing answers at 38400, 230400 or 115200 baud: the device has no power, or TX and RX \
-                                are swapped or loose; of an LD06 only its TX goes to this port"
-                .into(),
-            (None, None, bytes) => format!(
-                "{bytes} bytes came, but nothing that slamlab knows: another device, or another baud rate than 38400 (RP6), \
-                 230400 (LD06) and 115200 (RPLIDAR A1)"
-            ),
+            (None, None, 0) => words::NOTHING_ANSWERS.into(),
+            (None, None, bytes) => words::unknown(bytes),
         };
         Finding {
             path: path.into(),

@@ -63,6 +63,9 @@ impl Hub {
         }));
         connected.tell(FromBridge::Devices(self.devices.clone()));
         connected.tell(FromBridge::Safety(self.state()));
+        if let Some(errand) = self.errand_now() {
+            connected.tell(errand);
+        }
         self.clients.insert(id, connected);
         id
     }
@@ -88,7 +91,12 @@ impl Hub {
         }
         if let Some(asked) = asked(header, message) {
             let now = self.clock.now();
+            self.given = None;
             self.rule(now, Input::Asks(Client { id, may_drive }, asked));
+            if matches!(message, ToBridge::Drive(body) if body.motion.is_errand()) {
+                let order = self.given.take();
+                self.errand_given(id, header.sequence, order);
+            }
         }
     }
 }

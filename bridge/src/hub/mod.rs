@@ -8,6 +8,7 @@
 //! 3. The hub wakes when something happens or runs out, and each second for heartbeats and metrics.
 
 mod client;
+mod errand;
 pub(crate) mod outbox;
 mod robot;
 
@@ -25,11 +26,13 @@ use tokio::time::Instant;
 
 use crate::clock::Clock;
 use crate::metrics::Metrics;
+use crate::notify;
 use crate::record::Recorder;
 use crate::safety::{ClientId, Input, Output, Safety, SafetyConfig};
 use crate::source::{Event, Order, Running};
 use client::Connected;
 pub(crate) use client::NewClient;
+use errand::Errand;
 use robot::RobotSide;
 
 /// Messages of clients that wait for the hub; who sends more waits.
@@ -96,6 +99,9 @@ struct Hub {
     safety: Safety,
     clients: BTreeMap<ClientId, Connected>,
     last_client: ClientId,
+    errand: Option<Errand>,
+    /// Number of the last order, if it was an errand.
+    given: Option<u64>,
     metrics: Arc<Metrics>,
     recorder: Option<Recorder>,
     next_heartbeat: Duration,
@@ -123,6 +129,8 @@ impl Hub {
             safety: Safety::new(safety),
             clients: BTreeMap::new(),
             last_client: 0,
+            errand: None,
+            given: None,
             next_heartbeat: Duration::ZERO,
             next_driver_heartbeat: Duration::ZERO,
             clock,
@@ -162,6 +170,7 @@ impl Hub {
     }
 
     fn each_second(&mut self) {
+        notify::alive();
         let all: Vec<ClientId> = self.clients.keys().copied().collect();
         for client in all {
             self.heartbeat(client);
@@ -190,7 +199,16 @@ impl Hub {
         let now = self.clock.now();
         self.metrics.events.fetch_add(1, Ordering::Relaxed);
         let consequence = self.robot.event(now, source, &event);
+        if let Event::Busy { busy, after } = event {
+            if self.robot.source() == Some(usize::from(source)) {
+                self.busy(busy, after);
+            }
+            return;
+        }
         if let Some(is_up) = consequence.link {
+            if !is_up {
+                self.errand_over();
+            }
             self.rule(now, Input::Robot(is_up));
         }
         if let Some(reason) = consequence.fault {
@@ -244,7 +262,8 @@ impl Hub {
             recorder.order(&order, self.clock.now());
         }
         if let Some(source) = self.robot.source().and_then(|at| self.sources.get(at)) {
-            source.order(order);
+            let number = source.order(order);
+            self.given = errand::is_errand(&order).then_some(number);
         }
     }
 

@@ -44,6 +44,7 @@ type Slot = (Stream, u8);
 enum Stream {
     Odometry,
     Scan,
+    Errand,
     Rangers,
     Bumpers,
     Battery,
@@ -127,7 +128,7 @@ impl Waiting {
         if let Some(code) = self.close {
             return Some(Next::Close(code));
         }
-        let slot = self.turn()?;
+        let slot = self.after_its_scan(self.turn()?);
         self.last = Some(slot);
         if slot.0 == Stream::Scan {
             let waiting = self
@@ -137,6 +138,16 @@ impl Waiting {
         }
         self.queue.extend(self.slots.remove(&slot));
         self.queue.pop_front().map(Next::Message)
+    }
+
+    /// The end of an errand waits for the scan that belongs to it, but for one only: else a client that is slow would never learn of it.
+    fn after_its_scan(&self, slot: Slot) -> Slot {
+        let was_scan = self.last.is_some_and(|last| last.0 == Stream::Scan);
+        let mut scans = self.slots.keys().filter(|slot| slot.0 == Stream::Scan);
+        match scans.next() {
+            Some(scan) if slot.0 == Stream::Errand && !was_scan => *scan,
+            _ => slot,
+        }
     }
 
     /// The next slot that is full, after the last one and round again.
@@ -159,6 +170,7 @@ fn slot(message: &FromBridge) -> Option<Slot> {
         FromBridge::Battery(body) => (Stream::Battery, body.source),
         FromBridge::Currents(body) => (Stream::Currents, body.source),
         FromBridge::Link(body) => (Stream::Link, body.source),
+        FromBridge::Errand(_) => (Stream::Errand, 0),
         FromBridge::Heartbeat(_) => (Stream::Heartbeat, 0),
         FromBridge::Recording(_) => (Stream::Recording, 0),
         _ => return None,
@@ -276,6 +288,7 @@ mod tests {
             bearing_sigma: 0.0,
             max_range: 6.0,
             sweep: 0.0,
+            qualities: vec![],
         }
     }
 

@@ -11,7 +11,7 @@ use slamlab_core::wire::message::{
 use super::Hub;
 use crate::safety::plausible::{Plausible, PlausibleConfig};
 use crate::safety::safe_mode::SafeMode;
-use crate::source::{Event, Order, Running};
+use crate::source::{self, Event, Order, Running};
 
 /// What is known of the robot that takes commands: the first source that has one.
 pub(super) struct RobotSide {
@@ -41,9 +41,10 @@ impl RobotSide {
         let source = sources
             .iter()
             .position(|source| source.profile.robot.is_some());
-        let profile = source.map(|at| &sources[at].profile);
-        let fresh = profile
-            .and_then(|profile| Some(SafeMode::new(profile.robot?, profile.scans_on_command)));
+        let on_command = source::scans_on_command(sources.iter().map(|source| &source.profile));
+        let fresh = source
+            .and_then(|at| sources[at].profile.robot)
+            .map(|robot| SafeMode::new(robot, on_command));
         Self {
             source,
             safe_mode: fresh.clone(),
@@ -174,6 +175,7 @@ impl Hub {
                 damaged: link.damaged,
                 skipped: link.skipped,
             }),
+            Event::Busy { .. } => return None,
             Event::Device {
                 state,
                 model,

@@ -20,6 +20,16 @@ impl Cdr {
         }
     }
 
+    pub(super) fn u8(&mut self, value: u8) -> &mut Self {
+        self.put([value])
+    }
+
+    /// Bytes that need no alignment of their own.
+    pub(super) fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
+        self.bytes.extend_from_slice(bytes);
+        self
+    }
+
     pub(super) fn u32(&mut self, value: u32) -> &mut Self {
         self.put(value.to_le_bytes())
     }
@@ -53,9 +63,12 @@ impl Cdr {
 
     /// `std_msgs/Header`.
     pub(super) fn header(&mut self, stamp: Duration, frame: &str) -> &mut Self {
-        self.i32(stamp.as_secs() as i32)
-            .u32(stamp.subsec_nanos())
-            .text(frame)
+        self.time(stamp).text(frame)
+    }
+
+    /// `builtin_interfaces/Time`.
+    pub(super) fn time(&mut self, time: Duration) -> &mut Self {
+        self.i32(time.as_secs() as i32).u32(time.subsec_nanos())
     }
 
     pub(super) fn finish(&mut self) -> Vec<u8> {

@@ -11,14 +11,17 @@
 //! 4. At a regular end the summary is added, which lets readers jump. A file without it reads just as well from its start.
 //!
 //! Chunks are not used, for a chunk under way is lost with the program. Channel `slamlab` holds every message as it
-//! crossed the wire ([`slamlab_core::wire::message`]); [`crate::source::replay`] plays it back. `/scan`, `/odom` and
-//! `/cmd_vel` hold the same for other tools, as ROS 2 messages (`ros`).
+//! crossed the wire ([`slamlab_core::wire::message`]), from the bridge's hello on, which names the robot;
+//! [`slamlab_core::wire::recording`] reads it, and [`crate::source::replay`] plays it back. `/scan`,
+//! `/points`, `/odom`, `/tf` and `/cmd_vel` hold the same for other tools, as ROS 2 messages (`ros`); [`export()`] adds `/map`
+//! and `/pose`.
 //!
 //! Source: the MCAP format specification, mcap.dev/spec; OMG CDR for the ROS 2 messages.
 
 mod cdr;
+mod export;
 mod journal;
-mod ros;
+pub(crate) mod ros;
 mod thread;
 
 use std::fs::{File, OpenOptions};
@@ -34,12 +37,8 @@ use slamlab_core::wire::message::{DriveBody, FromBridge, Motion, RecordingBody, 
 
 use crate::clock::Clock;
 use crate::source::Order;
+pub use export::{ExportError, Exported, MAP_EVERY, export};
 use thread::{Entry, Progress};
-
-/// Name of the channel with every message.
-pub const CHANNEL: &str = "slamlab";
-/// Encoding of its messages: protocol 1 of [`slamlab_core::wire::message`].
-pub const ENCODING: &str = "slamlab-1";
 
 /// Messages that wait for the disk: ten seconds of a robot with a lidar.
 const MOST_WAITING: usize = 4096;
@@ -87,7 +86,13 @@ impl Recorder {
         let shared = Arc::clone(&progress);
         let thread = std::thread::Builder::new()
             .name("record".into())
-            .spawn(move || thread::run(|| thread::Writer::new(file), &waiting, &shared))
+            .spawn(move || {
+                thread::run(
+                    || thread::Writer::new(file, &ros::Topic::HEARD),
+                    &waiting,
+                    &shared,
+                )
+            })
             .map_err(|source| RecordError::Io {
                 path: path.to_owned(),
                 source,

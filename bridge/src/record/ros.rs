@@ -4,100 +4,164 @@
 //! are the time of day at which a message passed the bridge; the robot's own clock stands in channel `slamlab`.
 //!
 //! A `LaserScan` has equal angles between its beams and knows no others. Bearings are put in order, counter-clockwise; each
-//! beam gets the nearest range within half a step of it, or NaN.
+//! beam gets the nearest range within half a step of it, or NaN. The `PointCloud2` beside it has every hit where it was.
+//!
+//! Covariances are those of the robot's own model, added up; where it tells none they are 0, which stands for unknown.
+//!
+//! Source: ROS 2 common_interfaces (sensor_msgs, nav_msgs, geometry_msgs) and geometry2 (tf2_msgs), as of ROS 2 Humble.
+
+mod messages;
 
 use std::time::Duration;
 
-use slamlab_core::geom::Pose2;
-use slamlab_core::wire::message::{FromBridge, Motion, OdometryBody, ScanBody, ToBridge};
+use slamlab_core::geom::{Pose2, PoseEstimate};
+use slamlab_core::map::Grid;
+use slamlab_core::robot::{Odometry, Stamp};
+use slamlab_core::wire::message::{FromBridge, Motion, ToBridge};
 
 use super::cdr::Cdr;
+pub(crate) use messages::{evenly, in_space, placed};
 
 /// The topics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Topic {
+pub(crate) enum Topic {
     Scan,
+    Points,
     Odometry,
     Velocity,
     Transforms,
+    Pose,
+    Map,
 }
 
 impl Topic {
-    pub(super) const ALL: [Self; 4] =
-        [Self::Scan, Self::Odometry, Self::Velocity, Self::Transforms];
+    /// What a bridge hears and says.
+    pub(crate) const HEARD: [Self; 5] = [
+        Self::Scan,
+        Self::Points,
+        Self::Odometry,
+        Self::Velocity,
+        Self::Transforms,
+    ];
+    /// What is made of it.
+    pub(crate) const MADE: [Self; 2] = [Self::Pose, Self::Map];
 
-    pub(super) fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Scan => "/scan",
+            Self::Points => "/points",
             Self::Odometry => "/odom",
             Self::Velocity => "/cmd_vel",
             Self::Transforms => "/tf",
+            Self::Pose => "/pose",
+            Self::Map => "/map",
         }
     }
 
-    pub(super) fn schema(self) -> &'static str {
+    pub(crate) fn schema(self) -> &'static str {
         match self {
             Self::Scan => "sensor_msgs/msg/LaserScan",
+            Self::Points => "sensor_msgs/msg/PointCloud2",
             Self::Odometry => "nav_msgs/msg/Odometry",
             Self::Velocity => "geometry_msgs/msg/Twist",
             Self::Transforms => "tf2_msgs/msg/TFMessage",
+            Self::Pose => "geometry_msgs/msg/PoseWithCovarianceStamped",
+            Self::Map => "nav_msgs/msg/OccupancyGrid",
         }
     }
 
     /// The definition with all that it stands on, as `ros2msg` wants it.
-    pub(super) fn definition(self) -> &'static str {
+    pub(crate) fn definition(self) -> &'static str {
         match self {
             Self::Scan => include_str!("ros/LaserScan.txt"),
+            Self::Points => include_str!("ros/PointCloud2.txt"),
             Self::Odometry => include_str!("ros/Odometry.txt"),
             Self::Velocity => include_str!("ros/Twist.txt"),
             Self::Transforms => include_str!("ros/TFMessage.txt"),
+            Self::Pose => include_str!("ros/PoseWithCovarianceStamped.txt"),
+            Self::Map => include_str!("ros/OccupancyGrid.txt"),
         }
     }
 }
 
 /// Messages for topics.
-pub(super) type Messages = Vec<(Topic, Vec<u8>)>;
+pub(crate) type Messages = Vec<(Topic, Vec<u8>)>;
 
 /// Adds up the odometry.
 #[derive(Debug)]
-pub(super) struct Odom {
-    odom_from_robot: Pose2,
+pub(crate) struct Odom {
+    summed: Odometry,
 }
 
 impl Default for Odom {
     fn default() -> Self {
         Self {
-            odom_from_robot: Pose2::identity(),
+            summed: Odometry::standing(Stamp(0)),
         }
     }
 }
 
 impl Odom {
-    pub(super) fn said(&mut self, message: &FromBridge, now: Duration) -> Messages {
+    pub(crate) fn said(&mut self, message: &FromBridge, now: Duration) -> Messages {
         match message {
-            FromBridge::Odometry(body) => self.moved(body, now),
-            FromBridge::Scan(body) => scan(body, now),
-            _ => Vec::new(),
+            FromBridge::Odometry(body) => match body.odometry() {
+                Ok(odometry) => self.moved(&odometry, now),
+                // The raw message stands in its own channel.
+                Err(_) => vec![],
+            },
+            FromBridge::Scan(body) => {
+                let [x, y, heading] = body.mount;
+                let frames = ["base_link", "laser"];
+                let mount = messages::transform(&Pose2::new(x, y, heading), frames, now);
+                vec![
+                    (Topic::Transforms, mount),
+                    (Topic::Scan, messages::scan(body, now)),
+                    (Topic::Points, messages::points(body, now)),
+                ]
+            }
+            _ => vec![],
         }
     }
 
-    fn moved(&mut self, body: &OdometryBody, now: Duration) -> Messages {
-        let [x, y, heading] = body.motion;
-        self.odom_from_robot = self.odom_from_robot * Pose2::new(x, y, heading);
-        let seconds = body.to.saturating_sub(body.from) as f64 * 1e-6;
-        let per_second = |way: f64| if seconds > 0.0 { way / seconds } else { 0.0 };
-        let twist = [per_second(x), per_second(y), per_second(heading)];
+    fn moved(&mut self, odometry: &Odometry, now: Duration) -> Messages {
+        self.summed = self.summed.then(odometry);
+        let frames = ["odom", "base_link"];
         vec![
-            (Topic::Odometry, odometry(&self.odom_from_robot, twist, now)),
+            (
+                Topic::Odometry,
+                messages::odometry(&self.summed, odometry, now),
+            ),
             (
                 Topic::Transforms,
-                transform(&self.odom_from_robot, ["odom", "base_link"], now),
+                messages::transform(&self.summed.motion, frames, now),
             ),
         ]
     }
 }
 
-pub(super) fn ordered(message: &ToBridge) -> Messages {
+/// Pose in the map, and where the map has the frame of the odometry.
+pub(crate) fn localised(
+    estimate: &PoseEstimate,
+    odom_from_robot: &Pose2,
+    now: Duration,
+) -> Messages {
+    let map_from_odom = estimate.pose * odom_from_robot.inverse();
+    vec![
+        (Topic::Pose, messages::pose(estimate, now)),
+        (
+            Topic::Transforms,
+            messages::transform(&map_from_odom, ["map", "odom"], now),
+        ),
+    ]
+}
+
+/// The map; nothing of one without a known cell.
+pub(crate) fn map(grid: &Grid, now: Duration) -> Messages {
+    let bytes = messages::map(grid, now);
+    bytes.map(|bytes| (Topic::Map, bytes)).into_iter().collect()
+}
+
+pub(crate) fn ordered(message: &ToBridge) -> Messages {
     let ToBridge::Drive(body) = message else {
         return Vec::new();
     };
@@ -109,93 +173,4 @@ pub(super) fn ordered(message: &ToBridge) -> Messages {
     };
     let twist = [forward, 0.0, 0.0, 0.0, 0.0, turn];
     vec![(Topic::Velocity, Cdr::new().all(&twist).finish())]
-}
-
-fn odometry(pose: &Pose2, [x, y, turn]: [f64; 3], now: Duration) -> Vec<u8> {
-    let mut cdr = Cdr::new();
-    cdr.header(now, "odom").text("base_link");
-    // The covariance of a pose that only adds up says nothing; 0 stands for unknown.
-    cdr.all(&placed(pose)).all(&[0.0; 36]);
-    cdr.all(&[x, y, 0.0, 0.0, 0.0, turn]).all(&[0.0; 36]);
-    cdr.finish()
-}
-
-fn transform(pose: &Pose2, [parent, child]: [&str; 2], now: Duration) -> Vec<u8> {
-    let mut cdr = Cdr::new();
-    cdr.u32(1).header(now, parent).text(child);
-    cdr.all(&placed(pose)).finish()
-}
-
-/// Position, and the quaternion of a turn about z.
-fn placed(pose: &Pose2) -> [f64; 7] {
-    let half = 0.5 * pose.heading();
-    [pose.x(), pose.y(), 0.0, 0.0, 0.0, half.sin(), half.cos()]
-}
-
-fn scan(body: &ScanBody, now: Duration) -> Messages {
-    let [x, y, heading] = body.mount;
-    let mount = transform(&Pose2::new(x, y, heading), ["base_link", "laser"], now);
-    let (first, step, ranges) = evenly(&body.bearings, &body.ranges);
-    let mut cdr = Cdr::new();
-    cdr.header(now, "laser");
-    cdr.f32(first)
-        .f32(first + step * ranges.len().saturating_sub(1) as f32)
-        .f32(step);
-    let beams = ranges.len().max(2) as f32 - 1.0;
-    cdr.f32(body.sweep as f32 / beams).f32(body.sweep as f32);
-    cdr.f32(0.0).f32(body.max_range as f32);
-    cdr.u32(ranges.len() as u32);
-    for range in ranges {
-        cdr.f32(range);
-    }
-    cdr.u32(0);
-    vec![(Topic::Transforms, mount), (Topic::Scan, cdr.finish())]
-}
-
-/// First bearing, step between beams, and the ranges at equal angles.
-fn evenly(bearings: &[f64], ranges: &[f32]) -> (f32, f32, Vec<f32>) {
-    let least = bearings.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = bearings.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let gaps = bearings.len().saturating_sub(1);
-    let step = (most - least) / gaps.max(1) as f64;
-    let mut even = vec![f32::NAN; bearings.len()];
-    for (bearing, &range) in bearings.iter().zip(ranges) {
-        // Equal bearings have no step; all fall on the first beam.
-        let at = if step > 0.0 {
-            ((bearing - least) / step).round() as usize
-        } else {
-            0
-        };
-        if let Some(beam) = even.get_mut(at) {
-            // Of two in one place the nearer one counts; `min` prefers a number to NaN.
-            *beam = beam.min(range);
-        }
-    }
-    (least as f32, step as f32, even)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bearings_come_into_counter_clockwise_order_at_equal_steps() {
-        let (first, step, ranges) = evenly(&[0.2, 0.1, 0.0], &[3.0, 2.0, 1.0]);
-        assert_eq!((first, ranges), (0.0, vec![1.0, 2.0, 3.0]));
-        assert!((step - 0.1).abs() < 1e-6);
-        let (_, _, uneven) = evenly(&[0.0, 0.01, 0.3], &[1.0, 0.5, 2.0]);
-        assert_eq!((uneven[0], uneven[2]), (0.5, 2.0));
-        assert!(uneven[1].is_nan());
-        let (_, _, same) = evenly(&[1.0, 1.0], &[f32::INFINITY, f32::NAN]);
-        assert!(same[0].is_infinite() && same[1].is_nan());
-    }
-
-    #[test]
-    fn a_quarter_turn_is_the_quaternion_of_a_quarter_turn() {
-        let placed = placed(&Pose2::new(1.0, 2.0, std::f64::consts::FRAC_PI_2));
-        let half = std::f64::consts::FRAC_1_SQRT_2;
-        let expect = [1.0, 2.0, 0.0, 0.0, 0.0, half, half];
-        let off = placed.iter().zip(expect).map(|(a, b)| (a - b).abs());
-        assert!(off.fold(0.0, f64::max) < 1e-12, "{placed:?}");
-    }
 }

@@ -7,6 +7,7 @@ use std::sync::mpsc::sync_channel;
 
 use mcap::read::{MessageStream, Options};
 use slamlab_core::wire::message::{BatteryBody, Event, Format, Severity, decode};
+use slamlab_core::wire::recording::CHANNEL;
 
 use super::journal::Storage;
 use super::thread::{Progress, Writer, run};
@@ -92,7 +93,11 @@ fn record(size: usize) -> (Vec<u8>, u64, u64, Option<String>) {
     std::thread::scope(|scope| {
         // Nobody takes them any more where the file could not even begin.
         scope.spawn(move || (0..200).for_each(|stamp| _ = entries.send(entry(stamp))));
-        run(|| Writer::new(disk.clone()), &waiting, &progress);
+        run(
+            || Writer::new(disk.clone(), &ros::Topic::HEARD),
+            &waiting,
+            &progress,
+        );
         drop(waiting);
     });
     let bytes = disk.bytes.borrow().clone();

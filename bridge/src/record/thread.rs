@@ -10,10 +10,10 @@ use std::time::{Duration, Instant};
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions};
 use slamlab_core::wire::message::{Format, FromBridge, Header, PROTOCOL, SCHEMA, ToBridge, encode};
+use slamlab_core::wire::recording::{CHANNEL, ENCODING};
 
 use super::journal::{Journal, Storage};
-use super::ros::{self, Topic};
-use super::{CHANNEL, ENCODING};
+use super::ros::{self, Messages, Topic};
 
 /// How often what was written is forced to the disk.
 const FORCE: Duration = Duration::from_secs(1);
@@ -129,8 +129,8 @@ pub(super) struct Writer<S: Storage> {
 }
 
 impl<S: Storage> Writer<S> {
-    /// Writes the beginning of the file.
-    pub(super) fn new(storage: S) -> Result<Self, McapError> {
+    /// Writes the beginning of the file; beside every message as it is it will hold these topics.
+    pub(super) fn new(storage: S, with: &[Topic]) -> Result<Self, McapError> {
         let journal = Journal::new(storage);
         let options = WriteOptions::new()
             .use_chunks(false)
@@ -144,7 +144,7 @@ impl<S: Storage> Writer<S> {
         ];
         let slamlab = mcap.add_channel(0, CHANNEL, ENCODING, &BTreeMap::from(facts))?;
         let mut topics = BTreeMap::new();
-        for topic in Topic::ALL {
+        for &topic in with {
             let schema =
                 mcap.add_schema(topic.schema(), "ros2msg", topic.definition().as_bytes())?;
             let channel = mcap.add_channel(schema, topic.name(), "cdr", &BTreeMap::new())?;
@@ -162,7 +162,7 @@ impl<S: Storage> Writer<S> {
     }
 
     /// Writes all entries, or none.
-    fn write(&mut self, entries: &[Entry]) -> Result<(), McapError> {
+    pub(super) fn write(&mut self, entries: &[Entry]) -> Result<(), McapError> {
         for entry in entries {
             self.entry(entry)?;
         }
@@ -186,17 +186,22 @@ impl<S: Storage> Writer<S> {
             ),
         };
         let bytes = bytes.map_err(io::Error::other)?;
-        self.put(self.slamlab, entry, &bytes)?;
-        for (topic, bytes) in ros {
-            if let Some(&channel) = self.topics.get(&topic) {
-                self.put(channel, entry, &bytes)?;
+        self.put(self.slamlab, entry.time_of_day, &bytes)?;
+        self.made(&ros, entry.time_of_day)
+    }
+
+    /// Adds messages of topics; not written before the next [`Self::write`].
+    pub(super) fn made(&mut self, messages: &Messages, time: Duration) -> Result<(), McapError> {
+        for (topic, bytes) in messages {
+            if let Some(&channel) = self.topics.get(topic) {
+                self.put(channel, time, bytes)?;
             }
         }
         Ok(())
     }
 
-    fn put(&mut self, channel_id: u16, entry: &Entry, bytes: &[u8]) -> Result<(), McapError> {
-        let nanos = entry.time_of_day.as_nanos() as u64;
+    fn put(&mut self, channel_id: u16, time: Duration, bytes: &[u8]) -> Result<(), McapError> {
+        let nanos = time.as_nanos() as u64;
         let header = MessageHeader {
             channel_id,
             sequence: self.sequence,
@@ -210,7 +215,7 @@ impl<S: Storage> Writer<S> {
         Ok(self.journal.force()?)
     }
 
-    fn finish(mut self) -> Result<(), McapError> {
+    pub(super) fn finish(mut self) -> Result<(), McapError> {
         self.mcap.finish()?;
         self.journal.commit()?;
         Ok(self.journal.force()?)

@@ -15,8 +15,8 @@ mod ld06;
 mod line;
 mod open;
 mod report;
-mod rp6;
-mod rplidar;
+pub(crate) mod rp6;
+pub(crate) mod rplidar;
 mod source;
 
 pub use device::{Device, Want};

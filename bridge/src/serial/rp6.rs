@@ -5,12 +5,12 @@
 //! 2. While the robot is under way, a sign of life goes to it ten times a second, for its own watchdog. Speeds are given
 //!    anew all the time by whoever drives; where none came for half a second the source itself stops the robot.
 //! 3. The robot's stamps are put on the bridge's clock ([`slamlab_core::wire::ClockMap`]), on which the scans of other devices are.
-//! 4. An emergency stop is remembered while nobody answers, and given again to a robot that comes back.
+//! 4. Each sweep of its rangers becomes a scan, on that clock too.
+//! 5. An emergency stop is remembered while nobody answers, and given again to a robot that comes back.
 
 use std::collections::VecDeque;
-use std::time::Duration;
 
-use slamlab_core::robot::{Command, Odometry, RobotModel, Stamp};
+use slamlab_core::robot::{Command, Odometry, RobotModel, Scan, Stamp};
 use slamlab_core::wire::Tally;
 use slamlab_core::wire::message::{DeviceState, LinkState, RangerReading};
 use slamlab_core::wire::rp6::Down;
@@ -20,10 +20,15 @@ use super::device::{Device, Want};
 use super::report::Report;
 use crate::source::{Event, Order, Profile};
 
+mod errand;
 mod robot;
-mod words;
+mod sweeps;
+#[cfg(test)]
+mod tests;
+pub(crate) mod words;
 
 use robot::{Motion, Robot};
+use sweeps::Sweeps;
 
 /// Seconds between two signs of life.
 const ALIVE: f64 = 0.1;
@@ -45,6 +50,8 @@ pub struct Rp6 {
     /// Whether the boot loader was heard since the line was opened or the robot last answered.
     was_boot_loader: bool,
     is_cut_off: bool,
+    /// As last told.
+    busy: Option<bool>,
     wants: VecDeque<Want>,
 }
 
@@ -63,6 +70,7 @@ impl Rp6 {
             robot: None,
             was_boot_loader: false,
             is_cut_off: false,
+            busy: None,
             wants: VecDeque::new(),
         }
     }
@@ -92,7 +100,11 @@ impl Rp6 {
         self.report.model = format!("RP6, firmware {major}.{minor}");
         self.report.detail.clear();
         self.was_boot_loader = false;
-        self.robot = Some(Robot::new(hello, now));
+        let sweeps = Sweeps::of(hello).unwrap_or_else(|error| {
+            tracing::error!("{}: no scans of its rangers: {error}", self.name);
+            None
+        });
+        self.robot = Some(Robot::new(hello, sweeps, now));
         if self.is_cut_off {
             self.give(rp6::Command::EStop, now);
         }
@@ -108,10 +120,9 @@ impl Rp6 {
 
     fn down(&mut self, why: Down) {
         self.robot = None;
+        self.tell_busy();
         self.report.detail = match why {
-            Down::NobodyThere if self.was_boot_loader => {
-                "the RP6's boot loader answers, but starts no program that does: flash slamlab's firmware".into()
-            }
+            Down::NobodyThere if self.was_boot_loader => words::NO_PROGRAM.into(),
             _ => words::cause_and_cure(why),
         };
         self.state(match why {
@@ -140,11 +151,7 @@ impl Rp6 {
             ..odometry
         };
         robot.last_end = Some(stamp);
-        if let Motion::Errand(given) = robot.motion
-            && now.since(given) > NOW_AND_THEN
-            && !telemetry.state.moving()
-            && !telemetry.state.sweeping()
-        {
+        if robot.may_be_done(now) && !telemetry.state.moving() && !telemetry.state.sweeping() {
             robot.motion = Motion::None;
         }
         let [left, right] = [
@@ -172,6 +179,12 @@ impl Rp6 {
         let events = touches.into_iter().chain(battery);
         self.wants.extend(events.map(Want::Tell));
         self.fault(telemetry.fault);
+        self.sweep(|sweeps| sweeps.telemetry(telemetry));
+        // The end of an errand comes after its scan.
+        if is_due {
+            self.busy = None;
+        }
+        self.tell_busy();
     }
 
     fn fault(&mut self, fault: rp6::Fault) {
@@ -186,14 +199,12 @@ impl Rp6 {
     }
 
     fn ranger(&mut self, ranger: &Ranger) {
-        let Some(robot) = &self.robot else {
-            return;
-        };
-        let (millis, stamp) = robot.time;
-        // Readings lie a little before or after telemetry; the clock wraps after 49 days.
-        let later = ranger.time_ms.wrapping_sub(millis).cast_signed();
-        let stamp = Stamp(stamp.0.saturating_add_signed(1000 * i64::from(later)));
-        let Some(stamp) = robot.clock.host_time(stamp) else {
+        self.sweep(|sweeps| sweeps.reading(ranger));
+        let stamp = self
+            .robot
+            .as_ref()
+            .and_then(|robot| robot.host_time(ranger.time_ms));
+        let Some(stamp) = stamp else {
             return;
         };
         let reading = RangerReading {
@@ -207,13 +218,21 @@ impl Rp6 {
         });
     }
 
-    fn acknowledged(&mut self, command: rp6::Command, now: Stamp) {
-        let asked = self.robot.as_mut().and_then(|robot| robot.asked.take());
-        if let Some((asked, given)) = asked
-            && asked == command
-        {
-            self.report
-                .set_round_trip(Duration::from_secs_f64(now.since(given).max(0.0)));
+    /// Tells the sweep that this ends, if it ends one.
+    fn sweep(&mut self, end: impl FnOnce(&mut Sweeps) -> Option<Scan>) {
+        let Some(robot) = &mut self.robot else {
+            return;
+        };
+        let Some(mut scan) = robot.sweeps.as_mut().and_then(end) else {
+            return;
+        };
+        let Some(stamp) = robot.host_time((scan.stamp.0 / 1000) as u32) else {
+            return;
+        };
+        scan.stamp = stamp;
+        match scan.validate() {
+            Ok(()) => self.tell(Event::Scan(scan)),
+            Err(error) => tracing::warn!("{}: {error}", self.name),
         }
     }
 
@@ -241,6 +260,10 @@ impl Rp6 {
             return;
         };
         if wire.moves() && !robot.may_move(now) {
+            // An errand that was told as over at once would be given again at once, and orders would never cease.
+            if !matches!(command, Command::Velocity { .. }) {
+                (robot.motion, robot.errand_taken) = (Motion::Errand(now), None);
+            }
             return;
         }
         robot.motion = match command {
@@ -248,30 +271,11 @@ impl Rp6 {
             Command::Velocity { .. } => Motion::Speed(now),
             _ => Motion::Errand(now),
         };
+        robot.errand_taken = None;
         if wire.moves() && !self.link.is_armed() && self.link.arm().is_err() {
             return;
         }
         self.give(wire, now);
-    }
-
-    /// Signs of life while under way, and a stop where the driver is gone.
-    fn keep_alive(&mut self, now: Stamp) {
-        let Some(robot) = &mut self.robot else {
-            return;
-        };
-        match robot.motion {
-            Motion::None => return,
-            Motion::Speed(given) if now.since(given) > FORGOTTEN => {
-                robot.motion = Motion::None;
-                self.give(rp6::Command::Stop, now);
-                return;
-            }
-            _ => (),
-        }
-        if now.since(robot.last_alive) >= ALIVE {
-            robot.last_alive = now;
-            self.give(rp6::Command::Alive, now);
-        }
     }
 
     fn state(&mut self, state: DeviceState) {
@@ -297,7 +301,7 @@ impl Rp6 {
         });
         if self.link.phase() == Phase::BootLoader && !self.was_boot_loader {
             self.was_boot_loader = true;
-            self.report.detail = "the RP6's boot loader runs; its program is being started".into();
+            self.report.detail = words::BOOT_LOADER.into();
             self.state(DeviceState::Waiting);
         }
         let phase = link_state(self.link.phase());
@@ -352,6 +356,8 @@ impl Device for Rp6 {
                 self.give(rp6::Command::Reset, now);
             }
         }
+        self.busy = None;
+        self.tell_busy();
     }
 
     fn tick(&mut self, now: Stamp) {

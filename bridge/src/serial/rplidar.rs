@@ -56,9 +56,7 @@ impl Rplidar {
                     self.state(self.driver.state());
                 }
                 driver::Event::Warning(code) => {
-                    self.report.detail = format!(
-                        "the lidar warns ({code:#06x}): it may soon stop; check its supply"
-                    );
+                    self.report.detail = warning(code);
                     self.state(self.driver.state());
                 }
                 driver::Event::RateUnknown => {
@@ -115,6 +113,8 @@ impl Device for Rplidar {
     fn opened(&mut self, now: Stamp) {
         self.driver = Driver::new(self.config.clone());
         self.report.reopened();
+        // Why the last line broke is no more true of this one.
+        self.report.detail.clear();
         self.driver.start(now);
         self.collect(now);
     }
@@ -147,6 +147,11 @@ impl Device for Rplidar {
     fn next_want(&mut self) -> Option<Want> {
         self.wants.pop_front()
     }
+}
+
+/// What the lidar's own warning means.
+pub(crate) fn warning(code: u16) -> String {
+    format!("the lidar warns ({code:#06x}): it may soon stop; check its supply")
 }
 
 /// The name of a model: the high digit is the series, the low one the model within it (maker's driver).

@@ -19,11 +19,16 @@ struct Waiting {
     emergency: [Option<Order>; 2],
     command: Option<Command>,
     is_closed: bool,
+    /// Orders that were put so far, and how many of them there were when the newest that was taken came.
+    put: u64,
+    taken: u64,
 }
 
 impl Orders {
-    pub(super) fn put(&self, order: Order) {
+    /// The number of the order, from 1.
+    pub(super) fn put(&self, order: Order) -> u64 {
         let mut waiting = self.lock();
+        waiting.put += 1;
         match order {
             Order::Command(command) => waiting.command = Some(command),
             Order::EmergencyStop => {
@@ -33,6 +38,12 @@ impl Orders {
             Order::ResetEmergencyStop => waiting.emergency[1] = Some(order),
         }
         self.changed.notify_all();
+        waiting.put
+    }
+
+    /// How many orders there were when the source took the last one that it took: what it says now counts after these.
+    pub(super) fn taken(&self) -> u64 {
+        self.lock().taken
     }
 
     pub(super) fn close(&self) {
@@ -45,6 +56,9 @@ impl Orders {
         let mut waiting = self.lock();
         loop {
             if let Some(order) = waiting.next() {
+                if waiting.is_empty() {
+                    waiting.taken = waiting.put;
+                }
                 return Waited::Order(order);
             }
             if waiting.is_closed {
@@ -66,6 +80,10 @@ impl Orders {
 }
 
 impl Waiting {
+    fn is_empty(&self) -> bool {
+        self.command.is_none() && self.emergency == [None, None]
+    }
+
     fn next(&mut self) -> Option<Order> {
         let [first, second] = &mut self.emergency;
         let command = &mut self.command;
@@ -110,6 +128,22 @@ mod tests {
             Waited::Nothing,
         ];
         assert_eq!(all, expect);
+    }
+
+    #[test]
+    fn what_a_source_says_counts_after_the_orders_that_it_took() {
+        let orders = Orders::default();
+        assert_eq!(orders.put(drive(0.1)), 1);
+        assert_eq!(orders.put(drive(0.2)), 2);
+        assert_eq!(orders.taken(), 0);
+        let _ = orders.take(NOW);
+        assert_eq!(orders.taken(), 2);
+        assert_eq!(orders.put(Order::EmergencyStop), 3);
+        assert_eq!(orders.put(drive(0.3)), 4);
+        let _ = orders.take(NOW);
+        assert_eq!(orders.taken(), 2, "one still waits");
+        let _ = orders.take(NOW);
+        assert_eq!(orders.taken(), 4);
     }
 
     #[test]

@@ -1,19 +1,17 @@
 //! A recording as a source: what a robot said once, at the pace at which it said it.
 //!
-//! In: an MCAP file made by [`crate::record`], whole or cut off anywhere. Out: the same events, once, then silence.
+//! In: an MCAP file made by [`crate::record`], whole, cut off or damaged. Out: the same events, once, then silence.
 //!
 //! Orders are not played back, and none are taken: a recording cannot be driven.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use mcap::McapError;
-use mcap::read::{MessageStream, Options};
 use slamlab_core::robot::Stamp;
-use slamlab_core::wire::message::{DeviceState, Format, FromBridge, decode};
+use slamlab_core::wire::message::{DeviceState, FromBridge};
+use slamlab_core::wire::recording::{Recording, RecordingError, Said};
 
 use super::{Event, Link, Port, Profile, Source, Waited};
-use crate::record::{CHANNEL, ENCODING};
 
 /// Why a file cannot be played back.
 #[derive(Debug, thiserror::Error)]
@@ -27,22 +25,13 @@ pub enum ReplayError {
         /// What it said.
         source: std::io::Error,
     },
-    /// It is no MCAP file.
-    #[error("{} is no MCAP file: {source}", path.display())]
+    /// Nothing in it can be played.
+    #[error("{}: {source}", path.display())]
     Format {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        source: McapError,
-    },
-    /// It holds nothing of ours.
-    #[error(
-        "{} has no readable message in a channel `{CHANNEL}` with encoding `{ENCODING}`: it was not recorded by this version of \
-         slamlab", path.display()
-    )]
-    NotOurs {
-        /// The file.
-        path: PathBuf,
+        source: RecordingError,
     },
 }
 
@@ -63,15 +52,14 @@ impl ReplaySource {
             path: path.to_owned(),
             source,
         })?;
-        let events = read(&bytes).map_err(|source| ReplayError::Format {
+        let recording = Recording::parse(&bytes).map_err(|source| ReplayError::Format {
             path: path.to_owned(),
             source,
         })?;
-        if events.is_empty() {
-            return Err(ReplayError::NotOurs {
-                path: path.to_owned(),
-            });
+        for damage in recording.damage() {
+            tracing::warn!("{}: {damage}", path.display());
         }
+        let events = read(&recording, path);
         Ok(Self {
             name: format!("replay:{}", path.display()),
             events,
@@ -85,24 +73,26 @@ impl ReplaySource {
     }
 }
 
-/// A file that was cut off ends with its last whole message: whatever is damaged behind it is not looked at.
-fn read(bytes: &[u8]) -> Result<Vec<(Duration, Event)>, McapError> {
-    let stream = MessageStream::new_with_options(bytes, Options::IgnoreEndMagic.into())?;
+/// Orders are messages of the other direction, and are passed over here.
+fn read(recording: &Recording, path: &Path) -> Vec<(Duration, Event)> {
     let mut events = Vec::new();
     let mut start = None;
-    for message in stream.map_while(Result::ok) {
-        if message.channel.topic != CHANNEL || message.channel.message_encoding != ENCODING {
-            continue;
-        }
-        // Orders are messages of the other direction, and are passed over here.
-        let Ok((_, said)) = decode::<FromBridge>(&message.data, Format::Binary) else {
+    for message in recording.messages() {
+        let recorded = match message {
+            Ok(recorded) => recorded,
+            Err(damage) => {
+                tracing::warn!("{}: {damage}", path.display());
+                continue;
+            }
+        };
+        let Said::ByBridge(said) = recorded.said else {
             continue;
         };
-        let at = Duration::from_nanos(message.log_time);
+        let at = Duration::from_nanos(recorded.nanos);
         let start = *start.get_or_insert(at);
         events.extend(event(said).map(|event| (at.saturating_sub(start), event)));
     }
-    Ok(events)
+    events
 }
 
 /// The event that the message was made of; none for news of the bridge itself.

@@ -123,6 +123,7 @@ impl Source for SimSource {
             port,
             period: 0,
             bumpers: None,
+            busy: None,
             is_cut_off: false,
         };
         life.link();
@@ -135,6 +136,7 @@ struct Life {
     port: Port,
     period: u64,
     bumpers: Option<Bumpers>,
+    busy: Option<bool>,
     is_cut_off: bool,
 }
 
@@ -170,6 +172,8 @@ impl Life {
             }
             Order::ResetEmergencyStop => self.is_cut_off = false,
         }
+        self.busy = None;
+        self.tell_busy();
     }
 
     fn step(&mut self) {
@@ -181,6 +185,13 @@ impl Life {
             self.port.send(Event::Scan(scan));
         }
         self.readings();
+    }
+
+    fn tell_busy(&mut self) {
+        let busy = self.simulation.is_busy();
+        if self.busy.replace(busy) != Some(busy) {
+            self.port.send(Event::Busy { busy, after: 0 });
+        }
     }
 
     fn readings(&mut self) {
@@ -199,7 +210,9 @@ impl Life {
             let volts = self.simulation.battery_volts() as f32;
             self.port.send(Event::Battery { stamp, volts });
             self.link();
+            self.busy = None;
         }
+        self.tell_busy();
     }
 
     fn link(&self) {

@@ -1,4 +1,4 @@
-//! Replays a recorded CARMEN log and prints how well and how fast it was mapped.
+//! Replays a recorded log (CARMEN, or MCAP of the bridge) and prints how well and how fast it was mapped.
 //!
 //! `cargo run --release -p slamlab-core --example evaluate -- --log FILE [--relations FILE] [--method NAME]
 //! [--tum OUT] [--map OUT.pgm] [--json]`
@@ -20,10 +20,9 @@ use anyhow::{Context, bail};
 use clap::Parser;
 use serde_json::{Value, json};
 use slamlab_core::estimation::{RelationErrors, relation_errors};
-use slamlab_core::format::carmen::{CarmenLog, CarmenReader};
 use slamlab_core::format::relations::{self, Relation};
 use slamlab_core::geom::Pose2;
-use slamlab_core::replay::Replay;
+use slamlab_core::replay::{Log, LogReader, Replay};
 use slamlab_core::slam::{Method, SlamConfig};
 
 /// Relations over at least this time show whether loops close, s.
@@ -32,7 +31,7 @@ const LONG: f64 = 20.0;
 /// Replays a recorded log and measures the result.
 #[derive(Parser)]
 struct Arguments {
-    /// CARMEN log (.log, .clf).
+    /// CARMEN log (.log, .clf), or recording of the bridge (.mcap).
     #[arg(long)]
     log: PathBuf,
     /// Reference relations (.relations).
@@ -72,8 +71,12 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
         .transpose()?;
     let start = Instant::now();
     let log = read_log(&arguments.log)?;
-    let (scans, log_seconds) = (log.scans.len(), log.duration());
-    let mut replay = Replay::new(log, method, SlamConfig::default())?;
+    let (scans, log_seconds) = (log.scans(), log.duration());
+    let config = match log.scans_on_command() {
+        true => SlamConfig::short_range(),
+        false => SlamConfig::default(),
+    };
+    let mut replay = Replay::new(log, method, config)?;
     let mut scan_ms = Vec::with_capacity(scans);
     loop {
         let began = Instant::now();
@@ -82,6 +85,9 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
             break;
         }
         scan_ms.push(began.elapsed().as_secs_f64() * 1e3);
+    }
+    for note in replay.take_notes() {
+        eprintln!("{}: {note}", arguments.log.display());
     }
     let wall_seconds = start.elapsed().as_secs_f64();
     let trajectory = replay.trajectory();
@@ -112,11 +118,11 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 /// Reads in chunks, so that the text is never in memory as a whole.
-fn read_log(path: &Path) -> anyhow::Result<CarmenLog> {
+fn read_log(path: &Path) -> anyhow::Result<Log> {
     use std::io::Read;
     let name = || format!("log {}", path.display());
     let mut file = std::fs::File::open(path).with_context(name)?;
-    let mut reader = CarmenReader::default();
+    let mut reader = LogReader::default();
     let mut chunk = vec![0; 1 << 16];
     loop {
         let count = file.read(&mut chunk).with_context(name)?;

@@ -68,6 +68,7 @@ fn wall(seed: u64) -> Vec<Beam> {
                 range,
                 sigma: SIGMA,
                 is_hit: true,
+                quality: None,
             }
         })
         .collect()

@@ -24,10 +24,12 @@ mod line_fit;
 mod outcome;
 mod planners;
 mod ray_cast;
+mod rounding;
 mod scenes;
 mod score;
 mod split_merge;
 mod tour;
+mod vector_map;
 
 use std::process::ExitCode;
 
@@ -47,7 +49,9 @@ const REPORTS: &[Entry] = &[
     ("line-fit", line_fit::measure),
     ("planners", planners::measure),
     ("ray-cast", ray_cast::measure),
+    ("rounding", rounding::measure),
     ("split-merge", split_merge::measure),
+    ("vector-map", vector_map::measure),
 ];
 
 /// Measures one claim of the project; exit status 0 if it holds, 1 if it does not, 2 if it could not be measured.

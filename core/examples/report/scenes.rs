@@ -48,6 +48,7 @@ impl Scene {
                 range: seen,
                 sigma,
                 is_hit: true,
+                quality: None,
             });
         }
         let points = Points {

@@ -124,6 +124,7 @@ fn scene(row: &[f64], walls: &[Segment]) -> Scene {
         bearing_sigma: 0.0,
         max_range: MAX_RANGE,
         sweep: 0.0,
+        qualities: vec![],
     };
     let points = Points::from_scan(&scan, &Pose2::identity(), &PointConfig::default());
     let truth = (scan.bearings.iter().zip(&scan.ranges))

@@ -11,8 +11,9 @@
 
 use nalgebra::Point2;
 
+use super::curve::CurveFollower;
 use crate::geom::{Pose2, Segment, wrap};
-use crate::plan::Path;
+use crate::plan::{Path, Piece};
 use crate::robot::RobotModel;
 
 /// How a path is followed.
@@ -67,13 +68,53 @@ pub enum Steering {
 
 /// Follows one path.
 #[derive(Clone, Debug)]
-pub struct Follower {
+pub enum Follower {
+    /// Leg by leg, turning on the spot at the corners.
+    Legs(LegFollower),
+    /// Over rounded corners, without a stop.
+    Curve(CurveFollower),
+}
+
+impl Follower {
+    /// For a path of straight legs; legs without length are left out.
+    #[must_use]
+    pub fn new(path: &Path) -> Self {
+        Self::Legs(LegFollower::new(path))
+    }
+
+    /// For a rounded path.
+    #[must_use]
+    pub fn rounded(pieces: &[Piece]) -> Self {
+        Self::Curve(CurveFollower::new(pieces))
+    }
+
+    /// What is still to be driven, from where the robot is.
+    #[must_use]
+    pub fn remaining(&self, position: Point2<f64>) -> Path {
+        match self {
+            Self::Legs(legs) => legs.remaining(position),
+            Self::Curve(curve) => curve.remaining(),
+        }
+    }
+
+    /// The speeds for this tick.
+    pub fn steer(&mut self, pose: &Pose2, model: &RobotModel, config: &FollowConfig) -> Steering {
+        match self {
+            Self::Legs(legs) => legs.steer(pose, model, config),
+            Self::Curve(curve) => curve.steer(pose, model, config),
+        }
+    }
+}
+
+/// Follows straight legs.
+#[derive(Clone, Debug)]
+pub struct LegFollower {
     legs: Vec<Segment>,
     current: usize,
     is_turning: bool,
 }
 
-impl Follower {
+impl LegFollower {
     /// For a path; legs without length are left out.
     #[must_use]
     pub fn new(path: &Path) -> Self {
@@ -124,11 +165,7 @@ impl Follower {
         let aim = leg.a + direction * (done.max(0.0) + config.look_ahead);
         let to_aim = aim - pose.position();
         let error = wrap(libm::atan2(to_aim.y, to_aim.x) - pose.heading());
-        if error.abs() > config.astray {
-            self.is_turning = true;
-        } else if error.abs() < config.aligned {
-            self.is_turning = false;
-        }
+        self.is_turning = turns_on_spot(self.is_turning, error, config);
         let turn = turn_rate(error, model, config);
         if self.is_turning {
             return Steering::Velocity { forward: 0.0, turn };
@@ -164,8 +201,19 @@ impl Follower {
     }
 }
 
+/// Whether the robot turns on the spot: from a great error on, until it is small.
+pub(super) fn turns_on_spot(is_turning: bool, error: f64, config: &FollowConfig) -> bool {
+    if error.abs() > config.astray {
+        true
+    } else if error.abs() < config.aligned {
+        false
+    } else {
+        is_turning
+    }
+}
+
 /// Turn rate for a heading error: proportional near zero, a braking curve farther out, the model's limit beyond.
-fn turn_rate(error: f64, model: &RobotModel, config: &FollowConfig) -> f64 {
+pub(super) fn turn_rate(error: f64, model: &RobotModel, config: &FollowConfig) -> f64 {
     let by_braking = (2.0 * config.braking * model.max_turn_acceleration * error.abs()).sqrt();
     let rate = (config.turn_gain * error.abs())
         .min(by_braking)

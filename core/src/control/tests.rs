@@ -9,10 +9,15 @@ use crate::plan::Path;
 use crate::points::{Beam, Points};
 use crate::robot::{RobotModel, Stamp};
 
-const TICK: f64 = 0.05;
+pub(super) const TICK: f64 = 0.05;
 
 /// Speeds that follow the wish within the model's accelerations, then the midpoint rule.
-fn drive(pose: Pose2, speeds: &mut (f64, f64), wish: (f64, f64), model: &RobotModel) -> Pose2 {
+pub(super) fn drive(
+    pose: Pose2,
+    speeds: &mut (f64, f64),
+    wish: (f64, f64),
+    model: &RobotModel,
+) -> Pose2 {
     let towards = |now: f64, wish: f64, most: f64| now + (wish - now).clamp(-most, most);
     speeds.0 = towards(speeds.0, wish.0, model.max_acceleration * TICK);
     speeds.1 = towards(speeds.1, wish.1, model.max_turn_acceleration * TICK);
@@ -37,6 +42,7 @@ fn obstacle(x: f64, y: f64) -> Points {
             range: end_in_robot.coords.norm(),
             sigma: 0.01,
             is_hit: true,
+            quality: None,
         }],
     }
 }

@@ -165,6 +165,7 @@ impl CarmenLog {
             bearing_sigma: 0.25 * scan.fan.step.abs(),
             max_range: f64::from(no_return),
             sweep: 0.0,
+            qualities: vec![],
         }
     }
 }

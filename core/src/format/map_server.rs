@@ -82,8 +82,9 @@ fn yaml_string(text: &str) -> String {
     }
 }
 
-/// The smallest rectangle that holds all cells that are not unknown.
-fn known_rect(grid: &Grid) -> Option<CellRect> {
+/// The smallest rectangle that holds all cells that are not unknown; `None` of a grid without any.
+#[must_use]
+pub fn known_rect(grid: &Grid) -> Option<CellRect> {
     let mut found: Option<CellRect> = None;
     let side = crate::map::BLOCK_CELLS as i32;
     for (block, cells) in grid.blocks_since(0) {
@@ -134,6 +135,7 @@ mod tests {
             range: 1.0,
             sigma: 0.01,
             is_hit: true,
+            quality: None,
         };
         let points = Points {
             stamp: Stamp(0),

@@ -3,7 +3,9 @@
 pub mod calibration;
 pub mod carmen;
 pub mod firmware_header;
+pub mod floor_plan;
 pub mod map_server;
+pub mod og_map;
 pub mod relations;
 mod rows;
 pub mod tum;

@@ -4,12 +4,14 @@ use nalgebra::Point2;
 
 use super::*;
 use crate::pilot::{Finish, Status};
+use crate::replay::{Log, Replay};
 use crate::robot::Robot;
 use crate::sim::{SensorModel, Simulation, worlds};
 use crate::wire::message::{
-    BridgeHello, CHALLENGE_BYTES, DisarmReason, Format, Header, Lease, OdometryBody, SCHEMA,
-    SafetyBody, ScanBody, ToBridge, Watching, Welcome, decode, encode,
+    BridgeHello, CHALLENGE_BYTES, DisarmReason, ErrandBody, Format, Header, Lease, OdometryBody,
+    SCHEMA, SafetyBody, ScanBody, ToBridge, Watching, Welcome, decode, encode,
 };
+use crate::wire::recording::{Recording, fixture};
 
 /// A bridge of a few lines: grants what is asked for, passes commands on, stops a robot that nobody keeps going.
 struct Bridge {
@@ -17,7 +19,11 @@ struct Bridge {
     sequence: u32,
     armed: bool,
     driven: f64,
+    /// Sequence of the errand under way.
+    errand: Option<u32>,
     said: Vec<ToBridge>,
+    /// What it told, and when.
+    told: Vec<(u64, FromBridge)>,
 }
 
 impl Bridge {
@@ -29,7 +35,9 @@ impl Bridge {
             sequence: 0,
             armed: false,
             driven: f64::NEG_INFINITY,
+            errand: None,
             said: vec![],
+            told: vec![],
         }
     }
 
@@ -46,6 +54,7 @@ impl Bridge {
         };
         let bytes = encode(header, message, Format::Binary).unwrap();
         live.receive(self.micros(), &bytes).unwrap();
+        self.told.push((self.micros(), message.clone()));
     }
 
     fn greet(&mut self, live: &mut Live) {
@@ -83,7 +92,7 @@ impl Bridge {
 
     fn hear(&mut self, live: &mut Live) {
         for bytes in live.take_outgoing() {
-            let (_, message) = decode::<ToBridge>(&bytes, Format::Binary).unwrap();
+            let (header, message) = decode::<ToBridge>(&bytes, Format::Binary).unwrap();
             match &message {
                 ToBridge::Take { .. } => {
                     let lease = Lease {
@@ -105,6 +114,7 @@ impl Bridge {
                 ToBridge::Drive(body) if self.armed => {
                     self.driven = self.robot.stamp().seconds();
                     self.robot.command(body.motion.into());
+                    self.errand = body.motion.is_errand().then_some(header.sequence);
                 }
                 ToBridge::Hold { .. } => self.driven = self.robot.stamp().seconds(),
                 _ => (),
@@ -127,6 +137,16 @@ impl Bridge {
             while let Some(scan) = self.robot.take_scan() {
                 self.tell(live, &FromBridge::Scan(ScanBody::new(0, &scan)));
             }
+            if let (false, Some(sequence)) = (self.robot.is_busy(), self.errand) {
+                self.errand = None;
+                let (client, busy) = (1, false);
+                let body = ErrandBody {
+                    client,
+                    sequence,
+                    busy,
+                };
+                self.tell(live, &FromBridge::Errand(body));
+            }
         }
         self.hear(live);
     }
@@ -145,6 +165,19 @@ fn live() -> Live {
 /// Where the robot is in the map's frame.
 fn truth(bridge: &Bridge) -> Pose2 {
     bridge.robot.world().start.inverse() * bridge.robot.truth()
+}
+
+/// What the bridge told, recorded and mapped again.
+fn replayed(told: &[(u64, FromBridge)]) -> Replay {
+    let recording = Recording::parse(&fixture::write(told)).unwrap();
+    let log = Log::from(recording);
+    let config = match log.scans_on_command() {
+        true => SlamConfig::short_range(),
+        false => SlamConfig::default(),
+    };
+    let mut replay = Replay::new(log, Method::LineEkf, config).unwrap();
+    while replay.step().unwrap() {}
+    replay
 }
 
 /// Drives to a goal; where the robot stood at the end, and what it did until then.
@@ -187,6 +220,37 @@ fn a_robot_behind_a_bridge_is_driven_to_a_goal_and_mapped() {
     assert!(error < 0.02, "estimate is {error} m off");
     assert!(live.scans() > 20 && live.slam().landmarks().len() >= 4);
     assert_eq!(live.dropped(), 0);
+
+    let mut replay = replayed(&bridge.told);
+    assert_eq!(replay.take_notes(), [""; 0]);
+    assert_eq!((replay.progress(), replay.robot().name), (1.0, "rp6"));
+    assert_eq!(replay.scans_done(), live.scans() as usize);
+    assert_eq!(replay.slam().trajectory(), live.slam().trajectory());
+    assert!(replay.time() > 2.0 && replay.odometry_trajectory().count() == replay.scans_done());
+}
+
+/// Sweeps of a robot that stands take seconds; the recording names the robot, and so it is mapped as one.
+#[test]
+fn a_recording_of_sweeps_is_mapped_as_it_was_live() {
+    let (bridge, live) = drive_to(Point2::new(0.8, 0.3), SensorModel::rangers());
+    let replay = replayed(&bridge.told);
+    assert!(replay.log().scans_on_command());
+    assert_eq!(replay.slam().trajectory(), live.slam().trajectory());
+}
+
+#[test]
+fn a_recording_without_the_robots_name_has_its_odometry_all_the_same() {
+    let (mut bridge, _) = drive_to(Point2::new(0.5, 0.0), SensorModel::lidar());
+    bridge
+        .told
+        .retain(|(_, message)| !matches!(message, FromBridge::Hello(_)));
+    let replay = replayed(&bridge.told);
+    assert_eq!(
+        (replay.robot().name, replay.log().robot().name),
+        ("pioneer", "pioneer")
+    );
+    let off = (replay.slam().estimate().pose.position() - truth(&bridge).position()).norm();
+    assert!(off < 0.03, "{off} m");
 }
 
 #[test]

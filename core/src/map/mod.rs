@@ -8,6 +8,7 @@ mod grid;
 mod likelihood;
 mod ray;
 mod surfels;
+mod vector;
 
 pub use cell::{BlockIndex, CellIndex, CellRect, CellState};
 pub use distance::DistanceField;
@@ -16,3 +17,4 @@ pub use grid::{BLOCK_CELLS, Grid, GridConfig, GridError};
 pub use likelihood::LikelihoodPyramid;
 pub use ray::cells_on_ray;
 pub use surfels::{Surfel, SurfelConfig, SurfelMap};
+pub use vector::{Sighting, VectorConfig, VectorMap, Wall};

@@ -70,7 +70,7 @@ impl Pilot {
         let here = now.estimate.pose.position();
         if let (Some(follower), Some(route)) = (&self.errand.follower, &self.errand.route) {
             let ahead = follower.remaining(here);
-            let keep = self.model.radius() + 0.5 * route.margin;
+            let keep = self.model.radius() + route.least_margin();
             if is_blocked(now.grid, &ahead, keep, self.config.review_reach) {
                 self.errand.drop_route();
             }
@@ -241,7 +241,12 @@ impl Pilot {
         let radius = self.model.radius();
         match plan_route(now.grid, start, goal, radius, &config, &mut self.rng) {
             Ok(route) => {
-                self.errand.follower = Some(Follower::new(&route.path));
+                // The cycle drives straight legs.
+                let is_rounded = !route.pieces.is_empty() && !now.scans_on_command;
+                self.errand.follower = Some(match is_rounded {
+                    true => Follower::rounded(&route.pieces),
+                    false => Follower::new(&route.path),
+                });
                 self.errand.tree.clone_from(&route.tree);
                 self.errand.route = Some(route);
                 self.errand.failed_plans = 0;

@@ -140,6 +140,7 @@ fn look(walls: &[Segment], pose: &Pose2, stamp: Stamp, max_range: f64) -> Points
                 range,
                 sigma: 0.01,
                 is_hit: range < max_range,
+                quality: None,
             }
         })
         .collect();

@@ -2,6 +2,7 @@
 
 mod a_star;
 mod branches;
+mod contest;
 mod cspace;
 mod footprint;
 mod frontier;
@@ -31,6 +32,7 @@ mod visibility;
 mod wavefront;
 
 pub use a_star::AStar;
+pub use contest::{CONTESTANTS, Contest, ContestConfig, ContestError, Shortest, Standing};
 pub use cspace::{Both, ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown, rect_around};
 pub use footprint::{Footprint, FootprintError};
 pub use frontier::{Frontier, FrontierConfig, find_frontiers};

@@ -12,6 +12,7 @@
 //!    says so ([`Planner::Wavefront`]).
 //! 5. Shortening as configured: over the path's chords, once over its corners, once over points set densely between them;
 //!    and pulled tight.
+//! 6. Rounding, where it is asked for: arcs may cut corners by half of the margin.
 
 use nalgebra::Point2;
 use rand::Rng;
@@ -25,6 +26,7 @@ use super::rrt::RrtConfig;
 use super::sampler::Sampler;
 use super::search::Search;
 use super::shorten::{densify, shorten};
+use super::smooth::{Piece, SmoothConfig, smooth};
 use super::wavefront::Wavefront;
 use crate::geom::Segment;
 use crate::map::Grid;
@@ -43,6 +45,8 @@ pub struct RouteConfig {
     pub shortening: Shortening,
     /// How trees grow, and for how many iterations.
     pub rrt: RrtConfig,
+    /// How corners are rounded for continuous driving; `None`, the default: they are not, the robot turns on the spot.
+    pub rounding: Option<SmoothConfig>,
     /// How far the goal may be moved off a wall, m. Default 0.3.
     pub goal_reach: f64,
     /// How far a robot too near to a wall looks for a free place, m, beyond the distance it keeps. Default 0.3.
@@ -57,6 +61,7 @@ impl Default for RouteConfig {
             planner: Planner::RrtConnect,
             shortening: Shortening::Chords,
             rrt: RrtConfig::default(),
+            rounding: None,
             goal_reach: 0.3,
             escape_reach: 0.3,
         }
@@ -95,6 +100,8 @@ impl Shortening {
 pub struct Route {
     /// Straight legs from where the robot stands.
     pub path: Path,
+    /// The same with its corners rounded; empty where that was not asked for.
+    pub pieces: Vec<Piece>,
     /// The path before shortening.
     pub raw: Path,
     /// Legs of the trees.
@@ -105,6 +112,14 @@ pub struct Route {
     pub iterations: usize,
     /// Distance kept between the robot's disc and walls, m.
     pub margin: f64,
+}
+
+impl Route {
+    /// What of the margin must hold along the way, also where corners were cut by rounding, m.
+    #[must_use]
+    pub fn least_margin(&self) -> f64 {
+        LEAST_PART * self.margin
+    }
 }
 
 /// Why there is no route, and what was tried.
@@ -118,6 +133,8 @@ pub struct RouteFailure {
     pub tree: Vec<Segment>,
 }
 
+/// Part of the margin that rounding leaves.
+const LEAST_PART: f64 = 0.5;
 /// A goal farther than this off the map is no goal, m.
 const FARTHEST_OFF: f64 = 50.0;
 
@@ -149,12 +166,14 @@ pub fn plan_route<R: Rng>(
         space = space.with_keep(radius + margin);
         let is_last = at + 1 == config.margins.len();
         match plan_in(&space, start, goal, is_last, config, rng) {
-            Ok(route) => {
-                return Ok(Route {
-                    margin,
-                    iterations: route.iterations + failure.iterations,
-                    ..route
-                });
+            Ok(mut route) => {
+                route.margin = margin;
+                route.iterations += failure.iterations;
+                if let Some(rounding) = &config.rounding {
+                    let space = space.with_keep(radius + route.least_margin());
+                    route.pieces = smooth(&route.path, &space, rounding);
+                }
+                return Ok(route);
             }
             Err(narrower) => {
                 failure.reason = narrower.reason;
@@ -225,6 +244,7 @@ fn plan_in<R: Rng>(
     }
     Ok(Route {
         path,
+        pieces: vec![],
         raw,
         tree: looked.tree,
         by,

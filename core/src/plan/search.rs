@@ -192,6 +192,12 @@ impl Search {
         }
     }
 
+    /// How far it has come.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        self.progress
+    }
+
     /// Iterations used.
     #[must_use]
     pub fn iterations(&self) -> usize {

@@ -42,6 +42,7 @@ fn floor(boxes: &[(i32, i32, i32, i32)]) -> Grid {
         range: (b - a).norm(),
         sigma: 0.01,
         is_hit,
+        quality: None,
     };
     let mut beams: Vec<Beam> = (0..SIDE)
         .map(|row| beam(centre(0, row), centre(SIDE - 1, row), false))

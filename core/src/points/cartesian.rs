@@ -60,6 +60,8 @@ pub struct Beam {
     pub sigma: f64,
     /// Whether something came back.
     pub is_hit: bool,
+    /// Strength of the echo in the sensor's own unit; `None` where it tells none.
+    pub quality: Option<u8>,
 }
 
 impl Points {
@@ -136,6 +138,7 @@ impl Points {
                     range,
                     sigma: config.sigma.map_or(f64::from(sigma), |s| s.at(range)),
                     is_hit,
+                    quality: scan.quality(beam_idx),
                 })
             })
             .collect();
@@ -173,6 +176,7 @@ mod tests {
             bearing_sigma: 0.0,
             max_range: 10.0,
             sweep: 0.2,
+            qualities: vec![],
         };
         let first_from_last_inverse = motion.inverse();
         for (i, &bearing) in scan.bearings.iter().enumerate() {

@@ -8,12 +8,19 @@
 //!    again), and when the robot has left it behind. A beam without a reading says nothing: that is what blindness looks like.
 //! 3. Hits nearer than [`NearConfig::reach`] are remembered for the next scan.
 //!
+//! A sensor whose readings fold back (an infra-red ranger before its peak) does worse than see nothing: a wall nearer than
+//! [`NearConfig::blind`] looks far, with nothing in the reading that tells. Before such a scan is used,
+//! [`NearField::without_folded`] makes those readings invalid that look where something was remembered so near.
+//!
 //! Ours. The occupancy grid keeps walls likewise, but it smooths over many scans, and a person stands in it too late.
 
-use nalgebra::Point2;
+use std::borrow::Cow;
+
+use nalgebra::{Point2, Vector2};
 
 use super::{Beam, Points};
-use crate::geom::Pose2;
+use crate::geom::{Pose2, Segment, sin_cos};
+use crate::robot::Scan;
 
 /// What is remembered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +32,22 @@ pub struct NearConfig {
     pub behind: f64,
     /// Beams in this direction of a point speak of it, as a part of the angle between two beams. Default 1.5.
     pub beams: f64,
+    /// What is nearer to the sensor than this may look far, m. Default 0: nothing does. Growing: more readings are taken for folded
+    /// ones.
+    pub blind: f64,
+}
+
+impl NearConfig {
+    /// For rangers that scan on command, 0.7 m apart at most: what is seen from as far may be inside of the peak, 0.15 m, at the next
+    /// scan. To that come 3 cm for the odometry in between.
+    #[must_use]
+    pub fn short_range() -> Self {
+        Self {
+            reach: 0.9,
+            blind: 0.18,
+            ..Self::default()
+        }
+    }
 }
 
 impl Default for NearConfig {
@@ -33,12 +56,15 @@ impl Default for NearConfig {
             reach: 0.3,
             behind: 0.05,
             beams: 1.5,
+            blind: 0.0,
         }
     }
 }
 
 /// Most points that are remembered; the oldest are forgotten.
 const MOST: usize = 1000;
+/// Remembered neighbours nearer to one another than this are one surface, m: less than the robot could pass through.
+const LINK: f64 = 0.1;
 
 /// Remembers what is near.
 #[derive(Clone, Debug, Default)]
@@ -51,6 +77,62 @@ pub struct NearField {
 }
 
 impl NearField {
+    /// Remembers nothing yet.
+    #[must_use]
+    pub fn new(config: NearConfig) -> Self {
+        Self {
+            config,
+            ..Self::default()
+        }
+    }
+
+    /// Other settings from the next scan on.
+    pub fn reconfigure(&mut self, config: NearConfig) {
+        self.config = config;
+    }
+
+    /// The scan with those readings invalid (NaN) that may be of something nearer than [`NearConfig::blind`]. `moved` is the motion
+    /// since the scan before.
+    #[must_use]
+    pub fn without_folded<'a>(&self, scan: &'a Scan, moved: &Pose2) -> Cow<'a, Scan> {
+        let blind = self.config.blind;
+        let sensor_from_before = scan.robot_from_sensor.inverse() * moved.inverse();
+        let surfaces: Vec<Segment> = self
+            .remembered
+            .windows(2)
+            .filter_map(|pair| {
+                let [a, b] = pair else { return None };
+                let surface = Segment::new(sensor_from_before * *a, sensor_from_before * *b);
+                let is_near = surface.distance(Point2::origin()) < blind;
+                (is_near && (a - b).norm() < LINK).then_some(surface)
+            })
+            .collect();
+        let mut scan = Cow::Borrowed(scan);
+        if surfaces.is_empty() {
+            return scan;
+        }
+        let is_folded = |bearing: f64, range: f32| {
+            let (sin, cos) = sin_cos(bearing);
+            let ahead = Vector2::new(cos, sin);
+            let hits = surfaces
+                .iter()
+                .filter_map(|s| s.hit_by_ray(Point2::origin(), ahead));
+            let nearest = hits.fold(f64::INFINITY, f64::min);
+            nearest < blind && f64::from(range) > nearest
+        };
+        let readings = scan.bearings.iter().zip(&scan.ranges).enumerate();
+        let folded: Vec<usize> = readings
+            .filter(|(_, (bearing, range))| is_folded(**bearing, **range))
+            .map(|(beam, _)| beam)
+            .collect();
+        for beam in folded {
+            if let Some(range) = scan.to_mut().ranges.get_mut(beam) {
+                *range = f32::NAN;
+            }
+        }
+        scan
+    }
+
     /// Takes a scan's points, and the motion since the scan before (`robot_before_from_robot_now`).
     pub fn update(&mut self, points: &Points, moved: &Pose2) {
         let now_from_before = moved.inverse();
@@ -91,6 +173,7 @@ impl NearField {
             range: (end - origin).norm(),
             sigma: self.config.behind,
             is_hit: true,
+            quality: None,
         }));
         all
     }

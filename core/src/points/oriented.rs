@@ -202,6 +202,7 @@ mod tests {
             bearing_sigma: 0.0,
             max_range: 20.0,
             sweep: 0.0,
+            qualities: vec![],
         };
         Points::from_scan(&scan, &Pose2::identity(), &PointConfig::default())
     }
@@ -235,6 +236,7 @@ mod tests {
             range: x,
             sigma: 0.01,
             is_hit: true,
+            quality: None,
         };
         let points = Points {
             stamp: Stamp(0),

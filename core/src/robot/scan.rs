@@ -5,7 +5,7 @@ use crate::geom::Pose2;
 
 /// Polar readings of one sweep, in the order in which they were taken.
 ///
-/// The three columns have the same length. Beam `i` of `n` was taken `sweep * (n - 1 - i) / (n - 1)` seconds before
+/// The columns have the same length, but for `qualities`, which may be empty. Beam `i` of `n` was taken `sweep * (n - 1 - i) / (n - 1)` seconds before
 /// `stamp`: the stamp is that of the last beam.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scan {
@@ -19,6 +19,9 @@ pub struct Scan {
     pub ranges: Vec<f32>,
     /// Standard deviation of each range, m.
     pub sigmas: Vec<f32>,
+    /// Strength of each echo in the sensor's own unit (RPLIDAR 0 to 63, LD06 0 to 255); 0 where nothing valid came back. Empty
+    /// where the sensor tells none.
+    pub qualities: Vec<u8>,
     /// Standard deviation of each bearing, rad.
     pub bearing_sigma: f64,
     /// The farthest range the sensor reports, m: what a no-return says is free.
@@ -48,6 +51,16 @@ pub enum ScanError {
         ranges: usize,
         /// Number of sigmas.
         sigmas: usize,
+    },
+    /// Some beams have a quality and some have none.
+    #[error(
+        "scan has {ranges} ranges and {qualities} qualities; expected one for each, or none at all"
+    )]
+    Qualities {
+        /// Number of ranges.
+        ranges: usize,
+        /// Number of qualities.
+        qualities: usize,
     },
     /// A field of the whole scan outside of what it may be.
     #[error("scan at {seconds:.3} s: {field} is {value}, expected {expected}")]
@@ -102,6 +115,12 @@ impl Scan {
                 bearings: self.bearings.len(),
                 ranges: self.ranges.len(),
                 sigmas: self.sigmas.len(),
+            });
+        }
+        if !self.qualities.is_empty() && self.qualities.len() != self.len() {
+            return Err(ScanError::Qualities {
+                ranges: self.ranges.len(),
+                qualities: self.qualities.len(),
             });
         }
         self.validate_whole()?;
@@ -167,6 +186,12 @@ impl Scan {
         }
     }
 
+    /// Strength of the echo of a beam; `None` where the sensor tells none.
+    #[must_use]
+    pub fn quality(&self, beam: usize) -> Option<u8> {
+        self.qualities.get(beam).copied()
+    }
+
     /// How far before the last beam the given one was taken, as a fraction of the sweep: 1 for the first, 0 for the last.
     #[must_use]
     pub fn age_fraction(&self, beam: usize) -> f64 {
@@ -190,6 +215,7 @@ mod tests {
             bearings: (0..ranges.len()).map(|i| i as f64 * 0.1).collect(),
             ranges: ranges.to_vec(),
             sigmas: vec![0.01; ranges.len()],
+            qualities: vec![],
             bearing_sigma: 0.0,
             max_range: 6.0,
             sweep: 0.1,
@@ -212,6 +238,17 @@ mod tests {
         let mut sigma = scan(&[1.0]);
         sigma.sigmas[0] = 0.0;
         assert!(message(&sigma).starts_with("beam 0: sigma is 0"));
+    }
+
+    #[test]
+    fn all_beams_have_a_quality_or_none_has() {
+        let mut told = scan(&[1.0, 2.0]);
+        assert_eq!(told.quality(1), None);
+        told.qualities = vec![47, 0];
+        assert_eq!((told.validate(), told.quality(1)), (Ok(()), Some(0)));
+        told.qualities.pop();
+        let message = told.validate().unwrap_err().to_string();
+        assert!(message.contains("2 ranges and 1 qualities"), "{message}");
     }
 
     #[test]

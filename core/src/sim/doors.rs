@@ -79,6 +79,11 @@ impl Doors {
         self.0.iter().map(|leaf| leaf.is_open)
     }
 
+    /// Whether each is to be open, in the same order; one that is to shut waits while somebody stands in it.
+    pub(super) fn are_to_be_open(&self) -> impl Iterator<Item = bool> + '_ {
+        self.0.iter().map(|leaf| leaf.is_to_be_open)
+    }
+
     /// Those that are shut, as walls.
     pub(super) fn shut(&self) -> impl Iterator<Item = Wall> + '_ {
         let shut = self.0.iter().filter(|leaf| !leaf.is_open);

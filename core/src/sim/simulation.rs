@@ -253,6 +253,12 @@ impl Simulation {
         self.doors.are_open()
     }
 
+    /// Whether each door is to be open; where that differs from [`Self::doors_open`], it moves with the next step, or waits until nobody
+    /// stands in it.
+    pub fn doors_ordered(&self) -> impl Iterator<Item = bool> + '_ {
+        self.doors.are_to_be_open()
+    }
+
     /// The walls of the world and the doors that are shut now, ready for rays.
     #[must_use]
     pub fn caster(&self) -> &Caster {

@@ -6,6 +6,8 @@
 //! 2. [`Client::tick`], at least ten times a second, sends heartbeats and probes, renews the lease, and notices silence.
 //! 3. [`Client::drive`] and [`Client::hold`] say what the bridge wants of a driving message: the lease's epoch, and the newest
 //!    bridge time that was seen. Nothing is sent while the robot is not armed by this client.
+//! 4. An errand (a way, a turn, a sweep) is under way from the message that gives it until the bridge says that it is over, or
+//!    until the robot is disarmed or somebody else's.
 //!
 //! Time is µs of the client's own clock; the connection begins at 0 of nothing in particular.
 
@@ -91,6 +93,8 @@ pub struct Client {
     next_heartbeat: u64,
     lease: Option<Lease>,
     safety: Option<SafetyBody>,
+    /// Sequence of the message that gave the errand under way.
+    errand: Option<u32>,
     delays: Option<Delays>,
 }
 
@@ -109,6 +113,7 @@ impl Client {
             next_heartbeat: 0,
             lease: None,
             safety: None,
+            errand: None,
             delays: None,
         }
     }
@@ -164,7 +169,17 @@ impl Client {
                 if safety.driver != self.number() {
                     self.lease = None;
                 }
+                if self.lease.is_none() || !safety.armed {
+                    self.errand = None;
+                }
                 self.safety = Some(safety.clone());
+            }
+            FromBridge::Errand(errand)
+                if !errand.busy
+                    && self.number() == Some(errand.client)
+                    && self.errand == Some(errand.sequence) =>
+            {
+                self.errand = None;
             }
             FromBridge::Probe(answer) => self.delays = Some(self.measure(now, answer)),
             _ => (),
@@ -237,7 +252,19 @@ impl Client {
                 motion,
             }),
         );
+        self.errand = motion.is_errand().then_some(self.sequence);
         true
+    }
+
+    /// Whether an errand of this client is under way.
+    #[must_use]
+    pub fn is_busy(&self) -> bool {
+        self.errand.is_some()
+    }
+
+    /// Waits no longer for the errand under way: what is told next takes its place.
+    pub fn give_up_errand(&mut self) {
+        self.errand = None;
     }
 
     /// What is under way may go on.

@@ -68,8 +68,14 @@ impl ClockMap {
     /// When, on the host's clock, the device meant by `said`; `None` before anything was observed.
     #[must_use]
     pub fn host_time(&self, said: Stamp) -> Option<Stamp> {
-        self.used
-            .map(|(offset, _)| Stamp::from_seconds(said.seconds() + offset))
+        self.offset()
+            .map(|offset| Stamp::from_seconds(said.seconds() + offset))
+    }
+
+    /// What is added to the device's time, s; `None` before anything was observed.
+    #[must_use]
+    pub fn offset(&self) -> Option<f64> {
+        self.used.map(|(offset, _)| offset)
     }
 }
 

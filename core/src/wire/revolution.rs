@@ -10,6 +10,7 @@
 //! 3. Where readings were lost, invalid beams (NaN) take their places, so that the instants of the others stay right.
 //!    A turn that lost more than a part is not handed on.
 //! 4. Bearing = -angle. A lidar that turns clockwise gives falling bearings: the order is that of time.
+//! 5. The scan has qualities where every reading had one. An express scan of an RPLIDAR has none.
 //!
 //! Distance 0 and too little quality are invalid: they say nothing, not even that the way is free. A range beyond the
 //! greatest that is trusted is a no-return (infinite): up to there it was free.
@@ -33,8 +34,8 @@ pub struct Sample {
     pub angle: f64,
     /// Range, m; 0 means invalid.
     pub range: f64,
-    /// Quality, in the sensor's own unit.
-    pub quality: u8,
+    /// Quality, in the sensor's own unit; `None` where it tells none.
+    pub quality: Option<u8>,
     /// Seconds since the reading before it, by the sensor's own figures.
     pub interval: f64,
     /// When it was taken.
@@ -123,6 +124,7 @@ struct Beam {
     turned: f64,
     range: f32,
     sigma: f32,
+    quality: Option<u8>,
     interval: f64,
     stamp: Stamp,
 }
@@ -220,6 +222,9 @@ impl Revolutions {
             turned,
             range,
             sigma,
+            quality: sample
+                .quality
+                .map(|q| if range.is_finite() { q } else { 0 }),
             interval: sample.interval,
             stamp: sample.stamp,
         });
@@ -231,7 +236,7 @@ impl Revolutions {
         let config = &self.config;
         let sigma = |range: f64| (config.sigma + config.sigma_per_metre * range) as f32;
         let range = sample.range;
-        if range < config.min_range || sample.quality < config.least_quality {
+        if range < config.min_range || sample.quality.is_some_and(|q| q < config.least_quality) {
             (f32::NAN, sigma(config.max_range))
         } else if range > config.max_range {
             (f32::INFINITY, sigma(config.max_range))
@@ -251,6 +256,7 @@ impl Revolutions {
             return None;
         }
         let interval = self.beams.iter().map(|beam| beam.interval).sum::<f64>() / taken as f64;
+        let qualities: Option<Vec<u8>> = beams.iter().map(|beam| beam.quality).collect();
         let bearing = |beam: &Beam| wrap(-(beam.turned + self.config.seam));
         Some(Scan {
             stamp: last.stamp,
@@ -258,6 +264,7 @@ impl Revolutions {
             bearings: beams.iter().map(bearing).collect(),
             ranges: beams.iter().map(|beam| beam.range).collect(),
             sigmas: beams.iter().map(|beam| beam.sigma).collect(),
+            qualities: qualities.unwrap_or_default(),
             bearing_sigma: self.config.bearing_sigma,
             max_range: self.config.max_range,
             sweep: interval.max(0.0) * (beams.len() - 1) as f64,
@@ -293,6 +300,7 @@ fn fill(filled: &mut Vec<Beam>, from: f64, to: f64, spacing: f64, like: &Beam) {
     filled.extend((1..=missing).map(|k| Beam {
         turned: from + (to - from) * k as f64 / (missing + 1) as f64,
         range: f32::NAN,
+        quality: like.quality.map(|_| 0),
         ..*like
     }));
 }

@@ -5,6 +5,7 @@ use slamlab_core::wire::message::{Motion, ToBridge, close};
 use tokio_tungstenite::tungstenite::Message;
 
 use crate::client::{Bridge, Client};
+use crate::door;
 use crate::robot::with_robot;
 
 pub(crate) async fn report() -> (bool, Value) {
@@ -64,9 +65,10 @@ pub(crate) async fn report() -> (bool, Value) {
 
     let was_moved = memory.was_moved();
     bridge.stop().await;
+    let (door_holds, at_the_door) = door::report().await;
     (
-        holds && !was_moved,
-        json!({ "cases": cases, "robot_was_moved": was_moved }),
+        holds && door_holds && !was_moved,
+        json!({ "cases": cases, "at_the_door": at_the_door, "robot_was_moved": was_moved }),
     )
 }
 

@@ -1,6 +1,6 @@
 //! Measures the bridge over real sockets on this machine, prints JSON, and exits with 0 only if all of it holds.
 //!
-//! `cargo run --release -p slamlab-tests --example bridge_report -- faults|latency|access`
+//! `cargo run --release -p slamlab-tests --example bridge_report -- faults|line-faults [TRIALS]|latency|access|soak [MINUTES]`
 #![cfg(not(target_family = "wasm"))] // opens sockets
 #![allow(missing_docs, clippy::unwrap_used)] // a harness: failing is how it reports
 
@@ -13,8 +13,19 @@ mod client;
 mod robot;
 
 mod access;
+mod door;
 mod faults;
 mod latency;
+#[cfg(target_os = "linux")]
+mod line_faults;
+#[cfg(target_os = "linux")]
+mod soak;
+#[cfg(target_os = "linux")]
+mod soak_device;
+#[cfg(target_os = "linux")]
+mod stand;
+#[cfg(target_os = "linux")]
+mod trend;
 
 use std::process::ExitCode;
 use std::time::Duration;
@@ -28,8 +39,16 @@ async fn main() -> ExitCode {
         "faults" => faults::report().await,
         "latency" => latency::report().await,
         "access" => access::report().await,
+        #[cfg(target_os = "linux")]
+        "line-faults" => line_faults::report(number(100.0) as usize)
+            .await
+            .expect("SLAMLAB_BRIDGE and SLAMLAB_RP6_SIM name the programs"),
+        #[cfg(target_os = "linux")]
+        "soak" => soak::report(number(30.0)).await,
         _ => {
-            eprintln!("expected one of: faults, latency, access");
+            eprintln!(
+                "expected one of: faults, line-faults [TRIALS], latency, access, soak [MINUTES]"
+            );
             return ExitCode::FAILURE;
         }
     };
@@ -40,6 +59,12 @@ async fn main() -> ExitCode {
     } else {
         ExitCode::FAILURE
     }
+}
+
+#[cfg(target_os = "linux")]
+fn number(default: f64) -> f64 {
+    let second = std::env::args().nth(2);
+    second.map_or(default, |number| number.parse().unwrap())
 }
 
 /// Median, 99th percentile and worst, ms.

@@ -2,7 +2,7 @@
 //!
 //! In: bytes for its serial line, levels of its pins, voltages at its converter, time. Out: the bytes it sends, its registers.
 //!
-//! All `unsafe` of this package is here: calls into simavr's C. Its rules are few: an `avr_t` is used from one thread, lives
+//! All `unsafe` of this package is here: calls into simavr's C. Its rules are few: an `avr_t` is used by one thread at a time, lives
 //! until it is terminated, and what a callback is given must live as long.
 
 use std::collections::VecDeque;
@@ -29,6 +29,9 @@ pub struct Chip {
     cycles_before: u64,
     resets: u32,
 }
+
+// SAFETY: both pointers are the chip's own, and simavr keeps nothing of a chip in the thread that runs it.
+unsafe impl Send for Chip {}
 
 /// What the chip does between two looks at it.
 struct Watched {
@@ -179,6 +182,17 @@ impl Chip {
             }
         }
         Ok(())
+    }
+
+    /// Pulls the reset line: the program begins anew.
+    pub fn reset(&mut self) {
+        let before = self.cycle_of_life();
+        // SAFETY: `avr` is valid, and does not run now.
+        unsafe { avr::avr_reset(self.avr) };
+        if self.cycle_of_life() < before {
+            self.cycles_before += before;
+        }
+        self.resets += 1;
     }
 
     /// The bytes that the chip sent since this was last asked.

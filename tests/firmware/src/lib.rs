@@ -7,10 +7,12 @@
 //! 3. [`Rig`] turns the motors by the duty in OCR1A and OCR1B, counts their angles into edges at INT0 and INT1, and puts
 //!    voltages on the converter.
 //! 4. [`Host`] is the other end of the line: the very [`Link`](slamlab_core::wire::rp6::Link) that drives a real robot.
+//! 5. [`Wired`] puts the rig on a pseudo-terminal instead, in real time, for a whole bridge.
 
 mod chip;
 mod host;
 mod rig;
+mod wired;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -21,6 +23,7 @@ use anyhow::{Context, Result, bail};
 pub use chip::Chip;
 pub use host::Host;
 pub use rig::Rig;
+pub use wired::Wired;
 
 /// The compiled firmware.
 ///

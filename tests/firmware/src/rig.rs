@@ -50,6 +50,8 @@ pub struct Rig {
     pose: Pose2,
     walls: Option<Caster>,
     slices: u64,
+    is_touching: bool,
+    contacts: u32,
 }
 
 impl Rig {
@@ -73,6 +75,8 @@ impl Rig {
             pose: Pose2::identity(),
             walls: None,
             slices: 0,
+            is_touching: false,
+            contacts: 0,
         };
         // 7.2 V behind a divider by two; the currents' sensors at rest.
         rig.chip.set_millivolts(7, 3_600);
@@ -125,6 +129,12 @@ impl Rig {
         self.pose
     }
 
+    /// How often it began to touch a wall.
+    #[must_use]
+    pub fn contacts(&self) -> u32 {
+        self.contacts
+    }
+
     /// Presses the left and the right bumper.
     pub fn press_bumpers(&mut self, pressed: [bool; 2]) {
         self.chip.set_pin(b'B', 0, pressed[0]);
@@ -171,6 +181,8 @@ impl Rig {
             true => aim,
             false => Pose2::new(stays.x, stays.y, aim.heading()),
         };
+        self.contacts += u32::from(!is_free && !self.is_touching);
+        self.is_touching = !is_free;
         self.press_bumpers([!is_free; 2]);
     }
 

@@ -5,6 +5,7 @@
 //!
 //! A device itself ([`Rplidar`], [`Ld06`], [`Rp6`]) has no I/O and no clock; [`Socket`] gives it both.
 
+mod aboard;
 mod ld06;
 mod rp6;
 mod rplidar;
@@ -12,6 +13,7 @@ mod socket;
 mod spoil;
 mod view;
 
+pub use aboard::Aboard;
 pub use ld06::Ld06;
 pub use rp6::Rp6;
 pub use rplidar::Rplidar;
@@ -26,6 +28,12 @@ pub trait Device: Send + 'static {
 
     /// It gets power: whatever it was told is forgotten.
     fn power_on(&mut self);
+
+    /// Lets time pass while its cable is out, s. Default: without a cable it has no power.
+    fn unplugged(&mut self, _seconds: f64) {}
+
+    /// Its cable is pulled out.
+    fn pulled(&mut self) {}
 
     /// Takes bytes that were written to it.
     fn receive(&mut self, bytes: &[u8]);

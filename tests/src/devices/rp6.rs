@@ -246,6 +246,11 @@ impl Device for Rp6 {
         }
     }
 
+    /// It has a battery of its own: its watchdog runs, and what it says nobody hears.
+    fn unplugged(&mut self, seconds: f64) {
+        let _ = self.advance(seconds);
+    }
+
     fn receive(&mut self, bytes: &[u8]) {
         match self.program {
             Program::Running => {

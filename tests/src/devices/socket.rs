@@ -2,7 +2,8 @@
 //!
 //! 1. Plugging in makes a pseudo-terminal and points the path at it; pulling out closes it, so that the bridge sees what it
 //!    sees of a pulled cable.
-//! 2. Every few milliseconds the thread lets the device hear and speak. Time is the real one, for the bridge's is.
+//! 2. Every few milliseconds the thread lets the device hear and speak. Time is the real one, for the bridge's is; only a machine that
+//!    starves the thread makes the device's time run behind.
 //! 3. Where the bridge set another baud rate than the device's, both hear noise.
 
 use std::fs;
@@ -24,6 +25,9 @@ use super::spoil::{Faults, Line};
 
 /// From one look at the line to the next.
 const BEAT: Duration = Duration::from_millis(2);
+/// Where the machine lets the thread wait for longer, the device's time stands still meanwhile, s: it does not say at once what
+/// it would have said in a second, which no line could carry.
+const MOST_AT_ONCE: f64 = 0.05;
 
 /// A device in its socket; dropping it pulls the device out and ends its thread.
 #[derive(Debug)]
@@ -50,7 +54,7 @@ impl<D: Device> Socket<D> {
     pub fn plugged(device: D) -> io::Result<Self> {
         let socket = Self::unplugged(device)?;
         socket.plug();
-        let until = Instant::now() + Duration::from_secs(2);
+        let until = Instant::now() + Duration::from_secs(60);
         while !socket.path.exists() && Instant::now() < until {
             thread::sleep(BEAT);
         }
@@ -135,7 +139,7 @@ fn live<D: Device>(shared: &Mutex<Shared<D>>, path: &Path) {
     let mut last = Instant::now();
     loop {
         thread::sleep(BEAT);
-        let elapsed = last.elapsed().as_secs_f64();
+        let elapsed = last.elapsed().as_secs_f64().min(MOST_AT_ONCE);
         last = Instant::now();
         let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
         if shared.has_ended {
@@ -151,18 +155,25 @@ fn live<D: Device>(shared: &Mutex<Shared<D>>, path: &Path) {
             (Some(_), false) => {
                 let _ = fs::remove_file(path);
                 pty = None;
+                shared.device.pulled();
+                shared.device.unplugged(elapsed);
             }
             (Some(pty), true) => beat(&mut shared, pty, &mut line, elapsed),
-            (None, false) => (),
+            (None, false) => shared.device.unplugged(elapsed),
         }
     }
 }
 
 /// Lets the device hear and speak.
 fn beat<D: Device>(shared: &mut Shared<D>, pty: &Pty, line: &mut Line, elapsed: f64) {
-    let is_tuned = pty.baud_rate() == Some(shared.device.baud_rate());
+    let is_tuned = !shared.faults.is_garbled && pty.baud_rate() == Some(shared.device.baud_rate());
     let heard = pty.read();
     let heard = if is_tuned { heard } else { line.garble(&heard) };
+    let on_the_way_in = Faults {
+        flipped_bits: shared.faults.flipped_bits_heard,
+        ..Faults::default()
+    };
+    let heard = line.carry(&heard, &on_the_way_in);
     shared.device.receive(&heard);
     let said = shared.device.advance(elapsed);
     let said = if is_tuned { said } else { line.garble(&said) };

@@ -5,6 +5,10 @@
 pub struct Faults {
     /// Part of the bits that are flipped, 0 to 1.
     pub flipped_bits: f64,
+    /// The same for what the device hears.
+    pub flipped_bits_heard: f64,
+    /// Both sides hear noise, as at a wrong baud rate.
+    pub is_garbled: bool,
     /// Part of the bytes that get lost, 0 to 1.
     pub lost_bytes: f64,
     /// Nothing comes from the device any more; it still hears.

@@ -7,6 +7,7 @@ use slamlab_core::wire::message::{
     ClientHello, Format, FromBridge, Header, Motion, RefusalReason, SCHEMA, ToBridge, Watching,
     close, encode, proof,
 };
+use slamlab_tests::calm::async_on_a_calm_machine;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::Message;
@@ -33,271 +34,294 @@ async fn upgrade(bridge: &Bridge, headers: &[(&'static str, &str)]) -> u16 {
     }
 }
 
-#[tokio::test]
-async fn foreign_pages_and_rebound_names_are_refused() {
-    let (config, memory) = with_robot();
-    let bridge = Bridge::start(Config {
-        origins: vec!["https://lab.example".into()],
-        ..config
-    })
-    .await;
-    let own = format!("http://{}", bridge.address);
-    for (headers, expect) in [
-        (vec![], 101),
-        (vec![("origin", own.as_str())], 101),
-        (vec![("origin", "https://lab.example")], 101),
-        (vec![("origin", "https://evil.example")], 403),
-        (vec![("origin", "null")], 403),
-        (vec![("origin", "http://127.0.0.1")], 403),
-        (vec![("host", "evil.example")], 421),
-        (
-            vec![("host", "evil.example"), ("origin", "http://evil.example")],
-            421,
-        ),
-        (
-            vec![("host", "robot.local"), ("origin", "http://robot.local")],
-            101,
-        ),
-    ] {
-        assert_eq!(upgrade(&bridge, &headers).await, expect, "{headers:?}");
-    }
-    assert!(!memory.was_moved());
-    bridge.stop().await;
+#[test]
+fn foreign_pages_and_rebound_names_are_refused() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let bridge = Bridge::start(Config {
+            origins: vec!["https://lab.example".into()],
+            ..config
+        })
+        .await;
+        let own = format!("http://{}", bridge.address);
+        for (headers, expect) in [
+            (vec![], 101),
+            (vec![("origin", own.as_str())], 101),
+            (vec![("origin", "https://lab.example")], 101),
+            (vec![("origin", "https://evil.example")], 403),
+            (vec![("origin", "null")], 403),
+            (vec![("origin", "http://127.0.0.1")], 403),
+            (vec![("host", "evil.example")], 421),
+            (
+                vec![("host", "evil.example"), ("origin", "http://evil.example")],
+                421,
+            ),
+            (
+                vec![("host", "robot.local"), ("origin", "http://robot.local")],
+                101,
+            ),
+        ] {
+            assert_eq!(upgrade(&bridge, &headers).await, expect, "{headers:?}");
+        }
+        assert!(!memory.was_moved());
+        bridge.stop().await;
+    });
 }
 
-#[tokio::test]
-async fn a_missing_wrong_or_replayed_proof_is_worth_nothing() {
-    let (config, memory) = with_robot();
-    let bridge = Bridge::start(config).await;
-    let mut watcher = bridge.connect().await;
-    assert!(!watcher.enter(None).await, "without a token one watches");
+#[test]
+fn a_missing_wrong_or_replayed_proof_is_worth_nothing() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let bridge = Bridge::start(config).await;
+        let mut watcher = bridge.connect().await;
+        assert!(!watcher.enter(None).await, "without a token one watches");
 
-    let mut wrong = bridge.connect().await;
-    let hello = wrong.hello(Some("0123456789abcdef0123456789abcdef"));
-    wrong.say(hello).await;
-    assert_eq!(wrong.end().await, Some(close::ACCESS));
+        let mut wrong = bridge.connect().await;
+        let hello = wrong.hello(Some("0123456789abcdef0123456789abcdef"));
+        wrong.say(hello).await;
+        assert_eq!(wrong.end().await, Some(close::ACCESS));
 
-    let mut first = bridge.connect().await;
-    let overheard = first.hello(Some(&bridge.token));
-    first.say(overheard.clone()).await;
-    let mut second = bridge.connect().await;
-    assert_ne!(first.challenge, second.challenge);
-    second.say(overheard).await;
-    assert_eq!(second.end().await, Some(close::ACCESS));
-    assert!(!memory.was_moved());
-    bridge.stop().await;
+        let mut first = bridge.connect().await;
+        let overheard = first.hello(Some(&bridge.token));
+        first.say(overheard.clone()).await;
+        let mut second = bridge.connect().await;
+        assert_ne!(first.challenge, second.challenge);
+        second.say(overheard).await;
+        assert_eq!(second.end().await, Some(close::ACCESS));
+        assert!(!memory.was_moved());
+        bridge.stop().await;
+    });
 }
 
-#[tokio::test]
-async fn where_watching_needs_the_token_nobody_watches_without() {
-    let (config, _) = with_robot();
-    let bridge = Bridge::start(Config {
-        watching: Some(Watching::Token),
-        ..config
-    })
-    .await;
-    let mut client = bridge.connect().await;
-    let hello = client.hello(None);
-    client.say(hello).await;
-    assert_eq!(client.end().await, Some(close::ACCESS));
-    assert!(bridge.connect().await.enter(Some(&bridge.token)).await);
-    bridge.stop().await;
-}
-
-#[tokio::test]
-async fn who_says_nothing_or_something_else_first_is_shown_out() {
-    let (config, memory) = with_robot();
-    let bridge = Bridge::start(config).await;
-    let start = Instant::now();
-    let mut silent = bridge.connect().await;
-    assert_eq!(silent.end().await, Some(close::ACCESS));
-    let waited = start.elapsed();
-    assert!((1.9..3.0).contains(&waited.as_secs_f64()), "{waited:?}");
-    for first in [
-        ToBridge::Heartbeat,
-        ToBridge::Take { force: true },
-        ToBridge::Arm { epoch: 1 },
-    ] {
+#[test]
+fn where_watching_needs_the_token_nobody_watches_without() {
+    async_on_a_calm_machine(async || {
+        let (config, _) = with_robot();
+        let bridge = Bridge::start(Config {
+            watching: Some(Watching::Token),
+            ..config
+        })
+        .await;
         let mut client = bridge.connect().await;
-        client.say(first).await;
+        let hello = client.hello(None);
+        client.say(hello).await;
         assert_eq!(client.end().await, Some(close::ACCESS));
-    }
-    assert!(!memory.was_moved());
-    bridge.stop().await;
+        assert!(bridge.connect().await.enter(Some(&bridge.token)).await);
+        bridge.stop().await;
+    });
 }
 
-#[tokio::test]
-async fn a_watcher_who_wants_to_drive_is_shown_out_and_may_stop() {
-    let (config, memory) = with_robot();
-    let bridge = Bridge::start(config).await;
-    let mut driver = bridge.armed().await;
-    let drive = ToBridge::Drive(driver.body(Motion::Forward(1.0)));
-    let epoch = driver.epoch;
-    for wish in [
-        ToBridge::Take { force: true },
-        ToBridge::Arm { epoch },
-        ToBridge::Renew { epoch },
-        ToBridge::Release { epoch },
-        ToBridge::ResetEmergencyStop { epoch },
-        drive,
-    ] {
-        let mut watcher = bridge.watcher().await;
-        watcher.say(wish).await;
-        assert_eq!(watcher.end().await, Some(close::NO_RIGHT));
-    }
-    assert!(!memory.was_moved());
-    bridge.watcher().await.say(ToBridge::Stop).await;
-    let is_armed = |message: &FromBridge| match message {
-        FromBridge::Safety(state) => Some(state.armed),
-        _ => None,
-    };
-    assert!(!driver.wait(is_armed).await);
-    bridge.stop().await;
-}
-
-#[tokio::test]
-async fn stale_epochs_and_sequences_have_no_effect() {
-    let (config, memory) = with_robot();
-    let bridge = Bridge::start(config).await;
-    let mut driver = bridge.armed().await;
-    let mut body = driver.body(Motion::Forward(1.0));
-    body.epoch -= 1;
-    driver.say(ToBridge::Drive(body)).await;
-    let refusal = |message: &FromBridge| match message {
-        FromBridge::Refused(reason) => Some(*reason),
-        _ => None,
-    };
-    assert_eq!(driver.wait(refusal).await, RefusalReason::StaleEpoch);
-    // What was seen a second ago.
-    let mut body = driver.body(Motion::Forward(1.0));
-    tokio::time::sleep(Duration::from_secs(1)).await;
-    body.ttl_millis = u16::MAX;
-    driver.say(ToBridge::Drive(body)).await;
-    assert_eq!(driver.wait(refusal).await, RefusalReason::TooOld);
-    // The very bytes of a message, once more.
-    driver.sequence -= 1;
-    driver.say(ToBridge::Heartbeat).await;
-    assert_eq!(driver.end().await, Some(1007));
-    assert!(!memory.was_moved());
-    bridge.stop().await;
-}
-
-#[tokio::test]
-async fn malformed_oversize_and_too_many_messages_end_the_connection() {
-    let (config, memory) = with_robot();
-    let bridge = Bridge::start(config).await;
-    let header = Header {
-        sequence: 9,
-        micros: 0,
-    };
-    let good = encode(header, &ToBridge::Stop, Format::Binary).unwrap();
-    let mut spoilt = good.clone();
-    spoilt[3] = 200;
-    for (message, code) in [
-        (Message::binary(vec![1, 2, 3]), 1007),
-        (Message::binary(spoilt), 1007),
-        (Message::text("{}"), 1003),
-        (Message::binary(vec![0; 65 * 1024]), 1009),
-        (Message::binary([good.as_slice(), &[0]].concat()), 1007),
-    ] {
-        let mut client = bridge.driver().await;
-        client.send(message).await;
-        assert_eq!(client.end().await, Some(code));
-    }
-    let mut noisy = bridge.driver().await;
-    for _ in 0..600 {
-        noisy.say(ToBridge::Heartbeat).await;
-    }
-    assert_eq!(noisy.end().await, Some(1008));
-    let mut long = bridge.connect().await;
-    let hello = ClientHello {
-        schema: SCHEMA,
-        name: "x".repeat(65),
-        proof: Some(proof(&bridge.token, &long.challenge)),
-    };
-    long.say(ToBridge::Hello(hello)).await;
-    assert_eq!(long.end().await, Some(1007));
-    assert!(!memory.was_moved());
-    bridge.stop().await;
-}
-
-#[tokio::test]
-async fn a_slow_header_does_not_keep_a_connection() {
-    let bridge = Bridge::start(Config {
-        limits: Limits {
-            header: Duration::from_millis(500),
-            ..limits()
-        },
-        ..Config::default()
-    })
-    .await;
-    let start = Instant::now();
-    let mut stream = TcpStream::connect(bridge.address).await.unwrap();
-    stream.write_all(b"GET / HTTP/1.1\r\n").await.unwrap();
-    let mut ended = false;
-    for _ in 0..100 {
-        tokio::time::sleep(Duration::from_millis(50)).await;
-        let mut answer = [0; 512];
-        let read = tokio::time::timeout(Duration::from_millis(1), stream.read(&mut answer)).await;
-        if matches!(read, Ok(Ok(0) | Err(_))) || stream.write_all(b"X-A: b\r\n").await.is_err() {
-            ended = true;
-            break;
+#[test]
+fn who_says_nothing_or_something_else_first_is_shown_out() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let bridge = Bridge::start(config).await;
+        let start = Instant::now();
+        let mut silent = bridge.connect().await;
+        assert_eq!(silent.end().await, Some(close::ACCESS));
+        let waited = start.elapsed();
+        assert!((1.9..3.0).contains(&waited.as_secs_f64()), "{waited:?}");
+        for first in [
+            ToBridge::Heartbeat,
+            ToBridge::Take { force: true },
+            ToBridge::Arm { epoch: 1 },
+        ] {
+            let mut client = bridge.connect().await;
+            client.say(first).await;
+            assert_eq!(client.end().await, Some(close::ACCESS));
         }
-    }
-    assert!(
-        ended && start.elapsed() < Duration::from_secs(3),
-        "{:?}",
-        start.elapsed()
-    );
-    bridge.stop().await;
+        assert!(!memory.was_moved());
+        bridge.stop().await;
+    });
 }
 
-#[tokio::test]
-async fn a_thousand_connections_do_not_keep_the_driver_from_stopping() {
-    let (config, memory) = with_robot();
-    let bridge = Bridge::start(Config {
-        limits: Limits {
-            sockets: 100,
-            ..limits()
-        },
-        ..config
-    })
-    .await;
-    let mut driver = bridge.armed().await;
-    driver.drive(0.1, 0.0).await;
-    let mut idle = Vec::new();
-    let mut turned_away = 0;
-    for _ in 0..1000 {
+#[test]
+fn a_watcher_who_wants_to_drive_is_shown_out_and_may_stop() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let bridge = Bridge::start(config).await;
+        let mut driver = bridge.armed().await;
+        let drive = ToBridge::Drive(driver.body(Motion::Forward(1.0)));
+        let epoch = driver.epoch;
+        for wish in [
+            ToBridge::Take { force: true },
+            ToBridge::Arm { epoch },
+            ToBridge::Renew { epoch },
+            ToBridge::Release { epoch },
+            ToBridge::ResetEmergencyStop { epoch },
+            drive,
+        ] {
+            let mut watcher = bridge.watcher().await;
+            watcher.say(wish).await;
+            assert_eq!(watcher.end().await, Some(close::NO_RIGHT));
+        }
+        assert!(!memory.was_moved());
+        bridge.watcher().await.say(ToBridge::Stop).await;
+        let is_armed = |message: &FromBridge| match message {
+            FromBridge::Safety(state) => Some(state.armed),
+            _ => None,
+        };
+        assert!(!driver.wait(is_armed).await);
+        bridge.stop().await;
+    });
+}
+
+#[test]
+fn stale_epochs_and_sequences_have_no_effect() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let bridge = Bridge::start(config).await;
+        let mut driver = bridge.armed().await;
+        let mut body = driver.body(Motion::Forward(1.0));
+        body.epoch -= 1;
+        driver.say(ToBridge::Drive(body)).await;
+        let refusal = |message: &FromBridge| match message {
+            FromBridge::Refused(reason) => Some(*reason),
+            _ => None,
+        };
+        assert_eq!(driver.wait(refusal).await, RefusalReason::StaleEpoch);
+        // What was seen a second ago.
+        let mut body = driver.body(Motion::Forward(1.0));
+        tokio::time::sleep(Duration::from_secs(1)).await;
+        body.ttl_millis = u16::MAX;
+        driver.say(ToBridge::Drive(body)).await;
+        assert_eq!(driver.wait(refusal).await, RefusalReason::TooOld);
+        // The very bytes of a message, once more.
+        driver.sequence -= 1;
+        driver.say(ToBridge::Heartbeat).await;
+        assert_eq!(driver.end().await, Some(1007));
+        assert!(!memory.was_moved());
+        bridge.stop().await;
+    });
+}
+
+#[test]
+fn malformed_oversize_and_too_many_messages_end_the_connection() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let bridge = Bridge::start(config).await;
+        let header = Header {
+            sequence: 9,
+            micros: 0,
+        };
+        let good = encode(header, &ToBridge::Stop, Format::Binary).unwrap();
+        let mut spoilt = good.clone();
+        spoilt[3] = 200;
+        for (message, code) in [
+            (Message::binary(vec![1, 2, 3]), 1007),
+            (Message::binary(spoilt), 1007),
+            (Message::text("{}"), 1003),
+            (Message::binary(vec![0; 65 * 1024]), 1009),
+            (Message::binary([good.as_slice(), &[0]].concat()), 1007),
+        ] {
+            let mut client = bridge.driver().await;
+            client.send(message).await;
+            assert_eq!(client.end().await, Some(code));
+        }
+        let mut noisy = bridge.driver().await;
+        for _ in 0..600 {
+            noisy.say(ToBridge::Heartbeat).await;
+        }
+        assert_eq!(noisy.end().await, Some(1008));
+        let mut long = bridge.connect().await;
+        let hello = ClientHello {
+            schema: SCHEMA,
+            name: "x".repeat(65),
+            proof: Some(proof(&bridge.token, &long.challenge)),
+        };
+        long.say(ToBridge::Hello(hello)).await;
+        assert_eq!(long.end().await, Some(1007));
+        assert!(!memory.was_moved());
+        bridge.stop().await;
+    });
+}
+
+#[test]
+fn a_slow_header_does_not_keep_a_connection() {
+    async_on_a_calm_machine(async || {
+        let bridge = Bridge::start(Config {
+            limits: Limits {
+                header: Duration::from_millis(500),
+                ..limits()
+            },
+            ..Config::default()
+        })
+        .await;
+        let start = Instant::now();
         let mut stream = TcpStream::connect(bridge.address).await.unwrap();
-        let mut answer = [0; 12];
-        let read = tokio::time::timeout(Duration::from_millis(1), stream.read_exact(&mut answer));
-        if let Ok(Ok(_)) = read.await {
-            assert_eq!(&answer, b"HTTP/1.1 503");
-            turned_away += 1;
+        stream.write_all(b"GET / HTTP/1.1\r\n").await.unwrap();
+        let mut ended = false;
+        for _ in 0..100 {
+            tokio::time::sleep(Duration::from_millis(50)).await;
+            let mut answer = [0; 512];
+            let read =
+                tokio::time::timeout(Duration::from_millis(1), stream.read(&mut answer)).await;
+            if matches!(read, Ok(Ok(0) | Err(_))) || stream.write_all(b"X-A: b\r\n").await.is_err()
+            {
+                ended = true;
+                break;
+            }
         }
-        idle.push(stream);
-    }
-    assert!(turned_away >= 800, "{turned_away}");
-    let from = Instant::now();
-    driver.say(ToBridge::Stop).await;
-    let took = memory.stopped_after(from).await;
-    assert!(took < Duration::from_millis(100), "{took:?}");
-    drop(idle);
-    bridge.stop().await;
+        assert!(
+            ended && start.elapsed() < Duration::from_secs(3),
+            "{:?}",
+            start.elapsed()
+        );
+        bridge.stop().await;
+    });
 }
 
-#[tokio::test]
-async fn the_same_protocol_is_spoken_in_text() {
-    let (config, memory) = with_robot();
-    let bridge = Bridge::start(config).await;
-    let mut client = Client::connect(bridge.address, "?fmt=json").await;
-    assert!(client.enter(Some(&bridge.token)).await);
-    client.take(false).await;
-    client.arm().await;
-    client.drive_for(Duration::from_millis(400), 0.1).await;
-    assert!(memory.was_moved());
-    assert_eq!(upgrade_path(&bridge, "/ws?fmt=xml").await, 400);
-    bridge.stop().await;
+#[test]
+fn a_thousand_connections_do_not_keep_the_driver_from_stopping() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let bridge = Bridge::start(Config {
+            limits: Limits {
+                sockets: 100,
+                ..limits()
+            },
+            ..config
+        })
+        .await;
+        let mut driver = bridge.armed().await;
+        driver.drive(0.1, 0.0).await;
+        let mut idle = Vec::new();
+        let mut turned_away = 0;
+        for _ in 0..1000 {
+            let mut stream = TcpStream::connect(bridge.address).await.unwrap();
+            let mut answer = [0; 12];
+            let read =
+                tokio::time::timeout(Duration::from_millis(1), stream.read_exact(&mut answer));
+            if let Ok(Ok(_)) = read.await {
+                assert_eq!(&answer, b"HTTP/1.1 503");
+                turned_away += 1;
+            }
+            idle.push(stream);
+        }
+        assert!(turned_away >= 800, "{turned_away}");
+        let from = Instant::now();
+        driver.say(ToBridge::Stop).await;
+        let took = memory.stopped_after(from).await;
+        assert!(took < Duration::from_millis(100), "{took:?}");
+        drop(idle);
+        bridge.stop().await;
+    });
+}
+
+#[test]
+fn the_same_protocol_is_spoken_in_text() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let bridge = Bridge::start(config).await;
+        let mut client = Client::connect(bridge.address, "?fmt=json").await;
+        assert!(client.enter(Some(&bridge.token)).await);
+        client.take(false).await;
+        client.arm().await;
+        client.drive_for(Duration::from_millis(400), 0.1).await;
+        assert!(memory.was_moved());
+        assert_eq!(upgrade_path(&bridge, "/ws?fmt=xml").await, 400);
+        bridge.stop().await;
+    });
 }
 
 async fn upgrade_path(bridge: &Bridge, path: &str) -> u16 {

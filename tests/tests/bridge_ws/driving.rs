@@ -10,6 +10,7 @@ use slamlab_core::sim::World;
 use slamlab_core::wire::message::{
     DisarmReason, FromBridge, Motion, RefusalReason, ToBridge, close,
 };
+use slamlab_tests::calm::async_on_a_calm_machine;
 
 use crate::client::Bridge;
 use crate::robot::{is_motion, with_robot, with_robot_in};
@@ -24,225 +25,246 @@ fn reason(message: &FromBridge) -> Option<DisarmReason> {
     }
 }
 
-#[tokio::test]
-async fn the_robot_runs_while_it_is_driven_and_stops_when_nobody_does() {
-    let (config, memory) = with_robot();
-    let bridge = Bridge::start(config).await;
-    let mut driver = bridge.armed().await;
-    driver.drive_for(Duration::from_millis(600), 0.2).await;
-    let last = Instant::now();
-    assert!(memory.was_moved());
-    let took = memory.stopped_after(last).await;
-    assert!(took < WATCHDOG, "{took:?} after the last command");
-    // The motors run down from 0.2 m/s by 0.6 m/s².
-    tokio::time::sleep(Duration::from_secs(1)).await;
-    let ran = memory.ran().unwrap().duration_since(last);
-    assert!(ran < WATCHDOG + Duration::from_millis(500), "{ran:?}");
-    bridge.stop().await;
-}
-
-#[tokio::test]
-async fn a_driver_whose_connection_breaks_is_no_driver_any_more() {
-    let (config, memory) = with_robot();
-    let bridge = Bridge::start(config).await;
-    let mut watcher = bridge.watcher().await;
-    let mut driver = bridge.armed().await;
-    driver.drive_for(Duration::from_millis(300), 0.2).await;
-    let from = Instant::now();
-    drop(driver);
-    let took = memory.stopped_after(from).await;
-    assert!(took < WATCHDOG, "{took:?}");
-    let gone = |message: &FromBridge| reason(message).filter(|r| *r == DisarmReason::DriverGone);
-    watcher.wait(gone).await;
-    // Who comes back begins anew.
-    let mut again = bridge.driver().await;
-    again.take(false).await;
-    memory.forget();
-    again.drive(0.2, 0.0).await;
-    let refused = again.wait(|message| match message {
-        FromBridge::Refused(reason) => Some(*reason),
-        _ => None,
+#[test]
+fn the_robot_runs_while_it_is_driven_and_stops_when_nobody_does() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let bridge = Bridge::start(config).await;
+        let mut driver = bridge.armed().await;
+        driver.drive_for(Duration::from_millis(600), 0.2).await;
+        let last = Instant::now();
+        assert!(memory.was_moved());
+        let took = memory.stopped_after(last).await;
+        assert!(took < WATCHDOG, "{took:?} after the last command");
+        // The motors run down from 0.2 m/s by 0.6 m/s².
+        tokio::time::sleep(Duration::from_secs(1)).await;
+        let ran = memory.ran().unwrap().duration_since(last);
+        assert!(ran < WATCHDOG + Duration::from_millis(500), "{ran:?}");
+        bridge.stop().await;
     });
-    assert_eq!(refused.await, RefusalReason::Disarmed);
-    assert!(!memory.was_moved());
-    bridge.stop().await;
 }
 
-#[tokio::test]
-async fn a_network_that_swallows_everything_stops_the_robot_and_ends_the_connection() {
-    let (config, memory) = with_robot();
-    let bridge = Bridge::start(config).await;
-    let mut driver = bridge.armed().await;
-    driver.drive_for(Duration::from_millis(300), 0.2).await;
-    // No FIN, no reset: the socket stays open, and nothing is read or written any more.
-    let from = Instant::now();
-    let took = memory.stopped_after(from).await;
-    assert!(took < WATCHDOG, "{took:?}");
-    tokio::time::sleep(Duration::from_millis(5500)).await;
-    assert_eq!(driver.end().await, Some(close::HEARTBEAT));
-    bridge.stop().await;
-}
-
-#[tokio::test]
-async fn taking_over_stops_the_robot_and_shows_the_other_out() {
-    let (config, memory) = with_robot();
-    let bridge = Bridge::start(config).await;
-    let mut first = bridge.armed().await;
-    first.drive_for(Duration::from_millis(300), 0.2).await;
-    let mut second = bridge.driver().await;
-    second.say(ToBridge::Take { force: false }).await;
-    let held = second.wait(|message| match message {
-        FromBridge::Refused(reason) => Some(*reason),
-        _ => None,
+#[test]
+fn a_driver_whose_connection_breaks_is_no_driver_any_more() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let bridge = Bridge::start(config).await;
+        let mut watcher = bridge.watcher().await;
+        let mut driver = bridge.armed().await;
+        driver.drive_for(Duration::from_millis(300), 0.2).await;
+        let from = Instant::now();
+        drop(driver);
+        let took = memory.stopped_after(from).await;
+        assert!(took < WATCHDOG, "{took:?}");
+        let gone =
+            |message: &FromBridge| reason(message).filter(|r| *r == DisarmReason::DriverGone);
+        watcher.wait(gone).await;
+        // Who comes back begins anew.
+        let mut again = bridge.driver().await;
+        again.take(false).await;
+        memory.forget();
+        again.drive(0.2, 0.0).await;
+        let refused = again.wait(|message| match message {
+            FromBridge::Refused(reason) => Some(*reason),
+            _ => None,
+        });
+        assert_eq!(refused.await, RefusalReason::Disarmed);
+        assert!(!memory.was_moved());
+        bridge.stop().await;
     });
-    assert_eq!(held.await, RefusalReason::Held);
-    let from = Instant::now();
-    second.take(true).await;
-    assert!(second.epoch > first.epoch);
-    let took = memory.stopped_after(from).await;
-    assert!(took < WATCHDOG, "{took:?}");
-    assert_eq!(first.end().await, Some(close::TAKEN_OVER));
-    bridge.stop().await;
 }
 
-#[tokio::test]
-async fn a_cable_that_is_pulled_disarms_and_its_return_moves_nothing() {
-    let (config, memory) = with_robot();
-    let bridge = Bridge::start(config).await;
-    let mut driver = bridge.armed().await;
-    driver.drive_for(Duration::from_millis(300), 0.2).await;
-    let from = Instant::now();
-    memory.cut(true);
-    let took = memory.stopped_after(from).await;
-    assert!(took < WATCHDOG, "{took:?}");
-    let lost = |message: &FromBridge| reason(message).filter(|r| *r == DisarmReason::Link);
-    driver.wait(lost).await;
-    memory.cut(false);
-    driver.wait(lost).await;
-    memory.forget();
-    driver.drive_for(Duration::from_millis(300), 0.2).await;
-    assert!(!memory.was_moved(), "it must be armed again");
-    driver.arm().await;
-    driver.drive_for(Duration::from_millis(300), 0.2).await;
-    assert!(memory.was_moved());
-    bridge.stop().await;
+#[test]
+fn a_network_that_swallows_everything_stops_the_robot_and_ends_the_connection() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let bridge = Bridge::start(config).await;
+        let mut driver = bridge.armed().await;
+        driver.drive_for(Duration::from_millis(300), 0.2).await;
+        // No FIN, no reset: the socket stays open, and nothing is read or written any more.
+        let from = Instant::now();
+        let took = memory.stopped_after(from).await;
+        assert!(took < WATCHDOG, "{took:?}");
+        tokio::time::sleep(Duration::from_millis(5500)).await;
+        assert_eq!(driver.end().await, Some(close::HEARTBEAT));
+        bridge.stop().await;
+    });
 }
 
-#[tokio::test]
-async fn the_end_of_the_bridge_stops_the_robot_before_anything_else() {
-    let (config, memory) = with_robot();
-    let bridge = Bridge::start(config).await;
-    let mut driver = bridge.armed().await;
-    driver.drive_for(Duration::from_millis(300), 0.2).await;
-    let from = Instant::now();
-    bridge.stop().await;
-    assert!(memory.has_ended());
-    let took = memory.stopped_after(from).await;
-    assert!(took < Duration::from_millis(50), "{took:?}");
-    let (_, last) = memory.orders().pop().unwrap();
-    assert_eq!(last, Order::Command(Command::Stop));
-    assert_eq!(driver.end().await, Some(1001));
+#[test]
+fn taking_over_stops_the_robot_and_shows_the_other_out() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let bridge = Bridge::start(config).await;
+        let mut first = bridge.armed().await;
+        first.drive_for(Duration::from_millis(300), 0.2).await;
+        let mut second = bridge.driver().await;
+        second.say(ToBridge::Take { force: false }).await;
+        let held = second.wait(|message| match message {
+            FromBridge::Refused(reason) => Some(*reason),
+            _ => None,
+        });
+        assert_eq!(held.await, RefusalReason::Held);
+        let from = Instant::now();
+        second.take(true).await;
+        assert!(second.epoch > first.epoch);
+        let took = memory.stopped_after(from).await;
+        assert!(took < WATCHDOG, "{took:?}");
+        assert_eq!(first.end().await, Some(close::TAKEN_OVER));
+        bridge.stop().await;
+    });
 }
 
-#[tokio::test]
-async fn the_emergency_stop_holds_until_it_is_reset_and_armed() {
-    let (config, memory) = with_robot();
-    let bridge = Bridge::start(config).await;
-    let mut driver = bridge.armed().await;
-    driver.drive_for(Duration::from_millis(300), 0.2).await;
-    bridge.watcher().await.say(ToBridge::EmergencyStop).await;
-    let cut = |message: &FromBridge| match message {
-        FromBridge::Safety(state) => Some(state.emergency).filter(|is_cut| *is_cut),
-        _ => None,
-    };
-    driver.wait(cut).await;
-    memory.forget();
-    let epoch = driver.epoch;
-    driver.say(ToBridge::Arm { epoch }).await;
-    driver.drive_for(Duration::from_millis(200), 0.2).await;
-    driver.say(ToBridge::ResetEmergencyStop { epoch }).await;
-    driver.drive_for(Duration::from_millis(200), 0.2).await;
-    assert!(!memory.was_moved(), "{:?}", memory.orders());
-    let mut orders = memory.orders().into_iter();
-    assert!(orders.any(|(_, order)| order == Order::ResetEmergencyStop));
-    driver.arm().await;
-    driver.drive_for(Duration::from_millis(200), 0.2).await;
-    assert!(memory.was_moved());
-    bridge.stop().await;
+#[test]
+fn a_cable_that_is_pulled_disarms_and_its_return_moves_nothing() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let bridge = Bridge::start(config).await;
+        let mut driver = bridge.armed().await;
+        driver.drive_for(Duration::from_millis(300), 0.2).await;
+        let from = Instant::now();
+        memory.cut(true);
+        let took = memory.stopped_after(from).await;
+        assert!(took < WATCHDOG, "{took:?}");
+        let lost = |message: &FromBridge| reason(message).filter(|r| *r == DisarmReason::Link);
+        driver.wait(lost).await;
+        memory.cut(false);
+        driver.wait(lost).await;
+        memory.forget();
+        driver.drive_for(Duration::from_millis(300), 0.2).await;
+        assert!(!memory.was_moved(), "it must be armed again");
+        driver.arm().await;
+        driver.drive_for(Duration::from_millis(300), 0.2).await;
+        assert!(memory.was_moved());
+        bridge.stop().await;
+    });
+}
+
+#[test]
+fn the_end_of_the_bridge_stops_the_robot_before_anything_else() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let bridge = Bridge::start(config).await;
+        let mut driver = bridge.armed().await;
+        driver.drive_for(Duration::from_millis(300), 0.2).await;
+        let from = Instant::now();
+        bridge.stop().await;
+        assert!(memory.has_ended());
+        let took = memory.stopped_after(from).await;
+        assert!(took < Duration::from_millis(50), "{took:?}");
+        let (_, last) = memory.orders().pop().unwrap();
+        assert_eq!(last, Order::Command(Command::Stop));
+        assert_eq!(driver.end().await, Some(1001));
+    });
+}
+
+#[test]
+fn the_emergency_stop_holds_until_it_is_reset_and_armed() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let bridge = Bridge::start(config).await;
+        let mut driver = bridge.armed().await;
+        driver.drive_for(Duration::from_millis(300), 0.2).await;
+        bridge.watcher().await.say(ToBridge::EmergencyStop).await;
+        let cut = |message: &FromBridge| match message {
+            FromBridge::Safety(state) => Some(state.emergency).filter(|is_cut| *is_cut),
+            _ => None,
+        };
+        driver.wait(cut).await;
+        memory.forget();
+        let epoch = driver.epoch;
+        driver.say(ToBridge::Arm { epoch }).await;
+        driver.drive_for(Duration::from_millis(200), 0.2).await;
+        driver.say(ToBridge::ResetEmergencyStop { epoch }).await;
+        driver.drive_for(Duration::from_millis(200), 0.2).await;
+        assert!(!memory.was_moved(), "{:?}", memory.orders());
+        let mut orders = memory.orders().into_iter();
+        assert!(orders.any(|(_, order)| order == Order::ResetEmergencyStop));
+        driver.arm().await;
+        driver.drive_for(Duration::from_millis(200), 0.2).await;
+        assert!(memory.was_moved());
+        bridge.stop().await;
+    });
 }
 
 /// A wall 1 m ahead; the driver leans on the key.
-#[tokio::test]
-async fn safe_mode_keeps_the_robot_off_the_wall() {
-    let world = World::new("wall", Pose2::identity()).with_room(&[
-        (-1.0, -1.0),
-        (1.0, -1.0),
-        (1.0, 1.0),
-        (-1.0, 1.0),
-    ]);
-    let (config, memory) = with_robot_in(world);
-    let bridge = Bridge::start(config).await;
-    let mut driver = bridge.armed().await;
-    driver.drive_for(Duration::from_secs(6), 0.3).await;
-    let speeds: Vec<f64> = memory
-        .orders()
-        .into_iter()
-        .filter_map(|(_, order)| match order {
-            Order::Command(Command::Velocity { forward, .. }) => Some(forward),
-            _ => None,
-        })
-        .collect();
-    assert!(
-        speeds.iter().any(|speed| *speed > 0.25),
-        "it began at full speed"
-    );
-    assert!(speeds.last().unwrap().abs() < 0.02, "{:?}", speeds.last());
-    bridge.stop().await;
+#[test]
+fn safe_mode_keeps_the_robot_off_the_wall() {
+    async_on_a_calm_machine(async || {
+        let world = World::new("wall", Pose2::identity()).with_room(&[
+            (-1.0, -1.0),
+            (1.0, -1.0),
+            (1.0, 1.0),
+            (-1.0, 1.0),
+        ]);
+        let (config, memory) = with_robot_in(world);
+        let bridge = Bridge::start(config).await;
+        let mut driver = bridge.armed().await;
+        driver.drive_for(Duration::from_secs(6), 0.3).await;
+        let speeds: Vec<f64> = memory
+            .orders()
+            .into_iter()
+            .filter_map(|(_, order)| match order {
+                Order::Command(Command::Velocity { forward, .. }) => Some(forward),
+                _ => None,
+            })
+            .collect();
+        assert!(
+            speeds.iter().any(|speed| *speed > 0.25),
+            "it began at full speed"
+        );
+        assert!(speeds.last().unwrap().abs() < 0.02, "{:?}", speeds.last());
+        bridge.stop().await;
+    });
 }
 
-#[tokio::test]
-async fn a_leg_goes_on_while_it_is_held() {
-    let (config, memory) = with_robot();
-    let bridge = Bridge::start(config).await;
-    let mut driver = bridge.armed().await;
-    // Until the first scan, safe mode lets nothing run.
-    driver
-        .wait(|message| matches!(message, FromBridge::Scan(_)).then_some(()))
-        .await;
-    let body = driver.body(Motion::Turn(1.0));
-    driver.say(ToBridge::Drive(body)).await;
-    driver.hold_for(Duration::from_millis(600)).await;
-    let orders = memory.orders();
-    assert_eq!(
-        orders.iter().filter(|(_, order)| is_motion(order)).count(),
-        1
-    );
-    let since = orders
-        .iter()
-        .position(|(_, order)| is_motion(order))
-        .unwrap();
-    assert_eq!(
-        orders.len(),
-        since + 1,
-        "not stopped while held: {orders:?}"
-    );
-    let took = memory.stopped_after(Instant::now()).await;
-    assert!(took < WATCHDOG, "{took:?}");
-    bridge.stop().await;
+#[test]
+fn a_leg_goes_on_while_it_is_held() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let bridge = Bridge::start(config).await;
+        let mut driver = bridge.armed().await;
+        // Until the first scan, safe mode lets nothing run.
+        driver
+            .wait(|message| matches!(message, FromBridge::Scan(_)).then_some(()))
+            .await;
+        let body = driver.body(Motion::Turn(1.0));
+        driver.say(ToBridge::Drive(body)).await;
+        driver.hold_for(Duration::from_millis(600)).await;
+        let orders = memory.orders();
+        assert_eq!(
+            orders.iter().filter(|(_, order)| is_motion(order)).count(),
+            1
+        );
+        let since = orders
+            .iter()
+            .position(|(_, order)| is_motion(order))
+            .unwrap();
+        assert_eq!(
+            orders.len(),
+            since + 1,
+            "not stopped while held: {orders:?}"
+        );
+        let took = memory.stopped_after(Instant::now()).await;
+        assert!(took < WATCHDOG, "{took:?}");
+        bridge.stop().await;
+    });
 }
 
 /// Without a robot there is nothing to arm.
-#[tokio::test]
-async fn a_bridge_without_a_robot_arms_nothing() {
-    let bridge = Bridge::start(Config::default()).await;
-    let mut driver = bridge.driver().await;
-    driver.take(false).await;
-    let epoch = driver.epoch;
-    driver.say(ToBridge::Arm { epoch }).await;
-    let refused = driver.wait(|message| match message {
-        FromBridge::Refused(reason) => Some(*reason),
-        _ => None,
+#[test]
+fn a_bridge_without_a_robot_arms_nothing() {
+    async_on_a_calm_machine(async || {
+        let bridge = Bridge::start(Config::default()).await;
+        let mut driver = bridge.driver().await;
+        driver.take(false).await;
+        let epoch = driver.epoch;
+        driver.say(ToBridge::Arm { epoch }).await;
+        let refused = driver.wait(|message| match message {
+            FromBridge::Refused(reason) => Some(*reason),
+            _ => None,
+        });
+        assert_eq!(refused.await, RefusalReason::NoRobot);
+        bridge.stop().await;
     });
-    assert_eq!(refused.await, RefusalReason::NoRobot);
-    bridge.stop().await;
 }

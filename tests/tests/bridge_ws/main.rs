@@ -6,7 +6,9 @@
 mod access;
 mod client;
 mod driving;
+mod errand;
 mod recording;
 #[allow(dead_code)] // `examples/bridge_report` uses the rest
 mod robot;
+mod schema;
 mod streams;

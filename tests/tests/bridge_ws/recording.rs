@@ -2,19 +2,28 @@
 
 use std::time::Duration;
 
+use mcap::read::MessageStream;
 use slamlab_bridge::Config;
+use slamlab_bridge::record::export;
 use slamlab_bridge::source::replay::ReplaySource;
 use slamlab_bridge::source::sim::SimSource;
 use slamlab_bridge::source::{Event, SourceName};
+use slamlab_core::format::map_server;
+use slamlab_core::replay::Replay;
+use slamlab_core::slam::{Method, SlamConfig};
 use slamlab_core::wire::message::FromBridge;
+use slamlab_core::wire::recording::Recording;
+use slamlab_tests::calm::async_on_a_calm_machine;
 use tempfile::TempDir;
 
 use crate::client::Bridge;
 
+/// The recording names its robot, so that it is mapped as that robot; the export holds all of it again, with a pose for each
+/// scan, and the map as the replay itself has it.
 #[tokio::test]
-async fn what_was_recorded_plays_back() {
+async fn an_export_holds_the_recording_and_its_map() {
     let folder = TempDir::new().unwrap();
-    let file = folder.path().join("drive.mcap");
+    let (file, mapped) = (folder.path().join("a.mcap"), folder.path().join("b.mcap"));
     let bridge = Bridge::start(Config {
         sources: vec![Box::new(SimSource::new("arena,lidar").unwrap())],
         record: Some(file.clone()),
@@ -22,51 +31,119 @@ async fn what_was_recorded_plays_back() {
     })
     .await;
     let mut watcher = bridge.watcher().await;
-    let acknowledged = watcher
-        .wait(|message| match message {
-            FromBridge::Recording(body) if body.acknowledged > 100 => Some(body.acknowledged),
-            _ => None,
+    for _ in 0..10 {
+        let scan = |message: &FromBridge| matches!(message, FromBridge::Scan(_)).then_some(());
+        watcher.wait(scan).await;
+    }
+    bridge.stop().await;
+
+    let done = export(&file, &mapped, Method::ScanMatching).unwrap();
+    let (old, new) = (
+        Recording::parse(&std::fs::read(&file).unwrap()).unwrap(),
+        Recording::parse(&std::fs::read(&mapped).unwrap()).unwrap(),
+    );
+    assert_eq!(done.notes, [""; 0]);
+    assert_eq!(
+        (old.robot().unwrap().preset, new.len()),
+        ("rp6".to_owned(), old.len())
+    );
+    let said = |recording: &Recording| -> Vec<_> {
+        let messages = recording.messages();
+        messages.map(|message| message.unwrap().said).collect()
+    };
+    assert_eq!(said(&old), said(&new));
+
+    let mut replay = Replay::new(old, Method::ScanMatching, SlamConfig::default()).unwrap();
+    while replay.step().unwrap() {}
+    let truth = map_server::write(replay.slam().grid(), "a.pgm").unwrap();
+    let bytes = std::fs::read(&mapped).unwrap();
+    let messages: Vec<_> = MessageStream::new(&bytes)
+        .unwrap()
+        .map(|message| message.unwrap())
+        .collect();
+    let of = |topic: &str| -> Vec<_> {
+        let all = messages.iter();
+        all.filter(|message| message.channel.topic == topic)
+            .collect()
+    };
+    assert_eq!(
+        (of("/pose").len(), of("/map").len()),
+        (done.poses, done.maps)
+    );
+    assert_eq!(done.poses, replay.scans_done());
+    // Cells end the message; rows of the picture run from the top down.
+    let cells = truth.width * truth.height;
+    let map = of("/map").last().unwrap().data.to_vec();
+    let rows = map[map.len() - cells..].chunks(truth.width).rev();
+    let greys = rows.flatten().map(|&cell| match cell as i8 {
+        0 => map_server::FREE,
+        100 => map_server::OCCUPIED,
+        _ => map_server::UNKNOWN,
+    });
+    assert!(greys.eq(truth.pgm[truth.pgm.len() - cells..].iter().copied()));
+    // A new file only.
+    let error = export(&file, &mapped, Method::ScanMatching).unwrap_err();
+    assert!(error.to_string().contains("already there"), "{error}");
+}
+
+#[test]
+fn what_was_recorded_plays_back() {
+    async_on_a_calm_machine(async || {
+        let folder = TempDir::new().unwrap();
+        let file = folder.path().join("drive.mcap");
+        let bridge = Bridge::start(Config {
+            sources: vec![Box::new(SimSource::new("arena,lidar").unwrap())],
+            record: Some(file.clone()),
+            ..Config::default()
         })
         .await;
-    // As SIGKILL would leave it: a copy of what the system has at this moment.
-    let copy = folder.path().join("killed.mcap");
-    std::fs::copy(&file, &copy).unwrap();
-    let events = ReplaySource::open(&copy).unwrap().events().len() as u64;
-    // Devices and the like are acknowledged as well, and are no events.
-    assert!(events + 10 >= acknowledged, "{events} of {acknowledged}");
-    bridge.stop().await;
+        let mut watcher = bridge.watcher().await;
+        let acknowledged = watcher
+            .wait(|message| match message {
+                FromBridge::Recording(body) if body.acknowledged > 100 => Some(body.acknowledged),
+                _ => None,
+            })
+            .await;
+        // As SIGKILL would leave it: a copy of what the system has at this moment.
+        let copy = folder.path().join("killed.mcap");
+        std::fs::copy(&file, &copy).unwrap();
+        let events = ReplaySource::open(&copy).unwrap().events().len() as u64;
+        // Devices and the like are acknowledged as well, and are no events.
+        assert!(events + 10 >= acknowledged, "{events} of {acknowledged}");
+        bridge.stop().await;
 
-    let whole = ReplaySource::open(&file).unwrap();
-    let odometry = whole.events().iter().filter_map(|(_, event)| match event {
-        Event::Odometry(odometry) => Some(odometry),
-        _ => None,
-    });
-    let odometry: Vec<_> = odometry.collect();
-    assert!(odometry.windows(2).all(|pair| pair[0].to == pair[1].from));
-    assert!(
-        whole
-            .events()
-            .iter()
-            .any(|(_, event)| matches!(event, Event::Scan(_)))
-    );
+        let whole = ReplaySource::open(&file).unwrap();
+        let odometry = whole.events().iter().filter_map(|(_, event)| match event {
+            Event::Odometry(odometry) => Some(odometry),
+            _ => None,
+        });
+        let odometry: Vec<_> = odometry.collect();
+        assert!(odometry.windows(2).all(|pair| pair[0].to == pair[1].from));
+        assert!(
+            whole
+                .events()
+                .iter()
+                .any(|(_, event)| matches!(event, Event::Scan(_)))
+        );
 
-    let name: SourceName = format!("replay:{}", file.display()).parse().unwrap();
-    let bridge = Bridge::start(Config {
-        sources: vec![name.open().unwrap()],
-        ..Config::default()
-    })
-    .await;
-    let mut watcher = bridge.watcher().await;
-    let scan = watcher.wait(|message| match message {
-        FromBridge::Scan(body) => Some(body.clone()),
-        _ => None,
+        let name: SourceName = format!("replay:{}", file.display()).parse().unwrap();
+        let bridge = Bridge::start(Config {
+            sources: vec![name.open(None).unwrap()],
+            ..Config::default()
+        })
+        .await;
+        let mut watcher = bridge.watcher().await;
+        let scan = watcher.wait(|message| match message {
+            FromBridge::Scan(body) => Some(body.clone()),
+            _ => None,
+        });
+        assert!(
+            tokio::time::timeout(Duration::from_secs(5), scan)
+                .await
+                .unwrap()
+                .scan()
+                .is_ok()
+        );
+        bridge.stop().await;
     });
-    assert!(
-        tokio::time::timeout(Duration::from_secs(5), scan)
-            .await
-            .unwrap()
-            .scan()
-            .is_ok()
-    );
-    bridge.stop().await;
 }

@@ -78,7 +78,10 @@ export class BridgeSource extends Run<WebLive> {
     const mode = this.module.mode() as ModeName;
     const activity = this.module.activity();
     return this.read((s) => ({
-      ...this.momentOf(s), source: this.kind, mode, reason: "", activity: errand(mode, activity, s.x, s.y, s.goal_x, s.goal_y),
+      ...this.momentOf(s), source: this.kind, mode,
+      // The errand has ended, not the run: a robot at a bridge goes on telling what it sees.
+      finished: s.finished, reason: s.finished ? activity : "",
+      activity: s.finished ? "" : errand(mode, activity, s.x, s.y, s.goal_x, s.goal_y),
       explored: NaN, beamHalfAngle: 0,
     }));
   }
@@ -89,7 +92,7 @@ export class BridgeSource extends Run<WebLive> {
     if (isNew) this.#path = path.slice();
     return {
       ...this.slamChange(),
-      truth: null, materials: null, cycle: null, inCycle: false, movers: null, rawPath: null, tree: null, frontiers: null,
+      truth: null, doors: null, materials: null, cycle: null, inCycle: false, movers: null, rawPath: null, tree: null, frontiers: null,
       path: isNew ? path : null,
       trail: this.#trail.take(),
       trailAnew: false,

@@ -17,6 +17,7 @@ const CODES: Readonly<Record<number, readonly [string, boolean]>> = {
   4003: ["The bridge takes no driving commands from this page: it has no token.", true],
   4008: ["The bridge heard nothing from this page for too long.", true],
   4009: ["Somebody else took over the robot. It was stopped.", true],
+  4010: ["The bridge is of another version than this page: load the page anew.", false],
   1001: ["The bridge was shut down.", true],
   1008: ["This page said too much at once; the bridge ended the connection.", true],
   1013: ["This page was too slow for the bridge.", true],

@@ -22,6 +22,7 @@ export class ReplaySource extends Run<WebReplay> {
   constructor(module: WebReplay, name: string, method: MethodName) {
     super(module, name, method);
     this.note("info", `Opened ${name}: ${module.summary()}`);
+    this.#told();
   }
 
   estimateSigma(growth: Growth): SigmaCurve {
@@ -34,6 +35,7 @@ export class ReplaySource extends Run<WebReplay> {
     const more = this.module.step();
     const millis = performance.now() - begin;
     this.read((s) => this.#look(s, millis));
+    this.#told();
     if (!more) this.#end(`End of the recording: ${this.scans} scans mapped`, "good");
   }
 
@@ -58,10 +60,15 @@ export class ReplaySource extends Run<WebReplay> {
     if (trail) this.#trailAt = now;
     return {
       ...this.slamChange(),
-      truth: null, materials: null, cycle: null, inCycle: false, movers: null, path: null, rawPath: null, tree: null, frontiers: null,
+      truth: null, doors: null, materials: null, cycle: null, inCycle: false, movers: null, path: null, rawPath: null, tree: null, frontiers: null,
       trail: trail ? thinned(this.module.trail()) : null,
       trailAnew: trail,
     };
+  }
+
+  /** What is damaged or was missed. */
+  #told(): void {
+    for (const text of this.module.notes()) this.note("warn", text, text);
   }
 
   #look(s: RunStatus, millis: number): void {

@@ -1,7 +1,7 @@
 // What a simulated and a recorded run have in common: both are SLAM with a pose, a map and a log of what happened.
 
-import type { RunStatus, WebExperiment, WebLive, WebReplay } from "../../pkg/slamlab_web.js";
-import { type DiagnosisName, type Frame, type Growth, type Inspection, LINE, LINE_STRIDE, type MethodName, type SavedFile, type SigmaCurve, type SourceKind } from "../protocol.js";
+import type { RunStatus, WebContest, WebExperiment, WebLive, WebReplay } from "../../pkg/slamlab_web.js";
+import { type ContestAsk, type DiagnosisName, type Frame, type Growth, type Inspection, LINE, LINE_STRIDE, type MethodName, type SavedFile, type SigmaCurve, type SourceKind } from "../protocol.js";
 import { Samples, Slow } from "./feeds.js";
 import type { Change, Moment, Note, Source } from "./source.js";
 
@@ -9,7 +9,7 @@ import type { Change, Moment, Note, Source } from "./source.js";
 const BLOCK_CELLS = 64;
 
 /** What a frame tells of SLAM itself. */
-type SlamChange = Pick<Frame, "grid" | "gridAnew" | "scan" | "found" | "lines" | "samples">;
+type SlamChange = Pick<Frame, "grid" | "gridAnew" | "scan" | "beams" | "found" | "lines" | "samples">;
 
 export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> implements Source {
   abstract readonly kind: SourceKind;
@@ -51,9 +51,13 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
     return this.module.state_hash();
   }
 
+  contest({ ground, ends, seconds }: ContestAsk): WebContest {
+    return this.module.contest(ground, Float64Array.from(ends), seconds);
+  }
+
   /** The grid as ROS map_server files. */
   files(): SavedFile[] {
-    const name = this.title.replace(/\.[a-z]+$/i, "").replace(/[^\w-]+/g, "-");
+    const name = fileName(this.title);
     const files = this.module.map_files(`${name}.pgm`);
     const saved = [
       { name: `${name}.pgm`, mime: "image/x-portable-graymap", bytes: new Uint8Array(files.pgm) },
@@ -61,6 +65,16 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
     ];
     files.free();
     return saved;
+  }
+
+  /** The walls as a drawing, for drawing programs, and with all that is known of them. */
+  plan(): SavedFile[] {
+    const name = fileName(this.title);
+    const plan = this.module.floor_plan();
+    const { svg, dxf, geojson } = plan;
+    plan.free();
+    const text = (extension: string, mime: string, content: string): SavedFile => ({ name: `${name}.${extension}`, mime, bytes: new TextEncoder().encode(content) });
+    return [text("svg", "image/svg+xml", svg), text("dxf", "image/vnd.dxf", dxf), text("geojson", "application/geo+json", geojson)];
   }
 
   inspect(matrix: boolean): Inspection | null {
@@ -141,6 +155,7 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
       grid: blocks.length === 0 ? null : { resolution, blockCells: BLOCK_CELLS, index: blocks, cells },
       gridAnew: view.generation !== generation,
       scan: scanned ? view.scan : null,
+      beams: scanned ? view.beams : null,
       found: scanned ? view.found : null,
       lines,
       samples: this.#samples.take(),
@@ -148,6 +163,10 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
     view.free();
     return change;
   }
+}
+
+function fileName(title: string): string {
+  return title.replace(/\.[a-z]+$/i, "").replace(/[^\w-]+/g, "-");
 }
 
 /** Variance along the most uncertain direction of a 2 x 2 covariance. */

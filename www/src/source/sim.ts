@@ -1,6 +1,7 @@
 // A simulated run: world, robot, sensors, SLAM and pilot in one deterministic loop of the module.
 
 import type { RunStatus, WebExperiment } from "../../pkg/slamlab_web.js";
+import { plannerTitle } from "../planners.js";
 import type { BenchResponse, BenchTrial, Cycle, Growth, ModeName, Setup, SigmaCurve } from "../protocol.js";
 import { sigmaCurve } from "./convert.js";
 import { errand } from "./errand.js";
@@ -24,16 +25,12 @@ const STANDING_SCANS = 120;
 /** Parts of the reachable area worth a line in the log when they become known. */
 const MILESTONES = [0.25, 0.5, 0.75, 0.9, 0.95, 0.99];
 
-const PLANNERS: Readonly<Record<string, string>> = {
-  Straight: "a straight line", Rrt: "RRT", RrtConnect: "RRT-Connect", RrtStar: "RRT*", InformedRrtStar: "Informed RRT*",
-  AStar: "A*", ThetaStar: "Theta*", Visibility: "the visibility graph", Wavefront: "a wave over the grid",
-};
-
 export class SimSource extends Run<WebExperiment> {
   readonly kind = "sim";
   #trail = new Trail();
   #explored: Slow;
   #truthSent = false;
+  #doors = EMPTY;
   #planAt = -Infinity;
   #sent: Record<PlanPart, Float32Array> = { path: EMPTY, rawPath: EMPTY, tree: EMPTY, frontiers: EMPTY };
   #told = { goal: "", end: "", contacts: 0, milestones: 0 };
@@ -118,6 +115,11 @@ export class SimSource extends Run<WebExperiment> {
     this.#commanded();
   }
 
+  setDoor(index: number, open: boolean): void {
+    this.module.set_door(index, open);
+    this.note("info", `Door ${index + 1}: told to ${open ? "open" : "shut"}`);
+  }
+
   stop(): void {
     this.module.stop();
     this.note("info", "Stop");
@@ -154,6 +156,7 @@ export class SimSource extends Run<WebExperiment> {
     return {
       ...this.slamChange(),
       truth,
+      doors: this.#freshDoors(),
       materials,
       cycle: told ? this.#cycle() : null,
       inCycle: module.in_cycle(),
@@ -167,10 +170,18 @@ export class SimSource extends Run<WebExperiment> {
     };
   }
 
+  /** Doors move by their own times too, so they are compared rather than remembered. */
+  #freshDoors(): Float32Array | null {
+    const now = this.module.doors();
+    if (same(now, this.#doors)) return null;
+    this.#doors = now.slice();
+    return now;
+  }
+
   /** What differs from what the page has; null where it is the same. */
   #fresh(name: PlanPart, now: Float32Array): Float32Array | null {
     const before = this.#sent[name];
-    if (before.length === now.length && now.every((number, i) => number === before[i])) return null;
+    if (same(before, now)) return null;
     // The page takes over what it is sent, so a copy stays.
     this.#sent[name] = now.slice();
     return now;
@@ -203,7 +214,7 @@ export class SimSource extends Run<WebExperiment> {
     this.#told.goal = goal;
     if (goal === "") return;
     const planner = this.module.planner();
-    const by = planner ? `, way found by ${PLANNERS[planner] ?? planner}` : "";
+    const by = planner ? `, way found by ${plannerTitle(planner)}` : "";
     // An explorer looks for the best frontier again and again: that is one story, not a hundred.
     const isLeg = this.module.mode() === "explore";
     this.note("info", isLeg ? `Heads for a frontier at ${goal}${by}` : `Goal ${goal}${by}`, `errand ${this.#errands}`);
@@ -224,4 +235,8 @@ export class SimSource extends Run<WebExperiment> {
     if (ends) this.note(/^(goal|explored)/.test(end) ? "good" : "warn", end.charAt(0).toUpperCase() + end.slice(1));
     this.#told = { ...this.#told, end, contacts: s.contacts, milestones: Math.max(this.#told.milestones, reached.length) };
   }
+}
+
+function same(a: Float32Array, b: Float32Array): boolean {
+  return a.length === b.length && a.every((number, i) => number === b[i]);
 }

@@ -1,6 +1,7 @@
 // The one shape that all sources of the worker share.
 
-import type { Frame, Growth, Inspection, LogLevel, MethodName, SavedFile, SigmaCurve, SourceKind, Status } from "../protocol.js";
+import type { WebContest } from "../../pkg/slamlab_web.js";
+import type { ContestAsk, Frame, Growth, Inspection, LogLevel, MethodName, SavedFile, SigmaCurve, SourceKind, Status } from "../protocol.js";
 
 /** What changed since the last call; the worker adds run, number and pace. */
 export type Change = Omit<Frame, "kind" | "run" | "seq" | "clock" | "status" | "inspection">;
@@ -37,7 +38,11 @@ export interface Source {
   estimateSigma(growth: Growth): SigmaCurve;
   /** What happened since the last call, for the log. */
   notes(): Note[];
+  /** All planners on one query; throws in words where it cannot be asked. */
+  contest(ask: ContestAsk): WebContest;
   hash(): string;
   files(): SavedFile[];
+  /** The walls as files; throws in words where there are none. */
+  plan(): SavedFile[];
   close(): void;
 }

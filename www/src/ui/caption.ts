@@ -25,6 +25,7 @@ export function caption(store: Store): Caption {
     if (bridge?.connection !== "open") return { doing: bridge?.connection === "connecting" ? `Connecting to ${title}` : `No connection to ${title}`, more: bridge?.fault ?? "" };
     if (bridge.emergency) return { doing: "Emergency stop", more: "the motors are cut off" };
     if (store.aiming) return { doing: "Click the map where the robot should go", more: "" };
+    if (bridge.armed && status.finished) return { doing: sentence(status.reason) || "Finished", more: "" };
     if (bridge.armed) return { doing: { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode], more: status.activity || "arrow keys, WASD or the stick" };
     return { doing: bridge.driver ? `${bridge.driver} drives` : `Watching ${title}`, more: "" };
   }

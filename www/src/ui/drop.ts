@@ -45,7 +45,7 @@ export class SlamDrop extends SlamElement {
   }
 
   override render(): TemplateResult | typeof nothing {
-    return this.#over ? html`<div>${icons.open}<b>Drop it here</b><span>a recorded CARMEN log (.clf, .log) or a world (.json)</span></div>` : nothing;
+    return this.#over ? html`<div>${icons.open}<b>Drop it here</b><span>a recording (.mcap), a CARMEN log (.clf, .log) or a world (.json)</span></div>` : nothing;
   }
 
   #show(over: boolean): void {

@@ -43,6 +43,8 @@ const ENTRIES: readonly Entry[] = [
 const MATERIALS: readonly { has: (scene: Scene) => boolean; label: string; meaning: string; sign: TemplateResult<2> }[] = [
   { has: (scene) => scene.materials.includes(1), label: "Glass", meaning: "A lidar sees through it, but for beams that meet it squarely. A sonar hears it.", sign: stroke("glass", "8 2 2 2", 3) },
   { has: (scene) => scene.materials.includes(2), label: "Dark wall", meaning: "It swallows light: a lidar sees it from near only.", sign: stroke("dark", "2 2.5", 3.5) },
+  { has: (scene) => scene.doors.length > 0, label: "Door", meaning: "Shut: a thick line between two posts. Open: a faint one. A click on it, or its button, moves it.",
+    sign: svg`<path d="M4 9h20" stroke="var(--map-door)" stroke-width="4"/><circle cx="4" cy="9" r="3" fill="var(--map-door)" stroke="none"/><circle cx="24" cy="9" r="3" fill="var(--map-door)" stroke="none"/>` },
   { has: (scene) => scene.movers.length > 0, label: "People", meaning: "They walk about. What moves must not become a wall.",
     sign: svg`<circle cx="14" cy="9" r="7" fill="var(--map-people)" fill-opacity=".28" stroke="var(--map-people)" stroke-width="1.5"/><circle cx="14" cy="9" r="2.8" fill="var(--map-people)" stroke="none"/>` },
 ];

@@ -44,15 +44,15 @@ export class SlamSetup extends SlamElement {
       .wide { grid-column: 1 / -1; }
       .seed { display: flex; gap: 6px; }
       .seed button:not(.icon) { flex: 1; }
-      .files { display: flex; gap: 8px; margin-top: 12px; }
-      .files > * { flex: 1; padding: 0 8px; }
+      .files { display: grid; grid-template-columns: repeat(3, 1fr); gap: 8px; margin-top: 12px; }
+      .files > * { padding: 0 8px; }
       input[type="file"] { position: absolute; width: 1px; height: 1px; opacity: 0; }
       input[type="file"]:focus-visible + .button { outline: 2px solid var(--focus); outline-offset: 2px; }
       .button:hover { border-color: var(--line-strong); background: var(--hover); }
       p.about { margin: 0; color: var(--muted); line-height: 1.4; }
       p { margin: 10px 0 0; font-size: 12.5px; }
       .files label { display: contents; }
-      .files label .button { flex: 1.35; padding: 0 8px; }
+      .files label .button { grid-column: 1 / -1; }
       @media (pointer: coarse) { .button { min-height: 44px; } }
     `,
   ];
@@ -103,13 +103,14 @@ export class SlamSetup extends SlamElement {
       </div>
       <div class="files">
         <label>
-          <input type="file" accept=".clf,.log,.json" data-testid="file" aria-label="Open a recording (.clf, .log) or a world (.json)" @change=${this.#open}>
+          <input type="file" accept=".clf,.log,.mcap,.json" data-testid="file" aria-label="Open a recording (.mcap, .clf, .log) or a world (.json)" @change=${this.#open}>
           <span class="button">${icons.open} Open file…</span>
         </label>
-        <button data-testid="save-map" title="Save the map as PGM and YAML (M)" @click=${() => this.client.send({ kind: "save" })}>${icons.save} Map</button>
+        <button data-testid="save-map" title="Save the map as PGM and YAML (M)" @click=${() => this.client.send({ kind: "save", what: "map" })}>${icons.save} Map</button>
+        <button data-testid="save-plan" title="Save the walls with their lengths as SVG, DXF and GeoJSON" @click=${() => this.client.send({ kind: "save", what: "plan" })}>${icons.ruler} Walls</button>
         <button data-testid="save-png" title="Save the map as a picture" @click=${() => this.dispatchEvent(new CustomEvent("save-picture", { bubbles: true, composed: true }))}>${icons.image} PNG</button>
       </div>
-      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : "Drop a CARMEN log (.clf, .log) or a world (.json) anywhere on the page."}</p>
+      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : "Drop a recording (.mcap), a CARMEN log (.clf, .log) or a world (.json) anywhere on the page."}</p>
     `;
   }
 

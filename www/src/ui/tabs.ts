@@ -1,4 +1,4 @@
-// On a phone the panels share one sheet, on a wide screen plots, filter, settings and log share the rest of the side: these choose which.
+// On a phone the panels share one sheet, on a wide screen plots, filter, paths, settings and log share the rest of the side: these choose which.
 
 import { css, html, type TemplateResult } from "lit";
 import type { Tab, Topic } from "../store.js";
@@ -11,6 +11,7 @@ const TABS: readonly { tab: Exclude<Tab, "">; label: string; icon: TemplateResul
   { tab: "status", label: "Status", icon: icons.gauge, phoneOnly: true },
   { tab: "plots", label: "Plots", icon: icons.chart },
   { tab: "filter", label: "Filter", icon: icons.matrix },
+  { tab: "paths", label: "Paths", icon: icons.route },
   { tab: "settings", label: "Settings", icon: icons.sliders },
   { tab: "layers", label: "Layers", icon: icons.layers, phoneOnly: true },
   { tab: "log", label: "Log", icon: icons.list },
@@ -24,7 +25,7 @@ export class SlamTabs extends SlamElement {
       button { flex-direction: column; gap: 2px; min-height: 50px; padding: 0; border: 0; border-radius: 0; background: transparent; font-size: 11px; color: var(--muted); }
       button[aria-pressed="true"] { color: var(--accent-ink); box-shadow: inset 0 2.5px 0 var(--accent); }
       @media (min-width: 761px) {
-        nav { border-bottom: 1px solid var(--line); border-top: 0; }
+        nav { grid-auto-columns: auto; padding: 0 6px; border-bottom: 1px solid var(--line); border-top: 0; }
         .phone { display: none; }
         button { flex-direction: row; gap: 6px; min-height: 42px; font-size: 13px; }
         button svg { width: 16px; height: 16px; }
@@ -50,10 +51,10 @@ export class SlamTabs extends SlamElement {
     </nav>`;
   }
 
-  /** On a wide screen one of the four is always shown. */
+  /** On a wide screen one of the five is always shown. */
   get #shown(): Tab {
     const { tab } = this.store;
-    return this.#wide.matches && tab !== "filter" && tab !== "settings" && tab !== "log" ? "plots" : tab;
+    return this.#wide.matches && tab !== "filter" && tab !== "paths" && tab !== "settings" && tab !== "log" ? "plots" : tab;
   }
 
   #choose(tab: Tab): void {

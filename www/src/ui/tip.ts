@@ -19,12 +19,12 @@ export class SlamTip extends SlamElement {
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["run", "moment"];
+  protected override readonly topics: readonly Topic[] = ["run", "moment", "tab"];
   #seen = seen();
 
   override render(): TemplateResult | typeof nothing {
-    const { status, source } = this.store;
-    if (this.#seen || source !== "sim" || !status || status.time < 8 || status.finished) return nothing;
+    const { status, source, tab } = this.store;
+    if (this.#seen || tab === "paths" || source !== "sim" || !status || status.time < 8 || status.finished) return nothing;
     if (status.mode !== "explore") {
       this.dismiss();
       return nothing;

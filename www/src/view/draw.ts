@@ -1,6 +1,8 @@
 // Draws the layers that are switched on, from the ground up.
 
 import type { LayerName } from "./scene.js";
+import * as contest from "./layers/contest.js";
+import * as doors from "./layers/doors.js";
 import * as found from "./layers/found.js";
 import * as frontiers from "./layers/frontiers.js";
 import * as grid from "./layers/grid.js";
@@ -31,6 +33,7 @@ export function drawGround(brush: Brush, on: Switches): void {
 
 const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
   ["truth", truth.drawMovers],
+  ["truth", doors.draw],
   ["frontiers", frontiers.draw],
   ["lines", lines.draw],
   ["walls", walls.draw],
@@ -46,7 +49,10 @@ const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
 /** Everything that moves. */
 export function drawOverlays(brush: Brush, on: Switches): void {
   clear(brush);
-  for (const [name, draw] of OVERLAYS) if (on[name]) paint(brush, draw);
+  // Two plans at once are none: the robot's own makes room for the contest.
+  const isHidden = (name: LayerName): boolean => brush.contest !== null && ["frontiers", "tree", "rawPath", "path"].includes(name);
+  for (const [name, draw] of OVERLAYS) if (on[name] && !isHidden(name)) paint(brush, draw);
+  paint(brush, contest.draw);
   paint(brush, spot.draw);
 }
 

@@ -2,6 +2,7 @@
 
 import { css, html, LitElement, type TemplateResult } from "lit";
 import type { Client } from "../client.js";
+import { DOOR, DOOR_STRIDE } from "../protocol.js";
 import { Listening, type Store } from "../store.js";
 import { icons } from "../ui/icons.js";
 import { shared } from "../ui/style.js";
@@ -9,7 +10,10 @@ import { Camera } from "./camera.js";
 import { drawGround, drawOverlays } from "./draw.js";
 import { listenToGestures } from "./gestures.js";
 import { type Sighting, sightingsOf } from "../inspect.js";
+import { doorAt } from "./layers/doors.js";
 import { ruleStep } from "./layers/grid.js";
+import type { Brush } from "./layers/layer.js";
+import { type Reading, readingAt } from "./layers/scan.js";
 import { wallAt } from "./layers/spot.js";
 import { type Palette, readPalette } from "./palette.js";
 import type { Scene } from "./scene.js";
@@ -19,7 +23,7 @@ const EASE = 6;
 const REFIT_MILLIS = 300;
 
 /** The panels that a phone shows as a sheet over the map. */
-const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", settings: "#settings-panel", layers: "#legend", log: "#log-panel" } as const;
+const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", paths: "#paths-panel", settings: "#settings-panel", layers: "#legend", log: "#log-panel" } as const;
 
 export class SlamMap extends LitElement {
   static override styles = [
@@ -29,7 +33,7 @@ export class SlamMap extends LitElement {
       canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; }
       #pad { position: absolute; inset: 0; cursor: crosshair; touch-action: none; outline-offset: -3px; }
       #pad.plain { cursor: grab; }
-      #pad.wall { cursor: pointer; }
+      #pad.wall, #pad.door { cursor: pointer; }
       #pad:active { cursor: grabbing; }
       #cross { position: absolute; width: 25px; height: 25px; margin: -13px 0 0 -13px; pointer-events: none; color: var(--map-path); display: none; }
       #pad:focus-visible ~ #cross { display: block; }
@@ -41,7 +45,8 @@ export class SlamMap extends LitElement {
       #hover[hidden] { display: none; }
       #scale { display: flex; align-items: end; gap: 8px; }
       #bar { height: 6px; border: 1.5px solid var(--ink); border-top: 0; opacity: .8; }
-      @container stage (max-width: 900px) { #foot { bottom: 92px; } }
+      /* Beside the dock there is no room for a long line but on very wide screens. */
+      @container stage (max-width: 1700px) { #foot { bottom: 92px; } }
       @media (max-width: 760px) {
         #foot { bottom: auto; top: 12px; left: 12px; }
         #hover { display: none; }
@@ -67,6 +72,7 @@ export class SlamMap extends LitElement {
   #lastTick = 0;
   #sightings: readonly Sighting[] = [];
   #inCycle = false;
+  #hasTable = false;
   /** Grows with every change of what lights up. */
   #spotVersion = 0;
   #abort = new AbortController();
@@ -79,6 +85,13 @@ export class SlamMap extends LitElement {
     super.connectedCallback();
     new Listening(this, this.store, "view", "run");
     this.store.on("theme", () => (this.#palette = null));
+    this.store.on("contest", () => {
+      this.#spotVersion += 1;
+      // With its table the panel of a phone covers more of the map.
+      const hasTable = this.store.contest.found !== null;
+      if (hasTable !== this.#hasTable) requestAnimationFrame(() => this.#resize());
+      this.#hasTable = hasTable;
+    });
     this.store.on("spot", () => (this.#spotVersion += 1));
     this.store.on("inspection", () => {
       this.#sightings = this.store.inspection ? sightingsOf(this.store.inspection) : [];
@@ -128,7 +141,7 @@ export class SlamMap extends LitElement {
       <canvas id="overlays"></canvas>
       <div
         id="pad" class=${source === "replay" ? "plain" : ""} tabindex="0" role="application" data-testid="map"
-        aria-label="Map. Arrow keys drive the robot, Shift with arrow keys moves the view, plus and minus zoom, Enter sends the robot to the middle of the view."
+        aria-label="Map. Arrow keys drive the robot, Shift with arrow keys moves the view, plus and minus zoom, Enter sends the robot to the middle of the view, or sets start or goal there while the planners are compared."
         @keydown=${this.#key}
       ></div>
       <svg id="cross" viewBox="0 0 25 25" aria-hidden="true"><path d="M12.5 1v8m0 7v8M1 12.5h8m7 0h8" stroke="currentColor" stroke-width="2"/></svg>
@@ -179,10 +192,13 @@ export class SlamMap extends LitElement {
     if (this.store.follow) this.store.set("view", { follow: false });
   }
 
-  /** A wall, where somebody looks into the filter; else where the robot should go. */
+  /** A wall, where somebody looks into the filter; a door; else where the robot should go. */
   #choose(x: number, y: number): void {
     const wall = this.#wallAt(x, y);
+    const door = this.#doorAt(x, y);
     if (wall !== null && !this.store.aiming) this.store.point({ pinned: wall });
+    else if (this.store.tab === "paths" && !this.store.aiming) this.client.contest({ [this.store.contest.picking]: [x, y] });
+    else if (door !== null) this.client.setDoor(door, !this.#isOpen(door));
     else if (this.store.source === "sim" || this.store.bridge?.armed) this.client.goTo(x, y);
   }
 
@@ -210,7 +226,15 @@ export class SlamMap extends LitElement {
     const what = p === null ? "unknown" : p >= 0.5 ? `${Math.round(p * 100)} % obstacle` : `${Math.round((1 - p) * 100)} % free`;
     const readout = this.#element("hover");
     const wall = this.#wallAt(x, y);
-    readout.textContent = `x ${metres(x)}  y ${metres(y)} m · ${what}${wall === null ? "" : ` · wall ${wall}`}`;
+    const door = this.#doorAt(x, y);
+    const reading = this.store.layers.scan ? readingAt(this.scene.scan, this.scene.beams, x, y, this.camera.px(8)) : null;
+    const more = [
+      wall === null ? "" : ` · wall ${wall}`,
+      door === null ? "" : ` · door ${door + 1}, click to ${this.#isOpen(door) ? "shut" : "open"} it`,
+      reading === null ? "" : ` · ${wordsOf(reading)}`,
+    ];
+    readout.textContent = `x ${metres(x)}  y ${metres(y)} m · ${what}${more.join("")}`;
+    this.#element("pad").classList.toggle("door", door !== null);
     readout.toggleAttribute("hidden", false);
     this.#light(wall);
   }
@@ -223,6 +247,16 @@ export class SlamMap extends LitElement {
   /** The wall under a map point, while somebody looks into the filter. */
   #wallAt(x: number, y: number): number | null {
     return this.store.tab === "filter" ? wallAt(this.scene.lines, x, y, this.camera.px(10)) : null;
+  }
+
+  /** The door under a map point, while they are shown and no goal is being chosen. */
+  #doorAt(x: number, y: number): number | null {
+    const { layers, aiming } = this.store;
+    return layers.truth && !aiming ? doorAt(this.scene.doors, x, y, this.camera.px(10)) : null;
+  }
+
+  #isOpen(door: number): boolean {
+    return this.scene.doors[door * DOOR_STRIDE + DOOR.ordered] === 1;
   }
 
   #resize(): void {
@@ -296,17 +330,26 @@ export class SlamMap extends LitElement {
     const { camera, scene, store } = this;
     const palette = (this.#palette ??= readPalette());
     scene.tiles.colour(palette, store.threeTones);
-    const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.threeTones, JSON.stringify(store.layers)].join();
+    const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.threeTones, JSON.stringify(store.layers), store.tab === "paths"].join();
     const ground = `${view},${scene.tiles.version},${scene.truth.length}`;
     const alive = store.playing && !this.#still.matches;
     const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
-    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, time: this.#still.matches ? 0 : time, spot: store.spot, sightings: this.#sightings });
+    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, time: this.#still.matches ? 0 : time, spot: store.spot, sightings: this.#sightings, contest: this.#contest() });
     if (ground !== this.#drawn.ground) {
       drawGround(brush("ground"), store.layers);
       this.#scaleBar();
     }
     if (overlays !== this.#drawn.overlays) drawOverlays(brush("overlays"), store.layers);
     this.#drawn = { ground, overlays };
+  }
+
+  /** What the contest was asked, while its panel is open: the robot may have gone on since. */
+  #contest(): Brush["contest"] {
+    const { tab, contest } = this.store;
+    if (tab !== "paths") return null;
+    const { found, start, goal } = contest;
+    const begun = found ? [found.ends[0], found.ends[1]] as const : null;
+    return { found, start: start ?? begun, goal };
   }
 
   #scaleBar(): void {
@@ -326,6 +369,12 @@ export class SlamMap extends LitElement {
     if (!element) throw new Error(`no #${id} in the map`);
     return element;
   }
+}
+
+/** What the sensor said of a hit: the range with its σ, and how strong the echo was where it tells. */
+function wordsOf({ range, sigma, quality }: Reading): string {
+  const strength = Number.isNaN(quality) ? "" : `, quality ${quality}`;
+  return `beam ${range.toFixed(2)} ± ${sigma.toFixed(2)} m${strength}`;
 }
 
 function metres(value: number): string {

@@ -22,6 +22,10 @@ export class Scene {
   /** Material of each true wall: 0 opaque, 1 glass, 2 dark. */
   materials: Uint8Array = new Uint8Array(0);
   movers: Float32Array = EMPTY;
+  /** See DOOR. */
+  doors: Float32Array = EMPTY;
+  /** How each hit of the scan was read, see BEAM. */
+  beams: Float32Array = EMPTY;
   path: Float32Array = EMPTY;
   rawPath: Float32Array = EMPTY;
   tree: Float32Array = EMPTY;
@@ -38,7 +42,7 @@ export class Scene {
     this.status = null;
     this.#motion.clear();
     this.materials = new Uint8Array(0);
-    this.scan = this.found = this.truth = this.movers = this.path = this.rawPath = this.tree = this.frontiers = EMPTY;
+    this.scan = this.beams = this.doors = this.found = this.truth = this.movers = this.path = this.rawPath = this.tree = this.frontiers = EMPTY;
     this.lines = new Float64Array(0);
     this.trailLength = 0;
     this.version += 1;
@@ -49,6 +53,8 @@ export class Scene {
     if (frame.gridAnew) this.tiles.clear();
     if (frame.grid) this.tiles.take(frame.grid);
     this.scan = frame.scan ?? this.scan;
+    this.beams = frame.beams ?? this.beams;
+    this.doors = frame.doors ?? this.doors;
     this.found = frame.found ?? this.found;
     this.lines = frame.lines ?? this.lines;
     this.materials = frame.materials ?? this.materials;

@@ -4,14 +4,23 @@ use slamlab_core::robot::Stamp;
 use slamlab_core::wire::ClockMap;
 use slamlab_core::wire::rp6::{self, Hello, Odometer, Report, Telemetry};
 
+use super::sweeps::Sweeps;
+
 /// Seconds without an order to move before one counts, after the robot came up.
 const CALM: f64 = 0.3;
+
+/// Telemetry that is told so long after an errand was acknowledged was measured after it began, s.
+const BEGUN: f64 = 0.1;
+/// An errand that has not shown in the telemetry so long after it was given never will, s.
+const NEVER: f64 = 1.0;
 
 /// A robot that answers.
 #[derive(Debug)]
 pub(super) struct Robot {
     pub(super) odometer: Odometer,
     pub(super) motion: Motion,
+    /// Since when the robot is known to have the errand.
+    pub(super) errand_taken: Option<Stamp>,
     /// Since when no order to move was refused, and whether that has been long enough.
     pub(super) calm_since: Stamp,
     pub(super) is_calm: bool,
@@ -25,6 +34,8 @@ pub(super) struct Robot {
     pub(super) clock: ClockMap,
     /// End of the last odometry on the bridge's clock.
     pub(super) last_end: Option<Stamp>,
+    /// None where it has no rangers.
+    pub(super) sweeps: Option<Sweeps>,
 }
 
 /// What the robot was told to do.
@@ -39,10 +50,11 @@ pub(super) enum Motion {
 
 impl Robot {
     /// A robot that just said hello.
-    pub(super) fn new(hello: &Hello, now: Stamp) -> Self {
+    pub(super) fn new(hello: &Hello, sweeps: Option<Sweeps>, now: Stamp) -> Self {
         Self {
             odometer: Odometer::new(&hello.model()),
             motion: Motion::None,
+            errand_taken: None,
             calm_since: now,
             is_calm: false,
             last_alive: now,
@@ -52,6 +64,28 @@ impl Robot {
             time: (0, Stamp(0)),
             clock: ClockMap::new(telemetry_delay()),
             last_end: None,
+            sweeps,
+        }
+    }
+
+    /// The robot's time `millis`, near that of its last telemetry, on the bridge's clock; it wraps after 49 days.
+    pub(super) fn host_time(&self, millis: u32) -> Option<Stamp> {
+        let (of_telemetry, stamp) = self.time;
+        let later = millis.wrapping_sub(of_telemetry).cast_signed();
+        let stamp = Stamp(stamp.0.saturating_add_signed(1000 * i64::from(later)));
+        self.clock.host_time(stamp)
+    }
+
+    /// Whether telemetry that says that the robot stands means that its errand is over.
+    pub(super) fn may_be_done(&self, now: Stamp) -> bool {
+        let is_long_ago = |since: Stamp, seconds| now.since(since) > seconds;
+        match self.motion {
+            Motion::Errand(given) => {
+                self.errand_taken
+                    .is_some_and(|taken| is_long_ago(taken, BEGUN))
+                    || is_long_ago(given, NEVER)
+            }
+            _ => false,
         }
     }
 

@@ -69,6 +69,7 @@ fn scan_at(walls: &[Segment], pose: &Pose2, stamp: Stamp, rng: &mut impl Rng) ->
         bearing_sigma: 0.0,
         max_range: 20.0,
         sweep: 0.0,
+        qualities: vec![],
     }
 }
 

@@ -102,6 +102,7 @@ fn scan_ending_at(grain: usize) -> Scan {
         bearing_sigma: 0.0,
         max_range: 6.0,
         sweep: SWEEP as f64 * GRAIN_MICROS as f64 * 1e-6,
+        qualities: vec![],
     }
 }
 

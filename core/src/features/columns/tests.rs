@@ -8,6 +8,7 @@ fn beams(n: usize) -> Vec<Beam> {
         range: Vector2::new(2.0, i as f64).norm(),
         sigma: 0.5,
         is_hit: true,
+        quality: None,
     };
     (0..n).map(beam).collect()
 }

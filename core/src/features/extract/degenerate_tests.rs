@@ -17,6 +17,7 @@ fn beam(beam_idx: usize, x: f64, y: f64) -> Beam {
         range: end.coords.norm(),
         sigma: 0.01,
         is_hit: true,
+        quality: None,
     }
 }
 

@@ -33,6 +33,7 @@ fn look(walls: &[Segment], robot: &Pose2, n: usize, rng: &mut ChaCha8Rng) -> Poi
             range: noisy,
             sigma: if range.is_finite() { sigma } else { 0.05 },
             is_hit: range < 12.0,
+            quality: None,
         }
     });
     Points {

@@ -21,6 +21,7 @@ fn beam(bearing: f64, range: f64, sigma: f64) -> Beam {
         range,
         sigma,
         is_hit: true,
+        quality: None,
     }
 }
 

@@ -28,6 +28,7 @@ fn wall(n: u32, rng: &mut ChaCha8Rng) -> Columns {
                 range: noisy,
                 sigma: 0.01,
                 is_hit: true,
+                quality: None,
             }
         })
         .collect();

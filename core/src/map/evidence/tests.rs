@@ -24,6 +24,7 @@ fn points(range: impl Fn(f64) -> Option<f64>) -> Points {
             range,
             sigma: 0.01,
             is_hit,
+            quality: None,
         }
     };
     Points {

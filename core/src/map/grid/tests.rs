@@ -16,6 +16,7 @@ fn beam_to(end: (f64, f64), is_hit: bool) -> Points {
         range: end_in_robot.coords.norm(),
         sigma: 0.01,
         is_hit,
+        quality: None,
     };
     Points {
         stamp: Stamp(0),

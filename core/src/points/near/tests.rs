@@ -26,6 +26,7 @@ fn look(walls: &[Segment], world_from_robot: &Pose2) -> Points {
             range: range.min(5.0),
             sigma: 0.01,
             is_hit: range < 5.0,
+            quality: None,
         })
     };
     Points {
@@ -132,4 +133,71 @@ fn memory_is_bounded_whatever_comes() {
         field.update(&only_near, &Pose2::new(0.0, 0.0, 0.4 + 0.01 * f64::from(i)));
     }
     assert!(field.remembered.len() <= MOST);
+}
+
+/// What a folding sensor reads of a wall at `distance`, m: as far beyond 0.2 m as it is nearer than that.
+fn folded(distance: f64) -> f64 {
+    if distance < 0.15 {
+        0.35 - distance
+    } else {
+        distance
+    }
+}
+
+#[test]
+fn folded_readings_of_a_remembered_wall_are_invalid_and_others_stay() {
+    let walls = [
+        wall(),
+        vec![Segment::new(
+            Point2::new(-2.0, -3.0),
+            Point2::new(-2.0, 3.0),
+        )],
+    ]
+    .concat();
+    let (before, now) = (Pose2::new(-0.6, 0.0, 0.3), Pose2::new(-0.12, 0.0, 0.2));
+    let mut field = NearField::new(NearConfig::short_range());
+    field.update(&look(&walls, &before), &Pose2::identity());
+    let beams = 0..180;
+    let bearings: Vec<f64> = beams
+        .map(|k| crate::geom::wrap(TAU * f64::from(k) / 180.0))
+        .collect();
+    let truth = |bearing: f64| {
+        let (sin, cos) = sin_cos(bearing);
+        let ahead = now.rotate(nalgebra::Vector2::new(cos, sin));
+        let hits = walls
+            .iter()
+            .filter_map(|w| w.hit_by_ray(now.position(), ahead));
+        hits.fold(f64::INFINITY, f64::min)
+    };
+    let scan = Scan {
+        stamp: Stamp(1),
+        robot_from_sensor: Pose2::identity(),
+        ranges: bearings.iter().map(|&b| folded(truth(b)) as f32).collect(),
+        sigmas: vec![0.01; bearings.len()],
+        qualities: vec![],
+        bearing_sigma: 0.0,
+        max_range: 1.5,
+        sweep: 0.0,
+        bearings,
+    };
+    let kept = field.without_folded(&scan, &before.delta_to(&now));
+    let mut masked = 0;
+    for (beam, &bearing) in scan.bearings.iter().enumerate() {
+        let (truth, is_masked) = (truth(bearing), kept.ranges[beam].is_nan());
+        masked += u32::from(is_masked);
+        if truth < 0.15 {
+            assert!(
+                is_masked,
+                "{bearing} rad: {truth} m read as {}",
+                scan.ranges[beam]
+            );
+        }
+        assert!(!is_masked || truth < 0.2, "{bearing} rad: {truth} m");
+    }
+    // The wall is inside of 0.15 m over 2 acos(0.12 / 0.15), and of 0.18 m over 2 acos(0.12 / 0.18).
+    assert!((37..=50).contains(&masked), "{masked}");
+    // Who expects no folding takes the scan as it is.
+    let mut plain = NearField::default();
+    plain.update(&look(&walls, &before), &Pose2::identity());
+    assert_eq!(*plain.without_folded(&scan, &before.delta_to(&now)), scan);
 }

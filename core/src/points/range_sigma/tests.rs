@@ -36,6 +36,7 @@ fn scans(growth: Growth, outliers: f64, rng: &mut ChaCha8Rng) -> Vec<Scan> {
             bearing_sigma: 0.0,
             max_range: 12.0,
             sweep: 0.0,
+            qualities: vec![],
         }
     };
     (0..40).map(|_| scan()).collect()

@@ -22,6 +22,7 @@ fn look(walls: &[Segment], n: usize, from: f64, to: f64) -> Points {
             range,
             sigma: 0.01,
             is_hit: range < 12.0,
+            quality: None,
         }
     });
     Points {

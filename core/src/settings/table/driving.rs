@@ -1,6 +1,6 @@
 //! How the robot plans, drives and explores.
 
-use crate::plan::Planner;
+use crate::plan::{Planner, Shortening, SmoothConfig};
 use crate::settings::{Acts, Kind, Setting};
 
 /// The planners that can be chosen, in the order of their names.
@@ -12,6 +12,9 @@ const PLANNERS: [Planner; 6] = [
     Planner::AStar,
     Planner::ThetaStar,
 ];
+
+/// The ways to shorten a path, in the order of their names.
+const SHORTENINGS: [Shortening; 3] = [Shortening::Nothing, Shortening::Chords, Shortening::Tight];
 
 /// The settings.
 pub(super) const DRIVING: &[Setting] = &[
@@ -64,6 +67,38 @@ pub(super) const DRIVING: &[Setting] = &[
                 s.pilot.route.planner = *planner;
             }
         },
+    },
+    Setting {
+        key: "pilot.shortening",
+        group: "Planning and driving",
+        name: "Shortening",
+        unit: "",
+        range: [0.0, 2.0],
+        kind: Kind::Choice(&["none", "chords (TDK 2016)", "pulled tight"]),
+        acts: Acts::AtOnce,
+        meaning: "What is done to the path that was found. Pulled tight: the shortest through the same gaps, in more legs.",
+        get: |s| {
+            let shortening = s.pilot.route.shortening;
+            let place = SHORTENINGS.iter().position(|known| *known == shortening);
+            place.map(|place| place as f64)
+        },
+        set: |s, v| {
+            if let Some(shortening) = SHORTENINGS.get(v as usize) {
+                s.pilot.route.shortening = *shortening;
+            }
+        },
+    },
+    Setting {
+        key: "pilot.rounding",
+        group: "Planning and driving",
+        name: "Round corners",
+        unit: "",
+        range: [0.0, 1.0],
+        kind: Kind::Switch,
+        acts: Acts::AtOnce,
+        meaning: "Corners become arcs that are driven without a stop, as far as half of the margin to walls allows.",
+        get: |s| Some(f64::from(u8::from(s.pilot.route.rounding.is_some()))),
+        set: |s, v| s.pilot.route.rounding = (v > 0.5).then(SmoothConfig::default),
     },
     Setting {
         key: "pilot.pace",

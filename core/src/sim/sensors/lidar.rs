@@ -9,6 +9,9 @@
 //!
 //! 4. A lidar like SICK's says the greatest range where nothing came back, be it for distance, glass or darkness: the three
 //!    cannot be told apart ([`LidarModel::says_maximum`]).
+//! 5. The RPLIDAR tells how strong each echo was, 0 to 63 ([`LidarModel::tells_quality`]). What a matt surface scatters back falls
+//!    with cos i / d² (Lambert; i the angle of incidence); the weakest echo that it can still use, met squarely at the
+//!    greatest range for the material, is 1.
 //!
 //! Bearings of a whole turn run from just above -π to π, counter-clockwise (+90° takes the x axis to the y axis); the seam
 //! between two revolutions is behind the robot. Those of a part of it run from its right end to its left end.
@@ -22,11 +25,16 @@ use nalgebra::Vector2;
 use rand::{Rng, RngExt};
 
 use super::check::Check;
+use super::view::Echo;
 use super::{SensorError, Span, View};
 use crate::geom::{Pose2, sin_cos};
 use crate::robot::{Scan, Stamp};
 use crate::sim::Material;
 use crate::sim::noise::gaussian_pair;
+
+/// Quality of the weakest echo that is a reading, and the greatest that six bits hold.
+const LEAST_QUALITY: u8 = 1;
+const MOST_QUALITY: u8 = 63;
 
 /// Figures of a turning lidar.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,6 +68,8 @@ pub struct LidarModel {
     pub glass_angle: f64,
     /// Whether it says [`Self::max_range`] where nothing came back; otherwise that is infinite. Default false.
     pub says_maximum: bool,
+    /// Whether each echo comes with its strength. Default true.
+    pub tells_quality: bool,
     /// Where it sits on the robot. Default: its middle.
     pub robot_from_sensor: Pose2,
 }
@@ -89,6 +99,7 @@ impl LidarModel {
             dark_range: 3.0,
             glass_angle: 0.15,
             says_maximum: false,
+            tells_quality: true,
             robot_from_sensor: Pose2::identity(),
         }
     }
@@ -112,6 +123,7 @@ impl LidarModel {
             dark_range: 8.0,
             glass_angle: 0.15,
             says_maximum: true,
+            tells_quality: false,
             robot_from_sensor: Pose2::identity(),
         }
     }
@@ -120,6 +132,17 @@ impl LidarModel {
     #[must_use]
     pub fn sigma_at(&self, range: f64) -> f64 {
         self.sigma + self.sigma_per_metre * range
+    }
+
+    /// Strength of an echo.
+    fn quality(&self, echo: &Echo) -> u8 {
+        let far = match echo.material {
+            Material::Dark => self.dark_range,
+            Material::Opaque | Material::Glass => self.max_range,
+        };
+        let nearness = far / echo.distance;
+        let strength = echo.facing * nearness * nearness;
+        (strength.round() as u8).clamp(LEAST_QUALITY, MOST_QUALITY)
     }
 
     pub(super) fn validate(&self) -> Result<(), SensorError> {
@@ -175,6 +198,18 @@ pub(in crate::sim) struct Lidar {
     bearings: Vec<f64>,
     ranges: Vec<f32>,
     sigmas: Vec<f32>,
+    qualities: Vec<u8>,
+}
+
+/// What one beam gave.
+#[derive(Clone, Copy, Debug)]
+struct Reading {
+    /// m.
+    range: f32,
+    /// m.
+    sigma: f32,
+    /// 0 where nothing valid came back.
+    quality: u8,
 }
 
 impl Lidar {
@@ -186,6 +221,7 @@ impl Lidar {
             bearings: model.bearings(),
             ranges: Vec::with_capacity(model.beams),
             sigmas: Vec::with_capacity(model.beams),
+            qualities: Vec::with_capacity(model.beams),
         }
     }
 
@@ -194,6 +230,7 @@ impl Lidar {
         self.slots = 0;
         self.ranges.clear();
         self.sigmas.clear();
+        self.qualities.clear();
     }
 
     pub(super) fn step(&mut self, span: &Span, view: &View, rng: &mut impl Rng) -> Option<Scan> {
@@ -212,9 +249,12 @@ impl Lidar {
                 self.slots += slots - slot as u64;
                 continue;
             };
-            let (range, sigma) = self.read(seconds, bearing, span, view, rng);
-            self.ranges.push(range);
-            self.sigmas.push(sigma);
+            let reading = self.read(seconds, bearing, span, view, rng);
+            self.ranges.push(reading.range);
+            self.sigmas.push(reading.sigma);
+            if self.model.tells_quality {
+                self.qualities.push(reading.quality);
+            }
             self.slots += 1;
             if self.ranges.len() == self.model.beams {
                 scan = Some(self.complete(seconds, between));
@@ -233,10 +273,11 @@ impl Lidar {
             bearing_sigma: self.model.bearing_sigma,
             max_range: self.model.max_range,
             sweep: between * beams.saturating_sub(1) as f64,
+            qualities: std::mem::take(&mut self.qualities),
         }
     }
 
-    /// One reading and its σ.
+    /// One reading.
     fn read(
         &self,
         seconds: f64,
@@ -244,14 +285,22 @@ impl Lidar {
         span: &Span,
         view: &View,
         rng: &mut impl Rng,
-    ) -> (f32, f32) {
+    ) -> Reading {
         let model = &self.model;
         // Drawn for every beam, so that one wall more does not change the noise of all that follows.
         let luck: f64 = rng.random();
         let (of_range, of_bearing) = gaussian_pair(rng);
-        let sigma = |range: f64| model.sigma_at(range) as f32;
+        let valid = |range: f64, quality| Reading {
+            range: range as f32,
+            sigma: model.sigma_at(range) as f32,
+            quality,
+        };
+        let nothing = |range: f32| Reading {
+            range,
+            ..valid(model.max_range, 0)
+        };
         if luck < model.dropouts {
-            return (f32::NAN, sigma(model.max_range));
+            return nothing(f32::NAN);
         }
         let (origin, heading) = span.sensor_at(seconds, &model.robot_from_sensor);
         let (sin, cos) = sin_cos(heading + bearing + model.bearing_sigma * of_bearing);
@@ -262,26 +311,27 @@ impl Lidar {
             model.glass_angle,
         );
         let Some(echo) = echo else {
-            return (model.silence(), sigma(model.max_range));
+            return nothing(model.silence());
         };
         let too_dark = echo.material == Material::Dark && echo.distance > model.dark_range;
         if too_dark && model.says_maximum {
-            return (model.silence(), sigma(model.max_range));
+            return nothing(model.silence());
         }
         if too_dark || echo.distance < model.min_range {
-            return (f32::NAN, sigma(model.max_range));
+            return nothing(f32::NAN);
         }
         if luck > 1.0 - model.outliers {
             // What is left of `luck` is uniform too.
             let part = (1.0 - luck) / model.outliers;
             let range = model.min_range + part * (echo.distance - model.min_range);
-            return (range as f32, sigma(range));
+            // Dust and edges send little back.
+            return valid(range, LEAST_QUALITY);
         }
         let range = echo.distance + model.sigma_at(echo.distance) * of_range;
         if range > model.max_range {
-            return (model.silence(), sigma(model.max_range));
+            return nothing(model.silence());
         }
         let range = range.max(model.min_range);
-        (range as f32, sigma(range))
+        valid(range, model.quality(&echo))
     }
 }

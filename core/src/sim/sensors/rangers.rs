@@ -2,7 +2,7 @@
 //!
 //! Forward, from the world to counts:
 //! 1. The robot stands still; the servo goes from -45° to just below +45° in steps, and at each all four rangers are read.
-//! 2. A ranger measures by itself, once in 38.3 ± 9.6 ms, and holds its output meanwhile: what is read may have been measured
+//! 2. The servo stands at a new angle [`RangerModel::settle`] after it was told to. A ranger measures by itself, once in 38.3 ± 9.6 ms, and holds its output meanwhile: what is read may have been measured
 //!    when the servo still stood elsewhere.
 //! 3. The true range becomes volts ([`Sharp`]), which fold back below the peak; noise is in volts; the converter has 10 bits.
 //!
@@ -11,8 +11,9 @@
 //! 4. Counts become volts, and volts a range by a [`Characteristic`] fitted to the calibration pairs.
 //! 5. σ is that of the volts (noise and steps) times the slope of the characteristic: a volt is worth d², so σ grows so too.
 //!    The spread of the fit's residuals is added, being what the characteristic does not know.
-//! 6. Beyond the greatest range there is no return (infinite). What folds back looks far, as on the real robot, with
-//!    [`RangerModel::folds`]; without, such readings are taken to be recognised and invalid (NaN).
+//! 6. Beyond the greatest range there is no return (infinite), below the least the reading is invalid (NaN). What is nearer than the
+//!    peak folds back and looks far, as on the real robot: the scan cannot tell, only what was seen before can
+//!    ([`crate::points::NearField`]). Without [`RangerModel::folds`] such readings are taken to be recognised and invalid.
 //!
 //! The readings are handed on in the order of their bearings, with `sweep` 0: nothing moved meanwhile, and neighbours
 //! in the scan are neighbours in the room.
@@ -49,9 +50,11 @@ pub struct RangerModel {
     pub sharp: Sharp,
     /// Positions of the servo in its 90°. Default 45: every 2°.
     pub positions: usize,
-    /// Seconds at each position. Default 0.048: the slowest cycle, so that what is read was measured there. Shorter reads what
-    /// was measured at the position before.
+    /// Seconds at each position. Default 0.070, the firmware's: the servo has come to stand and the slowest cycle is over, so that
+    /// what is read was measured there. Shorter reads what was measured at the position before.
     pub period: f64,
+    /// Until the servo stands at a new angle, s. Default 0.022: its next pulse comes after 20 ms at the latest, and 2° take 2 ms.
+    pub settle: f64,
     /// Mean cycle of a ranger, s. Default 0.0383.
     pub cycle: f64,
     /// How much the cycle of one ranger may differ from that, s. Default 0.0096.
@@ -74,7 +77,7 @@ pub struct RangerModel {
     pub dropouts: f64,
     /// Part of the readings that are wrong: any volts at all. Default 0.001.
     pub outliers: f64,
-    /// Whether things nearer than the least range look far, as on the real robot. Default false: invalid.
+    /// Whether things nearer than the peak look far, as on the real robot. Default true; false: they are recognised and invalid.
     pub folds: bool,
     /// Where the servo sits on the robot. Default: its middle.
     pub robot_from_sensor: Pose2,
@@ -93,7 +96,8 @@ impl RangerModel {
         Self {
             sharp: Sharp::Long,
             positions: 45,
-            period: 0.048,
+            period: 0.070,
+            settle: 0.022,
             cycle: 0.0383,
             cycle_spread: 0.0096,
             min_range: 0.2,
@@ -105,7 +109,7 @@ impl RangerModel {
             bearing_sigma: 0.005,
             dropouts: 0.002,
             outliers: 0.001,
-            folds: false,
+            folds: true,
             robot_from_sensor: Pose2::identity(),
         }
     }
@@ -133,6 +137,7 @@ impl RangerModel {
         let check = Check("rangers");
         check.within("positions", self.positions as f64, [1.0, 10_000.0])?;
         check.within("period", self.period, [0.001, 60.0])?;
+        check.within("settle", self.settle, [0.0, 60.0])?;
         check.within("cycle", self.cycle, [0.001, 60.0])?;
         check.within("cycle_spread", self.cycle_spread, [0.0, 0.9 * self.cycle])?;
         check.ranges(self.min_range, self.max_range, 100.0)?;
@@ -239,7 +244,7 @@ impl Rangers {
         let ends = ((seconds - first_end) / cycle).floor();
         let last_end = first_end + ends * cycle;
         // Before the sweep the servo stood at its first position; `as` takes what is negative to 0.
-        (last_end / self.model.period) as usize
+        ((last_end - self.model.settle) / self.model.period) as usize
     }
 
     fn bearing(&self, ranger: usize, position: usize) -> f64 {
@@ -259,6 +264,7 @@ impl Rangers {
             bearing_sigma: self.model.bearing_sigma,
             max_range: self.model.max_range,
             sweep: 0.0,
+            qualities: vec![],
         }
     }
 
@@ -323,6 +329,9 @@ impl Inverse {
         if range >= self.max_range || volts <= lowest {
             return (f32::INFINITY, sigma as f32);
         }
-        (range.max(self.min_range) as f32, sigma as f32)
+        if range < self.min_range {
+            return (f32::NAN, sigma as f32);
+        }
+        (range as f32, sigma as f32)
     }
 }

@@ -165,6 +165,7 @@ impl Sonar {
             bearing_sigma: self.model.bearing_sigma(),
             max_range: self.model.max_range,
             sweep: self.model.period * cones.saturating_sub(1) as f64,
+            qualities: vec![],
         }
     }
 

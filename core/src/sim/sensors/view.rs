@@ -23,6 +23,8 @@ pub(super) struct Echo {
     pub(super) distance: f64,
     /// Of what.
     pub(super) material: Material,
+    /// Cosine of the angle between the beam and the surface's normal: 1 where it is met squarely.
+    pub(super) facing: f64,
 }
 
 impl View<'_> {
@@ -52,6 +54,7 @@ impl View<'_> {
                 return Some(Echo {
                     distance,
                     material: hit.material,
+                    facing: self.facing(hit.surface, direction),
                 });
             }
             behind = distance + PANE;
@@ -86,6 +89,18 @@ impl View<'_> {
         along.perp(&direction).abs() >= along.norm() * libm::cos(within)
     }
 
+    fn facing(&self, surface: usize, direction: Vector2<f64>) -> f64 {
+        let wall = self.caster.walls().get(surface);
+        let along = wall.map(|wall| wall.segment.vector()).unwrap_or_default();
+        let cosine = along.perp(&direction).abs() / along.norm();
+        // A wall without length has no normal; it is met squarely.
+        if cosine.is_nan() {
+            1.0
+        } else {
+            cosine.min(1.0)
+        }
+    }
+
     fn mover_ahead(
         &self,
         origin: Point2<f64>,
@@ -97,17 +112,18 @@ impl View<'_> {
             let along = to.dot(&direction);
             let root = disc.radius * disc.radius - to.norm_squared() + along * along;
             let distance = along - root.max(0.0).sqrt();
-            (root >= 0.0 && distance >= 0.0 && distance <= max_range).then_some(distance)
+            // The beam enters the disc at half its chord from the foot of the centre.
+            let echo = || Echo {
+                distance,
+                material: Material::Opaque,
+                facing: (root.max(0.0).sqrt() / disc.radius).min(1.0),
+            };
+            (root >= 0.0 && distance >= 0.0 && distance <= max_range).then(echo)
         };
-        let distance = self
-            .movers
+        self.movers
             .iter()
             .filter_map(ahead)
-            .min_by(f64::total_cmp)?;
-        Some(Echo {
-            distance,
-            material: Material::Opaque,
-        })
+            .min_by(|a, b| a.distance.total_cmp(&b.distance))
     }
 }
 
@@ -168,13 +184,15 @@ mod tests {
             echo(0.0),
             Echo {
                 distance: 2.0,
-                material: Material::Glass
+                material: Material::Glass,
+                facing: 1.0,
             }
         );
         assert_eq!(echo(0.19).material, Material::Glass);
         let slanting = echo(0.5);
         assert_eq!(slanting.material, Material::Dark);
         assert!((slanting.distance - 4.0 / libm::cos(0.5)).abs() < 1e-9);
+        assert!((slanting.facing - libm::cos(0.5)).abs() < 1e-12);
         assert_eq!(ahead(&caster, &[], 3.0), None);
     }
 

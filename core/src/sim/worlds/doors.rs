@@ -1,10 +1,11 @@
-//! `doors`, 8 x 6 m: four rooms whose partitions stand in line with one another across the door gaps.
+//! `doors`, 8 x 6 m: four rooms whose partitions stand in line with one another across the door gaps. Each gap has a door, open
+//! until somebody shuts it.
 
 use nalgebra::Point2;
 
 use super::{partition_along_x, partition_along_y};
-use crate::geom::Pose2;
-use crate::sim::World;
+use crate::geom::{Pose2, Segment};
+use crate::sim::{Door, World};
 
 pub(super) fn world() -> World {
     let world = World::new("doors", Pose2::new(1.0, 1.0, 0.0)).with_room(&[
@@ -21,6 +22,17 @@ pub(super) fn world() -> World {
         .with_box((4.4, 0.0), (5.6, 0.5))
         .with_box((7.4, 1.6), (8.0, 2.6))
         .with_turned_box((7.0, 5.0), (0.8, 0.5), 0.6);
+    let door = |a: [f64; 2], b: [f64; 2]| Door {
+        leaf: Segment::new(a.into(), b.into()),
+        is_open: true,
+        switches: vec![],
+    };
+    world.doors = vec![
+        door([3.2, 1.0], [3.2, 1.9]),
+        door([3.2, 4.1], [3.2, 5.0]),
+        door([1.2, 3.0], [2.1, 3.0]),
+        door([5.4, 3.4], [6.3, 3.4]),
+    ];
     world.goal = Some(Point2::new(7.3, 4.1));
     world
 }

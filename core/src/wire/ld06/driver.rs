@@ -15,8 +15,12 @@ use crate::wire::Tally;
 use crate::wire::message::DeviceState;
 use crate::wire::revolution::{Losses, RevolutionConfig, Revolutions, Sample};
 
-/// Longest silence, s. The sensor sends 375 packets a second; from power on its motor needs about 2 s.
-const SILENCE: f64 = 3.0;
+/// Longest time without a whole turn, s. From power on the sensor's motor needs about 2 s.
+const NO_TURN: f64 = 3.0;
+
+/// Longest time without a byte that is no silence, s. The sensor sends 375 packets a second; a turn cut short by a pulled
+/// plug is no motor that stands still.
+const NO_BYTE: f64 = 1.0;
 
 /// What the driver found.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,6 +67,8 @@ pub struct Driver {
     /// Since when there was no scan, and the counts then.
     since: Stamp,
     before: Tally,
+    /// When the last byte came.
+    heard: Stamp,
 }
 
 impl Driver {
@@ -76,11 +82,15 @@ impl Driver {
             state: DeviceState::Waiting,
             since: now,
             before: Tally::default(),
+            heard: now,
         }
     }
 
     /// Takes bytes from the sensor, as they come.
     pub fn receive(&mut self, bytes: &[u8], now: Stamp) {
+        if !bytes.is_empty() {
+            self.heard = now;
+        }
         self.decoder.extend(bytes);
         let packets: Vec<Packet> = self.decoder.by_ref().collect();
         let mut end = now.seconds() - packets.iter().map(duration).sum::<f64>();
@@ -92,15 +102,10 @@ impl Driver {
 
     /// Lets the driver see the time.
     pub fn tick(&mut self, now: Stamp) {
-        if now.since(self.since) <= SILENCE {
+        if now.since(self.since) <= NO_TURN {
             return;
         }
-        let (tally, before) = (self.decoder.tally(), self.before);
-        let fault = match (tally.bytes - before.bytes, tally.frames - before.frames) {
-            (0, _) => Fault::Silent,
-            (bytes, 0) => Fault::NotUnderstood { bytes },
-            _ => Fault::DoesNotTurn,
-        };
+        let fault = self.why_no_turn(now);
         self.revolutions.restart();
         self.begin_watch(now);
         self.enter(DeviceState::Fault);
@@ -140,7 +145,7 @@ impl Driver {
             let sample = Sample {
                 angle,
                 range,
-                quality,
+                quality: Some(quality),
                 interval,
                 stamp: Stamp::from_seconds(end - interval * (READINGS - 1 - i) as f64),
             };
@@ -150,6 +155,18 @@ impl Driver {
                 self.events.push_back(Event::Scan(scan));
             }
         }
+    }
+
+    fn why_no_turn(&self, now: Stamp) -> Fault {
+        if now.since(self.heard) > NO_BYTE {
+            return Fault::Silent;
+        }
+        let (tally, before) = (self.decoder.tally(), self.before);
+        if tally.frames > before.frames {
+            return Fault::DoesNotTurn;
+        }
+        let bytes = tally.bytes - before.bytes;
+        Fault::NotUnderstood { bytes }
     }
 
     fn begin_watch(&mut self, now: Stamp) {

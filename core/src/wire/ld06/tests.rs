@@ -151,6 +151,12 @@ fn each_fault_has_its_name_and_ends_by_itself() {
     let bytes: Vec<u8> = packets(375).flat_map(|packet| packet.encode()).collect();
     let said = listen(&mut driver, &bytes, 9.3, 1.0);
     assert!(scans(&said).len() >= 8 && driver.state() == DeviceState::Measuring);
+    // The plug is pulled in the middle of a turn: silence, though packets came since the last scan. The first of these
+    // packets ends the turn before.
+    let said = listen(&mut driver, &bytes[..20 * LEN], 10.3, 0.05);
+    assert_eq!(scans(&said).len(), 1);
+    let said = listen(&mut driver, &[], 10.35, 3.1);
+    assert_eq!(fault(&said), Some(Fault::Silent));
 }
 
 fn any_packet() -> impl Strategy<Value = Packet> {

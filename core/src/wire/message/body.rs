@@ -77,6 +77,8 @@ pub struct ScanBody {
     pub max_range: f64,
     /// s.
     pub sweep: f64,
+    /// Strength of each echo in the sensor's own unit; empty where it tells none.
+    pub qualities: Vec<u8>,
 }
 
 impl ScanBody {
@@ -94,6 +96,7 @@ impl ScanBody {
             bearing_sigma: scan.bearing_sigma,
             max_range: scan.max_range,
             sweep: scan.sweep,
+            qualities: scan.qualities.clone(),
         }
     }
 
@@ -111,6 +114,7 @@ impl ScanBody {
             bearing_sigma: self.bearing_sigma,
             max_range: self.max_range,
             sweep: self.sweep,
+            qualities: self.qualities,
         };
         scan.validate().map(|()| scan)
     }

@@ -39,6 +39,12 @@ pub enum Motion {
 }
 
 impl Motion {
+    /// Whether it takes its time and then ends by itself.
+    #[must_use]
+    pub fn is_errand(&self) -> bool {
+        matches!(self, Self::Forward(_) | Self::Turn(_) | Self::Scan)
+    }
+
     /// Whether every figure is a finite number.
     #[must_use]
     pub fn is_finite(&self) -> bool {
@@ -72,6 +78,20 @@ impl From<Command> for Motion {
             Command::Scan => Self::Scan,
         }
     }
+}
+
+/// How an errand goes: a way, a turn or a sweep, which take their time.
+///
+/// Told when it begins and when it is over, however it ends: done, given up for another command, stopped. One that was not even
+/// begun is told as over to its sender. Its end comes after the readings that belong to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ErrandBody {
+    /// Number of the client that gave it.
+    pub client: u32,
+    /// Sequence of the message that gave it.
+    pub sequence: u32,
+    /// Whether it is under way.
+    pub busy: bool,
 }
 
 /// The right to drive.

@@ -14,7 +14,7 @@
 //! | 16 | | body of the variant, by [postcard](https://postcard.jamesmunns.com/wire-format) |
 //!
 //! Enums and structs only grow at their ends; [`SCHEMA`] changes with any of them, and a test holds it to that. The same as
-//! text: `{"protocol":1,"sequence":7,"micros":123,"message":{"Drive":{…}}}`, where a range that is no number stands as
+//! text: `{"protocol":2,"sequence":7,"micros":123,"message":{"Drive":{…}}}`, where a range that is no number stands as
 //! `"inf"` (nothing came back) or `"nan"` (invalid).
 //!
 //! # A conversation
@@ -24,7 +24,8 @@
 //! 2. The bridge speaks first: [`FromBridge::Hello`], with its version, [`SCHEMA`], the robot's figures, and a challenge.
 //! 3. Within 2 s the client answers [`ToBridge::Hello`], with [`proof`] made of challenge and token if it has one (the page
 //!    has it from the fragment of its address, `#token=…`), else without. [`FromBridge::Welcome`] says what it may do: who
-//!    has no token watches, and never drives. A wrong proof, or nothing in time, ends the connection ([`close::ACCESS`]).
+//!    has no token watches, and never drives. A wrong proof, or nothing in time, ends the connection ([`close::ACCESS`]); so
+//!    does another schema than the bridge's ([`close::OTHER_SCHEMA`]).
 //! 4. Streams follow, newest first: a slow client gets fewer scans and readings, and is told how many it missed
 //!    ([`FromBridge::Heartbeat`]). Odometry is never dropped but joined: a later message then covers a longer time. If its
 //!    `from` is not the `to` before, the robot's clock began anew.
@@ -32,7 +33,7 @@
 //!    ([`close::HEARTBEAT`]); a client should do likewise.
 //! 6. To drive: [`ToBridge::Take`], answered by [`FromBridge::Granted`] with an epoch; then [`ToBridge::Arm`]; then, as long
 //!    as a key is held, [`ToBridge::Drive`] at 20 Hz. A leg or a turn that takes longer is kept alive by
-//!    [`ToBridge::Hold`]. 200 ms without either stops the robot; 2 s without either, or [`ToBridge::Renew`], end the lease.
+//!    [`ToBridge::Hold`] until [`FromBridge::Errand`] says that it is over. 200 ms without either stops the robot; 2 s without either, or [`ToBridge::Renew`], end the lease.
 //!    A lease taken from another stops the robot first, and ends the other's connection ([`close::TAKEN_OVER`]).
 //! 7. Every driving message says the newest bridge time (`micros` of any header) that its sender had seen, and how old that may
 //!    be: both ends of the network's delay count, and neither clock is compared with the other.
@@ -52,16 +53,16 @@ pub use body::{
     BatteryBody, BumpersBody, CurrentsBody, Device, DeviceState, LinkBody, LinkState, OdometryBody,
     RangerReading, RangersBody, RobotFigures, ScanBody,
 };
-pub use drive::{DisarmReason, DriveBody, Lease, Motion, RefusalReason, SafetyBody};
+pub use drive::{DisarmReason, DriveBody, ErrandBody, Lease, Motion, RefusalReason, SafetyBody};
 pub use packet::{Format, Header, MAGIC, MessageError, Packet, decode, encode};
 
 use serde::{Deserialize, Serialize};
 
 /// Version of the layout; a reader refuses any other.
-pub const PROTOCOL: u8 = 1;
+pub const PROTOCOL: u8 = 2;
 
 /// XXH64 over one sample of each kind of message, in both formats: it changes whenever a name, a type or an order does.
-pub const SCHEMA: u64 = 0x74eb_a5a3_c7e4_2ac9;
+pub const SCHEMA: u64 = 0xfa6f_9262_7d42_9f5f;
 
 /// Codes with which the bridge closes a connection, beside those of RFC 6455 (1001 bridge ends, 1007 malformed, 1008 too
 /// many messages, 1009 too large, 1013 too slow to take what must not be dropped).
@@ -74,6 +75,8 @@ pub mod close {
     pub const HEARTBEAT: u16 = 4008;
     /// Somebody else took the lease.
     pub const TAKEN_OVER: u16 = 4009;
+    /// The client speaks another [`SCHEMA`](super::SCHEMA) or [`PROTOCOL`](super::PROTOCOL): it would misread what it is told.
+    pub const OTHER_SCHEMA: u16 = 4010;
 }
 
 /// What the bridge says. The number of a variant is its kind.
@@ -114,6 +117,8 @@ pub enum FromBridge {
     Probe(ProbeAnswer),
     /// How the recording goes, whenever that changes and each second.
     Recording(RecordingBody),
+    /// A way, a turn or a sweep began, or is over.
+    Errand(ErrandBody),
 }
 
 /// What a client says. The number of a variant plus 128 is its kind.

@@ -44,7 +44,7 @@ fn the_samples_hold_every_kind_in_order() {
         let names = list.split('`').skip(1).step_by(2).map(str::to_owned);
         names.collect::<Vec<_>>()
     };
-    let unknown = br#"{"protocol":1,"sequence":1,"micros":1,"message":{"Unheard":1}}"#;
+    let unknown = br#"{"protocol":2,"sequence":1,"micros":1,"message":{"Unheard":1}}"#;
     let known = names(decode::<FromBridge>(unknown, Format::Json).unwrap_err());
     assert_eq!(known.len(), from_bridge().len());
     for (kind, (message, name)) in from_bridge().iter().zip(known).enumerate() {
@@ -78,7 +78,7 @@ fn the_schema_changes_with_the_messages() {
 
 #[test]
 fn golden_bytes() {
-    let header = [b'S', b'L', 1, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12];
+    let header = [b'S', b'L', 2, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12];
     let check = |message: &dyn Fn() -> Vec<u8>, kind: u8, body: &[u8]| {
         let mut expect = header.to_vec();
         expect[3] = kind;
@@ -121,11 +121,17 @@ fn golden_bytes() {
         text: "ok".into(),
     });
     check(&|| bytes(&event), 11, &[2, 2, b'o', b'k']);
+    let errand = FromBridge::Errand(ErrandBody {
+        client: 7,
+        sequence: 300,
+        busy: true,
+    });
+    check(&|| bytes(&errand), 17, &[7, 0xAC, 2, 1]);
 }
 
 #[test]
 fn golden_text() {
-    let text = br#"{"protocol":1,"sequence":7,"micros":9,"message":{"Drive":{"epoch":1,"seen":2,
+    let text = br#"{"protocol":2,"sequence":7,"micros":9,"message":{"Drive":{"epoch":1,"seen":2,
         "ttl_millis":3,"motion":{"Velocity":{"forward":0.5,"turn":-2.0}}}}}"#;
     let (header, message) = decode::<ToBridge>(text, Format::Json).unwrap();
     assert_eq!((header.sequence, header.micros), (7, 9));
@@ -158,14 +164,14 @@ fn what_is_no_message_is_refused_with_its_place() {
     };
     check(&good[..15], "message of 15 bytes: expected at least 16");
     check(&spoilt(0, b'X'), "bytes 0 and 1 are 0x4c58");
-    check(&spoilt(2, 9), "protocol 9, expected 1");
+    check(&spoilt(2, 9), "protocol 9, expected 2");
     check(&spoilt(3, 6), "kind 6 is not one of this direction");
     check(&spoilt(3, 255), "body of kind 255");
     check(&good[..17], "body of kind 134");
     check(&[good.as_slice(), &[0]].concat(), "ends 1 bytes before");
-    let old = br#"{"protocol":2,"sequence":1,"micros":1,"message":"Stop"}"#;
+    let old = br#"{"protocol":1,"sequence":1,"micros":1,"message":"Stop"}"#;
     let error = decode::<ToBridge>(old, Format::Json).unwrap_err();
-    assert_eq!(error, MessageError::Protocol { found: 2 });
+    assert_eq!(error, MessageError::Protocol { found: 1 });
     let error = decode::<ToBridge>(b"{", Format::Json).unwrap_err();
     assert!(error.to_string().contains("line 1 column 1"), "{error}");
 }
@@ -214,6 +220,7 @@ fn scan(ranges: Vec<f32>) -> Scan {
         bearing_sigma: 0.001,
         max_range: 6.0,
         sweep: 0.1,
+        qualities: vec![],
     }
 }
 

@@ -11,7 +11,7 @@ fn sample(k: usize) -> Sample {
     Sample {
         angle: TAU * (part + 0.5 / BEAMS as f64),
         range: 1.0 + part,
-        quality: 10,
+        quality: Some(10),
         interval: INTERVAL,
         stamp: Stamp::from_seconds(1.0 + k as f64 * INTERVAL),
     }
@@ -124,7 +124,7 @@ fn readings_that_say_nothing_are_invalid_and_far_ones_are_free() {
     let with = |range: f64, quality: u8| {
         let change = |k: usize| Sample {
             range,
-            quality,
+            quality: Some(quality),
             ..sample(k)
         };
         collect((0..2 * BEAMS).map(change)).0[0].ranges[7]
@@ -134,6 +134,36 @@ fn readings_that_say_nothing_are_invalid_and_far_ones_are_free() {
     assert!(with(3.0, 0).is_nan());
     assert_eq!(with(12.5, 10), f32::INFINITY);
     assert_eq!(with(3.0, 1), 3.0);
+}
+
+#[test]
+fn qualities_are_those_of_the_readings_and_0_where_nothing_came_back() {
+    let told = |k: usize| Sample {
+        range: if k.is_multiple_of(9) { 0.0 } else { 2.0 },
+        quality: Some((k % 60) as u8 + 2),
+        ..sample(k)
+    };
+    let (scans, _) = collect((0..2 * BEAMS).filter(|k| !(400..420).contains(k)).map(told));
+    // The scan begins at the seam, half a turn on; readings 400 to 419 were lost.
+    for (beam, &quality) in scans[0].qualities.iter().enumerate() {
+        let k = beam + BEAMS / 2;
+        let is_there = k % 9 != 0 && !(400..420).contains(&k);
+        assert_eq!(
+            quality,
+            if is_there { (k % 60) as u8 + 2 } else { 0 },
+            "{k}"
+        );
+    }
+    assert_eq!(scans[0].qualities.len(), BEAMS);
+    let untold = |k: usize| Sample {
+        quality: None,
+        ..sample(k)
+    };
+    assert!(
+        collect((0..2 * BEAMS).map(untold)).0[0]
+            .qualities
+            .is_empty()
+    );
 }
 
 #[test]

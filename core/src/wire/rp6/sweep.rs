@@ -5,7 +5,8 @@
 //! 1. Counts become volts, and volts a range by the rangers' [`Characteristic`](crate::robot::Characteristic).
 //! 2. σ is that of the volts (noise and the converter's steps) times the slope of the characteristic; the spread of the fit's
 //!    residuals is added, being what the characteristic does not know.
-//! 3. Where the characteristic ends, and from the greatest range on, nothing came back (infinite).
+//! 3. Where the characteristic ends, and from the greatest range on, nothing came back (infinite); below the least range the
+//!    reading is invalid (NaN).
 //! 4. The bearing is the servo's angle plus the ranger's own. Readings are handed on in the order of their bearings, with
 //!    `sweep` 0: the robot stands while it sweeps.
 //!
@@ -24,7 +25,7 @@ pub struct RangerFigures {
     pub fit: Fit,
     /// σ of a ranger's output, V.
     pub volts_sigma: f64,
-    /// Nearest usable range, m; what is nearer than that reads as that.
+    /// Nearest usable range, m; a reading of less is invalid.
     pub min_range: f64,
     /// Farthest usable range, m.
     pub max_range: f64,
@@ -45,6 +46,8 @@ pub struct SweepReader {
     readings: Vec<(f64, f32, f32)>,
     /// When the last reading was taken, ms of the robot.
     last_ms: u32,
+    /// Number of a sweep of which no scan can be made.
+    spoilt: Option<u8>,
     unknown: u64,
 }
 
@@ -59,6 +62,7 @@ impl SweepReader {
             sweep: 0,
             readings: Vec::new(),
             last_ms: 0,
+            spoilt: None,
             unknown: 0,
         }
     }
@@ -75,6 +79,10 @@ impl SweepReader {
             self.unknown += 1;
             return None;
         };
+        if self.spoilt == Some(reading.sweep) {
+            return None;
+        }
+        self.spoilt = None;
         let bearing = wrap(reading.servo_angle() + mount);
         let complete = match reading.sweep == self.sweep {
             true => None,
@@ -85,6 +93,14 @@ impl SweepReader {
         self.sweep = reading.sweep;
         self.last_ms = reading.time_ms;
         complete
+    }
+
+    /// The robot moved: what was read of this sweep, and what is still to come of it, does not count.
+    pub fn spoil(&mut self) {
+        if !self.readings.is_empty() {
+            self.readings.clear();
+            self.spoilt = Some(self.sweep);
+        }
     }
 
     /// The sweep is over: gives its scan, if there is a reading at all. Its stamp is that of the last reading, in the robot's
@@ -104,6 +120,7 @@ impl SweepReader {
             bearing_sigma: self.figures.bearing_sigma,
             max_range: self.figures.max_range,
             sweep: 0.0,
+            qualities: vec![],
         })
     }
 }
@@ -119,7 +136,10 @@ impl RangerFigures {
         if range >= self.max_range || volts <= lowest {
             return (f32::INFINITY, sigma);
         }
-        (range.max(self.min_range) as f32, sigma)
+        if range < self.min_range {
+            return (f32::NAN, sigma);
+        }
+        (range as f32, sigma)
     }
 }
 
@@ -209,6 +229,17 @@ mod tests {
             scan.sigmas[at]
         };
         assert!(sigma_at(-1.571) > 1.5 * sigma_at(0.0));
+    }
+
+    #[test]
+    fn a_sweep_on_the_move_is_no_scan_and_the_next_one_is() {
+        let mut reader = reader();
+        let _ = reader.take(&reading(1, 100, 0, 0.5));
+        reader.spoil();
+        assert_eq!(reader.take(&reading(1, 0, 0, 0.5)), None);
+        assert_eq!(reader.finish(), None);
+        let _ = reader.take(&reading(2, 100, 0, 0.5));
+        assert_eq!(reader.finish().map(|scan| scan.len()), Some(1));
     }
 
     #[test]

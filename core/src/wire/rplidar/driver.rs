@@ -281,7 +281,7 @@ impl Driver {
             let sample = Sample {
                 angle: node.radians(),
                 range: node.metres(),
-                quality: node.quality,
+                quality: (self.config.mode == ScanMode::Standard).then_some(node.quality),
                 interval,
                 stamp: Stamp::from_seconds(now.seconds() - age),
             };

@@ -1,76 +1,94 @@
 //! A simulated RP6 on a pseudo-terminal: the real firmware in a simulated controller, in a simulated world, in real time.
 //!
-//! In: the name of a built-in world (default `arena`). Out: the path of the serial port, on the first line; then it runs until it is
-//! ended. Whoever opens the port finds a robot that was switched on before.
+//! In: the name of a built-in world (default `arena`), then commands of [`slamlab_tests::console`]. Out: its answers; the first line
+//! names the port. Beside those: `mark` (something happens that should stop it: how long it takes is a fact), `half` (the cable is pulled
+//! in the middle of a frame), `reset` (its button; the boot loader speaks), `noise P` (part P of all bits flipped, both ways), `garble`
+//! (both sides hear noise), `mend` (neither any more). Whoever opens it finds a robot that was switched on before.
 //!
 //!     cargo run --manifest-path tests/firmware/Cargo.toml --bin rp6_sim -- arena
 
-use std::fs::File;
-use std::io::{ErrorKind, Read, Write};
-use std::time::{Duration, Instant};
+use std::io::{stdin, stdout};
 
 use anyhow::{Context, Result};
-use rustix::fs::{Mode, OFlags};
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
-use slamlab_core::sim::worlds;
-use slamlab_firmware_tests::Rig;
+use serde_json::{Value, json};
+use slamlab_core::sim::{World, worlds};
+use slamlab_firmware_tests::{Rig, Wired};
+use slamlab_tests::console::{self, in_map, serve};
+use slamlab_tests::devices::{Faults, Socket};
 
-/// How far real time may run ahead before the simulation stops trying to catch up.
-const MOST_BEHIND: Duration = Duration::from_millis(500);
+struct Robot {
+    world: World,
+    socket: Socket<Wired>,
+}
+
+impl console::Wired for Robot {
+    fn plug(&self, is_in: bool) {
+        match is_in {
+            true => self.socket.plug(),
+            false => self.socket.pull(),
+        }
+    }
+
+    fn facts(&self) -> Value {
+        self.socket.with(|robot| {
+            json!({
+                "pose": in_map(&self.world, &robot.rig.pose()),
+                "moves": robot.is_driven(),
+                "duties": robot.rig.chip.duties(),
+                "stopped_after": robot.stopped_after().map(|[chip, _]| chip),
+                "stopped_after_real": robot.stopped_after().map(|[_, real]| real),
+                "contacts": robot.rig.contacts(),
+                "seconds": robot.rig.seconds(),
+                "behind": robot.behind(),
+                "fault": robot.fault(),
+            })
+        })
+    }
+
+    fn act(&self, words: &[&str]) -> bool {
+        match words {
+            ["mark"] => self.socket.with(Wired::mark),
+            ["half"] => self.socket.pull_in_the_middle(),
+            ["reset"] => self.socket.with(Wired::reset),
+            ["garble"] => self.spoil(Faults {
+                is_garbled: true,
+                ..Faults::default()
+            }),
+            ["noise", part] => match part.parse() {
+                Ok(part) => self.spoil(Faults {
+                    flipped_bits: part,
+                    flipped_bits_heard: part,
+                    ..Faults::default()
+                }),
+                Err(_) => return false,
+            },
+            ["mend"] => self.socket.set_faults(Faults::default()),
+            _ => return false,
+        }
+        true
+    }
+}
+
+impl Robot {
+    fn spoil(&self, faults: Faults) {
+        self.socket.with(Wired::mark);
+        self.socket.set_faults(faults);
+    }
+}
 
 fn main() -> Result<()> {
     let name = std::env::args().nth(1).unwrap_or_else(|| "arena".into());
     let world = worlds::builtin(&name).with_context(|| format!("no built-in world `{name}`"))?;
-    let (mut line, path, _slave) = open_line()?;
-    println!("{path}");
-    std::io::stdout().flush()?;
-    run(&mut Rig::in_world(&world)?, &mut line)
-}
-
-fn run(rig: &mut Rig, line: &mut File) -> Result<()> {
-    let mut began = Instant::now();
-    let mut offset = rig.seconds();
-    loop {
-        let due = offset + began.elapsed().as_secs_f64();
-        if due - rig.seconds() > MOST_BEHIND.as_secs_f64() {
-            (began, offset) = (Instant::now(), rig.seconds());
-        }
-        while rig.seconds() < due {
-            rig.step()?;
-        }
-        let sent = rig.chip.take_sent();
-        // A full line loses bytes, as a real one does.
-        match line.write(&sent) {
-            Err(error) if error.kind() != ErrorKind::WouldBlock => return Err(error.into()),
-            _ => (),
-        }
-        let mut bytes = [0; 64];
-        match line.read(&mut bytes) {
-            Ok(count) => bytes
-                .iter()
-                .take(count)
-                .for_each(|&byte| rig.chip.receive(byte)),
-            Err(error) if error.kind() == ErrorKind::WouldBlock => (),
-            Err(error) => return Err(error.into()),
-        }
-        std::thread::sleep(Duration::from_millis(2));
-    }
-}
-
-/// The controller's end of a line, the path of the other end, and that end held open: or reading here would fail whenever
-/// nobody else has it.
-fn open_line() -> Result<(File, String, File)> {
-    let controller = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
-    grantpt(&controller)?;
-    unlockpt(&controller)?;
-    let path = ptsname(&controller, Vec::new())?.into_string()?;
-    let flags = OFlags::RDWR | OFlags::NOCTTY;
-    let slave = rustix::fs::open(path.as_str(), flags, Mode::empty())?;
-    // Bytes as they are: no echo, no line ends made of others.
-    let mut raw = tcgetattr(&slave)?;
-    raw.make_raw();
-    tcsetattr(&slave, OptionalActions::Now, &raw)?;
-    rustix::fs::fcntl_setfl(&controller, OFlags::NONBLOCK)?;
-    Ok((controller.into(), path, slave.into()))
+    let robot = Robot {
+        socket: Socket::plugged(Wired::new(Rig::in_world(&world)?))?,
+        world,
+    };
+    let ports = json!({ "rp6": robot.socket.path() });
+    Ok(serve(
+        &robot.world,
+        &ports,
+        &robot,
+        stdin().lock(),
+        stdout().lock(),
+    )?)
 }

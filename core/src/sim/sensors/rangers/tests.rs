@@ -89,10 +89,19 @@ fn what_is_read_was_measured_before_and_with_a_slow_servo_in_place() {
         }
         f64::from(late) / f64::from(all)
     };
-    assert_eq!(late(0.048, &mut rng), 0.0);
-    // A cycle of mean length c ends within a shorter period p with probability p/c.
-    let part = late(0.02, &mut rng);
+    assert_eq!(late(RangerModel::long().period, &mut rng), 0.0);
+    // A cycle of mean length c ends within what a shorter period leaves after settling, p, with probability p/c.
+    let part = late(RangerModel::long().settle + 0.02, &mut rng);
     assert!((part - (1.0 - 0.02 / 0.0383)).abs() < 0.06, "{part}");
+}
+
+#[test]
+fn a_reading_below_the_least_range_is_invalid() {
+    let model = RangerModel::long();
+    let inverse = Inverse::new(&model).unwrap();
+    let read = |range| inverse.read(Some(model.sharp.volts_at(range)), &model).0;
+    assert!(read(0.16).is_nan());
+    assert!((read(0.23) - 0.23).abs() < 0.03);
 }
 
 #[test]

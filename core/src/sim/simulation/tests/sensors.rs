@@ -51,6 +51,42 @@ fn standing_lidar_tells_the_true_ranges_within_its_sigmas() {
 }
 
 #[test]
+fn quality_falls_with_range_and_incidence_and_is_0_where_nothing_came_back() {
+    // From the middle of a corridor 2 m wide: a beam at angle `a` to its axis meets a side wall 1 / sin(a) away, and its normal
+    // at 90° - a, so that cos i / d² = sin³(a).
+    let mut world = worlds::builtin("corridor").unwrap();
+    world.start = Pose2::new(15.0, 1.0, 0.0);
+    let mut sim = Simulation::new(world, RobotModel::rp6(), SensorModel::lidar(), 3).unwrap();
+    sim.advance(0.4);
+    let scan = sim.take_scan().unwrap();
+    assert_eq!(scan.validate(), Ok(()));
+    let mut compared = 0;
+    for (beam, &bearing) in scan.bearings.iter().enumerate() {
+        let (range, quality) = (scan.ranges[beam], scan.quality(beam).unwrap());
+        assert_eq!(
+            quality > 0,
+            range.is_finite(),
+            "beam {beam}: {range} m, {quality}"
+        );
+        let sine = libm::sin(bearing).abs();
+        // Outliers are weak, wherever they are.
+        if !range.is_finite() || (f64::from(range) * sine - 1.0).abs() > 0.1 {
+            continue;
+        }
+        let expect = (144.0 * sine * sine * sine).clamp(1.0, 63.0);
+        assert!(
+            (f64::from(quality) - expect).abs() < 3.0,
+            "at {bearing} rad {quality}, expected {expect}"
+        );
+        compared += 1;
+    }
+    assert!(compared > 250, "{compared}");
+    let mut sick = simulation("office", SensorKind::Sick.model(), 1);
+    sick.advance(0.2);
+    assert!(sick.take_scan().unwrap().qualities.is_empty());
+}
+
+#[test]
 fn moving_lidar_takes_each_beam_from_where_it_was() {
     // Driving at a wall: the beam straight ahead is in the middle of the revolution, half a sweep old.
     let quiet = crate::sim::sensors::LidarModel {
@@ -115,7 +151,7 @@ fn rangers_look_round_once_when_told_and_the_robot_stands_meanwhile() {
     );
     let seconds = sim.stamp().since(began);
     assert!(
-        seconds > 45.0 * 0.048 && seconds < 45.0 * 0.048 + 0.7,
+        seconds > 45.0 * 0.070 && seconds < 45.0 * 0.070 + 0.7,
         "{seconds}"
     );
     assert!(
@@ -125,7 +161,7 @@ fn rangers_look_round_once_when_told_and_the_robot_stands_meanwhile() {
     sim.command(Command::Scan);
     sim.advance(1.0);
     sim.command(Command::Stop);
-    sim.advance(3.0);
+    sim.advance(4.0);
     assert!(sim.take_scan().is_none() && !sim.is_busy());
 }
 

@@ -41,6 +41,7 @@ pub(super) fn from_bridge() -> Vec<FromBridge> {
             bearing_sigma: 0.001,
             max_range: 6.0,
             sweep: 0.1,
+            qualities: vec![47, 0, 0],
         }),
         FromBridge::Rangers(RangersBody {
             source,
@@ -109,6 +110,11 @@ pub(super) fn from_bridge() -> Vec<FromBridge> {
             acknowledged: 17,
             lost: 18,
             fault: Some("the disk is full".into()),
+        }),
+        FromBridge::Errand(ErrandBody {
+            client: 7,
+            sequence: 300,
+            busy: true,
         }),
     ]
 }

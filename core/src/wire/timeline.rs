@@ -1,13 +1,14 @@
 //! One clock for what several devices say, and nothing missed without being told.
 //!
-//! In: odometry and scans as they arrive, with the bridge's time. Out: the same in an order that [`crate::slam::Slam`] can take:
-//! motion that follows on motion, and each scan once the motion up to its last beam is known.
+//! In: odometry and scans as they arrive, with the bridge's time. Out: the same in an order that SLAM can take: motion that
+//! follows on motion, and each scan once the motion up to its last beam is known. A live bridge and a recording of one pass
+//! through here alike.
 //!
 //! 1. The robot's clock rules. A bridge puts the devices at its ports on one clock. A source of another kind has its own: the
-//!    difference of two clocks is that of the least delays seen between stamp and arrival, for no message arrives before it
-//!    was sent. A small difference is one of delays, not of clocks ([`SAME_CLOCK`]).
+//!    difference of two clocks is that of their offsets from the bridge's ([`ClockMap`]). A small difference is one of delays,
+//!    not of clocks (`SAME_CLOCK`).
 //! 2. A robot whose clock begins anew was reset, and time that is missing was not watched: in both cases it may have been
-//!    moved meanwhile. That is a motion of zero, and not at all sure ([`GAP_SIGMA`]).
+//!    moved meanwhile. That is a motion of zero, and not at all sure (`GAP_SIGMA`).
 //! 3. Without a robot, motion between two scans is zero and unsure as a hand or a foot may move a sensor.
 
 use std::collections::BTreeMap;
@@ -15,6 +16,7 @@ use std::collections::VecDeque;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::ClockMap;
 use crate::geom::Pose2;
 use crate::robot::{Odometry, Scan, Stamp};
 
@@ -22,8 +24,8 @@ use crate::robot::{Odometry, Scan, Stamp};
 const GAP_SIGMA: [f64; 3] = [0.2, 0.2, 0.3];
 /// How a sensor without wheels may move: m/s, m/s, rad/s.
 const CARRIED_SIGMA: [f64; 3] = [0.5, 0.5, 0.8];
-/// Two clocks that differ by less are one, µs: delays on two wires differ by some milliseconds.
-const SAME_CLOCK: u64 = 200_000;
+/// Two clocks that differ by less are one, s: delays on two wires differ by some milliseconds.
+const SAME_CLOCK: f64 = 0.2;
 /// Scans that may wait for motion; older ones are dropped.
 const MOST_WAITING: usize = 4;
 /// A scan that is older than the motion by more is of another life of its device, s.
@@ -31,7 +33,7 @@ const OLDEST: f64 = 2.0;
 
 /// What may be handed on now.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Reading {
+pub enum Reading {
     /// Follows on the one before.
     Odometry(Odometry),
     /// No later than the end of the newest odometry.
@@ -43,13 +45,39 @@ pub(super) enum Reading {
     },
 }
 
+/// A gap in words for a person.
+#[must_use]
+pub fn explain_gap(seconds: f64) -> String {
+    if seconds > 0.0 {
+        format!("{seconds:.1} s of the robot's motion were missed: the pose is less sure now")
+    } else {
+        "The robot or its sensor was started anew: it may stand elsewhere now".to_owned()
+    }
+}
+
+/// A source's clock on the bridge's, and its newest stamp.
+#[derive(Clone, Debug)]
+struct SourceClock {
+    map: ClockMap,
+    said: Stamp,
+}
+
+impl Default for SourceClock {
+    fn default() -> Self {
+        Self {
+            map: ClockMap::new(0.0),
+            said: Stamp(0),
+        }
+    }
+}
+
 /// See the module.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Timeline {
+pub struct Timeline {
     /// Number of the source whose odometry rules.
     robot: Option<u8>,
-    /// Least difference between bridge time of arrival and stamp, for each source, µs.
-    delays: BTreeMap<u8, i64>,
+    /// Each source's clock on the bridge's.
+    clocks: BTreeMap<u8, SourceClock>,
     /// Added to the robot's stamps: what its clock lost when it began anew, µs.
     shift: u64,
     newest: Option<Stamp>,
@@ -58,12 +86,7 @@ pub(super) struct Timeline {
 
 impl Timeline {
     /// Takes a motion of source `source` that arrived at bridge time `arrived`, µs.
-    pub(super) fn odometry(
-        &mut self,
-        source: u8,
-        arrived: u64,
-        odometry: Odometry,
-    ) -> Vec<Reading> {
+    pub fn odometry(&mut self, source: u8, arrived: u64, odometry: Odometry) -> Vec<Reading> {
         if *self.robot.get_or_insert(source) != source {
             return vec![];
         }
@@ -72,7 +95,7 @@ impl Timeline {
         let from = Stamp(odometry.from.0 + self.shift);
         if from < newest {
             self.shift = newest.0 - odometry.from.0;
-            self.delays.clear();
+            self.clocks.clear();
             self.waiting.clear();
             out.push(Reading::Gap { seconds: 0.0 });
             out.push(Reading::Odometry(unsure(newest, newest, GAP_SIGMA)));
@@ -81,7 +104,7 @@ impl Timeline {
             out.push(Reading::Gap { seconds });
             out.push(Reading::Odometry(unsure(newest, from, GAP_SIGMA)));
         }
-        self.note_delay(source, arrived, odometry.to);
+        self.note_clock(source, arrived, odometry.to);
         let to = Stamp(odometry.to.0 + self.shift);
         let from = Stamp(odometry.from.0 + self.shift);
         self.newest = Some(to);
@@ -94,8 +117,9 @@ impl Timeline {
         out
     }
 
-    /// Takes a scan of source `source` that arrived at bridge time `arrived`, µs. `has_robot`: whether odometry is to be expected.
-    pub(super) fn scan(
+    /// Takes a scan of source `source` that arrived at bridge time `arrived`, µs. `has_robot`: whether odometry
+    /// is to be expected; where it was heard it is.
+    pub fn scan(
         &mut self,
         source: u8,
         arrived: u64,
@@ -103,8 +127,8 @@ impl Timeline {
         has_robot: bool,
     ) -> Vec<Reading> {
         let mut out = vec![];
-        self.note_delay(source, arrived, scan.stamp);
-        if !has_robot {
+        self.note_clock(source, arrived, scan.stamp);
+        if !has_robot && self.robot.is_none() {
             let newest = self.newest.unwrap_or(scan.stamp);
             if scan.stamp < newest {
                 // The sensor was reset; its time goes on from here.
@@ -130,21 +154,26 @@ impl Timeline {
         out
     }
 
-    fn note_delay(&mut self, source: u8, arrived: u64, stamp: Stamp) {
-        let delay = arrived as i64 - stamp.0 as i64;
-        let least = self.delays.entry(source).or_insert(delay);
-        *least = delay.min(*least);
+    fn note_clock(&mut self, source: u8, arrived: u64, said: Stamp) {
+        let fresh = SourceClock::default;
+        let clock = self.clocks.entry(source).or_insert_with(fresh);
+        if said < clock.said {
+            *clock = fresh();
+        }
+        clock.said = said;
+        clock.map.observe(said, Stamp(arrived));
     }
 
     /// `None` before the robot was heard.
     fn on_robots_clock(&self, source: u8, stamp: Stamp) -> Option<Stamp> {
-        let robot = self.robot?;
-        let mut difference = self.delays.get(&source)? - self.delays.get(&robot)?;
-        if difference.unsigned_abs() < SAME_CLOCK {
-            difference = 0;
+        let offset = |source: u8| self.clocks.get(&source)?.map.offset();
+        let mut ahead = offset(source)? - offset(self.robot?)?;
+        if ahead.abs() < SAME_CLOCK {
+            ahead = 0.0;
         }
         let shifted = stamp.0.saturating_add(self.shift) as i64;
-        Some(Stamp(shifted.saturating_add(difference).max(0) as u64))
+        let ahead = (ahead * 1e6).round() as i64;
+        Some(Stamp(shifted.saturating_add(ahead).max(0) as u64))
     }
 
     fn let_through(&mut self, out: &mut Vec<Reading>) {
@@ -198,6 +227,7 @@ mod tests {
             bearing_sigma: 0.0,
             max_range: 6.0,
             sweep: 0.0,
+            qualities: vec![],
         }
     }
 
@@ -239,6 +269,26 @@ mod tests {
         }
         let worst = found.iter().map(|off| off.abs()).max().unwrap_or(i64::MAX);
         assert!(found.len() >= 2 && worst <= 2_000, "off by {found:?} us");
+    }
+
+    #[test]
+    fn a_clock_that_runs_fast_or_slow_does_not_drift_away_in_hours() {
+        // 100 millionths are 0.72 s in two hours, of a scan a second.
+        for second_of_lidar in [999_900, 1_000_100] {
+            let mut timeline = Timeline::default();
+            let mut worst = 0;
+            for second in 1..7200_u64 {
+                let robot = 1_000_000 * second;
+                let at = robot + 50_000_000;
+                timeline.odometry(ROBOT, at, motion(robot - 1_000_000, robot));
+                let said = 10_000_000 + second_of_lidar * second;
+                for stamp in stamps(&timeline.scan(LIDAR, at, scan(said), true)) {
+                    worst = worst.max(stamp.abs_diff(robot));
+                }
+            }
+            // Two windows of 10 s at 100 µs/s.
+            assert!(worst <= 2_500, "{worst} us");
+        }
     }
 
     #[test]

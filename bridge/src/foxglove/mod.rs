@@ -1,0 +1,152 @@
+//! A read-only endpoint for Foxglove and whoever speaks its WebSocket protocol (Lichtblick, the Foxglove SDK).
+//!
+//! In: what every watcher is told. Out: `/scan`, `/points`, `/odom` and `/tf` as ROS 2 messages, to those who asked for them.
+//!
+//! 1. It stands on the bridge's own port, at [`PATH`], behind the same gates: host, origin, number and size. It is off unless the
+//!    bridge is told otherwise. Where watching needs the token there is none, for this protocol has no place for a proof.
+//! 2. To the hub its client is a watcher like any other, which can never drive: newest readings first, odometry joined.
+//! 3. What a client asks for beyond watching is answered by a status message, and has no effect.
+//!
+//! Source: Foxglove WebSocket protocol v1 (github.com/foxglove/ws-protocol, docs/spec.md); `foxglove.sdk.v1` is the name under
+//! which newer clients ask for the same.
+
+mod message;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use axum::extract::ws::WebSocket;
+use slamlab_core::wire::message::FromBridge;
+use tokio::sync::oneshot;
+
+use crate::guest::{End, Guest, Heard, MALFORMED, PING};
+use crate::http::Shared;
+use crate::hub::outbox::{Next, Outbox};
+use crate::hub::{FromClient, NewClient};
+use crate::record::ros::{Odom, Topic};
+use message::{Asked, Said};
+
+/// Path of the endpoint.
+pub(crate) const PATH: &str = "/foxglove";
+/// What is offered, the better first.
+pub(crate) const PROTOCOLS: [&str; 2] = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
+
+const TOPICS: [Topic; 4] = [
+    Topic::Scan,
+    Topic::Points,
+    Topic::Odometry,
+    Topic::Transforms,
+];
+/// Subscriptions of one client.
+const MOST_SUBSCRIPTIONS: usize = 64;
+/// Serves a client to its end.
+pub(crate) async fn run(socket: WebSocket, shared: &Shared) {
+    let outbox = Arc::new(Outbox::default());
+    let (answer, id) = oneshot::channel();
+    let client = NewClient {
+        name: "foxglove".to_owned(),
+        may_drive: false,
+        outbox: Arc::clone(&outbox),
+    };
+    if shared
+        .hub
+        .send(FromClient::Came(client, answer))
+        .await
+        .is_err()
+    {
+        return;
+    }
+    let Ok(id) = id.await else { return };
+    let mut viewer = Viewer {
+        guest: Guest::new(socket, shared),
+        shared,
+        subscriptions: BTreeMap::new(),
+        odom: Odom::default(),
+    };
+    if let Err(Some(code)) = viewer.live(&outbox).await {
+        viewer.guest.close(code).await;
+    }
+    // The hub is gone only when the bridge ends.
+    let _ = shared.hub.send(FromClient::Gone(id)).await;
+}
+
+struct Viewer<'a> {
+    guest: Guest<'a>,
+    shared: &'a Shared,
+    /// Numbers are the client's.
+    subscriptions: BTreeMap<u32, Topic>,
+    odom: Odom,
+}
+
+impl Viewer<'_> {
+    async fn live(&mut self, outbox: &Outbox) -> Result<(), End> {
+        self.guest.say(&Said::server_info()).await?;
+        self.guest.say(&Said::advertise(&TOPICS)).await?;
+        let mut ping = tokio::time::interval(PING);
+        loop {
+            tokio::select! {
+                heard = self.guest.next() => self.hear(heard?).await?,
+                next = outbox.next() => match next {
+                    Next::Close(code) => return Err(Some(code)),
+                    Next::Message(message) => self.tell(&message).await?,
+                },
+                _ = ping.tick() => self.guest.ping(&[]).await?,
+            }
+        }
+    }
+
+    async fn hear(&mut self, heard: Heard) -> Result<(), End> {
+        let text = match heard {
+            Heard::Text(text) => text,
+            Heard::Pong(_) => return Ok(()),
+            // Publications of a client, and calls of services.
+            Heard::Binary => return self.refuse("a binary message").await,
+        };
+        match serde_json::from_str(&text).map_err(|_| Some(MALFORMED))? {
+            Asked::Subscribe { subscriptions } => {
+                for asked in subscriptions {
+                    self.subscribe(asked.id, asked.channel_id).await?;
+                }
+            }
+            Asked::Unsubscribe { subscription_ids } => {
+                for id in subscription_ids {
+                    self.subscriptions.remove(&id);
+                }
+            }
+            Asked::Other => return self.refuse("this operation").await,
+        }
+        Ok(())
+    }
+
+    async fn subscribe(&mut self, id: u32, channel: u32) -> Result<(), End> {
+        match TOPICS.get(channel as usize) {
+            Some(&topic) if self.subscriptions.len() < MOST_SUBSCRIPTIONS => {
+                self.subscriptions.insert(id, topic);
+                Ok(())
+            }
+            Some(_) => self.refuse("one more subscription").await,
+            None => self.refuse("a channel that was never advertised").await,
+        }
+    }
+
+    async fn refuse(&mut self, what: &str) -> Result<(), End> {
+        let text = format!(
+            "{what} is not for this endpoint: it shows what the robot says, and takes nothing"
+        );
+        self.guest.say(&Said::error(&text)).await
+    }
+
+    /// Sends what was subscribed of a message.
+    async fn tell(&mut self, message: &FromBridge) -> Result<(), End> {
+        let now = self.shared.clock.time_of_day(self.shared.clock.now());
+        for (topic, payload) in self.odom.said(message, now) {
+            let wanted = self.subscriptions.iter().filter(|(_, of)| **of == topic);
+            let wanted: Vec<u32> = wanted.map(|(id, _)| *id).collect();
+            for id in wanted {
+                let bytes = message::data(id, now, &payload);
+                self.guest.send(bytes).await?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,228 @@
+//! Messages of rosbridge, and the ROS 2 messages in them, as JSON.
+
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use slamlab_core::geom::Pose2;
+use slamlab_core::robot::{Odometry, Stamp};
+use slamlab_core::wire::message::{FromBridge, ScanBody};
+
+use crate::record::ros::{evenly, in_space, placed};
+
+/// What a client says. Fields that only tune how it is answered (queues, compression, types) are passed over.
+#[derive(Debug, PartialEq, Deserialize)]
+#[serde(tag = "op", rename_all = "snake_case")]
+pub(super) enum Asked {
+    Subscribe {
+        topic: String,
+        /// ms.
+        #[serde(default)]
+        throttle_rate: u64,
+    },
+    Unsubscribe {
+        topic: String,
+    },
+    Advertise {
+        topic: String,
+    },
+    Unadvertise,
+    Publish {
+        topic: String,
+        msg: Value,
+    },
+    CallService {
+        id: Option<String>,
+        service: String,
+        #[serde(default)]
+        args: Value,
+    },
+    #[serde(other)]
+    Other,
+}
+
+/// `geometry_msgs/Twist`, as far as a robot on a floor can follow it.
+#[derive(Debug, PartialEq, Deserialize)]
+pub(super) struct Twist {
+    pub(super) linear: Linear,
+    pub(super) angular: Angular,
+}
+
+#[derive(Debug, PartialEq, Deserialize)]
+pub(super) struct Linear {
+    #[serde(default)]
+    pub(super) x: f64,
+}
+
+#[derive(Debug, PartialEq, Deserialize)]
+pub(super) struct Angular {
+    #[serde(default)]
+    pub(super) z: f64,
+}
+
+/// What is said to it.
+#[derive(Debug, PartialEq, Serialize)]
+#[serde(tag = "op", rename_all = "snake_case")]
+pub(super) enum Said<'a> {
+    Publish {
+        topic: &'static str,
+        msg: Value,
+    },
+    ServiceResponse {
+        #[serde(skip_serializing_if = "Option::is_none")]
+        id: Option<String>,
+        service: String,
+        values: Value,
+        result: bool,
+    },
+    Status {
+        level: &'static str,
+        msg: &'a str,
+    },
+}
+
+/// From the bridge's messages to those of topics.
+pub(super) struct Topics {
+    summed: Odometry,
+}
+
+impl Default for Topics {
+    fn default() -> Self {
+        Self {
+            summed: Odometry::standing(Stamp(0)),
+        }
+    }
+}
+
+impl Topics {
+    pub(super) const NAMES: [&'static str; 3] = ["/scan", "/odom", "/tf"];
+
+    pub(super) fn said(
+        &mut self,
+        message: &FromBridge,
+        now: Duration,
+    ) -> Vec<(&'static str, Value)> {
+        match message {
+            FromBridge::Odometry(body) => match body.odometry() {
+                Ok(odometry) => self.moved(&odometry, now),
+                Err(_) => vec![],
+            },
+            FromBridge::Scan(body) => {
+                let [x, y, heading] = body.mount;
+                let mount = transform(&Pose2::new(x, y, heading), ["base_link", "laser"], now);
+                vec![("/tf", mount), ("/scan", scan(body, now))]
+            }
+            _ => vec![],
+        }
+    }
+
+    fn moved(&mut self, odometry: &Odometry, now: Duration) -> Vec<(&'static str, Value)> {
+        self.summed = self.summed.then(odometry);
+        let seconds = odometry.to.since(odometry.from);
+        let rate = if seconds > 0.0 { 1.0 / seconds } else { 0.0 };
+        let motion = &odometry.motion;
+        let twist = json!({
+            "linear": vector([motion.x() * rate, motion.y() * rate, 0.0]),
+            "angular": vector([0.0, 0.0, motion.heading() * rate]),
+        });
+        let odom = json!({
+            "header": header("odom", now),
+            "child_frame_id": "base_link",
+            "pose": { "pose": pose(&self.summed.motion), "covariance": &in_space(&self.summed.cov)[..] },
+            "twist": { "twist": twist, "covariance": &in_space(&(odometry.cov * (rate * rate)))[..] },
+        });
+        let frames = ["odom", "base_link"];
+        let tf = transform(&self.summed.motion, frames, now);
+        vec![("/odom", odom), ("/tf", tf)]
+    }
+}
+
+fn header(frame: &str, now: Duration) -> Value {
+    json!({ "stamp": { "sec": now.as_secs(), "nanosec": now.subsec_nanos() }, "frame_id": frame })
+}
+
+fn vector([x, y, z]: [f64; 3]) -> Value {
+    json!({ "x": x, "y": y, "z": z })
+}
+
+fn pose(pose: &Pose2) -> Value {
+    let [x, y, z, qx, qy, qz, qw] = placed(pose);
+    json!({ "position": vector([x, y, z]), "orientation": { "x": qx, "y": qy, "z": qz, "w": qw } })
+}
+
+fn transform(from: &Pose2, [parent, child]: [&str; 2], now: Duration) -> Value {
+    let [x, y, z, qx, qy, qz, qw] = placed(from);
+    json!({ "transforms": [{
+        "header": header(parent, now),
+        "child_frame_id": child,
+        "transform": {
+            "translation": vector([x, y, z]),
+            "rotation": { "x": qx, "y": qy, "z": qz, "w": qw },
+        },
+    }] })
+}
+
+/// What is no number becomes `null`, as rosbridge has it.
+fn scan(body: &ScanBody, now: Duration) -> Value {
+    let even = evenly(&body.bearings, &body.ranges);
+    let count = even.ranges.len();
+    let beams = count.max(2) as f64 - 1.0;
+    json!({
+        "header": header("laser", now),
+        "angle_min": even.first,
+        "angle_max": even.first + even.step * count.saturating_sub(1) as f32,
+        "angle_increment": even.step,
+        "time_increment": body.sweep / beams,
+        "scan_time": body.sweep,
+        "range_min": 0.0,
+        "range_max": body.max_range,
+        "ranges": even.ranges,
+        "intensities": even.intensities(&body.qualities),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_roslib_says_is_read() {
+        let read = |text| serde_json::from_str::<Asked>(text).unwrap();
+        let subscribe = r#"{"op":"subscribe","id":"subscribe:/scan:1","type":"sensor_msgs/LaserScan","topic":"/scan",
+            "compression":"none","throttle_rate":100,"queue_length":0}"#;
+        let topic = "/scan".to_owned();
+        assert_eq!(
+            read(subscribe),
+            Asked::Subscribe {
+                topic,
+                throttle_rate: 100
+            }
+        );
+        let publish = r#"{"op":"publish","topic":"/cmd_vel","msg":{"linear":{"x":0.1,"y":0,"z":0},"angular":{"x":0,"y":0,"z":-0.5}}}"#;
+        let Asked::Publish { msg, .. } = read(publish) else {
+            panic!("no publication")
+        };
+        let twist: Twist = serde_json::from_value(msg).unwrap();
+        assert_eq!((twist.linear.x, twist.angular.z), (0.1, -0.5));
+        assert_eq!(read(r#"{"op":"png","data":""}"#), Asked::Other);
+    }
+
+    #[test]
+    fn no_return_is_null() {
+        let body = ScanBody {
+            source: 0,
+            stamp: 0,
+            mount: [0.0; 3],
+            bearings: vec![0.0, 0.1, 0.2],
+            ranges: vec![1.0, f32::INFINITY, f32::NAN],
+            sigmas: vec![0.01; 3],
+            bearing_sigma: 0.0,
+            max_range: 6.0,
+            sweep: 0.1,
+            qualities: vec![],
+        };
+        let said = scan(&body, Duration::from_nanos(2_000_000_003));
+        assert_eq!(said["ranges"], json!([1.0, null, null]));
+        assert_eq!(said["header"]["stamp"], json!({ "sec": 2, "nanosec": 3 }));
+    }
+}

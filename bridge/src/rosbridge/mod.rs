@@ -1,0 +1,261 @@
+//! A subset of rosbridge v2, for scripts that know roslibjs or roslibpy.
+//!
+//! In: JSON of such a client. Out: `/scan`, `/odom` and `/tf` to those who subscribed; `/cmd_vel` to the robot, from whoever has the
+//! token, the lease, and armed.
+//!
+//! 1. It stands on the bridge's own port, at [`PATH`], behind the same gates; it is off unless the bridge is told otherwise.
+//! 2. rosbridge has no place for a token. Services stand in: `/slamlab/challenge` gives a challenge, `/slamlab/enter` takes the
+//!    proof made of it ([`slamlab_core::wire::message::proof`]), `/slamlab/take` the lease, `/slamlab/arm` arms. Anyone may call
+//!    `/slamlab/stop`. Then `/cmd_vel` drives, at 10 Hz or faster: the rules are those of every client ([`crate::safety`]).
+//! 3. A driving message must show how old it is at most, and rosbridge's do not say. So a driver is pinged ten times a second
+//!    with the bridge's time; WebSocket answers in order, so what follows on an answer was sent after its ping was seen.
+//!
+//! Source: rosbridge v2 protocol specification (github.com/RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md).
+
+mod message;
+mod services;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::extract::ws::WebSocket;
+use slamlab_core::wire::message::{
+    DriveBody, FromBridge, Header, Motion, ToBridge, Watching, close,
+};
+use tokio::sync::oneshot;
+
+use crate::guest::{End, Guest, Heard, MALFORMED, PING};
+use crate::http::Shared;
+use crate::hub::outbox::{Next, Outbox};
+use crate::hub::{FromClient, NewClient};
+use crate::safety::ClientId;
+use message::{Asked, Said, Topics, Twist};
+use services::Services;
+
+/// Path of the endpoint.
+pub(crate) const PATH: &str = "/rosbridge";
+const VELOCITY: &str = "/cmd_vel";
+/// Between two pings of a client that may drive.
+const DRIVER_PING: Duration = Duration::from_millis(100);
+/// How old a driving message may be.
+const TTL_MILLIS: u16 = 400;
+/// Subscriptions of one client.
+const MOST_SUBSCRIPTIONS: usize = 64;
+
+/// Serves a client to its end.
+pub(crate) async fn run(socket: WebSocket, shared: &Shared) {
+    let mut peer = Peer {
+        guest: Guest::new(socket, shared),
+        shared,
+        client: None,
+        outbox: Arc::new(Outbox::default()),
+        topics: Topics::default(),
+        subscriptions: BTreeMap::new(),
+        services: Services::default(),
+        seen: 0,
+        sequence: 0,
+    };
+    if let Err(Some(code)) = peer.live().await {
+        peer.guest.close(code).await;
+    }
+    peer.leave().await;
+}
+
+/// What a client wants of a topic.
+struct Subscription {
+    /// At least so long between two messages.
+    throttle: Duration,
+    told: Option<Duration>,
+}
+
+struct Peer<'a> {
+    guest: Guest<'a>,
+    shared: &'a Shared,
+    /// Its number at the hub, and whether it may drive.
+    client: Option<(ClientId, bool)>,
+    outbox: Arc<Outbox>,
+    topics: Topics,
+    subscriptions: BTreeMap<String, Subscription>,
+    services: Services,
+    /// Newest bridge time that it has surely seen, µs.
+    seen: u64,
+    sequence: u32,
+}
+
+impl Peer<'_> {
+    async fn live(&mut self) -> Result<(), End> {
+        if self.shared.about.watching == Watching::Anyone {
+            self.join(false).await?;
+        }
+        let mut ping = tokio::time::interval(DRIVER_PING);
+        let mut pinged = Duration::ZERO;
+        loop {
+            let outbox = Arc::clone(&self.outbox);
+            tokio::select! {
+                heard = self.guest.next() => self.hear(heard?).await?,
+                next = outbox.next() => match next {
+                    Next::Close(code) => return Err(Some(code)),
+                    Next::Message(message) => self.tell(&message).await?,
+                },
+                _ = ping.tick() => {
+                    let now = self.shared.clock.now();
+                    let may_drive = self.client.is_some_and(|(_, may_drive)| may_drive);
+                    if may_drive || now >= pinged + PING {
+                        pinged = now;
+                        self.guest.ping(&(now.as_micros() as u64).to_le_bytes()).await?;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Becomes a client of the hub; again, with the right to drive, once that is shown.
+    async fn join(&mut self, may_drive: bool) -> Result<(), End> {
+        self.leave().await;
+        self.outbox = Arc::new(Outbox::default());
+        let (answer, id) = oneshot::channel();
+        let client = NewClient {
+            name: "rosbridge".to_owned(),
+            may_drive,
+            outbox: Arc::clone(&self.outbox),
+        };
+        let came = FromClient::Came(client, answer);
+        self.shared.hub.send(came).await.map_err(|_| Some(1001))?;
+        self.client = Some((id.await.map_err(|_| Some(1001))?, may_drive));
+        Ok(())
+    }
+
+    async fn leave(&mut self) {
+        if let Some((id, _)) = self.client.take() {
+            // The hub is gone only when the bridge ends.
+            let _ = self.shared.hub.send(FromClient::Gone(id)).await;
+        }
+    }
+
+    async fn hear(&mut self, heard: Heard) -> Result<(), End> {
+        match heard {
+            Heard::Text(text) => {
+                let asked = serde_json::from_str(&text).map_err(|_| Some(MALFORMED))?;
+                self.obey(asked).await
+            }
+            Heard::Pong(bytes) => {
+                let sent = bytes.try_into().map(u64::from_le_bytes).unwrap_or(0);
+                let now = self.shared.clock.now().as_micros() as u64;
+                // Nobody has seen what is still to come.
+                self.seen = self.seen.max(sent.min(now));
+                Ok(())
+            }
+            Heard::Binary => self.refuse("binary messages are not taken").await,
+        }
+    }
+
+    async fn obey(&mut self, asked: Asked) -> Result<(), End> {
+        match asked {
+            Asked::Subscribe {
+                topic,
+                throttle_rate,
+            } => self.subscribe(topic, throttle_rate).await,
+            Asked::Unsubscribe { topic } => {
+                self.subscriptions.remove(&topic);
+                Ok(())
+            }
+            Asked::Publish { topic, msg } if topic == VELOCITY => {
+                let twist: Twist = serde_json::from_value(msg).map_err(|_| Some(MALFORMED))?;
+                self.drive(&twist).await
+            }
+            Asked::Advertise { topic } if topic == VELOCITY => Ok(()),
+            Asked::Publish { topic, .. } | Asked::Advertise { topic } => {
+                let why = format!("{topic} is not taken here; {VELOCITY} is");
+                self.refuse(&why).await
+            }
+            Asked::CallService { id, service, args } => self.serve(id, service, &args).await,
+            Asked::Unadvertise => Ok(()),
+            Asked::Other => self.refuse("this operation is not known here").await,
+        }
+    }
+
+    async fn subscribe(&mut self, topic: String, throttle_millis: u64) -> Result<(), End> {
+        if !Topics::NAMES.contains(&topic.as_str()) {
+            let why = format!(
+                "there is no {topic}; there are {}",
+                Topics::NAMES.join(", ")
+            );
+            return self.refuse(&why).await;
+        }
+        if self.subscriptions.len() < MOST_SUBSCRIPTIONS {
+            let throttle = Duration::from_millis(throttle_millis);
+            let subscription = Subscription {
+                throttle,
+                told: None,
+            };
+            self.subscriptions.insert(topic, subscription);
+        }
+        Ok(())
+    }
+
+    async fn drive(&mut self, twist: &Twist) -> Result<(), End> {
+        let motion = Motion::Velocity {
+            forward: twist.linear.x,
+            turn: twist.angular.z,
+        };
+        self.ask(ToBridge::Drive(DriveBody {
+            epoch: self.services.epoch,
+            seen: self.seen,
+            ttl_millis: TTL_MILLIS,
+            motion,
+        }))
+        .await
+    }
+
+    /// Asks the hub for something, as any client would.
+    async fn ask(&mut self, message: ToBridge) -> Result<(), End> {
+        let Some((id, _)) = self.client else {
+            return Err(Some(close::ACCESS));
+        };
+        self.sequence += 1;
+        let header = Header {
+            sequence: self.sequence,
+            micros: 0,
+        };
+        let now = self.shared.clock.now();
+        let says = FromClient::Says(id, header, message, now);
+        self.shared.hub.send(says).await.map_err(|_| Some(1001))
+    }
+
+    /// Sends what was subscribed of a message, and answers what waits for it.
+    async fn tell(&mut self, message: &FromBridge) -> Result<(), End> {
+        if let Some(said) = self.services.heard(message, self.client.map(|(id, _)| id)) {
+            self.guest.say(&said).await?;
+        } else if let FromBridge::Refused(reason) = message {
+            let why = format!("{VELOCITY} was left out: {reason:?}");
+            self.refuse(&why).await?;
+        }
+        let now = self.shared.clock.now();
+        for (topic, msg) in self
+            .topics
+            .said(message, self.shared.clock.time_of_day(now))
+        {
+            let Some(subscription) = self.subscriptions.get_mut(topic) else {
+                continue;
+            };
+            if subscription
+                .told
+                .is_none_or(|at| now >= at + subscription.throttle)
+            {
+                subscription.told = Some(now);
+                self.guest.say(&Said::Publish { topic, msg }).await?;
+            }
+        }
+        Ok(())
+    }
+
+    async fn refuse(&mut self, why: &str) -> Result<(), End> {
+        self.guest
+            .say(&Said::Status {
+                level: "error",
+                msg: why,
+            })
+            .await
+    }
+}

@@ -1,0 +1,65 @@
+//! Sweeps of an RP6's rangers: single readings in, whole scans out.
+//!
+//! 1. Readings of one sweep become one scan ([`SweepReader`]). It ends with the first reading of the next, or when telemetry
+//!    says that the servo rests.
+//! 2. A scan holds only what was seen from one place: a sweep during which the tracks ran is dropped.
+//!
+//! The rangers are taken to be the long ones that the simulated robot has; their characteristic is fitted to the same pairs.
+
+use slamlab_core::robot::Scan;
+use slamlab_core::sim::sensors::{RangerModel, SensorError};
+use slamlab_core::wire::rp6::{Hello, Ranger, RangerFigures, SweepReader, Telemetry};
+
+/// Counts of a track, about 5 mm, beyond which the robot did not stand.
+const STOOD: i32 = 20;
+
+/// Readings of the sweep under way.
+#[derive(Clone, Debug)]
+pub(super) struct Sweeps {
+    reader: SweepReader,
+    /// Counts of the tracks at the first telemetry of the sweep.
+    began: Option<[i32; 2]>,
+}
+
+impl Sweeps {
+    /// For the rangers that the robot says it has; `None` where it has none.
+    ///
+    /// # Errors    Where the calibration settles no characteristic.
+    pub(super) fn of(hello: &Hello) -> Result<Option<Self>, SensorError> {
+        if hello.ranger_angles_mrad.is_empty() {
+            return Ok(None);
+        }
+        let model = RangerModel::long();
+        let figures = RangerFigures {
+            fit: model.fit()?,
+            volts_sigma: model.volts_sigma,
+            min_range: model.min_range,
+            max_range: model.max_range,
+            bearing_sigma: model.bearing_sigma,
+            robot_from_sensor: model.robot_from_sensor,
+        };
+        Ok(Some(Self {
+            reader: SweepReader::new(hello, figures),
+            began: None,
+        }))
+    }
+
+    /// Takes a reading; gives the sweep before, where this one begins another. Stamps are in the robot's time, ms.
+    pub(super) fn reading(&mut self, reading: &Ranger) -> Option<Scan> {
+        self.reader.take(reading)
+    }
+
+    /// Takes what the robot says of itself; gives the sweep that it ends.
+    pub(super) fn telemetry(&mut self, telemetry: &Telemetry) -> Option<Scan> {
+        if !telemetry.state().sweeping() {
+            self.began = None;
+            return self.reader.finish();
+        }
+        let began = *self.began.get_or_insert(telemetry.counts);
+        let ran = |(now, then): (i32, i32)| now.wrapping_sub(then).abs() > STOOD;
+        if telemetry.counts.into_iter().zip(began).any(ran) {
+            self.reader.spoil();
+        }
+        None
+    }
+}

@@ -1,0 +1,196 @@
+//! Files that are read, layers that win, and sentences that name the line.
+
+use super::*;
+
+fn read(text: &str) -> Result<Settings, SettingsError> {
+    let folder = tempfile::TempDir::new().unwrap();
+    let path = folder.path().join("bridge.toml");
+    std::fs::write(&path, text).unwrap();
+    Settings::read(&path)
+}
+
+/// The file that the package installs.
+const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/deploy/bridge.toml");
+
+#[test]
+fn the_installed_file_can_be_read_and_opens_the_page_to_the_network() {
+    let settings = Settings::read(Path::new(EXAMPLE)).unwrap();
+    let effective = settings.effective().unwrap();
+    assert_eq!(effective.listen, "0.0.0.0:8080".parse().unwrap());
+    assert_eq!(
+        effective.token_file.unwrap(),
+        Path::new("/var/lib/slamlab/token")
+    );
+    assert!(effective.mdns);
+}
+
+#[test]
+fn every_key_stands_in_the_installed_file_and_its_comments_can_be_switched_on() {
+    // A key that is off stands behind `#`, without a space; prose has one.
+    let text = std::fs::read_to_string(EXAMPLE).unwrap();
+    let switched_on: String = text
+        .lines()
+        .map(|line| match line.strip_prefix('#') {
+            Some(rest) if !rest.starts_with(' ') && !rest.is_empty() => format!("{rest}\n"),
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    let all: Settings = toml::from_str(&switched_on).unwrap();
+    let said = toml::Table::try_from(&all).unwrap();
+    let whole = toml::Table::try_from(whole()).unwrap();
+    let keys = |table: &toml::Table| table.keys().cloned().collect::<Vec<_>>();
+    assert_eq!(keys(&said), keys(&whole));
+    assert!(
+        all.source
+            .unwrap()
+            .iter()
+            .any(|source| source.mount.is_some())
+    );
+}
+
+/// Settings with every key. A struct with a new key does not compile until it stands here.
+fn whole() -> Settings {
+    let path = || Some(PathBuf::from("/x"));
+    Settings {
+        listen: Some(LOCAL),
+        port: Some(1),
+        page: path(),
+        open: Some(true),
+        private: Some(true),
+        foxglove: Some(true),
+        rosbridge: Some(true),
+        allow_origin: Some(vec!["https://lab.example".into()]),
+        token_file: path(),
+        record: path(),
+        tls: Some(true),
+        tls_cert: path(),
+        tls_key: path(),
+        mdns: Some(true),
+        source: Some(vec![SourceSettings {
+            name: "ld06:/dev/serial0".parse().unwrap(),
+            mount: Some(Mount {
+                x: 0.04,
+                y: -0.01,
+                yaw_degrees: 90.0,
+            }),
+        }]),
+    }
+}
+
+#[test]
+fn what_is_unknown_or_cannot_be_is_named_with_its_line() {
+    for (text, line, words) in [
+        (
+            "private = true\nlisten-on = 3\n",
+            2,
+            "unknown field `listen-on`",
+        ),
+        ("\n\nlisten = \"everywhere\"\n", 3, "invalid socket address"),
+        ("open = \"yes\"", 1, "expected a boolean"),
+        (
+            "[[source]]\nname = \"rp7:/dev/rp6\"\n",
+            2,
+            "there is no source `rp7:/dev/rp6`",
+        ),
+        (
+            "[[source]]\nname = \"ld06:/dev/x\"\nmount = { x = 0.1, z = 1 }\n",
+            3,
+            "unknown field `z`",
+        ),
+        (
+            "[[source]]\nmount = { x = 0.1 }\n",
+            1,
+            "missing field `name`",
+        ),
+        ("open = true\nopen = false\n", 2, "duplicate key"),
+        ("port = 99999", 1, "expected u16"),
+    ] {
+        let error = read(text).unwrap_err().to_string();
+        assert!(
+            error.contains(&format!("line {line}")) && error.contains(words),
+            "{text:?} gave: {error}"
+        );
+    }
+    let error = Settings::read(Path::new("/nowhere/bridge.toml"))
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("/nowhere/bridge.toml"), "{error}");
+}
+
+#[test]
+fn the_upper_layer_wins_key_by_key() {
+    let all = whole();
+    assert_eq!(Settings::default().over(all.clone()), all);
+    assert_eq!(all.clone().over(Settings::default()), all);
+    let flags = Settings {
+        private: Some(false),
+        source: Some(vec![]),
+        ..Settings::default()
+    };
+    let both = flags.over(all.clone());
+    assert_eq!(both.private, Some(false));
+    assert_eq!(both.source, Some(vec![]));
+    assert_eq!(both.listen, all.listen);
+    // A port in the file belongs to the address in the file.
+    let other = "0.0.0.0:99".parse().unwrap();
+    let flags = Settings {
+        listen: Some(other),
+        ..Settings::default()
+    };
+    assert_eq!(flags.over(all).effective().unwrap().listen, other);
+}
+
+#[test]
+fn what_is_printed_says_the_same_when_it_is_read() {
+    for settings in [Settings::default(), whole()] {
+        let effective = settings.effective().unwrap();
+        let text = effective.to_toml().unwrap();
+        assert_eq!(
+            read(&text).unwrap().effective().unwrap(),
+            effective,
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn only_a_bridge_that_listens_to_the_network_is_announced() {
+    let mdns = |text| read(text).unwrap().effective().unwrap().mdns;
+    assert!(!mdns(""));
+    assert!(mdns("listen = \"0.0.0.0:8080\""));
+    assert!(!mdns("listen = \"0.0.0.0:8080\"\nmdns = false"));
+    assert!(mdns("mdns = true"));
+}
+
+#[test]
+fn half_a_certificate_and_a_mount_outside_of_the_robot_are_refused() {
+    let refused = |text: &str| read(text).unwrap().effective().unwrap_err().to_string();
+    assert!(refused("tls-cert = \"a\"").contains("tls-key is missing"));
+    assert!(refused("tls = true\ntls-key = \"a\"").contains("tls-cert is missing"));
+    let mount = |figures: &str| {
+        refused(&format!(
+            "[[source]]\nname = \"ld06:/dev/x\"\nmount = {{ {figures} }}"
+        ))
+    };
+    assert!(mount("x = 40.0").contains("x is 40; expected a number of at most 2"));
+    assert!(mount("yaw-degrees = nan").contains("yaw-degrees is NaN"));
+    assert!(mount("y = -inf").contains("mount of ld06:/dev/x: y is -inf"));
+}
+
+#[test]
+fn a_lidar_sits_where_the_file_says_and_nothing_else_can_be_mounted() {
+    let open = |name: &str| {
+        SourceSettings {
+            name: name.parse().unwrap(),
+            ..whole().source.unwrap().remove(0)
+        }
+        .open()
+    };
+    for lidar in ["ld06:/dev/x", "rplidar:/dev/x", "rplidar-express:/dev/x"] {
+        assert!(open(lidar).is_ok(), "{lidar}");
+    }
+    for other in ["sim:arena", "rp6:/dev/x"] {
+        let error = open(other).err().unwrap().to_string();
+        assert!(error.contains(other) && error.contains("mount"), "{error}");
+    }
+}

@@ -1,0 +1,151 @@
+use proptest::prelude::*;
+
+use super::super::Follower;
+use super::super::tests::{TICK, drive};
+use super::*;
+use crate::plan::{ConfigSpace, SmoothConfig, smooth};
+
+/// Nothing in the way.
+struct Open;
+
+impl ConfigSpace for Open {
+    fn room(&self, _: Point2<f64>) -> f64 {
+        f64::INFINITY
+    }
+
+    fn step(&self) -> f64 {
+        0.1
+    }
+
+    fn bounds(&self) -> (Point2<f64>, Point2<f64>) {
+        (Point2::new(-9.0, -9.0), Point2::new(9.0, 9.0))
+    }
+}
+
+struct Ride {
+    arrived: bool,
+    seconds: f64,
+    /// Greatest distance from the given points, m.
+    off: f64,
+    end: Point2<f64>,
+}
+
+/// Drives a robot that obeys its model; `points` are dense points of what it should follow.
+fn ride(follower: &mut Follower, points: &[Point2<f64>], heading: f64, model: &RobotModel) -> Ride {
+    let config = FollowConfig::default();
+    let (mut pose, mut speeds) = (Pose2::new(0.0, 0.0, heading), (0.0, 0.0));
+    let mut ride = Ride {
+        arrived: false,
+        seconds: 0.0,
+        off: 0.0,
+        end: pose.position(),
+    };
+    while ride.seconds < 600.0 {
+        match follower.steer(&pose, model, &config) {
+            Steering::Velocity { forward, turn } => {
+                assert!((0.0..=model.max_speed).contains(&forward), "{forward} m/s");
+                assert!(turn.abs() <= model.max_turn_rate, "{turn} rad/s");
+                pose = drive(pose, &mut speeds, (forward, turn), model);
+            }
+            Steering::Arrived => {
+                ride.arrived = true;
+                break;
+            }
+        }
+        ride.seconds += TICK;
+        let near = points.iter().map(|p| (p - pose.position()).norm());
+        ride.off = ride.off.max(near.fold(f64::INFINITY, f64::min));
+    }
+    while speeds.0 > 1e-6 {
+        pose = drive(pose, &mut speeds, (0.0, 0.0), model);
+    }
+    ride.end = pose.position();
+    ride
+}
+
+fn dense(pieces: &[Piece]) -> Vec<Point2<f64>> {
+    let points = |piece: &Piece| {
+        let piece = *piece;
+        let count = (piece.length() / 0.01).ceil().max(1.0) as usize;
+        (0..=count).map(move |i| piece.point(i as f64 / count as f64))
+    };
+    pieces.iter().flat_map(points).collect()
+}
+
+/// A zigzag of 0.8 m legs.
+fn zigzag() -> Path {
+    let points = (0..8).map(|i| Point2::new(0.7 * f64::from(i), 0.4 * f64::from(i % 2)));
+    Path {
+        points: points.collect(),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn it_arrives_near_the_curve(
+        corners in proptest::collection::vec((-3.0..3.0_f64, -3.0..3.0_f64), 1..6), heading in -3.1..3.1_f64, pioneer: bool,
+    ) {
+        let model = if pioneer { RobotModel::pioneer() } else { RobotModel::rp6() };
+        let mut points = vec![Point2::origin()];
+        points.extend(corners.iter().map(|&(x, y)| Point2::new(x, y)));
+        let path = Path { points };
+        let pieces = smooth(&path, &Open, &SmoothConfig::default());
+        let ride = ride(&mut Follower::rounded(&pieces), &dense(&pieces), heading, &model);
+        prop_assert!(ride.arrived, "still at {}", ride.end);
+        let end = path.points[path.points.len() - 1];
+        prop_assert!((ride.end - end).norm() < 0.06, "{} m from the end", (ride.end - end).norm());
+        prop_assert!(ride.off < 0.08, "{} m off the curve", ride.off);
+    }
+}
+
+#[test]
+fn rounded_corners_are_faster_than_stops() {
+    let model = RobotModel::rp6();
+    let path = zigzag();
+    let pieces = smooth(&path, &Open, &SmoothConfig::default());
+    let sharp = dense(&path.legs().map(Piece::Line).collect::<Vec<_>>());
+    let stops = ride(&mut Follower::new(&path), &sharp, 0.0, &model);
+    let rounded = ride(
+        &mut Follower::rounded(&pieces),
+        &dense(&pieces),
+        0.0,
+        &model,
+    );
+    assert!(stops.arrived && rounded.arrived);
+    assert!(
+        rounded.seconds < 0.75 * stops.seconds,
+        "{} s rounded, {} s with stops",
+        rounded.seconds,
+        stops.seconds
+    );
+}
+
+#[test]
+fn what_remains_begins_at_the_robot_and_ends_at_the_end() {
+    let path = zigzag();
+    let pieces = smooth(&path, &Open, &SmoothConfig::default());
+    let length: f64 = pieces.iter().map(Piece::length).sum();
+    let mut follower = CurveFollower::new(&pieces);
+    assert!((follower.remaining().length() - length).abs() < 0.01 * length);
+    let model = RobotModel::rp6();
+    let at = pieces[0].point(0.5);
+    follower.steer(
+        &Pose2::new(at.x, at.y, 0.5),
+        &model,
+        &FollowConfig::default(),
+    );
+    let rest = follower.remaining();
+    let driven = 0.5 * pieces[0].length();
+    assert!((rest.length() - (length - driven)).abs() < 2.0 * SPACING);
+    assert_eq!(rest.points.last(), path.points.last());
+}
+
+#[test]
+fn nothing_to_drive_has_arrived() {
+    let mut follower = CurveFollower::new(&[]);
+    let model = RobotModel::rp6();
+    let steering = follower.steer(&Pose2::identity(), &model, &FollowConfig::default());
+    assert_eq!(steering, Steering::Arrived);
+    assert!(follower.remaining().points.is_empty());
+}

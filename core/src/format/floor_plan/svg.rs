@@ -1,0 +1,60 @@
+//! SVG 1.1 at a scale of 1:100, with the length beside each wall.
+
+use std::fmt::Write as _;
+
+use super::{FloorPlanError, Label, bounds};
+use crate::map::Wall;
+
+/// Around the walls, m.
+const MARGIN: f64 = 0.5;
+/// Height of the lengths' digits, m.
+const TEXT: f64 = 0.16;
+
+/// A drawing of the walls. One unit of it is a metre; printed, a metre is a centimetre.
+///
+/// # Errors    [`FloorPlanError`].
+pub fn svg(walls: &[Wall]) -> Result<String, FloorPlanError> {
+    let (low, high) = bounds(walls)?;
+    let (width, height) = (high.x - low.x + 2.0 * MARGIN, high.y - low.y + 2.0 * MARGIN);
+    let mut text = format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
+         <svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{:.2}mm\" height=\"{:.2}mm\" viewBox=\"{:.3} {:.3} {width:.3} {height:.3}\">\n\
+         <title>Floor plan, 1:100, lengths in metres</title>\n\
+         <g stroke=\"#14232b\" stroke-width=\"0.04\" stroke-linecap=\"round\">\n",
+        10.0 * width,
+        10.0 * height,
+        low.x - MARGIN,
+        -high.y - MARGIN,
+    );
+    // Writing to a string does not fail.
+    for wall in walls {
+        let (a, b) = (wall.segment.a, wall.segment.b);
+        let _ = writeln!(
+            text,
+            "<line id=\"wall-{}\" x1=\"{:.4}\" y1=\"{:.4}\" x2=\"{:.4}\" y2=\"{:.4}\"><title>{:.3} m</title></line>",
+            wall.id,
+            a.x,
+            -a.y,
+            b.x,
+            -b.y,
+            wall.segment.length(),
+        );
+    }
+    text.push_str("</g>\n");
+    let _ = writeln!(
+        text,
+        "<g fill=\"#56636a\" font-family=\"sans-serif\" font-size=\"{TEXT}\" text-anchor=\"middle\">"
+    );
+    for label in walls.iter().filter_map(|wall| Label::of(wall, TEXT)) {
+        let (x, y) = (label.at.x, -label.at.y);
+        let turned = -label.direction.to_degrees();
+        // Half of the digits' height below the middle.
+        let _ = writeln!(
+            text,
+            "<text x=\"{x:.3}\" y=\"{y:.3}\" dy=\"0.35em\" transform=\"rotate({turned:.2} {x:.3} {y:.3})\">{}</text>",
+            label.text
+        );
+    }
+    text.push_str("</g>\n</svg>\n");
+    Ok(text)
+}

@@ -1,0 +1,238 @@
+//! A map of straight walls that stays as small as the building.
+//!
+//! In: after each scan the straight pieces that it showed, with what is not known of them, and the ways of its beams, all in the
+//! map frame. Out: the walls, as segments with the spread of their place.
+//!
+//! 1. A piece belongs to the wall that was seen from the same side, goes the same way, lies where the piece lies (within its gate,
+//!    or within [`VectorConfig::thickness`]), and overlaps it or is at most [`VectorConfig::gap`] away along it.
+//! 2. It corrects that wall by a Kalman filter in two numbers, the wall's direction and its offset from an anchor; and it extends
+//!    the wall to where it was seen. A piece that belongs to none is a new wall, shown once it was seen often enough.
+//! 3. Two walls that belong together by the same rule become one. Of two that lie side by side nearer than
+//!    [`VectorConfig::most_offset`] and were seen from the same side, one would hide the other: the one that is no longer seen
+//!    where the other is was an error, and goes.
+//! 4. Each decimetre of a wall has a score. Being seen raises it, up to a bound; beams that pass through well beyond it lower it.
+//!    What falls to nothing is cut away: from the end (the wall becomes shorter), from the middle (a door opened: two walls), or
+//!    all of it (erased).
+//!
+//! Hence the number of walls is bounded by the building and not by the length of the run. The source left this open (TDK 2016
+//! §6.4); the rules for growing are those of its landmarks.
+
+mod cover;
+mod entry;
+#[cfg(test)]
+mod tests;
+
+use nalgebra::Point2;
+
+use crate::geom::Segment;
+use entry::Entry;
+
+/// How walls are kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VectorConfig {
+    /// Largest squared Mahalanobis distance of a piece of a wall. Default 13.8: 99.9 % of χ² with two degrees of freedom.
+    pub gate: f64,
+    /// What lies nearer than this beside a wall is the wall whatever the gate says, m. Default 0.03.
+    pub thickness: f64,
+    /// And what lies farther than this beside it is not, m. Default 0.08: less than a partition is thick.
+    pub most_offset: f64,
+    /// Largest gap along a wall that is bridged, m. Default 0.25: less than any door.
+    pub gap: f64,
+    /// Shorter pieces are left out, m. Default 0.15.
+    pub least_length: f64,
+    /// How often a wall has to be seen before it is shown. Default 3.
+    pub confirm: u32,
+    /// A wall that was not confirmed is forgotten when it was not seen in so many scans. Default 50.
+    pub forget: u32,
+    /// How far a beam has to go on behind a wall to count against it, m. Default 0.15.
+    pub beyond: f64,
+}
+
+impl Default for VectorConfig {
+    fn default() -> Self {
+        Self {
+            gate: 13.8,
+            thickness: 0.03,
+            most_offset: 0.08,
+            gap: 0.25,
+            least_length: 0.15,
+            confirm: 3,
+            forget: 50,
+            beyond: 0.15,
+        }
+    }
+}
+
+/// A straight piece of wall as one scan showed it; map frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sighting {
+    /// From where to where it was seen.
+    pub seen: Segment,
+    /// Standard deviation of its direction, rad.
+    pub sigma_direction: f64,
+    /// Standard deviation of its middle across it, m.
+    pub sigma_across: f64,
+    /// Where the sensor was: on this side of the wall.
+    pub from: Point2<f64>,
+}
+
+/// A wall of the map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wall {
+    /// Its name; never given again.
+    pub id: u32,
+    /// From where to where; whoever looks from `a` to `b` has the side it was seen from on the left.
+    pub segment: Segment,
+    /// Standard deviation of its direction, rad.
+    pub sigma_direction: f64,
+    /// Standard deviation of its middle across it, m.
+    pub sigma_across: f64,
+    /// How often it was seen.
+    pub sightings: u32,
+}
+
+/// Walls that extend, confirm, merge and vanish.
+#[derive(Clone, Debug, Default)]
+pub struct VectorMap {
+    config: VectorConfig,
+    entries: Vec<Entry>,
+    next_id: u32,
+    scans: u32,
+}
+
+impl VectorMap {
+    /// An empty map.
+    #[must_use]
+    pub fn new(config: VectorConfig) -> Self {
+        Self {
+            config,
+            ..Self::default()
+        }
+    }
+
+    /// Takes in one scan: the pieces it showed, and the ways of its beams from the sensor to where they ended. Pieces with
+    /// numbers that are not finite, or without length, say nothing and are left out.
+    pub fn observe(&mut self, sightings: &[Sighting], beams: &[[Point2<f64>; 2]]) {
+        self.scans += 1;
+        for sighting in sightings {
+            if sighting.is_sound() && sighting.seen.length() >= self.config.least_length {
+                self.take(sighting);
+            }
+        }
+        self.merge();
+        self.drop_hidden();
+        self.see_through(beams);
+        let (now, config) = (self.scans, self.config);
+        self.entries.retain(|entry| {
+            entry.sightings >= config.confirm || now - entry.last_seen <= config.forget
+        });
+    }
+
+    /// The walls that were seen often enough, in the order in which they were found.
+    #[must_use]
+    pub fn walls(&self) -> Vec<Wall> {
+        let is_shown = |entry: &&Entry| {
+            entry.sightings >= self.config.confirm && entry.length() >= self.config.least_length
+        };
+        self.entries
+            .iter()
+            .filter(is_shown)
+            .map(Entry::wall)
+            .collect()
+    }
+
+    /// Walls kept, those included that are not yet shown.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Whether nothing was seen.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    fn take(&mut self, sighting: &Sighting) {
+        let config = &self.config;
+        let misfits = self.entries.iter().enumerate();
+        let fitting = misfits.filter_map(|(i, entry)| Some((entry.misfit(sighting, config)?, i)));
+        let best = fitting.min_by(|a, b| a.0.total_cmp(&b.0));
+        match best {
+            Some((_, best)) => self.entries[best].correct(sighting, self.scans),
+            None => {
+                let entry = Entry::new(self.next_id, sighting, self.scans);
+                self.next_id += 1;
+                self.entries.push(entry);
+            }
+        }
+    }
+
+    /// Joins walls that belong together, beginning with those of this scan: only they have moved.
+    fn merge(&mut self) {
+        let mut at = 0;
+        while at < self.entries.len() {
+            let entry = &self.entries[at];
+            let is_news = entry.last_seen == self.scans;
+            let same = |other: &Entry| entry.belongs_with(other, &self.config);
+            let other =
+                (0..self.entries.len()).find(|&i| i != at && is_news && same(&self.entries[i]));
+            let Some(other) = other else {
+                at += 1;
+                continue;
+            };
+            let (kept, gone) = (at.min(other), at.max(other));
+            let gone = self.entries.remove(gone);
+            self.entries[kept].absorb(&gone);
+            // What has grown may belong with more.
+            at = kept;
+        }
+    }
+
+    /// Drops walls that would be hidden by one that this scan saw.
+    fn drop_hidden(&mut self) {
+        let (now, config) = (self.scans, self.config);
+        let seen: Vec<Entry> = self
+            .entries
+            .iter()
+            .filter(|e| e.last_seen == now)
+            .cloned()
+            .collect();
+        self.entries.retain(|entry| {
+            let is_unseen = now - entry.last_seen > config.forget;
+            !(is_unseen && seen.iter().any(|front| front.lies_beside(entry, &config)))
+        });
+    }
+
+    /// Lets beams that went through walls wear them away.
+    fn see_through(&mut self, beams: &[[Point2<f64>; 2]]) {
+        for entry in &mut self.entries {
+            entry.see_through(beams, self.scans, self.config.beyond);
+        }
+        let mut parts = vec![];
+        for entry in self.entries.drain(..) {
+            entry.split(&self.config, &mut self.next_id, &mut parts);
+        }
+        self.entries = parts;
+    }
+}
+
+impl Sighting {
+    fn is_sound(&self) -> bool {
+        let ends = [self.seen.a, self.seen.b, self.from];
+        ends.iter().all(|p| p.x.is_finite() && p.y.is_finite())
+            && self.sigma_direction.is_finite()
+            && self.sigma_across.is_finite()
+            && self.seen.length() > 0.0
+    }
+
+    /// From where the sensor was on the left to the other end.
+    fn ordered(&self) -> Segment {
+        let Segment { a, b } = self.seen;
+        if (b - a).perp(&(self.from - a)) >= 0.0 {
+            self.seen
+        } else {
+            Segment::new(b, a)
+        }
+    }
+}

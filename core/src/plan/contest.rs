@@ -1,0 +1,395 @@
+//! All planners on one query, side by side.
+//!
+//! In: walls or a grid, a query, and how long each planner may take; after each step the time that it took, for there is no clock
+//! here. Out: at any time, for each planner, the path or why there is none, its length against the shortest, time, iterations,
+//! what it tried, and how the length fell.
+//!
+//! 1. The planners take turns. A turn is as many iterations as fill a slice, by the time that the last ones took; so the caller
+//!    stays in command, and a slow planner holds up no other.
+//! 2. A planner is done when it can do no more, or its time is spent. Each draws from a generator of its own: what one finds
+//!    does not depend on who else takes part.
+//! 3. Lengths are held against that of the visibility graph, which is the shortest there is; over a grid, where there is no
+//!    such graph, against the shortest found.
+//! 4. If one found nothing and the visibility graph has proved nothing, a flood may prove that there is nothing.
+
+use nalgebra::Point2;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::cspace::{ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown, rect_around};
+use super::path::{NoPath, Path, Planner};
+use super::query::{Progress, Query};
+use super::rrt::RrtConfig;
+use super::sampler::Sampler;
+use super::search::Search;
+use crate::geom::Segment;
+use crate::map::Grid;
+
+/// The planners that a contest knows.
+pub const CONTESTANTS: [Planner; 7] = [
+    Planner::Rrt,
+    Planner::RrtConnect,
+    Planner::RrtStar,
+    Planner::InformedRrtStar,
+    Planner::AStar,
+    Planner::ThetaStar,
+    Planner::Visibility,
+];
+
+/// A goal farther than this off a grid is no goal, m.
+const FARTHEST_OFF: f64 = 50.0;
+/// Cells around a grid that may be driven through.
+const SPARE_CELLS: i32 = 20;
+/// Most iterations of one turn.
+const MOST_ITERATIONS: usize = 1 << 16;
+
+/// How a contest is held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContestConfig {
+    /// Time of each planner, s. Default 1. Those that improve their path use all of it.
+    pub seconds: f64,
+    /// Time of one turn, s. Default 0.004; shorter: the caller is asked more often.
+    pub slice: f64,
+    /// How trees grow; iterations are not limited.
+    pub rrt: RrtConfig,
+    /// Of the points that trees draw.
+    pub seed: u64,
+}
+
+impl Default for ContestConfig {
+    fn default() -> Self {
+        Self {
+            seconds: 1.0,
+            slice: 0.004,
+            rrt: RrtConfig::default(),
+            seed: 1,
+        }
+    }
+}
+
+/// Why there is no contest.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ContestError {
+    /// Start or goal cannot be.
+    #[error(transparent)]
+    Query(#[from] NoPath),
+    /// Walls that cannot be.
+    #[error(transparent)]
+    Space(#[from] SpaceError),
+}
+
+/// How one planner stands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Standing {
+    /// Who.
+    pub planner: Planner,
+    /// Whether it is done.
+    pub is_over: bool,
+    /// Whether nothing is in the way: then nobody had to look.
+    pub is_straight: bool,
+    /// Length of its best path, m; `None` while there is none.
+    pub length: Option<f64>,
+    /// The length in units of [`Contest::shortest`].
+    pub ratio: Option<f64>,
+    /// Why there is no path; `None` while it looks for one, and when it has one.
+    pub reason: Option<NoPath>,
+    /// Time taken, s.
+    pub seconds: f64,
+    /// Points drawn, cells expanded, legs of the graph looked at.
+    pub iterations: usize,
+    /// Legs of trees, steps over cells, legs of the graph that were tried.
+    pub tried: usize,
+}
+
+/// What the lengths are held against.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shortest {
+    /// m.
+    pub length: f64,
+    /// The visibility graph's: there is no shorter one. Otherwise the shortest found so far.
+    pub is_optimum: bool,
+}
+
+struct Entrant {
+    planner: Planner,
+    search: Option<Search>,
+    refused: Option<NoPath>,
+    rng: ChaCha8Rng,
+    /// Iterations of the next turn.
+    budget: usize,
+    seconds: f64,
+    is_over: bool,
+    /// Time taken, s, and length, m, whenever the path became shorter.
+    curve: Vec<(f64, f64)>,
+}
+
+/// Planners that look for the same path in the same space.
+pub struct Contest {
+    space: Box<dyn ConfigSpace>,
+    query: Query,
+    config: ContestConfig,
+    entrants: Vec<Entrant>,
+    /// Whose turn was the last.
+    turn: usize,
+    /// Whether start and goal are proved to be apart; `None` before that was looked into.
+    apart: Option<bool>,
+}
+
+impl std::fmt::Debug for Contest {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Contest")
+            .field("query", &self.query)
+            .field("config", &self.config)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Contest {
+    /// Among walls, for a robot whose centre keeps `keep` metres away from them and inside the rectangle around them.
+    ///
+    /// # Errors    [`ContestError`]: walls or distance that cannot be, start or goal that is not free.
+    pub fn among_walls(
+        walls: Vec<Segment>,
+        keep: f64,
+        query: Query,
+        config: ContestConfig,
+    ) -> Result<Self, ContestError> {
+        let ends = walls.iter().flat_map(|wall| [wall.a, wall.b]);
+        let (low, high) = ends.fold((query.start, query.start), |(low, high), end| {
+            (low.inf(&end), high.sup(&end))
+        });
+        let space = SegmentSpace::new(walls, keep, (low, high))?;
+        Ok(Self::new(Box::new(space), query, config)?)
+    }
+
+    /// On a snapshot of a grid, for a robot whose centre keeps `keep` metres away from what is occupied.
+    ///
+    /// # Errors    [`ContestError::Query`]: start or goal that is not free, or is far off the grid.
+    pub fn on_grid(
+        grid: &Grid,
+        keep: f64,
+        unknown: Unknown,
+        query: Query,
+        config: ContestConfig,
+    ) -> Result<Self, ContestError> {
+        let farthest = (FARTHEST_OFF / grid.resolution()) as i32;
+        let ends = [query.start, query.goal];
+        let (x, y) = (query.goal.x, query.goal.y);
+        let rect =
+            rect_around(grid, &ends, SPARE_CELLS, farthest).ok_or(NoPath::GoalBlocked { x, y })?;
+        let space = GridSpace::new(grid, rect, keep, unknown);
+        Ok(Self::new(Box::new(space), query, config)?)
+    }
+
+    /// In any space.
+    ///
+    /// # Errors    [`NoPath::StartBlocked`], [`NoPath::GoalBlocked`].
+    pub fn new(
+        space: Box<dyn ConfigSpace>,
+        query: Query,
+        config: ContestConfig,
+    ) -> Result<Self, NoPath> {
+        query.check(&*space)?;
+        let entrant = |planner| Entrant {
+            planner,
+            search: None,
+            refused: None,
+            rng: ChaCha8Rng::seed_from_u64(config.seed),
+            budget: 1,
+            seconds: 0.0,
+            is_over: false,
+            curve: vec![],
+        };
+        Ok(Self {
+            space,
+            query,
+            config,
+            entrants: CONTESTANTS.map(entrant).into(),
+            turn: CONTESTANTS.len() - 1,
+            apart: None,
+        })
+    }
+
+    /// One turn of the next planner that is not done. Whether there was anything to do; if so, [`Self::took`] is to be told
+    /// how long it took.
+    pub fn step(&mut self) -> bool {
+        let count = self.entrants.len();
+        let next = (1..=count).map(|i| (self.turn + i) % count);
+        let Some(turn) = next.into_iter().find(|&i| !self.entrants[i].is_over) else {
+            return self.prove();
+        };
+        self.turn = turn;
+        let entrant = &mut self.entrants[turn];
+        let Some(search) = &mut entrant.search else {
+            entrant.begin(&*self.space, self.query, self.config.rrt);
+            return true;
+        };
+        let progress = search.step(&*self.space, &mut entrant.rng, entrant.budget);
+        entrant.is_over = progress.is_over();
+        true
+    }
+
+    /// How long the last step took, s. What is no time counts as none.
+    pub fn took(&mut self, seconds: f64) {
+        let ContestConfig {
+            seconds: most,
+            slice,
+            ..
+        } = self.config;
+        let Some(entrant) = self.entrants.get_mut(self.turn) else {
+            return;
+        };
+        entrant.seconds += if seconds > 0.0 { seconds } else { 0.0 };
+        entrant.is_over |= entrant.seconds >= most;
+        if seconds < 0.5 * slice {
+            entrant.budget = (2 * entrant.budget).min(MOST_ITERATIONS);
+        } else if seconds > slice {
+            entrant.budget = (entrant.budget / 2).max(1);
+        }
+        let length = entrant.search.as_ref().and_then(Search::path);
+        let length = length.map(|path| path.length());
+        let best = entrant.curve.last().map_or(f64::INFINITY, |last| last.1);
+        if let Some(length) = length.filter(|&length| length < best) {
+            entrant.curve.push((entrant.seconds, length));
+        }
+    }
+
+    /// Looks once for a proof that there is no path, if that is an open question. Whether it did.
+    fn prove(&mut self) -> bool {
+        let has_path = |e: &Entrant| !e.curve.is_empty();
+        if self.apart.is_some() || self.entrants.iter().all(has_path) {
+            return false;
+        }
+        let is_joined = self.entrants.iter().any(has_path);
+        let is_proved = self.entrants.iter().any(Entrant::has_proof);
+        let Query { start, goal } = self.query;
+        self.apart = Some(!is_joined && (is_proved || self.space.are_apart(start, goal)));
+        true
+    }
+
+    /// Whether nobody has anything left to do.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        let has_path = |e: &Entrant| !e.curve.is_empty();
+        let is_settled = self.apart.is_some() || self.entrants.iter().all(has_path);
+        is_settled && self.entrants.iter().all(|e| e.is_over)
+    }
+
+    /// How all stand, in the order of [`CONTESTANTS`].
+    #[must_use]
+    pub fn standings(&self) -> Vec<Standing> {
+        let shortest = self.shortest();
+        let stand = |entrant: &Entrant| {
+            let length = entrant.curve.last().map(|last| last.1);
+            let search = entrant.search.as_ref();
+            Standing {
+                planner: entrant.planner,
+                is_over: entrant.is_over,
+                is_straight: search.is_some_and(|s| s.planner() == Planner::Straight),
+                length,
+                ratio: length
+                    .zip(shortest)
+                    .map(|(length, shortest)| length / shortest.length.max(1e-9)),
+                reason: self.reason(entrant),
+                seconds: entrant.seconds,
+                iterations: search.map_or(0, Search::iterations),
+                tried: search.map_or(0, |s| s.tree().len()),
+            }
+        };
+        self.entrants.iter().map(stand).collect()
+    }
+
+    /// What the lengths are held against; `None` while nobody has a path.
+    #[must_use]
+    pub fn shortest(&self) -> Option<Shortest> {
+        let length = |e: &Entrant| e.curve.last().map(|last| last.1);
+        let graph = self.entrants.iter();
+        let mut graph = graph.filter(|e| e.planner == Planner::Visibility && e.is_over);
+        if let Some(length) = graph.find_map(length) {
+            return Some(Shortest {
+                length,
+                is_optimum: true,
+            });
+        }
+        let lengths = self.entrants.iter().filter_map(length);
+        lengths.min_by(f64::total_cmp).map(|length| Shortest {
+            length,
+            is_optimum: false,
+        })
+    }
+
+    fn reason(&self, entrant: &Entrant) -> Option<NoPath> {
+        if !entrant.is_over || !entrant.curve.is_empty() {
+            return None;
+        }
+        let iterations = entrant.search.as_ref().map_or(0, Search::iterations);
+        let own = entrant.failure().or(entrant.refused);
+        match own {
+            Some(NoPath::NotOffered { .. }) => own,
+            _ if self.apart == Some(true) => Some(self.query.unreachable()),
+            _ => own.or(Some(NoPath::BudgetSpent { iterations })),
+        }
+    }
+
+    /// The best path of a planner so far.
+    #[must_use]
+    pub fn path(&self, planner: Planner) -> Option<Path> {
+        self.search(planner).and_then(Search::path)
+    }
+
+    /// What a planner tried.
+    #[must_use]
+    pub fn tree(&self, planner: Planner) -> Vec<Segment> {
+        self.search(planner).map(Search::tree).unwrap_or_default()
+    }
+
+    /// How a planner's path became shorter: time taken, s, and length, m.
+    #[must_use]
+    pub fn curve(&self, planner: Planner) -> &[(f64, f64)] {
+        let entrant = self.entrants.iter().find(|e| e.planner == planner);
+        entrant.map(|e| &e.curve[..]).unwrap_or_default()
+    }
+
+    fn search(&self, planner: Planner) -> Option<&Search> {
+        let entrant = self.entrants.iter().find(|e| e.planner == planner)?;
+        entrant.search.as_ref()
+    }
+
+    /// Start and goal, map frame, m.
+    #[must_use]
+    pub fn ends(&self) -> [Point2<f64>; 2] {
+        [self.query.start, self.query.goal]
+    }
+}
+
+impl Entrant {
+    fn begin(&mut self, space: &dyn ConfigSpace, query: Query, rrt: RrtConfig) {
+        let sampler = || Sampler::anywhere(space);
+        match Search::new(self.planner, space, query, rrt, sampler) {
+            Ok(mut search) => {
+                // A straight line is found at once.
+                self.is_over = search.step(space, &mut self.rng, 0).is_over();
+                self.search = Some(search);
+            }
+            Err(reason) => {
+                self.is_over = true;
+                self.refused = Some(reason);
+            }
+        }
+    }
+
+    fn failure(&self) -> Option<NoPath> {
+        match self.search.as_ref()?.progress() {
+            Progress::Failed(reason) => Some(reason),
+            _ => None,
+        }
+    }
+
+    fn has_proof(&self) -> bool {
+        matches!(self.failure(), Some(NoPath::Unreachable { .. }))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,175 @@
+//! From a log to what SLAM takes: scan by scan, the motions that led to it.
+
+use std::collections::VecDeque;
+
+use super::log::Log;
+use crate::format::carmen::CarmenLog;
+use crate::geom::Pose2;
+use crate::robot::{Odometry, RobotModel, Scan, Stamp, Tracks};
+use crate::wire::message::FromBridge;
+use crate::wire::recording::{Recorded, Recording, Said};
+use crate::wire::timeline::{Reading, Timeline, explain_gap};
+
+/// A scan, and what led to it.
+#[derive(Debug)]
+pub(super) struct Step {
+    /// In order; each follows on the one before.
+    pub(super) odometry: Vec<Odometry>,
+    pub(super) scan: Scan,
+    /// Time of the scan as the log counts it, s.
+    pub(super) seconds: f64,
+    /// Odometry alone.
+    pub(super) odom_from_robot: Pose2,
+}
+
+/// How far a log was read.
+#[derive(Clone, Debug)]
+pub(super) enum Feed {
+    /// Number of the next scan.
+    Carmen(usize, Vec<String>),
+    Recording(Box<Messages>),
+}
+
+/// How far a recording was read.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Messages {
+    next: usize,
+    has_robot: bool,
+    timeline: Timeline,
+    readings: VecDeque<Reading>,
+    odom_from_robot: Pose2,
+    notes: Vec<String>,
+}
+
+impl Feed {
+    pub(super) fn of(log: &Log) -> Self {
+        match log {
+            Log::Carmen(_) => Self::Carmen(0, vec![]),
+            Log::Recording(recording) => Self::Recording(Box::new(Messages {
+                has_robot: recording.has_odometry(),
+                ..Messages::default()
+            })),
+        }
+    }
+
+    /// The next scan; `None` behind the last.
+    pub(super) fn next(&mut self, log: &Log, robot: &RobotModel) -> Option<Step> {
+        match (self, log) {
+            (Self::Carmen(next, _), Log::Carmen(log)) => {
+                let step = carmen_step(log, *next, robot)?;
+                *next += 1;
+                Some(step)
+            }
+            (Self::Recording(messages), Log::Recording(recording)) => messages.step(recording),
+            // A feed is made of its log.
+            _ => None,
+        }
+    }
+
+    /// Scans or messages read so far.
+    pub(super) fn position(&self) -> usize {
+        match self {
+            Self::Carmen(next, _) => *next,
+            Self::Recording(messages) => messages.next,
+        }
+    }
+
+    pub(super) fn progress(&self, log: &Log) -> f64 {
+        let all = match log {
+            Log::Carmen(log) => log.scans.len(),
+            Log::Recording(recording) => recording.len(),
+        };
+        self.position() as f64 / all.max(1) as f64
+    }
+
+    /// What a person should read; the caller empties it.
+    pub(super) fn notes(&mut self) -> &mut Vec<String> {
+        match self {
+            Self::Carmen(_, notes) => notes,
+            Self::Recording(messages) => &mut messages.notes,
+        }
+    }
+}
+
+fn carmen_step(log: &CarmenLog, index: usize, robot: &RobotModel) -> Option<Step> {
+    let scan = log.scans.get(index)?;
+    let stamp = log.stamp(scan);
+    let last = index.checked_sub(1).and_then(|last| log.scans.get(last));
+    let odometry = last.map_or(Odometry::standing(stamp), |last| {
+        let motion = last.odom_from_robot.delta_to(&scan.odom_from_robot);
+        recorded_odometry(robot, log.stamp(last), stamp, motion)
+    });
+    Some(Step {
+        odometry: vec![odometry],
+        seconds: scan.ipc_seconds,
+        odom_from_robot: scan.odom_from_robot,
+        scan: log.scan(scan),
+    })
+}
+
+/// A recorded motion with the covariance that the robot's model gives to the tracks that made it.
+fn recorded_odometry(robot: &RobotModel, from: Stamp, to: Stamp, motion: Pose2) -> Odometry {
+    let turn = 0.5 * motion.heading() * robot.track_width;
+    let tracks = Tracks {
+        left: motion.x() - turn,
+        right: motion.x() + turn,
+    };
+    Odometry {
+        from,
+        to,
+        motion,
+        cov: tracks.covariance(robot.track_width, &robot.odometry_noise),
+    }
+}
+
+impl Messages {
+    fn step(&mut self, recording: &Recording) -> Option<Step> {
+        let mut odometry = vec![];
+        loop {
+            match self.readings.pop_front() {
+                Some(Reading::Odometry(motion)) => {
+                    self.odom_from_robot = self.odom_from_robot * motion.motion;
+                    odometry.push(motion);
+                }
+                Some(Reading::Gap { seconds }) => self.notes.push(explain_gap(seconds)),
+                Some(Reading::Scan(scan)) => {
+                    return Some(Step {
+                        odometry,
+                        seconds: scan.stamp.seconds(),
+                        odom_from_robot: self.odom_from_robot,
+                        scan,
+                    });
+                }
+                None => {
+                    let message = recording.message(self.next)?;
+                    self.next += 1;
+                    match message {
+                        Ok(recorded) => self.take(recorded),
+                        Err(damage) => self.notes.push(damage.to_string()),
+                    }
+                }
+            }
+        }
+    }
+
+    fn take(&mut self, Recorded { header, said, .. }: Recorded) {
+        let arrived = header.micros;
+        let readings = match said {
+            Said::ByBridge(FromBridge::Odometry(body)) => body
+                .odometry()
+                .map(|motion| self.timeline.odometry(body.source, arrived, motion))
+                .map_err(|error| error.to_string()),
+            Said::ByBridge(FromBridge::Scan(body)) => {
+                let source = body.source;
+                body.scan()
+                    .map(|scan| self.timeline.scan(source, arrived, scan, self.has_robot))
+                    .map_err(|error| error.to_string())
+            }
+            _ => return,
+        };
+        match readings {
+            Ok(readings) => self.readings.extend(readings),
+            Err(error) => self.notes.push(format!("A reading was left out: {error}")),
+        }
+    }
+}

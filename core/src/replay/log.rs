@@ -1,0 +1,168 @@
+//! A recorded log of either kind, told apart by its first bytes.
+
+use crate::format::carmen::{CarmenError, CarmenLog, CarmenReader};
+use crate::robot::RobotModel;
+use crate::wire::message::RobotFigures;
+use crate::wire::recording::{Damage, MAGIC, Recording, RecordingError, RecordingReader};
+
+/// A recorded log.
+#[derive(Clone, Debug)]
+pub enum Log {
+    /// Of a CARMEN logger.
+    Carmen(CarmenLog),
+    /// Of the bridge.
+    Recording(Recording),
+}
+
+impl From<CarmenLog> for Log {
+    fn from(log: CarmenLog) -> Self {
+        Self::Carmen(log)
+    }
+}
+
+impl From<Recording> for Log {
+    fn from(recording: Recording) -> Self {
+        Self::Recording(recording)
+    }
+}
+
+impl Log {
+    /// Scans in it.
+    #[must_use]
+    pub fn scans(&self) -> usize {
+        match self {
+            Self::Carmen(log) => log.scans.len(),
+            Self::Recording(recording) => recording.scans(),
+        }
+    }
+
+    /// Seconds from its beginning to its end.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        match self {
+            Self::Carmen(log) => log.duration(),
+            Self::Recording(recording) => recording.duration(),
+        }
+    }
+
+    /// The robot that it was recorded with; a Pioneer where the log does not tell.
+    #[must_use]
+    pub fn robot(&self) -> RobotModel {
+        let model = self.figures().and_then(|figures| figures.model());
+        model.unwrap_or_else(RobotModel::pioneer)
+    }
+
+    /// Whether its robot stood for each scan, as one with rangers on a servo does.
+    #[must_use]
+    pub fn scans_on_command(&self) -> bool {
+        self.figures()
+            .is_some_and(|figures| figures.scans_on_command)
+    }
+
+    /// Whether a robot told of its motion; otherwise a sensor was carried.
+    #[must_use]
+    pub fn has_odometry(&self) -> bool {
+        match self {
+            Self::Carmen(_) => true,
+            Self::Recording(recording) => recording.has_odometry(),
+        }
+    }
+
+    /// What is wrong with its file, where the rest can be used.
+    #[must_use]
+    pub fn damage(&self) -> &[Damage] {
+        match self {
+            Self::Carmen(_) => &[],
+            Self::Recording(recording) => recording.damage(),
+        }
+    }
+
+    fn figures(&self) -> Option<RobotFigures> {
+        match self {
+            Self::Carmen(_) => None,
+            Self::Recording(recording) => recording.robot(),
+        }
+    }
+}
+
+/// Why a log cannot be opened.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LogError {
+    /// As a CARMEN log.
+    #[error(transparent)]
+    Carmen(#[from] CarmenError),
+    /// As a recording.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// A recording in which nothing was seen.
+    #[error("the recording holds no scan: nothing can be mapped")]
+    NoScan,
+}
+
+/// Reads a log of either kind, piece by piece.
+#[derive(Debug)]
+pub enum LogReader {
+    /// Fewer bytes than show what it is.
+    Undecided(Vec<u8>),
+    /// Text.
+    Carmen(CarmenReader),
+    /// MCAP.
+    Recording(RecordingReader),
+}
+
+impl Default for LogReader {
+    fn default() -> Self {
+        Self::Undecided(vec![])
+    }
+}
+
+impl LogReader {
+    /// Takes the next bytes, as many as there are.
+    ///
+    /// # Errors    [`LogError`]: what is wrong, and where.
+    pub fn push(&mut self, bytes: &[u8]) -> Result<(), LogError> {
+        match self {
+            Self::Undecided(begun) => {
+                begun.extend_from_slice(bytes);
+                if begun.len() >= MAGIC.len() {
+                    self.decide()?;
+                }
+            }
+            Self::Carmen(reader) => reader.push(bytes)?,
+            Self::Recording(reader) => reader.push(bytes)?,
+        }
+        Ok(())
+    }
+
+    fn decide(&mut self) -> Result<(), LogError> {
+        let Self::Undecided(begun) = self else {
+            return Ok(());
+        };
+        let begun = std::mem::take(begun);
+        *self = if begun.starts_with(&MAGIC) {
+            Self::Recording(RecordingReader::default())
+        } else {
+            Self::Carmen(CarmenReader::default())
+        };
+        self.push(&begun)
+    }
+
+    /// The log is all there.
+    ///
+    /// # Errors    [`LogError`]: what is wrong, and where.
+    pub fn finish(self) -> Result<Log, LogError> {
+        match self {
+            Self::Recording(reader) => {
+                let recording = reader.finish()?;
+                match recording.scans() {
+                    0 => Err(LogError::NoScan),
+                    _ => Ok(Log::Recording(recording)),
+                }
+            }
+            Self::Carmen(reader) => Ok(Log::Carmen(reader.finish()?)),
+            // Too short for a recording.
+            Self::Undecided(begun) => Ok(Log::Carmen(CarmenLog::parse(&begun)?)),
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! Logs of small robots, and recorded buildings.
+
+use super::*;
+use crate::estimation::relation_errors;
+use crate::format::carmen::CarmenLog;
+use crate::format::{recorded, relations};
+
+/// A robot that drives 2 m along a room of 8 m x 4 m, its laser 0.1 m ahead of its centre.
+fn small_log() -> CarmenLog {
+    let mut text = String::new();
+    for i in 0..40 {
+        let x = 0.05 * f64::from(i);
+        let laser = x + 0.1;
+        text += "FLASER 180";
+        for beam in 0..180 {
+            let (sin, cos) = crate::geom::sin_cos((f64::from(beam) - 90.0).to_radians());
+            let ahead = if cos > 1e-9 {
+                (5.0 - laser) / cos
+            } else {
+                f64::INFINITY
+            };
+            let side = if sin.abs() > 1e-9 {
+                2.0 / sin.abs()
+            } else {
+                f64::INFINITY
+            };
+            text += &format!(" {:.3}", ahead.min(side));
+        }
+        // Odometry claims a tenth too much.
+        let (o, l) = (1.1 * x, 1.1 * x + 0.1);
+        text += &format!(" {l} 0 0 {o} 0 0 {}.5 host 0\n", 100 + i);
+    }
+    CarmenLog::parse(text.as_bytes()).unwrap()
+}
+
+fn replay(log: CarmenLog, method: Method) -> Replay {
+    let mut replay = Replay::new(log, method, SlamConfig::default()).unwrap();
+    while replay.step().unwrap() {}
+    replay
+}
+
+#[test]
+fn matching_finds_the_way_of_the_base_where_odometry_is_wrong() {
+    let matched = replay(small_log(), Method::ScanMatching);
+    let trajectory = matched.trajectory();
+    assert_eq!((trajectory.len(), matched.progress()), (40, 1.0));
+    assert!((trajectory[39].0 - 139.5).abs() < 1e-9);
+    assert!(
+        (trajectory[39].1.x() - 1.95).abs() < 0.02,
+        "{:?}",
+        trajectory[39]
+    );
+    assert!(trajectory[39].1.y().abs() < 0.01);
+    let raw = replay(small_log(), Method::Odometry);
+    assert!((raw.odometry_pose().x() - 1.1 * 1.95).abs() < 1e-6);
+    assert!((raw.trajectory()[39].1.x() - 1.1 * 1.95).abs() < 1e-6);
+    assert_ne!(raw.state_hash(), matched.state_hash());
+}
+
+#[test]
+fn stretches_are_where_the_odometry_stood() {
+    let mut log = small_log();
+    assert!(
+        replay(log.clone(), Method::Odometry)
+            .standing_stretches()
+            .is_empty()
+    );
+    for scans in [10..14, 20..22, 30..37] {
+        let stands = log.scans[scans.start].odom_from_robot;
+        for scan in &mut log.scans[scans] {
+            scan.odom_from_robot = stands;
+        }
+    }
+    let stretches = replay(log, Method::Odometry).standing_stretches();
+    let lengths: Vec<usize> = stretches.iter().map(Vec::len).collect();
+    assert_eq!(lengths, [4, 7]);
+}
+
+/// The buildings that others are measured on, with the same parameters for all.
+#[test]
+fn recorded_buildings_are_mapped_as_well_as_published() {
+    for (name, all, long) in [("intel", 0.025, 0.035), ("fr079", 0.06, 0.09)] {
+        let (Some(log), Some(truth)) = (
+            recorded(&format!("{name}/{name}.clf")),
+            recorded(&format!("{name}/{name}.relations")),
+        ) else {
+            continue;
+        };
+        let done = replay(CarmenLog::parse(&log).unwrap(), Method::ScanMatching);
+        let trajectory = done.trajectory();
+        let truth = relations::parse(&truth).unwrap();
+        let error = |least: f64| {
+            let chosen = truth
+                .iter()
+                .filter(|r| (r.to_seconds - r.from_seconds).abs() >= least)
+                .map(|r| (r.from_seconds, r.to_seconds, r.motion));
+            relation_errors(chosen, &trajectory)
+        };
+        assert_eq!(error(0.0).count, truth.len());
+        assert!(error(0.0).trans_abs_mean < all, "{name}: {:?}", error(0.0));
+        assert!(
+            error(20.0).trans_abs_mean < long,
+            "{name}: {:?}",
+            error(20.0)
+        );
+    }
+}

@@ -1,0 +1,82 @@
+//! Why a recording cannot be opened, and what is wrong with one that can.
+
+use super::super::message::MessageError;
+use super::{CHANNEL, ENCODING};
+
+/// Nothing of a file can be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordingError {
+    /// It begins otherwise.
+    #[error("bytes 0 to 7 are not those of an MCAP file")]
+    Magic,
+    /// It is an MCAP file of somebody else, or ends before the first message.
+    #[error(
+        "the file holds no message in a channel `{CHANNEL}` with encoding `{ENCODING}`{}: it was not recorded by slamlab",
+        among(channels)
+    )]
+    NotOurs {
+        /// The channels that it has instead.
+        channels: Vec<String>,
+    },
+    /// Another tool compressed it.
+    #[error(
+        "byte {offset}: the chunk here is compressed by {how}; write the file anew without, for instance by \
+         `mcap compress --compression none`"
+    )]
+    Compressed {
+        /// Place of the chunk.
+        offset: u64,
+        /// Name of the method.
+        how: String,
+    },
+}
+
+/// Something that is wrong with a recording of which the rest can be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Damage {
+    /// These bytes make no sense; what stood there is lost.
+    #[error("bytes {from} to {to} are damaged: {what}; what stood there is lost")]
+    Bytes {
+        /// First byte.
+        from: u64,
+        /// First byte behind it that makes sense again.
+        to: u64,
+        /// What makes no sense.
+        what: String,
+    },
+    /// The file ends in the middle of something.
+    #[error("the file ends at byte {at} without an end: it was cut off, and what followed is lost")]
+    CutOff {
+        /// Length of the file.
+        at: u64,
+    },
+    /// A bit is wrong somewhere.
+    #[error(
+        "the sum over bytes 0 to {to} is {found:08x} and should be {expected:08x}: a reading may be wrong, which one cannot be told"
+    )]
+    Sum {
+        /// Bytes that were summed.
+        to: u64,
+        /// By these bytes.
+        found: u32,
+        /// By the file's own word.
+        expected: u32,
+    },
+    /// A message that is there and makes no sense.
+    #[error("byte {offset}: a message cannot be read: {error}")]
+    Message {
+        /// Place of its record.
+        offset: u64,
+        /// What is wrong with it.
+        error: MessageError,
+    },
+}
+
+fn among(channels: &[String]) -> String {
+    match channels {
+        [] => String::new(),
+        channels => format!(" (there are {})", channels.join(", ")),
+    }
+}

@@ -1,0 +1,243 @@
+//! Long runs: nothing grows.
+//!
+//! 1. [`device`]: 24 hours of an RP6 behind the bridge's own serial device, as fast as the machine goes; both have no clock.
+//! 2. Meanwhile a bridge in a process of its own for `--minutes`, with a simulated robot, a recording, a driver, watchers, and somebody
+//!    who comes and goes; each ten seconds its memory, handles, threads and delays.
+//!
+//! A figure grows where the line through its samples, the first fifth left out, rises by more than 5 % of the mean and more than chance
+//! (3 σ): see [`crate::trend`].
+
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use serde_json::{Map, Value, json};
+use slamlab_core::wire::message::{FromBridge, ToBridge};
+use tokio::io::{AsyncBufReadExt, BufReader};
+use tokio::process::{Child, Command};
+use tokio::task::JoinHandle;
+
+use crate::client::{Came, Client};
+use crate::soak_device as device;
+use crate::trend::{self, Trend};
+
+const LOOK: Duration = Duration::from_secs(10);
+const HOURS: u32 = 24;
+
+pub(crate) async fn report(minutes: f64) -> (bool, Value) {
+    trend::check();
+    let accelerated = tokio::task::spawn_blocking(|| {
+        let told = device::run(HOURS);
+        eprintln!("{HOURS} hours of a device: {}", told.1);
+        told
+    });
+    let real = real(Duration::from_secs_f64(60.0 * minutes)).await;
+    eprintln!("{minutes} minutes of a bridge: {}", real.1);
+    let accelerated = accelerated.await.unwrap();
+    (
+        accelerated.0 && real.0,
+        json!({ "accelerated_device": accelerated.1, "real_bridge": real.1 }),
+    )
+}
+
+struct Process {
+    child: Child,
+    address: std::net::SocketAddr,
+    token: String,
+    folder: tempfile::TempDir,
+}
+
+async fn start() -> Process {
+    let folder = tempfile::tempdir().unwrap();
+    let program = std::env::var("SLAMLAB_BRIDGE").expect("SLAMLAB_BRIDGE names the program");
+    let mut child = Command::new(program)
+        .args([
+            "serve",
+            "--port",
+            "0",
+            "--source",
+            "sim:arena,lidar",
+            "--page",
+        ])
+        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/../bridge/tests/page"))
+        .arg("--token-file")
+        .arg(folder.path().join("token"))
+        .arg("--record")
+        .arg(folder.path().join("soak.mcap"))
+        .stdout(Stdio::piped())
+        .kill_on_drop(true)
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    let address = loop {
+        let line = lines
+            .next_line()
+            .await
+            .unwrap()
+            .expect("it tells its address");
+        let rest = line.split_once("http://").map(|(_, rest)| rest);
+        if let Some(address) =
+            rest.and_then(|rest| rest.split(['/', '#', ' ']).next()?.parse().ok())
+        {
+            break address;
+        }
+    };
+    tokio::spawn(async move { while let Ok(Some(_)) = lines.next_line().await {} });
+    let token = std::fs::read_to_string(folder.path().join("token")).unwrap();
+    Process {
+        child,
+        address,
+        token: token.trim().to_owned(),
+        folder,
+    }
+}
+
+async fn real(time: Duration) -> (bool, Value) {
+    let bridge = start().await;
+    let began = Instant::now();
+    let until = began + time;
+    let address = bridge.address;
+    let mut others: Vec<JoinHandle<()>> = (0..5)
+        .map(|_| {
+            tokio::spawn(async move { watch(Client::connect(address, "").await, until).await })
+        })
+        .collect();
+    others.push(tokio::spawn(async move {
+        watch(Client::connect(address, "?fmt=json").await, until).await;
+    }));
+    let token = bridge.token.clone();
+    others.push(tokio::spawn(
+        async move { drive(address, &token, until).await },
+    ));
+    others.push(tokio::spawn(
+        async move { come_and_go(address, until).await },
+    ));
+    let mut samples: Vec<(f64, Sample)> = vec![];
+    let mut prober = Client::connect(address, "").await;
+    prober.enter(None).await;
+    let pid = bridge.child.id().unwrap();
+    while Instant::now() + LOOK < until {
+        let delays = probe(&mut prober, Instant::now() + LOOK).await;
+        let sample = Sample::take(pid, delays);
+        samples.push((began.elapsed().as_secs_f64(), sample));
+    }
+    for other in others {
+        other.await.unwrap();
+    }
+    let recorded = std::fs::metadata(bridge.folder.path().join("soak.mcap"))
+        .unwrap()
+        .len();
+    let (holds, mut figures) = judge(&samples);
+    figures.insert("minutes".into(), json!(time.as_secs_f64() / 60.0));
+    figures.insert("samples".into(), json!(samples.len()));
+    figures.insert("recorded_bytes".into(), json!(recorded));
+    (holds, figures.into())
+}
+
+/// What is looked at.
+struct Sample {
+    rss_kb: f64,
+    handles: f64,
+    threads: f64,
+    median_ms: f64,
+    p99_ms: f64,
+}
+
+impl Sample {
+    fn take(pid: u32, mut delays: Vec<f64>) -> Self {
+        let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap();
+        let number = |key: &str| {
+            let line = status.lines().find_map(|line| line.strip_prefix(key));
+            let word = line.and_then(|rest| rest.split_whitespace().next());
+            word.and_then(|word| word.parse().ok()).unwrap()
+        };
+        delays.sort_by(f64::total_cmp);
+        let at = |part: f64| delays[((delays.len() - 1) as f64 * part).round() as usize];
+        Self {
+            rss_kb: number("VmRSS:"),
+            handles: std::fs::read_dir(format!("/proc/{pid}/fd"))
+                .unwrap()
+                .count() as f64,
+            threads: number("Threads:"),
+            median_ms: at(0.5),
+            p99_ms: at(0.99),
+        }
+    }
+}
+
+type Pick = fn(&Sample) -> f64;
+
+fn judge(samples: &[(f64, Sample)]) -> (bool, Map<String, Value>) {
+    let settled = &samples[samples.len() / 5..];
+    // Growth that never counts, in the figure's own unit.
+    let rows: [(&str, Pick, f64); 5] = [
+        ("rss_kb", |s| s.rss_kb, 1024.0),
+        ("handles", |s| s.handles, 1.0),
+        ("threads", |s| s.threads, 1.0),
+        ("probe_median_ms", |s| s.median_ms, 0.5),
+        ("probe_p99_ms", |s| s.p99_ms, 5.0),
+    ];
+    let mut figures = Map::new();
+    let mut holds = true;
+    for (name, pick, least) in rows {
+        let values: Vec<(f64, f64)> = settled.iter().map(|(t, s)| (*t, pick(s))).collect();
+        let Some(trend) = Trend::of(&values) else {
+            return (false, figures);
+        };
+        holds &= !trend.grows(least);
+        figures.insert(name.into(), trend.figures(least));
+    }
+    (holds, figures)
+}
+
+/// Asks ten times a second how long it takes, ms.
+async fn probe(client: &mut Client, until: Instant) -> Vec<f64> {
+    let began = Instant::now();
+    let mut delays = vec![];
+    let mut ticks = tokio::time::interval(Duration::from_millis(100));
+    while Instant::now() < until {
+        tokio::select! {
+            _ = ticks.tick() => {
+                let micros = began.elapsed().as_micros() as u64;
+                client.say(ToBridge::Probe { token: micros }).await;
+            }
+            came = client.next() => match came {
+                Came::Message(FromBridge::Probe(answer)) => {
+                    delays.push(1e3 * (began.elapsed().as_secs_f64() - 1e-6 * answer.token as f64));
+                }
+                Came::Message(_) => (),
+                other => panic!("the prober was cut off: {other:?}"),
+            },
+        }
+    }
+    delays
+}
+
+async fn watch(mut client: Client, until: Instant) {
+    client.enter(None).await;
+    let mut beat = tokio::time::interval(Duration::from_secs(1));
+    while Instant::now() < until {
+        tokio::select! {
+            _ = beat.tick() => client.say(ToBridge::Heartbeat).await,
+            came = client.next() => assert!(matches!(came, Came::Message(_)), "{came:?}"),
+        }
+    }
+}
+
+/// Drives in circles; arms again after whatever stops the robot.
+async fn drive(address: std::net::SocketAddr, token: &str, until: Instant) {
+    let mut client = Client::connect(address, "").await;
+    assert!(client.enter(Some(token)).await);
+    client.take(false).await;
+    while Instant::now() < until {
+        client.arm().await;
+        client.drive_for(Duration::from_secs(5), 0.05).await;
+    }
+}
+
+async fn come_and_go(address: std::net::SocketAddr, until: Instant) {
+    while Instant::now() < until {
+        let mut client = Client::connect(address, "").await;
+        client.enter(None).await;
+        tokio::time::sleep(Duration::from_millis(500)).await;
+    }
+}

@@ -1,0 +1,92 @@
+// A robot on a pseudo-terminal, in a program of its own: its cable can be pulled, and it tells what is true.
+import { spawn, type ChildProcess } from 'node:child_process';
+import { once } from 'node:events';
+import { createInterface } from 'node:readline';
+import { fileURLToPath } from 'node:url';
+
+const root = fileURLToPath(new URL('../..', import.meta.url));
+
+/** What is true of the robot. */
+export interface Facts {
+  /** Map frame: m, m, rad. */
+  pose: [number, number, number];
+  /** Whether its motors are driven: for the real firmware, by the chip's compare registers. */
+  moves: boolean;
+  contacts: number;
+  /** Real firmware: s of its own time from the pull of the cable until the registers were 0. */
+  stopped_after?: number | null;
+  /** Real firmware: its own time, and the real time that it lost, s. */
+  seconds?: number;
+  behind?: number;
+  fault?: string | null;
+}
+
+/** How true a map is; see tests/src/map_truth.rs. */
+export interface MapTruth {
+  explored: number;
+  true_walls: number;
+  wall_error: number;
+  found_walls: number;
+  error?: string;
+}
+
+export class WiredRobot {
+  /** Path of each port, by the name of its kind of source. */
+  ports: Record<string, string> = {};
+  readonly #process: ChildProcess;
+  readonly #lines: AsyncIterator<string>;
+
+  private constructor(process: ChildProcess) {
+    this.#process = process;
+    this.#lines = createInterface({ input: process.stdout! })[Symbol.asyncIterator]();
+  }
+
+  /** `wired_robot` speaks the protocol; `rp6_sim` runs the real firmware. */
+  static async start(program: 'wired_robot' | 'rp6_sim', world: string): Promise<WiredRobot> {
+    const known = { wired_robot: process.env.SLAMLAB_WIRED_ROBOT, rp6_sim: process.env.SLAMLAB_RP6_SIM };
+    const built = { wired_robot: 'examples/wired_robot', rp6_sim: 'rp6_sim' };
+    const path = known[program] ?? `${root}/target/debug/${built[program]}`;
+    const robot = new WiredRobot(spawn(path, [world], { stdio: ['pipe', 'pipe', 'inherit'] }));
+    robot.ports = await robot.#next<Record<string, string>>();
+    return robot;
+  }
+
+  /** What a bridge is to be told to find it. */
+  get sources(): string[] {
+    return Object.entries(this.ports).flatMap(([kind, path]) => ['--source', `${kind}:${path}`]);
+  }
+
+  async pull(): Promise<void> {
+    await this.#ask('pull');
+  }
+
+  async plug(): Promise<void> {
+    await this.#ask('plug');
+  }
+
+  async facts(): Promise<Facts> {
+    return this.#ask<Facts>('facts');
+  }
+
+  async map(pgm: string, yaml: string): Promise<MapTruth> {
+    return this.#ask<MapTruth>(`map ${pgm} ${yaml}`);
+  }
+
+  async stop(): Promise<void> {
+    if (this.#process.exitCode !== null) return;
+    const gone = once(this.#process, 'exit');
+    this.#process.kill();
+    await gone;
+  }
+
+  async #ask<T>(command: string): Promise<T> {
+    this.#process.stdin!.write(`${command}\n`);
+    return this.#next<T>();
+  }
+
+  async #next<T>(): Promise<T> {
+    const { value, done } = await this.#lines.next();
+    if (done) throw new Error('the robot has ended; it is built by: cargo xtask test page');
+    return JSON.parse(value) as T;
+  }
+}

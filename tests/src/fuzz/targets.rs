@@ -1,0 +1,383 @@
+//! The decoders, each with real input to begin with and the laws that it keeps whatever comes.
+//!
+//! A stream's decoder gives the same in pieces as at once. What a message decodes to is encoded to something that decodes to the same.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use slamlab_core::format::{calibration, carmen, relations, tum, world};
+use slamlab_core::robot::{Scan, Stamp, Variable};
+use slamlab_core::wire::message::{Format, FromBridge, Packet, ToBridge, decode, encode};
+use slamlab_core::wire::rp6::{Command, Decoder, Report};
+use slamlab_core::wire::rplidar::driver::{Driver, DriverConfig};
+use slamlab_core::wire::{
+    ld06, pilch, remotrol, revolution::RevolutionConfig, rp6, rp6cntrl, rplidar,
+};
+
+use super::seeds;
+
+/// A decoder.
+pub struct Target {
+    /// Its name, that of its folder of crashes too.
+    pub name: &'static str,
+    /// Real input.
+    pub seeds: fn() -> Vec<Vec<u8>>,
+    /// What became of an input, in one number; or which law it broke.
+    pub run: fn(&[u8]) -> Result<u64, String>,
+}
+
+/// All of them.
+pub const TARGETS: &[Target] = &[
+    Target {
+        name: "rp6-reports",
+        seeds: seeds::rp6_reports,
+        run: |input| frames::<Report>(input),
+    },
+    Target {
+        name: "rp6-commands",
+        seeds: seeds::rp6_commands,
+        run: |input| frames::<Command>(input),
+    },
+    Target {
+        name: "rp6-link",
+        seeds: seeds::rp6_reports,
+        run: rp6_link,
+    },
+    Target {
+        name: "rp6cntrl",
+        seeds: seeds::rp6cntrl_seeds,
+        run: rp6cntrl_run,
+    },
+    Target {
+        name: "remotrol",
+        seeds: seeds::remotrol_seeds,
+        run: remotrol_run,
+    },
+    Target {
+        name: "rplidar-standard",
+        seeds: seeds::rplidar_standard,
+        run: rplidar_answers,
+    },
+    Target {
+        name: "rplidar-express",
+        seeds: seeds::rplidar_express,
+        run: rplidar_answers,
+    },
+    Target {
+        name: "rplidar-driver",
+        seeds: seeds::rplidar_standard,
+        run: rplidar_driver,
+    },
+    Target {
+        name: "rplidar-requests",
+        seeds: seeds::rplidar_requests,
+        run: rplidar_requests_run,
+    },
+    Target {
+        name: "ld06",
+        seeds: seeds::ld06_seeds,
+        run: ld06_run,
+    },
+    Target {
+        name: "pilch",
+        seeds: seeds::pilch_seeds,
+        run: pilch_run,
+    },
+    Target {
+        name: "messages-binary",
+        seeds: || seeds::messages(Format::Binary),
+        run: |input| message(input, Format::Binary),
+    },
+    Target {
+        name: "messages-json",
+        seeds: || seeds::messages(Format::Json),
+        run: |input| message(input, Format::Json),
+    },
+    Target {
+        name: "calibration",
+        seeds: seeds::calibration_seeds,
+        run: calibration_run,
+    },
+    Target {
+        name: "world",
+        seeds: seeds::world_seeds,
+        run: world_run,
+    },
+    Target {
+        name: "carmen",
+        seeds: seeds::carmen_seeds,
+        run: carmen_run,
+    },
+    Target {
+        name: "relations",
+        seeds: || vec![b"# t1 t2\n1.5 2.5 0.1 0.2 0 0 0 0.3\n".to_vec()],
+        run: |input| {
+            Ok(outcome(
+                &relations::parse(input)
+                    .map_err(|e| e.to_string())
+                    .map(|r| r.len()),
+            ))
+        },
+    },
+    Target {
+        name: "tum",
+        seeds: || vec![b"1.5 0.1 0.2 0 0 0 0.149 0.988\n2.5 0.1 0.2 0 0 0 0 1\n".to_vec()],
+        run: |input| {
+            Ok(outcome(
+                &tum::parse(input)
+                    .map_err(|e| e.to_string())
+                    .map(|r| r.len()),
+            ))
+        },
+    },
+];
+
+/// One number for what became of an input; numbers within words do not count, or each input would be another.
+fn outcome(what: &impl std::fmt::Debug) -> u64 {
+    let text: String = format!("{what:?}")
+        .chars()
+        .filter(|c| !c.is_ascii_digit())
+        .take(200)
+        .collect();
+    let mut hasher = DefaultHasher::new();
+    text.hash(&mut hasher);
+    hasher.finish()
+}
+
+/// A law: both must be the same.
+fn same<T: PartialEq + std::fmt::Debug>(at_once: &T, in_pieces: &T) -> Result<(), String> {
+    match at_once == in_pieces {
+        true => Ok(()),
+        false => Err(format!("at once {at_once:?}, in pieces {in_pieces:?}")),
+    }
+}
+
+/// Pieces of 1, 2, 3, 5, 7, 1 … bytes.
+fn pieces(mut input: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut lengths = [1, 2, 3, 5, 7].into_iter().cycle();
+    std::iter::from_fn(move || {
+        let length = lengths.next()?.min(input.len());
+        let (piece, rest) = input.split_at(length);
+        input = rest;
+        (length > 0).then_some(piece)
+    })
+}
+
+fn frames<M: rp6::Message + std::fmt::Debug>(input: &[u8]) -> Result<u64, String> {
+    let read = |decoder: &mut Decoder<M>, bytes: &[u8]| -> Vec<String> {
+        decoder
+            .push(bytes)
+            .map(|frame| format!("{} {:?}", frame.sequence, frame.message))
+            .collect()
+    };
+    let (mut whole, mut parts) = (Decoder::new(), Decoder::new());
+    let at_once = read(&mut whole, input);
+    let in_pieces: Vec<String> = pieces(input)
+        .flat_map(|piece| read(&mut parts, piece))
+        .collect();
+    same(&at_once, &in_pieces)?;
+    same(&whole.counters(), &parts.counters())?;
+    Ok(outcome(&at_once))
+}
+
+fn rp6_link(input: &[u8]) -> Result<u64, String> {
+    let mut link = rp6::Link::new(rp6::LinkConfig::default(), Stamp(0), 1);
+    let mut events = vec![];
+    for (k, piece) in (0..).zip(pieces(input)) {
+        let now = Stamp(k * 20_000);
+        link.receive(piece, now);
+        link.tick(now);
+        events.extend(std::iter::from_fn(|| link.next_event()).map(|event| format!("{event:?}")));
+        let _ = link.take_output();
+        if link.is_armed() {
+            return Err("the line armed the link".into());
+        }
+    }
+    Ok(outcome(&(link.phase(), events.len().min(9))))
+}
+
+fn rp6cntrl_run(input: &[u8]) -> Result<u64, String> {
+    let (mut whole, mut parts) = (rp6cntrl::Reader::default(), rp6cntrl::Reader::default());
+    let at_once = whole.push(input);
+    let in_pieces: Vec<_> = pieces(input).flat_map(|piece| parts.push(piece)).collect();
+    same(&at_once, &in_pieces)?;
+    Ok(outcome(&at_once))
+}
+
+fn remotrol_run(input: &[u8]) -> Result<u64, String> {
+    let (mut whole, mut parts) = (remotrol::Reader::default(), remotrol::Reader::default());
+    let at_once = whole.push(input);
+    let in_pieces: Vec<_> = pieces(input).flat_map(|piece| parts.push(piece)).collect();
+    same(&at_once, &in_pieces)?;
+    Ok(outcome(&at_once))
+}
+
+fn rplidar_answers(input: &[u8]) -> Result<u64, String> {
+    let (mut whole, mut parts) = (
+        rplidar::decoder::Decoder::new(),
+        rplidar::decoder::Decoder::new(),
+    );
+    whole.extend(input);
+    let at_once: Vec<String> = whole.by_ref().map(|answer| format!("{answer:?}")).collect();
+    let mut in_pieces = vec![];
+    for piece in pieces(input) {
+        parts.extend(piece);
+        in_pieces.extend(parts.by_ref().map(|answer| format!("{answer:?}")));
+    }
+    same(&at_once, &in_pieces)?;
+    same(&whole.tally(), &parts.tally())?;
+    let kinds: Vec<&str> = at_once
+        .iter()
+        .map(|answer| &answer[..answer.len().min(12)])
+        .collect();
+    Ok(outcome(&kinds))
+}
+
+fn rplidar_driver(input: &[u8]) -> Result<u64, String> {
+    let mut driver = Driver::new(DriverConfig::default());
+    driver.start(Stamp(0));
+    let mut kinds = vec![];
+    for (k, piece) in (0..).zip(pieces(input)) {
+        let now = Stamp(k * 5_000);
+        driver.receive(piece, now);
+        driver.tick(now);
+        while let Some(event) = driver.next_event() {
+            if let rplidar::driver::Event::Scan(scan) = &event {
+                valid(scan)?;
+            }
+            let text = format!("{event:?}");
+            kinds.push(text.chars().take(12).collect::<String>());
+        }
+    }
+    Ok(outcome(&(driver.state(), kinds)))
+}
+
+/// What is handed on keeps its promises.
+fn valid(scan: &Scan) -> Result<(), String> {
+    scan.validate()
+        .map_err(|error| format!("a scan was handed on: {error}"))
+}
+
+fn rplidar_requests_run(input: &[u8]) -> Result<u64, String> {
+    let (mut whole, mut parts) = (
+        rplidar::request::RequestDecoder::new(),
+        rplidar::request::RequestDecoder::new(),
+    );
+    whole.extend(input);
+    let at_once: Vec<_> = whole.by_ref().collect();
+    let mut in_pieces = vec![];
+    for piece in pieces(input) {
+        parts.extend(piece);
+        in_pieces.extend(parts.by_ref());
+    }
+    same(&at_once, &in_pieces)?;
+    Ok(outcome(&at_once))
+}
+
+fn ld06_run(input: &[u8]) -> Result<u64, String> {
+    let mut driver = ld06::driver::Driver::new(RevolutionConfig::ld06(), Stamp(0));
+    let mut kinds = vec![];
+    for (k, piece) in (0..).zip(pieces(input)) {
+        let now = Stamp(k * 1_000);
+        driver.receive(piece, now);
+        driver.tick(now);
+        while let Some(event) = driver.next_event() {
+            if let ld06::driver::Event::Scan(scan) = &event {
+                valid(scan)?;
+            }
+            kinds.push(format!("{event:?}").chars().take(12).collect::<String>());
+        }
+    }
+    let mut whole = ld06::Decoder::new();
+    whole.extend(input);
+    let packets = whole.by_ref().count() as u64;
+    same(&driver.tally().frames, &packets)?;
+    Ok(outcome(&(driver.state(), kinds)))
+}
+
+fn pilch_run(input: &[u8]) -> Result<u64, String> {
+    let request = pilch::Request::decode(input);
+    if let Ok(request) = &request {
+        same(
+            &pilch::Request::decode(&request.encode()).as_ref(),
+            &Ok(request),
+        )?;
+    }
+    let reply = pilch::Reply::decode(input);
+    let mut server = pilch::server::Server::new(pilch::server::ServerConfig::default());
+    server.receive(1, b"\xFF\x00HELLO", Stamp(0));
+    server.receive(1, input, Stamp(1000));
+    server.tick(Stamp(2000));
+    let events = std::iter::from_fn(|| server.next_event()).count();
+    let mut client = pilch::client::Client::new(Stamp(0));
+    let heard = client.receive(input).is_ok();
+    let words = |error: String| error.chars().take(30).collect::<String>();
+    Ok(outcome(&(
+        request.map_err(|error| words(error.to_string())).is_ok(),
+        reply.map_err(|error| words(error.to_string())),
+        events,
+        heard,
+    )))
+}
+
+fn message(input: &[u8], format: Format) -> Result<u64, String> {
+    let to = round_trip::<ToBridge>(input, format)?;
+    let from = round_trip::<FromBridge>(input, format)?;
+    if let Ok((_, FromBridge::Scan(body))) = decode::<FromBridge>(input, format)
+        && let Ok(scan) = body.scan()
+    {
+        valid(&scan)?;
+    }
+    Ok(outcome(&(to, from)))
+}
+
+fn round_trip<M: Packet + std::fmt::Debug>(input: &[u8], format: Format) -> Result<String, String> {
+    let (header, message) = match decode::<M>(input, format) {
+        Ok(decoded) => decoded,
+        Err(error) => return Ok(error.to_string().chars().take(40).collect()),
+    };
+    let bytes =
+        encode(header, &message, format).map_err(|error| format!("does not encode: {error}"))?;
+    let (_, again) =
+        decode::<M>(&bytes, format).map_err(|error| format!("does not decode again: {error}"))?;
+    // NaN is not equal to itself; its text is.
+    same(&format!("{message:?}"), &format!("{again:?}"))?;
+    Ok(format!("{message:?}").chars().take(16).collect())
+}
+
+fn calibration_run(input: &[u8]) -> Result<u64, String> {
+    let read = calibration::read(input)
+        .map(|pairs| pairs.len().min(9))
+        .map_err(|e| e.to_string());
+    let fit = calibration::fit(input, Variable::PerVolt)
+        .map(|_| ())
+        .map_err(|e| e.to_string());
+    Ok(outcome(&(read, fit)))
+}
+
+fn world_run(input: &[u8]) -> Result<u64, String> {
+    let read = world::read(input);
+    if let Ok(read) = &read {
+        let again = world::read(world::write(read).as_bytes())
+            .map_err(|error| format!("not read again: {error}"))?;
+        same(&format!("{read:?}"), &format!("{again:?}"))?;
+    }
+    Ok(outcome(
+        &read
+            .map(|world| world.wall_count().min(99))
+            .map_err(|e| e.to_string()),
+    ))
+}
+
+fn carmen_run(input: &[u8]) -> Result<u64, String> {
+    let at_once = carmen::CarmenLog::parse(input).map_err(|e| e.to_string());
+    let mut reader = carmen::CarmenReader::default();
+    let in_pieces = pieces(input)
+        .try_for_each(|piece| reader.push(piece))
+        .and_then(|()| reader.finish())
+        .map_err(|e| e.to_string());
+    same(
+        &at_once.as_ref().map(|log| format!("{log:?}")),
+        &in_pieces.as_ref().map(|log| format!("{log:?}")),
+    )?;
+    Ok(outcome(&at_once.map(|log| log.scans.len().min(9))))
+}

@@ -1,0 +1,16 @@
+// What a person calls the planners, by their names in the core.
+
+const TITLES: Readonly<Record<string, string>> = {
+  Straight: "a straight line", Rrt: "RRT", RrtConnect: "RRT-Connect", RrtStar: "RRT*", InformedRrtStar: "Informed RRT*",
+  AStar: "A*", ThetaStar: "Theta*", Visibility: "the visibility graph", Wavefront: "a wave over the grid",
+};
+
+/** As a part of a sentence. */
+export function plannerTitle(name: string): string {
+  return TITLES[name] ?? name;
+}
+
+/** As an entry of a list. */
+export function plannerLabel(name: string): string {
+  return name === "Visibility" ? "Visibility" : plannerTitle(name);
+}

@@ -1,0 +1,89 @@
+// All planners on one query: steps them in slices, takes their times, and tells how they stand.
+
+import { contestants, type WebContest } from "../../pkg/slamlab_web.js";
+import type { Answer, ContestAsk, ContestState } from "../protocol.js";
+
+/** Wall milliseconds of one slice, and between two reports. */
+const SLICE_MILLIS = 10;
+const REPORT_MILLIS = 120;
+
+export class ContestRunner {
+  readonly #names = contestants();
+  readonly #post: (answer: Answer) => void;
+  readonly #channel = new MessageChannel();
+  #contest: WebContest | null = null;
+  #ask: ContestAsk | null = null;
+  #watched = 0;
+  #reportAt = -Infinity;
+
+  constructor(post: (answer: Answer) => void) {
+    this.#post = post;
+    this.#channel.port1.onmessage = () => this.#turn();
+  }
+
+  /** Begins another contest; one that cannot be leaves nothing behind. */
+  begin(ask: ContestAsk, watched: number, make: () => WebContest): void {
+    this.close();
+    this.#ask = ask;
+    this.#watched = watched;
+    this.#contest = make();
+    this.#reportAt = -Infinity;
+    this.#channel.port2.postMessage(null);
+  }
+
+  /** Whose tree is told. */
+  watch(place: number): void {
+    this.#watched = place;
+    if (this.#contest) this.#report(this.#contest, !this.#contest.is_over());
+  }
+
+  /** Stops where it is; what was found stays to be looked at. */
+  stop(): void {
+    if (this.#contest) this.#report(this.#contest, false);
+    this.close();
+  }
+
+  close(): void {
+    this.#contest?.free();
+    this.#contest = null;
+  }
+
+  #turn(): void {
+    const contest = this.#contest;
+    if (!contest) return;
+    try {
+      const begin = performance.now();
+      let goesOn = true;
+      for (let now = begin; goesOn && now - begin < SLICE_MILLIS;) {
+        goesOn = contest.step();
+        const after = performance.now();
+        if (goesOn) contest.took((after - now) / 1000);
+        now = performance.now();
+      }
+      if (!goesOn || begin - this.#reportAt >= REPORT_MILLIS) this.#report(contest, goesOn);
+      if (goesOn) this.#channel.port2.postMessage(null);
+    } catch (error) {
+      this.close();
+      this.#post({ kind: "failed", text: error instanceof Error ? error.message : String(error) });
+    }
+  }
+
+  #report(contest: WebContest, running: boolean): void {
+    if (!this.#ask) return;
+    this.#reportAt = performance.now();
+    const places = this.#names.map((_, place) => place);
+    const [shortest = NaN, isOptimum = 0] = contest.shortest();
+    const state: ContestState = {
+      ...this.#ask, running, watched: this.#watched, planners: this.#names,
+      standings: contest.standings(), reasons: contest.reasons().map(reasonOf), shortest, isOptimum: isOptimum === 1,
+      paths: places.map((place) => contest.path(place)), curves: places.map((place) => contest.curve(place)), tree: contest.tree(this.#watched),
+    };
+    this.#post({ kind: "contest", contest: state, error: "" });
+  }
+}
+
+/** The first word is the kind. */
+function reasonOf(text: string): ContestState["reasons"][number] {
+  const [kind = ""] = text.split(" ", 1);
+  return { kind, text: text.slice(kind.length + 1) };
+}

@@ -1,0 +1,186 @@
+//! A package that one installs on the robot's computer: page in the program, program in a `.deb`, and a proof that it works.
+//!
+//! 1. The page is built and compressed, then the bridge with the page in it (`SLAMLAB_PAGE`), linked statically against musl:
+//!    one file that needs nothing of the system it comes to.
+//! 2. `deb` puts it together with settings, systemd unit, udev rules and guide, by `dpkg-deb`.
+//! 3. `smoke` unpacks the package and runs its program: natively, or by qemu's emulation of the other processor.
+//! 4. `systemd-analyze` and `lintian` look at the rest, where they are installed.
+//!
+//! A step whose tool is missing is skipped by name; the package is made all the same.
+
+mod deb;
+mod smoke;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use clap::ValueEnum;
+
+use crate::report::Report;
+use crate::wasm::Profile;
+use crate::{page, tools};
+
+/// What computer the package is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Target {
+    /// Raspberry Pi 3 and later, with a 64-bit system
+    Arm64,
+    /// A PC
+    Amd64,
+}
+
+impl Target {
+    /// Rust's name of it.
+    fn triple(self) -> &'static str {
+        match self {
+            Self::Arm64 => "aarch64-unknown-linux-musl",
+            Self::Amd64 => "x86_64-unknown-linux-musl",
+        }
+    }
+
+    /// Debian's name of it.
+    fn architecture(self) -> &'static str {
+        match self {
+            Self::Arm64 => "arm64",
+            Self::Amd64 => "amd64",
+        }
+    }
+
+    /// Rust's name of the processor.
+    fn processor(self) -> &'static str {
+        match self {
+            Self::Arm64 => "aarch64",
+            Self::Amd64 => "x86_64",
+        }
+    }
+
+    fn is_this_machine(self) -> bool {
+        std::env::consts::OS == "linux" && std::env::consts::ARCH == self.processor()
+    }
+
+    /// The computer at hand.
+    #[must_use]
+    pub fn this_machine() -> Self {
+        match std::env::consts::ARCH {
+            "aarch64" => Self::Arm64,
+            _ => Self::Amd64,
+        }
+    }
+
+    /// The C compiler for the few lines of C and assembly in `ring`.
+    fn compiler(self) -> Result<&'static str> {
+        let compilers: &[&str] = match self {
+            Self::Arm64 => &["aarch64-linux-gnu-gcc", "clang"],
+            Self::Amd64 => &["x86_64-linux-gnu-gcc", "clang"],
+        };
+        let found = compilers.iter().find(|name| tools::in_path(name).is_some());
+        found.copied().with_context(|| {
+            format!(
+                "a C compiler for {} is missing; install it by `sudo apt-get install gcc-{}-linux-gnu`, or clang",
+                self.architecture(),
+                self.processor().replace('_', "-"),
+            )
+        })
+    }
+}
+
+/// Builds the package for `target` and tries it out.
+///
+/// # Errors
+/// If a tool is missing without which there is no package, or a step fails.
+pub fn package(target: Target) -> Result<()> {
+    page::build(Profile::Release)?;
+    let program = build(target, &tools::root().join("www/dist"))?;
+    let package = deb::build(target, &program)?;
+    let mut report = Report::default();
+    report.step("the packaged program runs", || {
+        smoke::test(target, &package)
+    });
+    report.step("the unit is one", verify_unit);
+    report.step("the package is one", || lint(&package));
+    report.finish()?;
+    println!("{}", package.display());
+    Ok(())
+}
+
+/// Compiles the bridge with the page of this folder in it.
+fn build(target: Target, page: &Path) -> Result<PathBuf> {
+    let triple = target.triple();
+    tools::need_target(triple)?;
+    let suffix = triple.replace('-', "_");
+    let mut cargo = tools::cargo();
+    cargo
+        .env("SLAMLAB_PAGE", page)
+        .env(format!("CC_{suffix}"), target.compiler()?)
+        // ring needs no C library for this, and a compiler for another system has no musl.
+        .env(
+            format!("CFLAGS_{suffix}"),
+            "-ffreestanding -DRING_CORE_NOSTDLIBINC=1",
+        )
+        .args([
+            "build",
+            "--release",
+            "--package",
+            "slamlab-bridge",
+            "--target",
+            triple,
+        ]);
+    tools::run(&mut cargo)?;
+    let program = tools::target_dir()
+        .join(triple)
+        .join("release/slamlab-bridge");
+    if !program.is_file() {
+        bail!("{} was not made", program.display());
+    }
+    Ok(program)
+}
+
+/// Lets systemd read the unit, with a program in it that is there.
+fn verify_unit() -> Result<()> {
+    let Some(analyze) = tools::in_path("systemd-analyze") else {
+        return skip("systemd-analyze", "systemd");
+    };
+    let unit = tools::root().join("bridge/deploy/slamlab-bridge.service");
+    let text = std::fs::read_to_string(&unit)?;
+    let folder = tools::target_dir().join("package/unit");
+    std::fs::create_dir_all(&folder)?;
+    let copy = folder.join("slamlab-bridge.service");
+    let runnable = text
+        .replace("/usr/bin/slamlab-bridge serve", "/bin/true serve")
+        // The user is made when the package is installed.
+        .replace("=slamlab\n", "=daemon\n");
+    std::fs::write(&copy, runnable)?;
+    tools::run(
+        std::process::Command::new(&analyze)
+            .args(["verify", "--man=no"])
+            .arg(&copy),
+    )?;
+    tools::run(
+        std::process::Command::new(&analyze)
+            .args(["security", "--offline=yes", "--no-pager", "--threshold=25"])
+            .arg(&copy),
+    )
+}
+
+fn lint(package: &Path) -> Result<()> {
+    let Some(lintian) = tools::in_path("lintian") else {
+        return skip("lintian", "lintian");
+    };
+    let mut lintian = std::process::Command::new(lintian);
+    // As root, it would refuse; a static program, and one without a manual page, are meant.
+    lintian.args([
+        "--allow-root",
+        "--fail-on",
+        "error",
+        "--suppress-tags",
+        "statically-linked-binary",
+    ]);
+    tools::run(lintian.arg(package))
+}
+
+/// A step that cannot be done here is none that failed.
+#[allow(clippy::unnecessary_wraps)] // stands where a step's result does
+fn skip(tool: &str, debian: &str) -> Result<()> {
+    eprintln!("skipped: {tool} is missing; on Debian: sudo apt-get install {debian}");
+    Ok(())
+}

@@ -1,0 +1,140 @@
+//! The `.deb`: files in their places, and what `dpkg` must know of them.
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result};
+
+use super::Target;
+use crate::tools;
+
+/// Where files of the repository come to stand: from, to, mode.
+const FILES: [(&str, &str, u32); 5] = [
+    (
+        "bridge/deploy/bridge.toml",
+        "etc/slamlab/bridge.toml",
+        0o644,
+    ),
+    (
+        "bridge/deploy/slamlab-bridge.service",
+        "lib/systemd/system/slamlab-bridge.service",
+        0o644,
+    ),
+    (
+        "bridge/deploy/60-slamlab.rules",
+        "lib/udev/rules.d/60-slamlab.rules",
+        0o644,
+    ),
+    (
+        "bridge/deploy/debian/copyright",
+        "usr/share/doc/slamlab-bridge/copyright",
+        0o644,
+    ),
+    (
+        "bridge/GUIDE.md",
+        "usr/share/doc/slamlab-bridge/GUIDE.md",
+        0o644,
+    ),
+];
+const SCRIPTS: [&str; 3] = ["postinst", "prerm", "postrm"];
+
+/// Makes the package in `target/package`.
+pub(super) fn build(target: Target, program: &Path) -> Result<PathBuf> {
+    let dpkg = tools::dpkg_deb()?;
+    let version = env!("CARGO_PKG_VERSION");
+    let folder = tools::target_dir().join("package");
+    let name = format!("slamlab-bridge_{version}_{}", target.architecture());
+    let tree = folder.join(&name);
+    if tree.exists() {
+        fs::remove_dir_all(&tree).with_context(|| format!("cannot empty {}", tree.display()))?;
+    }
+    put(program, &tree.join("usr/bin/slamlab-bridge"), 0o755)?;
+    let root = tools::root();
+    for (from, to, mode) in FILES {
+        put(&root.join(from), &tree.join(to), mode)?;
+    }
+    changelog(
+        &tree.join("usr/share/doc/slamlab-bridge/changelog.gz"),
+        version,
+    )?;
+    for script in SCRIPTS {
+        let from = root.join("bridge/deploy/debian").join(script);
+        put(&from, &tree.join("DEBIAN").join(script), 0o755)?;
+    }
+    write(&tree.join("DEBIAN/conffiles"), "/etc/slamlab/bridge.toml\n")?;
+    let control = fs::read_to_string(root.join("bridge/deploy/debian/control"))?
+        .replace("@VERSION@", version)
+        .replace("@ARCHITECTURE@", target.architecture())
+        .replace("@KILOBYTES@", &size(&tree)?.div_ceil(1024).to_string());
+    write(&tree.join("DEBIAN/control"), &control)?;
+    let package = folder.join(format!("{name}.deb"));
+    let mut dpkg = Command::new(dpkg);
+    dpkg.args(["--root-owner-group", "-Zxz", "--build"])
+        .arg(&tree)
+        .arg(&package);
+    tools::run(dpkg.stdout(Stdio::null()))?;
+    fs::remove_dir_all(&tree)?;
+    Ok(package)
+}
+
+/// Unpacks a package.
+pub(super) fn unpack(package: &Path, to: &Path) -> Result<()> {
+    let mut dpkg = Command::new(tools::dpkg_deb()?);
+    tools::run(dpkg.arg("-x").arg(package).arg(to))
+}
+
+fn put(from: &Path, to: &Path, mode: u32) -> Result<()> {
+    make_place(to)?;
+    fs::copy(from, to).with_context(|| format!("cannot copy {}", from.display()))?;
+    fs::set_permissions(to, fs::Permissions::from_mode(mode))?;
+    Ok(())
+}
+
+fn write(to: &Path, text: &str) -> Result<()> {
+    make_place(to)?;
+    fs::write(to, text).with_context(|| format!("cannot write {}", to.display()))
+}
+
+/// Folders that anybody may look into, whatever the umask of whoever packs.
+fn make_place(file: &Path) -> Result<()> {
+    let Some(folder) = file.parent() else {
+        return Ok(());
+    };
+    fs::create_dir_all(folder)?;
+    let package = tools::target_dir().join("package");
+    for folder in folder.ancestors().take_while(|folder| *folder != package) {
+        fs::set_permissions(folder, fs::Permissions::from_mode(0o755))?;
+    }
+    Ok(())
+}
+
+/// Debian wants one; what changed stands in the repository.
+fn changelog(to: &Path, version: &str) -> Result<()> {
+    let plain = to.with_extension("");
+    let text = format!(
+        "slamlab-bridge ({version}) stable; urgency=low\n\n  * See CHANGELOG.md of slamlab.\n\n \
+         -- the authors of slamlab <slamlab@localhost.localdomain>  Sat, 21 Nov 2026 00:00:00 +0000\n"
+    );
+    write(&plain, &text)?;
+    fs::set_permissions(&plain, fs::Permissions::from_mode(0o644))?;
+    tools::run(
+        Command::new("gzip")
+            .args(["-9", "--no-name", "--force"])
+            .arg(&plain),
+    )
+}
+
+/// Bytes of all files.
+fn size(folder: &Path) -> Result<u64> {
+    let mut sum = 0;
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        sum += match entry.file_type()?.is_dir() {
+            true => size(&entry.path())?,
+            false => entry.metadata()?.len(),
+        };
+    }
+    Ok(sum)
+}

@@ -1,0 +1,194 @@
+//! Runs the program of a package as a person would first meet it: does it serve its page, and does the doctor speak?
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail, ensure};
+
+use super::{Target, deb};
+use crate::tools;
+
+/// An emulated processor on a loaded machine may take its time.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// Unpacks the package and runs its program; skipped by name where the other processor cannot be emulated.
+pub(super) fn test(target: Target, package: &Path) -> Result<()> {
+    let emulator = format!("qemu-{}-static", target.processor());
+    let emulator = match (target.is_this_machine(), tools::in_path(&emulator)) {
+        (true, _) => None,
+        (false, Some(found)) => Some(found),
+        (false, None) => return super::skip(&emulator, "qemu-user-static"),
+    };
+    let folder = tools::target_dir().join("package/smoke");
+    if folder.exists() {
+        fs::remove_dir_all(&folder)?;
+    }
+    deb::unpack(package, &folder)?;
+    let installed = Installed { folder, emulator };
+    installed.settings_are_read()?;
+    installed.doctor_names_a_port_that_is_not_there()?;
+    installed.page_is_served()?;
+    fs::remove_dir_all(&installed.folder)?;
+    Ok(())
+}
+
+struct Installed {
+    folder: PathBuf,
+    emulator: Option<PathBuf>,
+}
+
+impl Installed {
+    fn program(&self) -> Command {
+        let program = self.folder.join("usr/bin/slamlab-bridge");
+        let mut command = match &self.emulator {
+            Some(emulator) => {
+                let mut command = Command::new(emulator);
+                command.arg(program);
+                command
+            }
+            None => Command::new(program),
+        };
+        // Away from the repository, whose www/dist must not be what is served.
+        command.current_dir(&self.folder).stdin(Stdio::null());
+        command
+    }
+
+    fn settings_are_read(&self) -> Result<()> {
+        let output = self
+            .program()
+            .args(["config", "--config", "etc/slamlab/bridge.toml"])
+            .output()?;
+        let text = String::from_utf8_lossy(&output.stdout);
+        ensure!(
+            output.status.success() && text.contains("listen = \"0.0.0.0:8080\""),
+            "config says {text}{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        eprintln!("  config reads the installed settings");
+        Ok(())
+    }
+
+    fn doctor_names_a_port_that_is_not_there(&self) -> Result<()> {
+        let output = self
+            .program()
+            .args(["doctor", "/dev/slamlab-none"])
+            .output()?;
+        let text = String::from_utf8_lossy(&output.stdout);
+        ensure!(
+            !output.status.success()
+                && text.contains("PROBLEM /dev/slamlab-none is not there: plug the device in"),
+            "doctor says {text}{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        eprintln!("  doctor names a port that is not there");
+        Ok(())
+    }
+
+    fn page_is_served(&self) -> Result<()> {
+        let mut command = self.program();
+        command
+            .args([
+                "serve",
+                "--port",
+                "0",
+                "--source",
+                "sim:arena,lidar",
+                "--token-file",
+                "token",
+            ])
+            .stdout(Stdio::piped());
+        let mut bridge = Running(command.spawn().context("the program does not start")?);
+        let address = bridge.address()?;
+        let dist = tools::root().join("www/dist");
+        for (path, file, kind) in [
+            ("/", "index.html", "text/html"),
+            (
+                "/slamlab_web_bg.wasm",
+                "slamlab_web_bg.wasm",
+                "application/wasm",
+            ),
+            ("/worker.js", "worker.js", "text/javascript"),
+        ] {
+            let (head, body) = get(&address, path)?;
+            ensure!(head.starts_with("http/1.1 200"), "{path}: {head}");
+            ensure!(
+                head.contains(&format!("content-type: {kind}")),
+                "{path}: {head}"
+            );
+            ensure!(
+                head.contains("content-security-policy: default-src 'none'"),
+                "{path}: {head}"
+            );
+            ensure!(
+                body == fs::read(dist.join(file))?,
+                "{path} is not the page's {file}"
+            );
+        }
+        let (_, about) = get(&address, "/bridge.json")?;
+        let about = String::from_utf8_lossy(&about);
+        ensure!(
+            about.contains("sim:arena,lidar"),
+            "bridge.json says {about}"
+        );
+        eprintln!(
+            "  the page inside the program is served at http://{address}/, with a simulated robot behind it"
+        );
+        bridge.stop()
+    }
+}
+
+/// The program, ended when this is dropped.
+struct Running(Child);
+
+impl Running {
+    fn address(&mut self) -> Result<String> {
+        let out = self.0.stdout.take().context("no output")?;
+        let mut line = String::new();
+        BufReader::new(out).read_line(&mut line)?;
+        let address = line
+            .split("http://")
+            .nth(1)
+            .and_then(|rest| rest.split('/').next());
+        address
+            .map(str::to_owned)
+            .with_context(|| format!("it does not say where it is, but `{line}`"))
+    }
+
+    fn stop(mut self) -> Result<()> {
+        let id = self.0.id().to_string();
+        tools::run(Command::new("kill").args(["-TERM", &id]))?;
+        let status = self.0.wait()?;
+        if !status.success() {
+            bail!("it ended with {status} when it was told to stop");
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // One that has ended already cannot be.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Head (in small letters) and body of an answer.
+fn get(address: &str, path: &str) -> Result<(String, Vec<u8>)> {
+    let mut stream = TcpStream::connect(address)?;
+    stream.set_read_timeout(Some(PATIENCE))?;
+    write!(
+        stream,
+        "GET {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n"
+    )?;
+    let mut bytes = vec![];
+    stream.read_to_end(&mut bytes)?;
+    let end = bytes.windows(4).position(|four| four == b"\r\n\r\n");
+    let end = end.with_context(|| format!("{path}: no answer"))?;
+    let body = bytes.split_off(end + 4);
+    Ok((String::from_utf8_lossy(&bytes).to_lowercase(), body))
+}
