@@ -107,7 +107,7 @@ test('what cannot be done fails in words and leaves the run as it is', async ({ 
     wire.send({ kind: 'replay', name: 'good.log', bytes: bytes(log), method: 'scan-matching', settings: {} });
     const opened = (await wire.until((a) => a.kind === 'started', true)).at(-1);
     const end = (await wire.until((a) => a.kind === 'frame' && a.status.finished, true)).at(-1);
-    wire.send({ kind: 'save' });
+    wire.send({ kind: 'save', what: 'map' });
     const saved = (await wire.until((a) => a.kind === 'saved', true)).at(-1);
     return { started, world, bad, frame, opened, end, files: saved?.kind === 'saved' ? saved.files.map((f) => f.name) : [] };
   }, log);

@@ -7,7 +7,7 @@
 //! | `pull`, `plug` | `{}`; its cables are out, or in |
 //! | `facts` | what is true of the robot, as its owner tells it |
 //! | others | `{}`; what the robot's own program says that they do |
-//! | `map FILE.pgm FILE.yaml` | how true that map is: [`map_truth`](crate::map_truth) |
+//! | `map FILE.pgm FILE.yaml` | how true that map is: [`crate::map_truth`] |
 //!
 //! It ends where its input does.
 
