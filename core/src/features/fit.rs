@@ -97,6 +97,7 @@ pub enum FitError {
 ///     range: Vector2::new(2.0, y).norm(),
 ///     sigma: 0.01,
 ///     is_hit: true,
+///     quality: None,
 /// };
 /// let wall = fit_line(&[on_x_2(-1.0), on_x_2(0.0), on_x_2(1.0)], 0.0, 0.0).unwrap();
 /// assert!(wall.line.alpha().abs() < 1e-9 && (wall.line.r() - 2.0).abs() < 1e-9);

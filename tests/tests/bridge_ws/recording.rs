@@ -47,11 +47,12 @@ async fn an_export_holds_the_recording_and_its_map() {
         (old.robot().unwrap().preset, new.len()),
         ("rp6".to_owned(), old.len())
     );
-    let said = |recording: &Recording| -> Vec<_> {
-        let messages = recording.messages();
-        messages.map(|message| message.unwrap().said).collect()
-    };
-    assert_eq!(said(&old), said(&new));
+    // As text: a reading that is no number equals itself there.
+    let messages = old.messages().zip(new.messages());
+    for (old, new) in messages {
+        let [old, new] = [old, new].map(|message| format!("{:?}", message.unwrap().said));
+        assert_eq!(old, new);
+    }
 
     let mut replay = Replay::new(old, Method::ScanMatching, SlamConfig::default()).unwrap();
     while replay.step().unwrap() {}
