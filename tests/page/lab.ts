@@ -55,10 +55,12 @@ export class Lab {
     });
   }
 
+  /** What the page shows; just after a start it has shown nothing yet. */
   async status(): Promise<Status> {
-    const { status } = await this.state();
-    if (!status) throw new Error('the page has shown nothing yet');
-    return status;
+    let status: Status | null = null;
+    const seen = async () => (status = (await this.state()).status) !== null;
+    await expect.poll(seen, { message: 'the page shows a status', timeout: 30_000, intervals: [20, 50, 100] }).toBe(true);
+    return status!;
   }
 
   /** Polls a number or a word of the state. */
