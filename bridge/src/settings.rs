@@ -198,6 +198,12 @@ impl Settings {
         } else {
             below.port
         };
+        // A certificate is named to be used.
+        let tls_below = if self.tls_cert.is_some() || self.tls_key.is_some() {
+            None
+        } else {
+            below.tls
+        };
         Self {
             listen: self.listen.or(below.listen),
             port: self.port.or(port_below),
@@ -209,7 +215,7 @@ impl Settings {
             allow_origin: self.allow_origin.or(below.allow_origin),
             token_file: self.token_file.or(below.token_file),
             record: self.record.or(below.record),
-            tls: self.tls.or(below.tls),
+            tls: self.tls.or(tls_below),
             tls_cert: self.tls_cert.or(below.tls_cert),
             tls_key: self.tls_key.or(below.tls_key),
             mdns: self.mdns.or(below.mdns),

@@ -210,7 +210,9 @@ impl Live {
             RefusalReason::NoRight => "Only whoever has the bridge's token may drive",
             RefusalReason::Held => "Somebody else drives; take over to stop the robot and drive it",
             RefusalReason::Emergency => "The emergency stop is latched; reset it first",
-            RefusalReason::NoRobot => "The robot's link is down: it cannot be armed",
+            RefusalReason::NoRobot => {
+                "The robot's link is down: it cannot be armed, nor its emergency stop reset"
+            }
             RefusalReason::TooOld | RefusalReason::FromTheFuture => {
                 "A command came too late and was left out: the network is slow"
             }

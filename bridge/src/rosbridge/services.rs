@@ -1,7 +1,9 @@
 //! The services that stand in for what rosbridge does not know: the token, the lease, arming.
 
 use serde_json::{Value, json};
-use slamlab_core::wire::message::{CHALLENGE_BYTES, FromBridge, PROOF_BYTES, ToBridge, close};
+use slamlab_core::wire::message::{
+    CHALLENGE_BYTES, FromBridge, PROOF_BYTES, RefusalReason, ToBridge, close,
+};
 
 use super::Peer;
 use super::message::Said;
@@ -60,10 +62,21 @@ impl Services {
                 let is_ours = safety.armed && safety.driver == client;
                 (is_ours, json!({ "armed": is_ours }))
             }
-            FromBridge::Refused(reason) => (false, json!({ "reason": format!("{reason:?}") })),
+            FromBridge::Refused(reason) if is_of(&service, *reason) => {
+                (false, json!({ "reason": format!("{reason:?}") }))
+            }
             _ => return None,
         };
         Some(self.waiting.take()?.answer(result, values))
+    }
+}
+
+/// Whether a call of the service can be refused so; other refusals are of commands that were under way before it.
+fn is_of(service: &str, reason: RefusalReason) -> bool {
+    use RefusalReason::{Emergency, Held, NoRight, NoRobot, StaleEpoch};
+    match service {
+        "/slamlab/take" => matches!(reason, Held | NoRight),
+        _ => matches!(reason, StaleEpoch | Emergency | NoRobot | NoRight),
     }
 }
 
@@ -146,6 +159,24 @@ fn unhex(text: &str) -> Option<[u8; PROOF_BYTES]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_command_refused_on_its_way_is_no_answer_to_a_call() {
+        let mut services = Services {
+            waiting: Some(Call {
+                id: None,
+                service: "/slamlab/arm".to_owned(),
+            }),
+            ..Services::default()
+        };
+        let mut is_answer = |reason| services.heard(&FromBridge::Refused(reason), None).is_some();
+        assert!(!is_answer(RefusalReason::Disarmed));
+        assert!(is_answer(RefusalReason::NoRobot));
+        assert!(
+            !is_answer(RefusalReason::NoRobot),
+            "the call has its answer"
+        );
+    }
 
     #[test]
     fn hexadecimal_is_read_as_it_is_written_and_nothing_else_is() {

@@ -214,6 +214,10 @@ impl Safety {
         out: &mut Vec<Output>,
     ) -> Result<(), RefusalReason> {
         self.holder(client, epoch)?.used = now;
+        // An order to a robot that is away would be lost, and it would stay latched while the bridge says that it is free.
+        if !self.is_robot_up {
+            return Err(RefusalReason::NoRobot);
+        }
         if std::mem::take(&mut self.is_emergency) {
             out.extend([Output::Order(Order::ResetEmergencyStop), Output::Changed]);
         }

@@ -237,6 +237,12 @@ fn the_emergency_stop_is_latched_and_its_reset_moves_nothing() {
     );
     // A robot that was reset meanwhile is told again.
     safety.on(at(4), Input::Robot(false));
+    // A reset would not reach it.
+    assert_eq!(
+        ask(&mut safety, 4, A, Asked::ResetEmergencyStop { epoch: 1 }),
+        refused(RefusalReason::NoRobot)
+    );
+    assert!(safety.is_emergency());
     assert!(safety.on(at(5), Input::Robot(true)).contains(&emergency));
     let out = ask(&mut safety, 6, A, Asked::ResetEmergencyStop { epoch: 1 });
     assert_eq!(

@@ -27,6 +27,9 @@ use nalgebra::Point2;
 use crate::geom::Segment;
 use entry::Entry;
 
+/// Longer pieces are no walls but damaged readings, and would take memory by the metre, m.
+const LONGEST: f64 = 1000.0;
+
 /// How walls are kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VectorConfig {
@@ -111,7 +114,7 @@ impl VectorMap {
     }
 
     /// Takes in one scan: the pieces it showed, and the ways of its beams from the sensor to where they ended. Pieces with
-    /// numbers that are not finite, or without length, say nothing and are left out.
+    /// numbers that are not finite, without length or longer than a kilometre say nothing and are left out.
     pub fn observe(&mut self, sightings: &[Sighting], beams: &[[Point2<f64>; 2]]) {
         self.scans += 1;
         for sighting in sightings {
@@ -182,8 +185,14 @@ impl VectorMap {
                 continue;
             };
             let (kept, gone) = (at.min(other), at.max(other));
-            let gone = self.entries.remove(gone);
-            self.entries[kept].absorb(&gone);
+            let mut gone = self.entries.remove(gone);
+            let kept_entry = &mut self.entries[kept];
+            // As they were compared: the shorter is taken into the longer, under the older name.
+            if gone.length() > kept_entry.length() {
+                std::mem::swap(&mut gone, kept_entry);
+                std::mem::swap(&mut gone.id, &mut kept_entry.id);
+            }
+            kept_entry.absorb(&gone);
             // What has grown may belong with more.
             at = kept;
         }
@@ -224,6 +233,7 @@ impl Sighting {
             && self.sigma_direction.is_finite()
             && self.sigma_across.is_finite()
             && self.seen.length() > 0.0
+            && self.seen.length() <= LONGEST
     }
 
     /// From where the sensor was on the left to the other end.

@@ -264,6 +264,8 @@ impl Contest {
         let is_joined = self.entrants.iter().any(has_path);
         let is_proved = self.entrants.iter().any(Entrant::has_proof);
         let Query { start, goal } = self.query;
+        // Its time is no planner's.
+        self.turn = self.entrants.len();
         self.apart = Some(!is_joined && (is_proved || self.space.are_apart(start, goal)));
         true
     }

@@ -92,9 +92,9 @@ impl Timeline {
         }
         let mut out = vec![];
         let newest = self.newest.unwrap_or(odometry.from);
-        let from = Stamp(odometry.from.0 + self.shift);
+        let from = Stamp(odometry.from.0.saturating_add(self.shift));
         if from < newest {
-            self.shift = newest.0 - odometry.from.0;
+            self.shift = newest.0.saturating_sub(odometry.from.0);
             self.clocks.clear();
             self.waiting.clear();
             out.push(Reading::Gap { seconds: 0.0 });
@@ -105,8 +105,8 @@ impl Timeline {
             out.push(Reading::Odometry(unsure(newest, from, GAP_SIGMA)));
         }
         self.note_clock(source, arrived, odometry.to);
-        let to = Stamp(odometry.to.0 + self.shift);
-        let from = Stamp(odometry.from.0 + self.shift);
+        let to = Stamp(odometry.to.0.saturating_add(self.shift));
+        let from = Stamp(odometry.from.0.saturating_add(self.shift));
         self.newest = Some(to);
         out.push(Reading::Odometry(Odometry {
             from,

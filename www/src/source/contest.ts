@@ -15,6 +15,9 @@ export class ContestRunner {
   #ask: ContestAsk | null = null;
   #watched = 0;
   #reportAt = -Infinity;
+  /** A turn waits in the channel: one is enough. */
+  #isDue = false;
+  #isHalted = false;
 
   constructor(post: (answer: Answer) => void) {
     this.#post = post;
@@ -28,19 +31,20 @@ export class ContestRunner {
     this.#watched = watched;
     this.#contest = make();
     this.#reportAt = -Infinity;
-    this.#channel.port2.postMessage(null);
+    this.#isHalted = false;
+    this.#wake();
   }
 
   /** Whose tree is told. */
   watch(place: number): void {
     this.#watched = place;
-    if (this.#contest) this.#report(this.#contest, !this.#contest.is_over());
+    if (this.#contest) this.#report(this.#contest, !this.#isHalted && !this.#contest.is_over());
   }
 
   /** Stops where it is; what was found stays to be looked at. */
   stop(): void {
+    this.#isHalted = true;
     if (this.#contest) this.#report(this.#contest, false);
-    this.close();
   }
 
   close(): void {
@@ -48,9 +52,16 @@ export class ContestRunner {
     this.#contest = null;
   }
 
+  #wake(): void {
+    if (this.#isDue) return;
+    this.#isDue = true;
+    this.#channel.port2.postMessage(null);
+  }
+
   #turn(): void {
+    this.#isDue = false;
     const contest = this.#contest;
-    if (!contest) return;
+    if (!contest || this.#isHalted) return;
     try {
       const begin = performance.now();
       let goesOn = true;
@@ -61,7 +72,7 @@ export class ContestRunner {
         now = performance.now();
       }
       if (!goesOn || begin - this.#reportAt >= REPORT_MILLIS) this.#report(contest, goesOn);
-      if (goesOn) this.#channel.port2.postMessage(null);
+      if (goesOn) this.#wake();
     } catch (error) {
       this.close();
       this.#post({ kind: "failed", text: error instanceof Error ? error.message : String(error) });

@@ -251,8 +251,8 @@ export class SlamMap extends LitElement {
 
   /** The door under a map point, while they are shown and no goal is being chosen. */
   #doorAt(x: number, y: number): number | null {
-    const { layers, aiming } = this.store;
-    return layers.truth && !aiming ? doorAt(this.scene.doors, x, y, this.camera.px(10)) : null;
+    const { layers, aiming, tab } = this.store;
+    return layers.truth && !aiming && tab !== "paths" ? doorAt(this.scene.doors, x, y, this.camera.px(10)) : null;
   }
 
   #isOpen(door: number): boolean {

@@ -11,7 +11,7 @@ use slamlab_core::sim::sensors::{RangerModel, SensorError};
 use slamlab_core::wire::rp6::{Hello, Ranger, RangerFigures, SweepReader, Telemetry};
 
 /// Counts of a track, about 5 mm, beyond which the robot did not stand.
-const STOOD: i32 = 20;
+const STOOD: u32 = 20;
 
 /// Readings of the sweep under way.
 #[derive(Clone, Debug)]
@@ -56,7 +56,7 @@ impl Sweeps {
             return self.reader.finish();
         }
         let began = *self.began.get_or_insert(telemetry.counts);
-        let ran = |(now, then): (i32, i32)| now.wrapping_sub(then).abs() > STOOD;
+        let ran = |(now, then): (i32, i32)| now.wrapping_sub(then).unsigned_abs() > STOOD;
         if telemetry.counts.into_iter().zip(began).any(ran) {
             self.reader.spoil();
         }

@@ -206,7 +206,8 @@ impl Entry {
         self.cover.absorb(&other.cover, |along| {
             (other.point(along) - self.anchor).dot(&tangent)
         });
-        self.sightings += other.sightings;
+        // Parts of one wall that was cut carry the same sightings.
+        self.sightings = self.sightings.max(other.sightings);
         self.last_seen = self.last_seen.max(other.last_seen);
     }
 

@@ -78,6 +78,65 @@ fn two_parts_with_a_door_between_stay_two_until_it_is_shut() {
 }
 
 #[test]
+fn a_door_that_opens_and_shuts_for_ever_does_not_make_sightings_of_nothing() {
+    let mut map = VectorMap::default();
+    let parts = [
+        seen((0.0, 0.0), (2.0, 0.0), (1.0, 1.0)),
+        seen((3.0, 0.0), (5.0, 0.0), (1.0, 1.0)),
+    ];
+    let door = [seen((1.8, 0.0), (3.2, 0.0), (2.5, 1.0))];
+    let beams: Vec<_> = (0..40)
+        .map(|i| {
+            let x = 2.0125 + 0.025 * f64::from(i);
+            [point(x, 1.0), point(x, -2.0)]
+        })
+        .collect();
+    let mut scans = 0;
+    for _ in 0..40 {
+        often(&mut map, &parts, &beams, 40);
+        often(&mut map, &door, &[], 10);
+        scans += 50;
+        let most = map.walls().iter().map(|wall| wall.sightings).max();
+        // While it is shut, a scan may show both parts of the one wall.
+        let most = most.unwrap();
+        assert!(most <= 2 * scans, "{most} in {scans} scans");
+    }
+}
+
+#[test]
+fn what_joins_two_walls_is_taken_into_the_longer_under_the_older_name() {
+    let mut map = VectorMap::default();
+    // The older one is short, and unsure of its direction.
+    let mut short = seen((0.0, 0.0), (0.3, 0.04), (0.2, 1.0));
+    short.sigma_direction = 0.1;
+    often(&mut map, &[short], &[], 5);
+    let name = map.walls()[0].id;
+    often(
+        &mut map,
+        &[seen((0.6, 0.0), (6.0, 0.0), (3.0, 1.0))],
+        &[],
+        30,
+    );
+    often(
+        &mut map,
+        &[seen((0.2, 0.0), (1.0, 0.0), (0.5, 1.0))],
+        &[],
+        5,
+    );
+    let walls = map.walls();
+    assert_eq!(walls.len(), 1, "{walls:?}");
+    assert!(walls[0].segment.length() > 5.9, "{walls:?}");
+    assert_eq!(walls[0].id, name);
+}
+
+#[test]
+fn a_piece_as_long_as_a_town_is_no_wall() {
+    let mut map = VectorMap::default();
+    map.observe(&[seen((0.0, 0.0), (1e9, 0.0), (1.0, 1.0))], &[]);
+    assert_eq!(map.len(), 0);
+}
+
+#[test]
 fn both_faces_of_a_partition_stay_two() {
     let mut map = VectorMap::default();
     let near = seen((0.0, 0.0), (2.0, 0.0), (1.0, 1.0));

@@ -172,7 +172,7 @@ pub enum RefusalReason {
     Disarmed,
     /// The emergency stop is latched.
     Emergency,
-    /// The robot cannot be armed: its link is down.
+    /// The robot cannot be armed, nor its emergency stop reset: its link is down.
     NoRobot,
     /// A figure is not a finite number.
     NotFinite,
