@@ -3,8 +3,8 @@
 //! In: straight pieces, arcs and turns on the spot that join without a kink, and the pose estimate at every tick. Out: forward
 //! speed and turn rate, until the last piece ends.
 //!
-//! 1. The pieces fall into runs, each of which is driven in one go; a turn on the spot parts two of them. A run begins with a
-//!    turn towards its beginning.
+//! 1. The pieces fall into runs, each of which is driven in one go; a turn on the spot parts two of them, unless it is so small
+//!    that it can be driven over. A run begins with a turn towards its beginning.
 //! 2. The robot's place on the run is the nearest point a little ahead of its last place: it never jumps to where the run
 //!    comes by again.
 //! 3. A point ahead on the run is aimed at on a circle: turn rate 2 v sin(error) / distance (pure pursuit, Coulter 1992). In
@@ -25,6 +25,9 @@ const SPACING: f64 = 0.02;
 const WINDOW: f64 = 0.4;
 /// Part of an arc's radius at which its aim lies ahead: it cuts an arc by about 4 % of its radius.
 const AIM_PART: f64 = 0.6;
+/// Smaller turns on the spot are driven over, rad, as if they took so much way, m.
+const KINK: f64 = 0.35;
+const KINK_WAY: f64 = 0.15;
 /// Part of the highest turn rate that arcs are driven with: the rest is for coming back to the run.
 const TURN_PART: f64 = 0.7;
 
@@ -50,7 +53,8 @@ impl CurveFollower {
     /// For pieces in the order in which they are driven.
     #[must_use]
     pub fn new(pieces: &[Piece]) -> Self {
-        let is_turn = |piece: &Piece| matches!(piece, Piece::Turn { .. });
+        let is_turn =
+            |piece: &Piece| matches!(piece, Piece::Turn { turn, .. } if turn.abs() > KINK);
         let runs = pieces.split(is_turn).map(places_of);
         Self {
             runs: runs.filter(|run| run.len() > 1).collect(),
@@ -124,7 +128,13 @@ impl CurveFollower {
 fn places_of(pieces: &[Piece]) -> Vec<Place> {
     let mut places: Vec<Place> = vec![];
     let mut way = 0.0;
-    for piece in pieces.iter().filter(|piece| piece.length() > 1e-6) {
+    for piece in pieces {
+        if let (Piece::Turn { turn, .. }, Some(last)) = (piece, places.last_mut()) {
+            last.curvature = last.curvature.max(turn.abs() / KINK_WAY);
+        }
+        if piece.length() <= 1e-6 {
+            continue;
+        }
         let curvature = match piece {
             Piece::Arc { radius, .. } => 1.0 / radius.max(1e-6),
             _ => 0.0,

@@ -121,6 +121,38 @@ fn rounded_corners_are_faster_than_stops() {
     );
 }
 
+/// A path pulled tight goes round a pillar in short legs that no arc fits into.
+#[test]
+fn small_kinks_are_driven_over() {
+    let model = RobotModel::rp6();
+    let (mut at, mut heading) = (Point2::origin(), 0.0_f64);
+    let mut pieces = vec![];
+    for _ in 0..12 {
+        let (sin, cos) = crate::geom::sin_cos(heading);
+        let next = at + nalgebra::Vector2::new(cos, sin) * 0.15;
+        pieces.push(Piece::Line(crate::geom::Segment::new(at, next)));
+        pieces.push(Piece::Turn {
+            at: next,
+            turn: 0.15,
+        });
+        (at, heading) = (next, heading + 0.15);
+    }
+    let ride = ride(
+        &mut Follower::rounded(&pieces),
+        &dense(&pieces),
+        0.0,
+        &model,
+    );
+    let length: f64 = pieces.iter().map(Piece::length).sum();
+    assert!(ride.arrived && ride.off < 0.03, "{} m off", ride.off);
+    let least = length / model.max_speed;
+    assert!(
+        ride.seconds < 1.6 * least,
+        "{} s for {length} m",
+        ride.seconds
+    );
+}
+
 #[test]
 fn what_remains_begins_at_the_robot_and_ends_at_the_end() {
     let path = zigzag();
