@@ -8,16 +8,17 @@ use slamlab_core::geom::Pose2;
 use slamlab_core::pilot::{Mode, Stage};
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::{Material, ReachableArea, SensorModel, Wall, reachable_area};
+use slamlab_core::slam::Slam;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::bench::{BenchResponse, BenchTrial};
 use crate::contest::{Ground, WebContest};
-use crate::inspection::Inspection;
 use crate::settings::apply;
 use crate::setup::WebSetup;
+use crate::shows_slam::shows_slam;
 use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
-use crate::view::{self, FloorPlan, MapFiles, SlamView};
+use crate::view;
 
 /// What the page calls it.
 pub(crate) fn mode_name(mode: Mode) -> &'static str {
@@ -412,50 +413,11 @@ impl WebExperiment {
         view::polyline(&centres)
     }
 
-    /// The map since `revision` of `generation`, and the last scan.
-    #[must_use]
-    pub fn view(&self, generation: u32, revision: f64) -> SlamView {
-        SlamView::since(self.experiment.slam(), generation, revision)
-    }
-
-    /// Why the last scan's lines were matched, and, with `matrix`, how errors hang together; nothing for methods without a line
-    /// map.
-    #[must_use]
-    pub fn inspect(&self, matrix: bool) -> Option<Inspection> {
-        Inspection::of(self.experiment.slam(), matrix)
-    }
-
-    /// Walls that the last scan showed to be parts of others: the one that stays and the one that goes, pair by pair.
-    #[must_use]
-    pub fn merged(&self) -> Vec<u32> {
-        view::merged(self.experiment.slam())
-    }
-
     /// Whether the filter is honest, and the likeliest cause if not: a name of `Diagnosis`.
     #[must_use]
     pub fn diagnosis(&self) -> String {
         let consistency = self.experiment.record().consistency();
         consistency.diagnosis().name().to_owned()
-    }
-
-    /// Area known to be free, m². Costs more than a step.
-    #[must_use]
-    pub fn known_area(&self) -> f64 {
-        view::free_area(self.experiment.slam())
-    }
-
-    /// The grid as files of map_server, whose YAML names the picture `image`.
-    ///
-    /// # Errors    An empty map.
-    pub fn map_files(&self, image: &str) -> Result<MapFiles, JsError> {
-        MapFiles::of(self.experiment.slam(), image)
-    }
-
-    /// The walls as files of drawing programs.
-    ///
-    /// # Errors    No walls: none were seen often enough, or the method knows none.
-    pub fn floor_plan(&self) -> Result<FloorPlan, JsError> {
-        FloorPlan::of(self.experiment.slam())
     }
 
     /// Fingerprint of the whole state, 16 hexadecimal digits.
@@ -480,4 +442,12 @@ fn name_of(stage: Stage) -> String {
     entry
         .map(|(name, _)| (*name).to_owned())
         .unwrap_or_default()
+}
+
+shows_slam!(WebExperiment);
+
+impl WebExperiment {
+    fn slam(&self) -> &Slam {
+        self.experiment.slam()
+    }
 }

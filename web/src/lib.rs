@@ -12,6 +12,7 @@ mod live;
 mod replay;
 mod settings;
 mod setup;
+mod shows_slam;
 mod sigma;
 mod status;
 mod view;

@@ -5,14 +5,15 @@ use std::collections::VecDeque;
 use nalgebra::Point2;
 use slamlab_core::live::{Live, LiveConfig, Note};
 use slamlab_core::pilot::Mode;
+use slamlab_core::slam::Slam;
 use slamlab_core::wire::message::{DeviceState, Severity};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::contest::{Ground, WebContest};
 use crate::experiment::mode_name;
-use crate::inspection::Inspection;
+use crate::shows_slam::shows_slam;
 use crate::status::RunStatus;
-use crate::view::{self, FloorPlan, MapFiles, SlamView};
+use crate::view;
 
 /// A robot that is mapped and driven through a bridge. Bytes of the WebSocket come in and go out here; times are µs of the
 /// page's clock.
@@ -272,49 +273,10 @@ impl WebLive {
             .unwrap_or_default()
     }
 
-    /// The map since `revision` of `generation`, and the last scan.
-    #[must_use]
-    pub fn view(&self, generation: u32, revision: f64) -> SlamView {
-        SlamView::since(self.live.slam(), generation, revision)
-    }
-
-    /// Why the last scan's lines were matched, and, with `matrix`, how errors hang together; nothing for methods without a line
-    /// map.
-    #[must_use]
-    pub fn inspect(&self, matrix: bool) -> Option<Inspection> {
-        Inspection::of(self.live.slam(), matrix)
-    }
-
-    /// Walls that the last scan showed to be parts of others: the one that stays and the one that goes, pair by pair.
-    #[must_use]
-    pub fn merged(&self) -> Vec<u32> {
-        view::merged(self.live.slam())
-    }
-
     /// Whether the filter is honest, and the likeliest cause if not: a name of `Diagnosis`.
     #[must_use]
     pub fn diagnosis(&self) -> String {
         self.live.consistency().diagnosis().name().to_owned()
-    }
-
-    /// Area known to be free, m². Costs more than a step.
-    #[must_use]
-    pub fn known_area(&self) -> f64 {
-        view::free_area(self.live.slam())
-    }
-
-    /// The grid as files of map_server, whose YAML names the picture `image`.
-    ///
-    /// # Errors    An empty map.
-    pub fn map_files(&self, image: &str) -> Result<MapFiles, JsError> {
-        MapFiles::of(self.live.slam(), image)
-    }
-
-    /// The walls as files of drawing programs.
-    ///
-    /// # Errors    No walls: none were seen often enough, or the method knows none.
-    pub fn floor_plan(&self) -> Result<FloorPlan, JsError> {
-        FloorPlan::of(self.live.slam())
     }
 
     /// Fingerprint of pose and map, 16 hexadecimal digits.
@@ -323,5 +285,13 @@ impl WebLive {
         let mut hash = slamlab_core::hash::StateHash::new();
         self.live.slam().add_to(&mut hash);
         format!("{:016x}", hash.finish())
+    }
+}
+
+shows_slam!(WebLive);
+
+impl WebLive {
+    fn slam(&self) -> &Slam {
+        self.live.slam()
     }
 }

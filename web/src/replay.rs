@@ -4,15 +4,14 @@ use slamlab_core::replay::{Log, LogReader, Replay};
 use slamlab_core::robot::{RobotModel, Scan};
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::SensorModel;
-use slamlab_core::slam::Method;
+use slamlab_core::slam::{Method, Slam};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::contest::{Ground, WebContest};
-use crate::inspection::Inspection;
 use crate::settings::apply;
+use crate::shows_slam::shows_slam;
 use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
-use crate::view::{self, FloorPlan, MapFiles, SlamView};
 
 /// A log that is being read: of CARMEN, or a recording of the bridge.
 #[wasm_bindgen]
@@ -176,54 +175,23 @@ impl WebReplay {
         vec![0.5 * robot.length, 0.5 * robot.width]
     }
 
-    /// The map since `revision` of `generation`, and the last scan.
-    #[must_use]
-    pub fn view(&self, generation: u32, revision: f64) -> SlamView {
-        SlamView::since(self.replay.slam(), generation, revision)
-    }
-
-    /// Why the last scan's lines were matched, and, with `matrix`, how errors hang together; nothing for methods without a line
-    /// map.
-    #[must_use]
-    pub fn inspect(&self, matrix: bool) -> Option<Inspection> {
-        Inspection::of(self.replay.slam(), matrix)
-    }
-
-    /// Walls that the last scan showed to be parts of others: the one that stays and the one that goes, pair by pair.
-    #[must_use]
-    pub fn merged(&self) -> Vec<u32> {
-        view::merged(self.replay.slam())
-    }
-
     /// Whether the filter is honest, and the likeliest cause if not: a name of `Diagnosis`.
     #[must_use]
     pub fn diagnosis(&self) -> String {
         self.replay.consistency().diagnosis().name().to_owned()
     }
 
-    /// Area known to be free, m². Costs more than a step.
-    #[must_use]
-    pub fn known_area(&self) -> f64 {
-        view::free_area(self.replay.slam())
-    }
-
-    /// The grid as files of map_server, whose YAML names the picture `image`.
-    ///
-    /// # Errors    An empty map.
-    pub fn map_files(&self, image: &str) -> Result<MapFiles, JsError> {
-        MapFiles::of(self.replay.slam(), image)
-    }
-
-    /// The walls as files of drawing programs.
-    ///
-    /// # Errors    No walls: none were seen often enough, or the method knows none.
-    pub fn floor_plan(&self) -> Result<FloorPlan, JsError> {
-        FloorPlan::of(self.replay.slam())
-    }
-
     /// Fingerprint of the whole trajectory, 16 hexadecimal digits.
     #[must_use]
     pub fn state_hash(&self) -> String {
         format!("{:016x}", self.replay.state_hash())
+    }
+}
+
+shows_slam!(WebReplay);
+
+impl WebReplay {
+    fn slam(&self) -> &Slam {
+        self.replay.slam()
     }
 }
