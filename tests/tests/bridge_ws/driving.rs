@@ -12,11 +12,20 @@ use slamlab_core::wire::message::{
 };
 use slamlab_tests::calm::async_on_a_calm_machine;
 
-use crate::client::Bridge;
-use crate::robot::{is_motion, with_robot, with_robot_in};
+use crate::client::{Bridge, Client};
+use crate::robot::{Memory, is_motion, with_robot, with_robot_in};
 
 /// From the last command to the order to stop, as the specification wants it.
 const WATCHDOG: Duration = Duration::from_millis(250);
+
+/// A robot on the move, whoever drives it, and what it remembers.
+async fn driven() -> (Bridge, Client, Memory) {
+    let (config, memory) = with_robot();
+    let bridge = Bridge::start(config).await;
+    let mut driver = bridge.armed().await;
+    driver.drive_for(Duration::from_millis(300), 0.2).await;
+    (bridge, driver, memory)
+}
 
 fn reason(message: &FromBridge) -> Option<DisarmReason> {
     match message {
@@ -77,10 +86,7 @@ fn a_driver_whose_connection_breaks_is_no_driver_any_more() {
 #[test]
 fn a_network_that_swallows_everything_stops_the_robot_and_ends_the_connection() {
     async_on_a_calm_machine(async || {
-        let (config, memory) = with_robot();
-        let bridge = Bridge::start(config).await;
-        let mut driver = bridge.armed().await;
-        driver.drive_for(Duration::from_millis(300), 0.2).await;
+        let (bridge, mut driver, memory) = driven().await;
         // No FIN, no reset: the socket stays open, and nothing is read or written any more.
         let from = Instant::now();
         let took = memory.stopped_after(from).await;
@@ -94,10 +100,7 @@ fn a_network_that_swallows_everything_stops_the_robot_and_ends_the_connection() 
 #[test]
 fn taking_over_stops_the_robot_and_shows_the_other_out() {
     async_on_a_calm_machine(async || {
-        let (config, memory) = with_robot();
-        let bridge = Bridge::start(config).await;
-        let mut first = bridge.armed().await;
-        first.drive_for(Duration::from_millis(300), 0.2).await;
+        let (bridge, mut first, memory) = driven().await;
         let mut second = bridge.driver().await;
         second.say(ToBridge::Take { force: false }).await;
         let held = second.wait(|message| match message {
@@ -118,10 +121,7 @@ fn taking_over_stops_the_robot_and_shows_the_other_out() {
 #[test]
 fn a_cable_that_is_pulled_disarms_and_its_return_moves_nothing() {
     async_on_a_calm_machine(async || {
-        let (config, memory) = with_robot();
-        let bridge = Bridge::start(config).await;
-        let mut driver = bridge.armed().await;
-        driver.drive_for(Duration::from_millis(300), 0.2).await;
+        let (bridge, mut driver, memory) = driven().await;
         let from = Instant::now();
         memory.cut(true);
         let took = memory.stopped_after(from).await;
@@ -143,10 +143,7 @@ fn a_cable_that_is_pulled_disarms_and_its_return_moves_nothing() {
 #[test]
 fn the_end_of_the_bridge_stops_the_robot_before_anything_else() {
     async_on_a_calm_machine(async || {
-        let (config, memory) = with_robot();
-        let bridge = Bridge::start(config).await;
-        let mut driver = bridge.armed().await;
-        driver.drive_for(Duration::from_millis(300), 0.2).await;
+        let (bridge, mut driver, memory) = driven().await;
         let from = Instant::now();
         bridge.stop().await;
         assert!(memory.has_ended());
@@ -161,10 +158,7 @@ fn the_end_of_the_bridge_stops_the_robot_before_anything_else() {
 #[test]
 fn the_emergency_stop_holds_until_it_is_reset_and_armed() {
     async_on_a_calm_machine(async || {
-        let (config, memory) = with_robot();
-        let bridge = Bridge::start(config).await;
-        let mut driver = bridge.armed().await;
-        driver.drive_for(Duration::from_millis(300), 0.2).await;
+        let (bridge, mut driver, memory) = driven().await;
         bridge.watcher().await.say(ToBridge::EmergencyStop).await;
         let cut = |message: &FromBridge| match message {
             FromBridge::Safety(state) => Some(state.emergency).filter(|is_cut| *is_cut),
