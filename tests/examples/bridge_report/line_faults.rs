@@ -22,7 +22,7 @@ const FIRMWARE: f64 = 0.400;
 /// A stop on the line, and a period of the firmware's loop, s.
 const LINE: f64 = 0.012;
 const CALM: f64 = 0.02;
-const STANDS: usize = 4;
+const STANDS: usize = 8;
 const WATCHERS: usize = 200;
 /// Growth of a bridge's own memory over all trials that is none, kB.
 const LITTLE: f64 = 8192.0;
