@@ -77,7 +77,7 @@ impl Memory {
     }
 }
 
-fn is_stop(order: &Order) -> bool {
+pub(crate) fn is_stop(order: &Order) -> bool {
     matches!(order, Order::Command(Command::Stop) | Order::EmergencyStop)
 }
 
