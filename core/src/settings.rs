@@ -18,7 +18,7 @@ pub use table::table;
 
 use crate::experiment::ExperimentConfig;
 use crate::pilot::PilotConfig;
-use crate::robot::{OdometryNoise, RobotModel, TrackNoise};
+use crate::robot::{OdometryNoise, RobotModel, TrackNoise, TrackWear};
 use crate::sim::{SensorModel, World};
 use crate::slam::SlamConfig;
 
@@ -27,6 +27,8 @@ use crate::slam::SlamConfig;
 pub struct Settings {
     /// The sensor's figures.
     pub sensor: SensorModel,
+    /// How a simulated robot's tracks differ from the model.
+    pub wear: SimulatedWear,
     /// What the odometry says of its own errors.
     pub odometry: ToldNoise,
     /// Estimation.
@@ -35,9 +37,28 @@ pub struct Settings {
     pub pilot: PilotConfig,
 }
 
-/// Both models of odometry noise, and which one is used.
+/// How a simulated robot's tracks differ from the model.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SimulatedWear {
+    /// Whether as given here; otherwise as the seed draws it.
+    pub is_given: bool,
+    /// So, where it is given.
+    pub given: TrackWear,
+}
+
+impl SimulatedWear {
+    /// As given, if it is.
+    #[must_use]
+    pub fn used(&self) -> Option<TrackWear> {
+        self.is_given.then_some(self.given)
+    }
+}
+
+/// Both models of odometry noise, and which one is used; and what is known of the tracks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToldNoise {
+    /// How the tracks are known to differ from the model.
+    pub wear: TrackWear,
     /// Whether the source's constant Q is used.
     pub is_constant: bool,
     /// Its variance of a track's way in each reading, m².
@@ -51,6 +72,7 @@ impl ToldNoise {
     #[must_use]
     pub fn of(robot: &RobotModel) -> Self {
         Self {
+            wear: TrackWear::default(),
             is_constant: false,
             constant: robot.odometry_noise.per_metre * robot.max_speed * 0.01,
             proportional: robot.odometry_noise,
@@ -147,6 +169,7 @@ impl Settings {
         let (slam, pilot) = ExperimentConfig::settings_for(&sensor);
         Self {
             sensor,
+            wear: SimulatedWear::default(),
             odometry: ToldNoise::of(robot),
             slam,
             pilot,
@@ -157,6 +180,8 @@ impl Settings {
     #[must_use]
     pub fn experiment(&self, world: World, robot: RobotModel, seed: u64) -> ExperimentConfig {
         ExperimentConfig {
+            wear: self.wear.used(),
+            told_wear: self.odometry.wear,
             odometry: self.odometry.used(),
             slam: self.slam.clone(),
             pilot: self.pilot.clone(),

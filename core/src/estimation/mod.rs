@@ -7,6 +7,7 @@ mod ekf_slam;
 mod line_localisation;
 mod line_model;
 mod measures;
+mod odometry_fit;
 mod pose_graph;
 mod relations;
 mod scan_matching;
@@ -23,6 +24,9 @@ pub use ekf_slam::{
 };
 pub use line_localisation::{KnownLine, KnownMatch, LineLocaliser};
 pub use measures::{align, ate_rmse};
+pub use odometry_fit::{
+    Drive, DriveExtent, FittedParameter, OdometryFit, OdometryFitError, Verdict as FitVerdict,
+};
 pub use pose_graph::{Edge, GraphError, GraphReport, Kernel, PoseGraph, information_at_end};
 pub use relations::{RelationErrors, relation_errors};
 pub use scan_matching::{MatchReport, ScanMatcher, ScanMatcherConfig, ScanMatcherError};

@@ -2,6 +2,7 @@
 
 mod driving;
 mod estimation;
+mod odometry;
 mod perception;
 mod sensor;
 
@@ -11,6 +12,7 @@ use super::Setting;
 pub fn table() -> impl Iterator<Item = &'static Setting> + Clone {
     let parts = [
         sensor::SENSOR,
+        odometry::ODOMETRY,
         perception::PERCEPTION,
         estimation::ESTIMATION,
         driving::DRIVING,
