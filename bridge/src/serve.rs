@@ -192,7 +192,8 @@ fn start(
 
 fn robot(sources: &[Running]) -> Option<RobotFigures> {
     let on_command = source::scans_on_command(sources.iter().map(|source| &source.profile));
-    let robot = sources.iter().find_map(|source| source.profile.robot)?;
+    let profiles = sources.iter().map(|source| &source.profile);
+    let robot = source::robot(profiles)?.robot?;
     Some(RobotFigures::new(&robot, on_command))
 }
 

@@ -24,7 +24,7 @@ use crate::guest::{Guest, Heard, PING};
 use crate::http::Shared;
 use crate::hub::outbox::{Next, Outbox};
 use crate::hub::{FromClient, NewClient};
-use crate::record::ros::{Odom, Topic};
+use crate::record::ros::{self, Odom, Topic};
 use message::{Asked, Said};
 
 /// Path of the endpoint.
@@ -145,7 +145,7 @@ impl Viewer<'_> {
     /// Sends what was subscribed of a message.
     fn tell(&mut self, message: &FromBridge) -> Result<(), End> {
         let now = self.shared.clock.time_of_day(self.shared.clock.now());
-        for (topic, payload) in self.odom.said(message, now) {
+        for (topic, payload) in ros::said(&mut self.odom, message, now) {
             let wanted = self.subscriptions.iter().filter(|(_, of)| **of == topic);
             let wanted: Vec<u32> = wanted.map(|(id, _)| *id).collect();
             for id in wanted {

@@ -3,7 +3,7 @@
 //! In: messages and orders, as they happen. Out: a file that survives the end of the program at any moment.
 //!
 //! 1. The hub never waits for the disk: a thread writes, behind a bounded queue. What finds no room is counted as lost.
-//! 2. The thread takes all that waits, and gives it to the system in one write (`journal`). Then, and not before, these
+//! 2. The thread takes what waits, up to a bounded number of messages, and gives it to the system in one write (`journal`). Then, and not before, these
 //!    messages count as acknowledged. They survive the end of the program, by whatever signal; each second they are
 //!    forced to the disk, and survive the end of the power.
 //! 3. A write that fails (the disk is full) is undone: the file ends behind the last acknowledged message. Nothing more is

@@ -128,7 +128,11 @@ impl Peer<'_> {
             outbox: Arc::clone(&self.outbox),
         };
         let came = FromClient::Came(client, answer);
-        self.shared.hub.send(came).await.map_err(|_| Some(GOING_AWAY))?;
+        self.shared
+            .hub
+            .send(came)
+            .await
+            .map_err(|_| Some(GOING_AWAY))?;
         self.client = Some((id.await.map_err(|_| Some(GOING_AWAY))?, may_drive));
         Ok(())
     }
@@ -229,7 +233,11 @@ impl Peer<'_> {
         };
         let now = self.shared.clock.now();
         let says = FromClient::Says(id, header, message, now);
-        self.shared.hub.send(says).await.map_err(|_| Some(GOING_AWAY))
+        self.shared
+            .hub
+            .send(says)
+            .await
+            .map_err(|_| Some(GOING_AWAY))
     }
 
     /// Sends what was subscribed of a message, and answers what waits for it.

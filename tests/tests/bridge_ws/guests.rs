@@ -97,7 +97,9 @@ fn a_client_of_rosbridge_that_reads_nothing_still_stops_the_robot() {
         .await;
         let is_stopped = || {
             let orders = memory.orders();
-            orders.iter().any(|(at, order)| *at >= from && is_stop(order))
+            orders
+                .iter()
+                .any(|(at, order)| *at >= from && is_stop(order))
         };
         while !is_stopped() {
             assert!(from.elapsed() < NEVER, "nobody heard it");
@@ -125,7 +127,8 @@ fn who_shows_no_proof_to_a_private_rosbridge_in_time_is_sent_away_and_counted() 
         assert!(reason.contains("proof"), "{reason}");
 
         let mut liar = guest(&bridge, "/rosbridge").await;
-        let enter = json!({ "op": "call_service", "service": "/slamlab/enter", "args": { "proof": "" } });
+        let enter =
+            json!({ "op": "call_service", "service": "/slamlab/enter", "args": { "proof": "" } });
         say(&mut liar, enter).await;
         assert_eq!(end(&mut liar).await.0, close::ACCESS);
         assert_eq!(metric(&bridge, "intruders_total").await, 2);

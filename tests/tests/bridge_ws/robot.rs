@@ -116,6 +116,7 @@ impl Source for TestRobot {
         Profile {
             name: "test".into(),
             robot: Some(*self.simulation.robot()),
+            takes_orders: true,
             scans_on_command: false,
         }
     }

@@ -33,6 +33,7 @@ impl Device for Scripted {
         Profile {
             name: "scripted".into(),
             robot: None,
+            takes_orders: false,
             scans_on_command: false,
         }
     }
