@@ -18,7 +18,7 @@ pub use table::table;
 
 use crate::experiment::ExperimentConfig;
 use crate::pilot::PilotConfig;
-use crate::robot::{OdometryNoise, RobotModel, TrackNoise, TrackWear};
+use crate::robot::{OdometryNoise, RobotModel, ToldOdometry, TrackNoise, TrackWear};
 use crate::sim::{SensorModel, World};
 use crate::slam::SlamConfig;
 
@@ -76,6 +76,16 @@ impl ToldNoise {
             is_constant: false,
             constant: robot.odometry_noise.per_metre * robot.max_speed * 0.01,
             proportional: robot.odometry_noise,
+        }
+    }
+
+    /// For a real or a recorded robot: its own word on chance stands where nothing else was set than the defaults of its model.
+    #[must_use]
+    pub fn told(&self, robot: &RobotModel) -> ToldOdometry {
+        let chance = |told: &Self| (told.is_constant, told.constant, told.proportional);
+        ToldOdometry {
+            wear: self.wear,
+            noise: (chance(self) != chance(&Self::of(robot))).then(|| self.used()),
         }
     }
 
@@ -207,6 +217,21 @@ impl Settings {
             return Err(SettingError::Absent { name });
         }
         (setting.set)(self, value);
+        Ok(())
+    }
+
+    /// Sets all of them, choices before the settings that come with them: in the order of the table.
+    ///
+    /// # Errors    [`SettingError`] for the first that cannot be; those before it are set.
+    pub fn set_all<'a>(
+        &mut self,
+        changes: impl IntoIterator<Item = (&'a str, f64)>,
+    ) -> Result<(), SettingError> {
+        let mut changes: Vec<_> = changes.into_iter().collect();
+        changes.sort_by_key(|(key, _)| table().position(|setting| setting.key == *key));
+        for (key, value) in changes {
+            self.set(key, value)?;
+        }
         Ok(())
     }
 }

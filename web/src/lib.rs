@@ -6,6 +6,7 @@
 mod bench;
 mod calibration;
 mod contest;
+mod drive_fit;
 mod experiment;
 mod inspection;
 mod live;
@@ -20,6 +21,7 @@ mod view;
 pub use bench::BenchResponse;
 pub use calibration::{Calibration, CalibrationError, calibrate, data_sheet};
 pub use contest::{AskError, WebContest, contestants};
+pub use drive_fit::{FitTable, PresetText, read_preset, write_preset};
 pub use experiment::WebExperiment;
 pub use inspection::Inspection;
 pub use live::{BridgeStatus, WebLive};

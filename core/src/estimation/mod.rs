@@ -3,6 +3,7 @@
 mod block_cholesky;
 mod consistency;
 mod covariance;
+mod drive_fit;
 mod ekf_slam;
 mod line_localisation;
 mod line_model;
@@ -17,6 +18,7 @@ mod triangle;
 
 pub use consistency::{ConsistencyWindow, Diagnosis, Figure};
 pub use covariance::{Column, Covariance};
+pub use drive_fit::DriveFit;
 pub use ekf_slam::{
     Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Fix, Gate,
     Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejected, Rejection,

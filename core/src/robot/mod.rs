@@ -27,4 +27,4 @@ pub use motor::{DriveTrain, MotorError, MotorModel};
 pub use odometry::{Odometry, OdometryError, TrackNoise, TrackOdometry, Tracks};
 pub use scan::{Scan, ScanError};
 pub use stamp::Stamp;
-pub use wear::TrackWear;
+pub use wear::{ToldOdometry, TrackWear};

@@ -3,7 +3,7 @@
 //! In: odometry counted by the model's figures. Out: the same by the figures of this robot.
 
 use super::{Odometry, TrackNoise, Tracks};
-use crate::geom::sin_cos;
+use crate::geom::{Pose2, sin_cos};
 
 /// How the tracks of one robot differ from its model, as parts: 0.01 is one per cent.
 ///
@@ -34,25 +34,32 @@ impl TrackWear {
     pub fn width(&self, track_width: f64) -> f64 {
         track_width * (1.0 + self.track_width)
     }
+}
 
-    /// Odometry counted by a model with this track width, as this robot moved, with the covariance that `noise` gives; with its own
-    /// where there is none, for what is small in the motion is small in the covariance.
+/// What is known better of a robot than it says itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ToldOdometry {
+    /// How its tracks differ from its model.
+    pub wear: TrackWear,
+    /// How it errs by chance; none: as it says.
+    pub noise: Option<TrackNoise>,
+}
+
+impl ToldOdometry {
+    /// Odometry counted by a model with this track width, as this robot moved. What says that nothing moved stays as it is: a robot that
+    /// stands, and time that nobody watched.
     #[must_use]
-    pub fn corrected(
-        &self,
-        odometry: &Odometry,
-        track_width: f64,
-        noise: Option<&TrackNoise>,
-    ) -> Odometry {
+    pub fn corrected(&self, odometry: &Odometry, track_width: f64) -> Odometry {
+        if *self == Self::default() || odometry.motion == Pose2::identity() {
+            return *odometry;
+        }
         let counted = Tracks::of(odometry, track_width);
-        let (ran, width) = (self.ran(&counted), self.width(track_width));
-        let motion = match *self == Self::default() {
-            true => odometry.motion,
-            false => ran.motion(width),
-        };
-        let cov = noise.map_or(odometry.cov, |noise| noise.covariance(&ran, width));
+        let (ran, width) = (self.wear.ran(&counted), self.wear.width(track_width));
+        let cov = self
+            .noise
+            .map_or(odometry.cov, |noise| noise.covariance(&ran, width));
         Odometry {
-            motion,
+            motion: ran.motion(width),
             cov,
             ..*odometry
         }
@@ -109,7 +116,8 @@ mod tests {
             left: 1.0,
             right: 1.0,
         };
-        let moved = wear.corrected(&counted(straight, &model), model.track_width, None);
+        let told = ToldOdometry { wear, noise: None };
+        let moved = told.corrected(&counted(straight, &model), model.track_width);
         // Δθ = (1.03 - 0.99) / (1.05 b), Δs = 1.01.
         assert!((moved.motion.heading() - 0.04 / (1.05 * model.track_width)).abs() < 1e-12);
         assert!((moved.motion.position().coords.norm() - 1.01).abs() < 1e-12);
@@ -125,15 +133,21 @@ mod tests {
             },
             &model,
         );
-        let wear = TrackWear::default();
-        assert_eq!(wear.corrected(&odometry, model.track_width, None), odometry);
+        let mut told = ToldOdometry::default();
+        assert_eq!(told.corrected(&odometry, model.track_width), odometry);
         let twice = crate::robot::OdometryNoise {
             per_metre: 2.0 * model.odometry_noise.per_metre,
             lateral_per_metre: 2.0 * model.odometry_noise.lateral_per_metre,
             heading_per_radian: 2.0 * model.odometry_noise.heading_per_radian,
         };
-        let noise = TrackNoise::Proportional(twice);
-        let told = wear.corrected(&odometry, model.track_width, Some(&noise));
-        assert!((told.cov - 2.0 * odometry.cov).norm() < 1e-15);
+        told.noise = Some(TrackNoise::Proportional(twice));
+        let unsure = told.corrected(&odometry, model.track_width);
+        assert!((unsure.cov - 2.0 * odometry.cov).norm() < 1e-15);
+        let unwatched = Odometry {
+            motion: Pose2::identity(),
+            cov: nalgebra::Matrix3::identity(),
+            ..odometry
+        };
+        assert_eq!(told.corrected(&unwatched, model.track_width), unwatched);
     }
 }

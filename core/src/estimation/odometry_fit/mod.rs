@@ -35,7 +35,7 @@ pub use drive::{Drive, DriveExtent};
 pub use words::{FittedParameter, Verdict};
 
 /// What is known of each track and of the width before anything was driven: its standard deviation, as a part.
-pub const PRIOR: f64 = 0.1;
+pub(super) const PRIOR: f64 = 0.1;
 
 /// How the odometry of a robot errs.
 #[derive(Clone, Debug, PartialEq)]
