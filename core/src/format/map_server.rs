@@ -14,6 +14,9 @@ pub const UNKNOWN: u8 = 205;
 /// Grey of a free cell.
 pub const FREE: u8 = 254;
 
+/// More cells than this are no map: a square kilometre in cells of 10 cm.
+pub(super) const MOST_CELLS: usize = 100_000_000;
+
 /// Why a grid cannot be written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -21,6 +24,14 @@ pub enum MapServerError {
     /// Nothing was ever inserted.
     #[error("the map is empty; expected at least one known cell")]
     Empty,
+    /// What is known lies too far apart.
+    #[error("the map is {width} times {height} cells; expected at most {MOST_CELLS} together")]
+    TooLarge {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
 }
 
 /// The two files of a map.
@@ -38,10 +49,13 @@ pub struct MapFiles {
 
 /// Writes the known part of a grid. `image_name` is the name under which the PGM will be stored.
 ///
-/// # Errors   [`MapServerError::Empty`] for a grid without a known cell.
+/// # Errors   [`MapServerError`]: a grid without a known cell, or whose known cells lie too far apart.
 pub fn write(grid: &Grid, image_name: &str) -> Result<MapFiles, MapServerError> {
     let rect = known_rect(grid).ok_or(MapServerError::Empty)?;
     let (width, height) = (rect.width(), rect.height());
+    if width * height > MOST_CELLS {
+        return Err(MapServerError::TooLarge { width, height });
+    }
     let mut pgm = format!("P5\n# slamlab\n{width} {height}\n255\n").into_bytes();
     pgm.reserve(width * height);
     for row in (rect.min.row..rect.max.row).rev() {
@@ -85,11 +99,16 @@ fn yaml_string(text: &str) -> String {
 /// The smallest rectangle that holds all cells that are not unknown; `None` of a grid without any.
 #[must_use]
 pub fn known_rect(grid: &Grid) -> Option<CellRect> {
+    rect_of(grid, |odds| grid.state_of(odds) != CellState::Unknown)
+}
+
+/// The smallest rectangle that holds all cells with such log odds.
+pub(super) fn rect_of(grid: &Grid, is_wanted: impl Fn(f32) -> bool) -> Option<CellRect> {
     let mut found: Option<CellRect> = None;
     let side = crate::map::BLOCK_CELLS as i32;
     for (block, cells) in grid.blocks_since(0) {
         for (offset, &odds) in cells.iter().enumerate() {
-            if grid.state_of(odds) == CellState::Unknown {
+            if !is_wanted(odds) {
                 continue;
             }
             let (col, row) = (
