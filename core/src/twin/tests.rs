@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::estimation::{Drive, OdometryFit};
-use crate::robot::{Command, Robot, RobotModel, TrackNoise, TrackWear};
+use crate::robot::{Command, Robot, RobotModel, Scan, TrackNoise, TrackWear};
 use crate::sim::{SensorModel, Simulation, worlds};
 use crate::slam::{Method, Slam, SlamConfig};
 
@@ -12,38 +12,37 @@ const WEAR: TrackWear = TrackWear {
     track_width: 0.06,
 };
 
-/// A robot so worn, driven to and fro in the arena for `seconds`; each motion and each scan with the true pose at it is handed to `see`.
-fn drive(
-    seed: u64,
-    seconds: u32,
-    mut see: impl FnMut(&Odometry, Option<(crate::robot::Scan, Pose2)>),
-) {
+/// Corners of the free part of the arena about its start, world frame less the start.
+const CORNERS: [[f64; 2]; 5] = [[1.7, 0.0], [1.7, -0.3], [0.0, -0.3], [0.0, 1.2], [0.0, 0.0]];
+
+/// Towards a corner by someone who sees the robot, every second leg backwards; whether it is reached.
+fn towards(corner: usize, at: &Pose2) -> (Command, bool) {
+    let [x, y] = CORNERS[corner % CORNERS.len()];
+    let way = Point2::new(x, y) - at.position();
+    let backwards = corner % 2 == 1;
+    let nose = if backwards { std::f64::consts::PI } else { 0.0 };
+    let off = wrap(libm::atan2(way.y, way.x) - at.heading() - nose);
+    let forward = match off.abs() > 0.3 {
+        true => 0.0,
+        false if backwards => -0.15,
+        false => 0.2,
+    };
+    let turn = (1.5 * off).clamp(-1.2, 1.2);
+    (Command::Velocity { forward, turn }, way.norm() < 0.05)
+}
+
+/// A robot so worn, driven about in the arena for `seconds`; each motion, and each scan with the true pose at it, is handed to `see`.
+fn drive(seed: u64, seconds: u32, mut see: impl FnMut(&Odometry, Option<(Scan, Pose2)>)) {
     let world = worlds::builtin("arena").unwrap();
     let start = world.start;
     let mut sim = Simulation::new(world, RobotModel::rp6(), SensorModel::lidar(), seed).unwrap();
     sim.set_wear(WEAR);
-    for i in 0..seconds * 50 {
-        let command = match (i / 150) % 4 {
-            0 => Command::Velocity {
-                forward: 0.2,
-                turn: 0.0,
-            },
-            1 => Command::Velocity {
-                forward: 0.0,
-                turn: 1.2,
-            },
-            2 => Command::Velocity {
-                forward: -0.15,
-                turn: 0.0,
-            },
-            _ => Command::Velocity {
-                forward: 0.1,
-                turn: -1.0,
-            },
-        };
-        if i % 150 == 0 {
-            sim.command(command);
-        }
+    let mut corner = 0;
+    for _ in 0..seconds * 50 {
+        let truth = start.inverse() * sim.truth();
+        let (command, is_there) = towards(corner, &truth);
+        corner += usize::from(is_there);
+        sim.command(command);
         sim.advance(0.02);
         let odometry = Robot::odometry(&mut sim);
         let truth = start.inverse() * sim.truth();
@@ -54,7 +53,7 @@ fn drive(
 
 /// Without hits the ranges are not compared.
 fn no_points() -> Points {
-    let scan = crate::robot::Scan {
+    let scan = Scan {
         stamp: crate::robot::Stamp(0),
         robot_from_sensor: Pose2::identity(),
         bearings: vec![0.0],
