@@ -2,6 +2,7 @@
 
 mod driving;
 mod estimation;
+mod near;
 mod perception;
 mod sensor;
 
@@ -12,6 +13,7 @@ pub fn table() -> impl Iterator<Item = &'static Setting> + Clone {
     let parts = [
         sensor::SENSOR,
         perception::PERCEPTION,
+        near::NEAR,
         estimation::ESTIMATION,
         driving::DRIVING,
     ];
