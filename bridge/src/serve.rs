@@ -48,7 +48,7 @@ pub struct Config {
     pub rosbridge: bool,
     /// With what to speak TLS; without one, nothing is kept from who listens in the network.
     pub tls: Option<Identity>,
-    /// Where to record to; a new file.
+    /// Where to record to: a new file, or a folder that takes a new one.
     pub record: Option<PathBuf>,
     /// Of sockets, messages and times.
     pub limits: Limits,

@@ -21,10 +21,10 @@
 mod cdr;
 mod export;
 mod journal;
+mod place;
 pub(crate) mod ros;
 mod thread;
 
-use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -76,11 +76,11 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a recording in a new file.
+    /// Begins a recording in a new file: `path`, or, where that is a folder, one named by the time of day in there.
     ///
     /// # Errors    [`RecordError`]: the file is there already, or cannot be written.
     pub fn start(path: &Path, clock: Clock) -> Result<Self, RecordError> {
-        let file = create(path)?;
+        let (file, path) = place::create(path, clock.time_of_day(clock.now()))?;
         let (entries, waiting) = sync_channel(MOST_WAITING);
         let progress = Arc::new(Progress::default());
         let shared = Arc::clone(&progress);
@@ -94,9 +94,10 @@ impl Recorder {
                 )
             })
             .map_err(|source| RecordError::Io {
-                path: path.to_owned(),
+                path: path.clone(),
                 source,
             })?;
+        tracing::info!(file = %path.display(), "recording");
         Ok(Self {
             file: path
                 .file_name()
@@ -176,17 +177,6 @@ impl Recorder {
 impl Drop for Recorder {
     fn drop(&mut self) {
         self.end();
-    }
-}
-
-fn create(path: &Path) -> Result<File, RecordError> {
-    let path = path.to_owned();
-    match OpenOptions::new().write(true).create_new(true).open(&path) {
-        Ok(file) => Ok(file),
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-            Err(RecordError::Exists { path })
-        }
-        Err(source) => Err(RecordError::Io { path, source }),
     }
 }
 

@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use slamlab_core::robot::Stamp;
 
-use super::device::{Device, Want};
 use super::line::{Line, LineError, Received};
 use super::open::PortSettings;
+use super::{Device, Want};
 use crate::source::{Port, Profile, Source, Waited};
 
 #[cfg(all(test, unix))]

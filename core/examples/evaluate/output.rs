@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use slamlab_core::estimation::{DriveFit, FittedParameter};
+use slamlab_core::format::preset::{self, FittedLine, PresetFile};
 use slamlab_core::format::{map_server, tum};
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::Replay;
@@ -20,11 +22,13 @@ pub(super) fn check(arguments: &Arguments) -> anyhow::Result<()> {
             .clone()
             .map(|path| ("--relations", path)),
     );
+    taken.extend(arguments.preset.clone().map(|path| ("--preset", path)));
     let map = arguments.map.as_deref();
     let outputs = [
         ("--tum", arguments.tum.clone()),
         ("--map", map.map(Path::to_owned)),
         ("the YAML of --map", map.map(yaml_of)),
+        ("--fit", arguments.fit.clone()),
     ];
     for (option, path) in outputs {
         let Some(path) = path else { continue };
@@ -52,6 +56,7 @@ pub(super) fn save(
     arguments: &Arguments,
     replay: &Replay,
     trajectory: &[(f64, Pose2)],
+    fit: Option<&DriveFit>,
 ) -> anyhow::Result<()> {
     let mut files: Vec<(PathBuf, Vec<u8>)> = vec![];
     if let Some(path) = &arguments.tum {
@@ -64,6 +69,15 @@ pub(super) fn save(
             .with_context(|| format!("cannot write {}", path.display()))?;
         files.push((path.clone(), map.pgm));
         files.push((yaml_of(path), map.yaml.into_bytes()));
+    }
+    if let (Some(path), Some(fit)) = (&arguments.fit, fit) {
+        let name = format!("fitted to {}", arguments.log.display());
+        let settings = fit.settings().into_iter();
+        let settings = settings
+            .map(|(key, value)| (key.to_owned(), value))
+            .collect();
+        let text = preset::write(&PresetFile { name, settings }, &fitted_lines(fit));
+        files.push((path.clone(), text.into_bytes()));
     }
     // Beside the file first: a full disk spoils nothing.
     for (path, bytes) in &files {
@@ -80,6 +94,18 @@ pub(super) fn save(
             .with_context(|| format!("cannot write {}", path.display()))?;
     }
     Ok(())
+}
+
+/// The parameters as they are told to people.
+pub(super) fn fitted_lines(fit: &DriveFit) -> Vec<FittedLine> {
+    let line = |p: FittedParameter| FittedLine {
+        name: p.name.to_owned(),
+        unit: p.unit.to_owned(),
+        value: p.value,
+        sigma: Some(p.sigma).filter(|sigma| sigma.is_finite()),
+        unknown: p.verdict.reason().to_owned(),
+    };
+    fit.parameters().into_iter().map(line).collect()
 }
 
 fn yaml_of(map: &Path) -> PathBuf {

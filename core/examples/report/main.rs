@@ -68,7 +68,7 @@ struct Args {
     /// For `planners`: number of random queries in each world. Default 1000.
     #[arg(long)]
     queries: Option<usize>,
-    /// For `planners`: only in this world; can be given several times. Default all.
+    /// For `planners` and `ekf-consistency`: only in this world; can be given several times. Default all.
     #[arg(long = "world")]
     worlds: Vec<String>,
     /// For `ekf-cost`: milliseconds of the bar of a step by number of landmarks, as `100=0.2,200=0.7,500=4`.

@@ -16,16 +16,16 @@ use slamlab_core::wire::message::{DeviceState, LinkState, RangerReading};
 use slamlab_core::wire::rp6::Down;
 use slamlab_core::wire::rp6::{self, Hello, Link, LinkConfig, Phase, Ranger, Telemetry};
 
-use super::device::{Device, Want};
-use super::report::Report;
-use crate::source::{Event, Order, Profile};
+use crate::device::{Device, Want};
+use crate::event::{Event, Order, Profile};
+use crate::report::Report;
 
 mod errand;
 mod robot;
 mod sweeps;
 #[cfg(test)]
 mod tests;
-pub(crate) mod words;
+pub mod words;
 
 use robot::{Motion, Robot};
 use sweeps::Sweeps;
