@@ -283,7 +283,6 @@ fn a_speed_that_is_not_given_anew_is_ended_after_a_quarter_of_a_second() {
         pair.device.tick(pair.now());
         pair.hear();
     }
-    let of_drive = pair.given.iter().filter(|(at, _)| *at >= begun);
-    let last = of_drive.last().copied();
+    let last = pair.given.last().copied();
     assert_eq!(last, Some((begun + 260, rp6::Command::Stop)));
 }
