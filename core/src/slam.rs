@@ -9,6 +9,9 @@
 //! they can be swapped and compared on the same run.
 
 mod estimator;
+mod known;
+#[cfg(test)]
+mod known_tests;
 mod walls;
 
 use std::str::FromStr;
@@ -25,6 +28,8 @@ use crate::points::{MotionHistory, NearConfig, NearField, PointConfig, Points};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
 use estimator::{Estimator, Sweep};
 
+pub use known::KnownMap;
+
 /// How the pose is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
@@ -34,6 +39,8 @@ pub enum Method {
     LineEkf,
     /// Scans matched to submaps, loops closed in a pose graph.
     ScanMatching,
+    /// Kalman filter over the walls of a map that is known (TDK 2016 §3.2).
+    KnownMap,
 }
 
 /// Settings of every stage.
@@ -55,6 +62,8 @@ pub struct SlamConfig {
     pub evidence: EvidenceConfig,
     /// The vector map of the filter over lines.
     pub vector: VectorConfig,
+    /// The map that [`Method::KnownMap`] finds the robot in.
+    pub known: KnownMap,
 }
 
 impl SlamConfig {
@@ -99,6 +108,9 @@ pub enum SlamError {
     /// A setting of the scan matcher.
     #[error(transparent)]
     Matcher(#[from] ScanMatcherError),
+    /// A method that needs a map, and none is there.
+    #[error("known-map needs a known map with walls to find the robot in; none was given")]
+    NoKnownMap,
 }
 
 /// Estimates the robot's pose and builds the map. The map's frame begins where the robot does.
@@ -320,7 +332,7 @@ impl Slam {
     #[must_use]
     pub fn features(&self) -> &[LineFeature] {
         match &self.estimator {
-            Estimator::Lines { features, .. } => features,
+            Estimator::Lines { features, .. } | Estimator::Known { features, .. } => features,
             _ => &[],
         }
     }
@@ -437,10 +449,11 @@ impl Slam {
 
 impl Method {
     /// All methods, with the names used by commands and pages.
-    pub const ALL: [(&'static str, Self); 3] = [
+    pub const ALL: [(&'static str, Self); 4] = [
         ("odometry", Self::Odometry),
         ("line-ekf", Self::LineEkf),
         ("scan-matching", Self::ScanMatching),
+        ("known-map", Self::KnownMap),
     ];
 
     /// The name.
@@ -455,7 +468,7 @@ impl Method {
 
 /// There is no method of that name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no method `{0}`; expected odometry, line-ekf or scan-matching")]
+#[error("there is no method `{0}`; expected odometry, line-ekf, scan-matching or known-map")]
 pub struct UnknownMethod(String);
 
 impl FromStr for Method {
@@ -476,7 +489,7 @@ mod tests {
     #[test]
     fn odometry_that_is_no_motion_leaves_every_method_as_it_was() {
         for (name, method) in Method::ALL {
-            let mut slam = Slam::new(method, SlamConfig::default()).unwrap();
+            let mut slam = Slam::new(method, known_tests::config()).unwrap();
             let mut odometry = Odometry::standing(Stamp(1_000_000));
             slam.odometry(&odometry).unwrap();
             let before = slam.estimate();
@@ -497,7 +510,7 @@ mod tests {
         let error = "teleport".parse::<Method>().unwrap_err().to_string();
         assert_eq!(
             error,
-            "there is no method `teleport`; expected odometry, line-ekf or scan-matching"
+            "there is no method `teleport`; expected odometry, line-ekf, scan-matching or known-map"
         );
     }
 }

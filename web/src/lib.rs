@@ -4,9 +4,11 @@
 //! `www/src/source`. An error becomes a JavaScript `Error` with the core's own sentence, a panic a thrown string.
 
 mod bench;
+mod building;
 mod calibration;
 mod contest;
 mod experiment;
+mod export;
 mod inspection;
 mod live;
 mod replay;
@@ -18,9 +20,11 @@ mod status;
 mod view;
 
 pub use bench::BenchResponse;
+pub use building::{Building, building_of_map, building_of_svg};
 pub use calibration::{Calibration, CalibrationError, calibrate, data_sheet};
 pub use contest::{AskError, WebContest, contestants};
 pub use experiment::WebExperiment;
+pub use export::{ExportError, Files};
 pub use inspection::Inspection;
 pub use live::{BridgeStatus, WebLive};
 pub use replay::{WebLogReader, WebReplay};
@@ -28,7 +32,7 @@ pub use settings::{PresetInfo, SettingInfo, preset_list, setting_list};
 pub use setup::{SetupError, WebSetup};
 pub use sigma::{GrowthError, SigmaCurve};
 pub use status::RunStatus;
-pub use view::{FloorPlan, MapFiles, SlamView};
+pub use view::SlamView;
 
 use slamlab_core::sim::{SensorKind, worlds};
 use wasm_bindgen::prelude::wasm_bindgen;

@@ -3,7 +3,7 @@
 // It paces the source (simulated seconds for each second), works in slices short enough that every message is heard within
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
-import init, { WebExperiment, WebLive, WebLogReader, WebSetup, calibrate, data_sheet, preset_list, sensor_names, setting_list, world_names } from "../pkg/slamlab_web.js";
+import init, { building_of_map, building_of_svg, WebExperiment, WebLive, WebLogReader, WebSetup, calibrate, data_sheet, preset_list, sensor_names, setting_list, world_names } from "../pkg/slamlab_web.js";
 import { type Answer, type Clock, type Command, type Inspection, type MethodName, type Named, type Setup, transferables } from "./protocol.js";
 import { BridgeSource } from "./source/bridge.js";
 import { calibrationOf, listOf, presetOf, settingOf } from "./source/convert.js";
@@ -267,6 +267,13 @@ function handle(command: Command): void {
       }
       break;
     }
+    case "build":
+      try {
+        build(command.name, command.files);
+      } catch (error) {
+        refuse(command.name, error);
+      }
+      break;
     case "replay":
       if (reading) stopReading();
       reading = { name: command.name, method: command.method, bytes: new Uint8Array(command.bytes), reader: new WebLogReader(command.method, ...listOf(command.settings)), at: 0, toldAt: -Infinity };
@@ -387,7 +394,7 @@ function handle(command: Command): void {
     case "save":
       if (!source) break;
       try {
-        post({ kind: "saved", files: command.what === "map" ? source.files() : source.plan() });
+        post({ kind: "saved", files: source.export(command.what) });
       } catch (error) {
         refuse("", error);
       }
@@ -397,6 +404,15 @@ function handle(command: Command): void {
       if (stale) show();
       break;
   }
+}
+
+function build(name: string, files: readonly ArrayBuffer[]): void {
+  const [first, second] = files.map((bytes) => new Uint8Array(bytes));
+  if (!first) return;
+  const building = second ? building_of_map(first, second, name) : building_of_svg(first, name);
+  const { world: worldJson, left_out: leftOut } = building;
+  building.free();
+  post({ kind: "built", name, worldJson, leftOut });
 }
 
 function setupOf(setup: Setup): WebSetup {
