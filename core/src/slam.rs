@@ -10,6 +10,9 @@
 
 mod config;
 mod estimator;
+mod known;
+#[cfg(test)]
+mod known_tests;
 mod method;
 #[cfg(test)]
 mod tests;
@@ -26,6 +29,7 @@ use crate::points::{MotionHistory, NearField, Points};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
 pub use config::SlamConfig;
 use estimator::{Estimator, Sweep};
+pub use known::KnownMap;
 pub use method::{Method, UnknownMethod};
 
 /// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
@@ -50,6 +54,9 @@ pub enum SlamError {
     /// A setting of the scan matcher.
     #[error(transparent)]
     Matcher(#[from] ScanMatcherError),
+    /// A method that needs a map, and none is there.
+    #[error("known-map needs a known map with walls to find the robot in; none was given")]
+    NoKnownMap,
 }
 
 /// Estimates the robot's pose and builds the map. The map's frame begins where the robot does.
@@ -271,7 +278,7 @@ impl Slam {
     #[must_use]
     pub fn features(&self) -> &[LineFeature] {
         match &self.estimator {
-            Estimator::Lines { features, .. } => features,
+            Estimator::Lines { features, .. } | Estimator::Known { features, .. } => features,
             _ => &[],
         }
     }
