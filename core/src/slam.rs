@@ -13,6 +13,8 @@ mod walls;
 
 use std::str::FromStr;
 
+use nalgebra::Point2;
+
 use crate::estimation::{
     Correlations, EkfConfig, EkfError, Landmark, Match, OdometryErrors, ScanMatcherConfig,
     ScanMatcherError, UpdateReport,
@@ -21,7 +23,9 @@ use crate::features::{LineConfig, LineError, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::{EvidenceConfig, Grid, GridConfig, GridError, VectorConfig, VectorMap};
-use crate::points::{MotionHistory, NearConfig, NearField, PointConfig, Points};
+use crate::points::{
+    MotionHistory, NearConfig, NearField, PointConfig, Points, WalkerConfig, Walkers,
+};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
 use estimator::{Estimator, Sweep};
 
@@ -110,6 +114,7 @@ pub struct Slam {
     estimator: Estimator,
     points: Option<Points>,
     near: NearField,
+    walkers: Walkers,
     /// The same points, with what is near and was not seen.
     obstacles: Option<Points>,
     motion_since_scan: Pose2,
@@ -147,6 +152,7 @@ impl Slam {
             // The slowest sweep is that of a ranger on a servo, a few seconds.
             history: MotionHistory::new(5.0),
             near: NearField::new(config.near),
+            walkers: Walkers::new(WalkerConfig::default()),
             vector: VectorMap::new(config.vector),
             config,
             points: None,
@@ -248,6 +254,7 @@ impl Slam {
     fn conclude(&mut self, points: Points) {
         walls::observe(&mut self.vector, &self.estimator, &points);
         self.near.update(&points, &self.motion_since_scan);
+        self.walkers.update(&points, &self.motion_since_scan);
         self.obstacles = Some(self.near.with_unseen(&points));
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
@@ -387,6 +394,12 @@ impl Slam {
     #[must_use]
     pub fn obstacles(&self) -> Option<&Points> {
         self.obstacles.as_ref()
+    }
+
+    /// Points of those who walk about, or did so a moment ago; in the robot frame when the last scan came.
+    #[must_use]
+    pub fn walkers(&self) -> &[Point2<f64>] {
+        self.walkers.points()
     }
 
     /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.

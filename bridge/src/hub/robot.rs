@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use slamlab_core::control::SafeMode;
 use slamlab_core::robot::{Command, Stamp};
 use slamlab_core::wire::message::{
     BatteryBody, BumpersBody, CurrentsBody, DeviceState, DisarmReason, FromBridge, LinkBody,
@@ -10,7 +11,6 @@ use slamlab_core::wire::message::{
 
 use super::Hub;
 use crate::safety::plausible::{Plausible, PlausibleConfig};
-use crate::safety::safe_mode::SafeMode;
 use crate::source::{self, Event, Order, Running};
 
 /// What is known of the robot that takes commands: the first source that has one.
@@ -108,7 +108,7 @@ impl RobotSide {
                 self.newest = (odometry.to, now);
                 consequence.fault = self.plausible.odometry(now, odometry);
                 if let Some(safe_mode) = &mut self.safe_mode {
-                    safe_mode.odometry(odometry);
+                    consequence.correction = safe_mode.odometry(odometry);
                 }
             }
             Event::Bumpers { left, right, .. } => {
