@@ -29,6 +29,7 @@ pub mod announce;
 mod clock;
 pub mod doctor;
 mod embedded;
+mod ending;
 mod foxglove;
 mod guest;
 pub mod headers;

@@ -137,8 +137,10 @@ pub enum Waited {
 pub struct Profile {
     /// As it was named on the command line: `sim:arena`.
     pub name: String,
-    /// The robot that takes its commands; none for a sensor or a recording.
+    /// The robot of which it speaks; none for a sensor.
     pub robot: Option<RobotModel>,
+    /// Whether that robot takes commands; that of a recording does not.
+    pub takes_orders: bool,
     /// Whether it scans only on [`Command::Scan`], standing.
     pub scans_on_command: bool,
 }
@@ -147,8 +149,14 @@ pub struct Profile {
 /// time, and then nobody need wait for it.
 pub(crate) fn scans_on_command<'a>(sources: impl Iterator<Item = &'a Profile> + Clone) -> bool {
     let has_lidar = sources.clone().any(|profile| profile.robot.is_none());
+    !has_lidar && robot(sources).is_some_and(|robot| robot.scans_on_command)
+}
+
+/// The source with the robot: the first that takes orders, else the first that has one.
+pub(crate) fn robot<'a>(sources: impl Iterator<Item = &'a Profile> + Clone) -> Option<&'a Profile> {
     let mut robots = sources.filter(|profile| profile.robot.is_some());
-    !has_lidar && robots.next().is_some_and(|robot| robot.scans_on_command)
+    let mut driven = robots.clone().filter(|profile| profile.takes_orders);
+    driven.next().or_else(|| robots.next())
 }
 
 /// A source of data.
@@ -271,6 +279,7 @@ mod tests {
         let of = |robot, scans_on_command| Profile {
             name: String::new(),
             robot,
+            takes_orders: robot.is_some(),
             scans_on_command,
         };
         let robot = of(Some(RobotModel::rp6()), true);

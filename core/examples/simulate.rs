@@ -20,7 +20,7 @@ use nalgebra::Point2;
 use slamlab_core::estimation::KnownLine;
 use slamlab_core::experiment::{Experiment, ExperimentConfig, Figures};
 use slamlab_core::format::map_server::{self, MapImage, MapInfo, MapMode, OccupancyMap};
-use slamlab_core::format::{building, floor_plan, og_map, tum, world};
+use slamlab_core::format::{building, floor_plan, og_map, preset, tum, world};
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::pilot::{Mode, Status};
 use slamlab_core::settings::Settings;
@@ -61,6 +61,9 @@ struct Args {
     /// A setting other than its default, `KEY=NUMBER`; as often as wanted. Keys are those of `core::settings`.
     #[arg(long = "set", value_name = "KEY=NUMBER", value_parser = setting)]
     settings: Vec<(String, f64)>,
+    /// Settings from a preset file, as `evaluate --fit` writes one; `--set` overrules it.
+    #[arg(long, value_name = "FILE")]
+    preset: Option<std::path::PathBuf>,
     /// Write the vector map as FILE.svg, FILE.dxf and FILE.geojson.
     #[arg(long, value_name = "FILE")]
     plan: Option<String>,
@@ -135,6 +138,15 @@ fn run(args: &Args) -> Result<()> {
     let robot = world.robot.model();
     let area = reachable_area(&world, robot.radius(), 0.05);
     let mut settings = Settings::of(sensor.model(), &robot);
+    if let Some(path) = &args.preset {
+        let name = || format!("preset {}", path.display());
+        let preset = preset::read(&std::fs::read(path).with_context(name)?).with_context(name)?;
+        let changes = preset
+            .settings
+            .iter()
+            .map(|(key, value)| (key.as_str(), *value));
+        settings.set_all(changes).with_context(name)?;
+    }
     for (key, value) in &args.settings {
         settings.set(key, *value).context("--set")?;
     }

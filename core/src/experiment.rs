@@ -18,7 +18,7 @@ use crate::geom::{Pose2, PoseEstimate, Segment};
 use crate::hash::StateHash;
 use crate::map::EvidenceConfig;
 use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation};
-use crate::robot::{Command, Robot, RobotModel, Scan, TrackNoise};
+use crate::robot::{Command, Robot, RobotModel, Scan, TrackNoise, TrackWear};
 use crate::sim::{NoDoor, SensorModel, SimError, Simulation, World};
 use crate::slam::{Method, Slam, SlamConfig, SlamError};
 pub use figures::{Figures, Record, Sample};
@@ -50,6 +50,10 @@ pub struct ExperimentConfig {
     /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg) also with a sensor that looks
     /// round all the time. Default false.
     pub cycle: bool,
+    /// How the robot's tracks differ from its model; none: as the seed draws it.
+    pub wear: Option<TrackWear>,
+    /// How the odometry takes them to differ.
+    pub told_wear: TrackWear,
     /// What the odometry says of its own errors; how it errs is the robot's.
     pub odometry: TrackNoise,
     /// Settings of the estimation.
@@ -74,6 +78,8 @@ impl ExperimentConfig {
             method: Method::LineEkf,
             mode: Mode::Explore,
             cycle: false,
+            wear: None,
+            told_wear: TrackWear::default(),
             odometry: TrackNoise::Proportional(robot.odometry_noise),
             slam,
             pilot,
@@ -143,6 +149,10 @@ impl Experiment {
         pilot.set_mode(config.mode);
         sim.set_on_command(config.cycle);
         sim.tell_noise(config.odometry);
+        sim.tell_wear(config.told_wear);
+        if let Some(wear) = config.wear {
+            sim.set_wear(wear);
+        }
         Ok(Self {
             sim,
             slam: Slam::new(config.method, slam)?,
@@ -221,10 +231,12 @@ impl Experiment {
         slam: &SlamConfig,
         pilot: &PilotConfig,
         odometry: TrackNoise,
+        told_wear: TrackWear,
     ) -> Result<(), SlamError> {
         self.slam.reconfigure(slam)?;
         self.pilot.reconfigure(pilot.clone());
         self.sim.tell_noise(odometry);
+        self.sim.tell_wear(told_wear);
         Ok(())
     }
 

@@ -70,9 +70,13 @@ impl WebExperiment {
     pub fn configure(&mut self, keys: Vec<String>, values: Vec<f64>) -> Result<(), JsError> {
         let mut settings = self.settings.clone();
         apply(&mut settings, &keys, &values)?;
-        let odometry = settings.odometry.used();
-        self.experiment
-            .reconfigure(&settings.slam, &settings.pilot, odometry)?;
+        let odometry = &settings.odometry;
+        self.experiment.reconfigure(
+            &settings.slam,
+            &settings.pilot,
+            odometry.used(),
+            odometry.wear,
+        )?;
         self.settings = settings;
         Ok(())
     }

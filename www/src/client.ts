@@ -1,6 +1,6 @@
 // The page's end of the wire to the worker: sends commands, hands frames to scene and store.
 
-import type { Answer, Command, MethodName, SettingValues, Setup, SourceKind } from "./protocol.js";
+import type { Answer, Command, MethodName, SettingValues, Setup, SourceKind, Told } from "./protocol.js";
 import { downloadAll } from "./save.js";
 import type { Contest, Store } from "./store.js";
 import type { Scene } from "./view/scene.js";
@@ -68,6 +68,34 @@ export class Client {
     store.set("settings", { setup: { ...store.setup, settings } });
     this.send({ kind: "configure", settings });
     this.send({ kind: "settings", sensor: store.setup.sensor, settings });
+  }
+
+  /** Settings that a drive told, in place of others that one did; none: the robot's own word stands again. A recording is mapped anew. */
+  usePreset(preset: Told["preset"]): void {
+    const store = this.#store;
+    const before = Object.keys(store.told.preset?.settings ?? {});
+    const others = Object.entries(store.setup.settings).filter(([key]) => !before.includes(key));
+    // A simulated lidar's figures are no setting of another sensor.
+    const isLidar = store.setup.sensor === "lidar" || store.setup.sensor === "sick";
+    const fresh = Object.entries(preset?.settings ?? {}).filter(([key]) => isLidar || !key.startsWith("lidar."));
+    store.set("fit", { told: { ...store.told, preset } });
+    this.configure(Object.fromEntries([...others, ...fresh]));
+    this.#tell();
+  }
+
+  /** A simulated twin beside the robot, or none. A recording is mapped anew, for it begins with it. */
+  setTwin(twin: boolean): void {
+    const store = this.#store;
+    store.set("fit", { told: { ...store.told, twin } });
+    this.#tell();
+  }
+
+  #tell(): void {
+    const store = this.#store;
+    const settings = Object.entries(store.told.preset?.settings ?? {}).filter(([key]) => key.startsWith("odometry."));
+    this.send({ kind: "tell", settings: Object.fromEntries(settings), twin: store.told.twin });
+    if (store.source === "replay") this.again();
+    store.tell("run");
   }
 
   /** Looks whether the page's own server is a bridge with something behind it; the simulation begins where none is. */
@@ -199,7 +227,8 @@ export class Client {
       const bytes = await file.arrayBuffer();
       if (/\.json$/i.test(file.name)) {
         const worldJson = new TextDecoder().decode(bytes);
-        this.start({ world: file.name, worldJson, mode: "explore" });
+        if (worldJson.includes('"slamlab_preset"')) this.send({ kind: "preset", name: file.name, bytes }, [bytes]);
+        else this.start({ world: file.name, worldJson, mode: "explore" });
       } else {
         store.set("run", { reading: { name: file.name, done: 0 } });
         this.send({ kind: "replay", name: file.name, bytes, method, settings: estimationOnly(store.setup.settings) }, [bytes]);
@@ -246,6 +275,9 @@ export class Client {
         store.cycle = null;
         store.doors = new Float32Array(0);
         store.sigma = { curve: null, error: "" };
+        // A recording that is mapped anew with what was fitted to it keeps the table.
+        if (answer.source !== store.source || answer.title !== store.title) store.fit = { fit: null, error: "" };
+        store.twin.clear();
         store.spot = { hovered: [], pinned: null };
         // Another map: its places are others. Only a simulation knows true walls.
         store.contest = { ...store.contest, start: null, goal: null, picking: "goal", found: null, error: "", ground: answer.source === "sim" ? store.contest.ground : store.contest.ground === "truth" ? "map" : store.contest.ground };
@@ -262,6 +294,7 @@ export class Client {
         store.tell("cycle");
         store.tell("doors");
         store.tell("sigma");
+        store.tell("fit");
         store.tell("contest");
         store.started = { ...store.setup };
         this.send({ kind: "settings", sensor: store.setup.sensor, settings: store.setup.settings });
@@ -297,6 +330,13 @@ export class Client {
         break;
       case "sigma":
         store.set("sigma", { sigma: { curve: answer.curve, error: answer.error } });
+        break;
+      case "fit":
+        store.set("fit", { fit: { fit: answer.fit, error: answer.error } });
+        break;
+      case "preset":
+        this.usePreset({ name: answer.name, settings: answer.settings });
+        store.note({ time: store.status?.time ?? 0, level: "good", text: `The preset "${answer.name}" is in use` });
         break;
       case "contest":
         store.set("contest", { contest: { ...store.contest, found: answer.contest, error: answer.error } });

@@ -105,6 +105,39 @@ export interface SigmaCurve {
   truth: Float64Array;
 }
 
+/** A parameter that a drive told. */
+export interface FittedParameter {
+  name: string;
+  unit: string;
+  value: number;
+  /** Standard error, and what the robot's model says; NaN for none. */
+  sigma: number;
+  model: number;
+  /** Why the drive does not tell it; empty where it does. */
+  unknown: string;
+}
+
+/** What a drive told of its robot. */
+export interface DriveFit {
+  parameters: readonly FittedParameter[];
+  /** What could not be fitted at all, in words. */
+  reasons: readonly string[];
+  /** Settings that take what is known. */
+  settings: SettingValues;
+  legs: number;
+  leftOut: number;
+}
+
+/** What is known better of a robot than it says itself: settings of the odometry; and whether a twin runs beside it. */
+export interface Told {
+  readonly preset: { readonly name: string; readonly settings: SettingValues } | null;
+  readonly twin: boolean;
+}
+
+/** Places of the numbers of each sample of the twin, one for each scan: s, map frame in m and rad, then m and ° off with 3σ, and m. */
+export const TWIN = { time: 0, x: 1, y: 2, heading: 3, positionOff: 4, positionSigma3: 5, headingOff: 6, headingSigma3: 7, ranges: 8 } as const;
+export const TWIN_STRIDE = 9;
+
 /** Where planners look: among the true walls, on the map with the unknown taken to be free, or only where it was seen. */
 export type Ground = "truth" | "map" | "known";
 
@@ -173,6 +206,12 @@ export type Command =
   | { kind: "calibrate"; pairs: Pairs }
   /** σ(ρ) from a log's scans taken standing, or from those of a simulated robot that stands. */
   | { kind: "sigma"; growth: Growth }
+  /** What the drive so far tells of its robot. */
+  | { kind: "fit" }
+  /** Settings of a preset file. */
+  | { kind: "preset"; name: string; bytes: ArrayBuffer }
+  /** Of a live robot from here on, of a recording when it is opened next. */
+  | { kind: "tell"; settings: SettingValues; twin: boolean }
   /** All planners on one query; the tree of one of them is told. */
   | { kind: "contest"; ask: ContestAsk; watched: number }
   | { kind: "contest-watch"; watched: number }
@@ -187,7 +226,8 @@ export type Command =
   | { kind: "door"; index: number; open: boolean }
   /** Cuts its motors off, or unlatches that. */
   | { kind: "emergency"; on: boolean }
-  | { kind: "save"; what: SavedKind }
+  /** What can be saved of a run, or what was fitted last as a preset. */
+  | { kind: "save"; what: SavedKind | "fit" }
   | { kind: "drawn" };
 
 /** `lost` is tried again, `refused` is not. */
@@ -449,6 +489,10 @@ export interface Frame {
   /** New points of the trails; all of them where `trailAnew`. */
   trail: Float32Array | null;
   trailAnew: boolean;
+  /** New samples of the twin, see TWIN. */
+  twin: Float64Array | null;
+  /** Another twin began with them, or there is none any more. */
+  twinAnew: boolean;
   /** New samples for the plots. */
   samples: Float64Array | null;
   /** The inside of the filter; null where it was not asked for, or there is no line filter. */
@@ -518,6 +562,10 @@ export type Answer =
   | { kind: "calibrated"; calibration: Calibration | null; error: string }
   /** An estimate, or why there is none. */
   | { kind: "sigma"; curve: SigmaCurve | null; error: string }
+  /** What a drive told, or why it tells nothing. */
+  | { kind: "fit"; fit: DriveFit | null; error: string }
+  /** A preset that was opened. */
+  | { kind: "preset"; name: string; settings: SettingValues }
   /** How the planners stand, or why they cannot be asked. */
   | { kind: "contest"; contest: ContestState | null; error: string }
   | { kind: "bridge"; state: BridgeState | null }
@@ -528,7 +576,7 @@ export type Answer =
 export function transferables(frame: Frame): ArrayBuffer[] {
   const arrays = [
     frame.grid?.index, frame.grid?.cells, frame.scan, frame.beams, frame.doors, frame.found, frame.lines, frame.truth, frame.materials, frame.movers, frame.path, frame.rawPath, frame.tree,
-    frame.frontiers, frame.trail, frame.samples, frame.inspection?.landmarks, frame.inspection?.coefficients, frame.inspection?.sightings,
+    frame.frontiers, frame.trail, frame.twin, frame.samples, frame.inspection?.landmarks, frame.inspection?.coefficients, frame.inspection?.sightings,
     frame.inspection?.candidates, frame.inspection?.odometry,
   ];
   const buffers = new Set<ArrayBuffer>();

@@ -3,10 +3,10 @@
 // It paces the source (simulated seconds for each second), works in slices short enough that every message is heard within
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
-import init, { building_of_map, building_of_svg, WebExperiment, WebLive, WebLogReader, WebSetup, calibrate, data_sheet, preset_list, sensor_names, setting_list, world_names } from "../pkg/slamlab_web.js";
-import { type Answer, type Clock, type Command, type Inspection, type MethodName, type Named, type Setup, transferables } from "./protocol.js";
+import init, { type FitTable, WebExperiment, WebLive, WebLogReader, WebSetup, building_of_map, building_of_svg, calibrate, data_sheet, preset_list, read_preset, sensor_names, setting_list, world_names, write_preset } from "../pkg/slamlab_web.js";
+import { type Answer, type Clock, type Command, type Inspection, type MethodName, type Named, type SavedFile, type SettingValues, type Setup, transferables } from "./protocol.js";
 import { BridgeSource } from "./source/bridge.js";
-import { calibrationOf, listOf, presetOf, settingOf } from "./source/convert.js";
+import { calibrationOf, driveFit, listOf, presetOf, settingOf } from "./source/convert.js";
 import { BridgeLink } from "./source/link.js";
 import { ContestRunner } from "./source/contest.js";
 import { ReplaySource } from "./source/replay.js";
@@ -41,6 +41,10 @@ interface Reading {
 let reading: Reading | null = null;
 
 let source: Source | null = null;
+/** What is known better of a robot than it says itself. */
+let told: { settings: SettingValues; twin: boolean } = { settings: {}, twin: false };
+/** The fit that was asked for last. */
+let fitted: FitTable | null = null;
 let contest: ContestRunner | null = null;
 let run = 0;
 let seq = 0;
@@ -208,7 +212,9 @@ function connect(command: Extract<Command, { kind: "connect" }>): void {
       if (module.begun() !== (shown?.begun ?? 0)) {
         // The module and its link go on in the new run.
         if (shown) source = null;
-        begin(new BridgeSource(module, link, title, command.method), { setup: null, playing: true });
+        const next = new BridgeSource(module, link, title, command.method);
+        next.tell(told.settings, told.twin);
+        begin(next, { setup: null, playing: true });
       }
       if (!(source instanceof BridgeSource)) return;
       source.moved();
@@ -276,7 +282,8 @@ function handle(command: Command): void {
       break;
     case "replay":
       if (reading) stopReading();
-      reading = { name: command.name, method: command.method, bytes: new Uint8Array(command.bytes), reader: new WebLogReader(command.method, ...listOf(command.settings)), at: 0, toldAt: -Infinity };
+      reading = { name: command.name, method: command.method, bytes: new Uint8Array(command.bytes), reader: new WebLogReader(command.method, ...listOf({ ...command.settings, ...told.settings })), at: 0, toldAt: -Infinity };
+      if (told.twin) reading.reader.with_twin();
       schedule(true);
       break;
     case "play":
@@ -321,6 +328,27 @@ function handle(command: Command): void {
       break;
     case "sigma":
       if (source) post({ kind: "sigma", ...attempt("curve", () => source?.estimateSigma(command.growth) ?? null) });
+      break;
+    case "fit":
+      if (source instanceof ReplaySource || source instanceof BridgeSource) {
+        fitted?.free();
+        fitted = source.fit();
+        post({ kind: "fit", fit: driveFit(fitted), error: "" });
+      }
+      break;
+    case "preset":
+      try {
+        const { name, keys, values } = read_preset(new Uint8Array(command.bytes));
+        post({ kind: "preset", name, settings: Object.fromEntries(keys.map((key, i) => [key, values[i] ?? NaN])) });
+      } catch (error) {
+        refuse(command.name, error);
+      }
+      break;
+    case "tell":
+      told = { settings: command.settings, twin: command.twin };
+      bridge?.tell(told.settings, told.twin);
+      stale = true;
+      show();
       break;
     case "connect":
       if (reading) stopReading();
@@ -394,7 +422,7 @@ function handle(command: Command): void {
     case "save":
       if (!source) break;
       try {
-        post({ kind: "saved", files: source.export(command.what) });
+        post({ kind: "saved", files: command.what === "fit" ? presetFile(source) : source.export(command.what) });
       } catch (error) {
         refuse("", error);
       }
@@ -406,6 +434,7 @@ function handle(command: Command): void {
   }
 }
 
+/** The world in files of others. */
 function build(name: string, files: readonly ArrayBuffer[]): void {
   const [first, second] = files.map((bytes) => new Uint8Array(bytes));
   if (!first) return;
@@ -413,6 +442,13 @@ function build(name: string, files: readonly ArrayBuffer[]): void {
   const { world: worldJson, left_out: leftOut } = building;
   building.free();
   post({ kind: "built", name, worldJson, leftOut });
+}
+
+/** What was fitted last, as a preset. */
+function presetFile({ title }: Source): SavedFile[] {
+  if (!fitted) throw new Error("Nothing was fitted yet.");
+  const text = write_preset(`fit of ${title}`, fitted);
+  return [{ name: `${title.replace(/[^\w-]+/g, "-")}-preset.json`, mime: "application/json", bytes: new TextEncoder().encode(text) }];
 }
 
 function setupOf(setup: Setup): WebSetup {

@@ -25,6 +25,7 @@ use tokio::sync::{mpsc, oneshot};
 use tokio::time::Instant;
 
 use crate::clock::Clock;
+use crate::ending::GOING_AWAY;
 use crate::metrics::Metrics;
 use crate::notify;
 use crate::record::Recorder;
@@ -306,8 +307,7 @@ impl Hub {
         let now = self.clock.now();
         self.rule(now, Input::Shutdown);
         for connected in self.clients.values() {
-            // RFC 6455: going away.
-            connected.outbox.close(1001);
+            connected.outbox.close(GOING_AWAY);
         }
         self.sources.clear();
         if let Some(recorder) = self.recorder.take() {

@@ -40,7 +40,7 @@ impl RobotSide {
     pub(super) fn new(sources: &[Running]) -> Self {
         let source = sources
             .iter()
-            .position(|source| source.profile.robot.is_some());
+            .position(|source| source.profile.robot.is_some() && source.profile.takes_orders);
         let on_command = source::scans_on_command(sources.iter().map(|source| &source.profile));
         let fresh = source
             .and_then(|at| sources[at].profile.robot)

@@ -59,17 +59,11 @@ impl Ld06 {
     }
 
     fn state(&mut self, state: DeviceState) {
-        let (state, link) = match state {
-            DeviceState::Measuring => (DeviceState::Sending, LinkState::Up),
-            DeviceState::Connected => (state, LinkState::Up),
-            _ => (state, LinkState::Opening),
-        };
         if state != DeviceState::Fault {
             self.report.detail.clear();
             self.report.model = "LD06 or LD19".into();
         }
-        self.wants
-            .extend(self.report.change(state, link).map(Want::Tell));
+        self.wants.extend(self.report.lidar(state).map(Want::Tell));
     }
 }
 
@@ -78,6 +72,7 @@ impl Device for Ld06 {
         Profile {
             name: self.name.clone(),
             robot: None,
+            takes_orders: false,
             scans_on_command: false,
         }
     }

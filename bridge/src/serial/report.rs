@@ -71,6 +71,16 @@ impl Report {
         link.into_iter().chain(device)
     }
 
+    /// The events of a change of a lidar, whose driver says whether it measures.
+    pub(super) fn lidar(&mut self, state: DeviceState) -> impl Iterator<Item = Event> + use<> {
+        let (state, link) = match state {
+            DeviceState::Measuring => (DeviceState::Sending, LinkState::Up),
+            DeviceState::Connected => (state, LinkState::Up),
+            _ => (state, LinkState::Opening),
+        };
+        self.change(state, link)
+    }
+
     /// The event of a change of the line, if it is one.
     pub(super) fn change_link(&mut self, link: LinkState) -> Option<Event> {
         let has_changed = self.link.state != link;

@@ -317,6 +317,7 @@ impl Device for Rp6 {
         Profile {
             name: self.name.clone(),
             robot: Some(RobotModel::rp6()),
+            takes_orders: true,
             scans_on_command: true,
         }
     }

@@ -87,13 +87,7 @@ impl Rplidar {
     }
 
     fn state(&mut self, state: DeviceState) {
-        let (state, link) = match state {
-            DeviceState::Measuring => (DeviceState::Sending, LinkState::Up),
-            DeviceState::Connected => (state, LinkState::Up),
-            _ => (state, LinkState::Opening),
-        };
-        self.wants
-            .extend(self.report.change(state, link).map(Want::Tell));
+        self.wants.extend(self.report.lidar(state).map(Want::Tell));
     }
 }
 
@@ -102,6 +96,7 @@ impl Device for Rplidar {
         Profile {
             name: self.name.clone(),
             robot: None,
+            takes_orders: false,
             scans_on_command: false,
         }
     }

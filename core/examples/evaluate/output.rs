@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use slamlab_core::estimation::{DriveFit, FittedParameter};
 use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
+use slamlab_core::format::preset::{self, FittedLine, PresetFile};
 use slamlab_core::format::{og_map, tum};
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::Replay;
@@ -21,6 +23,7 @@ pub(super) fn check(arguments: &Arguments) -> anyhow::Result<()> {
             .clone()
             .map(|path| ("--relations", path)),
     );
+    taken.extend(arguments.preset.clone().map(|path| ("--preset", path)));
     let map = arguments.map.as_deref();
     let outputs = [
         ("--tum", arguments.tum.clone()),
@@ -28,6 +31,7 @@ pub(super) fn check(arguments: &Arguments) -> anyhow::Result<()> {
         ("the YAML of --map", map.map(yaml_of)),
         ("--og-map", arguments.og_map.clone()),
         ("--carmen", arguments.carmen.clone()),
+        ("--fit", arguments.fit.clone()),
     ];
     for (option, path) in outputs {
         let Some(path) = path else { continue };
@@ -55,6 +59,7 @@ pub(super) fn save(
     arguments: &Arguments,
     replay: &Replay,
     trajectory: &[(f64, Pose2)],
+    fit: Option<&DriveFit>,
 ) -> anyhow::Result<()> {
     let mut files: Vec<(PathBuf, Vec<u8>)> = vec![];
     if let Some(path) = &arguments.tum {
@@ -74,6 +79,15 @@ pub(super) fn save(
     }
     if let Some(path) = &arguments.carmen {
         files.push((path.clone(), replay.carmen_log().write().into_bytes()));
+    }
+    if let (Some(path), Some(fit)) = (&arguments.fit, fit) {
+        let name = format!("fitted to {}", arguments.log.display());
+        let settings = fit.settings().into_iter();
+        let settings = settings
+            .map(|(key, value)| (key.to_owned(), value))
+            .collect();
+        let text = preset::write(&PresetFile { name, settings }, &fitted_lines(fit));
+        files.push((path.clone(), text.into_bytes()));
     }
     // Beside the file first: a full disk spoils nothing.
     for (path, bytes) in &files {
@@ -100,12 +114,20 @@ fn map_files(
 ) -> anyhow::Result<map_server::MapFiles> {
     let mode: MapMode = arguments.map_mode.parse().context("--map-mode")?;
     let map = OccupancyMap::of_grid(replay.slam().grid(), mode)?;
-    Ok(map_server::write(
-        &map,
-        mode,
-        MapImage::of_name(name),
-        name,
-    )?)
+    let image = MapImage::of_name(name);
+    Ok(map_server::write(&map, mode, image, name)?)
+}
+
+/// The parameters as they are told to people.
+pub(super) fn fitted_lines(fit: &DriveFit) -> Vec<FittedLine> {
+    let line = |p: FittedParameter| FittedLine {
+        name: p.name.to_owned(),
+        unit: p.unit.to_owned(),
+        value: p.value,
+        sigma: Some(p.sigma).filter(|sigma| sigma.is_finite()),
+        unknown: p.verdict.reason().to_owned(),
+    };
+    fit.parameters().into_iter().map(line).collect()
 }
 
 fn yaml_of(map: &Path) -> PathBuf {

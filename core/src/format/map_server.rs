@@ -137,16 +137,20 @@ impl OccupancyMap {
     /// The known part of a grid. In mode [`MapMode::Trinary`] each cell is what the grid believes of it: 0, 100 or nothing known;
     /// otherwise it is the probability.
     ///
-    /// # Errors    [`MapServerError::Empty`] for a grid without a known cell.
+    /// # Errors    [`MapServerError`]: a grid without a known cell, or whose known cells lie too far apart.
     pub fn of_grid(grid: &Grid, mode: MapMode) -> Result<Self, MapServerError> {
         let rect = known_rect(grid, mode).ok_or(MapServerError::Empty)?;
+        let (width, height) = (rect.width(), rect.height());
+        if width * height > MOST_CELLS {
+            return Err(MapServerError::TooLarge { width, height });
+        }
         let resolution = grid.resolution();
         let corner = |cell: i32| f64::from(cell) * resolution;
         let cells = |row| (rect.min.col..rect.max.col).map(move |col| CellIndex { col, row });
         let rows = rect.min.row..rect.max.row;
         Ok(Self {
-            width: rect.width(),
-            height: rect.height(),
+            width,
+            height,
             resolution,
             origin: Pose2::new(corner(rect.min.col), corner(rect.min.row), 0.0),
             cells: rows

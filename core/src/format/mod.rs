@@ -7,6 +7,7 @@ pub mod firmware_header;
 pub mod floor_plan;
 pub mod map_server;
 pub mod og_map;
+pub mod preset;
 pub mod relations;
 mod rows;
 pub mod tum;

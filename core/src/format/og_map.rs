@@ -37,6 +37,14 @@ pub enum OgMapError {
     /// Nothing was ever seen.
     #[error("the map is empty; expected at least one known cell")]
     Empty,
+    /// What is known lies too far apart.
+    #[error("the map is {width} times {height} cells; expected at most {MOST_CELLS} together")]
+    TooLarge {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
     /// The first line is not five numbers.
     #[error("line 1: found {found} fields, expected 5: width height resolution origin_x origin_y")]
     Header {
@@ -85,17 +93,21 @@ pub enum OgMapError {
 
 /// The rectangle of all that is known of a grid.
 ///
-/// # Errors    [`OgMapError::Empty`].
+/// # Errors    [`OgMapError::Empty`], [`OgMapError::TooLarge`].
 pub fn of_grid(grid: &Grid) -> Result<OgMap, OgMapError> {
     let known = grid.rect_where(|odds| odds != 0.0);
     let rect = known.ok_or(OgMapError::Empty)?;
+    let (width, height) = (rect.width(), rect.height());
+    if width * height > MOST_CELLS {
+        return Err(OgMapError::TooLarge { width, height });
+    }
     let resolution = grid.resolution();
     let rows = rect.min.row..rect.max.row;
     let cells =
         rows.flat_map(|row| (rect.min.col..rect.max.col).map(move |col| CellIndex { col, row }));
     Ok(OgMap {
-        width: rect.width(),
-        height: rect.height(),
+        width,
+        height,
         resolution,
         origin: Point2::new(f64::from(rect.min.col), f64::from(rect.min.row)) * resolution,
         probabilities: cells.map(|cell| grid.probability(cell)).collect(),

@@ -59,6 +59,27 @@ fn silence_switches_the_motors_off_within_400_ms_and_a_new_command_on() -> Resul
     Ok(())
 }
 
+/// The motors are switched off by the clock's interrupt, and the loop looks at the silence once in 10 ms. A sign of life in between
+/// fed the guard, and the loop went on with the speed from before.
+#[test]
+fn a_sign_of_life_just_after_the_motors_went_off_starts_nothing() -> Result<()> {
+    for phase in 0..8 {
+        let mut host = driving()?;
+        host.run(0.0013 * f64::from(phase))?;
+        host.command(AHEAD)?;
+        host.run_until(1.0, is_off)?;
+        host.command(Command::Alive)?;
+        for _ in 0..500 {
+            host.run(0.001)?;
+            if (host.rig.seconds() * 1e3) as u64 % 100 == 0 {
+                host.command(Command::Alive)?;
+            }
+            assert!(is_off(&host), "phase {phase}: {:?}", host.rig.chip.duties());
+        }
+    }
+    Ok(())
+}
+
 #[test]
 fn a_cut_cable_stops_the_robot_and_the_link_comes_back_disarmed() -> Result<()> {
     let mut host = driving()?;

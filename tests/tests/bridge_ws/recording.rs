@@ -106,13 +106,13 @@ fn what_was_recorded_plays_back() {
         // As SIGKILL would leave it: a copy of what the system has at this moment.
         let copy = folder.path().join("killed.mcap");
         std::fs::copy(&file, &copy).unwrap();
-        let events = ReplaySource::open(&copy).unwrap().events().len() as u64;
+        let events = ReplaySource::open(&copy).unwrap().events().count() as u64;
         // Devices and the like are acknowledged as well, and are no events.
         assert!(events + 10 >= acknowledged, "{events} of {acknowledged}");
         bridge.stop().await;
 
         let whole = ReplaySource::open(&file).unwrap();
-        let odometry = whole.events().iter().filter_map(|(_, event)| match event {
+        let odometry = whole.events().filter_map(|(_, event)| match event {
             Event::Odometry(odometry) => Some(odometry),
             _ => None,
         });
@@ -121,7 +121,6 @@ fn what_was_recorded_plays_back() {
         assert!(
             whole
                 .events()
-                .iter()
                 .any(|(_, event)| matches!(event, Event::Scan(_)))
         );
 
@@ -131,7 +130,9 @@ fn what_was_recorded_plays_back() {
             ..Config::default()
         })
         .await;
-        let mut watcher = bridge.watcher().await;
+        let mut watcher = bridge.connect().await;
+        assert!(watcher.robot.is_some(), "a recording has a robot, too");
+        watcher.enter(None).await;
         let scan = watcher.wait(|message| match message {
             FromBridge::Scan(body) => Some(body.clone()),
             _ => None,

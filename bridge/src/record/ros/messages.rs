@@ -6,10 +6,10 @@ use nalgebra::Matrix3;
 use slamlab_core::format::map_server::{MapMode, OccupancyMap};
 use slamlab_core::geom::{Pose2, PoseEstimate};
 use slamlab_core::map::Grid;
-use slamlab_core::robot::Odometry;
 use slamlab_core::wire::message::ScanBody;
 
 use super::super::cdr::Cdr;
+use super::odom::Moved;
 
 /// `sensor_msgs/PointField`: 32 bit float.
 const FLOAT32: u8 = 7;
@@ -17,16 +17,13 @@ const FLOAT32: u8 = 7;
 const POINT: u32 = 12;
 
 /// `nav_msgs/Odometry`: where the odometry alone puts the robot, with the covariance that has added up, and its present speed.
-pub(super) fn odometry(summed: &Odometry, last: &Odometry, now: Duration) -> Vec<u8> {
-    let seconds = last.to.since(last.from);
-    let rate = if seconds > 0.0 { 1.0 / seconds } else { 0.0 };
-    let motion = &last.motion;
-    let [x, y, turn] = [motion.x(), motion.y(), motion.heading()].map(|way| way * rate);
+pub(super) fn odometry(moved: &Moved, now: Duration) -> Vec<u8> {
+    let (summed, [x, y, turn]) = (&moved.summed, moved.speeds);
     let mut cdr = Cdr::new();
     cdr.header(now, "odom").text("base_link");
     cdr.all(&placed(&summed.motion)).all(&in_space(&summed.cov));
     cdr.all(&[x, y, 0.0, 0.0, 0.0, turn])
-        .all(&in_space(&(last.cov * (rate * rate))));
+        .all(&in_space(&moved.speeds_cov));
     cdr.finish()
 }
 

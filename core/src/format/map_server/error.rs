@@ -7,6 +7,14 @@ pub enum MapServerError {
     /// Nothing was ever inserted.
     #[error("the map is empty; expected at least one known cell")]
     Empty,
+    /// What is known lies too far apart.
+    #[error("the map is {width} times {height} cells; expected at most {most} together", most = super::MOST_CELLS)]
+    TooLarge {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
     /// The cells are not as many as width and height say.
     #[error("the map has {found} cells, expected {width} x {height}")]
     Cells {
