@@ -1,5 +1,6 @@
 //! The settings of every stage, nested as the stages are.
 
+use super::KnownMap;
 use crate::estimation::{EkfConfig, ScanMatcherConfig};
 use crate::features::LineConfig;
 use crate::map::{EvidenceConfig, GridConfig, VectorConfig};
@@ -24,6 +25,8 @@ pub struct SlamConfig {
     pub evidence: EvidenceConfig,
     /// The vector map of the filter over lines.
     pub vector: VectorConfig,
+    /// The map that [`Method::KnownMap`](super::Method::KnownMap) finds the robot in.
+    pub known: KnownMap,
 }
 
 impl SlamConfig {

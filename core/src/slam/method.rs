@@ -11,14 +11,17 @@ pub enum Method {
     LineEkf,
     /// Scans matched to submaps, loops closed in a pose graph.
     ScanMatching,
+    /// Kalman filter over the walls of a map that is known (TDK 2016 §3.2).
+    KnownMap,
 }
 
 impl Method {
     /// All methods, with the names used by commands and pages.
-    pub const ALL: [(&'static str, Self); 3] = [
+    pub const ALL: [(&'static str, Self); 4] = [
         ("odometry", Self::Odometry),
         ("line-ekf", Self::LineEkf),
         ("scan-matching", Self::ScanMatching),
+        ("known-map", Self::KnownMap),
     ];
 
     /// The name.
@@ -33,7 +36,7 @@ impl Method {
 
 /// There is no method of that name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no method `{0}`; expected odometry, line-ekf or scan-matching")]
+#[error("there is no method `{0}`; expected odometry, line-ekf, scan-matching or known-map")]
 pub struct UnknownMethod(String);
 
 impl FromStr for Method {

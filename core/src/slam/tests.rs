@@ -5,7 +5,7 @@ use super::*;
 #[test]
 fn odometry_that_is_no_motion_leaves_every_method_as_it_was() {
     for (name, method) in Method::ALL {
-        let mut slam = Slam::new(method, SlamConfig::default()).unwrap();
+        let mut slam = Slam::new(method, known_tests::config()).unwrap();
         let mut odometry = Odometry::standing(Stamp(1_000_000));
         slam.odometry(&odometry).unwrap();
         let before = slam.estimate();
@@ -26,6 +26,6 @@ fn methods_are_found_by_name() {
     let error = "teleport".parse::<Method>().unwrap_err().to_string();
     assert_eq!(
         error,
-        "there is no method `teleport`; expected odometry, line-ekf or scan-matching"
+        "there is no method `teleport`; expected odometry, line-ekf, scan-matching or known-map"
     );
 }
