@@ -57,7 +57,7 @@ impl Near {
         let profiles: Vec<Profile> = devices.iter().map(|device| device.profile()).collect();
         Self {
             news: Devices::new(&profiles),
-            robot: RobotSide::new(profiles.iter()),
+            robot: RobotSide::new(&profiles.iter()),
             safety: Safety::new(SafetyConfig::default()),
             devices,
             profiles,

@@ -36,7 +36,7 @@ pub struct Consequence {
 impl RobotSide {
     /// For these sources, in the order of their numbers.
     #[must_use]
-    pub fn new<'a>(sources: impl Iterator<Item = &'a Profile> + Clone) -> Self {
+    pub fn new<'a>(sources: &(impl Iterator<Item = &'a Profile> + Clone)) -> Self {
         let source = sources
             .clone()
             .position(|profile| profile.robot.is_some() && profile.takes_orders);

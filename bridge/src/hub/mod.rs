@@ -120,7 +120,7 @@ impl Hub {
         let profiles = || sources.iter().map(|source| &source.profile);
         Self {
             devices: Devices::new(profiles()),
-            robot: RobotSide::new(profiles()),
+            robot: RobotSide::new(&profiles()),
             safety: Safety::new(safety),
             clients: BTreeMap::new(),
             last_client: 0,
