@@ -71,7 +71,7 @@ static uint8_t run(uint8_t kind, const uint8_t *payload) {
     case TURN:
       return drive_turn(take32(payload));
     case STOP:
-      drive_stop();
+      drive_abort(); /* no ramp: whoever stops it must not wait for one */
       return 1;
     case ESTOP:
       motor_latch(); /* first the registers, then the rest */

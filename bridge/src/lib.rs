@@ -43,7 +43,6 @@ mod page;
 mod rate;
 pub mod record;
 mod rosbridge;
-pub mod safety;
 pub mod serial;
 mod serve;
 mod session;
@@ -52,6 +51,8 @@ pub mod source;
 pub mod tls;
 pub mod token;
 pub mod udp;
+
+pub use slamlab_device::safety;
 
 pub use accept::Limits;
 pub use clock::Clock;

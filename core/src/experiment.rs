@@ -394,6 +394,7 @@ fn situation<'a>(sim: &Simulation, slam: &'a Slam, estimate: &'a PoseEstimate) -
         estimate,
         grid: slam.grid(),
         points: slam.obstacles(),
+        walkers: slam.walkers(),
         bumpers: sim.bumpers(),
         motion_since_scan: slam.motion_since_scan(),
         robot_is_busy: sim.is_busy(),

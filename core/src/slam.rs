@@ -18,6 +18,8 @@ mod method;
 mod tests;
 mod walls;
 
+use nalgebra::Point2;
+
 use crate::estimation::{
     Correlations, EkfError, Landmark, Match, OdometryErrors, ScanMatcherError, UpdateReport,
 };
@@ -25,7 +27,7 @@ use crate::features::{LineError, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::{Grid, GridError, VectorMap};
-use crate::points::{MotionHistory, NearField, Points};
+use crate::points::{MotionHistory, NearField, Points, WalkerConfig, Walkers};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
 pub use config::SlamConfig;
 use estimator::{Estimator, Sweep};
@@ -68,6 +70,7 @@ pub struct Slam {
     estimator: Estimator,
     points: Option<Points>,
     near: NearField,
+    walkers: Walkers,
     /// The same points, with what is near and was not seen.
     obstacles: Option<Points>,
     motion_since_scan: Pose2,
@@ -105,6 +108,7 @@ impl Slam {
             // The slowest sweep is that of a ranger on a servo, a few seconds.
             history: MotionHistory::new(5.0),
             near: NearField::new(config.near),
+            walkers: Walkers::new(WalkerConfig::default()),
             vector: VectorMap::new(config.vector),
             config,
             points: None,
@@ -206,6 +210,7 @@ impl Slam {
     fn conclude(&mut self, points: Points) {
         walls::observe(&mut self.vector, &self.estimator, &points);
         self.near.update(&points, &self.motion_since_scan);
+        self.walkers.update(&points, &self.motion_since_scan);
         self.obstacles = Some(self.near.with_unseen(&points));
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
@@ -345,6 +350,12 @@ impl Slam {
     #[must_use]
     pub fn obstacles(&self) -> Option<&Points> {
         self.obstacles.as_ref()
+    }
+
+    /// Points of those who walk about, or did so a moment ago; in the robot frame when the last scan came.
+    #[must_use]
+    pub fn walkers(&self) -> &[Point2<f64>] {
+        self.walkers.points()
     }
 
     /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.

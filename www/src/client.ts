@@ -1,7 +1,8 @@
 // The page's end of the wire to the worker: sends commands, hands frames to scene and store.
 
-import type { Answer, Command, MethodName, SettingValues, Setup, SourceKind, Told } from "./protocol.js";
+import type { Answer, Command, MethodName, SerialKind, SettingValues, Setup, SourceKind, Told } from "./protocol.js";
 import { downloadAll } from "./save.js";
+import { SerialPorts } from "./serial_ports.js";
 import type { Contest, Store } from "./store.js";
 import type { Scene } from "./view/scene.js";
 
@@ -18,6 +19,7 @@ export class Client {
   #recording: File | null = null;
   #opening: File | null = null;
   #bridge: { url: string; token: string } | null = null;
+  readonly #ports = new SerialPorts((command, transfer) => this.send(command, transfer));
   /** Called when a run begins, before its first frame. */
   onStart: () => void = () => {};
 
@@ -116,6 +118,23 @@ export class Client {
     this.start();
   }
 
+  /** Devices at serial ports that this page has open. */
+  get plugged(): readonly SerialKind[] {
+    return this.#ports.kinds;
+  }
+
+  /** One more device at a serial port, which the browser asks the person for. */
+  async plug(kind: SerialKind): Promise<void> {
+    try {
+      await this.#ports.choose(kind);
+      this.send({ kind: "cable", devices: this.plugged, method: this.#store.setup.method });
+    } catch (error) {
+      // Whoever chose no port knows that.
+      if (error instanceof DOMException && error.name === "NotFoundError") return;
+      this.#store.set("toast", { toast: { level: "warn", text: `The port cannot be used: ${error instanceof Error ? error.message : String(error)}` } });
+    }
+  }
+
   connect(url: string, token: string, method: MethodName = this.#store.setup.method): void {
     this.#bridge = { url, token };
     this.send({ kind: "connect", url, token, method });
@@ -190,7 +209,8 @@ export class Client {
   /** What runs now, from its beginning: with the method given, or else with the one it had. */
   again(method?: MethodName): void {
     const store = this.#store;
-    if (store.source === "bridge" && this.#bridge) this.connect(this.#bridge.url, this.#bridge.token, method ?? store.method);
+    if (store.source === "bridge" && this.plugged.length > 0) void this.#ports.again().then(() => this.send({ kind: "cable", devices: this.plugged, method: method ?? store.method }));
+    else if (store.source === "bridge" && this.#bridge) this.connect(this.#bridge.url, this.#bridge.token, method ?? store.method);
     else if (store.source === "replay" && this.#recording) void this.open(this.#recording, method ?? store.method);
     else this.start({ mode: "explore", ...(method === undefined ? {} : { method }) });
   }
@@ -267,6 +287,7 @@ export class Client {
         break;
       case "started":
         this.#run = answer.run;
+        if (answer.source !== "bridge" && this.plugged.length > 0) void this.#ports.forget();
         if (answer.source === "replay") this.#recording = this.#opening;
         this.#pace(answer.source);
         this.#scene.clear();
@@ -340,6 +361,9 @@ export class Client {
         break;
       case "contest":
         store.set("contest", { contest: { ...store.contest, found: answer.contest, error: answer.error } });
+        break;
+      case "line":
+        this.#ports.wish(answer);
         break;
       case "bridge":
         store.set("bridge", { bridge: answer.state });

@@ -1,12 +1,14 @@
 // Composes the page: store, scene, client, components, keys. Nothing is decided here.
 
 import { Client } from "./client.js";
+import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
 import { download, mapPicture } from "./save.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
 import "./ui/bench.js";
 import "./ui/bridge.js";
+import "./ui/cable.js";
 import "./ui/calibration.js";
 import "./ui/consistency.js";
 import "./ui/correlations.js";
@@ -56,7 +58,7 @@ const map = place<SlamMap>("slam-map");
 const transport = place<SlamTransport>("slam-transport");
 const cycle = place<SlamCycle>("slam-cycle");
 const help = place<SlamHelp>("slam-help");
-for (const tag of ["slam-header", "slam-bridge", "slam-setup", "slam-doors", "slam-status", "slam-plots", "slam-twin", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-contest", "slam-settings", "slam-calibration", "slam-fit", "slam-sigma", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
+for (const tag of ["slam-header", "slam-bridge", "slam-setup", "slam-doors", "slam-cable", "slam-status", "slam-plots", "slam-twin", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-contest", "slam-settings", "slam-calibration", "slam-fit", "slam-sigma", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
   place(tag);
 }
 
@@ -83,9 +85,15 @@ addEventListener("show-help", () => help.show());
 addEventListener("focus-map", () => map.renderRoot.querySelector<HTMLElement>("#pad")?.focus({ preventScroll: true }));
 addEventListener("save-picture", () => void savePicture());
 
+const byHand = {
+  drive: (forward: number, turn: number): void => {
+    if (store.source !== "replay") client.drive(forward, turn);
+  },
+  stop: (): void => client.stop(),
+};
+startGamepad(byHand);
 startKeyboard({
-  drive: (forward, turn) => store.source !== "replay" && client.drive(forward, turn),
-  stop: () => client.stop(),
+  ...byHand,
   busy: () => help.shown,
   once: {
     p: () => client.send({ kind: store.playing ? "pause" : "play" }),
@@ -104,6 +112,8 @@ startKeyboard({
     f: () => map.toggleFollow(),
     r: () => client.again(),
     m: () => client.send({ kind: "save", what: "map" }),
+    // Celej's key for it; without Shift it steers to the left.
+    a: () => client.send({ kind: "save", what: "map" }),
     t: () => switchTheme(store),
     "?": () => help.show(),
   },

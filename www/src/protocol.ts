@@ -173,6 +173,28 @@ export interface ContestState extends ContestAsk {
   tree: Float32Array;
 }
 
+/** A device at a serial port that the page itself opened. */
+export type SerialKind = "rp6" | "rplidar" | "ld06";
+
+/** What happened at a line, by its number. */
+export interface LineEvent {
+  line: number;
+  event: "opened" | "bytes" | "broken";
+  bytes?: Uint8Array;
+  /** Why it broke: cause and cure. */
+  why?: string;
+}
+
+/** What the device at a line wants done with it. */
+export interface LineWish {
+  line: number;
+  /** `well`: the next time that it breaks it is tried again soon. */
+  want: "open" | "write" | "dtr" | "well" | "reopen" | "close";
+  baud: number;
+  bytes: Uint8Array<ArrayBuffer>;
+  on: boolean;
+}
+
 export type Command =
   | { kind: "start"; setup: Setup; play: boolean }
   /** A building from files of others: a floor plan (.svg), or the YAML and the image of a map of ROS. It is answered by `built`. */
@@ -220,13 +242,18 @@ export type Command =
   | { kind: "bench"; trial: BenchTrial }
   /** A robot behind a bridge, at the address of its WebSocket; with an empty token this page only watches. */
   | { kind: "connect"; url: string; token: string; method: MethodName }
+  /** Devices at serial ports that the page opened, by the numbers of their lines. */
+  | { kind: "cable"; devices: readonly SerialKind[]; method: MethodName }
+  | ({ kind: "line" } & LineEvent)
+  /** Has the lines closed, the robot stopped before. */
+  | { kind: "unplug" }
   /** The right to drive it: takes it (with `force` also from somebody else), or gives it back. */
   | { kind: "wheel"; take: boolean; force: boolean }
   /** Opens or shuts a door of the simulated world, by its number. */
   | { kind: "door"; index: number; open: boolean }
   /** Cuts its motors off, or unlatches that. */
   | { kind: "emergency"; on: boolean }
-  /** What can be saved of a run, or what was fitted last as a preset. */
+  /** The grid, the walls as a floor plan, the trajectory, the log, or what was fitted last as a preset. */
   | { kind: "save"; what: SavedKind | "fit" }
   | { kind: "drawn" };
 
@@ -569,6 +596,7 @@ export type Answer =
   /** How the planners stand, or why they cannot be asked. */
   | { kind: "contest"; contest: ContestState | null; error: string }
   | { kind: "bridge"; state: BridgeState | null }
+  | ({ kind: "line" } & LineWish)
   /** Something could not be done; the state before stays. */
   | { kind: "failed"; text: string };
 

@@ -5,12 +5,12 @@ use std::time::{Duration, Instant};
 
 use slamlab_core::robot::Stamp;
 
-use super::device::{Device, Want};
 use super::line::{Line, LineError, Received};
 use super::open::PortSettings;
+use super::{Device, Want};
 use crate::source::{Port, Profile, Source, Waited};
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
 mod tests;
 
 /// How long the line is waited for at a time: orders wait no longer either.

@@ -29,9 +29,9 @@ pub(super) fn check(arguments: &Arguments) -> anyhow::Result<()> {
         ("--tum", arguments.tum.clone()),
         ("--map", map.map(Path::to_owned)),
         ("the YAML of --map", map.map(yaml_of)),
+        ("--fit", arguments.fit.clone()),
         ("--og-map", arguments.og_map.clone()),
         ("--carmen", arguments.carmen.clone()),
-        ("--fit", arguments.fit.clone()),
     ];
     for (option, path) in outputs {
         let Some(path) = path else { continue };
@@ -73,13 +73,6 @@ pub(super) fn save(
         files.push((path.clone(), map.image));
         files.push((yaml_of(path), map.yaml.into_bytes()));
     }
-    if let Some(path) = &arguments.og_map {
-        let map = og_map::of_grid(replay.slam().grid())?;
-        files.push((path.clone(), og_map::write(&map).into_bytes()));
-    }
-    if let Some(path) = &arguments.carmen {
-        files.push((path.clone(), replay.carmen_log().write().into_bytes()));
-    }
     if let (Some(path), Some(fit)) = (&arguments.fit, fit) {
         let name = format!("fitted to {}", arguments.log.display());
         let settings = fit.settings().into_iter();
@@ -88,6 +81,13 @@ pub(super) fn save(
             .collect();
         let text = preset::write(&PresetFile { name, settings }, &fitted_lines(fit));
         files.push((path.clone(), text.into_bytes()));
+    }
+    if let Some(path) = &arguments.og_map {
+        let map = og_map::of_grid(replay.slam().grid())?;
+        files.push((path.clone(), og_map::write(&map).into_bytes()));
+    }
+    if let Some(path) = &arguments.carmen {
+        files.push((path.clone(), replay.carmen_log().write().into_bytes()));
     }
     // Beside the file first: a full disk spoils nothing.
     for (path, bytes) in &files {
@@ -106,18 +106,6 @@ pub(super) fn save(
     Ok(())
 }
 
-/// The image is what its name says, PGM unless it ends in `.png`.
-fn map_files(
-    arguments: &Arguments,
-    replay: &Replay,
-    name: &str,
-) -> anyhow::Result<map_server::MapFiles> {
-    let mode: MapMode = arguments.map_mode.parse().context("--map-mode")?;
-    let map = OccupancyMap::of_grid(replay.slam().grid(), mode)?;
-    let image = MapImage::of_name(name);
-    Ok(map_server::write(&map, mode, image, name)?)
-}
-
 /// The parameters as they are told to people.
 pub(super) fn fitted_lines(fit: &DriveFit) -> Vec<FittedLine> {
     let line = |p: FittedParameter| FittedLine {
@@ -128,6 +116,22 @@ pub(super) fn fitted_lines(fit: &DriveFit) -> Vec<FittedLine> {
         unknown: p.verdict.reason().to_owned(),
     };
     fit.parameters().into_iter().map(line).collect()
+}
+
+/// The image is what its name says, PGM unless it ends in `.png`.
+fn map_files(
+    arguments: &Arguments,
+    replay: &Replay,
+    name: &str,
+) -> anyhow::Result<map_server::MapFiles> {
+    let mode: MapMode = arguments.map_mode.parse().context("--map-mode")?;
+    let map = OccupancyMap::of_grid(replay.slam().grid(), mode)?;
+    Ok(map_server::write(
+        &map,
+        mode,
+        MapImage::of_name(name),
+        name,
+    )?)
 }
 
 fn yaml_of(map: &Path) -> PathBuf {

@@ -25,7 +25,7 @@ pub struct SlamConfig {
     pub evidence: EvidenceConfig,
     /// The vector map of the filter over lines.
     pub vector: VectorConfig,
-    /// The map that [`super::Method::KnownMap`] finds the robot in.
+    /// The map that [`Method::KnownMap`](super::Method::KnownMap) finds the robot in.
     pub known: KnownMap,
 }
 

@@ -93,6 +93,18 @@ impl BridgeProcess {
             .unwrap()
     }
 
+    /// Time that processors spent on it so far, s: Linux counts in hundredths.
+    pub(crate) fn processor_seconds(&self) -> f64 {
+        let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.pid())).unwrap();
+        // Behind the name, which may hold anything, come state and numbers; user and system time are fields 14 and 15 (proc(5)).
+        let fields = stat.rsplit_once(')').unwrap().1.split_whitespace();
+        let ticks = fields
+            .skip(11)
+            .take(2)
+            .map(|field| field.parse::<f64>().unwrap());
+        ticks.sum::<f64>() / 100.0
+    }
+
     fn pid(&self) -> String {
         self.child.id().expect("it runs").to_string()
     }

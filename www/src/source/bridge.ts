@@ -5,14 +5,14 @@ import type { Growth, MethodName, ModeName, SettingValues, SigmaCurve } from "..
 import { listOf } from "./convert.js";
 import { errand } from "./errand.js";
 import { Trail } from "./feeds.js";
-import { type BridgeLink, micros } from "./link.js";
+import { type Link, micros } from "./link.js";
 import { Run } from "./run.js";
 import type { Change, Moment, Note } from "./source.js";
 import { TwinFeed } from "./twin_feed.js";
 
 export class BridgeSource extends Run<WebLive> {
   readonly kind = "bridge";
-  readonly link: BridgeLink;
+  readonly link: Link;
   /** Which beginning of the estimate this run shows. */
   readonly begun: number;
   #trail = new Trail();
@@ -20,7 +20,7 @@ export class BridgeSource extends Run<WebLive> {
   #twinAnew = false;
   #path = new Float32Array(0);
 
-  constructor(module: WebLive, link: BridgeLink, title: string, method: MethodName) {
+  constructor(module: WebLive, link: Link, title: string, method: MethodName) {
     super(module, title, method);
     this.link = link;
     this.begun = module.begun();

@@ -8,7 +8,10 @@ pub enum MapServerError {
     #[error("the map is empty; expected at least one known cell")]
     Empty,
     /// What is known lies too far apart.
-    #[error("the map is {width} times {height} cells; expected at most {most} together", most = super::MOST_CELLS)]
+    #[error(
+        "the map is {width} times {height} cells; expected at most {} together",
+        super::MOST_CELLS
+    )]
     TooLarge {
         /// Columns.
         width: usize,

@@ -11,19 +11,20 @@
 //!
 //! Always: armed implies that somebody has the lease, that the robot's link is up, and that no emergency stop is latched.
 //!
-//! [`plausible`] finds what disarms in the robot's own readings; [`safe_mode`] keeps commands off obstacles.
+//! [`plausible`] finds what disarms in the robot's own readings; [`slamlab_core::control::SafeMode`] keeps commands off obstacles.
 
 pub mod plausible;
 mod rules;
-pub mod safe_mode;
 #[cfg(test)]
 mod tests;
 
 use std::time::Duration;
 
-use slamlab_core::wire::message::{DisarmReason, DriveBody, Lease, RefusalReason};
+use slamlab_core::wire::message::{
+    DisarmReason, DriveBody, Header, Lease, RefusalReason, ToBridge,
+};
 
-use crate::source::Order;
+use crate::event::Order;
 
 /// Number of a connection, never used again.
 pub type ClientId = u32;
@@ -125,6 +126,38 @@ pub enum Asked {
         /// Of the lease.
         epoch: u32,
     },
+}
+
+impl Asked {
+    /// What a message asks for; none where it is not for the rules.
+    #[must_use]
+    pub fn of(header: Header, message: &ToBridge) -> Option<Self> {
+        Some(match *message {
+            ToBridge::Take { force } => Asked::Take { force },
+            ToBridge::Renew { epoch } => Asked::Renew { epoch },
+            ToBridge::Release { epoch } => Asked::Release { epoch },
+            ToBridge::Arm { epoch } => Asked::Arm { epoch },
+            ToBridge::Drive(body) => Asked::Drive {
+                sequence: header.sequence,
+                body,
+            },
+            ToBridge::Hold {
+                epoch,
+                seen,
+                ttl_millis,
+            } => Asked::Hold {
+                sequence: header.sequence,
+                epoch,
+                seen: Duration::from_micros(seen),
+                ttl: Duration::from_millis(ttl_millis.into()),
+            },
+            ToBridge::Stop => Asked::Stop,
+            ToBridge::EmergencyStop => Asked::EmergencyStop,
+            ToBridge::ResetEmergencyStop { epoch } => Asked::ResetEmergencyStop { epoch },
+            // `non_exhaustive`: hello, heartbeat and probe are for others.
+            _ => return None,
+        })
+    }
 }
 
 /// What to do.

@@ -6,7 +6,7 @@ use slamlab_core::robot::Command;
 use slamlab_core::wire::message::{DisarmReason, DriveBody, Lease, Motion, RefusalReason, close};
 
 use super::{Asked, Client, ClientId, Holder, Output, Safety};
-use crate::source::Order;
+use crate::event::Order;
 
 const STOP: Output = Output::Order(Order::Command(Command::Stop));
 

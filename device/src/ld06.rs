@@ -7,9 +7,9 @@ use slamlab_core::wire::ld06::driver::{self, Driver};
 use slamlab_core::wire::message::{DeviceState, LinkState};
 use slamlab_core::wire::revolution::RevolutionConfig;
 
-use super::device::{Device, Want};
-use super::report::Report;
-use crate::source::{Event, Order, Profile};
+use crate::device::{Device, Want};
+use crate::event::{Event, Order, Profile};
+use crate::report::Report;
 
 /// An LD06 or LD19 at the other end of a line. It cannot be told anything: its motor runs while it has power.
 #[derive(Debug)]

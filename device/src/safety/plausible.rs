@@ -13,7 +13,7 @@ use std::time::Duration;
 use slamlab_core::robot::{Command, Odometry};
 use slamlab_core::wire::message::DisarmReason;
 
-use crate::source::Order;
+use crate::event::Order;
 
 /// The limits.
 #[derive(Clone, Copy, Debug, PartialEq)]

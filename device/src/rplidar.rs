@@ -6,9 +6,9 @@ use slamlab_core::robot::Stamp;
 use slamlab_core::wire::message::{DeviceState, LinkState};
 use slamlab_core::wire::rplidar::driver::{self, Driver, DriverConfig};
 
-use super::device::{Device, Want};
-use super::report::Report;
-use crate::source::{Event, Order, Profile};
+use crate::device::{Device, Want};
+use crate::event::{Event, Order, Profile};
+use crate::report::Report;
 
 /// An RPLIDAR at the other end of a line.
 #[derive(Debug)]
@@ -145,7 +145,8 @@ impl Device for Rplidar {
 }
 
 /// What the lidar's own warning means.
-pub(crate) fn warning(code: u16) -> String {
+#[must_use]
+pub fn warning(code: u16) -> String {
     format!("the lidar warns ({code:#06x}): it may soon stop; check its supply")
 }
 

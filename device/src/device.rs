@@ -2,7 +2,7 @@
 
 use slamlab_core::robot::Stamp;
 
-use crate::source::{Event, Order, Profile};
+use crate::event::{Event, Order, Profile};
 
 /// A device at the other end of a line. Time counts on the bridge's clock, the same for all devices; stamps of what a device
 /// tells are on that clock too, whatever its own says.

@@ -3,13 +3,14 @@
 use slamlab_core::wire::rp6::{self, Down};
 
 /// A boot loader, and nothing behind it.
-pub(crate) const NO_PROGRAM: &str =
+pub const NO_PROGRAM: &str =
     "the RP6's boot loader answers, but starts no program that does: flash slamlab's firmware";
 /// A boot loader, and perhaps something behind it.
-pub(crate) const BOOT_LOADER: &str = "the RP6's boot loader runs; its program is being started";
+pub const BOOT_LOADER: &str = "the RP6's boot loader runs; its program is being started";
 
 /// What a broken link means to whoever stands beside the robot.
-pub(crate) fn cause_and_cure(why: Down) -> String {
+#[must_use]
+pub fn cause_and_cure(why: Down) -> String {
     match why {
         Down::Silence => "the RP6 fell silent: loose cable, or it was switched off".into(),
         Down::Unanswered => {
@@ -38,7 +39,8 @@ pub(crate) fn cause_and_cure(why: Down) -> String {
 }
 
 /// What a fault that the robot reports means; empty where there is none.
-pub(crate) fn fault_and_cure(fault: rp6::Fault) -> &'static str {
+#[must_use]
+pub fn fault_and_cure(fault: rp6::Fault) -> &'static str {
     match fault {
         rp6::Fault::None => "",
         rp6::Fault::LeftEncoder => {

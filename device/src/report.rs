@@ -4,7 +4,7 @@ use slamlab_core::robot::Stamp;
 use slamlab_core::wire::Tally;
 use slamlab_core::wire::message::{DeviceState, LinkState};
 
-use crate::source::{Event, Link};
+use crate::event::{Event, Link};
 
 /// Seconds between two reports of a line that does not change.
 const NOW_AND_THEN: f64 = 1.0;

@@ -7,7 +7,7 @@ use slamlab_core::wire::rp6;
 
 use super::robot::Motion;
 use super::{ALIVE, FORGOTTEN, Rp6};
-use crate::source::Event;
+use crate::event::Event;
 
 impl Rp6 {
     pub(super) fn acknowledged(&mut self, command: rp6::Command, now: Stamp) {
