@@ -9,12 +9,12 @@
 
 mod by_stage;
 mod figures;
+mod known_map;
 #[cfg(test)]
 mod tests;
 
-use crate::estimation::KnownLine;
 use crate::format::carmen::CarmenLog;
-use crate::geom::{Pose2, PoseEstimate, Segment};
+use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::EvidenceConfig;
 use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation};
@@ -138,7 +138,7 @@ impl Experiment {
     /// # Errors    [`ExperimentError`] naming what cannot be.
     pub fn new(config: ExperimentConfig) -> Result<Self, ExperimentError> {
         let map_from_world = config.world.start.inverse();
-        let slam = with_known_map(&config);
+        let slam = known_map::settings(&config);
         let mut sim = Simulation::new(config.world, config.robot, config.sensor, config.seed)?;
         // The pilot draws its own numbers: what it decides must not change the noise of the sensors.
         let mut pilot = Pilot::new(
@@ -381,17 +381,6 @@ impl Experiment {
         self.slam.add_to(&mut hash);
         hash.finish()
     }
-}
-
-/// The settings of the estimation; a robot that is to find itself in a known map, and was given none, knows its world's walls.
-fn with_known_map(config: &ExperimentConfig) -> SlamConfig {
-    let mut slam = config.slam.clone();
-    if config.method == Method::KnownMap && slam.known.lines.is_empty() {
-        let walls = config.world.walls();
-        let walls: Vec<Segment> = walls.iter().map(|wall| wall.segment).collect();
-        slam.known.lines = KnownLine::of_walls(&walls, &config.world.start.inverse());
-    }
-    slam
 }
 
 /// Motors under control stand within a small fraction of a millimetre, not to the bit.

@@ -84,7 +84,7 @@ export class SlamSetup extends SlamElement {
           <select data-testid="method" @change=${(e: Event) => this.client.again(value(e) as MethodName)}>
             <option value="line-ekf" .selected=${method === "line-ekf"}>Line EKF-SLAM</option>
             <option value="scan-matching" .selected=${method === "scan-matching"}>Scan matching</option>
-            ${recorded ? "" : html`<option value="known-map" .selected=${method === "known-map"}>Localise in the known map</option>`}
+            ${recorded ? "" : html`<option value="known-map" .selected=${method === "known-map"}>Known map</option>`}
           </select>
         </label>
         ${recorded ? "" : html`<p class="wide about" data-testid="about-sensor">${SENSOR_WORDS[setup.sensor] ?? ""}${setup.calibration && setup.sensor === "rangers" ? html` <b>Own calibration.</b>` : ""}</p>`}
