@@ -80,8 +80,8 @@ pub(crate) struct ServeFlags {
     /// than once; hides all of the file
     #[arg(long, value_name = "KIND:WHICH")]
     pub(crate) source: Vec<SourceName>,
-    /// Record to this new MCAP file
-    #[arg(long, value_name = "FILE")]
+    /// Record to this new MCAP file, or to one named by the time of day in this folder
+    #[arg(long, value_name = "FILE or DIR/")]
     pub(crate) record: Option<PathBuf>,
     /// Let nobody watch without the token
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
@@ -128,7 +128,7 @@ pub(crate) struct PlaceFlags {
 
 #[derive(Args)]
 pub(crate) struct RecordFlags {
-    /// New MCAP file
+    /// New MCAP file, or folder that takes one named by the time of day
     pub(crate) file: PathBuf,
     /// Robot or sensor: sim:WORLD[,SENSOR], rp6:PORT, rplidar:PORT, ld06:PORT; may stand more than once
     #[arg(long, value_name = "KIND:WHICH", required = true)]

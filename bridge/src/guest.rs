@@ -1,28 +1,33 @@
 //! The socket of a client that speaks the protocol of another tool: what all such protocols need of it.
 //!
-//! 1. Each write has its time, each message its place in the rate that the bridge allows.
-//! 2. Such protocols know no heartbeat of their own. A ping goes out each [`PING`]; who answers nothing for too long is gone.
+//! In: a WebSocket. Out: what the client says ([`Guest::next`]), and a queue for what it is told.
+//!
+//! 1. Reading and writing run side by side ([`Writer::beside`]): a client that reads nothing is still heard, for what it says may be
+//!    that the robot is to stop. Each write has its time.
+//! 2. Answers are queued; a client that lets the queue grow full is sent away. Readings of the robot are taken only when all that was said
+//!    before is written ([`Guest::idle`]), so that a slow client gets fewer and newer ones.
+//! 3. Each message of a client, pings too, has its place in the rate that the bridge allows.
+//! 4. Such protocols know no heartbeat of their own. A ping goes out each [`PING`]; who says nothing for too long is gone.
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
-use futures_util::StreamExt;
+use axum::extract::ws::{Message, WebSocket};
+use futures_util::stream::{SplitSink, SplitStream};
+use futures_util::{SinkExt, StreamExt};
 use serde::Serialize;
 use slamlab_core::wire::message::close;
+use tokio::sync::mpsc;
 use tokio::time::{Instant, timeout};
 
+use crate::ending::{End, FAREWELL, INTERNAL, TOO_MANY, TOO_SLOW, farewell, of_error};
 use crate::http::Shared;
 use crate::rate::Bucket;
 
 /// Between two pings.
 pub(crate) const PING: Duration = Duration::from_secs(1);
-/// RFC 6455 §7.4.1: what came cannot be read.
-pub(crate) const MALFORMED: u16 = 1007;
-const INTERNAL: u16 = 1011;
-const TOO_MANY: u16 = 1008;
-
-/// Why a connection ends: with this code, or without a word where the client is gone.
-pub(crate) type End = Option<u16>;
+/// Messages that wait to be written: one of the hub can make two for each subscription.
+const MOST_WAITING: usize = 160;
 
 /// What a guest sends.
 #[derive(Debug)]
@@ -33,72 +38,140 @@ pub(crate) enum Heard {
     Pong(Vec<u8>),
 }
 
+/// A guest, as it is heard and told.
 pub(crate) struct Guest<'a> {
-    socket: WebSocket,
+    stream: SplitStream<WebSocket>,
+    said: mpsc::Sender<Message>,
     shared: &'a Shared,
     heard: Instant,
     bucket: Bucket,
 }
 
 impl<'a> Guest<'a> {
-    pub(crate) fn new(socket: WebSocket, shared: &'a Shared) -> Self {
-        Self {
-            socket,
+    /// A guest, and the other half of its socket.
+    pub(crate) fn new(socket: WebSocket, shared: &'a Shared) -> (Self, Writer<'a>) {
+        let (sink, stream) = socket.split();
+        let (said, waiting) = mpsc::channel(MOST_WAITING);
+        let guest = Self {
+            stream,
+            said,
             shared,
             heard: Instant::now(),
             bucket: Bucket::new(shared.limits.rate, shared.clock.now()),
-        }
+        };
+        let writer = Writer {
+            sink,
+            waiting,
+            shared,
+        };
+        (guest, writer)
     }
 
     /// The next message.
     pub(crate) async fn next(&mut self) -> Result<Heard, End> {
         loop {
-            let message = self.socket.next().await.ok_or(None)?.map_err(|_| None)?;
+            let message = self.stream.next().await.ok_or(None)?.map_err(of_error)?;
             self.heard = Instant::now();
+            if !self.bucket.take(self.shared.clock.now()) {
+                return Err(Some(TOO_MANY));
+            }
             let heard = match message {
                 Message::Close(_) => return Err(None),
                 Message::Ping(_) => continue,
-                Message::Pong(bytes) => Heard::Pong(bytes.to_vec()),
+                Message::Pong(bytes) => return Ok(Heard::Pong(bytes.to_vec())),
                 Message::Text(text) => Heard::Text(text.to_string()),
                 Message::Binary(_) => Heard::Binary,
             };
-            let is_pong = matches!(heard, Heard::Pong(_));
-            if !is_pong && !self.bucket.take(self.shared.clock.now()) {
-                return Err(Some(TOO_MANY));
-            }
+            count(&self.shared.metrics.received, 1);
             return Ok(heard);
         }
     }
 
+    /// Waits until all that was said before is on its way.
+    pub(crate) fn idle(&self) -> impl Future<Output = ()> + use<> {
+        let said = self.said.clone();
+        async move {
+            // An error means that nothing is written any more: the connection ends by that.
+            let _ = said.reserve_many(MOST_WAITING).await;
+        }
+    }
+
     /// Asks for a sign of life; an error where the last is too old.
-    pub(crate) async fn ping(&mut self, content: &[u8]) -> Result<(), End> {
+    pub(crate) fn ping(&self, content: &[u8]) -> Result<(), End> {
         if self.heard.elapsed() > self.shared.limits.heartbeat {
             return Err(Some(close::HEARTBEAT));
         }
-        self.put(Message::Ping(content.to_vec().into())).await
+        // A client that takes nothing now is asked the next time.
+        if self.said.capacity() == MOST_WAITING {
+            self.put(Message::Ping(content.to_vec().into()))?;
+        }
+        Ok(())
     }
 
-    pub(crate) async fn say(&mut self, said: &impl Serialize) -> Result<(), End> {
+    pub(crate) fn say(&self, said: &impl Serialize) -> Result<(), End> {
         let text = serde_json::to_string(said).map_err(|error| {
             tracing::error!("a message for another tool could not be written: {error}");
             Some(INTERNAL)
         })?;
-        self.put(Message::Text(text.into())).await
+        self.put(Message::Text(text.into()))
     }
 
-    pub(crate) async fn send(&mut self, bytes: Vec<u8>) -> Result<(), End> {
-        self.put(Message::Binary(bytes.into())).await
+    pub(crate) fn send(&self, bytes: Vec<u8>) -> Result<(), End> {
+        self.put(Message::Binary(bytes.into()))
     }
 
-    pub(crate) async fn close(&mut self, code: u16) {
-        let reason = Utf8Bytes::from_static("");
-        let frame = CloseFrame { code, reason };
+    fn put(&self, message: Message) -> Result<(), End> {
+        self.said.try_send(message).map_err(|_| Some(TOO_SLOW))
+    }
+}
+
+/// The half that writes.
+pub(crate) struct Writer<'a> {
+    sink: SplitSink<WebSocket, Message>,
+    waiting: mpsc::Receiver<Message>,
+    shared: &'a Shared,
+}
+
+impl Writer<'_> {
+    /// Writes what is said while `live` goes on, then what is left of it and why it ends.
+    pub(crate) async fn beside(mut self, live: impl Future<Output = Result<(), End>>) {
+        let ended = tokio::select! {
+            () = self.run() => return,
+            ended = live => ended,
+        };
+        let Err(Some(code)) = ended else { return };
+        if code == close::ACCESS {
+            count(&self.shared.metrics.intruders, 1);
+        }
+        self.waiting.close();
+        let rest = async {
+            self.run().await;
+            self.sink.send(farewell(code)).await
+        };
         // A client that is gone needs no farewell.
-        let _ = self.put(Message::Close(Some(frame))).await;
+        let _ = timeout(FAREWELL, rest).await;
     }
 
-    async fn put(&mut self, message: Message) -> Result<(), End> {
-        let sent = timeout(self.shared.limits.write, self.socket.send(message)).await;
-        sent.map_err(|_| None)?.map_err(|_| None)
+    /// Until nothing more can come, or the client takes nothing.
+    async fn run(&mut self) {
+        while let Some(message) = self.waiting.recv().await {
+            let bytes = match &message {
+                Message::Text(text) => text.len(),
+                Message::Binary(bytes) => bytes.len(),
+                _ => 0,
+            };
+            let sent = timeout(self.shared.limits.write, self.sink.send(message)).await;
+            if !matches!(sent, Ok(Ok(()))) {
+                return;
+            }
+            if bytes > 0 {
+                count(&self.shared.metrics.sent, 1);
+                count(&self.shared.metrics.sent_bytes, bytes as u64);
+            }
+        }
     }
+}
+
+fn count(counter: &AtomicU64, more: u64) {
+    counter.fetch_add(more, Ordering::Relaxed);
 }

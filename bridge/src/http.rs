@@ -1,6 +1,7 @@
 //! Answers requests: foreign hosts are refused, files are found, headers are added; the WebSocket begins here.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use axum::extract::{Extension, Query, Request, State, WebSocketUpgrade};
 use axum::http::{HeaderMap, StatusCode, Uri, header};
@@ -160,6 +161,7 @@ async fn foxglove_socket(
         return refusal;
     }
     if shared.about.watching != Watching::Anyone {
+        shared.metrics.intruders.fetch_add(1, Ordering::Relaxed);
         const WHY: &str = "Watching needs the token here, and Foxglove cannot show one.\n";
         return (StatusCode::FORBIDDEN, WHY).into_response();
     }

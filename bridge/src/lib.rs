@@ -29,6 +29,7 @@ pub mod announce;
 mod clock;
 pub mod doctor;
 mod embedded;
+mod ending;
 mod foxglove;
 mod guest;
 pub mod headers;
@@ -42,7 +43,6 @@ mod page;
 mod rate;
 pub mod record;
 mod rosbridge;
-pub mod safety;
 pub mod serial;
 mod serve;
 mod session;
@@ -51,6 +51,8 @@ pub mod source;
 pub mod tls;
 pub mod token;
 pub mod udp;
+
+pub use slamlab_device::safety;
 
 pub use accept::Limits;
 pub use clock::Clock;

@@ -48,7 +48,7 @@ pub struct Config {
     pub rosbridge: bool,
     /// With what to speak TLS; without one, nothing is kept from who listens in the network.
     pub tls: Option<Identity>,
-    /// Where to record to; a new file.
+    /// Where to record to: a new file, or a folder that takes a new one.
     pub record: Option<PathBuf>,
     /// Of sockets, messages and times.
     pub limits: Limits,
@@ -192,7 +192,8 @@ fn start(
 
 fn robot(sources: &[Running]) -> Option<RobotFigures> {
     let on_command = source::scans_on_command(sources.iter().map(|source| &source.profile));
-    let robot = sources.iter().find_map(|source| source.profile.robot)?;
+    let profiles = sources.iter().map(|source| &source.profile);
+    let robot = source::robot(profiles)?.robot?;
     Some(RobotFigures::new(&robot, on_command))
 }
 

@@ -9,9 +9,8 @@
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
 
-use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
+use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
 use slamlab_core::wire::message::{
@@ -21,23 +20,16 @@ use slamlab_core::wire::message::{
 use tokio::sync::oneshot;
 use tokio::time::timeout;
 
+use crate::ending::{
+    End, FAREWELL, GOING_AWAY, INTERNAL, MALFORMED, TOO_MANY, UNSUPPORTED, farewell, of_error,
+};
 use crate::http::Shared;
 use crate::hub::outbox::{Next, Outbox};
 use crate::hub::{FromClient, NewClient};
 use crate::rate::Bucket;
 use crate::safety::ClientId;
 
-/// RFC 6455 §7.4.1.
-const UNSUPPORTED: u16 = 1003;
-const MALFORMED: u16 = 1007;
-const TOO_MANY: u16 = 1008;
-const TOO_LARGE: u16 = 1009;
-/// A client that was told to go may take so long to take it in.
-const FAREWELL: Duration = Duration::from_secs(1);
 const LONGEST_NAME: usize = 64;
-
-/// Why a connection ends: with this code, or without a word where the client is gone.
-type End = Option<u16>;
 
 /// Serves a client to its end.
 pub(crate) async fn run(socket: WebSocket, shared: &Shared, format: Format) {
@@ -53,6 +45,7 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared, format: Format) {
         shared,
         format,
         sequence: 0,
+        bucket: Bucket::new(shared.limits.rate, shared.clock.now()),
     };
     let outbox = Arc::new(Outbox::default());
     match enter(&mut writer, &mut reader, &outbox).await {
@@ -79,7 +72,7 @@ async fn enter(
     let mut challenge = [0; CHALLENGE_BYTES];
     if let Err(error) = getrandom::fill(&mut challenge) {
         tracing::error!("no random numbers: {error}");
-        return Err(Some(1011));
+        return Err(Some(INTERNAL));
     }
     let hello = FromBridge::Hello(shared.hello(challenge));
     writer.send(&hello).await?;
@@ -95,8 +88,8 @@ async fn enter(
         outbox: Arc::clone(outbox),
     };
     let came = FromClient::Came(client, answer);
-    shared.hub.send(came).await.map_err(|_| Some(1001))?;
-    id.await.map_err(|_| Some(1001))
+    shared.hub.send(came).await.map_err(|_| Some(GOING_AWAY))?;
+    id.await.map_err(|_| Some(GOING_AWAY))
 }
 
 /// Whether the client may drive; an error if it may not even watch.
@@ -161,7 +154,7 @@ impl Writer<'_> {
         };
         let bytes = encode(header, message, self.format).map_err(|error| {
             tracing::error!("a message could not be written: {error}");
-            Some(1011)
+            Some(INTERNAL)
         })?;
         let metrics = &self.shared.metrics;
         metrics.sent.fetch_add(1, Ordering::Relaxed);
@@ -177,12 +170,8 @@ impl Writer<'_> {
     }
 
     async fn close(&mut self, code: u16) {
-        let frame = CloseFrame {
-            code,
-            reason: Utf8Bytes::from_static(reason(code)),
-        };
         // A client that is gone needs no farewell.
-        let _ = timeout(FAREWELL, self.put(Message::Close(Some(frame)))).await;
+        let _ = timeout(FAREWELL, self.put(farewell(code))).await;
     }
 
     async fn put(&mut self, message: Message) -> Result<(), End> {
@@ -196,13 +185,13 @@ struct Reader<'a> {
     shared: &'a Shared,
     format: Format,
     sequence: u32,
+    bucket: Bucket,
 }
 
 impl Reader<'_> {
     /// Hands on what the client says, until there is a reason to end.
     async fn run(&mut self, id: ClientId) -> End {
         let limits = self.shared.limits;
-        let mut bucket = Bucket::new(limits.rate, self.shared.clock.now());
         loop {
             let (header, message) = match timeout(limits.heartbeat, self.next()).await {
                 Err(_) => return Some(close::HEARTBEAT),
@@ -210,9 +199,6 @@ impl Reader<'_> {
                 Ok(Ok(said)) => said,
             };
             let now = self.shared.clock.now();
-            if !bucket.take(now) {
-                return Some(TOO_MANY);
-            }
             if matches!(message, ToBridge::Hello(_)) {
                 return Some(MALFORMED);
             }
@@ -224,16 +210,19 @@ impl Reader<'_> {
                     .await
                     .is_err()
             {
-                return Some(1001);
+                return Some(GOING_AWAY);
             }
         }
     }
 
-    /// The next message; pings of the WebSocket itself are answered below.
+    /// The next message; pings of the WebSocket itself are answered below, and count as messages.
     async fn next(&mut self) -> Result<(Header, ToBridge), End> {
         loop {
             let message = self.stream.next().await.ok_or(None)?;
-            let message = message.map_err(|error| code_of(&*error.into_inner()))?;
+            let message = message.map_err(of_error)?;
+            if !self.bucket.take(self.shared.clock.now()) {
+                return Err(Some(TOO_MANY));
+            }
             let bytes = match (&message, self.format) {
                 (Message::Binary(bytes), Format::Binary) => bytes.as_ref(),
                 (Message::Text(text), Format::Json) => text.as_bytes(),
@@ -259,36 +248,5 @@ impl Reader<'_> {
             self.sequence = header.sequence;
             return Ok((header, message));
         }
-    }
-}
-
-/// The close code for what the WebSocket's own layer found.
-fn code_of(error: &(dyn std::error::Error + 'static)) -> End {
-    match error.downcast_ref::<tungstenite::Error>() {
-        Some(tungstenite::Error::Capacity(_)) => Some(TOO_LARGE),
-        Some(tungstenite::Error::Utf8(_)) => Some(MALFORMED),
-        Some(tungstenite::Error::Protocol(_)) => Some(1002),
-        _ => None,
-    }
-}
-
-/// For a person who looks into the browser's log.
-fn reason(code: u16) -> &'static str {
-    match code {
-        1001 => "the bridge ends",
-        1002 => "this is not a WebSocket frame",
-        UNSUPPORTED => "binary messages, or text behind ?fmt=json",
-        MALFORMED => "a message could not be read, or its sequence did not rise",
-        TOO_MANY => "too many messages",
-        TOO_LARGE => "the message is too large",
-        1013 => "too slow for what must not be dropped",
-        close::ACCESS => "no proof of the token in time, or a wrong one",
-        close::NO_RIGHT => "driving needs the token",
-        close::HEARTBEAT => "no heartbeat",
-        close::TAKEN_OVER => "another client took over",
-        close::OTHER_SCHEMA => {
-            "the bridge speaks another schema: load the page anew from the bridge, or update what is older"
-        }
-        _ => "",
     }
 }

@@ -43,7 +43,7 @@ pub struct Settings {
     pub allow_origin: Option<Vec<String>>,
     /// File of the token. Default `slamlab/token` in the user's configuration.
     pub token_file: Option<PathBuf>,
-    /// New file to record to. Default: nothing is recorded.
+    /// New file to record to, or folder that takes a new one at each start. Default: nothing is recorded.
     pub record: Option<PathBuf>,
     /// Speak TLS; without `tls-cert` with a certificate of its own, beside the token. Default no.
     pub tls: Option<bool>,
@@ -147,7 +147,7 @@ pub struct Effective {
     pub allow_origin: Vec<String>,
     /// File of the token, where one was named.
     pub token_file: Option<PathBuf>,
-    /// New file to record to.
+    /// New file to record to, or folder that takes a new one at each start.
     pub record: Option<PathBuf>,
     /// How TLS is spoken.
     pub tls: Tls,

@@ -12,11 +12,13 @@ mod figures;
 #[cfg(test)]
 mod tests;
 
-use crate::geom::{Pose2, PoseEstimate};
+use crate::estimation::KnownLine;
+use crate::format::carmen::CarmenLog;
+use crate::geom::{Pose2, PoseEstimate, Segment};
 use crate::hash::StateHash;
 use crate::map::EvidenceConfig;
 use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation};
-use crate::robot::{Command, Robot, RobotModel, Scan, TrackNoise};
+use crate::robot::{Command, Robot, RobotModel, Scan, TrackNoise, TrackWear};
 use crate::sim::{NoDoor, SensorModel, SimError, Simulation, World};
 use crate::slam::{Method, Slam, SlamConfig, SlamError};
 pub use figures::{Figures, Record, Sample};
@@ -25,6 +27,8 @@ pub use figures::{Figures, Record, Sample};
 pub const CONTROL_PERIOD: f64 = 0.05;
 /// Steps that scans of a standing robot may take: ten minutes.
 const MOST_STANDING: usize = 12_000;
+/// Readings that are kept for a log: 40 MB, three quarters of an hour of a lidar with 360 beams at 10 Hz.
+const MOST_LOGGED: usize = 10_000_000;
 /// Odometry readings in one step. A turning sensor is de-skewed by them, so they come faster than decisions.
 const READINGS: u32 = 5;
 
@@ -46,6 +50,10 @@ pub struct ExperimentConfig {
     /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg) also with a sensor that looks
     /// round all the time. Default false.
     pub cycle: bool,
+    /// How the robot's tracks differ from its model; none: as the seed draws it.
+    pub wear: Option<TrackWear>,
+    /// How the odometry takes them to differ.
+    pub told_wear: TrackWear,
     /// What the odometry says of its own errors; how it errs is the robot's.
     pub odometry: TrackNoise,
     /// Settings of the estimation.
@@ -70,6 +78,8 @@ impl ExperimentConfig {
             method: Method::LineEkf,
             mode: Mode::Explore,
             cycle: false,
+            wear: None,
+            told_wear: TrackWear::default(),
             odometry: TrackNoise::Proportional(robot.odometry_noise),
             slam,
             pilot,
@@ -118,6 +128,8 @@ pub struct Experiment {
     readings: u32,
     /// The pose before the scan that is taken in part by part.
     before_scan: Pose2,
+    /// Scans with the odometry at which they were taken, as long as there is room.
+    log: CarmenLog,
 }
 
 impl Experiment {
@@ -126,6 +138,7 @@ impl Experiment {
     /// # Errors    [`ExperimentError`] naming what cannot be.
     pub fn new(config: ExperimentConfig) -> Result<Self, ExperimentError> {
         let map_from_world = config.world.start.inverse();
+        let slam = with_known_map(&config);
         let mut sim = Simulation::new(config.world, config.robot, config.sensor, config.seed)?;
         // The pilot draws its own numbers: what it decides must not change the noise of the sensors.
         let mut pilot = Pilot::new(
@@ -136,15 +149,20 @@ impl Experiment {
         pilot.set_mode(config.mode);
         sim.set_on_command(config.cycle);
         sim.tell_noise(config.odometry);
+        sim.tell_wear(config.told_wear);
+        if let Some(wear) = config.wear {
+            sim.set_wear(wear);
+        }
         Ok(Self {
             sim,
-            slam: Slam::new(config.method, config.slam)?,
+            slam: Slam::new(config.method, slam)?,
             pilot,
             dead_reckoning: Pose2::identity(),
             map_from_world,
             record: Record::default(),
             readings: READINGS,
             before_scan: Pose2::identity(),
+            log: CarmenLog::empty(),
         })
     }
 
@@ -197,7 +215,12 @@ impl Experiment {
         let odometry = self.sim.odometry();
         self.dead_reckoning = self.dead_reckoning * odometry.motion;
         self.slam.odometry(&odometry)?;
-        Ok(self.sim.take_scan())
+        let scan = self.sim.take_scan();
+        if let Some(scan) = scan.as_ref().filter(|_| self.log.len() < MOST_LOGGED) {
+            self.log
+                .push(scan.stamp.seconds(), &self.dead_reckoning, scan);
+        }
+        Ok(scan)
     }
 
     /// Other settings from here on, as far as they can be changed during a run (see [`Slam::reconfigure`]).
@@ -208,10 +231,12 @@ impl Experiment {
         slam: &SlamConfig,
         pilot: &PilotConfig,
         odometry: TrackNoise,
+        told_wear: TrackWear,
     ) -> Result<(), SlamError> {
         self.slam.reconfigure(slam)?;
         self.pilot.reconfigure(pilot.clone());
         self.sim.tell_noise(odometry);
+        self.sim.tell_wear(told_wear);
         Ok(())
     }
 
@@ -301,6 +326,13 @@ impl Experiment {
         &self.record
     }
 
+    /// The scans so far with the odometry at which they were taken: what an estimator needs, without the truth. Of a run that is very
+    /// long the first ten million readings.
+    #[must_use]
+    pub fn log(&self) -> &CarmenLog {
+        &self.log
+    }
+
     /// How the errand goes.
     #[must_use]
     pub fn status(&self) -> &pilot::Status {
@@ -349,6 +381,17 @@ impl Experiment {
         self.slam.add_to(&mut hash);
         hash.finish()
     }
+}
+
+/// The settings of the estimation; a robot that is to find itself in a known map, and was given none, knows its world's walls.
+fn with_known_map(config: &ExperimentConfig) -> SlamConfig {
+    let mut slam = config.slam.clone();
+    if config.method == Method::KnownMap && slam.known.lines.is_empty() {
+        let walls = config.world.walls();
+        let walls: Vec<Segment> = walls.iter().map(|wall| wall.segment).collect();
+        slam.known.lines = KnownLine::of_walls(&walls, &config.world.start.inverse());
+    }
+    slam
 }
 
 /// Motors under control stand within a small fraction of a millimetre, not to the bit.

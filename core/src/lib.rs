@@ -47,6 +47,8 @@ pub mod control;
 // The stories: estimate and map; decide and drive; the whole loop on a simulated and on a recorded robot.
 pub mod slam;
 
+pub mod twin;
+
 pub mod pilot;
 
 pub mod experiment;

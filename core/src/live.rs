@@ -14,11 +14,12 @@
 #[cfg(test)]
 mod tests;
 
-use crate::estimation::ConsistencyWindow;
+use crate::estimation::{ConsistencyWindow, Drive, DriveFit, OdometryFit};
 use crate::geom::Pose2;
 use crate::pilot::{Mode, Pilot, PilotConfig, Situation};
-use crate::robot::{Bumpers, Command, Odometry, RobotModel, Scan, Stamp};
+use crate::robot::{Bumpers, Command, Odometry, RobotModel, Scan, Stamp, ToldOdometry};
 use crate::slam::{Method, Slam, SlamConfig, SlamError};
+use crate::twin::Twin;
 use crate::wire::client::{Client, ClientError};
 use crate::wire::message::{
     Device, FromBridge, Motion, RecordingBody, RefusalReason, RobotFigures, Severity,
@@ -85,6 +86,11 @@ struct State {
     consistency: ConsistencyWindow,
     /// Standing was told already.
     is_told_to_stand: bool,
+    /// What the tracks counted.
+    drive: Drive,
+    /// What is known better of the robot than it says.
+    told: ToldOdometry,
+    twin: Option<Twin>,
 }
 
 impl Live {
@@ -173,7 +179,10 @@ impl Live {
             return;
         }
         match State::new(&self.config, figures) {
-            Ok(fresh) => self.state = fresh,
+            Ok(fresh) => {
+                let told = self.state.told;
+                self.state = State { told, ..fresh };
+            }
             Err(error) => self.note(Severity::Error, error.to_string()),
         }
         self.begun += 1;
@@ -186,6 +195,7 @@ impl Live {
                 Reading::Odometry(odometry) => self.state.odometry(&odometry),
                 Reading::Scan(scan) => self.state.scan(&scan),
                 Reading::Gap { seconds } => {
+                    self.state.drive.gap();
                     let text = explain_gap(seconds);
                     self.notes.push(Note {
                         severity: Severity::Warning,
@@ -304,6 +314,37 @@ impl Live {
     /// Unlatches the emergency stop; the robot stays disarmed.
     pub fn reset_emergency_stop(&mut self, now: u64) {
         self.client.reset_emergency_stop(now);
+    }
+
+    /// From here on the odometry is that of a robot of which so much is known; what is fitted stays what it counts.
+    pub fn tell_odometry(&mut self, told: ToldOdometry) {
+        self.state.told = told;
+    }
+
+    /// From here on a twin with these figures runs beside the robot; none: no longer.
+    pub fn set_twin(&mut self, told: Option<ToldOdometry>) {
+        let state = &mut self.state;
+        let (width, at) = (state.model.track_width, state.slam.estimate().pose);
+        state.twin = told.map(|told| Twin::new(told, width, at));
+    }
+
+    /// The twin that runs beside the robot.
+    #[must_use]
+    pub fn twin(&self) -> Option<&Twin> {
+        self.state.twin.as_ref()
+    }
+
+    /// What the drive so far tells of the odometry, with the poses of SLAM as the truth. Scans are not kept: of the ranges a recording
+    /// tells.
+    #[must_use]
+    pub fn fit(&self) -> DriveFit {
+        let trajectory = self.state.slam.trajectory();
+        let poses: Vec<Pose2> = trajectory.iter().map(|(_, pose)| *pose).collect();
+        DriveFit {
+            odometry: OdometryFit::new(&self.state.drive, &poses, &self.state.model),
+            ranges: None,
+            is_lidar: false,
+        }
     }
 
     /// The conversation with the bridge.
@@ -425,19 +466,32 @@ impl State {
             dead_reckoning: Pose2::identity(),
             consistency: ConsistencyWindow::default(),
             is_told_to_stand: false,
+            drive: Drive::default(),
+            told: ToldOdometry::default(),
+            twin: None,
         })
     }
 
     fn odometry(&mut self, odometry: &Odometry) -> Result<(), SlamError> {
         self.now = odometry.to;
+        self.drive.odometry(odometry);
+        if let Some(twin) = &mut self.twin {
+            twin.odometry(odometry);
+        }
         self.dead_reckoning = self.dead_reckoning * odometry.motion;
         self.distance += odometry.motion.position().coords.norm();
-        self.slam.odometry(odometry)
+        let told = self.told.corrected(odometry, self.model.track_width);
+        self.slam.odometry(&told)
     }
 
     fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         self.scans += 1;
         self.slam.scan(scan)?;
+        self.drive.scan();
+        if let (Some(twin), Some(points)) = (&mut self.twin, self.slam.points()) {
+            let at = scan.stamp.seconds();
+            twin.scan(at, &self.slam.estimate(), points, self.slam.grid());
+        }
         if let Some(report) = self.slam.explain() {
             self.consistency
                 .push(None, report.nis, report.nis_degrees());

@@ -11,11 +11,14 @@ mod log;
 #[cfg(test)]
 mod tests;
 
-use crate::estimation::ConsistencyWindow;
+use crate::estimation::{ConsistencyWindow, Drive, DriveFit, OdometryFit};
+use crate::format::carmen::CarmenLog;
 use crate::geom::Pose2;
 use crate::hash::StateHash;
-use crate::robot::{RobotModel, Scan, Stamp};
+use crate::points::{SigmaConfig, estimate_sigma_of_stretches};
+use crate::robot::{RobotModel, Scan, Stamp, ToldOdometry};
 use crate::slam::{Method, Slam, SlamConfig, SlamError};
+use crate::twin::Twin;
 use feed::{Feed, Step};
 
 pub use log::{Log, LogError, LogReader};
@@ -34,6 +37,11 @@ pub struct Replay {
     last: Option<(Stamp, Pose2)>,
     /// Of each scan that was used, as many as the trajectory has poses.
     used: Vec<Used>,
+    /// What is known better of the robot than the log says.
+    told: ToldOdometry,
+    /// What its tracks counted.
+    drive: Drive,
+    twin: Option<Twin>,
     notes: Vec<String>,
     slam: Slam,
     consistency: ConsistencyWindow,
@@ -68,10 +76,30 @@ impl Replay {
             first: None,
             last: None,
             used: vec![],
+            told: ToldOdometry::default(),
+            drive: Drive::default(),
+            twin: None,
             notes,
             slam: Slam::new(method, config)?,
             consistency: ConsistencyWindow::default(),
         })
+    }
+
+    /// From here on the odometry is that of a robot of which so much is known; what is fitted stays what was recorded.
+    pub fn tell_odometry(&mut self, told: ToldOdometry) {
+        self.told = told;
+    }
+
+    /// From here on a twin with these figures runs beside the robot; none: no longer.
+    pub fn set_twin(&mut self, told: Option<ToldOdometry>) {
+        let at = self.slam.estimate().pose;
+        self.twin = told.map(|told| Twin::new(told, self.robot.track_width, at));
+    }
+
+    /// The twin that runs beside the robot.
+    #[must_use]
+    pub fn twin(&self) -> Option<&Twin> {
+        self.twin.as_ref()
     }
 
     /// Takes the next scan; `false` when there is none left, and then all work that was put off is done.
@@ -88,6 +116,7 @@ impl Replay {
         self.last = Some((step.scan.stamp, step.odom_from_robot));
         self.first = self.first.or(self.last);
         self.take(&step)?;
+        self.drive.scan();
         self.used.push(Used {
             seconds: step.seconds,
             odom_from_robot: step.odom_from_robot,
@@ -100,10 +129,23 @@ impl Replay {
     }
 
     fn take(&mut self, step: &Step) -> Result<(), SlamError> {
-        for odometry in &step.odometry {
-            self.slam.odometry(odometry)?;
+        if step.is_after_gap {
+            self.drive.gap();
         }
-        self.slam.scan(&step.scan)
+        for odometry in &step.odometry {
+            self.drive.odometry(odometry);
+            if let Some(twin) = &mut self.twin {
+                twin.odometry(odometry);
+            }
+            let odometry = self.told.corrected(odometry, self.robot.track_width);
+            self.slam.odometry(&odometry)?;
+        }
+        self.slam.scan(&step.scan)?;
+        if let (Some(twin), Some(points)) = (&mut self.twin, self.slam.points()) {
+            let at = step.scan.stamp.seconds();
+            twin.scan(at, &self.slam.estimate(), points, self.slam.grid());
+        }
+        Ok(())
     }
 
     /// The part that is done, 0 to 1.
@@ -178,6 +220,28 @@ impl Replay {
         stretches
     }
 
+    /// What the drive so far tells of the robot and its sensor, with the poses of this run as the truth. Its settings turn this run's
+    /// odometry into that of the robot as it is: they are no changes to those that it ran with.
+    #[must_use]
+    pub fn fit(&self) -> DriveFit {
+        let poses: Vec<Pose2> = self
+            .slam
+            .trajectory()
+            .iter()
+            .map(|(_, pose)| *pose)
+            .collect();
+        let stretches = self.standing_stretches();
+        let stretches: Vec<&[Scan]> = stretches.iter().map(Vec::as_slice).collect();
+        DriveFit {
+            odometry: OdometryFit::new(&self.drive, &poses, &self.robot),
+            ranges: Some(estimate_sigma_of_stretches(
+                &stretches,
+                &SigmaConfig::default(),
+            )),
+            is_lidar: !self.log.scans_on_command(),
+        }
+    }
+
     /// What does the work.
     #[must_use]
     pub fn slam(&self) -> &Slam {
@@ -220,6 +284,21 @@ impl Replay {
         used.zip(self.slam.trajectory())
             .map(|(used, (_, pose))| (used.seconds, pose))
             .collect()
+    }
+
+    /// All scans of the log with their odometry, those too that were not taken yet, as a CARMEN log.
+    #[must_use]
+    pub fn carmen_log(&self) -> CarmenLog {
+        let recording = match &self.log {
+            Log::Carmen(log) => return log.clone(),
+            recording @ Log::Recording(_) => recording,
+        };
+        let mut feed = Feed::of(recording);
+        let mut log = CarmenLog::empty();
+        while let Some(step) = feed.next(recording, &self.robot) {
+            log.push(step.seconds, &step.odom_from_robot, &step.scan);
+        }
+        log
     }
 
     /// The hash of the whole trajectory: equal bits natively and in the browser.

@@ -18,7 +18,7 @@ pub use table::table;
 
 use crate::experiment::ExperimentConfig;
 use crate::pilot::PilotConfig;
-use crate::robot::{OdometryNoise, RobotModel, TrackNoise};
+use crate::robot::{OdometryNoise, RobotModel, ToldOdometry, TrackNoise, TrackWear};
 use crate::sim::{SensorModel, World};
 use crate::slam::SlamConfig;
 
@@ -27,6 +27,8 @@ use crate::slam::SlamConfig;
 pub struct Settings {
     /// The sensor's figures.
     pub sensor: SensorModel,
+    /// How a simulated robot's tracks differ from the model.
+    pub wear: SimulatedWear,
     /// What the odometry says of its own errors.
     pub odometry: ToldNoise,
     /// Estimation.
@@ -35,9 +37,28 @@ pub struct Settings {
     pub pilot: PilotConfig,
 }
 
-/// Both models of odometry noise, and which one is used.
+/// How a simulated robot's tracks differ from the model.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SimulatedWear {
+    /// Whether as given here; otherwise as the seed draws it.
+    pub is_given: bool,
+    /// So, where it is given.
+    pub given: TrackWear,
+}
+
+impl SimulatedWear {
+    /// As given, if it is.
+    #[must_use]
+    pub fn used(&self) -> Option<TrackWear> {
+        self.is_given.then_some(self.given)
+    }
+}
+
+/// Both models of odometry noise, and which one is used; and what is known of the tracks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToldNoise {
+    /// How the tracks are known to differ from the model.
+    pub wear: TrackWear,
     /// Whether the source's constant Q is used.
     pub is_constant: bool,
     /// Its variance of a track's way in each reading, m².
@@ -51,9 +72,20 @@ impl ToldNoise {
     #[must_use]
     pub fn of(robot: &RobotModel) -> Self {
         Self {
+            wear: TrackWear::default(),
             is_constant: false,
             constant: robot.odometry_noise.per_metre * robot.max_speed * 0.01,
             proportional: robot.odometry_noise,
+        }
+    }
+
+    /// For a real or a recorded robot: its own word on chance stands where nothing else was set than the defaults of its model.
+    #[must_use]
+    pub fn told(&self, robot: &RobotModel) -> ToldOdometry {
+        let chance = |told: &Self| (told.is_constant, told.constant, told.proportional);
+        ToldOdometry {
+            wear: self.wear,
+            noise: (chance(self) != chance(&Self::of(robot))).then(|| self.used()),
         }
     }
 
@@ -147,6 +179,7 @@ impl Settings {
         let (slam, pilot) = ExperimentConfig::settings_for(&sensor);
         Self {
             sensor,
+            wear: SimulatedWear::default(),
             odometry: ToldNoise::of(robot),
             slam,
             pilot,
@@ -157,6 +190,8 @@ impl Settings {
     #[must_use]
     pub fn experiment(&self, world: World, robot: RobotModel, seed: u64) -> ExperimentConfig {
         ExperimentConfig {
+            wear: self.wear.used(),
+            told_wear: self.odometry.wear,
             odometry: self.odometry.used(),
             slam: self.slam.clone(),
             pilot: self.pilot.clone(),
@@ -182,6 +217,21 @@ impl Settings {
             return Err(SettingError::Absent { name });
         }
         (setting.set)(self, value);
+        Ok(())
+    }
+
+    /// Sets all of them, choices before the settings that come with them: in the order of the table.
+    ///
+    /// # Errors    [`SettingError`] for the first that cannot be; those before it are set.
+    pub fn set_all<'a>(
+        &mut self,
+        changes: impl IntoIterator<Item = (&'a str, f64)>,
+    ) -> Result<(), SettingError> {
+        let mut changes: Vec<_> = changes.into_iter().collect();
+        changes.sort_by_key(|(key, _)| table().position(|setting| setting.key == *key));
+        for (key, value) in changes {
+            self.set(key, value)?;
+        }
         Ok(())
     }
 }

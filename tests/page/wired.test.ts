@@ -10,7 +10,7 @@ import type { BridgeState, Status } from '../../www/src/protocol.ts';
 import { Bridge } from './bridge.ts';
 import { expect, test as base } from './fixture.ts';
 import type { Lab } from './lab.ts';
-import { type MapTruth, WiredRobot } from './wired.ts';
+import { type MapTruth, WiredRobot, withRobot } from './wired.ts';
 
 /** A busy machine makes everything late; nothing here waits longer than it must. */
 const PATIENCE = { timeout: 60_000, intervals: [100, 200, 400] };
@@ -32,23 +32,6 @@ interface Run {
   page: Page;
   folder: string;
   state: () => Promise<BridgeState | null>;
-}
-
-/** Where a device waits longer than 50 ms for the processor its time stands still (tests/src/devices/socket.rs): robot and lidar then disagree on
-    when a beam was seen, and what they measured is no longer of one world, s. */
-const STARVED = 0.06;
-
-/** Runs it; where it fails on a machine that starved the robot meanwhile, that proves nothing and is told so. */
-async function withRobot(robot: WiredRobot, body: () => Promise<void>): Promise<void> {
-  try {
-    await body();
-  } catch (error) {
-    const { late } = await robot.facts();
-    test.skip(late > STARVED, `the machine let the robot wait ${late.toFixed(1)} s for the processor: nothing is proved`);
-    throw error;
-  } finally {
-    await robot.stop();
-  }
 }
 
 /** Somebody opens the page with the token. */

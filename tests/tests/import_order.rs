@@ -15,7 +15,7 @@ use Imports::{AllBefore, These};
 
 /// The modules of `core`, each after those that it may import. `sim` and `format` are sources and sinks that no stage
 /// imports, so a real robot, the simulator and a recording can stand in for each other.
-const MAY_IMPORT: [(&str, Imports); 21] = [
+const MAY_IMPORT: [(&str, Imports); 22] = [
     ("geom", These(&[])),
     ("hash", These(&["geom"])),
     ("lanes", These(&[])),
@@ -41,6 +41,7 @@ const MAY_IMPORT: [(&str, Imports); 21] = [
     ("plan", These(&["geom", "robot", "points", "map"])),
     ("control", These(&["geom", "robot", "points", "plan"])),
     ("slam", AllBefore),
+    ("twin", AllBefore),
     ("pilot", AllBefore),
     ("sim", These(&["geom", "robot"])),
     ("format", These(&["geom", "robot", "map", "sim"])),

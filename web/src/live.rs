@@ -3,6 +3,8 @@
 use std::collections::VecDeque;
 
 use nalgebra::Point2;
+use slamlab_core::format::carmen::CarmenLog;
+use slamlab_core::geom::Pose2;
 use slamlab_core::live::{Live, LiveConfig, Note};
 use slamlab_core::pilot::Mode;
 use slamlab_core::slam::Slam;
@@ -10,7 +12,9 @@ use slamlab_core::wire::message::{DeviceState, Severity};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::contest::{Ground, WebContest};
+use crate::drive_fit::{FitTable, samples_since, told};
 use crate::experiment::mode_name;
+use crate::export::{ExportError, trajectory_of};
 use crate::shows_slam::shows_slam;
 use crate::status::RunStatus;
 use crate::view;
@@ -258,6 +262,49 @@ impl WebLive {
         WebContest::on(on, ground, &ends, seconds)
     }
 
+    /// What the drive so far tells of the robot.
+    #[must_use]
+    pub fn fit(&self) -> FitTable {
+        FitTable::of(&self.live.fit())
+    }
+
+    /// Samples of the twin from number `from` on, see `TWIN` of www/src/protocol.ts.
+    #[must_use]
+    pub fn twin_since(&self, from: u32) -> Vec<f64> {
+        samples_since(self.live.twin(), from)
+    }
+
+    /// What the settings say of the odometry is used from here on; others do not matter here.
+    ///
+    /// # Errors    A sentence on a setting that does not exist.
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "lists of text cross the border by value only"
+    )]
+    pub fn configure(&mut self, keys: Vec<String>, values: Vec<f64>) -> Result<(), JsError> {
+        let told = told(self.live.model(), &keys, &values)?;
+        self.live.tell_odometry(told);
+        Ok(())
+    }
+
+    /// A twin with what these settings say of the odometry runs beside the robot from here on, or no longer.
+    ///
+    /// # Errors    A sentence on a setting that does not exist.
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "lists of text cross the border by value only"
+    )]
+    pub fn set_twin(
+        &mut self,
+        on: bool,
+        keys: Vec<String>,
+        values: Vec<f64>,
+    ) -> Result<(), JsError> {
+        let told = told(self.live.model(), &keys, &values)?;
+        self.live.set_twin(on.then_some(told));
+        Ok(())
+    }
+
     /// Half length and half width of the robot, m.
     #[must_use]
     pub fn half_size(&self) -> Vec<f64> {
@@ -293,5 +340,13 @@ shows_slam!(WebLive);
 impl WebLive {
     fn slam(&self) -> &Slam {
         self.live.slam()
+    }
+
+    fn trajectory(&self) -> Vec<(f64, Pose2)> {
+        trajectory_of(self.slam())
+    }
+
+    fn scan_log(&self) -> Result<Box<CarmenLog>, JsError> {
+        Err(ExportError::Recorded.into())
     }
 }

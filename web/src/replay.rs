@@ -1,5 +1,7 @@
 //! A recorded log, for the page.
 
+use slamlab_core::format::carmen::CarmenLog;
+use slamlab_core::geom::Pose2;
 use slamlab_core::replay::{Log, LogReader, Replay};
 use slamlab_core::robot::{RobotModel, Scan};
 use slamlab_core::settings::Settings;
@@ -8,6 +10,7 @@ use slamlab_core::slam::{Method, Slam};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::contest::{Ground, WebContest};
+use crate::drive_fit::{FitTable, samples_since};
 use crate::settings::apply;
 use crate::shows_slam::shows_slam;
 use crate::sigma::SigmaCurve;
@@ -21,6 +24,7 @@ pub struct WebLogReader {
     method: Method,
     keys: Vec<String>,
     values: Vec<f64>,
+    twin: bool,
 }
 
 #[wasm_bindgen]
@@ -39,7 +43,13 @@ impl WebLogReader {
             method: method.parse()?,
             keys,
             values,
+            twin: false,
         })
+    }
+
+    /// A twin with the odometry's settings is to run beside the robot.
+    pub fn with_twin(&mut self) {
+        self.twin = true;
     }
 
     /// Takes the next bytes, as many as there are.
@@ -60,7 +70,12 @@ impl WebLogReader {
         };
         let mut settings = Settings::of(sensor, &log.robot());
         apply(&mut settings, &self.keys, &self.values)?;
-        let replay = Replay::new(log, self.method, settings.slam)?;
+        let told = settings.odometry.told(&log.robot());
+        let mut replay = Replay::new(log, self.method, settings.slam)?;
+        replay.tell_odometry(told);
+        if self.twin {
+            replay.set_twin(Some(told));
+        }
         Ok(WebReplay { replay })
     }
 }
@@ -100,6 +115,18 @@ impl WebReplay {
         let stretches = self.replay.standing_stretches();
         let stretches: Vec<&[Scan]> = stretches.iter().map(Vec::as_slice).collect();
         SigmaCurve::of(&stretches, growth, None)
+    }
+
+    /// What the drive so far tells of the robot.
+    #[must_use]
+    pub fn fit(&self) -> FitTable {
+        FitTable::of(&self.replay.fit())
+    }
+
+    /// Samples of the twin from number `from` on, see `TWIN` of www/src/protocol.ts.
+    #[must_use]
+    pub fn twin_since(&self, from: u32) -> Vec<f64> {
+        samples_since(self.replay.twin(), from)
     }
 
     /// What the log holds, in words.
@@ -193,5 +220,13 @@ shows_slam!(WebReplay);
 impl WebReplay {
     fn slam(&self) -> &Slam {
         self.replay.slam()
+    }
+
+    fn trajectory(&self) -> Vec<(f64, Pose2)> {
+        self.replay.trajectory()
+    }
+
+    fn scan_log(&self) -> Result<Box<CarmenLog>, JsError> {
+        Ok(Box::new(self.replay.carmen_log()))
     }
 }

@@ -109,11 +109,5 @@ pub(crate) fn apply(
     keys: &[String],
     values: &[f64],
 ) -> Result<(), SettingError> {
-    let place = |key: &str| table().position(|setting| setting.key == key);
-    let mut changes: Vec<_> = keys.iter().zip(values).collect();
-    changes.sort_by_key(|(key, _)| place(key));
-    for (key, &value) in changes {
-        settings.set(key, value)?;
-    }
-    Ok(())
+    settings.set_all(keys.iter().map(String::as_str).zip(values.iter().copied()))
 }

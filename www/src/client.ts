@@ -1,7 +1,8 @@
 // The page's end of the wire to the worker: sends commands, hands frames to scene and store.
 
-import type { Answer, Command, MethodName, SettingValues, Setup, SourceKind } from "./protocol.js";
+import type { Answer, Command, MethodName, SerialKind, SettingValues, Setup, SourceKind, Told } from "./protocol.js";
 import { downloadAll } from "./save.js";
+import { SerialPorts } from "./serial_ports.js";
 import type { Contest, Store } from "./store.js";
 import type { Scene } from "./view/scene.js";
 
@@ -18,6 +19,7 @@ export class Client {
   #recording: File | null = null;
   #opening: File | null = null;
   #bridge: { url: string; token: string } | null = null;
+  readonly #ports = new SerialPorts((command, transfer) => this.send(command, transfer));
   /** Called when a run begins, before its first frame. */
   onStart: () => void = () => {};
 
@@ -70,6 +72,34 @@ export class Client {
     this.send({ kind: "settings", sensor: store.setup.sensor, settings });
   }
 
+  /** Settings that a drive told, in place of others that one did; none: the robot's own word stands again. A recording is mapped anew. */
+  usePreset(preset: Told["preset"]): void {
+    const store = this.#store;
+    const before = Object.keys(store.told.preset?.settings ?? {});
+    const others = Object.entries(store.setup.settings).filter(([key]) => !before.includes(key));
+    // A simulated lidar's figures are no setting of another sensor.
+    const isLidar = store.setup.sensor === "lidar" || store.setup.sensor === "sick";
+    const fresh = Object.entries(preset?.settings ?? {}).filter(([key]) => isLidar || !key.startsWith("lidar."));
+    store.set("fit", { told: { ...store.told, preset } });
+    this.configure(Object.fromEntries([...others, ...fresh]));
+    this.#tell();
+  }
+
+  /** A simulated twin beside the robot, or none. A recording is mapped anew, for it begins with it. */
+  setTwin(twin: boolean): void {
+    const store = this.#store;
+    store.set("fit", { told: { ...store.told, twin } });
+    this.#tell();
+  }
+
+  #tell(): void {
+    const store = this.#store;
+    const settings = Object.entries(store.told.preset?.settings ?? {}).filter(([key]) => key.startsWith("odometry."));
+    this.send({ kind: "tell", settings: Object.fromEntries(settings), twin: store.told.twin });
+    if (store.source === "replay") this.again();
+    store.tell("run");
+  }
+
   /** Looks whether the page's own server is a bridge with something behind it; the simulation begins where none is. */
   async begin(): Promise<void> {
     const token = tokenOf(location);
@@ -86,6 +116,23 @@ export class Client {
       // A server that knows nothing of bridges: the page is a laboratory of its own.
     }
     this.start();
+  }
+
+  /** Devices at serial ports that this page has open. */
+  get plugged(): readonly SerialKind[] {
+    return this.#ports.kinds;
+  }
+
+  /** One more device at a serial port, which the browser asks the person for. */
+  async plug(kind: SerialKind): Promise<void> {
+    try {
+      await this.#ports.choose(kind);
+      this.send({ kind: "cable", devices: this.plugged, method: this.#store.setup.method });
+    } catch (error) {
+      // Whoever chose no port knows that.
+      if (error instanceof DOMException && error.name === "NotFoundError") return;
+      this.#store.set("toast", { toast: { level: "warn", text: `The port cannot be used: ${error instanceof Error ? error.message : String(error)}` } });
+    }
   }
 
   connect(url: string, token: string, method: MethodName = this.#store.setup.method): void {
@@ -162,9 +209,35 @@ export class Client {
   /** What runs now, from its beginning: with the method given, or else with the one it had. */
   again(method?: MethodName): void {
     const store = this.#store;
-    if (store.source === "bridge" && this.#bridge) this.connect(this.#bridge.url, this.#bridge.token, method ?? store.method);
+    if (store.source === "bridge" && this.plugged.length > 0) void this.#ports.again().then(() => this.send({ kind: "cable", devices: this.plugged, method: method ?? store.method }));
+    else if (store.source === "bridge" && this.#bridge) this.connect(this.#bridge.url, this.#bridge.token, method ?? store.method);
     else if (store.source === "replay" && this.#recording) void this.open(this.#recording, method ?? store.method);
     else this.start({ mode: "explore", ...(method === undefined ? {} : { method }) });
+  }
+
+  /** Files that were dropped or chosen together: one alone, or a map of ROS with its image. */
+  async openAll(files: readonly File[]): Promise<void> {
+    const [file, ...more] = files;
+    const ends = (pattern: RegExp): File[] => files.filter(({ name }) => pattern.test(name));
+    const [drawing, yaml, image] = [ends(/\.svg$/i)[0], ends(/\.ya?ml$/i)[0], ends(/\.(pgm|png)$/i)[0]];
+    const warn = (text: string): void => this.#store.set("toast", { toast: { level: "warn", text } });
+    if (!file) return;
+    if (files.length === 2 && yaml && image) await this.#build(yaml.name, [yaml, image]);
+    else if (more.length > 0) warn(`These are ${files.length} files: drop one at a time, or the YAML and the image of a map together.`);
+    else if (drawing) await this.#build(drawing.name, [drawing]);
+    else if (yaml) warn(`${yaml.name} is one half of a map: drop it together with the image that it names (.pgm or .png).`);
+    else if (image) warn(`${image.name} is one half of a map: drop it together with its YAML file.`);
+    else await this.open(file);
+  }
+
+  async #build(name: string, files: readonly File[]): Promise<void> {
+    this.#store.set("toast", { toast: null });
+    try {
+      this.send({ kind: "build", name, files: await Promise.all(files.map((file) => file.arrayBuffer())) });
+    } catch (error) {
+      const why = error instanceof Error ? error.message : String(error);
+      this.#store.set("toast", { toast: { level: "warn", text: `${name} could not be read: ${why}` } });
+    }
   }
 
   async open(file: File, method: MethodName = "scan-matching"): Promise<void> {
@@ -174,7 +247,8 @@ export class Client {
       const bytes = await file.arrayBuffer();
       if (/\.json$/i.test(file.name)) {
         const worldJson = new TextDecoder().decode(bytes);
-        this.start({ world: file.name, worldJson, mode: "explore" });
+        if (worldJson.includes('"slamlab_preset"')) this.send({ kind: "preset", name: file.name, bytes }, [bytes]);
+        else this.start({ world: file.name, worldJson, mode: "explore" });
       } else {
         store.set("run", { reading: { name: file.name, done: 0 } });
         this.send({ kind: "replay", name: file.name, bytes, method, settings: estimationOnly(store.setup.settings) }, [bytes]);
@@ -213,6 +287,7 @@ export class Client {
         break;
       case "started":
         this.#run = answer.run;
+        if (answer.source !== "bridge" && this.plugged.length > 0) void this.#ports.forget();
         if (answer.source === "replay") this.#recording = this.#opening;
         this.#pace(answer.source);
         this.#scene.clear();
@@ -221,6 +296,9 @@ export class Client {
         store.cycle = null;
         store.doors = new Float32Array(0);
         store.sigma = { curve: null, error: "" };
+        // A recording that is mapped anew with what was fitted to it keeps the table.
+        if (answer.source !== store.source || answer.title !== store.title) store.fit = { fit: null, error: "" };
+        store.twin.clear();
         store.spot = { hovered: [], pinned: null };
         // Another map: its places are others. Only a simulation knows true walls.
         store.contest = { ...store.contest, start: null, goal: null, picking: "goal", found: null, error: "", ground: answer.source === "sim" ? store.contest.ground : store.contest.ground === "truth" ? "map" : store.contest.ground };
@@ -237,6 +315,7 @@ export class Client {
         store.tell("cycle");
         store.tell("doors");
         store.tell("sigma");
+        store.tell("fit");
         store.tell("contest");
         store.started = { ...store.setup };
         this.send({ kind: "settings", sensor: store.setup.sensor, settings: store.setup.settings });
@@ -273,12 +352,28 @@ export class Client {
       case "sigma":
         store.set("sigma", { sigma: { curve: answer.curve, error: answer.error } });
         break;
+      case "fit":
+        store.set("fit", { fit: { fit: answer.fit, error: answer.error } });
+        break;
+      case "preset":
+        this.usePreset({ name: answer.name, settings: answer.settings });
+        store.note({ time: store.status?.time ?? 0, level: "good", text: `The preset "${answer.name}" is in use` });
+        break;
       case "contest":
         store.set("contest", { contest: { ...store.contest, found: answer.contest, error: answer.error } });
+        break;
+      case "line":
+        this.#ports.wish(answer);
         break;
       case "bridge":
         store.set("bridge", { bridge: answer.state });
         break;
+      case "built": {
+        const { name, worldJson, leftOut } = answer;
+        this.start({ world: name, worldJson, mode: "explore" });
+        if (leftOut.length > 0) store.set("toast", { toast: { level: "warn", text: `${name}: left out ${leftOut.join(", ")}.` } });
+        break;
+      }
       case "saved":
         downloadAll(answer.files);
         store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(", ")}` });

@@ -8,6 +8,7 @@ import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
 import "./ui/bench.js";
 import "./ui/bridge.js";
+import "./ui/cable.js";
 import "./ui/calibration.js";
 import "./ui/consistency.js";
 import "./ui/correlations.js";
@@ -16,6 +17,7 @@ import { SlamCycle } from "./ui/cycle.js";
 import "./ui/doors.js";
 import "./ui/drop.js";
 import type { SlamElement } from "./ui/element.js";
+import "./ui/fit.js";
 import "./ui/header.js";
 import { SlamHelp } from "./ui/help.js";
 import { SlamLegend } from "./ui/legend.js";
@@ -30,6 +32,7 @@ import "./ui/stick.js";
 import "./ui/tabs.js";
 import "./ui/tip.js";
 import "./ui/toast.js";
+import "./ui/twin.js";
 import { SlamTransport } from "./ui/transport.js";
 import { wallEnds } from "./view/layers/spot.js";
 import { SlamMap } from "./view/map_view.js";
@@ -55,7 +58,7 @@ const map = place<SlamMap>("slam-map");
 const transport = place<SlamTransport>("slam-transport");
 const cycle = place<SlamCycle>("slam-cycle");
 const help = place<SlamHelp>("slam-help");
-for (const tag of ["slam-header", "slam-bridge", "slam-setup", "slam-doors", "slam-status", "slam-plots", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-contest", "slam-settings", "slam-calibration", "slam-sigma", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
+for (const tag of ["slam-header", "slam-bridge", "slam-setup", "slam-doors", "slam-cable", "slam-status", "slam-plots", "slam-twin", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-contest", "slam-settings", "slam-calibration", "slam-fit", "slam-sigma", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
   place(tag);
 }
 
@@ -136,6 +139,9 @@ Object.defineProperty(window, "slamlab", {
     get contest() { return store.contest; },
     get bridge() { return store.bridge; },
     get cycle() { return store.cycle; },
+    get fit() { return store.fit.fit; },
+    get told() { return store.told; },
+    get twin() { return store.twin.columns.map((column) => column.at(-1) ?? NaN); },
     get doors() { return [...store.doors]; },
     get materials() { return [...new Set(scene.materials)]; },
     get seq() { return store.seq; },

@@ -6,7 +6,7 @@
 
 /** One of `Answer.ready.sensors`. */
 export type SensorName = string;
-export type MethodName = "line-ekf" | "scan-matching";
+export type MethodName = "line-ekf" | "scan-matching" | "known-map";
 export type ModeName = "manual" | "goto" | "explore";
 export type SourceKind = "sim" | "replay" | "bridge";
 
@@ -105,6 +105,39 @@ export interface SigmaCurve {
   truth: Float64Array;
 }
 
+/** A parameter that a drive told. */
+export interface FittedParameter {
+  name: string;
+  unit: string;
+  value: number;
+  /** Standard error, and what the robot's model says; NaN for none. */
+  sigma: number;
+  model: number;
+  /** Why the drive does not tell it; empty where it does. */
+  unknown: string;
+}
+
+/** What a drive told of its robot. */
+export interface DriveFit {
+  parameters: readonly FittedParameter[];
+  /** What could not be fitted at all, in words. */
+  reasons: readonly string[];
+  /** Settings that take what is known. */
+  settings: SettingValues;
+  legs: number;
+  leftOut: number;
+}
+
+/** What is known better of a robot than it says itself: settings of the odometry; and whether a twin runs beside it. */
+export interface Told {
+  readonly preset: { readonly name: string; readonly settings: SettingValues } | null;
+  readonly twin: boolean;
+}
+
+/** Places of the numbers of each sample of the twin, one for each scan: s, map frame in m and rad, then m and ° off with 3σ, and m. */
+export const TWIN = { time: 0, x: 1, y: 2, heading: 3, positionOff: 4, positionSigma3: 5, headingOff: 6, headingSigma3: 7, ranges: 8 } as const;
+export const TWIN_STRIDE = 9;
+
 /** Where planners look: among the true walls, on the map with the unknown taken to be free, or only where it was seen. */
 export type Ground = "truth" | "map" | "known";
 
@@ -140,8 +173,32 @@ export interface ContestState extends ContestAsk {
   tree: Float32Array;
 }
 
+/** A device at a serial port that the page itself opened. */
+export type SerialKind = "rp6" | "rplidar" | "ld06";
+
+/** What happened at a line, by its number. */
+export interface LineEvent {
+  line: number;
+  event: "opened" | "bytes" | "broken";
+  bytes?: Uint8Array;
+  /** Why it broke: cause and cure. */
+  why?: string;
+}
+
+/** What the device at a line wants done with it. */
+export interface LineWish {
+  line: number;
+  /** `well`: the next time that it breaks it is tried again soon. */
+  want: "open" | "write" | "dtr" | "well" | "reopen" | "close";
+  baud: number;
+  bytes: Uint8Array<ArrayBuffer>;
+  on: boolean;
+}
+
 export type Command =
   | { kind: "start"; setup: Setup; play: boolean }
+  /** A building from files of others: a floor plan (.svg), or the YAML and the image of a map of ROS. It is answered by `built`. */
+  | { kind: "build"; name: string; files: readonly ArrayBuffer[] }
   | { kind: "replay"; name: string; bytes: ArrayBuffer; method: MethodName; settings: SettingValues }
   | { kind: "play" }
   | { kind: "pause" }
@@ -171,6 +228,12 @@ export type Command =
   | { kind: "calibrate"; pairs: Pairs }
   /** σ(ρ) from a log's scans taken standing, or from those of a simulated robot that stands. */
   | { kind: "sigma"; growth: Growth }
+  /** What the drive so far tells of its robot. */
+  | { kind: "fit" }
+  /** Settings of a preset file. */
+  | { kind: "preset"; name: string; bytes: ArrayBuffer }
+  /** Of a live robot from here on, of a recording when it is opened next. */
+  | { kind: "tell"; settings: SettingValues; twin: boolean }
   /** All planners on one query; the tree of one of them is told. */
   | { kind: "contest"; ask: ContestAsk; watched: number }
   | { kind: "contest-watch"; watched: number }
@@ -179,14 +242,19 @@ export type Command =
   | { kind: "bench"; trial: BenchTrial }
   /** A robot behind a bridge, at the address of its WebSocket; with an empty token this page only watches. */
   | { kind: "connect"; url: string; token: string; method: MethodName }
+  /** Devices at serial ports that the page opened, by the numbers of their lines. */
+  | { kind: "cable"; devices: readonly SerialKind[]; method: MethodName }
+  | ({ kind: "line" } & LineEvent)
+  /** Has the lines closed, the robot stopped before. */
+  | { kind: "unplug" }
   /** The right to drive it: takes it (with `force` also from somebody else), or gives it back. */
   | { kind: "wheel"; take: boolean; force: boolean }
   /** Opens or shuts a door of the simulated world, by its number. */
   | { kind: "door"; index: number; open: boolean }
   /** Cuts its motors off, or unlatches that. */
   | { kind: "emergency"; on: boolean }
-  /** The grid, or the walls as a floor plan. */
-  | { kind: "save"; what: "map" | "plan" }
+  /** The grid, the walls as a floor plan, the trajectory, the log, or what was fitted last as a preset. */
+  | { kind: "save"; what: SavedKind | "fit" }
   | { kind: "drawn" };
 
 /** `lost` is tried again, `refused` is not. */
@@ -448,6 +516,10 @@ export interface Frame {
   /** New points of the trails; all of them where `trailAnew`. */
   trail: Float32Array | null;
   trailAnew: boolean;
+  /** New samples of the twin, see TWIN. */
+  twin: Float64Array | null;
+  /** Another twin began with them, or there is none any more. */
+  twinAnew: boolean;
   /** New samples for the plots. */
   samples: Float64Array | null;
   /** The inside of the filter; null where it was not asked for, or there is no line filter. */
@@ -480,6 +552,18 @@ export interface BenchResponse {
 
 export type LogLevel = "info" | "good" | "warn";
 
+/** What can be saved, as the module calls it, and what a person reads. */
+export const SAVED = {
+  map: "Map for ROS (PGM, YAML)",
+  "map-scale": "Map for ROS, probabilities (PNG, YAML)",
+  "map-raw": "Map for ROS, raw percentages (PGM, YAML)",
+  "og-map": "Map as text (OGmap.txt)",
+  plan: "Walls (SVG, DXF, GeoJSON)",
+  tum: "Way of the robot (TUM)",
+  carmen: "Scans and odometry (CARMEN log)",
+} as const;
+export type SavedKind = keyof typeof SAVED;
+
 export interface SavedFile {
   name: string;
   mime: string;
@@ -494,6 +578,8 @@ export type Answer =
   /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands still meanwhile. */
   | { kind: "reading"; name: string; done: number | null }
   | { kind: "playing"; playing: boolean }
+  /** A building that was asked for, as the text of a world file, and what of the file is not in it. */
+  | { kind: "built"; name: string; worldJson: string; leftOut: string[] }
   | { kind: "hash"; run: number; text: string }
   | { kind: "event"; run: number; time: number; level: LogLevel; text: string; topic?: string }
   | { kind: "saved"; files: SavedFile[] }
@@ -503,9 +589,14 @@ export type Answer =
   | { kind: "calibrated"; calibration: Calibration | null; error: string }
   /** An estimate, or why there is none. */
   | { kind: "sigma"; curve: SigmaCurve | null; error: string }
+  /** What a drive told, or why it tells nothing. */
+  | { kind: "fit"; fit: DriveFit | null; error: string }
+  /** A preset that was opened. */
+  | { kind: "preset"; name: string; settings: SettingValues }
   /** How the planners stand, or why they cannot be asked. */
   | { kind: "contest"; contest: ContestState | null; error: string }
   | { kind: "bridge"; state: BridgeState | null }
+  | ({ kind: "line" } & LineWish)
   /** Something could not be done; the state before stays. */
   | { kind: "failed"; text: string };
 
@@ -513,7 +604,7 @@ export type Answer =
 export function transferables(frame: Frame): ArrayBuffer[] {
   const arrays = [
     frame.grid?.index, frame.grid?.cells, frame.scan, frame.beams, frame.doors, frame.found, frame.lines, frame.truth, frame.materials, frame.movers, frame.path, frame.rawPath, frame.tree,
-    frame.frontiers, frame.trail, frame.samples, frame.inspection?.landmarks, frame.inspection?.coefficients, frame.inspection?.sightings,
+    frame.frontiers, frame.trail, frame.twin, frame.samples, frame.inspection?.landmarks, frame.inspection?.coefficients, frame.inspection?.sightings,
     frame.inspection?.candidates, frame.inspection?.odometry,
   ];
   const buffers = new Set<ArrayBuffer>();

@@ -1,7 +1,7 @@
 // What the page knows, and who wants to hear of changes. Components read it and send commands; nothing is computed here.
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
-import type { BenchResponse, BridgeState, Calibration, ContestState, Cycle, Frame, Ground, Inspection, LogLevel, MethodName, Named, Preset, Setting, Setup, SigmaCurve, SourceKind, Status } from "./protocol.js";
+import { type BenchResponse, type BridgeState, type Calibration, type ContestState, type Cycle, type DriveFit, type Frame, type Ground, type Inspection, type LogLevel, type MethodName, type Named, type Preset, type Setting, type Setup, type SigmaCurve, type SourceKind, type Status, type Told, TWIN_STRIDE } from "./protocol.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import { History } from "./history.js";
 
@@ -9,7 +9,7 @@ export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `moment` is told at most ten times a second; the rest at once. */
-export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest";
+export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit";
 
 export interface LogEntry {
   time: number;
@@ -73,6 +73,11 @@ export class Store {
   dataSheet = "";
   calibration: { fit: Calibration | null; error: string } = { fit: null, error: "" };
   sigma: { curve: SigmaCurve | null; error: string } = { curve: null, error: "" };
+  /** What the drive told of its robot, and what is used of it. */
+  fit: { fit: DriveFit | null; error: string } = { fit: null, error: "" };
+  told: Told = { preset: null, twin: false };
+  /** Samples of the twin. */
+  readonly twin = new History(TWIN_STRIDE);
   /** Doors of the simulated world, see DOOR. */
   doors: Float32Array = new Float32Array(0);
   /** The bridge that is being talked to. */
@@ -124,6 +129,8 @@ export class Store {
     this.status = frame.status;
     this.seq = frame.seq;
     if (frame.samples) this.history.append(frame.samples);
+    if (frame.twinAnew) this.twin.clear();
+    if (frame.twin) this.twin.append(frame.twin);
     if (frame.inspection) this.set("inspection", { inspection: withMatrix(frame.inspection, this.inspection) });
     if (frame.inCycle !== this.inCycle) this.set("run", { inCycle: frame.inCycle });
     if (frame.doors) this.set("doors", { doors: frame.doors });

@@ -3,11 +3,12 @@
 // It paces the source (simulated seconds for each second), works in slices short enough that every message is heard within
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
-import init, { WebExperiment, WebLive, WebLogReader, WebSetup, calibrate, data_sheet, preset_list, sensor_names, setting_list, world_names } from "../pkg/slamlab_web.js";
-import { type Answer, type Clock, type Command, type Inspection, type MethodName, type Named, type Setup, transferables } from "./protocol.js";
+import init, { type FitTable, building_of_map, building_of_svg, WebExperiment, WebLive, WebLogReader, WebNear, WebSetup, calibrate, data_sheet, preset_list, read_preset, sensor_names, setting_list, world_names, write_preset } from "../pkg/slamlab_web.js";
+import { type Answer, type Clock, type Command, type Inspection, type LineWish, type MethodName, type Named, type SavedFile, type SerialKind, type SettingValues, type Setup, transferables } from "./protocol.js";
 import { BridgeSource } from "./source/bridge.js";
-import { calibrationOf, listOf, presetOf, settingOf } from "./source/convert.js";
-import { BridgeLink } from "./source/link.js";
+import { calibrationOf, driveFit, listOf, presetOf, settingOf } from "./source/convert.js";
+import { CableLink } from "./source/cable.js";
+import { BridgeLink, type Link, type LinkEvents } from "./source/link.js";
 import { ContestRunner } from "./source/contest.js";
 import { ReplaySource } from "./source/replay.js";
 import { SimSource } from "./source/sim.js";
@@ -41,6 +42,10 @@ interface Reading {
 let reading: Reading | null = null;
 
 let source: Source | null = null;
+/** What is known better of a robot than it says itself. */
+let told: { settings: SettingValues; twin: boolean } = { settings: {}, twin: false };
+/** The fit that was asked for last. */
+let fitted: FitTable | null = null;
 let contest: ContestRunner | null = null;
 let run = 0;
 let seq = 0;
@@ -196,19 +201,24 @@ function clock(): Clock {
 let began = 0;
 
 /** The bridge that is being talked to; its run begins when it has said who it is. */
-let live: { link: BridgeLink; module: WebLive } | null = null;
+let live: { link: Link; module: WebLive } | null = null;
 
-function connect(command: Extract<Command, { kind: "connect" }>): void {
+/** Begins a conversation; its run begins when the other end has said who it is. */
+function converse(token: string, method: MethodName, title: string, wire: (module: WebLive, events: LinkEvents) => Link): void {
   disconnect();
-  const module = new WebLive(navigator.userAgent.includes("Mobile") ? "phone" : "browser", command.token, command.method, 1);
-  const title = new URL(command.url).host;
-  const link = new BridgeLink(module, command.url, {
+  const module = new WebLive(navigator.userAgent.includes("Mobile") ? "phone" : "browser", token, method, 1);
+  // The other end may speak while its link is being made.
+  let link: Link | null = null;
+  link = wire(module, {
     moved: () => {
+      if (!link) return;
       const shown = source instanceof BridgeSource ? source : null;
       if (module.begun() !== (shown?.begun ?? 0)) {
         // The module and its link go on in the new run.
         if (shown) source = null;
-        begin(new BridgeSource(module, link, title, command.method), { setup: null, playing: true });
+        const next = new BridgeSource(module, link, title, method);
+        next.tell(told.settings, told.twin);
+        begin(next, { setup: null, playing: true });
       }
       if (!(source instanceof BridgeSource)) return;
       source.moved();
@@ -218,6 +228,12 @@ function connect(command: Extract<Command, { kind: "connect" }>): void {
     state: (state) => post({ kind: "bridge", state }),
   });
   live = { link, module };
+}
+
+function plug(devices: readonly SerialKind[], method: MethodName): void {
+  const near = new WebNear([...devices]);
+  const wish = (wish: LineWish): void => post({ kind: "line", ...wish });
+  converse("", method, "the cable", (module, events) => new CableLink(module, near, devices.length, wish, events));
 }
 
 /** Leaves the bridge; its run, if one shows it, ends with the next that begins. */
@@ -267,9 +283,17 @@ function handle(command: Command): void {
       }
       break;
     }
+    case "build":
+      try {
+        build(command.name, command.files);
+      } catch (error) {
+        refuse(command.name, error);
+      }
+      break;
     case "replay":
       if (reading) stopReading();
-      reading = { name: command.name, method: command.method, bytes: new Uint8Array(command.bytes), reader: new WebLogReader(command.method, ...listOf(command.settings)), at: 0, toldAt: -Infinity };
+      reading = { name: command.name, method: command.method, bytes: new Uint8Array(command.bytes), reader: new WebLogReader(command.method, ...listOf({ ...command.settings, ...told.settings })), at: 0, toldAt: -Infinity };
+      if (told.twin) reading.reader.with_twin();
       schedule(true);
       break;
     case "play":
@@ -315,9 +339,40 @@ function handle(command: Command): void {
     case "sigma":
       if (source) post({ kind: "sigma", ...attempt("curve", () => source?.estimateSigma(command.growth) ?? null) });
       break;
+    case "fit":
+      if (source instanceof ReplaySource || source instanceof BridgeSource) {
+        fitted?.free();
+        fitted = source.fit();
+        post({ kind: "fit", fit: driveFit(fitted), error: "" });
+      }
+      break;
+    case "preset":
+      try {
+        const { name, keys, values } = read_preset(new Uint8Array(command.bytes));
+        post({ kind: "preset", name, settings: Object.fromEntries(keys.map((key, i) => [key, values[i] ?? NaN])) });
+      } catch (error) {
+        refuse(command.name, error);
+      }
+      break;
+    case "tell":
+      told = { settings: command.settings, twin: command.twin };
+      bridge?.tell(told.settings, told.twin);
+      stale = true;
+      show();
+      break;
     case "connect":
       if (reading) stopReading();
-      connect(command);
+      converse(command.token, command.method, new URL(command.url).host, (module, events) => new BridgeLink(module, command.url, events));
+      break;
+    case "cable":
+      if (reading) stopReading();
+      plug(command.devices, command.method);
+      break;
+    case "unplug":
+      if (live?.link instanceof CableLink) disconnect();
+      break;
+    case "line":
+      if (live?.link instanceof CableLink) live.link.take(command);
       break;
     case "wheel":
       bridge?.wheel(command.take, command.force);
@@ -387,7 +442,7 @@ function handle(command: Command): void {
     case "save":
       if (!source) break;
       try {
-        post({ kind: "saved", files: command.what === "map" ? source.files() : source.plan() });
+        post({ kind: "saved", files: command.what === "fit" ? presetFile(source) : source.export(command.what) });
       } catch (error) {
         refuse("", error);
       }
@@ -397,6 +452,22 @@ function handle(command: Command): void {
       if (stale) show();
       break;
   }
+}
+
+/** What was fitted last, as a preset. */
+function presetFile({ title }: Source): SavedFile[] {
+  if (!fitted) throw new Error("Nothing was fitted yet.");
+  const text = write_preset(`fit of ${title}`, fitted);
+  return [{ name: `${title.replace(/[^\w-]+/g, "-")}-preset.json`, mime: "application/json", bytes: new TextEncoder().encode(text) }];
+}
+
+function build(name: string, files: readonly ArrayBuffer[]): void {
+  const [first, second] = files.map((bytes) => new Uint8Array(bytes));
+  if (!first) return;
+  const building = second ? building_of_map(first, second, name) : building_of_svg(first, name);
+  const { world: worldJson, left_out: leftOut } = building;
+  building.free();
+  post({ kind: "built", name, worldJson, leftOut });
 }
 
 function setupOf(setup: Setup): WebSetup {

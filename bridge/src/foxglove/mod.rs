@@ -19,11 +19,12 @@ use axum::extract::ws::WebSocket;
 use slamlab_core::wire::message::FromBridge;
 use tokio::sync::oneshot;
 
-use crate::guest::{End, Guest, Heard, MALFORMED, PING};
+use crate::ending::{End, MALFORMED};
+use crate::guest::{Guest, Heard, PING};
 use crate::http::Shared;
 use crate::hub::outbox::{Next, Outbox};
 use crate::hub::{FromClient, NewClient};
-use crate::record::ros::{Odom, Topic};
+use crate::record::ros::{self, Odom, Topic};
 use message::{Asked, Said};
 
 /// Path of the endpoint.
@@ -39,6 +40,7 @@ const TOPICS: [Topic; 4] = [
 ];
 /// Subscriptions of one client.
 const MOST_SUBSCRIPTIONS: usize = 64;
+
 /// Serves a client to its end.
 pub(crate) async fn run(socket: WebSocket, shared: &Shared) {
     let outbox = Arc::new(Outbox::default());
@@ -57,15 +59,14 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared) {
         return;
     }
     let Ok(id) = id.await else { return };
+    let (guest, writer) = Guest::new(socket, shared);
     let mut viewer = Viewer {
-        guest: Guest::new(socket, shared),
+        guest,
         shared,
         subscriptions: BTreeMap::new(),
         odom: Odom::default(),
     };
-    if let Err(Some(code)) = viewer.live(&outbox).await {
-        viewer.guest.close(code).await;
-    }
+    writer.beside(viewer.live(&outbox)).await;
     // The hub is gone only when the bridge ends.
     let _ = shared.hub.send(FromClient::Gone(id)).await;
 }
@@ -80,32 +81,37 @@ struct Viewer<'a> {
 
 impl Viewer<'_> {
     async fn live(&mut self, outbox: &Outbox) -> Result<(), End> {
-        self.guest.say(&Said::server_info()).await?;
-        self.guest.say(&Said::advertise(&TOPICS)).await?;
+        self.guest.say(&Said::server_info())?;
+        self.guest.say(&Said::advertise(&TOPICS))?;
         let mut ping = tokio::time::interval(PING);
         loop {
+            let idle = self.guest.idle();
+            let next = async {
+                idle.await;
+                outbox.next().await
+            };
             tokio::select! {
-                heard = self.guest.next() => self.hear(heard?).await?,
-                next = outbox.next() => match next {
+                heard = self.guest.next() => self.hear(heard?)?,
+                next = next => match next {
                     Next::Close(code) => return Err(Some(code)),
-                    Next::Message(message) => self.tell(&message).await?,
+                    Next::Message(message) => self.tell(&message)?,
                 },
-                _ = ping.tick() => self.guest.ping(&[]).await?,
+                _ = ping.tick() => self.guest.ping(&[])?,
             }
         }
     }
 
-    async fn hear(&mut self, heard: Heard) -> Result<(), End> {
+    fn hear(&mut self, heard: Heard) -> Result<(), End> {
         let text = match heard {
             Heard::Text(text) => text,
             Heard::Pong(_) => return Ok(()),
             // Publications of a client, and calls of services.
-            Heard::Binary => return self.refuse("a binary message").await,
+            Heard::Binary => return self.refuse("a binary message"),
         };
         match serde_json::from_str(&text).map_err(|_| Some(MALFORMED))? {
             Asked::Subscribe { subscriptions } => {
                 for asked in subscriptions {
-                    self.subscribe(asked.id, asked.channel_id).await?;
+                    self.subscribe(asked.id, asked.channel_id)?;
                 }
             }
             Asked::Unsubscribe { subscription_ids } => {
@@ -113,38 +119,38 @@ impl Viewer<'_> {
                     self.subscriptions.remove(&id);
                 }
             }
-            Asked::Other => return self.refuse("this operation").await,
+            Asked::Other => return self.refuse("this operation"),
         }
         Ok(())
     }
 
-    async fn subscribe(&mut self, id: u32, channel: u32) -> Result<(), End> {
+    fn subscribe(&mut self, id: u32, channel: u32) -> Result<(), End> {
         match TOPICS.get(channel as usize) {
             Some(&topic) if self.subscriptions.len() < MOST_SUBSCRIPTIONS => {
                 self.subscriptions.insert(id, topic);
                 Ok(())
             }
-            Some(_) => self.refuse("one more subscription").await,
-            None => self.refuse("a channel that was never advertised").await,
+            Some(_) => self.refuse("one more subscription"),
+            None => self.refuse("a channel that was never advertised"),
         }
     }
 
-    async fn refuse(&mut self, what: &str) -> Result<(), End> {
+    fn refuse(&mut self, what: &str) -> Result<(), End> {
         let text = format!(
             "{what} is not for this endpoint: it shows what the robot says, and takes nothing"
         );
-        self.guest.say(&Said::error(&text)).await
+        self.guest.say(&Said::error(&text))
     }
 
     /// Sends what was subscribed of a message.
-    async fn tell(&mut self, message: &FromBridge) -> Result<(), End> {
+    fn tell(&mut self, message: &FromBridge) -> Result<(), End> {
         let now = self.shared.clock.time_of_day(self.shared.clock.now());
-        for (topic, payload) in self.odom.said(message, now) {
+        for (topic, payload) in ros::said(&mut self.odom, message, now) {
             let wanted = self.subscriptions.iter().filter(|(_, of)| **of == topic);
             let wanted: Vec<u32> = wanted.map(|(id, _)| *id).collect();
             for id in wanted {
                 let bytes = message::data(id, now, &payload);
-                self.guest.send(bytes).await?;
+                self.guest.send(bytes)?;
             }
         }
         Ok(())

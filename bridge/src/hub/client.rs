@@ -61,7 +61,7 @@ impl Hub {
             client: id,
             may_drive: client.may_drive,
         }));
-        connected.tell(FromBridge::Devices(self.devices.clone()));
+        connected.tell(FromBridge::Devices(self.devices.all().to_vec()));
         connected.tell(FromBridge::Safety(self.state()));
         if let Some(errand) = self.errand_now() {
             connected.tell(errand);
@@ -89,7 +89,7 @@ impl Hub {
             };
             return self.tell(id, FromBridge::Probe(answer));
         }
-        if let Some(asked) = asked(header, message) {
+        if let Some(asked) = Asked::of(header, message) {
             let now = self.clock.now();
             self.given = None;
             self.rule(now, Input::Asks(Client { id, may_drive }, asked));
@@ -99,33 +99,4 @@ impl Hub {
             }
         }
     }
-}
-
-/// What the rules are asked; none where the message is not for them.
-fn asked(header: Header, message: &ToBridge) -> Option<Asked> {
-    Some(match *message {
-        ToBridge::Take { force } => Asked::Take { force },
-        ToBridge::Renew { epoch } => Asked::Renew { epoch },
-        ToBridge::Release { epoch } => Asked::Release { epoch },
-        ToBridge::Arm { epoch } => Asked::Arm { epoch },
-        ToBridge::Drive(body) => Asked::Drive {
-            sequence: header.sequence,
-            body,
-        },
-        ToBridge::Hold {
-            epoch,
-            seen,
-            ttl_millis,
-        } => Asked::Hold {
-            sequence: header.sequence,
-            epoch,
-            seen: Duration::from_micros(seen),
-            ttl: Duration::from_millis(ttl_millis.into()),
-        },
-        ToBridge::Stop => Asked::Stop,
-        ToBridge::EmergencyStop => Asked::EmergencyStop,
-        ToBridge::ResetEmergencyStop { epoch } => Asked::ResetEmergencyStop { epoch },
-        // `non_exhaustive`: hello, heartbeat and probe are for others.
-        _ => return None,
-    })
 }

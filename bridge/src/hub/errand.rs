@@ -7,12 +7,10 @@
 //! 2. The source says whether its robot is busy, and after which order it says so: what it says after the errand's counts.
 //! 3. A link that goes ends the errand, and so does another errand.
 
-use slamlab_core::robot::Command;
 use slamlab_core::wire::message::{ErrandBody, FromBridge};
 
 use super::Hub;
 use crate::safety::ClientId;
-use crate::source::Order;
 
 /// The errand under way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,17 +29,6 @@ impl Errand {
             busy,
         })
     }
-}
-
-/// Whether the order takes its time and then ends by itself.
-pub(super) fn is_errand(order: &Order) -> bool {
-    let Order::Command(command) = order else {
-        return false;
-    };
-    matches!(
-        command,
-        Command::Forward(_) | Command::Turn(_) | Command::Scan
-    )
 }
 
 impl Hub {

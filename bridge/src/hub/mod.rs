@@ -10,7 +10,6 @@
 mod client;
 mod errand;
 pub(crate) mod outbox;
-mod robot;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,22 +17,24 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use slamlab_core::wire::message::{
-    BridgeHeartbeat, Device, DeviceState, Event as News, FromBridge, Header, SafetyBody, Severity,
-    ToBridge,
+    BridgeHeartbeat, Event as News, FromBridge, Header, SafetyBody, Severity, ToBridge,
 };
 use tokio::sync::{mpsc, oneshot};
 use tokio::time::Instant;
 
 use crate::clock::Clock;
+use crate::ending::GOING_AWAY;
 use crate::metrics::Metrics;
 use crate::notify;
 use crate::record::Recorder;
+use slamlab_device::news::{Devices, explain};
+use slamlab_device::robot_side::RobotSide;
+
 use crate::safety::{ClientId, Input, Output, Safety, SafetyConfig};
 use crate::source::{Event, Order, Running};
 use client::Connected;
 pub(crate) use client::NewClient;
 use errand::Errand;
-use robot::RobotSide;
 
 /// Messages of clients that wait for the hub; who sends more waits.
 pub(crate) const MOST_WAITING: usize = 256;
@@ -94,7 +95,7 @@ pub(crate) async fn run(parts: HubParts, stop: impl Future<Output = ()>) {
 struct Hub {
     clock: Clock,
     sources: Vec<Running>,
-    devices: Vec<Device>,
+    devices: Devices,
     robot: RobotSide,
     safety: Safety,
     clients: BTreeMap<ClientId, Connected>,
@@ -116,16 +117,10 @@ impl Hub {
         recorder: Option<Recorder>,
         safety: SafetyConfig,
     ) -> Self {
-        let device = |(number, source): (usize, &Running)| Device {
-            source: number as u8,
-            name: source.profile.name.clone(),
-            model: String::new(),
-            state: DeviceState::Waiting,
-            detail: String::new(),
-        };
+        let profiles = || sources.iter().map(|source| &source.profile);
         Self {
-            devices: sources.iter().enumerate().map(device).collect(),
-            robot: RobotSide::new(&sources),
+            devices: Devices::new(profiles()),
+            robot: RobotSide::new(profiles()),
             safety: Safety::new(safety),
             clients: BTreeMap::new(),
             last_client: 0,
@@ -219,7 +214,7 @@ impl Hub {
         {
             self.order(Order::Command(command));
         }
-        if let Some(message) = self.message(source, event) {
+        if let Some(message) = self.devices.message(source, event) {
             self.tell_all(message);
         }
     }
@@ -228,7 +223,7 @@ impl Hub {
         // A robot that stands disarmed may be pushed about by hand.
         if self.safety.is_armed() {
             self.rule(now, Input::Fault(reason));
-            self.news(Severity::Error, robot::explain(reason));
+            self.news(Severity::Error, explain(reason));
         }
     }
 
@@ -263,7 +258,7 @@ impl Hub {
         }
         if let Some(source) = self.robot.source().and_then(|at| self.sources.get(at)) {
             let number = source.order(order);
-            self.given = errand::is_errand(&order).then_some(number);
+            self.given = order.is_errand().then_some(number);
         }
     }
 
@@ -306,8 +301,7 @@ impl Hub {
         let now = self.clock.now();
         self.rule(now, Input::Shutdown);
         for connected in self.clients.values() {
-            // RFC 6455: going away.
-            connected.outbox.close(1001);
+            connected.outbox.close(GOING_AWAY);
         }
         self.sources.clear();
         if let Some(recorder) = self.recorder.take() {

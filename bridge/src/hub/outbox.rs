@@ -15,6 +15,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use slamlab_core::wire::message::{FromBridge, OdometryBody};
 use tokio::sync::Notify;
 
+use crate::ending::TOO_SLOW;
+
 /// Queued messages that wait for one client.
 const MOST_QUEUED: usize = 64;
 
@@ -70,7 +72,7 @@ impl Outbox {
             Some(slot) => waiting.fill(slot, message),
             None if waiting.queue.len() < MOST_QUEUED => waiting.queue.push_back(message.clone()),
             // RFC 6455: try again later.
-            None => waiting.close = waiting.close.or(Some(1013)),
+            None => waiting.close = waiting.close.or(Some(TOO_SLOW)),
         }
         drop(waiting);
         self.filled.notify_one();
@@ -301,11 +303,11 @@ mod tests {
         for _ in 0..MOST_QUEUED {
             assert_eq!(outbox.next().await, Next::Message(event("too many")));
         }
-        assert_eq!(outbox.next().await, Next::Close(1013));
+        assert_eq!(outbox.next().await, Next::Close(TOO_SLOW));
         outbox.close(4009);
         assert_eq!(
             outbox.next().await,
-            Next::Close(1013),
+            Next::Close(TOO_SLOW),
             "the first reason holds"
         );
     }

@@ -18,7 +18,7 @@ use slamlab_core::wire::recording::{Recorded, Recording, RecordingError, Said};
 
 use super::ros::{self, Topic};
 use super::thread::{Entry, Layout, Writer};
-use super::{RecordError, create};
+use super::{RecordError, place};
 
 /// Between two maps, s of the recording.
 pub const MAP_EVERY: f64 = 5.0;
@@ -91,7 +91,7 @@ pub fn export(from: &Path, to: &Path, method: Method) -> Result<Exported, Export
         source,
     })?;
     drop(bytes);
-    let file = create(to)?;
+    let file = place::create_file(to.to_owned())?.0;
     let write = |source| ExportError::Write {
         path: to.to_owned(),
         source,

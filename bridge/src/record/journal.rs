@@ -7,6 +7,9 @@ use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::rc::Rc;
 
+/// Memory that is kept from one commit to the next, bytes: a hundred scans as all their messages.
+const MOST_KEPT: usize = 1 << 21;
+
 /// What a journal needs of a file; tests have one that fails.
 pub(super) trait Storage: Write {
     /// Forgets everything from `length` on, and writes there next.
@@ -60,9 +63,12 @@ impl<S: Storage> Journal<S> {
     /// # Errors    What the system said; the file then ends where it did before, and takes nothing more.
     pub(super) fn commit(&self) -> io::Result<()> {
         let state = &mut *self.0.borrow_mut();
-        let bytes = std::mem::take(&mut state.waiting);
-        let Err(error) = state.storage.write_all(&bytes) else {
-            state.length += bytes.len() as u64;
+        let result = state.storage.write_all(&state.waiting);
+        let length = state.waiting.len() as u64;
+        state.waiting.clear();
+        state.waiting.shrink_to(MOST_KEPT);
+        let Err(error) = result else {
+            state.length += length;
             return Ok(());
         };
         state.has_failed = true;

@@ -3,7 +3,7 @@
 //! In: messages and orders, as they happen. Out: a file that survives the end of the program at any moment.
 //!
 //! 1. The hub never waits for the disk: a thread writes, behind a bounded queue. What finds no room is counted as lost.
-//! 2. The thread takes all that waits, and gives it to the system in one write (`journal`). Then, and not before, these
+//! 2. The thread takes what waits, up to a bounded number of messages, and gives it to the system in one write (`journal`). Then, and not before, these
 //!    messages count as acknowledged. They survive the end of the program, by whatever signal; each second they are
 //!    forced to the disk, and survive the end of the power.
 //! 3. A write that fails (the disk is full) is undone: the file ends behind the last acknowledged message. Nothing more is
@@ -21,10 +21,10 @@
 mod cdr;
 mod export;
 mod journal;
+mod place;
 pub(crate) mod ros;
 mod thread;
 
-use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -76,11 +76,11 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a recording in a new file.
+    /// Begins a recording in a new file: `path`, or, where that is a folder, one named by the time of day in there.
     ///
     /// # Errors    [`RecordError`]: the file is there already, or cannot be written.
     pub fn start(path: &Path, clock: Clock) -> Result<Self, RecordError> {
-        let file = create(path)?;
+        let (file, path) = place::create(path, clock.time_of_day(clock.now()))?;
         let (entries, waiting) = sync_channel(MOST_WAITING);
         let progress = Arc::new(Progress::default());
         let shared = Arc::clone(&progress);
@@ -94,9 +94,10 @@ impl Recorder {
                 )
             })
             .map_err(|source| RecordError::Io {
-                path: path.to_owned(),
+                path: path.clone(),
                 source,
             })?;
+        tracing::info!(file = %path.display(), "recording");
         Ok(Self {
             file: path
                 .file_name()
@@ -176,17 +177,6 @@ impl Recorder {
 impl Drop for Recorder {
     fn drop(&mut self) {
         self.end();
-    }
-}
-
-fn create(path: &Path) -> Result<File, RecordError> {
-    let path = path.to_owned();
-    match OpenOptions::new().write(true).create_new(true).open(&path) {
-        Ok(file) => Ok(file),
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-            Err(RecordError::Exists { path })
-        }
-        Err(source) => Err(RecordError::Io { path, source }),
     }
 }
 

@@ -11,16 +11,17 @@
 //! Source: ROS 2 common_interfaces (sensor_msgs, nav_msgs, geometry_msgs) and geometry2 (tf2_msgs), as of ROS 2 Humble.
 
 mod messages;
+mod odom;
 
 use std::time::Duration;
 
 use slamlab_core::geom::{Pose2, PoseEstimate};
 use slamlab_core::map::Grid;
-use slamlab_core::robot::{Odometry, Stamp};
 use slamlab_core::wire::message::{FromBridge, Motion, ToBridge};
 
 use super::cdr::Cdr;
 pub(crate) use messages::{evenly, in_space, placed};
+pub(crate) use odom::{Moved, Odom};
 
 /// The topics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -95,56 +96,35 @@ impl Topic {
 /// Messages for topics.
 pub(crate) type Messages = Vec<(Topic, Vec<u8>)>;
 
-/// Adds up the odometry.
-#[derive(Debug)]
-pub(crate) struct Odom {
-    summed: Odometry,
+/// What a message holds for the topics.
+pub(crate) fn said(odom: &mut Odom, message: &FromBridge, now: Duration) -> Messages {
+    match message {
+        FromBridge::Odometry(body) => match body.odometry() {
+            Ok(step) => moved(&odom.moved(&step), now),
+            // The raw message stands in its own channel.
+            Err(_) => vec![],
+        },
+        FromBridge::Scan(body) => {
+            let [x, y, heading] = body.mount;
+            let frames = ["base_link", "laser"];
+            let mount = messages::transform(&Pose2::new(x, y, heading), frames, now);
+            vec![
+                (Topic::Transforms, mount),
+                (Topic::Scan, messages::scan(body, now)),
+                (Topic::Points, messages::points(body, now)),
+            ]
+        }
+        _ => vec![],
+    }
 }
 
-impl Default for Odom {
-    fn default() -> Self {
-        Self {
-            summed: Odometry::standing(Stamp(0)),
-        }
-    }
-}
-
-impl Odom {
-    pub(crate) fn said(&mut self, message: &FromBridge, now: Duration) -> Messages {
-        match message {
-            FromBridge::Odometry(body) => match body.odometry() {
-                Ok(odometry) => self.moved(&odometry, now),
-                // The raw message stands in its own channel.
-                Err(_) => vec![],
-            },
-            FromBridge::Scan(body) => {
-                let [x, y, heading] = body.mount;
-                let frames = ["base_link", "laser"];
-                let mount = messages::transform(&Pose2::new(x, y, heading), frames, now);
-                vec![
-                    (Topic::Transforms, mount),
-                    (Topic::Scan, messages::scan(body, now)),
-                    (Topic::Points, messages::points(body, now)),
-                ]
-            }
-            _ => vec![],
-        }
-    }
-
-    fn moved(&mut self, odometry: &Odometry, now: Duration) -> Messages {
-        self.summed = self.summed.then(odometry);
-        let frames = ["odom", "base_link"];
-        vec![
-            (
-                Topic::Odometry,
-                messages::odometry(&self.summed, odometry, now),
-            ),
-            (
-                Topic::Transforms,
-                messages::transform(&self.summed.motion, frames, now),
-            ),
-        ]
-    }
+fn moved(moved: &Moved, now: Duration) -> Messages {
+    let frames = ["odom", "base_link"];
+    let transform = messages::transform(&moved.summed.motion, frames, now);
+    vec![
+        (Topic::Odometry, messages::odometry(moved, now)),
+        (Topic::Transforms, transform),
+    ]
 }
 
 /// Pose in the map, and where the map has the frame of the odometry.

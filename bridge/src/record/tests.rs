@@ -158,6 +158,41 @@ fn a_recording_that_is_cut_off_anywhere_reads_up_to_there() {
     assert!(most >= 199, "{most}");
 }
 
+/// What the disk is given at once is bounded, however much waits: the thread could be kept collecting for ever.
+#[test]
+fn what_waits_is_written_in_parts() {
+    struct Counting(Rc<RefCell<Vec<usize>>>);
+    impl Write for Counting {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.borrow_mut().push(bytes.len());
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+    impl Storage for Counting {
+        fn cut(&mut self, _: u64) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn force(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+    let (entries, waiting) = sync_channel(MOST_WAITING);
+    (0..1000).for_each(|stamp| entries.send(entry(stamp)).unwrap());
+    drop(entries);
+    let (progress, writes) = (Progress::default(), Rc::default());
+    let disk = Counting(Rc::clone(&writes));
+    run(|| Writer::new(disk, &thread::LIVE), &waiting, &progress);
+    assert_eq!(progress.acknowledged(), 1000);
+    // Beginning and summary are one each.
+    let writes = writes.borrow().len();
+    assert_eq!(writes, 2 + 1000_usize.div_ceil(thread::MOST_AT_ONCE));
+}
+
 #[test]
 fn a_recording_is_never_written_over() {
     let folder = tempfile::TempDir::new().unwrap();

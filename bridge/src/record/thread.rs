@@ -17,6 +17,8 @@ use super::ros::{self, Messages, Topic};
 
 /// How often what was written is forced to the disk.
 const FORCE: Duration = Duration::from_secs(1);
+/// Entries that are written at once, and acknowledged or lost together.
+pub(super) const MOST_AT_ONCE: usize = 256;
 
 /// What waits to be written.
 #[derive(Debug)]
@@ -102,13 +104,20 @@ pub(super) fn run<S: Storage>(
         Err(error) => return progress.take(0, Err(error)),
     };
     let mut forced = Instant::now();
+    let mut batch = Vec::with_capacity(MOST_AT_ONCE);
     loop {
         let first = match waiting.recv_timeout(FORCE) {
             Ok(first) => Some(first),
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => break,
         };
-        let batch: Vec<Entry> = first.into_iter().chain(waiting.try_iter()).collect();
+        batch.clear();
+        batch.extend(
+            first
+                .into_iter()
+                .chain(waiting.try_iter())
+                .take(MOST_AT_ONCE),
+        );
         progress.take(batch.len() as u64, writer.write(&batch));
         if forced.elapsed() >= FORCE {
             forced = Instant::now();
@@ -196,7 +205,7 @@ impl<S: Storage> Writer<S> {
         let (bytes, ros) = match &entry.message {
             Message::Said(message) => (
                 encode(header, message, Format::Binary),
-                self.odom.said(message, entry.time_of_day),
+                ros::said(&mut self.odom, message, entry.time_of_day),
             ),
             Message::Ordered(message) => (
                 encode(header, message, Format::Binary),

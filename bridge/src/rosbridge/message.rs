@@ -5,10 +5,9 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use slamlab_core::geom::Pose2;
-use slamlab_core::robot::{Odometry, Stamp};
 use slamlab_core::wire::message::{FromBridge, ScanBody};
 
-use crate::record::ros::{evenly, in_space, placed};
+use crate::record::ros::{Moved, Odom, evenly, in_space, placed};
 
 /// What a client says. Fields that only tune how it is answered (queues, compression, types) are passed over.
 #[derive(Debug, PartialEq, Deserialize)]
@@ -82,16 +81,9 @@ pub(super) enum Said<'a> {
 }
 
 /// From the bridge's messages to those of topics.
+#[derive(Default)]
 pub(super) struct Topics {
-    summed: Odometry,
-}
-
-impl Default for Topics {
-    fn default() -> Self {
-        Self {
-            summed: Odometry::standing(Stamp(0)),
-        }
-    }
+    odom: Odom,
 }
 
 impl Topics {
@@ -104,7 +96,7 @@ impl Topics {
     ) -> Vec<(&'static str, Value)> {
         match message {
             FromBridge::Odometry(body) => match body.odometry() {
-                Ok(odometry) => self.moved(&odometry, now),
+                Ok(step) => moved(&self.odom.moved(&step), now),
                 Err(_) => vec![],
             },
             FromBridge::Scan(body) => {
@@ -115,26 +107,19 @@ impl Topics {
             _ => vec![],
         }
     }
+}
 
-    fn moved(&mut self, odometry: &Odometry, now: Duration) -> Vec<(&'static str, Value)> {
-        self.summed = self.summed.then(odometry);
-        let seconds = odometry.to.since(odometry.from);
-        let rate = if seconds > 0.0 { 1.0 / seconds } else { 0.0 };
-        let motion = &odometry.motion;
-        let twist = json!({
-            "linear": vector([motion.x() * rate, motion.y() * rate, 0.0]),
-            "angular": vector([0.0, 0.0, motion.heading() * rate]),
-        });
-        let odom = json!({
-            "header": header("odom", now),
-            "child_frame_id": "base_link",
-            "pose": { "pose": pose(&self.summed.motion), "covariance": &in_space(&self.summed.cov)[..] },
-            "twist": { "twist": twist, "covariance": &in_space(&(odometry.cov * (rate * rate)))[..] },
-        });
-        let frames = ["odom", "base_link"];
-        let tf = transform(&self.summed.motion, frames, now);
-        vec![("/odom", odom), ("/tf", tf)]
-    }
+fn moved(moved: &Moved, now: Duration) -> Vec<(&'static str, Value)> {
+    let (summed, [x, y, turn]) = (&moved.summed, moved.speeds);
+    let twist = json!({ "linear": vector([x, y, 0.0]), "angular": vector([0.0, 0.0, turn]) });
+    let odom = json!({
+        "header": header("odom", now),
+        "child_frame_id": "base_link",
+        "pose": { "pose": pose(&summed.motion), "covariance": &in_space(&summed.cov)[..] },
+        "twist": { "twist": twist, "covariance": &in_space(&moved.speeds_cov)[..] },
+    });
+    let tf = transform(&summed.motion, ["odom", "base_link"], now);
+    vec![("/odom", odom), ("/tf", tf)]
 }
 
 fn header(frame: &str, now: Duration) -> Value {

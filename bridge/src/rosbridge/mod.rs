@@ -6,7 +6,7 @@
 //! 1. It stands on the bridge's own port, at [`PATH`], behind the same gates; it is off unless the bridge is told otherwise.
 //! 2. rosbridge has no place for a token. Services stand in: `/slamlab/challenge` gives a challenge, `/slamlab/enter` takes the
 //!    proof made of it ([`slamlab_core::wire::message::proof`]), `/slamlab/take` the lease, `/slamlab/arm` arms. Anyone may call
-//!    `/slamlab/stop`. Then `/cmd_vel` drives, at 10 Hz or faster: the rules are those of every client ([`crate::safety`]).
+//!    `/slamlab/stop`, but where watching needs the token: there the proof must come in time. Then `/cmd_vel` drives, at 10 Hz or faster: the rules are those of every client ([`crate::safety`]).
 //! 3. A driving message must show how old it is at most, and rosbridge's do not say. So a driver is pinged ten times a second
 //!    with the bridge's time; WebSocket answers in order, so what follows on an answer was sent after its ping was seen.
 //!
@@ -25,7 +25,8 @@ use slamlab_core::wire::message::{
 };
 use tokio::sync::oneshot;
 
-use crate::guest::{End, Guest, Heard, MALFORMED, PING};
+use crate::ending::{End, GOING_AWAY, MALFORMED};
+use crate::guest::{Guest, Heard, PING};
 use crate::http::Shared;
 use crate::hub::outbox::{Next, Outbox};
 use crate::hub::{FromClient, NewClient};
@@ -45,8 +46,9 @@ const MOST_SUBSCRIPTIONS: usize = 64;
 
 /// Serves a client to its end.
 pub(crate) async fn run(socket: WebSocket, shared: &Shared) {
+    let (guest, writer) = Guest::new(socket, shared);
     let mut peer = Peer {
-        guest: Guest::new(socket, shared),
+        guest,
         shared,
         client: None,
         outbox: Arc::new(Outbox::default()),
@@ -56,9 +58,7 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared) {
         seen: 0,
         sequence: 0,
     };
-    if let Err(Some(code)) = peer.live().await {
-        peer.guest.close(code).await;
-    }
+    writer.beside(peer.live()).await;
     peer.leave().await;
 }
 
@@ -88,22 +88,29 @@ impl Peer<'_> {
         if self.shared.about.watching == Watching::Anyone {
             self.join(false).await?;
         }
+        let too_late = tokio::time::sleep(self.shared.limits.hello);
+        tokio::pin!(too_late);
         let mut ping = tokio::time::interval(DRIVER_PING);
         let mut pinged = Duration::ZERO;
         loop {
-            let outbox = Arc::clone(&self.outbox);
+            let (idle, outbox) = (self.guest.idle(), Arc::clone(&self.outbox));
+            let next = async {
+                idle.await;
+                outbox.next().await
+            };
             tokio::select! {
                 heard = self.guest.next() => self.hear(heard?).await?,
-                next = outbox.next() => match next {
+                next = next => match next {
                     Next::Close(code) => return Err(Some(code)),
-                    Next::Message(message) => self.tell(&message).await?,
+                    Next::Message(message) => self.tell(&message)?,
                 },
+                () = &mut too_late, if self.client.is_none() => return Err(Some(close::ACCESS)),
                 _ = ping.tick() => {
                     let now = self.shared.clock.now();
                     let may_drive = self.client.is_some_and(|(_, may_drive)| may_drive);
                     if may_drive || now >= pinged + PING {
                         pinged = now;
-                        self.guest.ping(&(now.as_micros() as u64).to_le_bytes()).await?;
+                        self.guest.ping(&(now.as_micros() as u64).to_le_bytes())?;
                     }
                 }
             }
@@ -121,8 +128,12 @@ impl Peer<'_> {
             outbox: Arc::clone(&self.outbox),
         };
         let came = FromClient::Came(client, answer);
-        self.shared.hub.send(came).await.map_err(|_| Some(1001))?;
-        self.client = Some((id.await.map_err(|_| Some(1001))?, may_drive));
+        self.shared
+            .hub
+            .send(came)
+            .await
+            .map_err(|_| Some(GOING_AWAY))?;
+        self.client = Some((id.await.map_err(|_| Some(GOING_AWAY))?, may_drive));
         Ok(())
     }
 
@@ -142,11 +153,13 @@ impl Peer<'_> {
             Heard::Pong(bytes) => {
                 let sent = bytes.try_into().map(u64::from_le_bytes).unwrap_or(0);
                 let now = self.shared.clock.now().as_micros() as u64;
-                // Nobody has seen what is still to come.
-                self.seen = self.seen.max(sent.min(now));
+                // Nobody has seen what is still to come: that answers no ping of ours.
+                if sent <= now {
+                    self.seen = self.seen.max(sent);
+                }
                 Ok(())
             }
-            Heard::Binary => self.refuse("binary messages are not taken").await,
+            Heard::Binary => self.refuse("binary messages are not taken"),
         }
     }
 
@@ -155,7 +168,7 @@ impl Peer<'_> {
             Asked::Subscribe {
                 topic,
                 throttle_rate,
-            } => self.subscribe(topic, throttle_rate).await,
+            } => self.subscribe(topic, throttle_rate),
             Asked::Unsubscribe { topic } => {
                 self.subscriptions.remove(&topic);
                 Ok(())
@@ -167,21 +180,21 @@ impl Peer<'_> {
             Asked::Advertise { topic } if topic == VELOCITY => Ok(()),
             Asked::Publish { topic, .. } | Asked::Advertise { topic } => {
                 let why = format!("{topic} is not taken here; {VELOCITY} is");
-                self.refuse(&why).await
+                self.refuse(&why)
             }
             Asked::CallService { id, service, args } => self.serve(id, service, &args).await,
             Asked::Unadvertise => Ok(()),
-            Asked::Other => self.refuse("this operation is not known here").await,
+            Asked::Other => self.refuse("this operation is not known here"),
         }
     }
 
-    async fn subscribe(&mut self, topic: String, throttle_millis: u64) -> Result<(), End> {
+    fn subscribe(&mut self, topic: String, throttle_millis: u64) -> Result<(), End> {
         if !Topics::NAMES.contains(&topic.as_str()) {
             let why = format!(
                 "there is no {topic}; there are {}",
                 Topics::NAMES.join(", ")
             );
-            return self.refuse(&why).await;
+            return self.refuse(&why);
         }
         if self.subscriptions.len() < MOST_SUBSCRIPTIONS {
             let throttle = Duration::from_millis(throttle_millis);
@@ -220,16 +233,20 @@ impl Peer<'_> {
         };
         let now = self.shared.clock.now();
         let says = FromClient::Says(id, header, message, now);
-        self.shared.hub.send(says).await.map_err(|_| Some(1001))
+        self.shared
+            .hub
+            .send(says)
+            .await
+            .map_err(|_| Some(GOING_AWAY))
     }
 
     /// Sends what was subscribed of a message, and answers what waits for it.
-    async fn tell(&mut self, message: &FromBridge) -> Result<(), End> {
+    fn tell(&mut self, message: &FromBridge) -> Result<(), End> {
         if let Some(said) = self.services.heard(message, self.client.map(|(id, _)| id)) {
-            self.guest.say(&said).await?;
+            self.guest.say(&said)?;
         } else if let FromBridge::Refused(reason) = message {
             let why = format!("{VELOCITY} was left out: {reason:?}");
-            self.refuse(&why).await?;
+            self.refuse(&why)?;
         }
         let now = self.shared.clock.now();
         for (topic, msg) in self
@@ -244,18 +261,16 @@ impl Peer<'_> {
                 .is_none_or(|at| now >= at + subscription.throttle)
             {
                 subscription.told = Some(now);
-                self.guest.say(&Said::Publish { topic, msg }).await?;
+                self.guest.say(&Said::Publish { topic, msg })?;
             }
         }
         Ok(())
     }
 
-    async fn refuse(&mut self, why: &str) -> Result<(), End> {
-        self.guest
-            .say(&Said::Status {
-                level: "error",
-                msg: why,
-            })
-            .await
+    fn refuse(&mut self, why: &str) -> Result<(), End> {
+        self.guest.say(&Said::Status {
+            level: "error",
+            msg: why,
+        })
     }
 }

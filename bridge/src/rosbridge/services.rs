@@ -7,7 +7,7 @@ use slamlab_core::wire::message::{
 
 use super::Peer;
 use super::message::Said;
-use crate::guest::{End, MALFORMED};
+use crate::ending::{End, INTERNAL, MALFORMED};
 use crate::safety::ClientId;
 
 /// How far a client has come.
@@ -91,10 +91,10 @@ impl Peer<'_> {
         match call.service.as_str() {
             "/slamlab/challenge" => {
                 let mut challenge = [0; CHALLENGE_BYTES];
-                getrandom::fill(&mut challenge).map_err(|_| Some(1011))?;
+                getrandom::fill(&mut challenge).map_err(|_| Some(INTERNAL))?;
                 self.services.challenge = Some(challenge);
                 let answer = call.answer(true, json!({ "challenge": hex(&challenge) }));
-                self.guest.say(&answer).await
+                self.guest.say(&answer)
             }
             "/slamlab/enter" => self.enter(call, args).await,
             "/slamlab/take" => {
@@ -107,11 +107,11 @@ impl Peer<'_> {
             }
             "/slamlab/stop" => {
                 self.ask(ToBridge::Stop).await?;
-                self.guest.say(&call.answer(true, json!({}))).await
+                self.guest.say(&call.answer(true, json!({})))
             }
             _ => {
                 let text = json!("there are /slamlab/challenge, enter, take, arm and stop");
-                self.guest.say(&call.answer(false, text)).await
+                self.guest.say(&call.answer(false, text))
             }
         }
     }
@@ -128,7 +128,7 @@ impl Peer<'_> {
             return Err(Some(close::ACCESS));
         }
         self.join(true).await?;
-        self.guest.say(&call.answer(true, json!({}))).await
+        self.guest.say(&call.answer(true, json!({})))
     }
 
     /// Asks, and answers when the hub does. One call at a time: a second would not know its answer.

@@ -10,19 +10,11 @@
 //!
 //! Why not an asynchronous port: `tokio-serial` 5.5 gives `Ok(0)` for ever after a hang-up.
 
-mod device;
-mod ld06;
 mod line;
 mod open;
-mod report;
-pub(crate) mod rp6;
-pub(crate) mod rplidar;
 mod source;
 
-pub use device::{Device, Want};
-pub use ld06::Ld06;
 pub use line::{Line, LineError, Received};
 pub use open::{OpenError, PortSettings};
-pub use rp6::Rp6;
-pub use rplidar::Rplidar;
+pub use slamlab_device::{Device, Ld06, Rp6, Rplidar, Want};
 pub use source::{Retry, SerialSource};

@@ -5,10 +5,13 @@ use std::time::{Duration, Instant};
 
 use slamlab_core::robot::Stamp;
 
-use super::device::{Device, Want};
 use super::line::{Line, LineError, Received};
 use super::open::PortSettings;
+use super::{Device, Want};
 use crate::source::{Port, Profile, Source, Waited};
+
+#[cfg(test)]
+mod tests;
 
 /// How long the line is waited for at a time: orders wait no longer either.
 const TURN: Duration = Duration::from_millis(5);
@@ -130,9 +133,14 @@ impl<D: Device> Life<D> {
                 Received::Nothing => (),
                 Received::Broken(error) => return Left::Broken(error),
             }
+            // What it says of the time before an order must be told before the order is taken: it is told after which order it was said.
+            self.device.tick(self.now());
+            if let Err(left) = self.fulfil(&mut line) {
+                return left;
+            }
             match self.port.wait(Duration::ZERO) {
                 Waited::Order(order) => self.device.order(order, self.now()),
-                Waited::Nothing => (),
+                Waited::Nothing => continue,
                 Waited::Closed => {
                     self.device.close(self.now());
                     // A line that breaks now has nobody left to tell.
@@ -141,7 +149,6 @@ impl<D: Device> Life<D> {
                     return Left::Closed;
                 }
             }
-            self.device.tick(self.now());
             if let Err(left) = self.fulfil(&mut line) {
                 return left;
             }

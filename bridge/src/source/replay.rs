@@ -2,16 +2,24 @@
 //!
 //! In: an MCAP file made by [`crate::record`], whole, cut off or damaged. Out: the same events, once, then silence.
 //!
-//! Orders are not played back, and none are taken: a recording cannot be driven.
+//! Orders are not played back, and none are taken: a recording has a robot, which cannot be driven. Pauses are those of the recording, but
+//! none is longer than [`LONGEST_PAUSE`].
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use slamlab_core::robot::Stamp;
-use slamlab_core::wire::message::{DeviceState, FromBridge};
-use slamlab_core::wire::recording::{Recording, RecordingError, Said};
+use slamlab_core::wire::message::{DeviceState, FromBridge, RobotFigures};
+use slamlab_core::wire::recording::{Recording, RecordingError, RecordingReader, Said};
 
 use super::{Event, Link, Port, Profile, Source, Waited};
+
+/// A longer pause than this is played as this.
+pub const LONGEST_PAUSE: Duration = Duration::from_secs(60);
+/// Of the file, read at a time, bytes.
+const PIECE: usize = 1 << 18;
 
 /// Why a file cannot be played back.
 #[derive(Debug, thiserror::Error)]
@@ -38,9 +46,9 @@ pub enum ReplayError {
 /// A recording that does not play yet.
 #[derive(Debug)]
 pub struct ReplaySource {
-    name: String,
-    /// When since the start of the recording, and what.
-    events: Vec<(Duration, Event)>,
+    path: PathBuf,
+    /// In memory once: messages are decoded one by one, as they are played.
+    recording: Recording,
 }
 
 impl ReplaySource {
@@ -48,51 +56,65 @@ impl ReplaySource {
     ///
     /// # Errors    [`ReplayError`]: the file cannot be read, or holds nothing that could be played.
     pub fn open(path: &Path) -> Result<Self, ReplayError> {
-        let bytes = std::fs::read(path).map_err(|source| ReplayError::Io {
+        let io = |source| ReplayError::Io {
             path: path.to_owned(),
             source,
-        })?;
-        let recording = Recording::parse(&bytes).map_err(|source| ReplayError::Format {
+        };
+        let format = |source| ReplayError::Format {
             path: path.to_owned(),
             source,
-        })?;
+        };
+        let mut file = File::open(path).map_err(io)?;
+        let mut reader = RecordingReader::default();
+        let mut piece = vec![0; PIECE];
+        loop {
+            let count = file.read(&mut piece).map_err(io)?;
+            let Some(bytes) = piece.get(..count).filter(|bytes| !bytes.is_empty()) else {
+                break;
+            };
+            reader.push(bytes).map_err(format)?;
+        }
+        let recording = reader.finish().map_err(format)?;
         for damage in recording.damage() {
             tracing::warn!("{}: {damage}", path.display());
         }
-        let events = read(&recording, path);
         Ok(Self {
-            name: format!("replay:{}", path.display()),
-            events,
+            path: path.to_owned(),
+            recording,
         })
     }
 
-    /// What it holds, and when since its start.
-    #[must_use]
-    pub fn events(&self) -> &[(Duration, Event)] {
-        &self.events
+    /// What it holds, and how long after what came before: at most [`LONGEST_PAUSE`]. Orders are messages of the other direction, and are
+    /// passed over here.
+    pub fn events(&self) -> impl Iterator<Item = (Duration, Event)> {
+        let mut pause = Duration::ZERO;
+        let mut before = None;
+        self.recording.messages().filter_map(move |message| {
+            let recorded = message
+                .inspect_err(|damage| tracing::warn!("{}: {damage}", self.path.display()))
+                .ok()?;
+            let Said::ByBridge(said) = recorded.said else {
+                return None;
+            };
+            pause += self.pause(before.replace(recorded.nanos), recorded.nanos);
+            let event = event(said)?;
+            Some((std::mem::take(&mut pause), event))
+        })
     }
-}
 
-/// Orders are messages of the other direction, and are passed over here.
-fn read(recording: &Recording, path: &Path) -> Vec<(Duration, Event)> {
-    let mut events = Vec::new();
-    let mut start = None;
-    for message in recording.messages() {
-        let recorded = match message {
-            Ok(recorded) => recorded,
-            Err(damage) => {
-                tracing::warn!("{}: {damage}", path.display());
-                continue;
-            }
-        };
-        let Said::ByBridge(said) = recorded.said else {
-            continue;
-        };
-        let at = Duration::from_nanos(recorded.nanos);
-        let start = *start.get_or_insert(at);
-        events.extend(event(said).map(|event| (at.saturating_sub(start), event)));
+    /// From one message to the next. A time that is damaged, or a clock that was set meanwhile, must not make it wait for ever.
+    fn pause(&self, before: Option<u64>, now: u64) -> Duration {
+        let pause = Duration::from_nanos(now.saturating_sub(before.unwrap_or(now)));
+        if pause > LONGEST_PAUSE {
+            tracing::warn!(
+                "{}: a pause of {} s is played as {} s",
+                self.path.display(),
+                pause.as_secs(),
+                LONGEST_PAUSE.as_secs()
+            );
+        }
+        pause.min(LONGEST_PAUSE)
     }
-    events
 }
 
 /// The event that the message was made of; none for news of the bridge itself.
@@ -132,10 +154,12 @@ fn event(said: FromBridge) -> Option<Event> {
 
 impl Source for ReplaySource {
     fn profile(&self) -> Profile {
+        let robot = self.recording.robot();
         Profile {
-            name: self.name.clone(),
-            robot: None,
-            scans_on_command: false,
+            name: format!("replay:{}", self.path.display()),
+            robot: robot.as_ref().and_then(RobotFigures::model),
+            takes_orders: false,
+            scans_on_command: robot.is_some_and(|robot| robot.scans_on_command),
         }
     }
 
@@ -146,10 +170,11 @@ impl Source for ReplaySource {
             detail: detail.into(),
         };
         port.send(device(DeviceState::Sending, ""));
-        let start = Instant::now();
-        for (at, event) in self.events {
+        let mut due = Instant::now();
+        for (pause, event) in self.events() {
+            due += pause;
             loop {
-                let left = (start + at).saturating_duration_since(Instant::now());
+                let left = due.saturating_duration_since(Instant::now());
                 match port.wait(left) {
                     Waited::Order(_) => (),
                     Waited::Nothing => break,
@@ -162,3 +187,6 @@ impl Source for ReplaySource {
         while port.wait(Duration::from_secs(3600)) != Waited::Closed {}
     }
 }
+
+#[cfg(test)]
+mod tests;

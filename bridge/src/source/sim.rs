@@ -102,6 +102,7 @@ impl Source for SimSource {
         Profile {
             name: self.name.clone(),
             robot: Some(*self.simulation.robot()),
+            takes_orders: true,
             scans_on_command: self.simulation.sensor().scans_on_command(),
         }
     }

@@ -1,7 +1,8 @@
 //! Replays a recorded log (CARMEN, or MCAP of the bridge) and prints how well and how fast it was mapped.
 //!
 //! `cargo run --release -p slamlab-core --example evaluate -- --log FILE [--relations FILE] [--method NAME]
-//! [--tum OUT] [--map OUT.pgm] [--json]`
+//! [--tum OUT] [--map OUT.pgm|OUT.png] [--map-mode MODE] [--og-map OUT] [--carmen OUT] [--preset FILE]
+//! [--fit OUT.json] [--json]`
 //!
 //! The core has no files and no clock; this program does the reading, the writing and the timing.
 #![allow(
@@ -19,11 +20,14 @@ use std::time::Instant;
 use anyhow::{Context, bail};
 use clap::Parser;
 use serde_json::{Value, json};
-use slamlab_core::estimation::{RelationErrors, relation_errors};
+use slamlab_core::estimation::{DriveFit, RelationErrors, relation_errors};
+use slamlab_core::format::preset;
 use slamlab_core::format::relations::{self, Relation};
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::{Log, LogReader, Replay};
-use slamlab_core::slam::{Method, SlamConfig};
+use slamlab_core::settings::Settings;
+use slamlab_core::sim::SensorModel;
+use slamlab_core::slam::Method;
 
 /// Relations over at least this time show whether loops close, s.
 const LONG: f64 = 20.0;
@@ -43,9 +47,24 @@ struct Arguments {
     /// Write the trajectory of the robot's base here, in TUM format.
     #[arg(long)]
     tum: Option<PathBuf>,
-    /// Write the map here as PGM, and a YAML beside it.
+    /// Write the map here as PGM, or PNG where it ends in .png, and a YAML beside it, as ROS map_server does.
     #[arg(long)]
     map: Option<PathBuf>,
+    /// Estimate with the settings of a preset file, as `--fit` writes one.
+    #[arg(long)]
+    preset: Option<PathBuf>,
+    /// Fit odometry and ranges to the drive, print them, and write what is known as a preset here.
+    #[arg(long)]
+    fit: Option<PathBuf>,
+    /// What the greys of --map mean: trinary, scale (PNG only) or raw.
+    #[arg(long, default_value = "trinary")]
+    map_mode: String,
+    /// Write the map here as text, the layout of OGmap.txt.
+    #[arg(long)]
+    og_map: Option<PathBuf>,
+    /// Write all scans with their odometry here, as a CARMEN log.
+    #[arg(long)]
+    carmen: Option<PathBuf>,
     /// Print one JSON object on one line.
     #[arg(long)]
     json: bool,
@@ -72,11 +91,10 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     let start = Instant::now();
     let log = read_log(&arguments.log)?;
     let (scans, log_seconds) = (log.scans(), log.duration());
-    let config = match log.scans_on_command() {
-        true => SlamConfig::short_range(),
-        false => SlamConfig::default(),
-    };
-    let mut replay = Replay::new(log, method, config)?;
+    let settings = settings_for(&log, arguments.preset.as_deref())?;
+    let told = settings.odometry.told(&log.robot());
+    let mut replay = Replay::new(log, method, settings.slam)?;
+    replay.tell_odometry(told);
     let mut scan_ms = Vec::with_capacity(scans);
     loop {
         let began = Instant::now();
@@ -94,7 +112,8 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     let relations = truth
         .map(|truth| measure(&truth, &trajectory))
         .transpose()?;
-    output::save(arguments, &replay, &trajectory)?;
+    let fit = arguments.fit.as_ref().map(|_| replay.fit());
+    output::save(arguments, &replay, &trajectory, fit.as_ref())?;
     let figures = json!({
         "log": arguments.log.display().to_string(),
         "method": method.name(),
@@ -106,6 +125,7 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
         "peak_memory_mb": peak_memory_mb(),
         "loop_closures": replay.slam().loop_closures(),
         "relations": relations,
+        "fit": fit.as_ref().map(fitted),
         "state_hash": format!("{:016x}", replay.state_hash()),
     });
     let mut out = std::io::stdout().lock();
@@ -115,6 +135,35 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
         writeln!(out, "{figures:#}")
     }
     .context("cannot write to standard output")
+}
+
+/// Settings for the sensor that the log is of, changed by a preset.
+fn settings_for(log: &Log, preset: Option<&Path>) -> anyhow::Result<Settings> {
+    let sensor = match log.scans_on_command() {
+        true => SensorModel::rangers(),
+        false => SensorModel::lidar(),
+    };
+    let mut settings = Settings::of(sensor, &log.robot());
+    if let Some(path) = preset {
+        let name = || format!("preset {}", path.display());
+        let preset = preset::read(&std::fs::read(path).with_context(name)?).with_context(name)?;
+        let changes = preset
+            .settings
+            .iter()
+            .map(|(key, value)| (key.as_str(), *value));
+        settings.set_all(changes).with_context(name)?;
+    }
+    Ok(settings)
+}
+
+fn fitted(fit: &DriveFit) -> Value {
+    let odometry = fit.odometry.as_ref().ok();
+    json!({
+        "parameters": output::fitted_lines(fit),
+        "reasons": fit.reasons(),
+        "legs": odometry.map(|o| o.legs),
+        "left_out": odometry.map(|o| o.left_out),
+    })
 }
 
 /// Reads in chunks, so that the text is never in memory as a whole.

@@ -72,7 +72,7 @@ struct Args {
     /// For `planners`: number of random queries in each world. Default 1000.
     #[arg(long)]
     queries: Option<usize>,
-    /// For `planners` and `explore`: only in this world; can be given several times. Default all.
+    /// For `planners`, `explore` and `ekf-consistency`: only in this world; can be given several times. Default all.
     #[arg(long = "world")]
     worlds: Vec<String>,
     /// For `safe-drive`: number of trials. Default 10 000.

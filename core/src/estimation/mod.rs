@@ -3,10 +3,12 @@
 mod block_cholesky;
 mod consistency;
 mod covariance;
+mod drive_fit;
 mod ekf_slam;
 mod line_localisation;
 mod line_model;
 mod measures;
+mod odometry_fit;
 mod pose_graph;
 mod relations;
 mod scan_matching;
@@ -16,6 +18,7 @@ mod triangle;
 
 pub use consistency::{ConsistencyWindow, Diagnosis, Figure};
 pub use covariance::{Column, Covariance};
+pub use drive_fit::DriveFit;
 pub use ekf_slam::{
     Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Fix, Gate,
     Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejected, Rejection,
@@ -23,6 +26,9 @@ pub use ekf_slam::{
 };
 pub use line_localisation::{KnownLine, KnownMatch, LineLocaliser};
 pub use measures::{align, ate_rmse};
+pub use odometry_fit::{
+    Drive, DriveExtent, FittedParameter, OdometryFit, OdometryFitError, Verdict as FitVerdict,
+};
 pub use pose_graph::{Edge, GraphError, GraphReport, Kernel, PoseGraph, information_at_end};
 pub use relations::{RelationErrors, relation_errors};
 pub use scan_matching::{MatchReport, ScanMatcher, ScanMatcherConfig, ScanMatcherError};

@@ -12,10 +12,8 @@ use std::fmt::Write as _;
 
 use nalgebra::Point2;
 
+use super::MOST_CELLS;
 use crate::map::{CellIndex, Grid};
-
-/// More cells than this are no map: a square kilometre in cells of 10 cm.
-const MOST_CELLS: usize = 100_000_000;
 
 /// A map as it stands in the file.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +37,14 @@ pub enum OgMapError {
     /// Nothing was ever seen.
     #[error("the map is empty; expected at least one known cell")]
     Empty,
+    /// What is known lies too far apart.
+    #[error("the map is {width} times {height} cells; expected at most {MOST_CELLS} together")]
+    TooLarge {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
     /// The first line is not five numbers.
     #[error("line 1: found {found} fields, expected 5: width height resolution origin_x origin_y")]
     Header {
@@ -87,35 +93,23 @@ pub enum OgMapError {
 
 /// The rectangle of all that is known of a grid.
 ///
-/// # Errors    [`OgMapError::Empty`].
+/// # Errors    [`OgMapError::Empty`], [`OgMapError::TooLarge`].
 pub fn of_grid(grid: &Grid) -> Result<OgMap, OgMapError> {
-    let bounds = grid.bounds().ok_or(OgMapError::Empty)?;
-    let cells = || {
-        let rows = bounds.min.row..bounds.max.row;
-        rows.flat_map(|row| (bounds.min.col..bounds.max.col).map(move |col| CellIndex { col, row }))
-    };
-    let mut known: Option<(CellIndex, CellIndex)> = None;
-    for cell in cells().filter(|&cell| grid.log_odds(cell) != 0.0) {
-        let (low, high) = known.unwrap_or((cell, cell));
-        let low = CellIndex {
-            col: low.col.min(cell.col),
-            row: low.row.min(cell.row),
-        };
-        let high = CellIndex {
-            col: high.col.max(cell.col),
-            row: high.row.max(cell.row),
-        };
-        known = Some((low, high));
+    let known = grid.rect_where(|odds| odds != 0.0);
+    let rect = known.ok_or(OgMapError::Empty)?;
+    let (width, height) = (rect.width(), rect.height());
+    if width * height > MOST_CELLS {
+        return Err(OgMapError::TooLarge { width, height });
     }
-    let (low, high) = known.ok_or(OgMapError::Empty)?;
     let resolution = grid.resolution();
-    let rows = low.row..=high.row;
-    let cells = rows.flat_map(|row| (low.col..=high.col).map(move |col| CellIndex { col, row }));
+    let rows = rect.min.row..rect.max.row;
+    let cells =
+        rows.flat_map(|row| (rect.min.col..rect.max.col).map(move |col| CellIndex { col, row }));
     Ok(OgMap {
-        width: (high.col - low.col + 1) as usize,
-        height: (high.row - low.row + 1) as usize,
+        width,
+        height,
         resolution,
-        origin: Point2::new(f64::from(low.col), f64::from(low.row)) * resolution,
+        origin: Point2::new(f64::from(rect.min.col), f64::from(rect.min.row)) * resolution,
         probabilities: cells.map(|cell| grid.probability(cell)).collect(),
     })
 }

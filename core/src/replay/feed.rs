@@ -16,6 +16,8 @@ pub(super) struct Step {
     /// In order; each follows on the one before.
     pub(super) odometry: Vec<Odometry>,
     pub(super) scan: Scan,
+    /// Time was missed on the way to it.
+    pub(super) is_after_gap: bool,
     /// Time of the scan as the log counts it, s.
     pub(super) seconds: f64,
     /// Odometry alone.
@@ -105,6 +107,7 @@ fn carmen_step(log: &CarmenLog, index: usize, robot: &RobotModel) -> Option<Step
     });
     Some(Step {
         odometry: vec![odometry],
+        is_after_gap: false,
         seconds: scan.ipc_seconds,
         odom_from_robot: scan.odom_from_robot,
         scan: log.scan(scan),
@@ -129,16 +132,21 @@ fn recorded_odometry(robot: &RobotModel, from: Stamp, to: Stamp, motion: Pose2) 
 impl Messages {
     fn step(&mut self, recording: &Recording) -> Option<Step> {
         let mut odometry = vec![];
+        let mut is_after_gap = false;
         loop {
             match self.readings.pop_front() {
                 Some(Reading::Odometry(motion)) => {
                     self.odom_from_robot = self.odom_from_robot * motion.motion;
                     odometry.push(motion);
                 }
-                Some(Reading::Gap { seconds }) => self.notes.push(explain_gap(seconds)),
+                Some(Reading::Gap { seconds }) => {
+                    is_after_gap = true;
+                    self.notes.push(explain_gap(seconds));
+                }
                 Some(Reading::Scan(scan)) => {
                     return Some(Step {
                         odometry,
+                        is_after_gap,
                         seconds: scan.stamp.seconds(),
                         odom_from_robot: self.odom_from_robot,
                         scan,

@@ -13,6 +13,7 @@ mod motor;
 mod odometry;
 mod scan;
 mod stamp;
+mod wear;
 
 pub use adc::Adc;
 pub use bumpers::Bumpers;
@@ -26,3 +27,4 @@ pub use motor::{DriveTrain, MotorError, MotorModel};
 pub use odometry::{Odometry, OdometryError, TrackNoise, TrackOdometry, Tracks};
 pub use scan::{Scan, ScanError};
 pub use stamp::Stamp;
+pub use wear::{ToldOdometry, TrackWear};

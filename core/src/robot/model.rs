@@ -13,6 +13,8 @@ pub struct RobotModel {
     pub width: f64,
     /// Effective distance of the tracks when turning, m: slip makes it larger than the one a ruler finds.
     pub track_width: f64,
+    /// The distance of the tracks that a ruler finds, m.
+    pub ruled_width: f64,
     /// Distance of one encoder count, m.
     pub metres_per_tick: f64,
     /// Highest forward speed, m/s.
@@ -66,6 +68,7 @@ impl RobotModel {
             length: 0.189,
             width: 0.113,
             track_width: 0.197,
+            ruled_width: 0.103,
             metres_per_tick: 0.000_24,
             max_speed: 0.30,
             max_turn_rate: 2.0,
@@ -93,6 +96,7 @@ impl RobotModel {
             length: 0.44,
             width: 0.38,
             track_width: 0.33,
+            ruled_width: 0.33,
             metres_per_tick: 0.000_1,
             max_speed: 0.7,
             max_turn_rate: 1.5,

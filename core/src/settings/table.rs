@@ -2,6 +2,8 @@
 
 mod driving;
 mod estimation;
+mod near;
+mod odometry;
 mod perception;
 mod sensor;
 
@@ -11,7 +13,9 @@ use super::Setting;
 pub fn table() -> impl Iterator<Item = &'static Setting> + Clone {
     let parts = [
         sensor::SENSOR,
+        odometry::ODOMETRY,
         perception::PERCEPTION,
+        near::NEAR,
         estimation::ESTIMATION,
         driving::DRIVING,
     ];

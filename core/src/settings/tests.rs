@@ -120,3 +120,39 @@ fn defaults_are_those_of_a_plain_experiment() {
         assert_eq!((plain.odometry, plain.sensor), (set.odometry, set.sensor));
     }
 }
+
+#[test]
+fn what_was_fitted_is_what_the_settings_take() {
+    let model = RobotModel::rp6();
+    let wear = crate::robot::TrackWear {
+        left: -0.01,
+        right: 0.02,
+        track_width: 0.03,
+    };
+    let fit = crate::estimation::OdometryFit {
+        model,
+        wear,
+        wear_cov: nalgebra::Matrix3::identity() * 1e-6,
+        noise: OdometryNoise {
+            per_metre: 1e-3,
+            lateral_per_metre: 2e-3,
+            heading_per_radian: 3e-3,
+        },
+        noise_log_sigmas: [0.1; 3],
+        pose_sigmas: [0.01; 2],
+        extent: crate::estimation::DriveExtent::default(),
+        legs: 100,
+        left_out: 0,
+    };
+    let mut settings = all().remove(0);
+    settings.set_all(fit.settings()).unwrap();
+    assert_eq!(settings.odometry.wear, wear);
+    assert_eq!(settings.wear.used(), Some(wear));
+    let told = settings.odometry.told(&model);
+    assert_eq!(told.noise, Some(TrackNoise::Proportional(fit.noise)));
+    // A robot of which nothing better is known speaks for itself.
+    assert_eq!(
+        all().remove(0).odometry.told(&model),
+        ToldOdometry::default()
+    );
+}

@@ -20,7 +20,7 @@ use super::contact::{Contacts, Touch};
 use super::noise::gaussian_pair;
 use super::{Caster, Disc};
 use crate::geom::{Pose2, Segment, sin_cos, wrap};
-use crate::robot::{Bumpers, OdometryBias, OdometryNoise, RobotModel, Tracks};
+use crate::robot::{Bumpers, OdometryNoise, RobotModel, TrackWear, Tracks};
 
 /// The body stops this far before a touch, m, so that rounding never puts it inside of a wall.
 const SKIN: f64 = 1e-5;
@@ -37,8 +37,8 @@ pub(super) struct Body {
     radius: f64,
     track_width: f64,
     noise: OdometryNoise,
-    /// This robot's own systematic errors, with their signs.
-    bias: OdometryBias,
+    /// How this robot differs from its model.
+    wear: TrackWear,
     position: Point2<f64>,
     heading: f64,
     /// Around this point no wall is nearer than this, m.
@@ -55,9 +55,11 @@ impl Body {
             let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
             sign * size * rng.random_range(0.5..1.5)
         };
+        let longer = 0.5 * own(model.odometry_bias.track_mismatch);
         Self {
-            bias: OdometryBias {
-                track_mismatch: own(model.odometry_bias.track_mismatch),
+            wear: TrackWear {
+                left: -longer,
+                right: longer,
                 track_width: own(model.odometry_bias.track_width),
             },
             radius: model.radius(),
@@ -70,6 +72,15 @@ impl Body {
             touching: None,
             lost: 0.0,
         }
+    }
+
+    /// How this robot differs from its model.
+    pub(super) fn wear(&self) -> TrackWear {
+        self.wear
+    }
+
+    pub(super) fn set_wear(&mut self, wear: TrackWear) {
+        self.wear = wear;
     }
 
     pub(super) fn pose(&self) -> Pose2 {
@@ -140,14 +151,12 @@ impl Body {
         let (left, right) = gaussian_pair(rng);
         let (sideways, heading) = gaussian_pair(rng);
         let grip = |ran: f64, g: f64| ran + (self.noise.per_metre * ran.abs()).sqrt() * g;
-        let longer = 0.5 * self.bias.track_mismatch;
-        let gripped = Tracks {
-            left: grip(tracks.left, left) * (1.0 - longer),
-            right: grip(tracks.right, right) * (1.0 + longer),
-        };
+        let gripped = self.wear.ran(&Tracks {
+            left: grip(tracks.left, left),
+            right: grip(tracks.right, right),
+        });
         let advance = 0.5 * (gripped.left + gripped.right);
-        let turn =
-            (gripped.right - gripped.left) / (self.track_width * (1.0 + self.bias.track_width));
+        let turn = (gripped.right - gripped.left) / self.wear.width(self.track_width);
         let asked_advance = 0.5 * (tracks.left + tracks.right).abs();
         let asked_turn = (tracks.right - tracks.left).abs() / self.track_width;
         let drift = (self.noise.lateral_per_metre * asked_advance).sqrt() * sideways;

@@ -48,7 +48,7 @@ pub(crate) fn run(hours: u32) -> (bool, Value) {
         robot.done.clear();
         if (tick + 1) % TICKS_OF_AN_HOUR == 0 {
             let hour = f64::from((tick + 1) / TICKS_OF_AN_HOUR);
-            memory.push((hour, rss_kb()));
+            memory.push((hour, anonymous_kb()));
             ages.push((hour, 1e3 * pair.worst_age));
             pair.worst_age = 0.0;
         }
@@ -62,7 +62,7 @@ pub(crate) fn run(hours: u32) -> (bool, Value) {
     let holds = !memory.grows(512.0) && !ages.grows(5.0) && told > 10.0;
     let figures = json!({
         "hours": hours, "faults": pair.ups * 2, "odometries_a_second": told,
-        "rss_kb": memory.figures(512.0), "oldest_stamp_ms": ages.figures(5.0),
+        "anonymous_kb": memory.figures(512.0), "oldest_stamp_ms": ages.figures(5.0),
     });
     (holds, figures)
 }
@@ -98,9 +98,11 @@ fn to_and_fro(tick: u32) -> Command {
     Command::Velocity { forward, turn: 0.0 }
 }
 
-fn rss_kb() -> f64 {
+fn anonymous_kb() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("RssAnon:"));
     line.and_then(|rest| rest.split_whitespace().next()?.parse().ok())
         .unwrap()
 }

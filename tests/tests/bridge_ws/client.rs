@@ -7,8 +7,8 @@ use futures_util::{SinkExt, StreamExt};
 use slamlab_bridge::token::Token;
 use slamlab_bridge::{Config, Limits};
 use slamlab_core::wire::message::{
-    ClientHello, DriveBody, Format, FromBridge, Header, Motion, SCHEMA, ToBridge, decode, encode,
-    proof,
+    ClientHello, DriveBody, Format, FromBridge, Header, Motion, RobotFigures, SCHEMA, ToBridge,
+    decode, encode, proof,
 };
 use tokio::net::{TcpSocket, TcpStream};
 use tokio::sync::oneshot;
@@ -97,6 +97,7 @@ pub(crate) fn limits() -> Limits {
 pub(crate) struct Client {
     pub(crate) socket: WebSocketStream<TcpStream>,
     pub(crate) challenge: [u8; 16],
+    pub(crate) robot: Option<RobotFigures>,
     pub(crate) sequence: u32,
     /// Newest time of the bridge that was seen, µs.
     pub(crate) seen: u64,
@@ -134,6 +135,7 @@ impl Client {
         let mut client = Self {
             socket,
             challenge: [0; 16],
+            robot: None,
             sequence: 0,
             seen: 0,
             epoch: 0,
@@ -143,9 +145,9 @@ impl Client {
                 Format::Binary
             },
         };
-        client.challenge = client
+        (client.challenge, client.robot) = client
             .wait(|message| match message {
-                FromBridge::Hello(hello) => Some(hello.challenge),
+                FromBridge::Hello(hello) => Some((hello.challenge, hello.robot.clone())),
                 _ => None,
             })
             .await;

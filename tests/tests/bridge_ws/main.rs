@@ -7,6 +7,7 @@ mod access;
 mod client;
 mod driving;
 mod errand;
+mod guests;
 mod recording;
 #[allow(dead_code)] // `examples/bridge_report` uses the rest
 mod robot;

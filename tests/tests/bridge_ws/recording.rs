@@ -8,7 +8,7 @@ use slamlab_bridge::record::export;
 use slamlab_bridge::source::replay::ReplaySource;
 use slamlab_bridge::source::sim::SimSource;
 use slamlab_bridge::source::{Event, SourceName};
-use slamlab_core::format::map_server;
+use slamlab_core::format::map_server::{MapMode, OccupancyMap};
 use slamlab_core::replay::Replay;
 use slamlab_core::slam::{Method, SlamConfig};
 use slamlab_core::wire::message::FromBridge;
@@ -56,7 +56,7 @@ async fn an_export_holds_the_recording_and_its_map() {
 
     let mut replay = Replay::new(old, Method::ScanMatching, SlamConfig::default()).unwrap();
     while replay.step().unwrap() {}
-    let truth = map_server::write(replay.slam().grid(), "a.pgm").unwrap();
+    let truth = OccupancyMap::of_grid(replay.slam().grid(), MapMode::Trinary).unwrap();
     let bytes = std::fs::read(&mapped).unwrap();
     let messages: Vec<_> = MessageStream::new(&bytes)
         .unwrap()
@@ -72,16 +72,14 @@ async fn an_export_holds_the_recording_and_its_map() {
         (done.poses, done.maps)
     );
     assert_eq!(done.poses, replay.scans_done());
-    // Cells end the message; rows of the picture run from the top down.
-    let cells = truth.width * truth.height;
+    // Cells end the message.
     let map = of("/map").last().unwrap().data.to_vec();
-    let rows = map[map.len() - cells..].chunks(truth.width).rev();
-    let greys = rows.flatten().map(|&cell| match cell as i8 {
-        0 => map_server::FREE,
-        100 => map_server::OCCUPIED,
-        _ => map_server::UNKNOWN,
-    });
-    assert!(greys.eq(truth.pgm[truth.pgm.len() - cells..].iter().copied()));
+    let cells = map[map.len() - truth.cells.len()..].iter();
+    assert!(
+        cells
+            .map(|&cell| cell as i8)
+            .eq(truth.cells.iter().copied())
+    );
     // A new file only.
     let error = export(&file, &mapped, Method::ScanMatching).unwrap_err();
     assert!(error.to_string().contains("already there"), "{error}");
@@ -108,13 +106,13 @@ fn what_was_recorded_plays_back() {
         // As SIGKILL would leave it: a copy of what the system has at this moment.
         let copy = folder.path().join("killed.mcap");
         std::fs::copy(&file, &copy).unwrap();
-        let events = ReplaySource::open(&copy).unwrap().events().len() as u64;
+        let events = ReplaySource::open(&copy).unwrap().events().count() as u64;
         // Devices and the like are acknowledged as well, and are no events.
         assert!(events + 10 >= acknowledged, "{events} of {acknowledged}");
         bridge.stop().await;
 
         let whole = ReplaySource::open(&file).unwrap();
-        let odometry = whole.events().iter().filter_map(|(_, event)| match event {
+        let odometry = whole.events().filter_map(|(_, event)| match event {
             Event::Odometry(odometry) => Some(odometry),
             _ => None,
         });
@@ -123,7 +121,6 @@ fn what_was_recorded_plays_back() {
         assert!(
             whole
                 .events()
-                .iter()
                 .any(|(_, event)| matches!(event, Event::Scan(_)))
         );
 
@@ -133,7 +130,9 @@ fn what_was_recorded_plays_back() {
             ..Config::default()
         })
         .await;
-        let mut watcher = bridge.watcher().await;
+        let mut watcher = bridge.connect().await;
+        assert!(watcher.robot.is_some(), "a recording has a robot, too");
+        watcher.enter(None).await;
         let scan = watcher.wait(|message| match message {
             FromBridge::Scan(body) => Some(body.clone()),
             _ => None,

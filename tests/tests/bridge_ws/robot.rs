@@ -77,7 +77,7 @@ impl Memory {
     }
 }
 
-fn is_stop(order: &Order) -> bool {
+pub(crate) fn is_stop(order: &Order) -> bool {
     matches!(order, Order::Command(Command::Stop) | Order::EmergencyStop)
 }
 
@@ -116,6 +116,7 @@ impl Source for TestRobot {
         Profile {
             name: "test".into(),
             robot: Some(*self.simulation.robot()),
+            takes_orders: true,
             scans_on_command: false,
         }
     }

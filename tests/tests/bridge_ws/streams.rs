@@ -21,7 +21,7 @@ fn simulated() -> Config {
 }
 
 /// The body of the answer to a GET.
-async fn get(bridge: &Bridge, path: &str) -> String {
+pub(crate) async fn get(bridge: &Bridge, path: &str) -> String {
     let mut stream = TcpStream::connect(bridge.address).await.unwrap();
     let host = bridge.address;
     let request = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");

@@ -1,22 +1,26 @@
 // A robot behind a bridge: the module estimates, maps and drives; the link carries its bytes.
 
-import type { RunStatus, WebLive } from "../../pkg/slamlab_web.js";
-import type { Growth, MethodName, ModeName, SigmaCurve } from "../protocol.js";
+import type { FitTable, RunStatus, WebLive } from "../../pkg/slamlab_web.js";
+import type { Growth, MethodName, ModeName, SettingValues, SigmaCurve } from "../protocol.js";
+import { listOf } from "./convert.js";
 import { errand } from "./errand.js";
 import { Trail } from "./feeds.js";
-import { type BridgeLink, micros } from "./link.js";
+import { type Link, micros } from "./link.js";
 import { Run } from "./run.js";
 import type { Change, Moment, Note } from "./source.js";
+import { TwinFeed } from "./twin_feed.js";
 
 export class BridgeSource extends Run<WebLive> {
   readonly kind = "bridge";
-  readonly link: BridgeLink;
+  readonly link: Link;
   /** Which beginning of the estimate this run shows. */
   readonly begun: number;
   #trail = new Trail();
+  #twin = new TwinFeed();
+  #twinAnew = false;
   #path = new Float32Array(0);
 
-  constructor(module: WebLive, link: BridgeLink, title: string, method: MethodName) {
+  constructor(module: WebLive, link: Link, title: string, method: MethodName) {
     super(module, title, method);
     this.link = link;
     this.begun = module.begun();
@@ -32,6 +36,18 @@ export class BridgeSource extends Run<WebLive> {
 
   estimateSigma(_growth: Growth): SigmaCurve {
     throw new Error("σ(ρ) is estimated from a recording: record the standing robot, and open the recording here.");
+  }
+
+  fit(): FitTable {
+    return this.module.fit();
+  }
+
+  /** What is known better of the robot than it says; with a twin, another one begins here. */
+  tell(settings: SettingValues, twin: boolean): void {
+    this.module.configure(...listOf(settings));
+    this.module.set_twin(twin, ...listOf(settings));
+    this.#twin.again();
+    this.#twinAnew = true;
   }
 
   explore(): void {
@@ -90,12 +106,16 @@ export class BridgeSource extends Run<WebLive> {
     const path = this.module.path();
     const isNew = path.length !== this.#path.length || path.some((number, i) => number !== this.#path[i]);
     if (isNew) this.#path = path.slice();
+    const twinAnew = this.#twinAnew;
+    this.#twinAnew = false;
     return {
       ...this.slamChange(),
       truth: null, doors: null, materials: null, cycle: null, inCycle: false, movers: null, rawPath: null, tree: null, frontiers: null,
       path: isNew ? path : null,
       trail: this.#trail.take(),
       trailAnew: false,
+      twin: this.#twin.take(this.module),
+      twinAnew,
     };
   }
 

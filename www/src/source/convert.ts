@@ -1,7 +1,7 @@
 // What the module hands over once, as plain objects of the protocol; the module's own are freed.
 
-import type { Calibration as WebCalibration, PresetInfo, SettingInfo, SigmaCurve as WebSigmaCurve } from "../../pkg/slamlab_web.js";
-import type { Calibration, Growth, Preset, Setting, SettingValues, SigmaCurve } from "../protocol.js";
+import type { Calibration as WebCalibration, FitTable, PresetInfo, SettingInfo, SigmaCurve as WebSigmaCurve } from "../../pkg/slamlab_web.js";
+import type { Calibration, DriveFit, Growth, Preset, Setting, SettingValues, SigmaCurve } from "../protocol.js";
 
 /** Keys and their numbers, as the module takes them. */
 export function listOf(settings: SettingValues): [string[], Float64Array] {
@@ -30,4 +30,15 @@ export function sigmaCurve(growth: Growth, estimate: WebSigmaCurve): SigmaCurve 
   const { scans, stretches, coefficients, errors, chi_squared: chiSquared, bins, curve_ranges: curveRanges, curve_sigmas: curveSigmas, truth } = estimate;
   estimate.free();
   return { growth, scans, stretches, coefficients, errors, chiSquared, bins, curveRanges, curveSigmas, truth };
+}
+
+export function driveFit(table: FitTable): DriveFit {
+  const { words, numbers, reasons, keys, values, legs } = table;
+  const parameters = Array.from({ length: words.length / 3 }, (_, i) => {
+    const [name = "", unit = "", unknown = ""] = words.slice(3 * i);
+    const [value = NaN, sigma = NaN, model = NaN] = numbers.slice(3 * i);
+    return { name, unit, value, sigma, model, unknown };
+  });
+  const [used = 0, leftOut = 0] = legs;
+  return { parameters, reasons, settings: Object.fromEntries(keys.map((key, i) => [key, values[i] ?? NaN])), legs: used, leftOut };
 }

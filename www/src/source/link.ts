@@ -23,6 +23,15 @@ const CODES: Readonly<Record<number, readonly [string, boolean]>> = {
   1013: ["This page was too slow for the bridge.", true],
 };
 
+/** The wire to a bridge, or to devices of this very computer. */
+export interface Link {
+  /** Sends what the module has to say. */
+  flush(): void;
+  /** Tells how things are at the next occasion. */
+  stir(): void;
+  close(): void;
+}
+
 export interface LinkEvents {
   /** Something came, or time passed: the run may have changed. */
   moved(): void;
@@ -35,7 +44,7 @@ export function micros(): number {
   return performance.now() * 1000;
 }
 
-export class BridgeLink {
+export class BridgeLink implements Link {
   readonly #module: WebLive;
   readonly #url: string;
   readonly #events: LinkEvents;
@@ -131,18 +140,24 @@ export class BridgeLink {
     const now = performance.now();
     if (now - this.#toldAt < STATE_MILLIS) return;
     this.#toldAt = now;
-    const s = this.#module.bridge();
-    const devices = [];
-    for (let i = 0; i + 3 < s.devices.length; i += 4) {
-      const [name = "", model = "", state = "", detail = ""] = s.devices.slice(i, i + 4);
-      devices.push({ name, model, state, detail });
-    }
-    this.#events.state({
-      connection: this.#connection, fault: this.#fault,
-      mayDrive: s.may_drive, hasLease: s.has_lease, armed: s.armed, emergency: s.emergency, driver: s.driver, reason: s.reason,
-      battery: s.battery, roundTrip: s.round_trip, readingAge: s.reading_age, dropped: s.dropped, watchers: s.watchers,
-      recording: s.recording, recorded: s.recorded, devices,
-    });
-    s.free();
+    this.#events.state(bridgeState(this.#module, this.#connection, this.#fault));
   }
+}
+
+/** What bridge and robot say of themselves. */
+export function bridgeState(module: WebLive, connection: Connection, fault: string): BridgeState {
+  const s = module.bridge();
+  const devices = [];
+  for (let i = 0; i + 3 < s.devices.length; i += 4) {
+    const [name = "", model = "", state = "", detail = ""] = s.devices.slice(i, i + 4);
+    devices.push({ name, model, state, detail });
+  }
+  const told = {
+    connection, fault,
+    mayDrive: s.may_drive, hasLease: s.has_lease, armed: s.armed, emergency: s.emergency, driver: s.driver, reason: s.reason,
+    battery: s.battery, roundTrip: s.round_trip, readingAge: s.reading_age, dropped: s.dropped, watchers: s.watchers,
+    recording: s.recording, recorded: s.recorded, devices,
+  };
+  s.free();
+  return told;
 }

@@ -1,11 +1,12 @@
 // A recorded log through the same SLAM. It knows no truth, takes no commands, and ends.
 
-import type { RunStatus, WebReplay } from "../../pkg/slamlab_web.js";
+import type { FitTable, RunStatus, WebReplay } from "../../pkg/slamlab_web.js";
 import { type Growth, type MethodName, type SigmaCurve, TRAIL_STRIDE } from "../protocol.js";
 import { sigmaCurve } from "./convert.js";
 import { Trail } from "./feeds.js";
 import { Run } from "./run.js";
 import type { Change, Moment, Note } from "./source.js";
+import { TwinFeed } from "./twin_feed.js";
 
 /** The whole trail is fetched this often, wall milliseconds: closing a loop moves all of it. */
 const TRAIL_PERIOD = 250;
@@ -13,6 +14,7 @@ const TRAIL_PERIOD = 250;
 export class ReplaySource extends Run<WebReplay> {
   readonly kind = "replay";
   #trailAt = -Infinity;
+  #twin = new TwinFeed();
   #closures = 0;
   #cancelled = false;
   /** Way by the wheels, m, and where they were last. */
@@ -27,6 +29,10 @@ export class ReplaySource extends Run<WebReplay> {
 
   estimateSigma(growth: Growth): SigmaCurve {
     return sigmaCurve(growth, this.module.estimate_sigma(growth));
+  }
+
+  fit(): FitTable {
+    return this.module.fit();
   }
 
   step(): void {
@@ -63,6 +69,8 @@ export class ReplaySource extends Run<WebReplay> {
       truth: null, doors: null, materials: null, cycle: null, inCycle: false, movers: null, path: null, rawPath: null, tree: null, frontiers: null,
       trail: trail ? thinned(this.module.trail()) : null,
       trailAnew: trail,
+      twin: this.#twin.take(this.module),
+      twinAnew: false,
     };
   }
 

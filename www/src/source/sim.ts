@@ -167,6 +167,8 @@ export class SimSource extends Run<WebExperiment> {
       frontiers: plan ? this.#fresh("frontiers", module.frontiers()) : null,
       trail: this.#trail.take(),
       trailAnew: false,
+      twin: null,
+      twinAnew: false,
     };
   }
 

@@ -4,6 +4,7 @@ import { css, type CSSResultGroup, html, nothing, type PropertyValues, type Temp
 import uPlot from "uplot";
 import plotCss from "uplot/dist/uPlot.min.css";
 import { SAMPLE } from "../protocol.js";
+import type { History } from "../history.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { axes, colourOf, faint } from "./plot_style.js";
@@ -48,6 +49,14 @@ export abstract class SlamCharts extends SlamElement {
 
   protected override readonly topics: readonly Topic[] = ["theme", "run"];
   protected abstract readonly curves: readonly Curve[];
+  /** What tests call the numbers. */
+  protected readonly names: string = "plot";
+
+  /** Where the columns are; the first is the time. */
+  protected get history(): History {
+    return this.store.history;
+  }
+
   #plots: uPlot[] = [];
   #drawn = -1;
   #drawnAt = 0;
@@ -66,7 +75,7 @@ export abstract class SlamCharts extends SlamElement {
   override render(): TemplateResult {
     return html`${this.curves.map(
       (curve, i) => html`<figure id="figure-${i}" aria-label=${`${curve.title} over time`}>
-        <figcaption title=${curve.meaning}><span>${curve.title} ${curve.key === "" ? nothing : html`<span class="key"><i class="band-${i}"></i>${curve.key}</span>`}</span><span class="num" id="now-${i}" data-testid="plot-${curve.value}"></span></figcaption>
+        <figcaption title=${curve.meaning}><span>${curve.title} ${curve.key === "" ? nothing : html`<span class="key"><i class="band-${i}"></i>${curve.key}</span>`}</span><span class="num" id="now-${i}" data-testid="${this.names}-${curve.value}"></span></figcaption>
         <div class="plot" id="plot-${i}"></div>
       </figure>`,
     )}`;
@@ -104,11 +113,12 @@ export abstract class SlamCharts extends SlamElement {
       axes: axes(host),
       hooks: { setCursor: [() => this.#readout()] },
     };
-    return new uPlot(options, columns(this.store.history.columns, curve), host);
+    return new uPlot(options, columns(this.history.columns, curve), host);
   }
 
   #feed(): void {
-    const { history, playing } = this.store;
+    const { history } = this;
+    const { playing } = this.store;
     const now = performance.now();
     if (history.version === this.#drawn || (playing && now - this.#drawnAt < REDRAW_MILLIS) || this.offsetParent === null) return;
     this.#drawn = history.version;

@@ -12,6 +12,8 @@ interface Entry {
   meaning: string;
   sign: TemplateResult<2>;
   simOnly?: boolean;
+  /** Of a real or a recorded robot only. */
+  realOnly?: boolean;
 }
 
 const stroke = (colour: string, dash = "", width = 2.5): TemplateResult<2> =>
@@ -36,6 +38,7 @@ const ENTRIES: readonly Entry[] = [
   { name: "rawPath", label: "Path as found", meaning: "Before shortening, as the random tree found it.", sign: stroke("path", "1 5", 2), simOnly: true },
   { name: "tree", label: "Search tree", meaning: "All that the planner (RRT) tried.",
     sign: svg`<path d="M3 14 9 9l5 4m-5-4 4-6m0 0 6 3m-6-3 4 7 7 2" stroke="var(--map-tree)" stroke-width="1.6"/>`, simOnly: true },
+  { name: "twin", label: "Twin", meaning: "Where a simulated robot would be after the same motion of the wheels; switched on in Settings.", sign: stroke("twin", "7 2 1.5 2", 2), realOnly: true },
   { name: "truth", label: "Truth", meaning: "The real walls and the real pose. Only the simulator knows them.", sign: stroke("truth", "5 4", 2), simOnly: true },
 ];
 
@@ -92,7 +95,7 @@ export class SlamLegend extends SlamElement {
     return html`
       <h2>Layers</h2>
       <ul>
-        ${ENTRIES.filter((e) => store.source === "sim" || !e.simOnly).map(
+        ${ENTRIES.filter((e) => (store.source === "sim" ? !e.realOnly : !e.simOnly)).map(
           (e) => html`<li><label class=${store.layers[e.name] ? "" : "off"} title=${e.meaning}>
             <svg viewBox="0 0 28 18" aria-hidden="true">${e.sign}</svg><span>${e.label}</span>
             <input type="checkbox" role="switch" data-testid="layer-${e.name}" aria-label=${e.label} aria-description=${e.meaning} .checked=${store.layers[e.name]} @change=${() => this.toggle(e.name)}>

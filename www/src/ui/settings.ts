@@ -145,7 +145,7 @@ export class SlamSettings extends SlamElement {
 }
 
 /** Groups that a recording does not know. */
-const OF_A_ROBOT: readonly string[] = ["Sensor", "Odometry", "Planning and driving", "Exploration"];
+const OF_A_ROBOT: readonly string[] = ["Sensor", "Simulated tracks", "Odometry", "Planning and driving", "Exploration"];
 
 function matches(s: Setting, search: string): boolean {
   const all = `${s.group} ${s.name} ${s.unit} ${s.meaning} ${s.key}`.toLowerCase();

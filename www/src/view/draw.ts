@@ -16,6 +16,7 @@ import * as trails from "./layers/trails.js";
 import * as tree from "./layers/tree.js";
 import * as truth from "./layers/truth.js";
 import { TruthPicture } from "./layers/truth_picture.js";
+import * as twin from "./layers/twin.js";
 import * as walls from "./layers/walls.js";
 
 export type Switches = Readonly<Record<LayerName, boolean>>;
@@ -43,6 +44,7 @@ const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
   ["rawPath", path.drawRaw],
   ["path", path.draw],
   ["trails", trails.draw],
+  ["twin", twin.draw],
   ["robot", robot.draw],
 ];
 

@@ -5,7 +5,7 @@ import type { Box } from "./camera.js";
 import { Motion } from "./motion.js";
 import { Tiles } from "./tiles.js";
 
-export const LAYERS = ["grid", "truth", "walls", "lines", "scan", "found", "frontiers", "tree", "rawPath", "path", "trails", "robot"] as const;
+export const LAYERS = ["grid", "truth", "walls", "lines", "scan", "found", "frontiers", "tree", "rawPath", "path", "trails", "twin", "robot"] as const;
 export type LayerName = (typeof LAYERS)[number];
 
 const EMPTY = new Float32Array(0);
@@ -33,6 +33,8 @@ export class Scene {
   /** Flat points, see TRAIL_STRIDE. */
   trail: Float32Array = EMPTY;
   trailLength = 0;
+  /** Samples of the twin, see TWIN. */
+  twin: number[] = [];
   #motion = new Motion();
   /** Grows with every frame taken. */
   version = 0;
@@ -45,6 +47,7 @@ export class Scene {
     this.scan = this.beams = this.doors = this.found = this.truth = this.movers = this.path = this.rawPath = this.tree = this.frontiers = EMPTY;
     this.lines = new Float64Array(0);
     this.trailLength = 0;
+    this.twin = [];
     this.version += 1;
   }
 
@@ -65,6 +68,8 @@ export class Scene {
     this.frontiers = frame.frontiers ?? this.frontiers;
     if (frame.trailAnew) this.trailLength = 0;
     if (frame.trail) this.#append(frame.trail);
+    if (frame.twinAnew) this.twin = [];
+    if (frame.twin) this.twin.push(...frame.twin);
     this.version += 1;
   }
 

@@ -5,9 +5,9 @@ use slamlab_core::wire::rplidar::request::Request;
 use slamlab_core::wire::{ld06, rplidar};
 
 use super::*;
-use crate::serial::rp6::words as rp6_words;
-use crate::serial::rplidar::warning;
 use crate::serial::{LineError, OpenError};
+use slamlab_device::rp6::words as rp6_words;
+use slamlab_device::rplidar::warning;
 
 const GUIDE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/GUIDE.md"));
 

@@ -1,6 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::format::map_server::{MapMode, MapServerError, OccupancyMap};
 use crate::geom::Pose2;
 use crate::map::{Evidence, GridConfig};
 
@@ -27,6 +28,25 @@ fn a_grid_is_written_from_its_lowest_row_on_with_what_is_known_only() {
     let text = write(&map);
     assert!(text.starts_with("1 3 0.5 -0.5 0\n"), "{text}");
     assert_eq!(text.lines().count(), 4);
+}
+
+/// Two cells far apart were gone through with all that lies between, and promised 27 GB.
+#[test]
+fn a_map_of_two_cells_far_apart_is_refused_at_once() {
+    let mut grid = Grid::new(GridConfig {
+        resolution: 0.5,
+        ..GridConfig::default()
+    })
+    .unwrap();
+    let evidence = Evidence {
+        hits: vec![Point2::new(0.25, 0.25), Point2::new(10_000.25, 10_000.25)],
+        free: vec![],
+    };
+    grid.draw(&evidence, &Pose2::identity());
+    let (width, height) = (20_001, 20_001);
+    assert_eq!(of_grid(&grid), Err(OgMapError::TooLarge { width, height }));
+    let error = OccupancyMap::of_grid(&grid, MapMode::Trinary).unwrap_err();
+    assert_eq!(error, MapServerError::TooLarge { width, height });
 }
 
 proptest! {

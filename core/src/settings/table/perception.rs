@@ -1,4 +1,4 @@
-//! What is made of odometry and scans: points and lines.
+//! What is made of scans: points and lines.
 
 use crate::features::{Classic, LineConfig, NoiseAware, Pilch, SplitRule};
 use crate::points::{Growth, RangeSigma};
@@ -6,66 +6,6 @@ use crate::settings::{Acts, Kind, Setting, Settings};
 
 /// The settings.
 pub(super) const PERCEPTION: &[Setting] = &[
-    Setting {
-        key: "odometry.model",
-        group: "Odometry",
-        name: "What the filter is told",
-        unit: "",
-        range: [0.0, 1.0],
-        kind: Kind::Choice(&["grows with way and turn", "constant Q"]),
-        acts: Acts::AtOnce,
-        meaning: "Constant Q is the source's: the same noise in each reading, also of a robot that stands.",
-        get: |s| Some(f64::from(u8::from(s.odometry.is_constant))),
-        set: |s, v| s.odometry.is_constant = v != 0.0,
-    },
-    Setting {
-        key: "odometry.constant",
-        group: "Odometry",
-        name: "Constant Q",
-        unit: "m²",
-        range: [0.0, 0.01],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "Variance of a track's way in each reading, 100 a second, for the constant Q.",
-        get: |s| Some(s.odometry.constant),
-        set: |s, v| s.odometry.constant = v,
-    },
-    Setting {
-        key: "odometry.per_metre",
-        group: "Odometry",
-        name: "Track",
-        unit: "m²/m",
-        range: [0.0, 1.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "Variance of a track's way for each metre that it ran.",
-        get: |s| Some(s.odometry.proportional.per_metre),
-        set: |s, v| s.odometry.proportional.per_metre = v,
-    },
-    Setting {
-        key: "odometry.lateral",
-        group: "Odometry",
-        name: "Sideways slip",
-        unit: "m²/m",
-        range: [0.0, 1.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "Variance of the sideways slip for each metre of way.",
-        get: |s| Some(s.odometry.proportional.lateral_per_metre),
-        set: |s, v| s.odometry.proportional.lateral_per_metre = v,
-    },
-    Setting {
-        key: "odometry.turn",
-        group: "Odometry",
-        name: "Slip in turns",
-        unit: "rad²/rad",
-        range: [0.0, 1.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "Variance of the heading for each radian turned.",
-        get: |s| Some(s.odometry.proportional.heading_per_radian),
-        set: |s, v| s.odometry.proportional.heading_per_radian = v,
-    },
     Setting {
         key: "points.min_range",
         group: "Points",

@@ -57,7 +57,8 @@ export function ellipseOf(xx: number, xy: number, yy: number): { major: number; 
   };
 }
 
-function outline(brush: Brush, x: number, y: number, heading: number, colour: string, dash: number[]): void {
+/** Its outline at a place that it is not believed to be at. */
+export function outline(brush: Brush, x: number, y: number, heading: number, colour: string, dash: number[]): void {
   if (!Number.isFinite(x)) return;
   const { context, camera } = brush;
   body(brush, x, y, heading);

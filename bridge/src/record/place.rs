@@ -1,0 +1,111 @@
+//! Where a recording goes: the file that was named, or a new one in the folder that was named.
+//!
+//! A service starts again and again with the same settings, and a recording is never written over: a folder takes every
+//! start's recording, named by the time of day in UTC.
+
+use std::fs::{File, OpenOptions, create_dir_all};
+use std::io;
+use std::path::{MAIN_SEPARATOR, Path, PathBuf};
+use std::time::Duration;
+
+use super::RecordError;
+
+/// Recordings of one second that are told apart by a number: a computer without a battery-backed clock starts at the same
+/// time of day each time.
+const MOST_OF_A_SECOND: u32 = 10_000;
+
+/// Opens the new file of a recording that starts at `time_of_day`, since 1970, and says its path.
+///
+/// A path that ends in a separator, or that is a folder, gets a file of its own in there; a missing folder is made.
+pub(super) fn create(path: &Path, time_of_day: Duration) -> Result<(File, PathBuf), RecordError> {
+    if !is_folder(path) {
+        return create_file(path.to_owned());
+    }
+    create_dir_all(path).map_err(|source| RecordError::Io {
+        path: path.to_owned(),
+        source,
+    })?;
+    let stem = stem(time_of_day);
+    let mut taken = create_file(path.join(format!("{stem}.mcap")));
+    for number in 2..=MOST_OF_A_SECOND {
+        if !matches!(taken, Err(RecordError::Exists { .. })) {
+            break;
+        }
+        taken = create_file(path.join(format!("{stem}-{number}.mcap")));
+    }
+    taken
+}
+
+fn is_folder(path: &Path) -> bool {
+    path.is_dir() || path.to_string_lossy().ends_with(['/', MAIN_SEPARATOR])
+}
+
+/// `slamlab-2026-11-21T09-05-07Z`: sorted by name is sorted by time, and every file system takes it.
+fn stem(time_of_day: Duration) -> String {
+    let t = time::OffsetDateTime::UNIX_EPOCH + time_of_day;
+    let (year, month, day) = t.to_calendar_date();
+    let (hour, minute, second) = t.to_hms();
+    format!(
+        "slamlab-{year}-{:02}-{day:02}T{hour:02}-{minute:02}-{second:02}Z",
+        u8::from(month)
+    )
+}
+
+/// Opens a new file.
+pub(super) fn create_file(path: PathBuf) -> Result<(File, PathBuf), RecordError> {
+    match OpenOptions::new().write(true).create_new(true).open(&path) {
+        Ok(file) => Ok((file, path)),
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+            Err(RecordError::Exists { path })
+        }
+        Err(source) => Err(RecordError::Io { path, source }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_folder_takes_every_start() {
+        let root = tempfile::TempDir::new().unwrap();
+        let folder = root.path().join("drives/");
+        // 2004-02-29 12:34:56 UTC, by `date -u -d @1078058096`.
+        let leap_day = Duration::new(1_078_058_096, 900_000_000);
+        for _ in 0..3 {
+            create(&folder, leap_day).unwrap();
+        }
+        create(&folder, Duration::ZERO).unwrap();
+        assert_eq!(
+            names(&folder),
+            [
+                "slamlab-1970-01-01T00-00-00Z.mcap",
+                "slamlab-2004-02-29T12-34-56Z-2.mcap",
+                "slamlab-2004-02-29T12-34-56Z-3.mcap",
+                "slamlab-2004-02-29T12-34-56Z.mcap",
+            ]
+        );
+    }
+
+    #[test]
+    fn a_file_is_where_a_folder_was_meant() {
+        let root = tempfile::TempDir::new().unwrap();
+        std::fs::write(root.path().join("drives"), "precious").unwrap();
+        let meant = root.path().join("drives/");
+        let error = create(&meant, Duration::ZERO).unwrap_err();
+        assert!(error.to_string().contains("drives"), "{error}");
+        assert_eq!(
+            std::fs::read(root.path().join("drives")).unwrap(),
+            b"precious"
+        );
+    }
+}

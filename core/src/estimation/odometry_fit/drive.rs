@@ -1,0 +1,223 @@
+//! What the tracks counted between the scans of a drive.
+
+use crate::estimation::odometry_fit::OdometryFitError;
+use crate::geom::Pose2;
+use crate::robot::Odometry;
+
+/// Motions are put together up to this way, m, and turn, rad: less than what makes an arc another motion.
+const STEP: [f64; 2] = [0.02, 0.03];
+/// A leg ends at the first scan after this way, m, or turn, rad.
+const LEG: [f64; 2] = [0.25, 0.35];
+/// A turn of at least this angle counts as one, rad: below it a heading only wavers.
+const TURN: f64 = 0.02;
+
+/// What was counted between two scans, in small motions.
+#[derive(Clone, Debug, Default)]
+struct Interval {
+    steps: Vec<Odometry>,
+    /// Time was missed, or the robot may have been carried.
+    is_broken: bool,
+}
+
+/// What the tracks of a robot counted in a drive, scan by scan.
+#[derive(Clone, Debug, Default)]
+pub struct Drive {
+    /// What led to each scan.
+    scans: Vec<Interval>,
+    /// Since the last scan.
+    now: Interval,
+    extent: DriveExtent,
+}
+
+/// How much was driven.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DriveExtent {
+    /// Way, forwards and backwards, m.
+    pub way: f64,
+    /// Turned to the left, rad.
+    pub left: f64,
+    /// Turned to the right, rad.
+    pub right: f64,
+}
+
+impl DriveExtent {
+    /// Turned to either side, rad.
+    #[must_use]
+    pub fn turned(&self) -> f64 {
+        self.left + self.right
+    }
+}
+
+/// From one reference pose to a later one.
+#[derive(Clone, Debug)]
+pub(super) struct Leg {
+    pub(super) steps: Vec<Odometry>,
+    /// The motion by the reference poses.
+    pub(super) by_poses: Pose2,
+}
+
+impl Drive {
+    /// Takes the next motion.
+    pub fn odometry(&mut self, motion: &Odometry) {
+        self.extent.take(&motion.motion);
+        match self.now.steps.last_mut() {
+            Some(last) if is_small(&(last.motion * motion.motion)) => *last = last.then(motion),
+            _ => self.now.steps.push(*motion),
+        }
+    }
+
+    /// Nobody watched for a while: the robot may stand elsewhere now.
+    pub fn gap(&mut self) {
+        self.now.is_broken = true;
+    }
+
+    /// A scan was taken here: a pose will be known.
+    pub fn scan(&mut self) {
+        self.scans.push(std::mem::take(&mut self.now));
+    }
+
+    /// Scans so far.
+    #[must_use]
+    pub fn scans(&self) -> usize {
+        self.scans.len()
+    }
+
+    /// How much was driven.
+    #[must_use]
+    pub fn extent(&self) -> DriveExtent {
+        self.extent
+    }
+
+    /// Legs between those of the poses that lie far enough apart; none where the drive was broken.
+    pub(super) fn legs(&self, poses: &[Pose2]) -> Result<Vec<Option<Leg>>, OdometryFitError> {
+        if poses.len() != self.scans.len() {
+            return Err(OdometryFitError::Poses {
+                poses: poses.len(),
+                scans: self.scans.len(),
+            });
+        }
+        if let Some(scan) = poses.iter().position(|pose| !pose.is_finite()) {
+            return Err(OdometryFitError::NotFinite { scan });
+        }
+        let mut legs = vec![];
+        let mut begin: Option<Pose2> = None;
+        let (mut steps, mut run) = (vec![], DriveExtent::default());
+        for (interval, pose) in self.scans.iter().zip(poses) {
+            let Some(from) = begin.filter(|_| !interval.is_broken) else {
+                // The first scan, or the first after a gap: a beginning.
+                legs.extend(begin.map(|_| None));
+                begin = Some(*pose);
+                (steps, run) = (vec![], DriveExtent::default());
+                continue;
+            };
+            for step in &interval.steps {
+                run.take(&step.motion);
+                steps.push(*step);
+            }
+            if run.way >= LEG[0] || run.turned() >= LEG[1] {
+                legs.push(Some(Leg {
+                    steps: std::mem::take(&mut steps),
+                    by_poses: from.delta_to(pose),
+                }));
+                run = DriveExtent::default();
+                begin = Some(*pose);
+            }
+        }
+        Ok(legs)
+    }
+}
+
+impl DriveExtent {
+    fn take(&mut self, motion: &Pose2) {
+        self.way += motion.position().coords.norm();
+        let turn = motion.heading();
+        if turn > 0.0 {
+            self.left += turn;
+        } else {
+            self.right -= turn;
+        }
+    }
+
+    /// Whether there was a turn worth the name.
+    pub(super) fn has_turned(&self) -> bool {
+        self.turned() > TURN
+    }
+}
+
+fn is_small(motion: &Pose2) -> bool {
+    motion.position().coords.norm() <= STEP[0] && motion.heading().abs() <= STEP[1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::Stamp;
+    use nalgebra::Matrix3;
+
+    fn motion(x: f64, turn: f64) -> Odometry {
+        Odometry {
+            from: Stamp(0),
+            to: Stamp(1),
+            motion: Pose2::new(x, 0.0, turn),
+            cov: Matrix3::zeros(),
+        }
+    }
+
+    /// Scans every 0.1 m along a line.
+    fn straight(scans: usize) -> (Drive, Vec<Pose2>) {
+        let mut drive = Drive::default();
+        for _ in 0..scans {
+            for _ in 0..10 {
+                drive.odometry(&motion(0.01, 0.0));
+            }
+            drive.scan();
+        }
+        let poses = (0..scans).map(|i| Pose2::new(0.1 * i as f64, 0.0, 0.0));
+        (drive, poses.collect())
+    }
+
+    #[test]
+    fn legs_end_at_scans_and_hold_all_that_was_counted() {
+        let (drive, poses) = straight(10);
+        let legs: Vec<Leg> = drive.legs(&poses).unwrap().into_iter().flatten().collect();
+        assert_eq!(legs.len(), 3);
+        for leg in &legs {
+            let counted: f64 = leg.steps.iter().map(|step| step.motion.x()).sum();
+            assert!((counted - 0.3).abs() < 1e-12 && (leg.by_poses.x() - 0.3).abs() < 1e-12);
+        }
+        // Two centimetres to a step.
+        assert_eq!(legs[0].steps.len(), 15);
+        assert!((drive.extent().way - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn no_leg_crosses_a_gap() {
+        let (mut drive, mut poses) = straight(5);
+        drive.gap();
+        for _ in 0..4 {
+            drive.odometry(&motion(0.1, 0.0));
+            drive.scan();
+        }
+        poses.extend((0..4).map(|i| Pose2::new(7.0 + 0.1 * f64::from(i), 0.0, 0.0)));
+        let legs = drive.legs(&poses).unwrap();
+        let lengths: Vec<_> = legs
+            .iter()
+            .map(|leg| leg.as_ref().map(|leg| (10.0 * leg.by_poses.x()).round()))
+            .collect();
+        assert_eq!(lengths, [Some(3.0), None, Some(3.0)]);
+    }
+
+    #[test]
+    fn poses_that_are_none_are_told() {
+        let (drive, mut poses) = straight(3);
+        poses[1] = Pose2::new(f64::NAN, 0.0, 0.0);
+        assert!(matches!(
+            drive.legs(&poses),
+            Err(OdometryFitError::NotFinite { scan: 1 })
+        ));
+        assert!(matches!(
+            drive.legs(&poses[1..]),
+            Err(OdometryFitError::Poses { poses: 2, scans: 3 })
+        ));
+    }
+}

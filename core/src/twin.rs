@@ -1,0 +1,138 @@
+//! A simulated twin beside a real or a recorded robot: the same counts of the tracks, without chance.
+//!
+//! In: the odometry as the robot counts it, and at each scan the pose that SLAM estimates, the points and the grid. Out: where a robot with
+//! the given figures would be, and how far that is from the estimate ([`TwinSample`]): position, heading, ranges, with what chance allows.
+//!
+//! 1. The twin begins where the robot is believed to be. Each motion moves it as [`ToldOdometry`] says: by the model that the simulated robot
+//!    follows ([`crate::sim`]), its chance left out. What chance does meanwhile grows as its covariance.
+//! 2. At each scan the ranges that the twin would measure are those to the first occupied cell of the map in the direction of each beam. Cells
+//!    are as large as they are: an exact twin still differs by half a cell.
+//! 3. A twin that stays within three standard deviations has the figures of the robot. One that leaves them at once has not: fit them
+//!    ([`crate::estimation::OdometryFit`]).
+
+use nalgebra::{Matrix3, Point2, Vector2};
+
+use crate::geom::{Pose2, PoseEstimate, sin_cos, wrap};
+use crate::map::{CellState, Grid};
+use crate::points::Points;
+use crate::robot::{Odometry, ToldOdometry};
+
+/// One beam in so many is compared; neighbours say the same.
+const EVERY: usize = 5;
+/// Fewest beams that make a median.
+const LEAST_BEAMS: usize = 5;
+
+/// The twin and how far it is from the robot.
+#[derive(Clone, Debug)]
+pub struct Twin {
+    told: ToldOdometry,
+    track_width: f64,
+    /// Motion since the beginning, with covariance; its frame is the pose at the beginning.
+    ran: Option<Odometry>,
+    begin: Pose2,
+    samples: Vec<TwinSample>,
+}
+
+/// Twin and robot at one scan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwinSample {
+    /// Of the robot's clock, s.
+    pub seconds: f64,
+    /// Where the twin is, map frame.
+    pub twin: Pose2,
+    /// Distance from the twin to where the robot is believed to be, m.
+    pub position: f64,
+    /// Three standard deviations of it along its most uncertain direction: chance, and the estimate's own doubt.
+    pub position_sigma3: f64,
+    /// From the twin's heading to the robot's, rad.
+    pub heading: f64,
+    /// Three standard deviations of it.
+    pub heading_sigma3: f64,
+    /// Median of the differences between the ranges that were measured and those that the twin would measure in the map, m, not negative;
+    /// none where too few beams meet the map.
+    pub ranges: Option<f64>,
+}
+
+impl Twin {
+    /// A twin with these figures of a robot whose model says `track_width`, beginning at `map_from_robot`.
+    #[must_use]
+    pub fn new(told: ToldOdometry, track_width: f64, map_from_robot: Pose2) -> Self {
+        Self {
+            told,
+            track_width,
+            ran: None,
+            begin: map_from_robot,
+            samples: vec![],
+        }
+    }
+
+    /// Where it is, map frame.
+    #[must_use]
+    pub fn pose(&self) -> Pose2 {
+        self.ran.map_or(self.begin, |ran| self.begin * ran.motion)
+    }
+
+    /// Takes the next motion as the robot counted it.
+    pub fn odometry(&mut self, counted: &Odometry) {
+        let motion = self.told.corrected(counted, self.track_width);
+        self.ran = Some(self.ran.map_or(motion, |ran| ran.then(&motion)));
+    }
+
+    /// Compares with the robot after a scan at `seconds`.
+    pub fn scan(&mut self, seconds: f64, robot: &PoseEstimate, points: &Points, grid: &Grid) {
+        let twin = self.pose();
+        let (cos, sin) = self.begin.cos_sin();
+        let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let chance = self.ran.map_or(Matrix3::zeros(), |ran| ran.cov);
+        let cov = turned * chance * turned.transpose() + robot.cov;
+        let of_position = cov.fixed_view::<2, 2>(0, 0).into_owned();
+        let most = of_position.symmetric_eigenvalues().max().max(0.0);
+        self.samples.push(TwinSample {
+            seconds,
+            twin,
+            position: (robot.pose.position() - twin.position()).norm(),
+            position_sigma3: 3.0 * most.sqrt(),
+            heading: wrap(robot.pose.heading() - twin.heading()),
+            heading_sigma3: 3.0 * cov[(2, 2)].max(0.0).sqrt(),
+            ranges: median_off(points, grid, &twin),
+        });
+    }
+
+    /// One for each scan so far.
+    #[must_use]
+    pub fn samples(&self) -> &[TwinSample] {
+        &self.samples
+    }
+}
+
+/// Median over the beams of how far the measured range is from the one at `map_from_twin`.
+fn median_off(points: &Points, grid: &Grid, map_from_twin: &Pose2) -> Option<f64> {
+    let mut off: Vec<f64> = points
+        .hits()
+        .step_by(EVERY)
+        .filter_map(|beam| {
+            let origin = *map_from_twin * beam.origin_in_robot;
+            let towards = map_from_twin.rotate(beam.end_in_robot - beam.origin_in_robot);
+            let bearing = libm::atan2(towards.y, towards.x);
+            // Something nearer by than a metre beyond what was measured is looked for; else the twin sees another room.
+            range_in(grid, origin, bearing, beam.range + 1.0)
+                .map(|range| (range - beam.range).abs())
+        })
+        .collect();
+    off.sort_by(f64::total_cmp);
+    (off.len() >= LEAST_BEAMS).then(|| off[off.len() / 2])
+}
+
+/// Distance to the first occupied cell, m, found at every half cell.
+fn range_in(grid: &Grid, from: Point2<f64>, bearing: f64, farthest: f64) -> Option<f64> {
+    let (sin, cos) = sin_cos(bearing);
+    let step = 0.5 * grid.resolution();
+    let steps = (farthest / step) as u32;
+    (1..=steps).map(|i| f64::from(i) * step).find(|range| {
+        let at = from + Vector2::new(cos, sin) * *range;
+        grid.state(grid.cell_at(at)) == CellState::Occupied
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,51 @@
+//! What sits at the other end of a line, without any I/O.
+
+use slamlab_core::robot::Stamp;
+
+use crate::event::{Event, Order, Profile};
+
+/// A device at the other end of a line. Time counts on the bridge's clock, the same for all devices; stamps of what a device
+/// tells are on that clock too, whatever its own says.
+pub trait Device: Send + 'static {
+    /// What it is.
+    fn profile(&self) -> Profile;
+
+    /// Baud rate of its line.
+    fn baud_rate(&self) -> u32;
+
+    /// The line was opened: whatever was known of the device is forgotten, and nothing may move.
+    fn opened(&mut self, now: Stamp);
+
+    /// Takes bytes as they come.
+    fn receive(&mut self, bytes: &[u8], now: Stamp);
+
+    /// Takes an order.
+    fn order(&mut self, order: Order, now: Stamp);
+
+    /// Sees the time, some hundred times a second.
+    fn tick(&mut self, now: Stamp);
+
+    /// The bridge ends: what must still be said goes into the wants.
+    fn close(&mut self, now: Stamp);
+
+    /// The line broke, or could not be opened; `why` says cause and cure.
+    fn broken(&mut self, why: String);
+
+    /// The next thing that it wants done.
+    fn next_want(&mut self) -> Option<Want>;
+}
+
+/// What a [`Device`] wants done.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Want {
+    /// Write these bytes.
+    Write(Vec<u8>),
+    /// Set (true) or clear DTR. A line without it (a plain UART) is none the worse.
+    Dtr(bool),
+    /// Tell the bridge.
+    Tell(Event),
+    /// All is well: the next time that the line breaks, it is tried again soon.
+    Well,
+    /// Close the line and begin anew after a pause.
+    Reopen,
+}

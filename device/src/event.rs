@@ -1,0 +1,152 @@
+//! What robot and sensors say, what they are told, and what is known of them.
+
+use std::time::Duration;
+
+use slamlab_core::robot::{Command, Odometry, RobotModel, Scan, Stamp};
+use slamlab_core::wire::message::{DeviceState, LinkState, RangerReading};
+
+/// What a source says. Stamps of one program's serial devices are all on one clock; a simulated robot and a recording have
+/// their own.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// The motion since the last one.
+    Odometry(Odometry),
+    /// A whole sweep; it passed [`Scan::validate`].
+    Scan(Scan),
+    /// Single readings of rangers.
+    Rangers {
+        /// When.
+        stamp: Stamp,
+        /// What.
+        readings: Vec<RangerReading>,
+    },
+    /// What the bumpers feel: at each change, and now and then.
+    Bumpers {
+        /// When.
+        stamp: Stamp,
+        /// Pressed at the left.
+        left: bool,
+        /// Pressed at the right.
+        right: bool,
+    },
+    /// Volts of the battery.
+    Battery {
+        /// When.
+        stamp: Stamp,
+        /// V.
+        volts: f32,
+    },
+    /// Currents of the motors.
+    Currents {
+        /// When.
+        stamp: Stamp,
+        /// Left, A.
+        left: f32,
+        /// Right, A.
+        right: f32,
+    },
+    /// How the wire does: at each change, and each second.
+    Link(Link),
+    /// Whether the robot is doing an errand ([`Command::Forward`], [`Command::Turn`], [`Command::Scan`]): after each order, at each
+    /// change, and each second; after the readings that belong to it.
+    Busy {
+        /// Whether it is.
+        busy: bool,
+        /// Number of the newest order before which this was not said; whoever numbers orders fills it in.
+        after: u64,
+    },
+    /// How the device does: at each change.
+    Device {
+        /// Its state.
+        state: DeviceState,
+        /// What it is, as it said itself; empty until then.
+        model: String,
+        /// For a fault: cause and cure, in a sentence.
+        detail: String,
+    },
+}
+
+/// How the wire to a device does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Link {
+    /// Whether data can flow.
+    pub state: LinkState,
+    /// From a command to its acknowledgement; none where nothing is acknowledged.
+    pub round_trip: Option<Duration>,
+    /// Frames that came damaged.
+    pub damaged: u64,
+    /// Bytes that belonged to no frame.
+    pub skipped: u64,
+}
+
+/// What a source is to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Order {
+    /// A command to the robot. The bridge stops a robot that nobody drives any more; a source need not watch for that, but
+    /// may repeat the last command where the robot's own watchdog wants it.
+    Command(Command),
+    /// Cut the motors off, and keep them off.
+    EmergencyStop,
+    /// Undo the emergency stop; nothing may move by that.
+    ResetEmergencyStop,
+}
+
+impl Order {
+    /// Whether it takes its time and then ends by itself.
+    #[must_use]
+    pub fn is_errand(&self) -> bool {
+        matches!(
+            self,
+            Self::Command(Command::Forward(_) | Command::Turn(_) | Command::Scan)
+        )
+    }
+}
+
+/// What is known of a source before it starts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    /// As it was named on the command line: `sim:arena`.
+    pub name: String,
+    /// The robot of which it speaks; none for a sensor.
+    pub robot: Option<RobotModel>,
+    /// Whether that robot takes commands; that of a recording does not.
+    pub takes_orders: bool,
+    /// Whether it scans only on [`Command::Scan`], standing.
+    pub scans_on_command: bool,
+}
+
+/// Whether what these sources see comes on [`Command::Scan`] only: a robot that scans on command may carry a lidar that turns all the
+/// time, and then nobody need wait for it.
+pub fn scans_on_command<'a>(sources: impl Iterator<Item = &'a Profile> + Clone) -> bool {
+    let has_lidar = sources.clone().any(|profile| profile.robot.is_none());
+    !has_lidar && robot(sources).is_some_and(|robot| robot.scans_on_command)
+}
+
+/// The source with the robot: the first that takes orders, else the first that has one.
+pub fn robot<'a>(sources: impl Iterator<Item = &'a Profile> + Clone) -> Option<&'a Profile> {
+    let mut robots = sources.filter(|profile| profile.robot.is_some());
+    let mut driven = robots.clone().filter(|profile| profile.takes_orders);
+    driven.next().or_else(|| robots.next())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lidar_beside_a_robot_that_scans_on_command_scans_all_the_time() {
+        let of = |robot, scans_on_command| Profile {
+            name: String::new(),
+            robot,
+            takes_orders: robot.is_some(),
+            scans_on_command,
+        };
+        let robot = of(Some(RobotModel::rp6()), true);
+        let lidar = of(None, false);
+        assert!(scans_on_command([&robot].into_iter()));
+        for sources in [[&robot, &lidar], [&lidar, &robot]] {
+            assert!(!scans_on_command(sources.into_iter()));
+        }
+        assert!(!scans_on_command([&lidar].into_iter()));
+    }
+}

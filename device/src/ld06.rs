@@ -1,0 +1,116 @@
+//! An LD06 or LD19 as a source: the driver of `core` on a line.
+
+use std::collections::VecDeque;
+
+use slamlab_core::robot::Stamp;
+use slamlab_core::wire::ld06::driver::{self, Driver};
+use slamlab_core::wire::message::{DeviceState, LinkState};
+use slamlab_core::wire::revolution::RevolutionConfig;
+
+use crate::device::{Device, Want};
+use crate::event::{Event, Order, Profile};
+use crate::report::Report;
+
+/// An LD06 or LD19 at the other end of a line. It cannot be told anything: its motor runs while it has power.
+#[derive(Debug)]
+pub struct Ld06 {
+    name: String,
+    config: RevolutionConfig,
+    driver: Driver,
+    report: Report,
+    wants: VecDeque<Want>,
+}
+
+impl Ld06 {
+    /// Its baud rate.
+    pub const BAUD_RATE: u32 = 230_400;
+
+    /// A lidar called `name`, as on the command line.
+    #[must_use]
+    pub fn new(name: impl Into<String>, config: RevolutionConfig) -> Self {
+        Self {
+            name: name.into(),
+            driver: Driver::new(config.clone(), Stamp(0)),
+            config,
+            report: Report::default(),
+            wants: VecDeque::new(),
+        }
+    }
+
+    fn collect(&mut self, now: Stamp) {
+        while let Some(event) = self.driver.next_event() {
+            match event {
+                // The fault itself follows, and says why.
+                driver::Event::State(DeviceState::Fault) => (),
+                driver::Event::State(state) => self.state(state),
+                driver::Event::Scan(scan) => {
+                    self.wants.push_back(Want::Well);
+                    self.wants.push_back(Want::Tell(Event::Scan(scan)));
+                }
+                driver::Event::Fault(fault) => {
+                    self.report.detail = fault.to_string();
+                    self.state(DeviceState::Fault);
+                }
+            }
+        }
+        self.report.count(self.driver.tally());
+        self.wants
+            .extend(self.report.link_now_and_then(now).map(Want::Tell));
+    }
+
+    fn state(&mut self, state: DeviceState) {
+        if state != DeviceState::Fault {
+            self.report.detail.clear();
+            self.report.model = "LD06 or LD19".into();
+        }
+        self.wants.extend(self.report.lidar(state).map(Want::Tell));
+    }
+}
+
+impl Device for Ld06 {
+    fn profile(&self) -> Profile {
+        Profile {
+            name: self.name.clone(),
+            robot: None,
+            takes_orders: false,
+            scans_on_command: false,
+        }
+    }
+
+    fn baud_rate(&self) -> u32 {
+        Self::BAUD_RATE
+    }
+
+    fn opened(&mut self, now: Stamp) {
+        self.driver = Driver::new(self.config.clone(), now);
+        self.report.reopened();
+        let events = self.report.change(DeviceState::Waiting, LinkState::Opening);
+        self.wants.extend(events.map(Want::Tell));
+    }
+
+    fn receive(&mut self, bytes: &[u8], now: Stamp) {
+        self.driver.receive(bytes, now);
+    }
+
+    fn order(&mut self, _: Order, _: Stamp) {
+        // It is no robot; nobody drives it.
+    }
+
+    fn tick(&mut self, now: Stamp) {
+        self.driver.tick(now);
+        self.collect(now);
+    }
+
+    fn close(&mut self, _: Stamp) {}
+
+    fn broken(&mut self, why: String) {
+        self.wants.clear();
+        self.report.detail = why;
+        let events = self.report.change(DeviceState::Waiting, LinkState::Down);
+        self.wants.extend(events.map(Want::Tell));
+    }
+
+    fn next_want(&mut self) -> Option<Want> {
+        self.wants.pop_front()
+    }
+}

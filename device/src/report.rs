@@ -1,0 +1,103 @@
+//! What the bridge is told of a device and its line, only when there is something to tell.
+
+use slamlab_core::robot::Stamp;
+use slamlab_core::wire::Tally;
+use slamlab_core::wire::message::{DeviceState, LinkState};
+
+use crate::event::{Event, Link};
+
+/// Seconds between two reports of a line that does not change.
+const NOW_AND_THEN: f64 = 1.0;
+
+/// State of a device and its line, as last told.
+#[derive(Debug)]
+pub(super) struct Report {
+    /// What the device is, as it said itself.
+    pub(super) model: String,
+    /// For a fault: cause and cure.
+    pub(super) detail: String,
+    told: Option<(DeviceState, String, String)>,
+    link: Link,
+    /// Counts of lines before this one: each line's decoder begins at 0.
+    earlier: [u64; 2],
+    link_told: Stamp,
+}
+
+impl Default for Report {
+    fn default() -> Self {
+        Self {
+            model: String::new(),
+            detail: String::new(),
+            told: None,
+            link: Link {
+                state: LinkState::Down,
+                round_trip: None,
+                damaged: 0,
+                skipped: 0,
+            },
+            earlier: [0; 2],
+            link_told: Stamp(0),
+        }
+    }
+}
+
+impl Report {
+    /// A new line: its decoder counts from 0.
+    pub(super) fn reopened(&mut self) {
+        self.earlier = [self.link.damaged, self.link.skipped];
+    }
+
+    /// What became of the line's bytes so far.
+    pub(super) fn count(&mut self, tally: Tally) {
+        let [damaged, skipped] = self.earlier;
+        self.link.damaged = damaged + tally.rejected;
+        self.link.skipped = skipped + tally.discarded;
+    }
+
+    /// The events of a change, if it is one.
+    pub(super) fn change(
+        &mut self,
+        state: DeviceState,
+        link: LinkState,
+    ) -> impl Iterator<Item = Event> + use<> {
+        let now = (state, self.model.clone(), self.detail.clone());
+        let device = (self.told.as_ref() != Some(&now)).then(|| Event::Device {
+            state,
+            model: now.1.clone(),
+            detail: now.2.clone(),
+        });
+        let link = self.change_link(link);
+        self.told = Some(now);
+        link.into_iter().chain(device)
+    }
+
+    /// The events of a change of a lidar, whose driver says whether it measures.
+    pub(super) fn lidar(&mut self, state: DeviceState) -> impl Iterator<Item = Event> + use<> {
+        let (state, link) = match state {
+            DeviceState::Measuring => (DeviceState::Sending, LinkState::Up),
+            DeviceState::Connected => (state, LinkState::Up),
+            _ => (state, LinkState::Opening),
+        };
+        self.change(state, link)
+    }
+
+    /// The event of a change of the line, if it is one.
+    pub(super) fn change_link(&mut self, link: LinkState) -> Option<Event> {
+        let has_changed = self.link.state != link;
+        self.link.state = link;
+        has_changed.then_some(Event::Link(self.link))
+    }
+
+    /// The line, once a second.
+    pub(super) fn link_now_and_then(&mut self, now: Stamp) -> Option<Event> {
+        (now.since(self.link_told) >= NOW_AND_THEN).then(|| {
+            self.link_told = now;
+            Event::Link(self.link)
+        })
+    }
+
+    /// Sets how long an acknowledgement takes.
+    pub(super) fn set_round_trip(&mut self, round_trip: std::time::Duration) {
+        self.link.round_trip = Some(round_trip);
+    }
+}

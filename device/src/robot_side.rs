@@ -1,0 +1,141 @@
+//! What the robot's readings mean for driving.
+
+use std::time::Duration;
+
+use slamlab_core::control::SafeMode;
+use slamlab_core::robot::{Command, Stamp};
+use slamlab_core::wire::message::{DisarmReason, LinkState};
+
+use crate::event::{self, Event, Order, Profile};
+use crate::safety::plausible::{Plausible, PlausibleConfig};
+
+/// What is known of the robot that takes commands: the first source that has one.
+#[derive(Clone, Debug)]
+pub struct RobotSide {
+    source: Option<usize>,
+    safe_mode: Option<SafeMode>,
+    /// As it was before the first reading; a link that comes back begins with it.
+    fresh: Option<SafeMode>,
+    plausible: Plausible,
+    /// Newest stamp, and when it came.
+    newest: (Stamp, Duration),
+    is_up: bool,
+}
+
+/// What an event means for driving.
+#[derive(Debug, Default)]
+pub struct Consequence {
+    /// The robot's link came up or went.
+    pub link: Option<bool>,
+    /// The robot must not go on.
+    pub fault: Option<DisarmReason>,
+    /// What is under way is no longer safe; this is.
+    pub correction: Option<Command>,
+}
+
+impl RobotSide {
+    /// For these sources, in the order of their numbers.
+    #[must_use]
+    pub fn new<'a>(sources: impl Iterator<Item = &'a Profile> + Clone) -> Self {
+        let source = sources
+            .clone()
+            .position(|profile| profile.robot.is_some() && profile.takes_orders);
+        let on_command = event::scans_on_command(sources.clone());
+        let fresh = source
+            .and_then(|at| sources.clone().nth(at)?.robot)
+            .map(|robot| SafeMode::new(robot, on_command));
+        Self {
+            source,
+            safe_mode: fresh.clone(),
+            fresh,
+            plausible: Plausible::new(PlausibleConfig::default()),
+            newest: (Stamp::default(), Duration::ZERO),
+            is_up: false,
+        }
+    }
+
+    /// Which source takes the orders.
+    pub fn source(&self) -> Option<usize> {
+        self.source
+    }
+
+    /// The robot's newest stamp, and when it came.
+    pub fn newest(&self) -> (Stamp, Duration) {
+        self.newest
+    }
+
+    /// The order as far as it is safe.
+    pub fn limit(&mut self, order: Order) -> Order {
+        match (order, &mut self.safe_mode) {
+            (Order::Command(command), Some(safe_mode)) => Order::Command(safe_mode.limit(command)),
+            (order, Some(safe_mode)) => {
+                safe_mode.stopped();
+                order
+            }
+            (order, None) => order,
+        }
+    }
+
+    /// Remembers what the robot was told.
+    pub fn ordered(&mut self, order: &Order) {
+        self.plausible.ordered(order);
+    }
+
+    /// Why the robot must not go on, where it has been silent for too long.
+    pub fn silence(&mut self, now: Duration) -> Option<DisarmReason> {
+        self.plausible.silence(now)
+    }
+
+    /// When its silence becomes too long.
+    pub fn deadline(&self) -> Option<Duration> {
+        self.plausible.deadline()
+    }
+
+    /// Takes an event. Scans count from whatever source: the lidar may be another than the robot.
+    pub fn event(&mut self, now: Duration, source: u8, event: &Event) -> Consequence {
+        let mut consequence = Consequence::default();
+        if let Event::Scan(scan) = event {
+            let safe_mode = self.safe_mode.as_mut();
+            consequence.correction = safe_mode.and_then(|safe_mode| safe_mode.scan(scan));
+        }
+        if self.source != Some(usize::from(source)) {
+            return consequence;
+        }
+        match event {
+            Event::Odometry(odometry) => {
+                if odometry.from < self.newest.0 {
+                    self.begin_anew();
+                }
+                self.newest = (odometry.to, now);
+                consequence.fault = self.plausible.odometry(now, odometry);
+                if let Some(safe_mode) = &mut self.safe_mode {
+                    consequence.correction = safe_mode.odometry(odometry);
+                }
+            }
+            Event::Bumpers { left, right, .. } => {
+                consequence.fault = self.plausible.bumpers([*left, *right]);
+            }
+            Event::Battery { volts, .. } => {
+                consequence.fault = self.plausible.battery(now, *volts);
+            }
+            Event::Link(link) => consequence.link = self.link(link.state == LinkState::Up),
+            _ => (),
+        }
+        consequence
+    }
+
+    fn link(&mut self, is_up: bool) -> Option<bool> {
+        let was_up = std::mem::replace(&mut self.is_up, is_up);
+        if is_up && !was_up {
+            self.begin_anew();
+        }
+        (was_up != is_up).then_some(is_up)
+    }
+
+    /// A robot that came back may have been carried away, and its clock begins at 0.
+    fn begin_anew(&mut self) {
+        self.safe_mode = self.fresh.clone();
+        self.plausible = Plausible::new(PlausibleConfig::default());
+        self.newest.0 = Stamp::default();
+    }
+}

@@ -1,0 +1,395 @@
+//! An RP6 as a source: the link of `core` on a line.
+//!
+//! 1. The link comes up disarmed, and the source arms it when an order to move comes; but not one that was already being
+//!    repeated when the robot came back: orders to move must have ceased for 0.3 seconds once.
+//! 2. While the robot is under way, a sign of life goes to it ten times a second, for its own watchdog. Speeds are given
+//!    anew all the time by whoever drives; where none came for a quarter of a second the source itself stops the robot.
+//! 3. The robot's stamps are put on the bridge's clock ([`slamlab_core::wire::ClockMap`]), on which the scans of other devices are.
+//! 4. Each sweep of its rangers becomes a scan, on that clock too.
+//! 5. An emergency stop is remembered while nobody answers, and given again to a robot that comes back.
+
+use std::collections::VecDeque;
+
+use slamlab_core::robot::{Command, Odometry, RobotModel, Scan, Stamp};
+use slamlab_core::wire::Tally;
+use slamlab_core::wire::message::{DeviceState, LinkState, RangerReading};
+use slamlab_core::wire::rp6::Down;
+use slamlab_core::wire::rp6::{self, Hello, Link, LinkConfig, Phase, Ranger, Telemetry};
+
+use crate::device::{Device, Want};
+use crate::event::{Event, Order, Profile};
+use crate::report::Report;
+
+mod errand;
+mod robot;
+mod sweeps;
+#[cfg(test)]
+mod tests;
+pub mod words;
+
+use robot::{Motion, Robot};
+use sweeps::Sweeps;
+
+/// Seconds between two signs of life.
+const ALIVE: f64 = 0.1;
+/// Seconds after which a speed that is not given anew is forgotten, and the robot stopped.
+const FORGOTTEN: f64 = 0.25;
+/// Seconds between two reports of what does not change.
+const NOW_AND_THEN: f64 = 1.0;
+/// From one telemetry to the next, ms: half of the line's time.
+const PERIOD_MILLIS: u16 = 20;
+
+/// An RP6 at the other end of a line.
+#[derive(Debug)]
+pub struct Rp6 {
+    name: String,
+    link: Link,
+    nonce: u8,
+    report: Report,
+    robot: Option<Robot>,
+    /// Whether the boot loader was heard since the line was opened or the robot last answered.
+    was_boot_loader: bool,
+    is_cut_off: bool,
+    /// As last told.
+    busy: Option<bool>,
+    wants: VecDeque<Want>,
+}
+
+impl Rp6 {
+    /// Baud rate of its line.
+    pub const BAUD_RATE: u32 = 38_400;
+
+    /// A robot called `name`, as on the command line.
+    #[must_use]
+    pub fn new(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            link: Link::new(LinkConfig::default(), Stamp(0), 0),
+            nonce: 0,
+            report: Report::default(),
+            robot: None,
+            was_boot_loader: false,
+            is_cut_off: false,
+            busy: None,
+            wants: VecDeque::new(),
+        }
+    }
+
+    fn collect(&mut self, now: Stamp) {
+        while let Some(event) = self.link.next_event() {
+            match event {
+                rp6::Event::Up(hello) => self.up(&hello, now),
+                rp6::Event::Down(why) => self.down(why),
+                rp6::Event::Telemetry(telemetry) => self.telemetry(&telemetry, now),
+                rp6::Event::Ranger(ranger) => self.ranger(&ranger),
+                rp6::Event::Acknowledged { command, .. } => self.acknowledged(command, now),
+                rp6::Event::Dropped(command) => {
+                    tracing::debug!("{}: {command:?} given up", self.name)
+                }
+            }
+        }
+        let output = self.link.take_output();
+        if !output.is_empty() {
+            self.wants.push_back(Want::Write(output));
+        }
+        self.tell_link(now);
+    }
+
+    fn up(&mut self, hello: &Hello, now: Stamp) {
+        let [major, minor] = hello.firmware;
+        self.report.model = format!("RP6, firmware {major}.{minor}");
+        self.report.detail.clear();
+        self.was_boot_loader = false;
+        let sweeps = Sweeps::of(hello).unwrap_or_else(|error| {
+            tracing::error!("{}: no scans of its rangers: {error}", self.name);
+            None
+        });
+        self.robot = Some(Robot::new(hello, sweeps, now));
+        if self.is_cut_off {
+            self.give(rp6::Command::EStop, now);
+        }
+        self.give(
+            rp6::Command::SetRate {
+                period_ms: PERIOD_MILLIS,
+            },
+            now,
+        );
+        self.wants.push_back(Want::Well);
+        self.state(DeviceState::Sending);
+    }
+
+    fn down(&mut self, why: Down) {
+        self.robot = None;
+        self.tell_busy();
+        self.report.detail = match why {
+            Down::NobodyThere if self.was_boot_loader => words::NO_PROGRAM.into(),
+            _ => words::cause_and_cure(why),
+        };
+        self.state(match why {
+            Down::EmergencyShutdown | Down::NobodyThere | Down::OtherProtocol(_) => {
+                DeviceState::Fault
+            }
+            _ => DeviceState::Waiting,
+        });
+    }
+
+    fn telemetry(&mut self, telemetry: &Telemetry, now: Stamp) {
+        let Some(robot) = &mut self.robot else {
+            return;
+        };
+        let Some(odometry) = robot.odometer.update(telemetry) else {
+            return;
+        };
+        robot.time = (telemetry.time_ms, odometry.to);
+        robot.clock.observe(odometry.to, now);
+        let Some(stamp) = robot.clock.host_time(odometry.to) else {
+            return;
+        };
+        let odometry = Odometry {
+            from: robot.last_end.unwrap_or(stamp),
+            to: stamp,
+            ..odometry
+        };
+        robot.last_end = Some(stamp);
+        if robot.may_be_done(now) && !telemetry.state.moving() && !telemetry.state.sweeping() {
+            robot.motion = Motion::None;
+        }
+        let [left, right] = [
+            telemetry.state.bumper_left(),
+            telemetry.state.bumper_right(),
+        ];
+        let is_due = now.since(robot.last_told) >= NOW_AND_THEN;
+        let touches = (robot.bumpers != [left, right] || is_due).then_some(Event::Bumpers {
+            stamp,
+            left,
+            right,
+        });
+        robot.bumpers = [left, right];
+        let battery = is_due.then(|| Event::Battery {
+            stamp,
+            volts: telemetry.battery_volts() as f32,
+        });
+        if is_due {
+            robot.last_told = now;
+        }
+        match odometry.validate() {
+            Ok(()) => self.tell(Event::Odometry(odometry)),
+            Err(error) => tracing::warn!("{}: {error}", self.name),
+        }
+        let events = touches.into_iter().chain(battery);
+        self.wants.extend(events.map(Want::Tell));
+        self.fault(telemetry.fault);
+        self.sweep(|sweeps| sweeps.telemetry(telemetry));
+        // The end of an errand comes after its scan.
+        if is_due {
+            self.busy = None;
+        }
+        self.tell_busy();
+    }
+
+    fn fault(&mut self, fault: rp6::Fault) {
+        let detail = words::fault_and_cure(fault);
+        if self.report.detail != detail {
+            self.report.detail = detail.into();
+            self.state(match fault {
+                rp6::Fault::None => DeviceState::Sending,
+                _ => DeviceState::Fault,
+            });
+        }
+    }
+
+    fn ranger(&mut self, ranger: &Ranger) {
+        self.sweep(|sweeps| sweeps.reading(ranger));
+        let stamp = self
+            .robot
+            .as_ref()
+            .and_then(|robot| robot.host_time(ranger.time_ms));
+        let Some(stamp) = stamp else {
+            return;
+        };
+        let reading = RangerReading {
+            index: ranger.index,
+            servo: ranger.servo_angle() as f32,
+            raw: ranger.adc,
+        };
+        self.tell(Event::Rangers {
+            stamp,
+            readings: vec![reading],
+        });
+    }
+
+    /// Tells the sweep that this ends, if it ends one.
+    fn sweep(&mut self, end: impl FnOnce(&mut Sweeps) -> Option<Scan>) {
+        let Some(robot) = &mut self.robot else {
+            return;
+        };
+        let Some(mut scan) = robot.sweeps.as_mut().and_then(end) else {
+            return;
+        };
+        let Some(stamp) = robot.host_time((scan.stamp.0 / 1000) as u32) else {
+            return;
+        };
+        scan.stamp = stamp;
+        match scan.validate() {
+            Ok(()) => self.tell(Event::Scan(scan)),
+            Err(error) => tracing::warn!("{}: {error}", self.name),
+        }
+    }
+
+    /// Gives a command to the link; what it does not take has a reason that the log keeps.
+    fn give(&mut self, command: rp6::Command, now: Stamp) {
+        if command.is_reliable()
+            && let Some(robot) = &mut self.robot
+        {
+            robot.asked = Some((command, now));
+        }
+        if let Err(error) = self.link.command(command, now) {
+            tracing::debug!("{}: {command:?} not taken: {error}", self.name);
+        }
+    }
+
+    fn command(&mut self, command: &Command, now: Stamp) {
+        let wire = match rp6::Command::try_from(command) {
+            Ok(wire) => wire,
+            Err(error) => {
+                tracing::warn!("{}: {error}; stopped", self.name);
+                rp6::Command::Stop
+            }
+        };
+        let Some(robot) = &mut self.robot else {
+            return;
+        };
+        if wire.moves() && !robot.may_move(now) {
+            // An errand that was told as over at once would be given again at once, and orders would never cease.
+            if !matches!(command, Command::Velocity { .. }) {
+                (robot.motion, robot.errand_taken) = (Motion::Errand(now), None);
+            }
+            return;
+        }
+        robot.motion = match command {
+            _ if !wire.moves() && !matches!(wire, rp6::Command::Sweep { .. }) => Motion::None,
+            Command::Velocity { .. } => Motion::Speed(now),
+            _ => Motion::Errand(now),
+        };
+        robot.errand_taken = None;
+        if wire.moves() && !self.link.is_armed() && self.link.arm().is_err() {
+            return;
+        }
+        self.give(wire, now);
+    }
+
+    fn state(&mut self, state: DeviceState) {
+        let link = link_state(self.link.phase());
+        self.wants
+            .extend(self.report.change(state, link).map(Want::Tell));
+    }
+
+    fn tell(&mut self, event: Event) {
+        self.wants.push_back(Want::Tell(event));
+    }
+
+    fn tell_link(&mut self, now: Stamp) {
+        let counters = self.link.counters();
+        self.report.count(Tally {
+            frames: counters.frames,
+            rejected: counters.bad_stuffing
+                + counters.bad_crc
+                + counters.overlong
+                + counters.unknown,
+            discarded: counters.dropped_bytes,
+            ..Tally::default()
+        });
+        if self.link.phase() == Phase::BootLoader && !self.was_boot_loader {
+            self.was_boot_loader = true;
+            self.report.detail = words::BOOT_LOADER.into();
+            self.state(DeviceState::Waiting);
+        }
+        let phase = link_state(self.link.phase());
+        self.wants
+            .extend(self.report.change_link(phase).map(Want::Tell));
+        self.wants
+            .extend(self.report.link_now_and_then(now).map(Want::Tell));
+    }
+}
+
+impl Device for Rp6 {
+    fn profile(&self) -> Profile {
+        Profile {
+            name: self.name.clone(),
+            robot: Some(RobotModel::rp6()),
+            takes_orders: true,
+            scans_on_command: true,
+        }
+    }
+
+    fn baud_rate(&self) -> u32 {
+        Self::BAUD_RATE
+    }
+
+    fn opened(&mut self, now: Stamp) {
+        self.nonce = self.nonce.wrapping_add(16);
+        self.link = Link::new(LinkConfig::default(), now, self.nonce);
+        self.robot = None;
+        self.was_boot_loader = false;
+        self.report.reopened();
+        self.report.detail.clear();
+        self.state(DeviceState::Waiting);
+    }
+
+    fn receive(&mut self, bytes: &[u8], now: Stamp) {
+        self.link.receive(bytes, now);
+    }
+
+    fn order(&mut self, order: Order, now: Stamp) {
+        // What came before the order counts before it: the robot may be gone.
+        self.collect(now);
+        match order {
+            Order::Command(command) => self.command(&command, now),
+            Order::EmergencyStop => {
+                self.is_cut_off = true;
+                if let Some(robot) = &mut self.robot {
+                    robot.motion = Motion::None;
+                }
+                self.give(rp6::Command::EStop, now);
+            }
+            Order::ResetEmergencyStop => {
+                self.is_cut_off = false;
+                self.give(rp6::Command::Reset, now);
+            }
+        }
+        self.busy = None;
+        self.tell_busy();
+    }
+
+    fn tick(&mut self, now: Stamp) {
+        self.link.tick(now);
+        self.collect(now);
+        self.keep_alive(now);
+        self.collect(now);
+    }
+
+    fn close(&mut self, now: Stamp) {
+        self.give(rp6::Command::Stop, now);
+        self.collect(now);
+    }
+
+    fn broken(&mut self, why: String) {
+        self.wants.clear();
+        self.robot = None;
+        self.report.detail = why;
+        let events = self.report.change(DeviceState::Waiting, LinkState::Down);
+        self.wants.extend(events.map(Want::Tell));
+    }
+
+    fn next_want(&mut self) -> Option<Want> {
+        self.wants.pop_front()
+    }
+}
+
+fn link_state(phase: Phase) -> LinkState {
+    match phase {
+        Phase::Running => LinkState::Up,
+        Phase::ResetNeeded => LinkState::ResetNeeded,
+        Phase::Listening | Phase::BootLoader | Phase::Greeting => LinkState::Opening,
+    }
+}

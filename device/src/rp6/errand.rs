@@ -1,0 +1,56 @@
+//! What is under way: kept alive, acknowledged, and told when it is over.
+
+use std::time::Duration;
+
+use slamlab_core::robot::Stamp;
+use slamlab_core::wire::rp6;
+
+use super::robot::Motion;
+use super::{ALIVE, FORGOTTEN, Rp6};
+use crate::event::Event;
+
+impl Rp6 {
+    pub(super) fn acknowledged(&mut self, command: rp6::Command, now: Stamp) {
+        let asked = self.robot.as_mut().and_then(|robot| robot.asked.take());
+        if let Some((asked, given)) = asked
+            && asked == command
+        {
+            if let Some(robot) = &mut self.robot
+                && matches!(robot.motion, Motion::Errand(_))
+            {
+                robot.errand_taken = Some(now);
+            }
+            self.report
+                .set_round_trip(Duration::from_secs_f64(now.since(given).max(0.0)));
+        }
+    }
+
+    /// Says whether an errand is under way, where that was not said yet.
+    pub(super) fn tell_busy(&mut self) {
+        let motion = self.robot.as_ref().map(|robot| robot.motion);
+        let busy = matches!(motion, Some(Motion::Errand(_)));
+        if self.busy.replace(busy) != Some(busy) {
+            self.tell(Event::Busy { busy, after: 0 });
+        }
+    }
+
+    /// Signs of life while under way, and a stop where the driver is gone.
+    pub(super) fn keep_alive(&mut self, now: Stamp) {
+        let Some(robot) = &mut self.robot else {
+            return;
+        };
+        match robot.motion {
+            Motion::None => return,
+            Motion::Speed(given) if now.since(given) > FORGOTTEN => {
+                robot.motion = Motion::None;
+                self.give(rp6::Command::Stop, now);
+                return;
+            }
+            _ => (),
+        }
+        if now.since(robot.last_alive) >= ALIVE {
+            robot.last_alive = now;
+            self.give(rp6::Command::Alive, now);
+        }
+    }
+}

@@ -1,0 +1,288 @@
+//! A robot of a few frames: what the bridge is told of its sweeps.
+
+use slamlab_core::robot::Adc;
+use slamlab_core::sim::sensors::Sharp;
+use slamlab_core::wire::rp6::{
+    Capabilities, Decoder, PROTOCOL, Report as Said, ResetCause, State, Verdict, encode,
+};
+
+use super::*;
+
+const SWEEPING: State = State(1 << 3);
+/// The host's clock, where the robot's is 0.
+const HOST_AT_0: f64 = 10.0;
+
+/// The device, and the robot at the other end of its line.
+struct Pair {
+    device: Rp6,
+    millis: u32,
+    sequence: u8,
+    commands: Decoder<rp6::Command>,
+    /// What the robot was given, and when.
+    given: Vec<(u32, rp6::Command)>,
+    told: Vec<Event>,
+}
+
+impl Pair {
+    /// A robot with four rangers that has answered.
+    fn up() -> Self {
+        let mut pair = Self {
+            device: Rp6::new("rp6:test"),
+            millis: 0,
+            sequence: 0,
+            commands: Decoder::new(),
+            given: vec![],
+            told: vec![],
+        };
+        pair.device.opened(pair.now());
+        for _ in 0..200 {
+            pair.millis += 10;
+            pair.device.tick(pair.now());
+            pair.hear();
+        }
+        assert!(pair.device.robot.is_some());
+        pair
+    }
+
+    /// Hears what was written, and acknowledges it.
+    fn hear(&mut self) {
+        while let Some(want) = self.device.next_want() {
+            match want {
+                Want::Write(bytes) => {
+                    let frames: Vec<_> = self.commands.push(&bytes).collect();
+                    for frame in frames {
+                        self.answer(frame.sequence, frame.message);
+                    }
+                }
+                Want::Tell(event) => self.told.push(event),
+                _ => (),
+            }
+        }
+    }
+
+    fn answer(&mut self, of: u8, command: rp6::Command) {
+        self.given.push((self.millis, command));
+        self.say(&match command {
+            rp6::Command::Greet { nonce } => Said::Hello(hello(nonce)),
+            _ => Said::Ack {
+                of,
+                verdict: Verdict::Done,
+            },
+        });
+    }
+
+    fn now(&self) -> Stamp {
+        Stamp::from_seconds(HOST_AT_0 + 1e-3 * f64::from(self.millis))
+    }
+
+    fn say(&mut self, report: &Said) {
+        self.sequence = self.sequence.wrapping_add(1);
+        let bytes = encode(self.sequence, report);
+        let now = self.now();
+        self.device.receive(&bytes, now);
+        self.device.tick(now);
+    }
+
+    fn telemetry(&mut self, state: State, counts: [i32; 2]) {
+        self.millis += 20;
+        self.say(&Said::Telemetry(Telemetry {
+            time_ms: self.millis,
+            counts,
+            battery_adc: 750,
+            state,
+            ..Telemetry::default()
+        }));
+    }
+
+    fn reading(&mut self, sweep: u8, servo_mrad: i16, range: f64) {
+        self.millis += 5;
+        self.say(&Said::Ranger(Ranger {
+            time_ms: self.millis,
+            servo_mrad,
+            index: 0,
+            adc: Adc::rp6().counts(Sharp::Long.volts_at(range)) as u16,
+            sweep,
+        }));
+    }
+
+    fn scans(&mut self) -> Vec<Scan> {
+        self.hear();
+        let told = std::mem::take(&mut self.told).into_iter();
+        let scan = |event| match event {
+            Event::Scan(scan) => Some(scan),
+            _ => None,
+        };
+        told.filter_map(scan).collect()
+    }
+}
+
+fn hello(nonce: u8) -> Hello {
+    Hello {
+        protocol: PROTOCOL,
+        firmware: [1, 0],
+        nonce,
+        cause: ResetCause::PowerOn,
+        capabilities: Capabilities::RANGERS,
+        length_mm: 189,
+        width_mm: 113,
+        track_width_mm: 197,
+        count_nm: 240_000,
+        max_speed_mm_s: 300,
+        ranger_angles_mrad: vec![0, 1571, 3142, -1571],
+    }
+}
+
+#[test]
+fn a_sweep_becomes_a_scan_on_the_bridges_clock_when_the_servo_rests() {
+    let mut pair = Pair::up();
+    pair.telemetry(State(0), [0, 0]);
+    pair.telemetry(SWEEPING, [0, 0]);
+    for (servo, range) in [(-100, 0.4), (0, 0.5), (100, 0.6)] {
+        pair.reading(1, servo, range);
+        pair.telemetry(SWEEPING, [0, 0]);
+    }
+    assert_eq!(pair.scans(), [], "the servo still turns");
+    let last = pair.millis - 20;
+    pair.telemetry(State(0), [0, 0]);
+    let scans = pair.scans();
+    let [scan] = scans.as_slice() else {
+        panic!("{scans:?}")
+    };
+    for ((bearing, range), (truth, wall)) in
+        scan.bearings
+            .iter()
+            .zip(&scan.ranges)
+            .zip([(-0.1, 0.4), (0.0, 0.5), (0.1, 0.6)])
+    {
+        assert!((bearing - truth).abs() < 1e-9);
+        assert!(
+            (f64::from(*range) - wall).abs() < 0.05,
+            "{range} for {wall}"
+        );
+    }
+    // The line's own time for a telemetry is known and subtracted; here it took none.
+    let host = HOST_AT_0 + 1e-3 * f64::from(last);
+    assert!(
+        (scan.stamp.seconds() - host).abs() < 0.02,
+        "{} for {host}",
+        scan.stamp.seconds()
+    );
+}
+
+#[test]
+fn a_sweep_while_the_tracks_run_is_no_scan() {
+    let mut pair = Pair::up();
+    pair.telemetry(SWEEPING, [0, 0]);
+    pair.reading(1, -100, 0.4);
+    pair.telemetry(SWEEPING, [0, 300]);
+    pair.reading(1, 100, 0.4);
+    pair.telemetry(State(0), [0, 300]);
+    assert_eq!(pair.scans(), []);
+}
+
+const MOVING: State = State(1 << 2);
+
+/// What was told of being busy since the last time, each change once.
+fn busy(pair: &mut Pair) -> Vec<bool> {
+    pair.hear();
+    let told = std::mem::take(&mut pair.told).into_iter();
+    let mut busy: Vec<_> = told
+        .filter_map(|event| match event {
+            Event::Busy { busy, .. } => Some(busy),
+            _ => None,
+        })
+        .collect();
+    busy.dedup();
+    busy
+}
+
+fn order(pair: &mut Pair, command: Command) {
+    let now = pair.now();
+    pair.device.order(Order::Command(command), now);
+}
+
+#[test]
+fn an_errand_is_over_when_the_robot_stands_that_has_taken_it() {
+    let mut pair = Pair::up();
+    pair.telemetry(State(0), [0, 0]);
+    let _ = busy(&mut pair);
+    order(&mut pair, Command::Forward(0.3));
+    assert_eq!(busy(&mut pair), [true]);
+    // What was measured before it began says nothing of it.
+    pair.telemetry(State(0), [0, 0]);
+    assert!(busy(&mut pair).is_empty());
+    for step in 1..=30 {
+        pair.telemetry(MOVING, [10 * step; 2]);
+    }
+    assert!(!busy(&mut pair).contains(&false));
+    pair.telemetry(State(0), [300; 2]);
+    assert_eq!(busy(&mut pair), [false]);
+}
+
+#[test]
+fn an_errand_ends_with_the_order_that_takes_its_place_and_with_the_link() {
+    let mut pair = Pair::up();
+    let _ = busy(&mut pair);
+    order(&mut pair, Command::Turn(1.0));
+    order(&mut pair, Command::Stop);
+    assert_eq!(busy(&mut pair), [true, false]);
+    order(&mut pair, Command::Turn(1.0));
+    assert_eq!(busy(&mut pair), [true]);
+    for _ in 0..500 {
+        pair.millis += 10;
+        let now = pair.now();
+        pair.device.tick(now);
+    }
+    assert!(pair.device.robot.is_none(), "it fell silent");
+    assert_eq!(busy(&mut pair).last(), Some(&false));
+}
+
+#[test]
+fn an_errand_that_comes_too_early_is_not_told_as_over_at_once() {
+    let mut pair = Pair::up();
+    let _ = busy(&mut pair);
+    if let Some(robot) = &mut pair.device.robot {
+        (robot.is_calm, robot.calm_since) = (
+            false,
+            Stamp::from_seconds(HOST_AT_0 + 1e-3 * f64::from(pair.millis)),
+        );
+    }
+    order(&mut pair, Command::Turn(1.0));
+    for _ in 0..40 {
+        pair.telemetry(State(0), [0; 2]);
+    }
+    assert_eq!(
+        busy(&mut pair),
+        [true],
+        "for longer than orders must have ceased"
+    );
+    for _ in 0..20 {
+        pair.telemetry(State(0), [0; 2]);
+    }
+    assert_eq!(busy(&mut pair).last(), Some(&false));
+    order(&mut pair, Command::Turn(1.0));
+    assert_eq!(
+        pair.device.robot.as_ref().map(|robot| robot.is_calm),
+        Some(true)
+    );
+}
+
+/// The rules stop a robot whose driver is silent. Should whoever runs them hang, its motors get no sign of life for much longer.
+#[test]
+fn a_speed_that_is_not_given_anew_is_ended_after_a_quarter_of_a_second() {
+    let mut pair = Pair::up();
+    let begun = pair.millis;
+    let ahead = Command::Velocity {
+        forward: 0.1,
+        turn: 0.0,
+    };
+    pair.device.order(Order::Command(ahead), pair.now());
+    pair.hear();
+    for _ in 0..60 {
+        pair.millis += 10;
+        pair.device.tick(pair.now());
+        pair.hear();
+    }
+    let last = pair.given.last().copied();
+    assert_eq!(last, Some((begun + 260, rp6::Command::Stop)));
+}

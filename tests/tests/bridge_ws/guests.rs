@@ -1,0 +1,164 @@
+//! Clients that speak the protocols of other tools: what they may take of the bridge, and that they are heard.
+
+use std::time::{Duration, Instant};
+
+use futures_util::{SinkExt, StreamExt};
+use serde_json::json;
+use slamlab_bridge::{Config, Limits};
+use slamlab_core::wire::message::{Watching, close};
+use slamlab_tests::calm::async_on_a_calm_machine;
+use tokio::net::{TcpSocket, TcpStream};
+use tokio::time::timeout;
+use tokio_tungstenite::WebSocketStream;
+use tokio_tungstenite::tungstenite::Message;
+use tokio_tungstenite::tungstenite::client::IntoClientRequest;
+use tokio_tungstenite::tungstenite::http::HeaderValue;
+
+use crate::client::{Bridge, limits};
+use crate::robot::{is_stop, with_robot};
+use crate::streams::get;
+
+const NEVER: Duration = Duration::from_secs(60);
+
+/// A client for which the system keeps little, at one of the endpoints.
+async fn guest(bridge: &Bridge, path: &str) -> WebSocketStream<TcpStream> {
+    let socket = TcpSocket::new_v4().unwrap();
+    socket.set_recv_buffer_size(4096).unwrap();
+    let stream = socket.connect(bridge.address).await.unwrap();
+    let url = format!("ws://{}{path}", bridge.address);
+    let mut request = url.into_client_request().unwrap();
+    if path == "/foxglove" {
+        let protocol = HeaderValue::from_static("foxglove.sdk.v1");
+        request
+            .headers_mut()
+            .insert("sec-websocket-protocol", protocol);
+    }
+    let answered = tokio_tungstenite::client_async(request, stream).await;
+    answered.unwrap().0
+}
+
+async fn say(guest: &mut WebSocketStream<TcpStream>, said: serde_json::Value) {
+    guest.send(Message::text(said.to_string())).await.unwrap();
+}
+
+/// Reads to the end: code and reason of the close.
+async fn end(guest: &mut WebSocketStream<TcpStream>) -> (u16, String) {
+    loop {
+        let came = timeout(NEVER, guest.next()).await.unwrap();
+        match came.unwrap().unwrap() {
+            Message::Close(Some(frame)) => return (frame.code.into(), frame.reason.to_string()),
+            Message::Close(None) => panic!("closed without a word"),
+            _ => (),
+        }
+    }
+}
+
+async fn metric(bridge: &Bridge, name: &str) -> u64 {
+    let text = get(bridge, "/metrics").await;
+    let mut lines = text.lines();
+    let line = lines.find_map(|line| line.strip_prefix(&format!("slamlab_{name} ")));
+    line.unwrap().parse().unwrap()
+}
+
+/// Reads and writes were one task once: while a write hung, up to 30 s, nothing that the client said was heard.
+#[test]
+fn a_client_of_rosbridge_that_reads_nothing_still_stops_the_robot() {
+    async_on_a_calm_machine(async || {
+        let (config, memory) = with_robot();
+        let limits = Limits {
+            write: Duration::from_secs(3600),
+            heartbeat: Duration::from_secs(3600),
+            ..limits()
+        };
+        let bridge = Bridge::start(Config {
+            rosbridge: true,
+            limits,
+            ..config
+        })
+        .await;
+        let mut guest = guest(&bridge, "/rosbridge").await;
+        for topic in ["/scan", "/odom", "/tf"] {
+            say(&mut guest, json!({ "op": "subscribe", "topic": topic })).await;
+        }
+        // Until a write hangs: nobody else is told anything.
+        let mut sent = 0;
+        loop {
+            tokio::time::sleep(Duration::from_secs(2)).await;
+            let now = metric(&bridge, "messages_sent_total").await;
+            if now > 0 && now == std::mem::replace(&mut sent, now) {
+                break;
+            }
+        }
+        let from = Instant::now();
+        say(
+            &mut guest,
+            json!({ "op": "call_service", "service": "/slamlab/stop" }),
+        )
+        .await;
+        let is_stopped = || {
+            let orders = memory.orders();
+            orders
+                .iter()
+                .any(|(at, order)| *at >= from && is_stop(order))
+        };
+        while !is_stopped() {
+            assert!(from.elapsed() < NEVER, "nobody heard it");
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
+        drop(guest);
+        bridge.stop().await;
+    });
+}
+
+#[test]
+fn who_shows_no_proof_to_a_private_rosbridge_in_time_is_sent_away_and_counted() {
+    async_on_a_calm_machine(async || {
+        let (config, _) = with_robot();
+        let bridge = Bridge::start(Config {
+            rosbridge: true,
+            foxglove: true,
+            watching: Some(Watching::Token),
+            ..config
+        })
+        .await;
+        let mut silent = guest(&bridge, "/rosbridge").await;
+        let (code, reason) = end(&mut silent).await;
+        assert_eq!(code, close::ACCESS);
+        assert!(reason.contains("proof"), "{reason}");
+
+        let mut liar = guest(&bridge, "/rosbridge").await;
+        let enter =
+            json!({ "op": "call_service", "service": "/slamlab/enter", "args": { "proof": "" } });
+        say(&mut liar, enter).await;
+        assert_eq!(end(&mut liar).await.0, close::ACCESS);
+        assert_eq!(metric(&bridge, "intruders_total").await, 2);
+        bridge.stop().await;
+    });
+}
+
+/// Pings of the WebSocket are answered below, and were not counted: who sent nothing else could send as many as it liked.
+#[test]
+fn a_flood_of_pings_ends_the_connection() {
+    async_on_a_calm_machine(async || {
+        let (config, _) = with_robot();
+        let bridge = Bridge::start(Config {
+            rosbridge: true,
+            foxglove: true,
+            limits: Limits {
+                rate: 1,
+                ..limits()
+            },
+            ..config
+        })
+        .await;
+        for path in ["/ws", "/rosbridge", "/foxglove"] {
+            let mut guest = guest(&bridge, path).await;
+            for _ in 0..20 {
+                // The bridge may have closed already.
+                let _ = guest.send(Message::Ping(vec![].into())).await;
+            }
+            assert_eq!(end(&mut guest).await.0, 1008, "{path}");
+        }
+        bridge.stop().await;
+    });
+}

@@ -1,0 +1,135 @@
+//! Robot and sensors at serial ports that the page itself opened: the bridge of one page.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use slamlab_core::wire::revolution::RevolutionConfig;
+use slamlab_core::wire::rplidar::driver::DriverConfig;
+use slamlab_device::{Device, Ld06, Near, Rp6, Rplidar, Want};
+use wasm_bindgen::prelude::{JsError, wasm_bindgen};
+
+/// There is no device of that kind.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no device `{0}`; expected rp6, rplidar or ld06")]
+pub struct DeviceKindError(String);
+
+/// Devices at ports of the page. Times are µs of the page's clock; the messages are those of a bridge.
+#[wasm_bindgen]
+#[derive(Debug)]
+pub struct WebNear {
+    near: Near,
+    waiting: VecDeque<Vec<u8>>,
+}
+
+/// What the device at a line wants done with it.
+#[wasm_bindgen(getter_with_clone)]
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LineWant {
+    /// `write`, `dtr`, `well` or `reopen`.
+    pub what: String,
+    /// Bytes to write.
+    pub bytes: Vec<u8>,
+    /// Whether DTR is to be set.
+    pub on: bool,
+}
+
+#[wasm_bindgen]
+impl WebNear {
+    /// Devices by the numbers of their lines: `rp6`, `rplidar`, `ld06`.
+    ///
+    /// # Errors    [`DeviceKindError`].
+    #[wasm_bindgen(constructor)]
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "lists of text cross the border by value only"
+    )]
+    pub fn new(kinds: Vec<String>) -> Result<Self, JsError> {
+        let devices: Result<Vec<_>, _> = kinds.iter().map(|kind| device(kind)).collect();
+        Ok(Self {
+            near: Near::new(devices?),
+            waiting: VecDeque::new(),
+        })
+    }
+
+    /// Baud rate of a line; 0 where there is none such.
+    #[must_use]
+    pub fn baud_rate(&self, line: u32) -> u32 {
+        self.near.baud_rate(line as usize).unwrap_or(0)
+    }
+
+    /// Says hello to the page, which begins or begins anew.
+    pub fn begin(&mut self, now: f64) {
+        self.near.begin(micros(now));
+    }
+
+    /// A line was opened.
+    pub fn opened(&mut self, now: f64, line: u32) {
+        self.near.opened(micros(now), line as usize);
+    }
+
+    /// Bytes came on a line.
+    pub fn received(&mut self, now: f64, line: u32, bytes: &[u8]) {
+        self.near.received(micros(now), line as usize, bytes);
+    }
+
+    /// A line broke, or could not be opened; `why` says cause and cure.
+    pub fn broken(&mut self, now: f64, line: u32, why: &str) {
+        self.near.broken(micros(now), line as usize, why);
+    }
+
+    /// The lines are about to be closed.
+    pub fn close(&mut self, now: f64) {
+        self.near.close(micros(now));
+    }
+
+    /// Due some hundred times a second.
+    pub fn tick(&mut self, now: f64) {
+        self.near.tick(micros(now));
+    }
+
+    /// What the device at a line wants done next.
+    #[must_use]
+    pub fn next_want(&mut self, line: u32) -> Option<LineWant> {
+        let (what, bytes, on) = match self.near.next_want(line as usize)? {
+            Want::Write(bytes) => ("write", bytes, false),
+            Want::Dtr(on) => ("dtr", vec![], on),
+            Want::Reopen => ("reopen", vec![], false),
+            // What is told has become messages.
+            Want::Well | Want::Tell(_) => ("well", vec![], false),
+        };
+        Some(LineWant {
+            what: what.to_owned(),
+            bytes,
+            on,
+        })
+    }
+
+    /// Takes a message of the page.
+    ///
+    /// # Errors    A sentence on bytes that are no message.
+    pub fn hear(&mut self, now: f64, bytes: &[u8]) -> Result<(), JsError> {
+        Ok(self.near.hear(micros(now), bytes)?)
+    }
+
+    /// The next message for the page; empty when there is none.
+    #[must_use]
+    pub fn outgoing(&mut self) -> Vec<u8> {
+        if self.waiting.is_empty() {
+            self.waiting.extend(self.near.take_outgoing());
+        }
+        self.waiting.pop_front().unwrap_or_default()
+    }
+}
+
+fn device(kind: &str) -> Result<Box<dyn Device>, DeviceKindError> {
+    Ok(match kind {
+        "rp6" => Box::new(Rp6::new("rp6:cable")),
+        "rplidar" => Box::new(Rplidar::new("rplidar:cable", DriverConfig::default())),
+        "ld06" => Box::new(Ld06::new("ld06:cable", RevolutionConfig::ld06())),
+        other => return Err(DeviceKindError(other.to_owned())),
+    })
+}
+
+fn micros(now: f64) -> Duration {
+    Duration::from_micros(now as u64)
+}

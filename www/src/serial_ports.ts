@@ -1,0 +1,158 @@
+// Serial ports of this computer, by Web Serial: the person chooses them, bytes go to and fro here. What they mean is the module's matter,
+// and so is when a line is opened anew.
+
+import type { Command, LineWish, SerialKind } from "./protocol.js";
+
+/** Milliseconds before a line is tried again, the longest last. */
+const RETRY_MILLIS = [250, 500, 1000, 2000];
+
+/** What is used of Web Serial; the library of the language does not know it. */
+interface Port {
+  readonly readable: ReadableStream<Uint8Array> | null;
+  readonly writable: WritableStream<Uint8Array> | null;
+  open(options: { baudRate: number; bufferSize?: number }): Promise<void>;
+  close(): Promise<void>;
+  setSignals(signals: { dataTerminalReady: boolean }): Promise<void>;
+}
+
+interface Serial {
+  requestPort(): Promise<Port>;
+}
+
+/** Web Serial, where the browser has it: Chrome, Edge and Opera on a computer, from an address that is this computer's or `https`. */
+export function webSerial(): Serial | null {
+  return (navigator as Navigator & { serial?: Serial }).serial ?? null;
+}
+
+class Line {
+  baud = 0;
+  reader: ReadableStreamDefaultReader<Uint8Array> | null = null;
+  writer: WritableStreamDefaultWriter<Uint8Array> | null = null;
+  retry: ReturnType<typeof setTimeout> | null = null;
+  tries = 0;
+  /** The run that uses it has ended. */
+  isLeft = false;
+  /** When all that was written is sent and the port is closed. */
+  readonly closed: Promise<void>;
+  isClosed: () => void = () => {};
+
+  constructor(readonly kind: SerialKind, readonly port: Port) {
+    this.closed = new Promise((done) => (this.isClosed = done));
+  }
+}
+
+export class SerialPorts {
+  readonly #send: (command: Command, transfer?: Transferable[]) => void;
+  #lines: Line[] = [];
+
+  constructor(send: (command: Command, transfer?: Transferable[]) => void) {
+    this.#send = send;
+  }
+
+  /** What is at the ports, in the order of their numbers. */
+  get kinds(): SerialKind[] {
+    return this.#lines.map((line) => line.kind);
+  }
+
+  /** Asks the person for the port of one more device. */
+  async choose(kind: SerialKind): Promise<void> {
+    const port = await webSerial()?.requestPort();
+    if (!port) throw new Error("This browser has no Web Serial.");
+    await this.#leave();
+    const others = this.#lines.filter((line) => line.kind !== kind && line.port !== port);
+    this.#lines = [...others.map((line) => new Line(line.kind, line.port)), new Line(kind, port)];
+  }
+
+  /** The same lines once more, for a run that begins anew. */
+  async again(): Promise<void> {
+    await this.#leave();
+    this.#lines = this.#lines.map((line) => new Line(line.kind, line.port));
+  }
+
+  /** No device is at hand any more. */
+  async forget(): Promise<void> {
+    await this.#leave();
+    this.#lines = [];
+  }
+
+  /** The run that uses the lines ends: it stops its robot first, and then has them closed. */
+  async #leave(): Promise<void> {
+    this.#send({ kind: "unplug" });
+    await Promise.all(this.#lines.filter((line) => line.baud > 0).map((line) => line.closed));
+  }
+
+  /** Does what a device wants done with its line. */
+  wish({ line: number, want, baud, bytes, on }: LineWish): void {
+    const line = this.#lines[number];
+    if (!line || line.isLeft) return;
+    if (want === "open") {
+      line.baud = baud;
+      void this.#open(number, line);
+    } else if (want === "write") {
+      line.writer?.write(bytes).catch(() => {
+        // The reader tells of a line that broke.
+      });
+    } else if (want === "dtr") {
+      line.port.setSignals({ dataTerminalReady: on }).catch(() => {
+        // A plain line without DTR is none the worse.
+      });
+    } else if (want === "close") {
+      line.isLeft = true;
+      void shut(line).then(line.isClosed);
+    } else if (want === "reopen") {
+      void this.#broke(number, line, "The device is started anew.");
+    } else {
+      line.tries = 0;
+    }
+  }
+
+  async #open(number: number, line: Line): Promise<void> {
+    line.retry = null;
+    try {
+      await line.port.open({ baudRate: line.baud, bufferSize: 4096 });
+      if (line.isLeft) return await shut(line);
+      const { readable, writable } = line.port;
+      if (!readable || !writable) throw new Error("the port cannot be read and written");
+      line.reader = readable.getReader();
+      line.writer = writable.getWriter();
+      this.#send({ kind: "line", line: number, event: "opened" });
+      for (;;) {
+        const { value, done } = await line.reader.read();
+        if (done) throw new Error("the port gives nothing any more: look at the cable");
+        const bytes = value.slice();
+        this.#send({ kind: "line", line: number, event: "bytes", bytes }, [bytes.buffer]);
+      }
+    } catch (error) {
+      await this.#broke(number, line, error instanceof Error ? error.message : String(error));
+    }
+  }
+
+  /** Tells that a line broke, and tries it again after a while. */
+  async #broke(number: number, line: Line, why: string): Promise<void> {
+    if (line.isLeft || line.retry !== null) return;
+    const wait = RETRY_MILLIS[Math.min(line.tries, RETRY_MILLIS.length - 1)];
+    line.tries += 1;
+    line.retry = setTimeout(() => void this.#open(number, line), wait);
+    this.#send({ kind: "line", line: number, event: "broken", why });
+    const { reader, writer, port } = line;
+    [line.reader, line.writer] = [null, null];
+    await shut({ reader, writer, port, retry: null });
+  }
+}
+
+/** Ends reading and writing, and closes the port; what is broken already is closed too. */
+async function shut({ port, reader, writer, retry }: Pick<Line, "port" | "reader" | "writer" | "retry">): Promise<void> {
+  if (retry !== null) clearTimeout(retry);
+  const quietly = async (act: Promise<unknown> | undefined): Promise<void> => {
+    try {
+      await act;
+    } catch {
+      // It was closed, or gone.
+    }
+  };
+  await quietly(writer?.close());
+  writer?.releaseLock();
+  await quietly(reader?.cancel());
+  reader?.releaseLock();
+  await quietly(port.close());
+}
