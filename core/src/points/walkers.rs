@@ -10,6 +10,8 @@
 //!    somebody was last seen to walk there, a second for each scan that saw them walk: who only paused may walk on, and what only
 //!    seemed to have moved is forgotten soon.
 //!
+//! A robot that turns by half a radian a second or more sees only who walks fast: its heading is too uncertain for more.
+//!
 //! Ours; step 1 is the test of visibility by which Lindström & Eklundh (2001), "Detecting and tracking moving objects from a
 //! mobile platform using a laser range scanner", find what violates the free room.
 
