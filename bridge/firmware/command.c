@@ -71,7 +71,7 @@ static uint8_t run(uint8_t kind, const uint8_t *payload) {
     case TURN:
       return drive_turn(take32(payload));
     case STOP:
-      drive_stop();
+      drive_abort(); /* no ramp: whoever stops it must not wait for one */
       return 1;
     case ESTOP:
       motor_latch(); /* first the registers, then the rest */
@@ -100,6 +100,8 @@ static uint8_t judge(uint8_t kind, uint8_t sequence, const uint8_t *payload) {
   last_sequence = sequence;
   has_sequence = 1;
   if (moves(kind) && motor_is_latched()) return VERDICT_LATCHED;
+  /* Silence has switched the motors off, and the loop may not have seen it yet: a sign of life must not let go on what was ended. */
+  if (guard_is_silent()) drive_abort();
   /* Before it runs: silence from before this command must not switch off what it starts. */
   guard_feed();
   return run(kind, payload) ? VERDICT_DONE : VERDICT_BAD_VALUE;

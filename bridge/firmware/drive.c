@@ -90,14 +90,10 @@ uint8_t drive_turn(int32_t angle_urad) {
   return 1;
 }
 
-void drive_stop(void) {
-  task = SPEEDS;
-  asked_forward = asked_turn = 0;
-}
-
 void drive_abort(void) {
   motor_off();
-  drive_stop();
+  task = SPEEDS;
+  asked_forward = asked_turn = 0;
   forward = turn = 0;
   is_let_go = 1;
   for (uint8_t side = 0; side < 2; side++) {

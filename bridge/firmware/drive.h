@@ -14,9 +14,6 @@ uint8_t drive_velocity(int16_t forward_mm_s, int16_t turn_mrad_s);
 uint8_t drive_forward(int32_t way_um);
 uint8_t drive_turn(int32_t angle_urad);
 
-/* Brakes as fast as it may and stands. */
-void drive_stop(void);
-
 /* Gives up everything at once; the motors are off already or go off now. */
 void drive_abort(void);
 

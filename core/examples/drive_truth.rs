@@ -109,6 +109,7 @@ fn run(arguments: &Arguments, mode: Mode, seed: u64) -> Result<()> {
             estimate: &estimate,
             grid: &grid,
             points: points.as_ref(),
+            walkers: &[],
             motion_since_scan: scanned_at.delta_to(&pose),
             bumpers: sim.bumpers(),
             robot_is_busy: sim.is_busy(),

@@ -10,25 +10,32 @@
 )]
 
 use std::io::Write as _;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
 use nalgebra::Point2;
+use slamlab_core::estimation::KnownLine;
 use slamlab_core::experiment::{Experiment, ExperimentConfig, Figures};
-use slamlab_core::format::{floor_plan, og_map, preset, world};
+use slamlab_core::format::map_server::{self, MapImage, MapInfo, MapMode, OccupancyMap};
+use slamlab_core::format::{building, floor_plan, og_map, preset, tum, world};
+use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::pilot::{Mode, Status};
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::{SensorKind, World, reachable_area, worlds};
-use slamlab_core::slam::Method;
+use slamlab_core::slam::{KnownMap, Method};
 
 /// A robot in a simulated world: it maps, finds itself, plans and drives.
 #[derive(Parser)]
 struct Args {
-    /// A built-in world, or the path of a world file (JSON).
+    /// A built-in world, or the path of a world file (.json), of a map of ROS map_server (.yaml) or of a floor plan (.svg).
     #[arg(long, default_value = "office")]
     world: String,
+    /// Metres in a unit of a floor plan; by default what the drawing says of itself.
+    #[arg(long, value_name = "METRES")]
+    svg_unit: Option<f64>,
     /// What the robot sees with: lidar, sick, rangers or sonar; the world's own sensor by default.
     #[arg(long)]
     sensor: Option<SensorKind>,
@@ -41,9 +48,13 @@ struct Args {
     /// Goal of `--mode goto` in the world, as `x,y` in metres; the world's own goal by default.
     #[arg(long, allow_hyphen_values = true)]
     goal: Option<String>,
-    /// How the robot estimates its pose: odometry, line-ekf or scan-matching.
+    /// How the robot estimates its pose: odometry, line-ekf, scan-matching or known-map.
     #[arg(long, default_value = "line-ekf")]
     method: String,
+    /// The map that `--method known-map` finds the robot in, in the world's frame: YAML of ROS map_server, or SVG. By default the
+    /// walls of the world.
+    #[arg(long, value_name = "FILE")]
+    known: Option<PathBuf>,
     /// Simulated seconds after which the run is given up.
     #[arg(long, default_value = "3600", value_parser = duration, allow_hyphen_values = true)]
     max_seconds: f64,
@@ -58,7 +69,19 @@ struct Args {
     plan: Option<String>,
     /// Write the grid as text, the layout of OGmap.txt.
     #[arg(long, value_name = "FILE")]
-    og_map: Option<String>,
+    og_map: Option<PathBuf>,
+    /// Write the grid for ROS map_server: PGM, or PNG where the name ends in .png, and a YAML beside it.
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+    /// What the greys of --map mean: trinary, scale (PNG only) or raw.
+    #[arg(long, default_value = "trinary")]
+    map_mode: MapMode,
+    /// Write where the robot was at each scan, as it believes at the end, as a TUM trajectory.
+    #[arg(long, value_name = "FILE")]
+    tum: Option<PathBuf>,
+    /// Write the scans with their odometry as a CARMEN log.
+    #[arg(long, value_name = "FILE")]
+    carmen: Option<PathBuf>,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -98,7 +121,7 @@ fn main() -> ExitCode {
 
 fn run(args: &Args) -> Result<()> {
     let method: Method = args.method.parse().context("--method")?;
-    let world = load_world(&args.world)?;
+    let world = load_world(args)?;
     let mode = match args.mode {
         Errand::Explore if args.goal.is_some() => bail!("--goal is for `--mode goto` only"),
         Errand::Explore => Mode::Explore,
@@ -132,20 +155,17 @@ fn run(args: &Args) -> Result<()> {
         mode,
         ..settings.experiment(world, robot, setup.seed)
     };
+    let mut config = config;
+    if let Some(path) = &args.known {
+        config.slam.known = known_map(args, path, &config.world.start)?;
+    }
     let mut experiment = Experiment::new(config)?;
     let begin = Instant::now();
     while !experiment.status().is_over() && experiment.seconds() < args.max_seconds {
         experiment.step()?;
     }
     let wall_seconds = begin.elapsed().as_secs_f64();
-    if let Some(stem) = &args.plan {
-        write_plan(&experiment, stem)?;
-    }
-    if let Some(path) = &args.og_map {
-        let map = og_map::of_grid(experiment.slam().grid())?;
-        std::fs::write(path, og_map::write(&map))
-            .with_context(|| format!("cannot write {path}"))?;
-    }
+    write_files(args, &experiment)?;
     let figures = experiment.figures(&area);
     let finished = matches!(experiment.status(), Status::Finished(_));
     let reason = match experiment.status().is_over() {
@@ -167,16 +187,39 @@ fn run(args: &Args) -> Result<()> {
     print(&report, args.json).context("cannot write to standard output")
 }
 
-fn write_plan(experiment: &Experiment, stem: &str) -> Result<()> {
-    let walls = experiment.slam().vector_map().walls();
-    let files = [
-        ("svg", floor_plan::svg(&walls)?),
-        ("dxf", floor_plan::dxf(&walls)?),
-        ("geojson", floor_plan::geojson(&walls)?),
-    ];
-    for (extension, text) in files {
-        let path = format!("{stem}.{extension}");
-        std::fs::write(&path, text).with_context(|| format!("cannot write {path}"))?;
+/// Writes what was asked for.
+fn write_files(args: &Args, experiment: &Experiment) -> Result<()> {
+    let slam = experiment.slam();
+    let mut files: Vec<(PathBuf, Vec<u8>)> = vec![];
+    if let Some(stem) = &args.plan {
+        let walls = slam.vector_map().walls();
+        let named =
+            |extension: &str, text: String| (format!("{stem}.{extension}").into(), text.into());
+        files.push(named("svg", floor_plan::svg(&walls)?));
+        files.push(named("dxf", floor_plan::dxf(&walls)?));
+        files.push(named("geojson", floor_plan::geojson(&walls)?));
+    }
+    if let Some(path) = &args.og_map {
+        let map = og_map::of_grid(slam.grid())?;
+        files.push((path.clone(), og_map::write(&map).into()));
+    }
+    if let Some(path) = &args.map {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let map = OccupancyMap::of_grid(slam.grid(), args.map_mode)?;
+        let map = map_server::write(&map, args.map_mode, MapImage::of_name(&name), &name)?;
+        files.push((path.with_extension("yaml"), map.yaml.into()));
+        files.push((path.clone(), map.image));
+    }
+    if let Some(path) = &args.tum {
+        let poses = slam.trajectory().into_iter();
+        let text = tum::write(poses.map(|(stamp, pose)| (stamp.seconds(), pose)));
+        files.push((path.clone(), text.into()));
+    }
+    if let Some(path) = &args.carmen {
+        files.push((path.clone(), experiment.log().write().into()));
+    }
+    for (path, bytes) in files {
+        std::fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
     }
     Ok(())
 }
@@ -201,18 +244,60 @@ struct Setup {
     method: Method,
 }
 
-fn load_world(name: &str) -> Result<World> {
+fn load_world(args: &Args) -> Result<World> {
+    let name = args.world.as_str();
     if let Some(world) = worlds::builtin(name) {
         return Ok(world);
     }
-    if !std::path::Path::new(name).exists() {
+    let path = Path::new(name);
+    if !path.exists() {
         bail!(
-            "there is no world `{name}`; built in are {}, or give the path of a world file",
+            "there is no world `{name}`; built in are {}, or give the path of a world file, of a map's YAML or of a floor plan",
             worlds::NAMES.join(", ")
         );
     }
-    let text = std::fs::read(name).with_context(|| format!("reading {name}"))?;
-    world::read(&text).with_context(|| format!("{name} is not a world"))
+    let bytes = std::fs::read(path).with_context(|| format!("reading {name}"))?;
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    let imported = match extension.to_str() {
+        Some("yaml" | "yml") => building::of_map(&load_map(path, &bytes)?, name)
+            .with_context(|| format!("{name} is no building"))?,
+        Some("svg") => building::of_svg(&bytes, args.svg_unit, name)
+            .with_context(|| format!("{name} is no floor plan"))?,
+        _ => return world::read(&bytes).with_context(|| format!("{name} is not a world")),
+    };
+    for what in &imported.left_out {
+        eprintln!("simulate: {name}: left out {what}");
+    }
+    Ok(imported.world)
+}
+
+/// A map to be found in; its frame is the world's.
+fn known_map(args: &Args, path: &Path, start: &Pose2) -> Result<KnownMap> {
+    let bytes = std::fs::read(path).with_context(|| format!("reading {}", path.display()))?;
+    let mut known = KnownMap::default();
+    let walls: Vec<Segment> = match path.extension().and_then(|e| e.to_str()) {
+        Some("svg") => {
+            let plan = building::of_svg(&bytes, args.svg_unit, "plan").context("--known")?;
+            plan.world.walls().iter().map(|wall| wall.segment).collect()
+        }
+        _ => {
+            let map = load_map(path, &bytes)?;
+            known.sigma = map.resolution / 3.0;
+            let outlines = building::walls_of_map(&map).context("--known")?;
+            building::sides(&outlines).collect()
+        }
+    };
+    known.lines = KnownLine::of_walls(&walls, &start.inverse());
+    Ok(known)
+}
+
+/// A map of ROS map_server, with the image that its YAML names.
+fn load_map(path: &Path, yaml: &[u8]) -> Result<OccupancyMap> {
+    let told = || format!("{} is no map", path.display());
+    let info = MapInfo::parse(yaml).with_context(told)?;
+    let image = info.image_beside(path);
+    let bytes = std::fs::read(&image).with_context(|| format!("reading {}", image.display()))?;
+    map_server::read_image(&info, &bytes).with_context(told)
 }
 
 /// The map begins at the robot's start, so the goal moves from the world's frame into that one.

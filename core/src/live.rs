@@ -507,6 +507,7 @@ impl State {
             estimate: &estimate,
             grid: self.slam.grid(),
             points: self.slam.obstacles(),
+            walkers: self.slam.walkers(),
             bumpers: self.bumpers,
             motion_since_scan: self.slam.motion_since_scan(),
             robot_is_busy,

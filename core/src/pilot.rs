@@ -27,7 +27,7 @@ use nalgebra::Point2;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::control::{SafeConfig, Steering, limit_speed, within_model};
+use crate::control::{SafeConfig, Steering, limit_among_walkers, limit_speed, within_model};
 use crate::geom::{Pose2, PoseEstimate, Segment};
 use crate::map::Grid;
 use crate::plan::{Frontier, Path, Planner};
@@ -49,6 +49,8 @@ pub struct Situation<'a> {
     /// What stands around, robot frame at the stamp of the last scan: its points, and what is too near to be seen
     /// ([`crate::slam::Slam::obstacles`]).
     pub points: Option<&'a Points>,
+    /// Those of the points that walk about ([`crate::slam::Slam::walkers`]).
+    pub walkers: &'a [Point2<f64>],
     /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.
     pub motion_since_scan: Pose2,
     /// Which bumpers are pressed.
@@ -252,7 +254,8 @@ impl Pilot {
         let (forward, turn) = match now.points {
             Some(points) => {
                 let since = &now.motion_since_scan;
-                limit_speed(wish, self.told, points, since, &self.model, &config)
+                let safe = limit_speed(wish, self.told, points, since, &self.model, &config);
+                limit_among_walkers(safe, self.told, now.walkers, since, &self.model, &config)
             }
             None if now.scans_on_command => within_model(wish, &self.model),
             None => (0.0, 0.0),

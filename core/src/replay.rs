@@ -12,6 +12,7 @@ mod log;
 mod tests;
 
 use crate::estimation::{ConsistencyWindow, Drive, DriveFit, OdometryFit};
+use crate::format::carmen::CarmenLog;
 use crate::geom::Pose2;
 use crate::hash::StateHash;
 use crate::points::{SigmaConfig, estimate_sigma_of_stretches};
@@ -283,6 +284,21 @@ impl Replay {
         used.zip(self.slam.trajectory())
             .map(|(used, (_, pose))| (used.seconds, pose))
             .collect()
+    }
+
+    /// All scans of the log with their odometry, those too that were not taken yet, as a CARMEN log.
+    #[must_use]
+    pub fn carmen_log(&self) -> CarmenLog {
+        let recording = match &self.log {
+            Log::Carmen(log) => return log.clone(),
+            recording @ Log::Recording(_) => recording,
+        };
+        let mut feed = Feed::of(recording);
+        let mut log = CarmenLog::empty();
+        while let Some(step) = feed.next(recording, &self.robot) {
+            log.push(step.seconds, &step.odom_from_robot, &step.scan);
+        }
+        log
     }
 
     /// The hash of the whole trajectory: equal bits natively and in the browser.

@@ -8,74 +8,31 @@
 //! Every source (simulation, bridge, recorded log) feeds the same two verbs, and every method answers alike, so that
 //! they can be swapped and compared on the same run.
 
+mod config;
 mod estimator;
+mod known;
+#[cfg(test)]
+mod known_tests;
+mod method;
+#[cfg(test)]
+mod tests;
 mod walls;
 
-use std::str::FromStr;
+use nalgebra::Point2;
 
 use crate::estimation::{
-    Correlations, EkfConfig, EkfError, Landmark, Match, OdometryErrors, ScanMatcherConfig,
-    ScanMatcherError, UpdateReport,
+    Correlations, EkfError, Landmark, Match, OdometryErrors, ScanMatcherError, UpdateReport,
 };
-use crate::features::{LineConfig, LineError, LineFeature};
+use crate::features::{LineError, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
-use crate::map::{EvidenceConfig, Grid, GridConfig, GridError, VectorConfig, VectorMap};
-use crate::points::{MotionHistory, NearConfig, NearField, PointConfig, Points};
+use crate::map::{Grid, GridError, VectorMap};
+use crate::points::{MotionHistory, NearField, Points, WalkerConfig, Walkers};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
+pub use config::SlamConfig;
 use estimator::{Estimator, Sweep};
-
-/// How the pose is estimated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// Odometry alone: the yardstick.
-    Odometry,
-    /// Kalman filter over walls (TDK 2016 §3.4).
-    LineEkf,
-    /// Scans matched to submaps, loops closed in a pose graph.
-    ScanMatching,
-}
-
-/// Settings of every stage.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SlamConfig {
-    /// What is kept of a scan.
-    pub points: PointConfig,
-    /// What is remembered of things too near to be seen.
-    pub near: NearConfig,
-    /// How lines are found.
-    pub lines: LineConfig,
-    /// The filter over lines.
-    pub ekf: EkfConfig,
-    /// The scan matcher, with the grid that it draws anew after closing a loop.
-    pub matcher: ScanMatcherConfig,
-    /// The grid of the other methods.
-    pub grid: GridConfig,
-    /// What the filter over lines draws of a scan.
-    pub evidence: EvidenceConfig,
-    /// The vector map of the filter over lines.
-    pub vector: VectorConfig,
-}
-
-impl SlamConfig {
-    /// For a sensor that scans only on command: it sees each cell a few times at most, little of each wall, and from afar in
-    /// terms of odometry. It takes Celej's quicker grid, and the `short_range` figures of lines, filter, grid and what is near.
-    #[must_use]
-    pub fn short_range() -> Self {
-        Self {
-            near: NearConfig::short_range(),
-            grid: GridConfig::celej(),
-            lines: LineConfig::short_range(),
-            ekf: EkfConfig::short_range(),
-            evidence: EvidenceConfig::short_range(),
-            matcher: ScanMatcherConfig {
-                evidence: EvidenceConfig::short_range(),
-                ..ScanMatcherConfig::default()
-            },
-            ..Self::default()
-        }
-    }
-}
+pub use known::KnownMap;
+pub use method::{Method, UnknownMethod};
 
 /// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -99,6 +56,9 @@ pub enum SlamError {
     /// A setting of the scan matcher.
     #[error(transparent)]
     Matcher(#[from] ScanMatcherError),
+    /// A method that needs a map, and none is there.
+    #[error("known-map needs a known map with walls to find the robot in; none was given")]
+    NoKnownMap,
 }
 
 /// Estimates the robot's pose and builds the map. The map's frame begins where the robot does.
@@ -110,6 +70,7 @@ pub struct Slam {
     estimator: Estimator,
     points: Option<Points>,
     near: NearField,
+    walkers: Walkers,
     /// The same points, with what is near and was not seen.
     obstacles: Option<Points>,
     motion_since_scan: Pose2,
@@ -147,6 +108,7 @@ impl Slam {
             // The slowest sweep is that of a ranger on a servo, a few seconds.
             history: MotionHistory::new(5.0),
             near: NearField::new(config.near),
+            walkers: Walkers::new(WalkerConfig::default()),
             vector: VectorMap::new(config.vector),
             config,
             points: None,
@@ -248,6 +210,7 @@ impl Slam {
     fn conclude(&mut self, points: Points) {
         walls::observe(&mut self.vector, &self.estimator, &points);
         self.near.update(&points, &self.motion_since_scan);
+        self.walkers.update(&points, &self.motion_since_scan);
         self.obstacles = Some(self.near.with_unseen(&points));
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
@@ -320,7 +283,7 @@ impl Slam {
     #[must_use]
     pub fn features(&self) -> &[LineFeature] {
         match &self.estimator {
-            Estimator::Lines { features, .. } => features,
+            Estimator::Lines { features, .. } | Estimator::Known { features, .. } => features,
             _ => &[],
         }
     }
@@ -389,6 +352,12 @@ impl Slam {
         self.obstacles.as_ref()
     }
 
+    /// Points of those who walk about, or did so a moment ago; in the robot frame when the last scan came.
+    #[must_use]
+    pub fn walkers(&self) -> &[Point2<f64>] {
+        self.walkers.points()
+    }
+
     /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.
     #[must_use]
     pub fn motion_since_scan(&self) -> Pose2 {
@@ -432,72 +401,5 @@ impl Slam {
                 .integer(block.row as u64)
                 .singles(cells);
         }
-    }
-}
-
-impl Method {
-    /// All methods, with the names used by commands and pages.
-    pub const ALL: [(&'static str, Self); 3] = [
-        ("odometry", Self::Odometry),
-        ("line-ekf", Self::LineEkf),
-        ("scan-matching", Self::ScanMatching),
-    ];
-
-    /// The name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        Self::ALL
-            .iter()
-            .find(|(_, method)| *method == self)
-            .map_or("", |(name, _)| name)
-    }
-}
-
-/// There is no method of that name.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no method `{0}`; expected odometry, line-ekf or scan-matching")]
-pub struct UnknownMethod(String);
-
-impl FromStr for Method {
-    type Err = UnknownMethod;
-
-    fn from_str(name: &str) -> Result<Self, UnknownMethod> {
-        let found = Self::ALL.iter().find(|(known, _)| *known == name);
-        found
-            .map(|(_, method)| *method)
-            .ok_or_else(|| UnknownMethod(name.to_owned()))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn odometry_that_is_no_motion_leaves_every_method_as_it_was() {
-        for (name, method) in Method::ALL {
-            let mut slam = Slam::new(method, SlamConfig::default()).unwrap();
-            let mut odometry = Odometry::standing(Stamp(1_000_000));
-            slam.odometry(&odometry).unwrap();
-            let before = slam.estimate();
-            odometry.motion = Pose2::new(f64::NAN, 0.0, 0.0);
-            let error = slam.odometry(&odometry).unwrap_err();
-            assert!(matches!(error, SlamError::Odometry(_)), "{name}: {error}");
-            assert_eq!(slam.estimate(), before, "{name}");
-            assert_eq!(slam.motion_since_scan(), Pose2::identity(), "{name}");
-        }
-    }
-
-    #[test]
-    fn methods_are_found_by_name() {
-        for (name, method) in Method::ALL {
-            assert_eq!(name.parse(), Ok(method));
-            assert_eq!(method.name(), name);
-        }
-        let error = "teleport".parse::<Method>().unwrap_err().to_string();
-        assert_eq!(
-            error,
-            "there is no method `teleport`; expected odometry, line-ekf or scan-matching"
-        );
     }
 }

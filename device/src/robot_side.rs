@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
+use slamlab_core::control::SafeMode;
 use slamlab_core::robot::{Command, Stamp};
 use slamlab_core::wire::message::{DisarmReason, LinkState};
 
 use crate::event::{self, Event, Order, Profile};
 use crate::safety::plausible::{Plausible, PlausibleConfig};
-use crate::safety::safe_mode::SafeMode;
 
 /// What is known of the robot that takes commands: the first source that has one.
 #[derive(Clone, Debug)]
@@ -109,7 +109,7 @@ impl RobotSide {
                 self.newest = (odometry.to, now);
                 consequence.fault = self.plausible.odometry(now, odometry);
                 if let Some(safe_mode) = &mut self.safe_mode {
-                    safe_mode.odometry(odometry);
+                    consequence.correction = safe_mode.odometry(odometry);
                 }
             }
             Event::Bumpers { left, right, .. } => {

@@ -3,7 +3,7 @@
 //! 1. The link comes up disarmed, and the source arms it when an order to move comes; but not one that was already being
 //!    repeated when the robot came back: orders to move must have ceased for 0.3 seconds once.
 //! 2. While the robot is under way, a sign of life goes to it ten times a second, for its own watchdog. Speeds are given
-//!    anew all the time by whoever drives; where none came for half a second the source itself stops the robot.
+//!    anew all the time by whoever drives; where none came for a quarter of a second the source itself stops the robot.
 //! 3. The robot's stamps are put on the bridge's clock ([`slamlab_core::wire::ClockMap`]), on which the scans of other devices are.
 //! 4. Each sweep of its rangers becomes a scan, on that clock too.
 //! 5. An emergency stop is remembered while nobody answers, and given again to a robot that comes back.
@@ -33,7 +33,7 @@ use sweeps::Sweeps;
 /// Seconds between two signs of life.
 const ALIVE: f64 = 0.1;
 /// Seconds after which a speed that is not given anew is forgotten, and the robot stopped.
-const FORGOTTEN: f64 = 0.5;
+const FORGOTTEN: f64 = 0.25;
 /// Seconds between two reports of what does not change.
 const NOW_AND_THEN: f64 = 1.0;
 /// From one telemetry to the next, ms: half of the line's time.

@@ -60,6 +60,37 @@ test('the stick drives under the thumb', async ({ lab, page, hasTouch }) => {
   await lab.standsStill();
 });
 
+test('a gamepad drives, and stops when it is let go or told to', async ({ lab, page, hasTouch }) => {
+  test.skip(hasTouch, 'one kind of page is enough');
+  // No machine of ours has a gamepad: the browser is given one of the standard layout.
+  await page.addInitScript(() => {
+    const pad = { connected: true, axes: [0, 0, 0, 0], buttons: Array.from({ length: 16 }, () => ({ pressed: false })) };
+    Object.assign(window, { pad });
+    Object.defineProperty(navigator, 'getGamepads', { value: () => [null, pad] });
+  });
+  const move = (axes: number[], stop = false): Promise<void> =>
+    page.evaluate(([axes, stop]) => {
+      const { pad } = window as unknown as { pad: { axes: number[]; buttons: { pressed: boolean }[] } };
+      pad.axes = axes;
+      pad.buttons[1]!.pressed = stop;
+    }, [axes, stop] as const);
+  await lab.open();
+  await lab.enter('arena', '1');
+  await lab.at('mode-manual').click();
+  await lab.standsStill();
+  await page.evaluate(() => window.dispatchEvent(new Event('gamepadconnected')));
+  const { distance } = await lab.status();
+  await move([0.05, -1]);
+  await lab.watch((s) => s.distance, 'up drives ahead').toBeGreaterThan(distance + 0.15);
+  await move([0.05, 0.1]);
+  await lab.standsStill();
+  const { truthHeading } = await lab.status();
+  await move([-1, 0]);
+  await lab.watch((s) => turnBetween(s.truthHeading, truthHeading), 'left turns to the left').toBeGreaterThan(0.3);
+  await move([-1, 0], true);
+  await lab.standsStill();
+});
+
 test('full speed at a wall ends before the wall', async ({ lab, page, hasTouch }) => {
   test.skip(hasTouch, 'a phone has no keys');
   await lab.open();

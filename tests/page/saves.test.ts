@@ -61,3 +61,32 @@ test('the walls are saved as a drawing, for drawing programs and as data', async
   expect(files.get('office.svg')?.match(/<line /g)).toHaveLength(plan.features.length);
   expect(files.get('office.dxf')?.match(/^LINE$/gm)).toHaveLength(plan.features.length);
 });
+
+test('everything that can be saved is saved, and says so', async ({ lab, page }) => {
+  await lab.open();
+  await lab.watch((s) => s.scans, 'the robot looks around').toBeGreaterThan(10);
+  await lab.pause();
+  await lab.show('run');
+  const save = async (what: string, count: number): Promise<Map<string, Buffer>> => {
+    const downloads: Download[] = [];
+    const note = (download: Download) => { downloads.push(download); };
+    page.on('download', note);
+    await lab.at('save-as').selectOption(what);
+    await expect.poll(() => downloads.length, `${what} comes`).toBe(count);
+    page.off('download', note);
+    return new Map(await Promise.all(downloads.map(async (d) => [d.suggestedFilename(), await readFile(await d.path())] as const)));
+  };
+  const scale = await save('map-scale', 2);
+  expect(scale.get('office-map.png')?.subarray(1, 4).toString()).toBe('PNG');
+  expect(scale.get('office-map.yaml')?.toString()).toMatch(/^image: office-map\.png\nmode: scale\n/);
+  expect((await save('map-raw', 2)).get('office.yaml')?.toString()).toContain('mode: raw');
+  const text = (await save('og-map', 1)).get('OGmap.txt')?.toString().trim().split('\n') ?? [];
+  const [width, height] = text[0]?.split(' ').map(Number) ?? [];
+  expect(text.length - 1).toBe(height);
+  expect(text[1]?.split(' ').length).toBe(width);
+  const poses = (await save('tum', 1)).get('office.tum')?.toString().match(/^\d.*$/gm) ?? [];
+  const scans = (await save('carmen', 1)).get('office.clf')?.toString().match(/^ROBOTLASER1 .*$/gm) ?? [];
+  expect(poses.length).toBeGreaterThan(10);
+  expect(scans.length, 'a scan for each pose').toBe(poses.length);
+  await expect(lab.at('save-as')).toHaveValue('');
+});

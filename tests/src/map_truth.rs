@@ -7,6 +7,7 @@
 //! 3. Of the floor that can be reached or seen: how much of it the map knows.
 
 use nalgebra::{Point2, Vector2};
+use slamlab_core::format::map_server::{self, MapServerError, NOTHING_KNOWN, OccupancyMap};
 use slamlab_core::geom::Pose2;
 use slamlab_core::sim::{Caster, ReachableArea, World, reachable_area};
 
@@ -30,33 +31,25 @@ pub struct MapTruth {
     pub found_walls: f64,
 }
 
-/// Why a file is no map.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+/// Why files are no map that can be compared.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MapFileError {
-    /// The picture.
-    #[error("the picture is no binary PGM with 256 tones: {0}")]
-    Pgm(&'static str),
-    /// The text beside it.
-    #[error("the YAML has no readable `{0}`")]
-    Yaml(&'static str),
+    /// The picture or the text beside it.
+    #[error(transparent)]
+    File(#[from] MapServerError),
     /// Nothing is known.
     #[error("no cell is occupied")]
     Empty,
 }
 
-struct Picture {
-    width: usize,
-    height: usize,
-    tones: Vec<u8>,
-    resolution: f64,
-    low: Point2<f64>,
-}
+/// A map, and where its cells are.
+struct Picture(OccupancyMap);
 
 /// Compares a map with its world.
 ///
 /// # Errors    [`MapFileError`].
 pub fn compare(world: &World, pgm: &[u8], yaml: &str) -> Result<MapTruth, MapFileError> {
-    let picture = Picture::read(pgm, yaml)?;
+    let picture = Picture(map_server::read(yaml.as_bytes(), pgm)?);
     let caster = Caster::new(world.walls());
     let errors: Vec<f64> = picture
         .occupied()
@@ -69,15 +62,14 @@ pub fn compare(world: &World, pgm: &[u8], yaml: &str) -> Result<MapTruth, MapFil
     let map_from_world = world.start.inverse();
     let near = errors.iter().filter(|error| **error < NEAR).count();
     Ok(MapTruth {
-        explored: area.known_fraction(|at| picture.tone(map_from_world * at).is_some_and(is_known)),
+        explored: area.known_fraction(|at| {
+            let cell = picture.cell(map_from_world * at);
+            cell.is_some_and(|cell| cell != NOTHING_KNOWN)
+        }),
         true_walls: near as f64 / errors.len() as f64,
         wall_error: errors.iter().sum::<f64>() / errors.len() as f64,
         found_walls: found(world, &area, &picture, &map_from_world),
     })
-}
-
-fn is_known(tone: u8) -> bool {
-    tone != slamlab_core::format::map_server::UNKNOWN
 }
 
 fn found(world: &World, area: &ReachableArea, picture: &Picture, map_from_world: &Pose2) -> f64 {
@@ -101,90 +93,35 @@ fn found(world: &World, area: &ReachableArea, picture: &Picture, map_from_world:
 }
 
 impl Picture {
-    fn read(pgm: &[u8], yaml: &str) -> Result<Self, MapFileError> {
-        let value = |key: &'static str| {
-            let line = yaml.lines().find_map(|line| line.strip_prefix(key));
-            line.and_then(|rest| rest.strip_prefix(':'))
-                .map(str::trim)
-                .ok_or(MapFileError::Yaml(key))
-        };
-        let number = |text: &str, key| text.trim().parse().map_err(|_| MapFileError::Yaml(key));
-        let resolution = number(value("resolution")?, "resolution")?;
-        let origin = value("origin")?.trim_matches(['[', ']']);
-        let mut origin = origin.split(',').map(|text| number(text, "origin"));
-        let mut next = || origin.next().unwrap_or(Err(MapFileError::Yaml("origin")));
-        let low = Point2::new(next()?, next()?);
-        let (width, height, tones) = pgm_parts(pgm)?;
-        Ok(Self {
-            width,
-            height,
-            tones: tones.to_vec(),
-            resolution,
-            low,
-        })
-    }
-
-    fn tone(&self, in_map: Point2<f64>) -> Option<u8> {
-        let at = (in_map - self.low) / self.resolution;
+    fn cell(&self, in_map: Point2<f64>) -> Option<i8> {
+        let at = (self.0.origin.inverse() * in_map) / self.0.resolution;
         if at.x < 0.0 || at.y < 0.0 {
             return None;
         }
         let (col, row) = (at.x as usize, at.y as usize);
-        (col < self.width && row < self.height)
-            .then(|| self.tones[(self.height - 1 - row) * self.width + col])
+        (col < self.0.width && row < self.0.height).then(|| self.0.cells[row * self.0.width + col])
     }
 
     fn occupied(&self) -> impl Iterator<Item = Point2<f64>> {
-        let middle = |index: usize| {
-            let (row, col) = (index / self.width, index % self.width);
-            let up = self.height - 1 - row;
-            self.low + Vector2::new(col as f64 + 0.5, up as f64 + 0.5) * self.resolution
+        let map = &self.0;
+        let middle = move |index: usize| {
+            let (row, col) = (index / map.width, index % map.width);
+            map.origin * (Point2::new(col as f64 + 0.5, row as f64 + 0.5) * map.resolution)
         };
-        self.tones
-            .iter()
-            .enumerate()
-            .filter(|(_, tone)| **tone == slamlab_core::format::map_server::OCCUPIED)
+        let cells = map.cells.iter().enumerate();
+        cells
+            .filter(|(_, cell)| **cell == 100)
             .map(move |(index, _)| middle(index))
     }
 
     fn is_occupied_near(&self, in_map: Point2<f64>) -> bool {
-        let reach = (NEAR / self.resolution).round() as i32;
+        let reach = (NEAR / self.0.resolution).round() as i32;
         (-reach..=reach).any(|row| {
             (-reach..=reach).any(|col| {
-                let by = Vector2::new(f64::from(col), f64::from(row)) * self.resolution;
-                self.tone(in_map + by) == Some(slamlab_core::format::map_server::OCCUPIED)
+                let by = Vector2::new(f64::from(col), f64::from(row)) * self.0.resolution;
+                self.cell(in_map + by) == Some(100)
             })
         })
-    }
-}
-
-/// Columns, rows and tones of a binary PGM.
-fn pgm_parts(pgm: &[u8]) -> Result<(usize, usize, &[u8]), MapFileError> {
-    let mut rest = pgm;
-    let mut words = vec![];
-    while words.len() < 4 {
-        let end = rest.iter().position(u8::is_ascii_whitespace);
-        let end = end.ok_or(MapFileError::Pgm("the head ends early"))?;
-        let (word, behind) = rest.split_at(end);
-        if word.first() == Some(&b'#') {
-            let line = rest.iter().position(|byte| *byte == b'\n').unwrap_or(end);
-            rest = &rest[line + 1..];
-            continue;
-        }
-        words.push(String::from_utf8_lossy(word).into_owned());
-        rest = &behind[1..];
-    }
-    let number = |word: &String| word.parse::<usize>().ok();
-    match (
-        words[0].as_str(),
-        number(&words[1]),
-        number(&words[2]),
-        words[3].as_str(),
-    ) {
-        ("P5", Some(width), Some(height), "255") if rest.len() == width * height => {
-            Ok((width, height, rest))
-        }
-        _ => Err(MapFileError::Pgm("head and size do not fit")),
     }
 }
 
@@ -212,7 +149,8 @@ mod tests {
         (
             world,
             pgm,
-            "image: a.pgm\nresolution: 0.05\norigin: [-1.0, -1.0, 0]\n".into(),
+            "image: a.pgm\nresolution: 0.05\norigin: [-1.0, -1.0, 0]\nnegate: 0\noccupied_thresh: 0.65\n\
+             free_thresh: 0.196\n".into(),
         )
     }
 
@@ -244,13 +182,8 @@ mod tests {
     #[test]
     fn what_is_no_map_is_named() {
         let (world, pgm, yaml) = drawn(0.0);
-        assert_eq!(
-            compare(&world, &pgm[..99], &yaml),
-            Err(MapFileError::Pgm("head and size do not fit"))
-        );
-        assert_eq!(
-            compare(&world, &pgm, "x: 1"),
-            Err(MapFileError::Yaml("resolution"))
-        );
+        let told = |pgm: &[u8], yaml: &str| compare(&world, pgm, yaml).unwrap_err().to_string();
+        assert!(told(&pgm[..99], &yaml).contains("the header promises 120 x 100 pixels"));
+        assert!(told(&pgm, "x: 1").contains("the key `image` is missing"));
     }
 }

@@ -4,6 +4,7 @@ use std::cell::OnceCell;
 
 use nalgebra::Point2;
 use slamlab_core::experiment::Experiment;
+use slamlab_core::format::carmen::CarmenLog;
 use slamlab_core::geom::Pose2;
 use slamlab_core::pilot::{Mode, Stage};
 use slamlab_core::settings::Settings;
@@ -13,6 +14,7 @@ use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::bench::{BenchResponse, BenchTrial};
 use crate::contest::{Ground, WebContest};
+use crate::export::trajectory_of;
 use crate::settings::apply;
 use crate::setup::WebSetup;
 use crate::shows_slam::shows_slam;
@@ -453,5 +455,13 @@ shows_slam!(WebExperiment);
 impl WebExperiment {
     fn slam(&self) -> &Slam {
         self.experiment.slam()
+    }
+
+    fn trajectory(&self) -> Vec<(f64, Pose2)> {
+        trajectory_of(self.slam())
+    }
+
+    fn scan_log(&self) -> Result<&CarmenLog, JsError> {
+        Ok(self.experiment.log())
     }
 }

@@ -4,10 +4,12 @@
 //! `www/src/source`. An error becomes a JavaScript `Error` with the core's own sentence, a panic a thrown string.
 
 mod bench;
+mod building;
 mod calibration;
 mod contest;
 mod drive_fit;
 mod experiment;
+mod export;
 mod inspection;
 mod live;
 mod near;
@@ -20,10 +22,12 @@ mod status;
 mod view;
 
 pub use bench::BenchResponse;
+pub use building::{Building, building_of_map, building_of_svg};
 pub use calibration::{Calibration, CalibrationError, calibrate, data_sheet};
 pub use contest::{AskError, WebContest, contestants};
 pub use drive_fit::{FitTable, PresetText, read_preset, write_preset};
 pub use experiment::WebExperiment;
+pub use export::{ExportError, Files};
 pub use inspection::Inspection;
 pub use live::{BridgeStatus, WebLive};
 pub use near::{DeviceKindError, LineWant, WebNear};
@@ -32,7 +36,7 @@ pub use settings::{PresetInfo, SettingInfo, preset_list, setting_list};
 pub use setup::{SetupError, WebSetup};
 pub use sigma::{GrowthError, SigmaCurve};
 pub use status::RunStatus;
-pub use view::{FloorPlan, MapFiles, SlamView};
+pub use view::SlamView;
 
 use slamlab_core::sim::{SensorKind, worlds};
 use wasm_bindgen::prelude::wasm_bindgen;

@@ -3,6 +3,8 @@
 use std::collections::VecDeque;
 
 use nalgebra::Point2;
+use slamlab_core::format::carmen::CarmenLog;
+use slamlab_core::geom::Pose2;
 use slamlab_core::live::{Live, LiveConfig, Note};
 use slamlab_core::pilot::Mode;
 use slamlab_core::slam::Slam;
@@ -12,6 +14,7 @@ use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 use crate::contest::{Ground, WebContest};
 use crate::drive_fit::{FitTable, samples_since, told};
 use crate::experiment::mode_name;
+use crate::export::{ExportError, trajectory_of};
 use crate::shows_slam::shows_slam;
 use crate::status::RunStatus;
 use crate::view;
@@ -337,5 +340,13 @@ shows_slam!(WebLive);
 impl WebLive {
     fn slam(&self) -> &Slam {
         self.live.slam()
+    }
+
+    fn trajectory(&self) -> Vec<(f64, Pose2)> {
+        trajectory_of(self.slam())
+    }
+
+    fn scan_log(&self) -> Result<Box<CarmenLog>, JsError> {
+        Err(ExportError::Recorded.into())
     }
 }

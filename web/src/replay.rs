@@ -1,5 +1,7 @@
 //! A recorded log, for the page.
 
+use slamlab_core::format::carmen::CarmenLog;
+use slamlab_core::geom::Pose2;
 use slamlab_core::replay::{Log, LogReader, Replay};
 use slamlab_core::robot::{RobotModel, Scan};
 use slamlab_core::settings::Settings;
@@ -218,5 +220,13 @@ shows_slam!(WebReplay);
 impl WebReplay {
     fn slam(&self) -> &Slam {
         self.replay.slam()
+    }
+
+    fn trajectory(&self) -> Vec<(f64, Pose2)> {
+        self.replay.trajectory()
+    }
+
+    fn scan_log(&self) -> Result<Box<CarmenLog>, JsError> {
+        Ok(Box::new(self.replay.carmen_log()))
     }
 }

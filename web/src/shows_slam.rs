@@ -1,6 +1,6 @@
 //! What the page asks of an estimate and its map: the same of a simulation, of a recording and of a robot.
 
-/// Gives a class that has a `slam()` the methods that show it.
+/// Gives a class that has a `slam()`, a `trajectory()` and a `scan_log()` the methods that show and save them.
 macro_rules! shows_slam {
     ($class:ident) => {
         #[wasm_bindgen::prelude::wasm_bindgen]
@@ -31,21 +31,19 @@ macro_rules! shows_slam {
                 $crate::view::free_area(self.slam())
             }
 
-            /// The grid as files of map_server, whose YAML names the picture `image`.
+            /// Files to save, named after `stem`: `map`, `map-scale`, `map-raw`, `og-map`, `plan`, `tum` or `carmen`.
             ///
-            /// # Errors    An empty map.
-            pub fn map_files(
+            /// # Errors    A sentence on why there is no such file.
+            pub fn export(
                 &self,
-                image: &str,
-            ) -> Result<$crate::MapFiles, wasm_bindgen::prelude::JsError> {
-                $crate::MapFiles::of(self.slam(), image)
-            }
-
-            /// The walls as files of drawing programs.
-            ///
-            /// # Errors    No walls: none were seen often enough, or the method knows none.
-            pub fn floor_plan(&self) -> Result<$crate::FloorPlan, wasm_bindgen::prelude::JsError> {
-                $crate::FloorPlan::of(self.slam())
+                what: &str,
+                stem: &str,
+            ) -> Result<$crate::Files, wasm_bindgen::prelude::JsError> {
+                match what {
+                    "tum" => $crate::Files::trajectory(&self.trajectory(), stem),
+                    "carmen" => $crate::Files::carmen(&*self.scan_log()?, stem),
+                    _ => $crate::Files::of(self.slam(), what, stem),
+                }
             }
         }
     };

@@ -1,12 +1,11 @@
 //! What a person sees of a map, flattened for the page.
 
 use nalgebra::Point2;
-use slamlab_core::format::{floor_plan, map_server};
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::map::CellState;
 use slamlab_core::points::{Beam, Points};
 use slamlab_core::slam::Slam;
-use wasm_bindgen::prelude::{JsError, wasm_bindgen};
+use wasm_bindgen::prelude::wasm_bindgen;
 
 /// What a person sees of [`Slam`], whatever feeds it: map frame, m and rad.
 #[wasm_bindgen(getter_with_clone)]
@@ -61,27 +60,6 @@ impl SlamView {
     }
 }
 
-/// The grid as files of map_server.
-#[wasm_bindgen(getter_with_clone)]
-#[derive(Clone, Debug, PartialEq)]
-pub struct MapFiles {
-    /// The picture.
-    pub pgm: Vec<u8>,
-    /// What belongs to the picture: its name, its scale, its place.
-    pub yaml: String,
-}
-
-impl MapFiles {
-    /// # Errors    An empty map.
-    pub(crate) fn of(slam: &Slam, image: &str) -> Result<Self, JsError> {
-        let files = map_server::write(slam.grid(), image)?;
-        Ok(Self {
-            pgm: files.pgm,
-            yaml: files.yaml,
-        })
-    }
-}
-
 /// A probability as one byte that keeps "nothing known" apart from "as likely as not".
 fn tone(log_odds: f32) -> u8 {
     if log_odds == 0.0 {
@@ -100,30 +78,6 @@ pub(crate) fn free_area(slam: &Slam) -> f64 {
         .filter(|&&l| grid.state_of(l) == CellState::Free)
         .count();
     free as f64 * grid.resolution() * grid.resolution()
-}
-
-/// The vector map as files.
-#[wasm_bindgen(getter_with_clone)]
-#[derive(Clone, Debug, PartialEq)]
-pub struct FloorPlan {
-    /// A drawing.
-    pub svg: String,
-    /// The same for drawing programs.
-    pub dxf: String,
-    /// The same with what is known of each wall.
-    pub geojson: String,
-}
-
-impl FloorPlan {
-    /// # Errors    No walls.
-    pub(crate) fn of(slam: &Slam) -> Result<Self, JsError> {
-        let walls = slam.vector_map().walls();
-        Ok(Self {
-            svg: floor_plan::svg(&walls)?,
-            dxf: floor_plan::dxf(&walls)?,
-            geojson: floor_plan::geojson(&walls)?,
-        })
-    }
 }
 
 fn hits(slam: &Slam) -> Vec<f32> {

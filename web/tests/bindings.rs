@@ -75,8 +75,13 @@ fn an_experiment_steps_and_has_frames() {
     assert!(!run.truth().is_empty() && run.truth().len().is_multiple_of(4));
     assert!(run.extent() > 10.0 && run.explored() > 0.1 && run.known_area() > 1.0);
     assert_eq!(run.state_hash().len(), 16);
-    let files = run.map_files("arena.pgm").map_err(words).expect("a map");
-    assert!(files.pgm.starts_with(b"P5") && files.yaml.contains("arena.pgm"));
+    let files = run.export("map", "arena").map_err(words).expect("a map");
+    assert_eq!((files.count(), files.name(0)), (2, "arena.pgm".to_owned()));
+    assert!(files.bytes(0).starts_with(b"P5"));
+    assert!(String::from_utf8_lossy(&files.bytes(1)).contains("arena.pgm"));
+    let files = run.export("carmen", "arena").map_err(words).expect("scans");
+    assert!(slamlab_core::format::carmen::CarmenLog::parse(&files.bytes(0)).is_ok());
+    assert!(run.export("cake", "arena").is_err());
 }
 
 #[wasm_bindgen_test]

@@ -215,6 +215,31 @@ export class Client {
     else this.start({ mode: "explore", ...(method === undefined ? {} : { method }) });
   }
 
+  /** Files that were dropped or chosen together: one alone, or a map of ROS with its image. */
+  async openAll(files: readonly File[]): Promise<void> {
+    const [file, ...more] = files;
+    const ends = (pattern: RegExp): File[] => files.filter(({ name }) => pattern.test(name));
+    const [drawing, yaml, image] = [ends(/\.svg$/i)[0], ends(/\.ya?ml$/i)[0], ends(/\.(pgm|png)$/i)[0]];
+    const warn = (text: string): void => this.#store.set("toast", { toast: { level: "warn", text } });
+    if (!file) return;
+    if (files.length === 2 && yaml && image) await this.#build(yaml.name, [yaml, image]);
+    else if (more.length > 0) warn(`These are ${files.length} files: drop one at a time, or the YAML and the image of a map together.`);
+    else if (drawing) await this.#build(drawing.name, [drawing]);
+    else if (yaml) warn(`${yaml.name} is one half of a map: drop it together with the image that it names (.pgm or .png).`);
+    else if (image) warn(`${image.name} is one half of a map: drop it together with its YAML file.`);
+    else await this.open(file);
+  }
+
+  async #build(name: string, files: readonly File[]): Promise<void> {
+    this.#store.set("toast", { toast: null });
+    try {
+      this.send({ kind: "build", name, files: await Promise.all(files.map((file) => file.arrayBuffer())) });
+    } catch (error) {
+      const why = error instanceof Error ? error.message : String(error);
+      this.#store.set("toast", { toast: { level: "warn", text: `${name} could not be read: ${why}` } });
+    }
+  }
+
   async open(file: File, method: MethodName = "scan-matching"): Promise<void> {
     const store = this.#store;
     store.set("toast", { toast: null });
@@ -343,6 +368,12 @@ export class Client {
       case "bridge":
         store.set("bridge", { bridge: answer.state });
         break;
+      case "built": {
+        const { name, worldJson, leftOut } = answer;
+        this.start({ world: name, worldJson, mode: "explore" });
+        if (leftOut.length > 0) store.set("toast", { toast: { level: "warn", text: `${name}: left out ${leftOut.join(", ")}.` } });
+        break;
+      }
       case "saved":
         downloadAll(answer.files);
         store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(", ")}` });

@@ -1,6 +1,7 @@
 // Composes the page: store, scene, client, components, keys. Nothing is decided here.
 
 import { Client } from "./client.js";
+import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
 import { download, mapPicture } from "./save.js";
 import { Store } from "./store.js";
@@ -84,9 +85,15 @@ addEventListener("show-help", () => help.show());
 addEventListener("focus-map", () => map.renderRoot.querySelector<HTMLElement>("#pad")?.focus({ preventScroll: true }));
 addEventListener("save-picture", () => void savePicture());
 
+const byHand = {
+  drive: (forward: number, turn: number): void => {
+    if (store.source !== "replay") client.drive(forward, turn);
+  },
+  stop: (): void => client.stop(),
+};
+startGamepad(byHand);
 startKeyboard({
-  drive: (forward, turn) => store.source !== "replay" && client.drive(forward, turn),
-  stop: () => client.stop(),
+  ...byHand,
   busy: () => help.shown,
   once: {
     p: () => client.send({ kind: store.playing ? "pause" : "play" }),
@@ -105,6 +112,8 @@ startKeyboard({
     f: () => map.toggleFollow(),
     r: () => client.again(),
     m: () => client.send({ kind: "save", what: "map" }),
+    // Celej's key for it; without Shift it steers to the left.
+    a: () => client.send({ kind: "save", what: "map" }),
     t: () => switchTheme(store),
     "?": () => help.show(),
   },

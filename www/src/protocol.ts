@@ -6,7 +6,7 @@
 
 /** One of `Answer.ready.sensors`. */
 export type SensorName = string;
-export type MethodName = "line-ekf" | "scan-matching";
+export type MethodName = "line-ekf" | "scan-matching" | "known-map";
 export type ModeName = "manual" | "goto" | "explore";
 export type SourceKind = "sim" | "replay" | "bridge";
 
@@ -197,6 +197,8 @@ export interface LineWish {
 
 export type Command =
   | { kind: "start"; setup: Setup; play: boolean }
+  /** A building from files of others: a floor plan (.svg), or the YAML and the image of a map of ROS. It is answered by `built`. */
+  | { kind: "build"; name: string; files: readonly ArrayBuffer[] }
   | { kind: "replay"; name: string; bytes: ArrayBuffer; method: MethodName; settings: SettingValues }
   | { kind: "play" }
   | { kind: "pause" }
@@ -251,8 +253,8 @@ export type Command =
   | { kind: "door"; index: number; open: boolean }
   /** Cuts its motors off, or unlatches that. */
   | { kind: "emergency"; on: boolean }
-  /** The grid, the walls as a floor plan, or what was fitted last as a preset. */
-  | { kind: "save"; what: "map" | "plan" | "fit" }
+  /** The grid, the walls as a floor plan, the trajectory, the log, or what was fitted last as a preset. */
+  | { kind: "save"; what: SavedKind | "fit" }
   | { kind: "drawn" };
 
 /** `lost` is tried again, `refused` is not. */
@@ -550,6 +552,18 @@ export interface BenchResponse {
 
 export type LogLevel = "info" | "good" | "warn";
 
+/** What can be saved, as the module calls it, and what a person reads. */
+export const SAVED = {
+  map: "Map for ROS (PGM, YAML)",
+  "map-scale": "Map for ROS, probabilities (PNG, YAML)",
+  "map-raw": "Map for ROS, raw percentages (PGM, YAML)",
+  "og-map": "Map as text (OGmap.txt)",
+  plan: "Walls (SVG, DXF, GeoJSON)",
+  tum: "Way of the robot (TUM)",
+  carmen: "Scans and odometry (CARMEN log)",
+} as const;
+export type SavedKind = keyof typeof SAVED;
+
 export interface SavedFile {
   name: string;
   mime: string;
@@ -564,6 +578,8 @@ export type Answer =
   /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands still meanwhile. */
   | { kind: "reading"; name: string; done: number | null }
   | { kind: "playing"; playing: boolean }
+  /** A building that was asked for, as the text of a world file, and what of the file is not in it. */
+  | { kind: "built"; name: string; worldJson: string; leftOut: string[] }
   | { kind: "hash"; run: number; text: string }
   | { kind: "event"; run: number; time: number; level: LogLevel; text: string; topic?: string }
   | { kind: "saved"; files: SavedFile[] }

@@ -3,7 +3,7 @@
 // It paces the source (simulated seconds for each second), works in slices short enough that every message is heard within
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
-import init, { type FitTable, WebExperiment, WebLive, WebLogReader, WebNear, WebSetup, calibrate, data_sheet, preset_list, read_preset, sensor_names, setting_list, world_names, write_preset } from "../pkg/slamlab_web.js";
+import init, { type FitTable, building_of_map, building_of_svg, WebExperiment, WebLive, WebLogReader, WebNear, WebSetup, calibrate, data_sheet, preset_list, read_preset, sensor_names, setting_list, world_names, write_preset } from "../pkg/slamlab_web.js";
 import { type Answer, type Clock, type Command, type Inspection, type LineWish, type MethodName, type Named, type SavedFile, type SerialKind, type SettingValues, type Setup, transferables } from "./protocol.js";
 import { BridgeSource } from "./source/bridge.js";
 import { calibrationOf, driveFit, listOf, presetOf, settingOf } from "./source/convert.js";
@@ -283,6 +283,13 @@ function handle(command: Command): void {
       }
       break;
     }
+    case "build":
+      try {
+        build(command.name, command.files);
+      } catch (error) {
+        refuse(command.name, error);
+      }
+      break;
     case "replay":
       if (reading) stopReading();
       reading = { name: command.name, method: command.method, bytes: new Uint8Array(command.bytes), reader: new WebLogReader(command.method, ...listOf({ ...command.settings, ...told.settings })), at: 0, toldAt: -Infinity };
@@ -435,7 +442,7 @@ function handle(command: Command): void {
     case "save":
       if (!source) break;
       try {
-        post({ kind: "saved", files: command.what === "map" ? source.files() : command.what === "plan" ? source.plan() : presetFile(source) });
+        post({ kind: "saved", files: command.what === "fit" ? presetFile(source) : source.export(command.what) });
       } catch (error) {
         refuse("", error);
       }
@@ -452,6 +459,15 @@ function presetFile({ title }: Source): SavedFile[] {
   if (!fitted) throw new Error("Nothing was fitted yet.");
   const text = write_preset(`fit of ${title}`, fitted);
   return [{ name: `${title.replace(/[^\w-]+/g, "-")}-preset.json`, mime: "application/json", bytes: new TextEncoder().encode(text) }];
+}
+
+function build(name: string, files: readonly ArrayBuffer[]): void {
+  const [first, second] = files.map((bytes) => new Uint8Array(bytes));
+  if (!first) return;
+  const building = second ? building_of_map(first, second, name) : building_of_svg(first, name);
+  const { world: worldJson, left_out: leftOut } = building;
+  building.free();
+  post({ kind: "built", name, worldJson, leftOut });
 }
 
 function setupOf(setup: Setup): WebSetup {

@@ -55,6 +55,9 @@ enum Command {
         /// How long to soak (30), or to fuzz each decoder (10)
         #[arg(long)]
         minutes: Option<f64>,
+        /// How often each fault is tried (100)
+        #[arg(long)]
+        trials: Option<usize>,
     },
 }
 
@@ -99,7 +102,11 @@ fn obey(command: Command) -> anyhow::Result<()> {
         #[cfg(unix)]
         Command::Package { target } => xtask::package::package(target),
         Command::Check => check::all(),
-        Command::Report { promise, minutes } => measure::measure(promise, minutes),
+        Command::Report {
+            promise,
+            minutes,
+            trials,
+        } => measure::measure(promise, minutes, trials),
         Command::Test { suites } => suites::run(&suites),
     }
 }

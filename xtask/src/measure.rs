@@ -1,14 +1,16 @@
 //! Measures what is promised of page and bridge: figures as JSON, and whether they hold.
 
-use anyhow::Result;
+use std::path::Path;
+
+use anyhow::{Context, Result};
 use clap::ValueEnum;
 
-use crate::{browser_cost, tools};
+use crate::{browser_cost, firmware, tools};
 
 /// What can be measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Promise {
-    /// From a fault to the order to stop, 100 times each
+    /// From a fault to motors without voltage, by the registers of the real firmware, and to the order to stop
     Faults,
     /// From the robot to a client, alone and beside 50 watchers
     Latency,
@@ -22,13 +24,14 @@ pub enum Promise {
     BrowserCost,
 }
 
-/// Measures it; the bridge over sockets of this machine. `minutes`: how long to soak, or to fuzz each decoder.
+/// Measures it; the bridge over sockets of this machine. `minutes`: how long to soak, or to fuzz each decoder; `trials`: how often each
+/// fault is tried.
 ///
 /// # Errors
 /// If a figure does not hold.
-pub fn measure(promise: Promise, minutes: Option<f64>) -> Result<()> {
+pub fn measure(promise: Promise, minutes: Option<f64>, trials: Option<usize>) -> Result<()> {
     let name = match promise {
-        Promise::Faults => "faults",
+        Promise::Faults => return faults(trials.unwrap_or(100)),
         Promise::Latency => "latency",
         Promise::Access => "access",
         Promise::Soak => "soak",
@@ -43,12 +46,28 @@ pub fn measure(promise: Promise, minutes: Option<f64>) -> Result<()> {
     example("bridge_report", &words)
 }
 
+/// At the registers of the real firmware, too: without its simulator there is no report.
+fn faults(trials: usize) -> Result<()> {
+    let robot = firmware::build_simulator()?;
+    let robot = robot.context("the faults are measured at the registers of the real firmware")?;
+    let words = ["faults".to_owned(), trials.to_string()];
+    example_with(
+        "bridge_report",
+        &words,
+        &[("SLAMLAB_RP6_SIM", robot.as_path())],
+    )
+}
+
 fn minutes_or(minutes: Option<f64>, default: f64) -> Vec<String> {
     vec![minutes.unwrap_or(default).to_string()]
 }
 
 /// Runs an example of the tests, optimised, with the optimised bridge where it wants one in a process of its own.
 fn example(name: &str, words: &[String]) -> Result<()> {
+    example_with(name, words, &[])
+}
+
+fn example_with(name: &str, words: &[String], programs: &[(&str, &Path)]) -> Result<()> {
     tools::run(tools::cargo().args("build --release --quiet --package slamlab-bridge".split(' ')))?;
     let bridge = tools::target_dir()
         .join("release/slamlab-bridge")
@@ -57,6 +76,7 @@ fn example(name: &str, words: &[String]) -> Result<()> {
     tools::run(
         tools::cargo()
             .env("SLAMLAB_BRIDGE", bridge)
+            .envs(programs.iter().copied())
             .args(run.split(' '))
             .args([name, "--"])
             .args(words),

@@ -10,7 +10,7 @@ use super::open::PortSettings;
 use super::{Device, Want};
 use crate::source::{Port, Profile, Source, Waited};
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
 mod tests;
 
 /// How long the line is waited for at a time: orders wait no longer either.

@@ -1,7 +1,8 @@
 //! Replays a recorded log (CARMEN, or MCAP of the bridge) and prints how well and how fast it was mapped.
 //!
 //! `cargo run --release -p slamlab-core --example evaluate -- --log FILE [--relations FILE] [--method NAME]
-//! [--tum OUT] [--map OUT.pgm] [--preset FILE] [--fit OUT.json] [--json]`
+//! [--tum OUT] [--map OUT.pgm|OUT.png] [--map-mode MODE] [--og-map OUT] [--carmen OUT] [--preset FILE]
+//! [--fit OUT.json] [--json]`
 //!
 //! The core has no files and no clock; this program does the reading, the writing and the timing.
 #![allow(
@@ -46,7 +47,7 @@ struct Arguments {
     /// Write the trajectory of the robot's base here, in TUM format.
     #[arg(long)]
     tum: Option<PathBuf>,
-    /// Write the map here as PGM, and a YAML beside it.
+    /// Write the map here as PGM, or PNG where it ends in .png, and a YAML beside it, as ROS map_server does.
     #[arg(long)]
     map: Option<PathBuf>,
     /// Estimate with the settings of a preset file, as `--fit` writes one.
@@ -55,6 +56,15 @@ struct Arguments {
     /// Fit odometry and ranges to the drive, print them, and write what is known as a preset here.
     #[arg(long)]
     fit: Option<PathBuf>,
+    /// What the greys of --map mean: trinary, scale (PNG only) or raw.
+    #[arg(long, default_value = "trinary")]
+    map_mode: String,
+    /// Write the map here as text, the layout of OGmap.txt.
+    #[arg(long)]
+    og_map: Option<PathBuf>,
+    /// Write all scans with their odometry here, as a CARMEN log.
+    #[arg(long)]
+    carmen: Option<PathBuf>,
     /// Print one JSON object on one line.
     #[arg(long)]
     json: bool,

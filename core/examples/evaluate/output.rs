@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use slamlab_core::estimation::{DriveFit, FittedParameter};
+use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
 use slamlab_core::format::preset::{self, FittedLine, PresetFile};
-use slamlab_core::format::{map_server, tum};
+use slamlab_core::format::{og_map, tum};
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::Replay;
 
@@ -29,6 +30,8 @@ pub(super) fn check(arguments: &Arguments) -> anyhow::Result<()> {
         ("--map", map.map(Path::to_owned)),
         ("the YAML of --map", map.map(yaml_of)),
         ("--fit", arguments.fit.clone()),
+        ("--og-map", arguments.og_map.clone()),
+        ("--carmen", arguments.carmen.clone()),
     ];
     for (option, path) in outputs {
         let Some(path) = path else { continue };
@@ -65,9 +68,9 @@ pub(super) fn save(
     }
     if let Some(path) = &arguments.map {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let map = map_server::write(replay.slam().grid(), &name)
+        let map = map_files(arguments, replay, &name)
             .with_context(|| format!("cannot write {}", path.display()))?;
-        files.push((path.clone(), map.pgm));
+        files.push((path.clone(), map.image));
         files.push((yaml_of(path), map.yaml.into_bytes()));
     }
     if let (Some(path), Some(fit)) = (&arguments.fit, fit) {
@@ -78,6 +81,13 @@ pub(super) fn save(
             .collect();
         let text = preset::write(&PresetFile { name, settings }, &fitted_lines(fit));
         files.push((path.clone(), text.into_bytes()));
+    }
+    if let Some(path) = &arguments.og_map {
+        let map = og_map::of_grid(replay.slam().grid())?;
+        files.push((path.clone(), og_map::write(&map).into_bytes()));
+    }
+    if let Some(path) = &arguments.carmen {
+        files.push((path.clone(), replay.carmen_log().write().into_bytes()));
     }
     // Beside the file first: a full disk spoils nothing.
     for (path, bytes) in &files {
@@ -106,6 +116,22 @@ pub(super) fn fitted_lines(fit: &DriveFit) -> Vec<FittedLine> {
         unknown: p.verdict.reason().to_owned(),
     };
     fit.parameters().into_iter().map(line).collect()
+}
+
+/// The image is what its name says, PGM unless it ends in `.png`.
+fn map_files(
+    arguments: &Arguments,
+    replay: &Replay,
+    name: &str,
+) -> anyhow::Result<map_server::MapFiles> {
+    let mode: MapMode = arguments.map_mode.parse().context("--map-mode")?;
+    let map = OccupancyMap::of_grid(replay.slam().grid(), mode)?;
+    Ok(map_server::write(
+        &map,
+        mode,
+        MapImage::of_name(name),
+        name,
+    )?)
 }
 
 fn yaml_of(map: &Path) -> PathBuf {

@@ -19,12 +19,14 @@ mod controller;
 mod ekf_consistency;
 mod ekf_cost;
 mod errand;
+mod explore;
 mod heading;
 mod line_fit;
 mod outcome;
 mod planners;
 mod ray_cast;
 mod rounding;
+mod safe_drive;
 mod scenes;
 mod score;
 mod split_merge;
@@ -46,10 +48,12 @@ const REPORTS: &[Entry] = &[
     ("controller", controller::measure),
     ("ekf-consistency", ekf_consistency::measure),
     ("ekf-cost", ekf_cost::measure),
+    ("explore", explore::measure),
     ("line-fit", line_fit::measure),
     ("planners", planners::measure),
     ("ray-cast", ray_cast::measure),
     ("rounding", rounding::measure),
+    ("safe-drive", safe_drive::measure),
     ("split-merge", split_merge::measure),
     ("vector-map", vector_map::measure),
 ];
@@ -68,9 +72,12 @@ struct Args {
     /// For `planners`: number of random queries in each world. Default 1000.
     #[arg(long)]
     queries: Option<usize>,
-    /// For `planners`: only in this world; can be given several times. Default all.
+    /// For `planners`, `explore` and `ekf-consistency`: only in this world; can be given several times. Default all.
     #[arg(long = "world")]
     worlds: Vec<String>,
+    /// For `safe-drive`: number of trials. Default 10 000.
+    #[arg(long)]
+    trials: Option<u64>,
     /// For `ekf-cost`: milliseconds of the bar of a step by number of landmarks, as `100=0.2,200=0.7,500=4`.
     #[arg(long)]
     bar_ms: Option<String>,
@@ -108,6 +115,9 @@ fn measure(args: &Args) -> Result<Outcome> {
     };
     if args.seeds == Some(0) {
         bail!("--seeds is 0, expected at least 1");
+    }
+    if args.trials == Some(0) {
+        bail!("--trials is 0, expected at least 1");
     }
     if args.queries == Some(0) {
         bail!("--queries is 0, expected at least 1");

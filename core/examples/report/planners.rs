@@ -268,6 +268,8 @@ struct Found {
     times: Vec<f64>,
     excess: Vec<f64>,
     collisions: usize,
+    /// Solvable queries without a path: start and goal.
+    unsolved: Vec<Query>,
 }
 
 impl Found {
@@ -279,6 +281,7 @@ impl Found {
             "length_over_optimum_p95": quantile(&self.excess, 0.95),
             "ms_median": median(&self.times),
             "ms_p95": quantile(&self.times, 0.95),
+            "unsolved": self.unsolved.iter().map(|q| [q.start.x, q.start.y, q.goal.x, q.goal.y]).collect::<Vec<_>>(),
         })
     }
 }
@@ -300,6 +303,8 @@ fn run(scene: &Scene, asked: &Asked, contender: Contender) -> Found {
         if let Some(path) = path {
             found.excess.push(path.length() / optimum.max(1e-9));
             found.collisions += usize::from(collides(&path, query, scene));
+        } else {
+            found.unsolved.push(*query);
         }
     }
     found

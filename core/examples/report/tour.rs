@@ -4,7 +4,7 @@
 //!
 //! 1. The robot follows the waypoints by its true pose, so that all filters of a seed get the same ticks and scans, and none
 //!    steers by its own error.
-//! 2. A line's true wall is the one that rays from the true pose through the line meet.
+//! 2. A line's true wall is the one that rays from the true pose through the line meet; glass before the line only lets them through.
 //! 3. A landmark belongs to the wall that its first sighting came from. A match with the landmark of another wall is an
 //!    error, unless both walls lie on one line: then α and r are right all the same.
 
@@ -16,10 +16,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::estimation::{EkfConfig, EkfSlam, LandmarkId, SweepTiming, ate_rmse};
 use slamlab_core::features::{LineConfig, LineExtractor, LineFeature};
-use slamlab_core::geom::{Pose2, Segment, wrap};
+use slamlab_core::geom::{Pose2, wrap};
 use slamlab_core::points::{MotionHistory, PointConfig, Points};
 use slamlab_core::robot::{Command, Odometry, RobotModel, Scan, TrackOdometry};
-use slamlab_core::sim::{SensorModel, Simulation, worlds};
+use slamlab_core::sim::{Material, SensorModel, Simulation, Wall, worlds};
 
 use crate::errand::errand;
 
@@ -28,6 +28,9 @@ const PERIOD: f64 = 0.05;
 const READINGS: u32 = 5;
 /// More decisions than any tour needs.
 const MOST_STEPS: usize = 40_000;
+
+/// Glass so far before a line, m, is not what sent its beams back.
+const BEFORE: f64 = 0.3;
 
 /// Where the robot goes.
 pub(crate) struct Tour {
@@ -135,7 +138,7 @@ struct Drive {
     sim: Simulation,
     start: Pose2,
     is_errand: bool,
-    walls: Vec<Segment>,
+    walls: Vec<Wall>,
     wheels: TrackOdometry,
     history: MotionHistory,
     extractor: LineExtractor,
@@ -148,7 +151,7 @@ struct Drive {
 pub(crate) fn drive(tour: &Tour, seed: u64, configs: &[EkfConfig]) -> Result<Vec<Listener>> {
     let world = worlds::builtin(tour.world).context("no such world")?;
     let (start, robot) = (world.start, RobotModel::rp6());
-    let walls = world.walls().into_iter().map(|w| w.segment).collect();
+    let walls = world.walls();
     let sim = Simulation::new(world, robot, SensorModel::lidar(), seed)?;
     let mut wheels = TrackOdometry::new(&robot);
     wheels.update(sim.stamp(), sim.ticks());
@@ -288,7 +291,7 @@ impl Listener {
         slam: &EkfSlam,
         truth: &Pose2,
         wall_of_line: &[Option<usize>],
-        walls: &[Segment],
+        walls: &[Wall],
     ) {
         let report = slam.report();
         for &(feature, id) in &report.added {
@@ -328,7 +331,7 @@ impl Listener {
         found.map(|(_, wall)| *wall)
     }
 
-    fn count_duplicates(&self, slam: &EkfSlam, walls: &[Segment], start: &Pose2) -> usize {
+    fn count_duplicates(&self, slam: &EkfSlam, walls: &[Wall], start: &Pose2) -> usize {
         let touching = EkfConfig::default().association.max_gap;
         // Where along its wall each landmark lies.
         let known: Vec<(usize, f64, f64)> = slam
@@ -336,7 +339,7 @@ impl Listener {
             .filter(|landmark| landmark.is_confirmed)
             .filter_map(|landmark| {
                 let wall = self.wall(landmark.id)?;
-                let tangent = walls.get(wall)?.vector().normalize();
+                let tangent = walls.get(wall)?.segment.vector().normalize();
                 let ends = landmark.ends.map(|end| tangent.dot(&(*start * end).coords));
                 Some((wall, ends[0].min(ends[1]), ends[0].max(ends[1])))
             })
@@ -352,17 +355,21 @@ impl Listener {
 }
 
 /// The wall that most of three rays through a line meet; `None` where they do not agree on one that is parallel to it.
-fn true_wall(walls: &[Segment], world_from_robot: &Pose2, line: &LineFeature) -> Option<usize> {
+fn true_wall(walls: &[Wall], world_from_robot: &Pose2, line: &LineFeature) -> Option<usize> {
     let [a, b] = line.ends.map(|end| *world_from_robot * end);
     let origin = world_from_robot.position();
     let hits = [0.25, 0.5, 0.75].map(|part| {
-        let towards = (a + (b - a) * part - origin).normalize();
-        let distances = walls
-            .iter()
-            .enumerate()
-            .filter_map(|(index, wall)| Some((index, wall.hit_by_ray(origin, towards)?)));
+        let way = a + (b - a) * part - origin;
+        let towards = way.normalize();
+        let distances = walls.iter().enumerate().filter_map(|(index, wall)| {
+            let distance = wall.segment.hit_by_ray(origin, towards)?;
+            let is_seen_through =
+                wall.material == Material::Glass && distance < way.norm() - BEFORE;
+            (!is_seen_through).then_some((index, distance))
+        });
         let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1))?.0;
-        let angle = (b - a).perp(&walls.get(nearest)?.vector().normalize()) / (b - a).norm();
+        let wall = walls.get(nearest)?.segment.vector().normalize();
+        let angle = (b - a).perp(&wall) / (b - a).norm();
         (angle.abs() < 0.2).then_some(nearest)
     });
     let [first, second, third] = hits;
@@ -372,10 +379,11 @@ fn true_wall(walls: &[Segment], world_from_robot: &Pose2, line: &LineFeature) ->
 }
 
 /// Whether two walls lie on one line, to 1 cm and a thousandth of a radian.
-fn on_one_line(walls: &[Segment], a: usize, b: usize) -> bool {
+fn on_one_line(walls: &[Wall], a: usize, b: usize) -> bool {
     let (Some(wall), Some(other)) = (walls.get(a), walls.get(b)) else {
         return false;
     };
+    let (wall, other) = (&wall.segment, &other.segment);
     let along = wall.vector().normalize();
     let off = |p: Point2<f64>| along.perp(&(p - wall.a)).abs();
     let turn = wrap(libm::asin(

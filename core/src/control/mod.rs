@@ -2,12 +2,16 @@
 
 mod curve;
 mod follow;
+mod guard;
 mod safe;
+mod separation;
 #[cfg(test)]
 mod tests;
 mod watch;
 
 pub use curve::CurveFollower;
 pub use follow::{FollowConfig, Follower, LegFollower, Steering};
+pub use guard::SafeMode;
 pub use safe::{SafeConfig, free_distance, limit_speed, within_model};
+pub use separation::limit_among_walkers;
 pub use watch::ProgressWatch;

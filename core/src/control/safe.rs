@@ -27,6 +27,12 @@ pub struct SafeConfig {
     pub reaction: f64,
     /// Part of the robot's acceleration that braking counts on. Default 0.7.
     pub braking: f64,
+    /// How much wider than the disc the swept strip becomes, for each metre ahead. Default 0. Larger slows the robot before what
+    /// it would only just pass: where that will be is not known to the centimetre.
+    pub spread: f64,
+    /// How fast people walk, m/s. Default 1.2. Growing: the robot slows down farther from them, and they have to be farther away for it
+    /// to go on. 0 takes them for things.
+    pub walking: f64,
     /// Oldest scan that is still trusted, s. Default 0.5.
     pub stale_after: f64,
 }
@@ -37,6 +43,8 @@ impl Default for SafeConfig {
             gap: 0.018,
             reaction: 0.3,
             braking: 0.7,
+            spread: 0.0,
+            walking: 1.2,
             stale_after: 0.5,
         }
     }
@@ -49,6 +57,7 @@ impl SafeConfig {
     pub fn by_hand(self) -> Self {
         Self {
             gap: self.gap.max(0.05),
+            spread: self.spread.max(0.1),
             ..self
         }
     }
@@ -73,14 +82,11 @@ pub fn limit_speed(
     let longest = forward.abs() * config.reaction + forward * forward / (2.0 * brake);
     // The turn rate takes time to change: what is swept lies between the old arc, the new one and the straight line.
     let free = [turn, before.1, 0.0].map(|turn| {
-        let radius = model.radius() + config.gap;
-        free_distance(
-            (forward, turn),
-            points,
-            robot_at_scan_from_robot,
-            radius,
-            longest,
-        )
+        let strip = Strip {
+            radius: model.radius() + config.gap,
+            spread: config.spread,
+        };
+        strip.free_distance((forward, turn), points, robot_at_scan_from_robot, longest)
     });
     let free = free.into_iter().fold(longest, f64::min);
     if free >= longest {
@@ -112,47 +118,72 @@ pub fn within_model((forward, turn): (f64, f64), model: &RobotModel) -> (f64, f6
 /// where it does not.
 #[must_use]
 pub fn free_distance(
-    (forward, turn): (f64, f64),
+    speeds: (f64, f64),
     points: &Points,
     robot_at_scan_from_robot: &Pose2,
     radius: f64,
     most: f64,
 ) -> f64 {
-    let robot_from_scan = robot_at_scan_from_robot.inverse();
-    let near = most + radius;
-    let obstacles: Vec<Point2<f64>> = points
-        .hits()
-        .map(|beam| robot_from_scan * beam.end_in_robot)
-        .filter(|p| p.coords.norm_squared() < near * near)
-        .collect();
-    if obstacles.is_empty() || forward == 0.0 || most.is_nan() || most <= 0.0 {
-        return most.max(0.0);
-    }
-    let steps = (most / STEP).ceil().clamp(1.0, 1e3) as usize;
-    let motion_of = |distance: f64| {
-        let time = distance / forward.abs();
-        arc(forward * time, turn * time)
+    let strip = Strip {
+        radius,
+        spread: 0.0,
     };
-    let mut before: Vec<f64> = obstacles.iter().map(|p| p.coords.norm()).collect();
-    for step in 1..=steps {
-        let distance = most * step as f64 / steps as f64;
-        let at = motion_of(distance);
-        for (obstacle, before) in obstacles.iter().zip(&mut before) {
-            let now = (obstacle - at).norm();
-            if now < radius && now < *before - 1e-9 {
-                return most * (step - 1) as f64 / steps as f64;
-            }
-            *before = now;
+    strip.free_distance(speeds, points, robot_at_scan_from_robot, most)
+}
+
+/// What is swept: a disc that grows on its way.
+#[derive(Clone, Copy)]
+struct Strip {
+    radius: f64,
+    /// m/m.
+    spread: f64,
+}
+
+impl Strip {
+    fn free_distance(
+        &self,
+        (forward, turn): (f64, f64),
+        points: &Points,
+        robot_at_scan_from_robot: &Pose2,
+        most: f64,
+    ) -> f64 {
+        let robot_from_scan = robot_at_scan_from_robot.inverse();
+        let near = most + self.radius + self.spread * most;
+        let obstacles: Vec<Point2<f64>> = points
+            .hits()
+            .map(|beam| robot_from_scan * beam.end_in_robot)
+            .filter(|p| p.coords.norm_squared() < near * near)
+            .collect();
+        if obstacles.is_empty() || forward == 0.0 || most.is_nan() || most <= 0.0 {
+            return most.max(0.0);
         }
+        let steps = (most / STEP).ceil().clamp(1.0, 1e3) as usize;
+        let motion_of = |distance: f64| {
+            let time = distance / forward.abs();
+            arc(forward * time, turn * time)
+        };
+        let mut before: Vec<f64> = obstacles.iter().map(|p| p.coords.norm()).collect();
+        for step in 1..=steps {
+            let distance = most * step as f64 / steps as f64;
+            let at = motion_of(distance);
+            let radius = self.radius + self.spread * distance;
+            for (obstacle, before) in obstacles.iter().zip(&mut before) {
+                let now = (obstacle - at).norm();
+                if now < radius && now < *before - 1e-9 {
+                    return most * (step - 1) as f64 / steps as f64;
+                }
+                *before = now;
+            }
+        }
+        most
     }
-    most
 }
 
 /// Step along the arc, m.
 const STEP: f64 = 0.01;
 
 /// Where an arc of the given length and turn ends.
-fn arc(length: f64, turn: f64) -> Point2<f64> {
+pub(super) fn arc(length: f64, turn: f64) -> Point2<f64> {
     let (sin, cos) = crate::geom::sin_cos(0.5 * turn);
     // Chord of the arc: length sin(turn/2)/(turn/2), in direction turn/2.
     let chord = if turn.abs() < 1e-9 {

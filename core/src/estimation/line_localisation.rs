@@ -48,6 +48,16 @@ impl KnownLine {
         })
     }
 
+    /// Both faces of all walls, moved into the map.
+    #[must_use]
+    pub fn of_walls(walls: &[Segment], map_from_world: &Pose2) -> Vec<Self> {
+        let moved = |w: &Segment| Segment::new(*map_from_world * w.a, *map_from_world * w.b);
+        walls
+            .iter()
+            .flat_map(|wall| Self::both_faces(&moved(wall)))
+            .collect()
+    }
+
     /// Both faces of a thin wall.
     #[must_use]
     pub fn both_faces(segment: &Segment) -> Vec<Self> {

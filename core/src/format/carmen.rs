@@ -1,6 +1,7 @@
 //! CARMEN logs (`.log`, `.clf`): recorded laser scans with the odometry at which they were taken.
 //!
-//! In: bytes, in chunks of any size. Out: a [`CarmenLog`], scans sorted by `ipc_timestamp`.
+//! In: bytes, in chunks of any size. Out: a [`CarmenLog`], scans sorted by `ipc_timestamp`. And back: scans with their odometry
+//! become a log ([`CarmenLog::push`]), and a log text ([`CarmenLog::write`]).
 //!
 //! 1. Lines are cut from the chunks as they come; only an unfinished line and the numbers themselves are kept, so a
 //!    large log is never held as text.
@@ -20,6 +21,7 @@ mod fields;
 mod reader;
 #[cfg(test)]
 mod tests;
+mod writer;
 
 use crate::geom::Pose2;
 use crate::robot::{Scan, Stamp};
@@ -84,7 +86,7 @@ pub struct CarmenScan {
 }
 
 /// The scans of one laser, in the order of time.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CarmenLog {
     /// The laser whose scans these are: the one with most messages.
     pub laser: Laser,

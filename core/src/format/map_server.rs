@@ -1,198 +1,182 @@
-//! ROS map_server: an occupancy grid as a PGM image and a YAML file that says where it lies.
+//! ROS map_server: an occupancy grid as an image (PGM or PNG) and a YAML file that says where it lies.
 //!
-//! In: a [`Grid`]. Out: the bytes of both files. Occupied cells are black (0), free ones nearly white (254), unknown ones
-//! grey (205). Rows of the image run from the top of the map (largest y) down.
+//! In: a [`Grid`], or the bytes of both files. Out: both files, or an [`OccupancyMap`].
 //!
-//! Source: ROS `map_server` documentation, mode `trinary`.
+//! 1. A map is what ROS calls `nav_msgs/OccupancyGrid`: a percentage for each cell, or nothing known ([`OccupancyMap`]).
+//! 2. The YAML names the image, by a path relative to itself, and says scale, place and meaning of its greys ([`MapInfo`]).
+//! 3. Rows of the image run from the top of the map (largest y) down. Dark is occupied, unless `negate` is set.
+//! 4. What a grey means depends on the mode:
+//!
+//! | mode | written | read |
+//! |---|---|---|
+//! | `trinary` | 0 occupied, 205 unknown, 254 free | darker than `occupied_thresh` is occupied, lighter than `free_thresh` free |
+//! | `scale` | 255 (1 - p), transparent where unknown (PNG only) | the same thresholds; between them p is stretched to 0 to 100 % |
+//! | `raw` | the percentage itself, 255 where unknown | the percentage itself; above 100 is unknown |
+//!
+//! Source: ROS 2 Navigation, `nav2_map_server`, `map_io.cpp` (functions `loadMapFromFile` and `tryWriteMapToFile`), whose behaviour this
+//! follows; ROS `map_server` documentation. We differ in three things: `scale` is written with thresholds of 0 and 1, so that what is
+//! read back is what was written; `scale` as PGM, which has no transparency, is refused; and sizes are refused before memory is taken.
 
+mod error;
+mod pgm;
+mod png_file;
+mod read;
+#[cfg(test)]
+mod tests;
+mod write;
+mod yaml;
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use crate::geom::Pose2;
 use crate::map::{CellIndex, CellRect, CellState, Grid};
 
-/// Grey of an occupied cell.
+pub use self::error::{MapImageError, MapInfoError, MapServerError};
+pub use self::read::{read, read_image};
+pub use self::write::{MapFiles, MapImage, write};
+
+/// Grey of an occupied cell in mode `trinary`.
 pub const OCCUPIED: u8 = 0;
-/// Grey of an unknown cell.
+/// Grey of an unknown cell in mode `trinary`.
 pub const UNKNOWN: u8 = 205;
-/// Grey of a free cell.
+/// Grey of a free cell in mode `trinary`.
 pub const FREE: u8 = 254;
-
+/// What stands for a cell of which nothing is known in [`OccupancyMap::cells`].
+pub const NOTHING_KNOWN: i8 = -1;
 /// More cells than this are no map: a square kilometre in cells of 10 cm.
-pub(super) const MOST_CELLS: usize = 100_000_000;
+pub const MOST_CELLS: usize = super::MOST_CELLS;
 
-/// Why a grid cannot be written.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum MapServerError {
-    /// Nothing was ever inserted.
-    #[error("the map is empty; expected at least one known cell")]
-    Empty,
-    /// What is known lies too far apart.
-    #[error("the map is {width} times {height} cells; expected at most {MOST_CELLS} together")]
-    TooLarge {
-        /// Columns.
-        width: usize,
-        /// Rows.
-        height: usize,
-    },
+/// What the greys of the image mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MapMode {
+    /// Three greys: occupied, unknown, free.
+    #[default]
+    Trinary,
+    /// Greys between two thresholds are probabilities.
+    Scale,
+    /// Greys are percentages.
+    Raw,
 }
 
-/// The two files of a map.
+impl MapMode {
+    /// All modes, with the names they have in YAML.
+    pub const ALL: [(&'static str, Self); 3] = [
+        ("trinary", Self::Trinary),
+        ("scale", Self::Scale),
+        ("raw", Self::Raw),
+    ];
+}
+
+/// There is no mode of that name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no mode `{0}` of a map; expected trinary, scale or raw")]
+pub struct UnknownMapMode(String);
+
+impl FromStr for MapMode {
+    type Err = UnknownMapMode;
+
+    fn from_str(name: &str) -> Result<Self, UnknownMapMode> {
+        let found = Self::ALL.iter().find(|(known, _)| *known == name);
+        found
+            .map(|(_, mode)| *mode)
+            .ok_or_else(|| UnknownMapMode(name.to_owned()))
+    }
+}
+
+/// The YAML file of a map.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MapFiles {
-    /// Binary PGM (P5).
-    pub pgm: Vec<u8>,
-    /// YAML; it names the image as given to [`write()`].
-    pub yaml: String,
-    /// Columns of the image.
+pub struct MapInfo {
+    /// Path of the image; a relative one counts from the folder of the YAML file.
+    pub image: String,
+    /// What its greys mean.
+    pub mode: MapMode,
+    /// Side of a cell, m.
+    pub resolution: f64,
+    /// `map_from_image`: the lower left corner of the lower left cell, and the turn of the rows.
+    pub origin: Pose2,
+    /// Whether light is occupied and dark is free. Mode `raw` takes no notice of it.
+    pub negate: bool,
+    /// Cells are occupied where their probability is more than this.
+    pub occupied_thresh: f64,
+    /// Cells are free where their probability is less than this.
+    pub free_thresh: f64,
+}
+
+impl MapInfo {
+    /// Reads the YAML file.
+    ///
+    /// # Errors    [`MapInfoError`], with the line: no YAML, a key that is missing, stands twice or has a value that cannot be.
+    pub fn parse(yaml: &[u8]) -> Result<Self, MapInfoError> {
+        yaml::parse(yaml)
+    }
+
+    /// Where the image lies if the YAML file lies at `yaml`.
+    #[must_use]
+    pub fn image_beside(&self, yaml: &Path) -> PathBuf {
+        yaml.parent().unwrap_or(Path::new("")).join(&self.image)
+    }
+}
+
+/// A map as ROS knows it: `nav_msgs/OccupancyGrid`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OccupancyMap {
+    /// Cells in a row.
     pub width: usize,
-    /// Rows of the image.
+    /// Rows.
     pub height: usize,
+    /// Side of a cell, m.
+    pub resolution: f64,
+    /// The lower left corner of the lower left cell in the map frame, and the turn of the rows.
+    pub origin: Pose2,
+    /// Percentage of being occupied, 0 to 100, or [`NOTHING_KNOWN`]; row by row, the lowest first.
+    pub cells: Vec<i8>,
 }
 
-/// Writes the known part of a grid. `image_name` is the name under which the PGM will be stored.
-///
-/// # Errors   [`MapServerError`]: a grid without a known cell, or whose known cells lie too far apart.
-pub fn write(grid: &Grid, image_name: &str) -> Result<MapFiles, MapServerError> {
-    let rect = known_rect(grid).ok_or(MapServerError::Empty)?;
-    let (width, height) = (rect.width(), rect.height());
-    if width * height > MOST_CELLS {
-        return Err(MapServerError::TooLarge { width, height });
-    }
-    let mut pgm = format!("P5\n# slamlab\n{width} {height}\n255\n").into_bytes();
-    pgm.reserve(width * height);
-    for row in (rect.min.row..rect.max.row).rev() {
-        for col in rect.min.col..rect.max.col {
-            pgm.push(match grid.state(CellIndex { col, row }) {
-                CellState::Occupied => OCCUPIED,
-                CellState::Free => FREE,
-                CellState::Unknown => UNKNOWN,
-            });
+impl OccupancyMap {
+    /// The known part of a grid. In mode [`MapMode::Trinary`] each cell is what the grid believes of it: 0, 100 or nothing known;
+    /// otherwise it is the probability.
+    ///
+    /// # Errors    [`MapServerError`]: a grid without a known cell, or whose known cells lie too far apart.
+    pub fn of_grid(grid: &Grid, mode: MapMode) -> Result<Self, MapServerError> {
+        let rect = known_rect(grid, mode).ok_or(MapServerError::Empty)?;
+        let (width, height) = (rect.width(), rect.height());
+        if width * height > MOST_CELLS {
+            return Err(MapServerError::TooLarge { width, height });
         }
-    }
-    let resolution = grid.resolution();
-    let yaml = format!(
-        "image: {}\nmode: trinary\nresolution: {resolution}\norigin: [{:.6}, {:.6}, 0]\nnegate: 0\n\
-         occupied_thresh: {}\nfree_thresh: {}\n",
-        yaml_string(image_name),
-        f64::from(rect.min.col) * resolution,
-        f64::from(rect.min.row) * resolution,
-        grid.config().occupied_above,
-        // Free cells are written as 254, which map_server reads as an occupancy of 1/255.
-        grid.config().free_below.min(0.196),
-    );
-    Ok(MapFiles {
-        pgm,
-        yaml,
-        width,
-        height,
-    })
-}
-
-/// A plain word as it stands; anything else in double quotes, escaped (YAML 1.2 §7.3.1: as in JSON).
-fn yaml_string(text: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-' | '/');
-    if text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(is_plain) {
-        text.to_owned()
-    } else {
-        serde_json::Value::from(text).to_string()
-    }
-}
-
-/// The smallest rectangle that holds all cells that are not unknown; `None` of a grid without any.
-#[must_use]
-pub fn known_rect(grid: &Grid) -> Option<CellRect> {
-    rect_of(grid, |odds| grid.state_of(odds) != CellState::Unknown)
-}
-
-/// The smallest rectangle that holds all cells with such log odds.
-pub(super) fn rect_of(grid: &Grid, is_wanted: impl Fn(f32) -> bool) -> Option<CellRect> {
-    let mut found: Option<CellRect> = None;
-    let side = crate::map::BLOCK_CELLS as i32;
-    for (block, cells) in grid.blocks_since(0) {
-        for (offset, &odds) in cells.iter().enumerate() {
-            if !is_wanted(odds) {
-                continue;
-            }
-            let (col, row) = (
-                block.col * side + offset as i32 % side,
-                block.row * side + offset as i32 / side,
-            );
-            let rect = found.get_or_insert(CellRect {
-                min: CellIndex { col, row },
-                max: CellIndex {
-                    col: col + 1,
-                    row: row + 1,
-                },
-            });
-            rect.min.col = rect.min.col.min(col);
-            rect.min.row = rect.min.row.min(row);
-            rect.max.col = rect.max.col.max(col + 1);
-            rect.max.row = rect.max.row.max(row + 1);
-        }
-    }
-    found
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geom::Pose2;
-    use crate::map::GridConfig;
-    use crate::points::{Beam, Points};
-    use crate::robot::Stamp;
-    use nalgebra::Point2;
-
-    #[test]
-    fn top_row_of_the_image_is_the_top_of_the_map() {
-        let mut grid = Grid::new(GridConfig {
-            resolution: 0.5,
-            ..GridConfig::default()
+        let resolution = grid.resolution();
+        let corner = |cell: i32| f64::from(cell) * resolution;
+        let cells = |row| (rect.min.col..rect.max.col).map(move |col| CellIndex { col, row });
+        let rows = rect.min.row..rect.max.row;
+        Ok(Self {
+            width,
+            height,
+            resolution,
+            origin: Pose2::new(corner(rect.min.col), corner(rect.min.row), 0.0),
+            cells: rows
+                .flat_map(cells)
+                .map(|cell| occupancy(grid, cell, mode))
+                .collect(),
         })
-        .unwrap();
-        let beam = Beam {
-            beam_idx: 0,
-            origin_in_robot: Point2::new(0.25, 0.25),
-            end_in_robot: Point2::new(0.25, 1.25),
-            range: 1.0,
-            sigma: 0.01,
-            is_hit: true,
-            quality: None,
-        };
-        let points = Points {
-            stamp: Stamp(0),
-            sensor_in_robot: Point2::origin(),
-            bearing_sigma: 0.0,
-            beams: vec![beam],
-        };
-        for _ in 0..4 {
-            grid.insert(&points, &Pose2::identity());
-        }
-        let files = write(&grid, "map.pgm").unwrap();
-        assert_eq!((files.width, files.height), (1, 3));
-        assert!(files.pgm.ends_with(&[OCCUPIED, FREE, FREE]));
-        assert!(files.pgm.starts_with(b"P5\n"));
-        assert!(
-            files.yaml.contains("image: map.pgm\n") && files.yaml.contains("resolution: 0.5\n")
-        );
-        assert!(files.yaml.contains("origin: [0.000000, 0.000000, 0]"));
     }
+}
 
-    #[test]
-    fn odd_names_of_images_are_quoted() {
-        for (name, written) in [
-            ("map.pgm", "map.pgm"),
-            ("my map: 1.pgm", "\"my map: 1.pgm\""),
-            ("a#b.pgm", "\"a#b.pgm\""),
-            ("1.5", "\"1.5\""),
-            ("say \"hi\".pgm", "\"say \\\"hi\\\".pgm\""),
-            ("Küche.pgm", "\"Küche.pgm\""),
-            ("", "\"\""),
-        ] {
-            assert_eq!(yaml_string(name), written);
-        }
+fn occupancy(grid: &Grid, cell: CellIndex, mode: MapMode) -> i8 {
+    match mode {
+        MapMode::Trinary => match grid.state(cell) {
+            CellState::Occupied => 100,
+            CellState::Free => 0,
+            CellState::Unknown => NOTHING_KNOWN,
+        },
+        MapMode::Scale | MapMode::Raw if grid.log_odds(cell) == 0.0 => NOTHING_KNOWN,
+        MapMode::Scale | MapMode::Raw => (100.0 * grid.probability(cell)).round() as i8,
     }
+}
 
-    #[test]
-    fn an_empty_map_is_refused() {
-        let grid = Grid::new(GridConfig::default()).unwrap();
-        assert_eq!(write(&grid, "map.pgm"), Err(MapServerError::Empty));
-    }
+/// The smallest rectangle that holds all cells of which the mode has something to say; `None` of a grid without any.
+fn known_rect(grid: &Grid, mode: MapMode) -> Option<CellRect> {
+    grid.rect_where(|odds| match mode {
+        MapMode::Trinary => grid.state_of(odds) != CellState::Unknown,
+        MapMode::Scale | MapMode::Raw => odds != 0.0,
+    })
 }

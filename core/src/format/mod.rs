@@ -1,5 +1,6 @@
 //! Readers and writers of files, over byte slices: opening and saving them is the caller's.
 
+pub mod building;
 pub mod calibration;
 pub mod carmen;
 pub mod firmware_header;
@@ -11,6 +12,9 @@ pub mod relations;
 mod rows;
 pub mod tum;
 pub mod world;
+
+/// More cells than this are no map: a square kilometre in cells of 10 cm.
+const MOST_CELLS: usize = 100_000_000;
 
 /// Recorded data for tests: a file under the data folder beside the repository, or under `SLAMLAB_DATA` where that is
 /// set. `None`, said plainly, where it is absent.

@@ -12,7 +12,7 @@ use std::fmt::Write as _;
 
 use nalgebra::Point2;
 
-use super::map_server::{MOST_CELLS, rect_of};
+use super::MOST_CELLS;
 use crate::map::{CellIndex, Grid};
 
 /// A map as it stands in the file.
@@ -95,7 +95,8 @@ pub enum OgMapError {
 ///
 /// # Errors    [`OgMapError::Empty`], [`OgMapError::TooLarge`].
 pub fn of_grid(grid: &Grid) -> Result<OgMap, OgMapError> {
-    let rect = rect_of(grid, |odds| odds != 0.0).ok_or(OgMapError::Empty)?;
+    let known = grid.rect_where(|odds| odds != 0.0);
+    let rect = known.ok_or(OgMapError::Empty)?;
     let (width, height) = (rect.width(), rect.height());
     if width * height > MOST_CELLS {
         return Err(OgMapError::TooLarge { width, height });

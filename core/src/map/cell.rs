@@ -40,6 +40,21 @@ impl CellRect {
     pub fn height(&self) -> usize {
         usize::try_from(self.max.row - self.min.row).unwrap_or(0)
     }
+
+    /// The smallest rectangle around both.
+    #[must_use]
+    pub fn around(self, other: Self) -> Self {
+        Self {
+            min: CellIndex {
+                col: self.min.col.min(other.min.col),
+                row: self.min.row.min(other.min.row),
+            },
+            max: CellIndex {
+                col: self.max.col.max(other.max.col),
+                row: self.max.row.max(other.max.row),
+            },
+        }
+    }
 }
 
 /// What is believed of a cell.

@@ -17,6 +17,7 @@
 mod block;
 mod config;
 mod directory;
+mod extent;
 #[cfg(test)]
 mod tests;
 
@@ -197,33 +198,6 @@ impl Grid {
                 }
             }
         }
-    }
-
-    /// The rectangle of all blocks; `None` while the grid is empty.
-    #[must_use]
-    pub fn bounds(&self) -> Option<CellRect> {
-        let mut bounds: Option<CellRect> = None;
-        for (block, _) in self.directory.iter() {
-            let min = CellIndex {
-                col: block.col * BLOCK,
-                row: block.row * BLOCK,
-            };
-            let max = CellIndex {
-                col: min.col + BLOCK,
-                row: min.row + BLOCK,
-            };
-            bounds = Some(bounds.map_or(CellRect { min, max }, |b| CellRect {
-                min: CellIndex {
-                    col: b.min.col.min(min.col),
-                    row: b.min.row.min(min.row),
-                },
-                max: CellIndex {
-                    col: b.max.col.max(max.col),
-                    row: b.max.row.max(max.row),
-                },
-            }));
-        }
-        bounds
     }
 
     /// The blocks that changed after `revision`, with their log-odds in rows from the lower left cell.

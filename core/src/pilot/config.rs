@@ -14,6 +14,8 @@ pub struct PilotConfig {
     pub safe: SafeConfig,
     /// Exploration.
     pub frontier: FrontierConfig,
+    /// Whether it goes back to where it began when all is explored. Default false.
+    pub return_home: bool,
     /// How often the path and the frontier are compared with the map, s. Default 0.5.
     pub review_period: f64,
     /// How much of the path ahead is compared, m. Default 4.
@@ -46,6 +48,7 @@ impl Default for PilotConfig {
             follow: FollowConfig::default(),
             safe: SafeConfig::default(),
             frontier: FrontierConfig::default(),
+            return_home: false,
             review_period: 0.5,
             review_reach: 4.0,
             patience: 3.0,

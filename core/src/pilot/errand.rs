@@ -28,11 +28,17 @@ pub(super) struct Errand {
     pub(super) next_review: Stamp,
     /// Standing at an exploration goal since.
     pub(super) arrived: Option<Stamp>,
+    /// What there is to tell once it is home again.
+    homeward: Option<Finish>,
     empty_looks: usize,
     failed_plans: usize,
     last_look: Option<Stamp>,
 }
 
+/// The map begins where the robot did.
+const HOME: Point2<f64> = Point2::new(0.0, 0.0);
+/// From so near it need not go home, m.
+const HOME_IS_NEAR: f64 = 0.2;
 /// Ways that fail for reasons that may pass are tried so often.
 const PLAN_ATTEMPTS: usize = 4;
 
@@ -75,7 +81,7 @@ impl Pilot {
                 self.errand.drop_route();
             }
         }
-        if self.mode == Mode::Explore {
+        if self.mode == Mode::Explore && self.errand.homeward.is_none() {
             self.errand.explorer.pass(here);
             if self.errand.explorer.target_has_vanished(now.grid) {
                 self.errand.drop_route();
@@ -95,6 +101,10 @@ impl Pilot {
                 self.status = Status::Finished(Finish::GoalReached { off });
             }
             Mode::Explore => {
+                if let Some(finish) = self.errand.homeward.take() {
+                    self.status = Status::Finished(finish);
+                    return;
+                }
                 self.status = Status::Scanning;
                 self.errand.arrived = Some(now.stamp);
                 self.errand.next_review = now.stamp.plus(self.config.review_period);
@@ -127,6 +137,9 @@ impl Pilot {
 
     /// Chooses a frontier and plans to it; `false` where the robot has to stand.
     pub(super) fn plan_exploration(&mut self, now: &Situation) -> bool {
+        if self.errand.homeward.is_some() {
+            return self.plan_to(HOME, now);
+        }
         self.status = Status::Scanning;
         if let Some(since) = self.errand.arrived {
             if now.stamp.since(since) < self.config.look {
@@ -214,10 +227,17 @@ impl Pilot {
         self.errand.empty_looks += usize::from(is_news);
         if self.errand.empty_looks >= self.config.last_looks {
             let explorer = &self.errand.explorer;
-            self.status = Status::Finished(Finish::Explored {
+            let finish = Finish::Explored {
                 unreached: explorer.left(Reason::NoWay),
                 fruitless: explorer.left(Reason::NoGain),
-            });
+            };
+            let away = now.estimate.pose.position() - HOME;
+            if self.config.return_home && away.norm() > HOME_IS_NEAR {
+                self.errand.homeward = Some(finish);
+                self.errand.failed_plans = 0;
+            } else {
+                self.status = Status::Finished(finish);
+            }
         }
     }
 
@@ -272,7 +292,7 @@ impl Pilot {
             return;
         }
         let attempts = std::mem::take(&mut self.errand.stuck) - 1;
-        if self.mode == Mode::Explore {
+        if self.mode == Mode::Explore && self.errand.homeward.is_none() {
             self.errand.explorer.give_up(Reason::NoWay);
         } else {
             let (x, y) = (now.estimate.pose.x(), now.estimate.pose.y());

@@ -19,12 +19,38 @@
 use nalgebra::Point2;
 
 use super::cspace::GridSpace;
+use super::view::view_gain;
 use super::wavefront::Wavefront;
 use crate::map::{CellIndex, CellState};
 
-/// Which frontiers count.
+/// Which of the frontiers is the best.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FrontierChoice {
+    /// What lies behind it, against the way there: step 4.
+    #[default]
+    GainOverCost,
+    /// The nearest one, whatever it promises (Yamauchi 1997): the yardstick.
+    Nearest,
+    /// What its goal would let see all round, against the way there (González-Baños & Latombe 2002).
+    NextBestView,
+}
+
+impl FrontierChoice {
+    /// All strategies, with the names used by settings and commands, and what a person calls them.
+    pub const ALL: [(&'static str, Self, &'static str); 3] = [
+        ("gain-over-cost", Self::GainOverCost, "Gain over cost"),
+        ("nearest", Self::Nearest, "Nearest frontier"),
+        ("next-best-view", Self::NextBestView, "Next best view"),
+    ];
+}
+
+/// Which frontiers count, and which counts most.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrontierConfig {
+    /// Which is the best. Default [`FrontierChoice::GainOverCost`].
+    pub choice: FrontierChoice,
+    /// How far the sensor sees, for [`FrontierChoice::NextBestView`], m. Default 4: as far as a view is worth a way.
+    pub sight: f64,
     /// Clusters shorter than this are dropped, m. Default 0.2: about the robot's width.
     pub min_width: f64,
     /// Cells nearer to a wall than this do not count in the length of a cluster, and do not lead to it, m. Default 0.1:
@@ -45,6 +71,8 @@ pub struct FrontierConfig {
 impl Default for FrontierConfig {
     fn default() -> Self {
         Self {
+            choice: FrontierChoice::default(),
+            sight: 4.0,
             min_width: 0.2,
             min_clearance: 0.1,
             min_gain: 0.06,
@@ -135,17 +163,20 @@ fn judge(
     let (goal, cost) = best.map_or((None, f64::INFINITY), |(cost, cell)| {
         (Some(space.centre_of(cell)), cost)
     });
+    let worth = |gain: f64, most: f64| gain.min(most) * libm::exp(-config.cost_decay * cost);
+    let score = best.map_or(0.0, |(_, cell)| match config.choice {
+        FrontierChoice::GainOverCost => worth(gain, config.most_gain),
+        FrontierChoice::Nearest => 1.0 / (1.0 + cost),
+        // A view all round is bounded by what is seen all round.
+        FrontierChoice::NextBestView => worth(view_gain(space, cell, config.sight), f64::INFINITY),
+    });
     Some(Frontier {
         centre: middle(space, cells)?,
         cells: cells.iter().map(|&i| space.cell_of(i)).collect(),
         gain,
         goal,
         cost,
-        score: if goal.is_some() {
-            gain.min(config.most_gain) * libm::exp(-config.cost_decay * cost)
-        } else {
-            0.0
-        },
+        score,
     })
 }
 

@@ -28,6 +28,7 @@ mod tests;
 mod theta_star;
 mod tree;
 mod vertex_tree;
+mod view;
 mod visibility;
 mod wavefront;
 
@@ -35,7 +36,7 @@ pub use a_star::AStar;
 pub use contest::{CONTESTANTS, Contest, ContestConfig, ContestError, Shortest, Standing};
 pub use cspace::{Both, ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown, rect_around};
 pub use footprint::{Footprint, FootprintError};
-pub use frontier::{Frontier, FrontierConfig, find_frontiers};
+pub use frontier::{Frontier, FrontierChoice, FrontierConfig, find_frontiers};
 pub use lattice::Lattice;
 pub use path::{NoPath, Path, Planner};
 pub use pull_tight::pull_tight;

@@ -49,42 +49,89 @@ pub fn floods_apart<S: ConfigSpace + ?Sized>(
     b: Point2<f64>,
     side: f64,
 ) -> bool {
+    let mut squares = Squares::new(space, side);
+    let to = squares.square_at(b);
+    squares.flood(space, a, Some(to));
+    !squares.seen[to]
+}
+
+/// The middles of the squares that such a flood from a place arrives at, and their side, m: nothing outside of them can be reached.
+/// At most `most` squares are laid over the bounds.
+pub(super) fn squares_within_reach<S: ConfigSpace + ?Sized>(
+    space: &S,
+    from: Point2<f64>,
+    most: f64,
+) -> (Vec<Point2<f64>>, f64) {
     let (low, high) = space.bounds();
     let extent = high - low;
-    let side = side.max((extent.x * extent.y / MOST_SQUARES).sqrt());
-    let count = |length: f64| (length / side).ceil().max(1.0) as usize;
-    let (cols, rows) = (count(extent.x), count(extent.y));
-    let square = |point: Point2<f64>| {
-        let at = (point - low) / side;
-        let place = |at: f64, count: usize| (at.max(0.0) as usize).min(count - 1);
-        place(at.y, rows) * cols + place(at.x, cols)
-    };
-    let is_open = |square: usize| {
-        let at = |place: usize| (place as f64 + 0.5) * side;
-        let middle = low + Vector2::new(at(square % cols), at(square / cols));
-        // Only the last square of a row may stick out; its middle is then taken to the border.
-        space.room(middle.inf(&high)) + side >= 0.0
-    };
-    let (from, to) = (square(a), square(b));
-    let mut seen = vec![false; cols * rows];
-    let mut todo = vec![from];
-    seen[from] = true;
-    while let Some(at) = todo.pop() {
-        if at == to {
-            return false;
+    let mut squares = Squares::new(space, (extent.x * extent.y / most).sqrt());
+    squares.flood(space, from, None);
+    let reached = (0..squares.seen.len()).filter(|&square| squares.seen[square]);
+    let middles = reached.map(|square| squares.middle(square)).collect();
+    (middles, squares.side)
+}
+
+/// Squares over the bounds of a space.
+struct Squares {
+    low: Point2<f64>,
+    high: Point2<f64>,
+    side: f64,
+    cols: usize,
+    rows: usize,
+    seen: Vec<bool>,
+}
+
+impl Squares {
+    fn new<S: ConfigSpace + ?Sized>(space: &S, side: f64) -> Self {
+        let (low, high) = space.bounds();
+        let extent = high - low;
+        let side = side.max((extent.x * extent.y / MOST_SQUARES).sqrt());
+        let count = |length: f64| (length / side).ceil().max(1.0) as usize;
+        let (cols, rows) = (count(extent.x), count(extent.y));
+        Self {
+            low,
+            high,
+            side,
+            cols,
+            rows,
+            seen: vec![false; cols * rows],
         }
-        let (col, row) = (at % cols, at / cols);
-        for r in row.saturating_sub(1)..(row + 2).min(rows) {
-            for c in col.saturating_sub(1)..(col + 2).min(cols) {
-                let next = r * cols + c;
-                if !seen[next] && is_open(next) {
-                    seen[next] = true;
-                    todo.push(next);
+    }
+
+    fn square_at(&self, point: Point2<f64>) -> usize {
+        let at = (point - self.low) / self.side;
+        let place = |at: f64, count: usize| (at.max(0.0) as usize).min(count - 1);
+        place(at.y, self.rows) * self.cols + place(at.x, self.cols)
+    }
+
+    /// Only the last square of a row may stick out; its middle is then taken to the border.
+    fn middle(&self, square: usize) -> Point2<f64> {
+        let at = |place: usize| (place as f64 + 0.5) * self.side;
+        let middle = self.low + Vector2::new(at(square % self.cols), at(square / self.cols));
+        middle.inf(&self.high)
+    }
+
+    /// Marks what hangs together with a place, until `to` is among it.
+    fn flood<S: ConfigSpace + ?Sized>(&mut self, space: &S, from: Point2<f64>, to: Option<usize>) {
+        let from = self.square_at(from);
+        let mut todo = vec![from];
+        self.seen[from] = true;
+        while let Some(at) = todo.pop() {
+            if to == Some(at) {
+                return;
+            }
+            let (col, row) = (at % self.cols, at / self.cols);
+            for r in row.saturating_sub(1)..(row + 2).min(self.rows) {
+                for c in col.saturating_sub(1)..(col + 2).min(self.cols) {
+                    let next = r * self.cols + c;
+                    if !self.seen[next] && space.room(self.middle(next)) + self.side >= 0.0 {
+                        self.seen[next] = true;
+                        todo.push(next);
+                    }
                 }
             }
         }
     }
-    true
 }
 
 /// More squares than this are not flooded: they become larger, and prove less.

@@ -8,7 +8,10 @@
 //! 2. Find the nearest point of the tree, on vertices and on edges; an edge is split there.
 //! 3. Extend towards the drawn point to the last collision-free one.
 //! 4. When the goal is reached, the branch to it is the path.
+//!
+//! Ours: after a thousand points in vain they are drawn only where anything can be reached at all.
 
+use nalgebra::Point2;
 use rand::{Rng, RngExt};
 
 use super::cspace::ConfigSpace;
@@ -58,6 +61,7 @@ pub struct Rrt {
     query: Query,
     config: RrtConfig,
     sampler: Sampler,
+    drawn: usize,
     tree: Tree,
     path: Option<Path>,
 }
@@ -76,6 +80,7 @@ impl Rrt {
             query,
             config,
             sampler,
+            drawn: 0,
             path: None,
         }
     }
@@ -86,7 +91,7 @@ impl Rrt {
         let target = if rng.random::<f64>() < self.config.goal_bias {
             goal
         } else {
-            self.sampler.draw(rng)
+            self.draw(space, rng)
         };
         let grown = self.tree.extend(space, target, self.config.min_growth);
         if let Some(vertex) = grown
@@ -97,6 +102,12 @@ impl Rrt {
                 points: self.tree.branch(vertex.index),
             });
         }
+    }
+
+    fn draw<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) -> Point2<f64> {
+        self.drawn += 1;
+        self.sampler.narrow(self.drawn, space, self.query.start);
+        self.sampler.draw(rng)
     }
 
     /// The path, if the goal was reached.

@@ -9,9 +9,11 @@
 //! 3. The trees change places.
 //!
 //! It needs far fewer iterations than one tree where the last metres lead through a door.
+//! After a thousand points in vain they are drawn only where anything can be reached at all; that is ours.
 //!
 //! Source: Kuffner & LaValle (2000), "RRT-Connect: an efficient approach to single-query path planning".
 
+use nalgebra::Point2;
 use rand::Rng;
 
 use super::cspace::ConfigSpace;
@@ -28,6 +30,7 @@ pub struct RrtConnect {
     query: Query,
     config: RrtConfig,
     sampler: Sampler,
+    drawn: usize,
     growing: VertexTree,
     other: VertexTree,
     /// Whether `growing` is the tree from the start.
@@ -53,6 +56,7 @@ impl RrtConnect {
             query,
             config,
             sampler,
+            drawn: 0,
             path: None,
         }
     }
@@ -62,7 +66,7 @@ impl RrtConnect {
         let target = if std::mem::take(&mut self.is_first) {
             self.query.goal
         } else {
-            self.sampler.draw(rng)
+            self.draw(space, rng)
         };
         let step = self.config.range;
         if let Some(grown) = self.growing.extend(space, target, step) {
@@ -84,6 +88,12 @@ impl RrtConnect {
             points.reverse();
         }
         self.path = Some(Path { points });
+    }
+
+    fn draw<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) -> Point2<f64> {
+        self.drawn += 1;
+        self.sampler.narrow(self.drawn, space, self.query.start);
+        self.sampler.draw(rng)
     }
 
     /// The path, if the trees have met.

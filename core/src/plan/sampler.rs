@@ -4,6 +4,12 @@ use nalgebra::Point2;
 use rand::{Rng, RngExt};
 
 use super::cspace::ConfigSpace;
+use super::reach::squares_within_reach;
+
+/// Points that a tree draws from anywhere before it is worth knowing where anything can be reached.
+const PATIENCE: usize = 1000;
+/// Squares that are looked at then.
+const SQUARES: f64 = 1e5;
 
 /// A source of random points.
 #[derive(Clone, Debug)]
@@ -30,6 +36,21 @@ impl Sampler {
     pub fn anywhere<S: ConfigSpace + ?Sized>(space: &S) -> Self {
         let (low, high) = space.bounds();
         Self::Anywhere { low, high }
+    }
+
+    /// For a tree that has drawn [`PATIENCE`] points from anywhere in vain: of the bounds only what can be reached from `start` at all.
+    /// Behind walls, and outside of the building, points are wasted; and a strip of centimetres is found the sooner the less there is
+    /// beside it.
+    pub(super) fn narrow<S: ConfigSpace + ?Sized>(
+        &mut self,
+        drawn: usize,
+        space: &S,
+        start: Point2<f64>,
+    ) {
+        if drawn == PATIENCE && matches!(self, Self::Anywhere { .. }) {
+            let (centres, side) = squares_within_reach(space, start, SQUARES);
+            *self = Self::Squares { centres, side };
+        }
     }
 
     /// Draws a point.

@@ -7,6 +7,7 @@ mod oriented;
 mod range_sigma;
 mod segmentation;
 mod spacing;
+mod walkers;
 
 pub use cartesian::{Beam, PointConfig, Points};
 pub use deskew::{MotionHistory, MovedSince};
@@ -18,3 +19,4 @@ pub use range_sigma::{
 };
 pub use segmentation::{BreakRule, Run, SegmentationConfig, segment};
 pub use spacing::{SpacingError, SpacingModel};
+pub use walkers::{WalkerConfig, Walkers};

@@ -2,6 +2,7 @@
 
 mod driving;
 mod estimation;
+mod near;
 mod odometry;
 mod perception;
 mod sensor;
@@ -14,6 +15,7 @@ pub fn table() -> impl Iterator<Item = &'static Setting> + Clone {
         sensor::SENSOR,
         odometry::ODOMETRY,
         perception::PERCEPTION,
+        near::NEAR,
         estimation::ESTIMATION,
         driving::DRIVING,
     ];

@@ -1,7 +1,9 @@
 //! The methods behind [`super::Slam`], each with the map it fills.
 
 use super::{Method, SlamConfig, SlamError};
-use crate::estimation::{EkfSlam, ScanMatcher, SweepSmoother, SweepTiming, UpdateReport};
+use crate::estimation::{
+    EkfSlam, LineLocaliser, ScanMatcher, SweepSmoother, SweepTiming, UpdateReport,
+};
 use crate::features::{LineExtractor, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::map::{Evidence, Grid};
@@ -27,6 +29,13 @@ pub(super) enum Estimator {
     Matching {
         matcher: Box<ScanMatcher>,
         since_scan: Option<Odometry>,
+    },
+    Known {
+        localiser: Box<LineLocaliser>,
+        extractor: Box<LineExtractor>,
+        features: Vec<LineFeature>,
+        track: Vec<(Stamp, Pose2)>,
+        grid: Grid,
     },
 }
 
@@ -99,6 +108,27 @@ impl Estimator {
                 matcher: Box::new(ScanMatcher::new(config.matcher)?),
                 since_scan: None,
             },
+            Method::KnownMap => Self::in_known_map(config)?,
+        })
+    }
+
+    fn in_known_map(config: &SlamConfig) -> Result<Self, SlamError> {
+        if config.known.lines.is_empty() {
+            return Err(SlamError::NoKnownMap);
+        }
+        config.lines.validate()?;
+        let localiser = LineLocaliser::new(
+            config.known.lines.clone(),
+            &PoseEstimate::exact(Pose2::identity()),
+            &config.ekf.odometry_prior,
+            config.ekf.association,
+        )?;
+        Ok(Self::Known {
+            localiser: Box::new(localiser),
+            extractor: Box::new(LineExtractor::new(config.lines)),
+            features: vec![],
+            track: vec![],
+            grid: Grid::new(config.grid)?,
         })
     }
 
@@ -107,6 +137,7 @@ impl Estimator {
         match self {
             Self::Odometry { motion, .. } => *motion = then(motion),
             Self::Lines { ekf, .. } => ekf.predict(odometry)?,
+            Self::Known { localiser, .. } => localiser.predict(odometry)?,
             Self::Matching {
                 matcher,
                 since_scan,
@@ -119,15 +150,24 @@ impl Estimator {
     }
 
     pub(super) fn reconfigure(&mut self, config: &SlamConfig) {
-        if let Self::Lines { ekf, extractor, .. } = self {
-            **extractor = LineExtractor::new(config.lines);
-            ekf.reconfigure(config.ekf);
+        match self {
+            Self::Lines { ekf, extractor, .. } => {
+                **extractor = LineExtractor::new(config.lines);
+                ekf.reconfigure(config.ekf);
+            }
+            Self::Known { extractor, .. } => **extractor = LineExtractor::new(config.lines),
+            Self::Odometry { .. } | Self::Matching { .. } => {}
         }
     }
 
     /// First part of a scan: the lines in it, for a method that uses them.
     pub(super) fn find_lines(&mut self, points: &Points) -> Result<(), SlamError> {
         if let Self::Lines {
+            extractor,
+            features,
+            ..
+        }
+        | Self::Known {
             extractor,
             features,
             ..
@@ -170,6 +210,22 @@ impl Estimator {
             Self::Lines { ekf, features, .. } => {
                 ekf.update(features, &SweepTiming::at(points.stamp, sweep.scan))?;
             }
+            Self::Known {
+                localiser,
+                features,
+                track,
+                grid,
+                ..
+            } => {
+                let known = &sweep.config.known;
+                let loose: Vec<LineFeature> = features.iter().map(|f| known.loosened(f)).collect();
+                localiser.update(&loose)?;
+                let pose = localiser.estimate().pose;
+                let (sigmas, config) = (sweep.direction_sigmas(), &sweep.config.evidence);
+                let evidence = Evidence::certain(points, &sigmas, grid.resolution(), config);
+                grid.draw(&evidence, &pose);
+                track.push((points.stamp, pose));
+            }
             Self::Matching {
                 matcher,
                 since_scan,
@@ -191,6 +247,7 @@ impl Estimator {
                 cov: o.cov,
             },
             Self::Lines { ekf, .. } => ekf.estimate(),
+            Self::Known { localiser, .. } => localiser.estimate(),
             Self::Matching {
                 matcher,
                 since_scan,
@@ -216,14 +273,18 @@ impl Estimator {
 
     pub(super) fn grid(&self) -> &Grid {
         match self {
-            Self::Odometry { grid, .. } | Self::Lines { grid, .. } => grid,
+            Self::Odometry { grid, .. } | Self::Lines { grid, .. } | Self::Known { grid, .. } => {
+                grid
+            }
             Self::Matching { matcher, .. } => matcher.grid(),
         }
     }
 
     pub(super) fn trajectory(&self) -> Vec<(Stamp, Pose2)> {
         match self {
-            Self::Odometry { track, .. } | Self::Lines { track, .. } => track.clone(),
+            Self::Odometry { track, .. }
+            | Self::Lines { track, .. }
+            | Self::Known { track, .. } => track.clone(),
             Self::Matching { matcher, .. } => matcher.trajectory().collect(),
         }
     }

@@ -18,6 +18,8 @@ struct Pair {
     millis: u32,
     sequence: u8,
     commands: Decoder<rp6::Command>,
+    /// What the robot was given, and when.
+    given: Vec<(u32, rp6::Command)>,
     told: Vec<Event>,
 }
 
@@ -29,6 +31,7 @@ impl Pair {
             millis: 0,
             sequence: 0,
             commands: Decoder::new(),
+            given: vec![],
             told: vec![],
         };
         pair.device.opened(pair.now());
@@ -58,6 +61,7 @@ impl Pair {
     }
 
     fn answer(&mut self, of: u8, command: rp6::Command) {
+        self.given.push((self.millis, command));
         self.say(&match command {
             rp6::Command::Greet { nonce } => Said::Hello(hello(nonce)),
             _ => Said::Ack {
@@ -261,4 +265,24 @@ fn an_errand_that_comes_too_early_is_not_told_as_over_at_once() {
         pair.device.robot.as_ref().map(|robot| robot.is_calm),
         Some(true)
     );
+}
+
+/// The rules stop a robot whose driver is silent. Should whoever runs them hang, its motors get no sign of life for much longer.
+#[test]
+fn a_speed_that_is_not_given_anew_is_ended_after_a_quarter_of_a_second() {
+    let mut pair = Pair::up();
+    let begun = pair.millis;
+    let ahead = Command::Velocity {
+        forward: 0.1,
+        turn: 0.0,
+    };
+    pair.device.order(Order::Command(ahead), pair.now());
+    pair.hear();
+    for _ in 0..60 {
+        pair.millis += 10;
+        pair.device.tick(pair.now());
+        pair.hear();
+    }
+    let last = pair.given.last().copied();
+    assert_eq!(last, Some((begun + 260, rp6::Command::Stop)));
 }

@@ -11,11 +11,10 @@
 //!
 //! Always: armed implies that somebody has the lease, that the robot's link is up, and that no emergency stop is latched.
 //!
-//! [`plausible`] finds what disarms in the robot's own readings; [`safe_mode`] keeps commands off obstacles.
+//! [`plausible`] finds what disarms in the robot's own readings; [`slamlab_core::control::SafeMode`] keeps commands off obstacles.
 
 pub mod plausible;
 mod rules;
-pub mod safe_mode;
 #[cfg(test)]
 mod tests;
 

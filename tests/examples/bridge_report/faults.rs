@@ -8,7 +8,6 @@ use slamlab_core::wire::message::ToBridge;
 use crate::client::Bridge;
 use crate::robot::{Memory, with_robot};
 
-const TRIALS: usize = 100;
 const LIMIT: Duration = Duration::from_millis(250);
 
 /// What breaks.
@@ -31,15 +30,15 @@ const ALL: [Fault; 6] = [
     Fault::BridgeTerminated,
 ];
 
-pub(crate) async fn report() -> (bool, Value) {
+pub(crate) async fn report(trials: usize) -> (bool, Value) {
     let mut figures = Map::new();
     let mut holds = true;
     let mut numbers = slamlab_tests::numbers();
     for fault in ALL {
         let mut took = Vec::new();
-        while took.len() < TRIALS {
+        while took.len() < trials {
             // Eight robots at a time: nearly all of a trial is waiting.
-            let delays: Vec<f64> = numbers.by_ref().take(8).collect();
+            let delays: Vec<f64> = numbers.by_ref().take(8.min(trials - took.len())).collect();
             let trials = delays.into_iter().map(|delay| {
                 tokio::spawn(trial(fault, Duration::from_secs_f64(0.1 + 0.2 * delay)))
             });

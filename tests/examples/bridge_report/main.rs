@@ -1,6 +1,6 @@
 //! Measures the bridge over real sockets on this machine, prints JSON, and exits with 0 only if all of it holds.
 //!
-//! `cargo run --release -p slamlab-tests --example bridge_report -- faults|line-faults [TRIALS]|latency|access|soak [MINUTES]`
+//! `cargo run --release -p slamlab-tests --example bridge_report -- faults [TRIALS]|line-faults [TRIALS]|latency|access|soak [MINUTES]`
 #![cfg(not(target_family = "wasm"))] // opens sockets
 #![allow(missing_docs, clippy::unwrap_used)] // a harness: failing is how it reports
 
@@ -13,6 +13,8 @@ mod client;
 mod robot;
 
 mod access;
+#[cfg(target_os = "linux")]
+mod bridge_process;
 mod door;
 mod faults;
 mod latency;
@@ -36,7 +38,7 @@ use serde_json::Value;
 async fn main() -> ExitCode {
     let name = std::env::args().nth(1).unwrap_or_default();
     let (holds, report) = match name.as_str() {
-        "faults" => faults::report().await,
+        "faults" => all_faults(number(100.0) as usize).await,
         "latency" => latency::report().await,
         "access" => access::report().await,
         #[cfg(target_os = "linux")]
@@ -47,7 +49,7 @@ async fn main() -> ExitCode {
         "soak" => soak::report(number(30.0)).await,
         _ => {
             eprintln!(
-                "expected one of: faults, line-faults [TRIALS], latency, access, soak [MINUTES]"
+                "expected one of: faults [TRIALS], line-faults [TRIALS], latency, access, soak [MINUTES]"
             );
             return ExitCode::FAILURE;
         }
@@ -61,7 +63,19 @@ async fn main() -> ExitCode {
     }
 }
 
-#[cfg(target_os = "linux")]
+/// At the registers of the real firmware, where its simulator is named, and at the robot's source.
+async fn all_faults(trials: usize) -> (bool, Value) {
+    let at_the_source = faults::report(trials).await;
+    #[cfg(target_os = "linux")]
+    if let Some(at_the_registers) = line_faults::report(trials).await {
+        return (
+            at_the_source.0 && at_the_registers.0,
+            serde_json::json!({ "at_the_registers": at_the_registers.1, "at_the_source": at_the_source.1 }),
+        );
+    }
+    at_the_source
+}
+
 fn number(default: f64) -> f64 {
     let second = std::env::args().nth(2);
     second.map_or(default, |number| number.parse().unwrap())

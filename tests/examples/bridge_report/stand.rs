@@ -5,15 +5,16 @@
 //!
 //! The programs are named by `SLAMLAB_BRIDGE` and `SLAMLAB_RP6_SIM`.
 
-use std::net::SocketAddr;
-use std::process::Stdio;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use slamlab_core::wire::message::{FromBridge, Motion, ToBridge};
+use slamlab_core::wire::recording::Recording;
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader, Lines};
 use tokio::process::{Child, ChildStdin, ChildStdout, Command};
 
+use crate::bridge_process::BridgeProcess;
 use crate::client::Client;
 
 /// Whatever is waited for comes sooner, or never.
@@ -31,17 +32,15 @@ impl Robot {
     pub(crate) async fn start(program: &str) -> Self {
         let mut child = Command::new(program)
             .arg("arena")
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
+            .stdin(std::process::Stdio::piped())
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::null())
             .kill_on_drop(true)
             .spawn()
             .unwrap();
         let mut answers = BufReader::new(child.stdout.take().unwrap()).lines();
-        let first = answers
-            .next_line()
-            .await
-            .unwrap()
-            .expect("it tells its port");
+        let first = answers.next_line().await.unwrap();
+        let first = first.expect("it tells its port");
         let ports: Value = serde_json::from_str(&first).unwrap();
         Self {
             asks: child.stdin.take().unwrap(),
@@ -82,68 +81,81 @@ impl Robot {
     }
 }
 
-/// The bridge.
+/// Robot and bridge.
 pub(crate) struct Stand {
     pub(crate) robot: Robot,
     program: String,
     folder: tempfile::TempDir,
-    bridge: Option<Child>,
-    address: SocketAddr,
+    bridges: u32,
+    bridge: Option<BridgeProcess>,
 }
 
 impl Stand {
     pub(crate) async fn start(bridge: &str, robot: &str) -> Self {
-        let mut stand = Self {
+        Self {
             robot: Robot::start(robot).await,
             program: bridge.to_owned(),
             folder: tempfile::tempdir().unwrap(),
+            bridges: 0,
             bridge: None,
-            address: ([127, 0, 0, 1], 0).into(),
-        };
-        stand.start_bridge().await;
-        stand
-    }
-
-    async fn start_bridge(&mut self) {
-        let mut child = Command::new(&self.program)
-            .args(["serve", "--port", "0", "--page"])
-            .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/../bridge/tests/page"))
-            .arg("--source")
-            .arg(format!("rp6:{}", self.robot.port))
-            .arg("--token-file")
-            .arg(self.folder.path().join("token"))
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .kill_on_drop(true)
-            .spawn()
-            .unwrap();
-        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        self.address = loop {
-            let line = lines
-                .next_line()
-                .await
-                .unwrap()
-                .expect("it tells its address");
-            let rest = line.split_once("http://").map(|(_, rest)| rest);
-            let address = rest.and_then(|rest| rest.split(['/', '#', ' ']).next()?.parse().ok());
-            if let Some(address) = address {
-                break address;
-            }
-        };
-        tokio::spawn(async move { while let Ok(Some(_)) = lines.next_line().await {} });
-        self.bridge = Some(child);
-    }
-
-    /// Nothing that a program could catch.
-    pub(crate) async fn kill_bridge(&mut self) {
-        if let Some(mut bridge) = self.bridge.take() {
-            bridge.kill().await.unwrap();
         }
     }
 
+    async fn start_bridge(&mut self) {
+        self.bridges += 1;
+        let old = self.recording();
+        let folder = self.folder.path();
+        let recording = folder.join(format!("{}.mcap", self.bridges));
+        let source = format!("rp6:{}", self.robot.port);
+        let bridge = BridgeProcess::start(&self.program, &source, folder, recording).await;
+        self.bridge = Some(bridge);
+        // Of bridges that are gone nobody wants to know any more.
+        let _ = old.map(std::fs::remove_file);
+    }
+
+    fn recording(&self) -> Option<PathBuf> {
+        let last = self.bridges.checked_sub(1)?;
+        Some(self.folder.path().join(format!("{last}.mcap")))
+    }
+
+    /// Of the bridge, if one runs.
+    pub(crate) fn anonymous_kb(&self) -> Option<f64> {
+        self.bridge.as_ref().map(BridgeProcess::anonymous_kb)
+    }
+
+    pub(crate) fn bridge(&self) -> &BridgeProcess {
+        self.bridge.as_ref().expect("a driver has started it")
+    }
+
+    /// Nothing that a program could catch; then its recording must hold all that was acknowledged.
+    pub(crate) async fn kill_bridge(&mut self, acknowledged: u64) -> Result<(), String> {
+        let Some(bridge) = self.bridge.take() else {
+            return Ok(());
+        };
+        let path = bridge.recording.clone();
+        bridge.kill().await;
+        let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+        let recording = Recording::parse(&bytes).map_err(|error| error.to_string())?;
+        let readable = recording.messages().filter(Result::is_ok).count() as u64;
+        if readable < acknowledged {
+            return Err(format!(
+                "{readable} messages can be read, {acknowledged} were acknowledged"
+            ));
+        }
+        Ok(())
+    }
+
     pub(crate) async fn watcher(&self) -> Client {
-        let mut client = Client::connect(self.address, "").await;
+        let mut client = Client::connect(self.bridge().address, "").await;
         client.enter(None).await;
+        client
+    }
+
+    /// A client that may drive.
+    pub(crate) async fn other_driver(&self) -> Client {
+        let token = std::fs::read_to_string(self.folder.path().join("token")).unwrap();
+        let mut client = Client::connect(self.bridge().address, "").await;
+        assert!(client.enter(Some(token.trim())).await);
         client
     }
 
@@ -152,9 +164,7 @@ impl Stand {
         if self.bridge.is_none() {
             self.start_bridge().await;
         }
-        let token = std::fs::read_to_string(self.folder.path().join("token")).unwrap();
-        let mut client = Client::connect(self.address, "").await;
-        assert!(client.enter(Some(token.trim())).await);
+        let mut client = self.other_driver().await;
         client.take(true).await;
         let until = Instant::now() + NEVER;
         while Instant::now() < until {

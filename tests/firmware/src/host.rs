@@ -11,6 +11,7 @@ use slamlab_core::robot::Stamp;
 use slamlab_core::wire::rp6::{
     Command, Event, Hello, Link, LinkConfig, Phase, Ranger, Telemetry, Verdict,
 };
+use slamlab_tests::devices::{Faults, Line};
 
 use crate::Rig;
 
@@ -31,6 +32,9 @@ pub struct Host {
     pub events: Vec<Event>,
     /// Whether the cable is on.
     pub is_connected: bool,
+    /// What the line does to bytes, both ways.
+    pub faults: Faults,
+    chance: Line,
     line: VecDeque<u8>,
     next_byte: f64,
     next_tick: f64,
@@ -47,6 +51,8 @@ impl Host {
             rangers: Vec::new(),
             events: Vec::new(),
             is_connected: true,
+            faults: Faults::default(),
+            chance: Line::new(1),
             line: VecDeque::new(),
             next_byte: 0.0,
             next_tick: 0.0,
@@ -153,6 +159,7 @@ impl Host {
         self.rig.step()?;
         let (seconds, now) = (self.rig.seconds(), self.now());
         let came = self.rig.chip.take_sent();
+        let came = self.chance.carry(&came, &self.faults);
         if self.is_connected {
             self.link.receive(&came, now);
         }
@@ -160,7 +167,8 @@ impl Host {
             self.next_tick = seconds + 0.01;
             self.link.tick(now);
         }
-        self.line.extend(self.link.take_output());
+        let said = self.link.take_output();
+        self.line.extend(self.chance.carry(&said, &self.faults));
         if !self.is_connected {
             self.line.clear();
         }

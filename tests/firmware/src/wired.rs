@@ -185,8 +185,8 @@ impl Device for Wired {
 
     fn pulled(&mut self) {
         self.line.clear();
-        // Somebody may have marked it already.
-        if self.marked.is_none() && self.is_driven() {
+        // Now, whoever marked it before: a cable that is cut in the middle of a frame waits for one.
+        if self.is_driven() {
             self.mark();
         }
     }

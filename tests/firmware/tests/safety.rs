@@ -59,6 +59,63 @@ fn silence_switches_the_motors_off_within_400_ms_and_a_new_command_on() -> Resul
     Ok(())
 }
 
+/// The motors are switched off by the clock's interrupt, and the loop looks at the silence once in 10 ms. A sign of life in between
+/// fed the guard, and the loop went on with the speed from before.
+#[test]
+fn a_sign_of_life_just_after_the_motors_went_off_starts_nothing() -> Result<()> {
+    for phase in 0..8 {
+        let mut host = driving()?;
+        host.run(0.0013 * f64::from(phase))?;
+        host.command(AHEAD)?;
+        host.run_until(1.0, is_off)?;
+        host.command(Command::Alive)?;
+        for _ in 0..500 {
+            host.run(0.001)?;
+            if (host.rig.seconds() * 1e3) as u64 % 100 == 0 {
+                host.command(Command::Alive)?;
+            }
+            assert!(is_off(&host), "phase {phase}: {:?}", host.rig.chip.duties());
+        }
+    }
+    Ok(())
+}
+
+/// A stop was a ramp once, with voltage on the motors for up to 0.18 s more: with the bridge's patience of 0.2 s before it, more than the
+/// 0.25 s that are promised.
+#[test]
+fn a_stop_takes_the_voltage_at_once_and_the_robot_stands_soon() -> Result<()> {
+    for command in [
+        AHEAD,
+        Command::Velocity {
+            forward_mm_s: 0,
+            turn_mrad_s: 600,
+        },
+    ] {
+        let mut host = driving()?;
+        host.command(command)?;
+        host.drive(1.0)?;
+        host.command(Command::Stop)?;
+        let off = host.run_until(0.2, is_off)?;
+        let before = host.rig.ways();
+        for _ in 0..500 {
+            host.run(0.001)?;
+            assert!(is_off(&host), "{command:?}: {:?}", host.rig.chip.duties());
+        }
+        let way = (host.rig.ways()[1] - before[1]).abs();
+        println!(
+            "{command:?}: off after {:.1} ms, rolls {:.1} mm",
+            1e3 * off,
+            1e3 * way
+        );
+        assert!(off < 0.01, "{command:?}: {off}");
+        assert!(
+            way < 0.03 && host.rig.speeds() == [0.0; 2],
+            "{command:?}: rolls {way} m"
+        );
+    }
+    Ok(())
+}
+
 #[test]
 fn a_cut_cable_stops_the_robot_and_the_link_comes_back_disarmed() -> Result<()> {
     let mut host = driving()?;

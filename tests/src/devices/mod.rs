@@ -18,7 +18,7 @@ pub use ld06::Ld06;
 pub use rp6::Rp6;
 pub use rplidar::Rplidar;
 pub use socket::Socket;
-pub use spoil::Faults;
+pub use spoil::{Faults, Line};
 pub use view::View;
 
 /// A device on a serial line, without I/O.

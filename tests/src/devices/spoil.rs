@@ -17,17 +17,20 @@ pub struct Faults {
 
 /// A line with chance of its own: the same seed spoils the same bits.
 #[derive(Clone, Debug)]
-pub(super) struct Line {
+pub struct Line {
     state: u64,
 }
 
 impl Line {
-    pub(super) fn new(seed: u64) -> Self {
+    /// A line with this seed.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
         Self { state: seed | 1 }
     }
 
     /// What comes out of `bytes`.
-    pub(super) fn carry(&mut self, bytes: &[u8], faults: &Faults) -> Vec<u8> {
+    #[must_use]
+    pub fn carry(&mut self, bytes: &[u8], faults: &Faults) -> Vec<u8> {
         if faults.is_mute {
             return vec![];
         }

@@ -1,7 +1,7 @@
 // What a simulated and a recorded run have in common: both are SLAM with a pose, a map and a log of what happened.
 
 import type { RunStatus, WebContest, WebExperiment, WebLive, WebReplay } from "../../pkg/slamlab_web.js";
-import { type ContestAsk, type DiagnosisName, type Frame, type Growth, type Inspection, LINE, LINE_STRIDE, type MethodName, type SavedFile, type SigmaCurve, type SourceKind } from "../protocol.js";
+import { type ContestAsk, type DiagnosisName, type Frame, type Growth, type Inspection, LINE, LINE_STRIDE, type MethodName, type SavedFile, type SavedKind, type SigmaCurve, type SourceKind } from "../protocol.js";
 import { Samples, Slow } from "./feeds.js";
 import type { Change, Moment, Note, Source } from "./source.js";
 
@@ -55,26 +55,11 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
     return this.module.contest(ground, Float64Array.from(ends), seconds);
   }
 
-  /** The grid as ROS map_server files. */
-  files(): SavedFile[] {
-    const name = fileName(this.title);
-    const files = this.module.map_files(`${name}.pgm`);
-    const saved = [
-      { name: `${name}.pgm`, mime: "image/x-portable-graymap", bytes: new Uint8Array(files.pgm) },
-      { name: `${name}.yaml`, mime: "application/yaml", bytes: new TextEncoder().encode(files.yaml) },
-    ];
+  export(what: SavedKind): SavedFile[] {
+    const files = this.module.export(what, fileName(this.title));
+    const saved = Array.from({ length: files.count() }, (_, i) => ({ name: files.name(i), mime: files.mime(i), bytes: new Uint8Array(files.bytes(i)) }));
     files.free();
     return saved;
-  }
-
-  /** The walls as a drawing, for drawing programs, and with all that is known of them. */
-  plan(): SavedFile[] {
-    const name = fileName(this.title);
-    const plan = this.module.floor_plan();
-    const { svg, dxf, geojson } = plan;
-    plan.free();
-    const text = (extension: string, mime: string, content: string): SavedFile => ({ name: `${name}.${extension}`, mime, bytes: new TextEncoder().encode(content) });
-    return [text("svg", "image/svg+xml", svg), text("dxf", "image/vnd.dxf", dxf), text("geojson", "application/geo+json", geojson)];
   }
 
   inspect(matrix: boolean): Inspection | null {

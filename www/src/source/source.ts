@@ -1,7 +1,7 @@
 // The one shape that all sources of the worker share.
 
 import type { WebContest } from "../../pkg/slamlab_web.js";
-import type { ContestAsk, Frame, Growth, Inspection, LogLevel, MethodName, SavedFile, SigmaCurve, SourceKind, Status } from "../protocol.js";
+import type { ContestAsk, Frame, Growth, Inspection, LogLevel, MethodName, SavedFile, SavedKind, SigmaCurve, SourceKind, Status } from "../protocol.js";
 
 /** What changed since the last call; the worker adds run, number and pace. */
 export type Change = Omit<Frame, "kind" | "run" | "seq" | "clock" | "status" | "inspection">;
@@ -41,8 +41,7 @@ export interface Source {
   /** All planners on one query; throws in words where it cannot be asked. */
   contest(ask: ContestAsk): WebContest;
   hash(): string;
-  files(): SavedFile[];
-  /** The walls as files; throws in words where there are none. */
-  plan(): SavedFile[];
+  /** Files to save; throws in words where there is nothing to be saved. */
+  export(what: SavedKind): SavedFile[];
   close(): void;
 }

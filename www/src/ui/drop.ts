@@ -38,14 +38,12 @@ export class SlamDrop extends SlamElement {
       event.preventDefault();
       depth = 0;
       this.#show(false);
-      const [file, ...more] = event.dataTransfer?.files ?? [];
-      if (file && more.length === 0) void this.client.open(file);
-      else if (file) this.store.set("toast", { toast: { level: "warn", text: `These are ${1 + more.length} files: drop one at a time.` } });
+      void this.client.openAll([...(event.dataTransfer?.files ?? [])]);
     });
   }
 
   override render(): TemplateResult | typeof nothing {
-    return this.#over ? html`<div>${icons.open}<b>Drop it here</b><span>a recording (.mcap), a CARMEN log (.clf, .log) or a world (.json)</span></div>` : nothing;
+    return this.#over ? html`<div>${icons.open}<b>Drop it here</b><span>a recording (.mcap), a CARMEN log (.clf, .log), a world (.json), a floor plan (.svg), or a map of ROS (.yaml with .pgm or .png)</span></div>` : nothing;
   }
 
   #show(over: boolean): void {

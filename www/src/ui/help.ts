@@ -8,6 +8,7 @@ import { shared } from "./style.js";
 
 const KEYS: readonly (readonly [string, string])[] = [
   ["Arrow keys, W A S D", "drive by hand while held"],
+  ["Gamepad", "left stick drives; B or the right trigger stops"],
   ["Space, Esc", "Stop"],
   ["P", "play or pause"],
   ["N", "step one scan"],
@@ -20,7 +21,7 @@ const KEYS: readonly (readonly [string, string])[] = [
   ["+ − 0", "zoom in, zoom out, show everything"],
   ["F", "follow the robot"],
   ["R", "start again"],
-  ["M", "save the map"],
+  ["M, Shift + A", "save the map"],
   ["T", "dark or light"],
   ["?", "this page"],
 ];

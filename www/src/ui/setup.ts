@@ -1,7 +1,7 @@
 // What a run starts from: world, sensor, seed, method; files in and out.
 
 import { css, html, type TemplateResult } from "lit";
-import type { MethodName } from "../protocol.js";
+import { type MethodName, SAVED, type SavedKind } from "../protocol.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
@@ -44,8 +44,8 @@ export class SlamSetup extends SlamElement {
       .wide { grid-column: 1 / -1; }
       .seed { display: flex; gap: 6px; }
       .seed button:not(.icon) { flex: 1; }
-      .files { display: grid; grid-template-columns: repeat(3, 1fr); gap: 8px; margin-top: 12px; }
-      .files > * { padding: 0 8px; }
+      .files { display: grid; grid-template-columns: repeat(4, minmax(0, 1fr)); gap: 8px; margin-top: 12px; }
+      .files button, .files select { padding: 0 6px; }
       input[type="file"] { position: absolute; width: 1px; height: 1px; opacity: 0; }
       input[type="file"]:focus-visible + .button { outline: 2px solid var(--focus); outline-offset: 2px; }
       .button:hover { border-color: var(--line-strong); background: var(--hover); }
@@ -84,6 +84,7 @@ export class SlamSetup extends SlamElement {
           <select data-testid="method" @change=${(e: Event) => this.client.again(value(e) as MethodName)}>
             <option value="line-ekf" .selected=${method === "line-ekf"}>Line EKF-SLAM</option>
             <option value="scan-matching" .selected=${method === "scan-matching"}>Scan matching</option>
+            ${recorded ? "" : html`<option value="known-map" .selected=${method === "known-map"}>Known map</option>`}
           </select>
         </label>
         ${recorded ? "" : html`<p class="wide about" data-testid="about-sensor">${SENSOR_WORDS[setup.sensor] ?? ""}${setup.calibration && setup.sensor === "rangers" ? html` <b>Own calibration.</b>` : ""}</p>`}
@@ -103,14 +104,20 @@ export class SlamSetup extends SlamElement {
       </div>
       <div class="files">
         <label>
-          <input type="file" accept=".clf,.log,.mcap,.json" data-testid="file" aria-label="Open a recording (.mcap, .clf, .log) or a world (.json)" @change=${this.#open}>
+          <input type="file" accept=".clf,.log,.mcap,.json,.svg,.yaml,.yml,.pgm,.png" multiple data-testid="file" aria-label="Open a recording (.mcap, .clf, .log), a world (.json), a floor plan (.svg) or a map of ROS (.yaml with .pgm or .png)" @change=${this.#open}>
           <span class="button">${icons.open} Open file…</span>
         </label>
         <button data-testid="save-map" title="Save the map as PGM and YAML (M)" @click=${() => this.client.send({ kind: "save", what: "map" })}>${icons.save} Map</button>
         <button data-testid="save-plan" title="Save the walls with their lengths as SVG, DXF and GeoJSON" @click=${() => this.client.send({ kind: "save", what: "plan" })}>${icons.ruler} Walls</button>
+        <label>
+          <select data-testid="save-as" aria-label="Save as another file" title="Save as another file" @change=${this.#saveAs}>
+            <option value="" selected>More…</option>
+            ${Object.entries(SAVED).map(([what, words]) => html`<option value=${what}>${words}</option>`)}
+          </select>
+        </label>
         <button data-testid="save-png" title="Save the map as a picture" @click=${() => this.dispatchEvent(new CustomEvent("save-picture", { bubbles: true, composed: true }))}>${icons.image} PNG</button>
       </div>
-      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : "Drop a recording (.mcap), a CARMEN log (.clf, .log) or a world (.json) anywhere on the page."}</p>
+      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : "Drop a recording (.mcap), a CARMEN log (.clf, .log), a world (.json), a floor plan (.svg) or a map of ROS (.yaml and .pgm or .png together) anywhere on the page."}</p>
     `;
   }
 
@@ -134,10 +141,15 @@ export class SlamSetup extends SlamElement {
     this.store.set("toast", { toast: { level: "warn", text: `A seed is a whole number from 0 to ${MOST_SEED}; the run goes on with ${this.store.setup.seed}.` } });
   }
 
+  #saveAs(event: Event): void {
+    const select = event.target as HTMLSelectElement;
+    this.client.send({ kind: "save", what: select.value as SavedKind });
+    select.value = "";
+  }
+
   #open(event: Event): void {
     const input = event.target as HTMLInputElement;
-    const file = input.files?.[0];
-    if (file) void this.client.open(file);
+    void this.client.openAll([...(input.files ?? [])]);
     input.value = "";
   }
 }

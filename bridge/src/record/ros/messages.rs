@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use nalgebra::Matrix3;
-use slamlab_core::format::map_server::known_rect;
+use slamlab_core::format::map_server::{MapMode, OccupancyMap};
 use slamlab_core::geom::{Pose2, PoseEstimate};
-use slamlab_core::map::{CellIndex, CellState, Grid};
+use slamlab_core::map::Grid;
 use slamlab_core::wire::message::ScanBody;
 
 use super::super::cdr::Cdr;
@@ -93,24 +93,14 @@ pub(super) fn points(body: &ScanBody, now: Duration) -> Vec<u8> {
 
 /// `nav_msgs/OccupancyGrid`: 0 free, 100 occupied, -1 unknown; `None` of a map without a known cell.
 pub(super) fn map(grid: &Grid, now: Duration) -> Option<Vec<u8>> {
-    let rect = known_rect(grid)?;
-    let resolution = grid.resolution();
-    let corner = |cell: i32| f64::from(cell) * resolution;
-    let origin = Pose2::new(corner(rect.min.col), corner(rect.min.row), 0.0);
+    let map = OccupancyMap::of_grid(grid, MapMode::Trinary).ok()?;
     let mut cdr = Cdr::new();
-    cdr.header(now, "map").time(now).f32(resolution as f32);
-    cdr.u32(rect.width() as u32).u32(rect.height() as u32);
-    cdr.all(&placed(&origin));
-    cdr.u32((rect.width() * rect.height()) as u32);
-    for row in rect.min.row..rect.max.row {
-        for col in rect.min.col..rect.max.col {
-            let cell = match grid.state(CellIndex { col, row }) {
-                CellState::Unknown => -1,
-                CellState::Free => 0,
-                CellState::Occupied => 100_i8,
-            };
-            cdr.bytes(&cell.to_le_bytes());
-        }
+    cdr.header(now, "map").time(now).f32(map.resolution as f32);
+    cdr.u32(map.width as u32).u32(map.height as u32);
+    cdr.all(&placed(&map.origin));
+    cdr.u32(map.cells.len() as u32);
+    for cell in &map.cells {
+        cdr.bytes(&cell.to_le_bytes());
     }
     Some(cdr.finish())
 }

@@ -1,4 +1,5 @@
 //! A device that does as the test says, on a pseudo-terminal.
+#![cfg(unix)]
 
 use std::collections::VecDeque;
 use std::io::Write;

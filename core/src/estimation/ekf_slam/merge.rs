@@ -84,12 +84,13 @@ impl EkfSlam {
     fn twin(&self, landmark: usize) -> Option<(usize, Difference)> {
         let is_wall = |entry: &Entry| entry.sightings >= self.config.confirm_sightings;
         let own = self.landmarks.get(landmark).filter(|e| is_wall(e))?;
+        let own = Placed::of(own);
         let mut best: Option<(usize, Difference)> = None;
         for (index, entry) in self.landmarks.iter().enumerate() {
             if index == landmark || !is_wall(entry) {
                 continue;
             }
-            let Some(shared) = self.between(own, entry) else {
+            let Some(shared) = self.between(&own, entry) else {
                 continue;
             };
             let difference = self.difference(landmark, index, shared.about);
@@ -102,25 +103,26 @@ impl EkfSlam {
     }
 
     /// What two landmarks share; `None` where the gap is too large, or where direction or distance rule out that they are one.
-    fn between(&self, a: &Entry, b: &Entry) -> Option<Shared> {
+    fn between(&self, a: &Placed, b: &Entry) -> Option<Shared> {
         let merge = &self.config.merge;
-        if wrap(a.line[0] - b.line[0]).abs() > MOST_TURN {
+        if wrap(a.entry.line[0] - b.line[0]).abs() > MOST_TURN {
             return None;
         }
-        let tangent = a.tangent();
-        let [from, to] = b.ends().map(|end| tangent.dot(&(end - a.anchor)));
-        let (low, high) = (a.extent[0].max(from.min(to)), a.extent[1].min(from.max(to)));
+        let b = Placed::of(b);
+        let along = |end: Point2<f64>| a.tangent.dot(&(end - a.entry.anchor));
+        let [from, to] = b.entry.extent.map(|end| along(b.foot + b.tangent * end));
+        let known = a.entry.extent;
+        let (low, high) = (known[0].max(from.min(to)), known[1].min(from.max(to)));
         if low - high > self.config.association.max_gap {
             return None;
         }
-        let foot = a.anchor + Vector2::new(tangent.y, -tangent.x) * a.line[1];
         let off = |along: f64| {
-            let point = foot + tangent * along;
+            let point = a.foot + a.tangent * along;
             (b.distance(point) - a.distance(point)).abs()
         };
         let middle = 0.5 * (low + high);
         (off(middle) <= merge.r).then(|| Shared {
-            about: foot + tangent * middle,
+            about: a.foot + a.tangent * middle,
             overlap: high - low,
             off: off(low).max(off(high)),
         })
@@ -139,7 +141,7 @@ impl EkfSlam {
         };
         let v = Vector2::new(
             wrap(b.line[0] - a.line[0]),
-            a.distance(about) - b.distance(about),
+            Placed::of(a).distance(about) - Placed::of(b).distance(about),
         );
         let (i, j) = (ROBOT + 2 * landmark, ROBOT + 2 * other);
         let columns = [
@@ -234,12 +236,30 @@ impl EkfSlam {
     }
 }
 
-impl Entry {
+/// A landmark with its axes, whose sine and cosine are taken once for all that is asked of them.
+struct Placed<'a> {
+    entry: &'a Entry,
+    tangent: Vector2<f64>,
+    normal: Vector2<f64>,
+    /// The anchor's foot on the line.
+    foot: Point2<f64>,
+}
+
+impl<'a> Placed<'a> {
+    fn of(entry: &'a Entry) -> Self {
+        let tangent = entry.tangent();
+        let normal = Vector2::new(tangent.y, -tangent.x);
+        Self {
+            entry,
+            tangent,
+            normal,
+            foot: entry.anchor + normal * entry.line[1],
+        }
+    }
+
     /// Signed distance of a point from the line, along its normal.
     fn distance(&self, point: Point2<f64>) -> f64 {
-        let tangent = self.tangent();
-        let normal = Vector2::new(tangent.y, -tangent.x);
-        normal.dot(&(point - self.anchor)) - self.line[1]
+        self.normal.dot(&(point - self.entry.anchor)) - self.entry.line[1]
     }
 }
 

@@ -18,7 +18,7 @@ pub fn svg(walls: &[Wall]) -> Result<String, FloorPlanError> {
     let (width, height) = (high.x - low.x + 2.0 * MARGIN, high.y - low.y + 2.0 * MARGIN);
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
-         <svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{:.2}mm\" height=\"{:.2}mm\" viewBox=\"{:.3} {:.3} {width:.3} {height:.3}\">\n\
+         <svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{:.2}mm\" height=\"{:.2}mm\" viewBox=\"{:.3} {:.3} {width:.3} {height:.3}\" data-metres-per-unit=\"1\">\n\
          <title>Floor plan, 1:100, lengths in metres</title>\n\
          <g stroke=\"#14232b\" stroke-width=\"0.04\" stroke-linecap=\"round\">\n",
         10.0 * width,

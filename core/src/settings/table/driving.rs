@@ -1,6 +1,6 @@
 //! How the robot plans, drives and explores.
 
-use crate::plan::{Planner, Shortening, SmoothConfig};
+use crate::plan::{FrontierChoice, Planner, Shortening, SmoothConfig};
 use crate::settings::{Acts, Kind, Setting};
 
 /// The planners that can be chosen, in the order of their names.
@@ -267,5 +267,43 @@ pub(super) const DRIVING: &[Setting] = &[
         meaning: "So many that show nothing new, and it is given up.",
         get: |s| Some(s.pilot.looks as f64),
         set: |s, v| s.pilot.looks = v as usize,
+    },
+    Setting {
+        key: "explore.choice",
+        group: "Exploration",
+        name: "Goes to",
+        unit: "",
+        range: [0.0, 2.0],
+        kind: Kind::Choice(&[
+            "most gain for its cost",
+            "nearest frontier",
+            "next best view",
+        ]),
+        acts: Acts::AtOnce,
+        meaning: "Which border of the unknown is looked at first. The nearest is the yardstick; views cost more to compute.",
+        get: |s| {
+            let choice = s.pilot.frontier.choice;
+            let place = FrontierChoice::ALL
+                .iter()
+                .position(|(_, known, _)| *known == choice);
+            place.map(|place| place as f64)
+        },
+        set: |s, v| {
+            if let Some((_, choice, _)) = FrontierChoice::ALL.get(v as usize) {
+                s.pilot.frontier.choice = *choice;
+            }
+        },
+    },
+    Setting {
+        key: "explore.return_home",
+        group: "Exploration",
+        name: "Comes home",
+        unit: "",
+        range: [0.0, 1.0],
+        kind: Kind::Switch,
+        acts: Acts::AtOnce,
+        meaning: "Drives back to where it began when all is explored.",
+        get: |s| Some(f64::from(u8::from(s.pilot.return_home))),
+        set: |s, v| s.pilot.return_home = v > 0.5,
     },
 ];

@@ -47,7 +47,7 @@ pub enum Command {
         /// The angle, µrad, counter-clockwise.
         angle_urad: i32,
     },
-    /// Brake and stand.
+    /// Motors off at once; the next command that moves ends it.
     Stop,
     /// Motors off at once; stays so until [`Command::Reset`].
     EStop,

@@ -20,7 +20,7 @@
 //! | [`Command::Velocity`] | 02 | forward i16 mm/s, turn i16 mrad/s | drive so until told otherwise |
 //! | [`Command::Forward`] | 03 | way i32 µm | drive this way straight |
 //! | [`Command::Turn`] | 04 | angle i32 µrad | turn on the spot, counter-clockwise |
-//! | [`Command::Stop`] | 05 | | brake and stand |
+//! | [`Command::Stop`] | 05 | | motors off at once |
 //! | [`Command::EStop`] | 06 | | motors off at once, and latched |
 //! | [`Command::Reset`] | 07 | | unlatch; nothing moves by that |
 //! | [`Command::Servo`] | 08 | angle i16 mrad | point the servo, give up a sweep |

@@ -2,18 +2,22 @@
 //!
 //! In: odometry, scans, and the command that is wished. Out: the command that is safe, [`Command::Stop`] if need be.
 //!
-//! 1. A scan becomes points in the robot's frame, de-skewed by the odometry of its sweep; the motion since is kept.
-//! 2. Speeds: [`limit_speed`]. A leg: no longer than what is free on it.
+//! 1. A scan becomes points in the robot's frame, de-skewed by the odometry of its sweep; the motion since is kept, and so is what has
+//!    come too near to be seen.
+//! 2. Speeds: [`limit_speed`], and [`limit_among_walkers`] where somebody walks. A leg: no longer than what is free on it.
 //! 3. A speed that is under way is limited anew with each scan: somebody may have stepped in the way.
-//! 4. A sensor that scans all the time and was not heard for half a second lets nothing move but a turn on the spot. One
+//! 4. A sensor that scans all the time and was not heard for half a second lets nothing move but a turn on the spot, and stops what
+//!    is under way. One
 //!    that scans on command only limits legs by its last scan, as old as that is; so does its pilot.
 //!
-//! Source: Celej §5; [`slamlab_core::control`].
+//! Source: Celej §5.
 
-use slamlab_core::control::{SafeConfig, free_distance, limit_speed, within_model};
-use slamlab_core::geom::Pose2;
-use slamlab_core::points::{MotionHistory, PointConfig, Points};
-use slamlab_core::robot::{Command, Odometry, RobotModel, Scan};
+use super::{SafeConfig, free_distance, limit_among_walkers, limit_speed, within_model};
+use crate::geom::Pose2;
+use crate::points::{
+    MotionHistory, NearConfig, NearField, PointConfig, Points, WalkerConfig, Walkers,
+};
+use crate::robot::{Command, Odometry, RobotModel, Scan};
 
 /// Seconds of odometry that are kept: the slowest sweep is that of rangers on a servo.
 const HISTORY: f64 = 5.0;
@@ -25,6 +29,9 @@ pub struct SafeMode {
     scans_on_command: bool,
     config: SafeConfig,
     history: MotionHistory,
+    near: NearField,
+    walkers: Walkers,
+    /// Of the last scan, and what it was too near to see.
     points: Option<Points>,
     motion_since_scan: Pose2,
     /// Speeds that were let through last.
@@ -42,11 +49,17 @@ impl SafeMode {
     /// Before the first scan.
     #[must_use]
     pub fn new(model: RobotModel, scans_on_command: bool) -> Self {
+        let near = match scans_on_command {
+            true => NearConfig::short_range(),
+            false => NearConfig::default(),
+        };
         Self {
             model,
             scans_on_command,
             config: SafeConfig::default().by_hand(),
             history: MotionHistory::new(HISTORY),
+            near: NearField::new(near),
+            walkers: Walkers::new(WalkerConfig::default()),
             points: None,
             motion_since_scan: Pose2::identity(),
             told: (0.0, 0.0),
@@ -55,18 +68,24 @@ impl SafeMode {
         }
     }
 
-    /// Takes a motion.
-    pub fn odometry(&mut self, odometry: &Odometry) {
+    /// Takes a motion; says what to tell the robot now, where its sensor has fallen silent while it drives.
+    pub fn odometry(&mut self, odometry: &Odometry) -> Option<Command> {
         self.history.push(odometry);
         self.motion_since_scan = self.motion_since_scan * odometry.motion;
         let ran = odometry.motion.x() * self.leg.signum();
         self.leg = (self.leg.abs() - ran).max(0.0).copysign(self.leg);
+        let drives = self.told.0 != 0.0 || self.leg != 0.0;
+        (drives && self.is_blind()).then(|| self.limit(self.wish))
     }
 
     /// Takes a scan; says what to tell the robot now, where that is no longer what it was.
     pub fn scan(&mut self, scan: &Scan) -> Option<Command> {
-        let points = Points::from_rolling_scan(scan, &self.history, &PointConfig::default());
-        self.points = Some(points);
+        let moved = &self.motion_since_scan;
+        let scan = self.near.without_folded(scan, moved);
+        let points = Points::from_rolling_scan(&scan, &self.history, &PointConfig::default());
+        self.near.update(&points, moved);
+        self.walkers.update(&points, moved);
+        self.points = Some(self.near.with_unseen(&points));
         self.motion_since_scan = Pose2::identity();
         self.again()
     }
@@ -131,7 +150,12 @@ impl SafeMode {
     fn limited(&self, wish: (f64, f64)) -> (f64, f64) {
         let since = &self.motion_since_scan;
         match &self.points {
-            Some(points) => limit_speed(wish, self.told, points, since, &self.model, &self.config),
+            Some(points) => {
+                let (model, config) = (&self.model, &self.config);
+                let safe = limit_speed(wish, self.told, points, since, model, config);
+                let walkers = self.walkers.points();
+                limit_among_walkers(safe, self.told, walkers, since, model, config)
+            }
             None => within_model(wish, &self.model),
         }
     }

@@ -1,0 +1,209 @@
+//! `explore`: does a robot dropped into an unknown building see all of it, by itself and on a short way? Some minutes for each seed
+//! of all worlds; what was run goes to standard error.
+//!
+//! 1. Every built-in world but `campus` (days of driving), by lidar and the line filter, 20 seeds (`--seeds`, `--world`): by gain
+//!    over cost, to the nearest frontier, and to the next best view. The seed draws noise and wear; it is the same for all three.
+//! 2. Where the four rangers are enough ([`RANGER_WORLDS`]): the same by them, with a scan at each stand.
+//! 3. A run ends by itself, or after an hour of simulated time, which is a failure. Explored is the part of the area that a robot
+//!    of its size could see from where it could stand; the way is the true one.
+
+use anyhow::{Context, Result, bail};
+use serde_json::{Map, Value, json};
+use slamlab_core::experiment::{Experiment, ExperimentConfig};
+use slamlab_core::pilot::{Finish, Mode, Status};
+use slamlab_core::plan::FrontierChoice;
+use slamlab_core::sim::{ReachableArea, SensorKind, reachable_area, worlds};
+
+use super::{Args, Outcome};
+use crate::clock::cpu_seconds;
+
+const SEEDS: u64 = 20;
+const LEFT_OUT: &str = "campus";
+/// Worlds whose halls a ranger of 1.5 m can follow.
+const RANGER_WORLDS: [&str; 2] = ["arena", "doors"];
+/// A run that takes longer does not end by itself, s.
+const LONGEST: f64 = 3600.0;
+const CELL: f64 = 0.05;
+/// So much of the reachable area has to be seen, in the median of each world.
+const EXPLORED: f64 = 0.95;
+/// In so great a part of the worlds the way has to be shorter than to nearest frontiers.
+const SHORTER: f64 = 0.8;
+
+pub(crate) fn measure(args: &Args) -> Result<Outcome> {
+    let names: Vec<&str> = worlds::NAMES
+        .into_iter()
+        .filter(|n| *n != LEFT_OUT)
+        .collect();
+    if let Some(name) = args.worlds.iter().find(|w| !names.contains(&w.as_str())) {
+        bail!(
+            "no exploration of `{name}`; expected one of {}",
+            names.join(", ")
+        );
+    }
+    let seeds = args.first_seed..args.first_seed.saturating_add(args.seeds.unwrap_or(SEEDS));
+    let mut outcome = Outcome::default();
+    let mut total = Totals::default();
+    for name in names {
+        if !args.worlds.is_empty() && !args.worlds.iter().any(|w| w == name) {
+            continue;
+        }
+        let mut figures = Map::new();
+        for sensor in [SensorKind::Lidar, SensorKind::Rangers] {
+            if sensor == SensorKind::Rangers && !RANGER_WORLDS.contains(&name) {
+                continue;
+            }
+            let scene = Scene::of(name, sensor)?;
+            let rows: Vec<Row> = (seeds.clone())
+                .map(|seed| scene.row(seed))
+                .collect::<Result<_>>()?;
+            figures.insert(sensor.name().into(), total.take(sensor, &rows));
+        }
+        outcome.figure(name, Value::Object(figures));
+    }
+    total.require(&mut outcome);
+    Ok(outcome)
+}
+
+/// One run.
+#[derive(Clone, Copy)]
+struct Run {
+    explored: f64,
+    way: f64,
+    seconds: f64,
+    contacts: u32,
+    walked_in: u32,
+    ended: bool,
+}
+
+/// The runs of one seed, in the order of [`FrontierChoice::ALL`].
+type Row = [Run; FrontierChoice::ALL.len()];
+
+struct Scene {
+    name: &'static str,
+    sensor: SensorKind,
+    area: ReachableArea,
+}
+
+impl Scene {
+    fn of(name: &'static str, sensor: SensorKind) -> Result<Self> {
+        let world = worlds::builtin(name).with_context(|| format!("there is no world `{name}`"))?;
+        let area = reachable_area(&world, world.robot.model().radius(), CELL);
+        Ok(Self { name, sensor, area })
+    }
+
+    fn row(&self, seed: u64) -> Result<Row> {
+        let mut runs = vec![];
+        for (label, choice, _) in FrontierChoice::ALL {
+            let began = cpu_seconds();
+            let run = self.explore(choice, seed)?;
+            let (name, sensor, took) = (self.name, self.sensor.name(), cpu_seconds() - began);
+            let Run {
+                explored,
+                way,
+                seconds,
+                contacts,
+                ended,
+                ..
+            } = run;
+            eprintln!(
+                "{name} {sensor} seed {seed} {label}: {explored:.4} explored, {way:.1} m, {seconds:.0} s, {contacts} contacts, \
+                 ended {ended}; {took:.1} s of processor time"
+            );
+            runs.push(run);
+        }
+        runs.try_into()
+            .map_err(|_| anyhow::anyhow!("a strategy is missing"))
+    }
+
+    fn explore(&self, choice: FrontierChoice, seed: u64) -> Result<Run> {
+        let world = worlds::builtin(self.name).with_context(|| format!("no `{}`", self.name))?;
+        let robot = world.robot.model();
+        let mut config = ExperimentConfig::new(world, robot, self.sensor.model(), seed);
+        config.mode = Mode::Explore;
+        config.pilot.frontier.choice = choice;
+        let mut experiment = Experiment::new(config)?;
+        while !experiment.status().is_over() && experiment.seconds() < LONGEST {
+            experiment.step()?;
+        }
+        let figures = experiment.figures(&self.area);
+        let contacts = figures.contacts;
+        Ok(Run {
+            explored: figures.explored_fraction,
+            way: figures.distance,
+            seconds: figures.sim_seconds,
+            contacts: contacts.walls + contacts.drove_into_mover,
+            walked_in: contacts.mover_walked_in,
+            ended: matches!(
+                experiment.status(),
+                Status::Finished(Finish::Explored { .. })
+            ),
+        })
+    }
+}
+
+/// What all worlds have to show together.
+#[derive(Default)]
+struct Totals {
+    worlds: u32,
+    shorter: u32,
+    contacts: u32,
+    not_ended: usize,
+    least_explored: Option<f64>,
+}
+
+impl Totals {
+    /// Sums up the runs of a world, and gives its figures.
+    fn take(&mut self, sensor: SensorKind, rows: &[Row]) -> Value {
+        let mut figures = Map::new();
+        for (index, (label, ..)) in FrontierChoice::ALL.into_iter().enumerate() {
+            let runs: Vec<Run> = rows.iter().map(|row| row[index]).collect();
+            let of = |value: fn(&Run) -> f64| runs.iter().map(value).collect::<Vec<_>>();
+            let sum = |value: fn(&Run) -> u32| runs.iter().map(value).sum::<u32>();
+            figures.insert(
+                label.into(),
+                json!({
+                    "runs": runs.len(),
+                    "ended_by_itself": runs.iter().filter(|run| run.ended).count(),
+                    "explored_median": median(of(|run| run.explored)),
+                    "explored_least": of(|run| run.explored).into_iter().fold(1.0, f64::min),
+                    "way_m_median": median(of(|run| run.way)),
+                    "simulated_s_median": median(of(|run| run.seconds)),
+                    "contacts": sum(|run| run.contacts),
+                    "people_who_walked_in": sum(|run| run.walked_in),
+                }),
+            );
+        }
+        // The requirements are on what the robot does by default: the first of them.
+        let ratio = median(
+            rows.iter()
+                .map(|[own, nearest, _]| own.way / nearest.way)
+                .collect(),
+        );
+        figures.insert("way_over_nearest_frontier_median".into(), ratio.into());
+        let own = || rows.iter().map(|row| row[0]);
+        self.contacts += own().map(|run| run.contacts).sum::<u32>();
+        self.not_ended += own().filter(|run| !run.ended).count();
+        if sensor == SensorKind::Lidar {
+            self.worlds += 1;
+            self.shorter += u32::from(ratio < 1.0);
+            let explored = median(own().map(|run| run.explored).collect());
+            self.least_explored = Some(self.least_explored.unwrap_or(1.0).min(explored));
+        }
+        Value::Object(figures)
+    }
+
+    fn require(&self, outcome: &mut Outcome) {
+        let part = f64::from(self.shorter) / f64::from(self.worlds);
+        outcome.at_least("worlds_with_shorter_way_part", part, SHORTER);
+        outcome.at_most("contacts", f64::from(self.contacts), 0.0);
+        outcome.at_most("runs_that_do_not_end", self.not_ended as f64, 0.0);
+        let least = self.least_explored.unwrap_or(f64::NAN);
+        outcome.at_least("explored_by_lidar_median_of_worst_world", least, EXPLORED);
+    }
+}
+
+/// NaN of none.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}

@@ -1,0 +1,68 @@
+//! Keeping apart from people: no faster than lets the robot stand before somebody who walks can be in its way.
+//!
+//! In: speeds that are safe among things that stand still, and the points of those who walk ([`crate::points::Walkers`]). Out: speeds
+//! at which the robot stands before any of them, walking whichever way they like, can be where its front comes.
+//!
+//! 1. At speed v the robot stands after T = t + v/a and s = v t + v²/(2 a), with reaction time t and braking a.
+//! 2. Its front sweeps the disc along s, on the arcs that safe mode sweeps as well. Somebody at distance d of that needs d / u at
+//!    walking speed u. So d ≥ u T is asked for, and the greatest such v is taken; none where even v = 0 has less.
+//! 3. Whoever is behind the middle of the robot, as it drives, is not driven into.
+//!
+//! Source: speed and separation monitoring, ISO/TS 15066:2016 §5.5.4, with the person's speed from ISO 13855 made a setting.
+
+use nalgebra::{Point2, Vector2};
+
+use super::SafeConfig;
+use super::safe::arc;
+use crate::geom::Pose2;
+use crate::robot::RobotModel;
+
+/// Speeds that are tried between none and the wished one.
+const TRIED: u32 = 20;
+/// Places of the swept disc that are looked at, m apart.
+const STEP: f64 = 0.05;
+
+/// The speeds (m/s, rad/s) that are safe among those who walk, for a robot that was told to run at `before`. `walkers` stand in the
+/// robot frame of the last scan, `robot_at_scan_from_robot` is the motion since.
+#[must_use]
+pub fn limit_among_walkers(
+    (forward, turn): (f64, f64),
+    before: (f64, f64),
+    walkers: &[Point2<f64>],
+    robot_at_scan_from_robot: &Pose2,
+    model: &RobotModel,
+    config: &SafeConfig,
+) -> (f64, f64) {
+    if walkers.is_empty() || forward == 0.0 {
+        return (forward, turn);
+    }
+    let robot_from_scan = robot_at_scan_from_robot.inverse();
+    let ahead: Vec<Point2<f64>> = walkers
+        .iter()
+        .map(|walker| robot_from_scan * *walker)
+        .filter(|walker| walker.x * forward > 0.0)
+        .collect();
+    let brake = config.braking * model.max_acceleration;
+    let is_safe = |speed: f64| {
+        let length = speed * config.reaction + speed * speed / (2.0 * brake);
+        let apart = config.walking * (config.reaction + speed / brake) + model.radius();
+        [turn, before.1, 0.0].into_iter().all(|turn| {
+            let steps = (length / STEP).ceil() as u32;
+            (0..=steps).all(|step| {
+                let part = length * f64::from(step) / f64::from(steps.max(1));
+                let angle = turn * part / forward.abs();
+                let at: Point2<f64> = arc(part.copysign(forward), angle);
+                let is_apart = |w: &Point2<f64>| Vector2::from(w - at).norm() >= apart;
+                ahead.iter().all(is_apart)
+            })
+        })
+    };
+    let tried = (0..=TRIED)
+        .rev()
+        .map(|i| forward.abs() * f64::from(i) / f64::from(TRIED));
+    let speed = tried
+        .into_iter()
+        .find(|speed| is_safe(*speed))
+        .unwrap_or(0.0);
+    (speed.copysign(forward), turn)
+}

@@ -1,0 +1,89 @@
+//! One measured motion: its error, what that depends on, and how far it is believed.
+//!
+//! In: the poses at both ends. Out: the error (x, y, θ) with its Jacobians; the cost of χ² under a robust kernel.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::geom::{Pose2, symmetrize};
+
+/// How much an edge of a large error is doubted; parameters in units of χ, the normalised error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kernel {
+    /// Not at all.
+    None,
+    /// Quadratic up to `k`, linear beyond.
+    Huber {
+        /// Where it becomes linear.
+        k: f64,
+    },
+    /// Logarithmic beyond about `c`.
+    Cauchy {
+        /// Where doubt begins.
+        c: f64,
+    },
+}
+
+/// A measured motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// The pose it starts from.
+    pub from: usize,
+    /// The pose it leads to.
+    pub to: usize,
+    /// `from_from_to`, as measured.
+    pub motion: Pose2,
+    /// Inverse of the covariance of the error, in the frame of the measured `to`.
+    pub information: Matrix3<f64>,
+    /// How it is doubted.
+    pub kernel: Kernel,
+}
+
+impl Kernel {
+    /// ρ(χ²) and ρ'(χ²).
+    pub(super) fn of(self, chi2: f64) -> (f64, f64) {
+        match self {
+            Self::None => (chi2, 1.0),
+            Self::Huber { k } => {
+                let chi = chi2.sqrt();
+                if chi <= k {
+                    (chi2, 1.0)
+                } else {
+                    (2.0 * k * chi - k * k, k / chi)
+                }
+            }
+            Self::Cauchy { c } => {
+                let scaled = chi2 / (c * c);
+                (c * c * libm::log(1.0 + scaled), 1.0 / (1.0 + scaled))
+            }
+        }
+    }
+}
+
+impl Edge {
+    pub(super) fn error(&self, from: &Pose2, to: &Pose2) -> Vector3<f64> {
+        let off = self.motion.delta_to(&from.delta_to(to));
+        Vector3::new(off.x(), off.y(), off.heading())
+    }
+
+    /// Derivatives of the error by (x, y, θ) of the start and of the end.
+    pub(super) fn jacobians(&self, from: &Pose2, to: &Pose2) -> (Matrix3<f64>, Matrix3<f64>) {
+        // Rzᵀ Rᵢᵀ is a turn by minus both headings.
+        let (cos, sin) = (*from * self.motion).cos_sin();
+        let (dx, dy) = (to.x() - from.x(), to.y() - from.y());
+        let by_to = Matrix3::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let mut by_from = -by_to;
+        by_from[(0, 2)] = -sin * dx + cos * dy;
+        by_from[(1, 2)] = -cos * dx - sin * dy;
+        (by_from, by_to)
+    }
+}
+
+/// The information of an error in the frame of the measured `to`, from one of (x, y, θ) of the motion itself.
+#[must_use]
+pub fn information_at_end(motion: &Pose2, information: &Matrix3<f64>) -> Matrix3<f64> {
+    let (cos, sin) = motion.cos_sin();
+    let turn = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+    let mut turned = turn.transpose() * information * turn;
+    symmetrize(&mut turned);
+    turned
+}

@@ -1,0 +1,127 @@
+//! Buildings from files of others: a map of ROS map_server, or a floor plan drawn as SVG, becomes a [`World`] to drive in.
+//!
+//! In: an [`OccupancyMap`], or the bytes of a drawing. Out: an [`Imported`] world.
+//!
+//! 1. The outlines of what is occupied in a map become walls, straightened to within a cell; a drawing's lines are
+//!    walls as they are ([`of_svg`]).
+//! 2. The robot starts where the building has most room, or where a drawing says (an element with the id `start`); in a map at its
+//!    origin, where a robot that drew it began, if there is room.
+//! 3. A fence around everything keeps the robot in sight of what there is: a building whose doors lead outside, or a map that was not
+//!    finished, is open to nowhere.
+//!
+//! The world's frame is that of the file: poses in it mean the same in both.
+
+mod error;
+mod room;
+mod svg;
+mod svg_shape;
+#[cfg(test)]
+mod tests;
+
+use nalgebra::Point2;
+
+use crate::format::map_server::OccupancyMap;
+use crate::geom::{Pose2, Segment};
+use crate::map::outlines;
+use crate::robot::RobotModel;
+use crate::sim::{Shape, World};
+use room::Room;
+
+pub use self::error::{BuildingError, SvgError};
+pub use self::svg::of_svg;
+
+/// Cells of a map above this percentage are walls.
+const WALL_ABOVE: i8 = 65;
+/// Cells of a map up to this percentage are floor.
+const FLOOR_UPTO: i8 = 35;
+/// More cells are not made into a building: 200 m x 200 m in cells of 5 cm.
+const MOST_CELLS: usize = 16_000_000;
+/// How far walls may be off from the borders of the cells, in cells: staircases become straight.
+const TOLERANCE: f64 = 1.0;
+/// Room around the robot where it starts, m.
+const CLEARANCE: f64 = 0.05;
+
+/// A world, and what of the file is not in it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Imported {
+    /// The building.
+    pub world: World,
+    /// What was left out, in words.
+    pub left_out: Vec<String>,
+}
+
+/// The building that a map shows.
+///
+/// # Errors    [`BuildingError`]: too many cells, no wall, no room for the robot, or a world that cannot be.
+pub fn of_map(map: &OccupancyMap, name: &str) -> Result<Imported, BuildingError> {
+    let mut world = World::new(name, Pose2::identity());
+    let radius = world.robot.model().radius() + CLEARANCE;
+    for points in walls_of_map(map)? {
+        let closed = points.len() > 2;
+        world = world.with(Shape::Polyline { points, closed });
+    }
+    let is_floor = |cell: &i8| (0..=FLOOR_UPTO).contains(cell);
+    let room = Room::new(
+        map.width,
+        map.resolution,
+        map.cells.iter().map(|cell| !is_floor(cell)).collect(),
+    );
+    let from_map = map.origin.inverse() * Point2::origin();
+    let in_map = match room.clearance(from_map) >= radius {
+        true => from_map,
+        false => room.roomiest(radius)?,
+    };
+    let start = map.origin * in_map;
+    world.start = Pose2::new(start.x, start.y, 0.0);
+    let reach = |cells: usize| (cells + 1) as f64 * map.resolution;
+    let (left, right, top) = (-map.resolution, reach(map.width), reach(map.height));
+    let fence = [(left, left), (right, left), (right, top), (left, top)];
+    world = fenced(world, fence.map(|(x, y)| map.origin * Point2::new(x, y)));
+    Ok(Imported {
+        world: checked(world)?,
+        left_out: vec![],
+    })
+}
+
+/// The outlines of what is occupied in a map, in the map's frame, with what is free on the left of the way round: what a robot can be
+/// localised by.
+///
+/// # Errors    [`BuildingError::TooLarge`], [`BuildingError::NoWalls`].
+pub fn walls_of_map(map: &OccupancyMap) -> Result<Vec<Vec<Point2<f64>>>, BuildingError> {
+    if map.cells.len() > MOST_CELLS {
+        return Err(BuildingError::TooLarge {
+            cells: map.cells.len(),
+            most: MOST_CELLS,
+        });
+    }
+    let occupied: Vec<bool> = map.cells.iter().map(|&cell| cell > WALL_ABOVE).collect();
+    let in_cells = outlines(map.width, &occupied, TOLERANCE);
+    if in_cells.is_empty() {
+        return Err(BuildingError::NoWalls);
+    }
+    let place = |corner: Point2<f64>| map.origin * (corner * map.resolution);
+    let placed = |polygon: Vec<Point2<f64>>| polygon.into_iter().map(place).collect();
+    Ok(in_cells.into_iter().map(placed).collect())
+}
+
+/// The sides of polygons, in the direction of their corners.
+pub fn sides(polygons: &[Vec<Point2<f64>>]) -> impl Iterator<Item = Segment> {
+    polygons.iter().flat_map(|polygon| {
+        let next = polygon.iter().cycle().skip(1);
+        polygon.iter().zip(next).map(|(&a, &b)| Segment::new(a, b))
+    })
+}
+
+fn fenced(world: World, corners: [Point2<f64>; 4]) -> World {
+    world.with(Shape::Polyline {
+        points: corners.to_vec(),
+        closed: true,
+    })
+}
+
+/// # Errors    [`BuildingError::World`].
+fn checked(world: World) -> Result<World, BuildingError> {
+    let robot: RobotModel = world.robot.model();
+    world.validate(robot.radius())?;
+    Ok(world)
+}

@@ -1,0 +1,94 @@
+//! Why a file is no building.
+
+use crate::sim::WorldError;
+
+/// Why a file cannot be made into a world.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BuildingError {
+    /// A map too large to be driven in.
+    #[error("the map has {cells} cells, expected at most {most} for a building")]
+    TooLarge {
+        /// Its cells.
+        cells: usize,
+        /// The most there may be.
+        most: usize,
+    },
+    /// Nothing stands there.
+    #[error("there is no wall in it; expected at least one")]
+    NoWalls,
+    /// Nowhere enough room.
+    #[error(
+        "nowhere is room for the robot: the widest place is {widest:.2} m from the nearest wall, it needs {needed:.2} m"
+    )]
+    NoRoom {
+        /// Distance from the wall at the widest place, m.
+        widest: f64,
+        /// What the robot needs, m.
+        needed: f64,
+    },
+    /// The drawing.
+    #[error(transparent)]
+    Svg(#[from] SvgError),
+    /// A world that cannot be.
+    #[error(transparent)]
+    World(#[from] WorldError),
+}
+
+/// Why a drawing cannot be read.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SvgError {
+    /// A file too long.
+    #[error("the drawing has {bytes} bytes, expected at most {most}")]
+    TooLong {
+        /// Its length.
+        bytes: usize,
+        /// The longest that is read.
+        most: usize,
+    },
+    /// No XML, or no SVG.
+    #[error("line {line}: {what}")]
+    Syntax {
+        /// Line, from 1.
+        line: u32,
+        /// What is wrong.
+        what: String,
+    },
+    /// An attribute that cannot be.
+    #[error("line {line}: {attribute} of <{element}> is `{found}`, expected {expected}")]
+    Attribute {
+        /// Line, from 1.
+        line: u32,
+        /// The element.
+        element: String,
+        /// The attribute.
+        attribute: &'static str,
+        /// What stands there.
+        found: String,
+        /// What should.
+        expected: &'static str,
+    },
+    /// A scale that makes no building.
+    #[error(
+        "the drawing is {width:.2} m x {height:.2} m at {metres_per_unit} m a unit, expected 1 to 2000 m a side; say the scale as the \
+         attribute data-metres-per-unit of <svg>"
+    )]
+    Scale {
+        /// Width, m.
+        width: f64,
+        /// Height, m.
+        height: f64,
+        /// The scale that was used.
+        metres_per_unit: f64,
+    },
+    /// A scale that is none.
+    #[error("a scale of {0} m a unit, expected a finite number above 0")]
+    NoScale(f64),
+    /// More straight pieces than a world may have.
+    #[error("more than {most} straight walls")]
+    TooMany {
+        /// The most there may be.
+        most: usize,
+    },
+}

@@ -1,0 +1,324 @@
+//! Floor plans drawn as SVG.
+//!
+//! 1. `line`, `polyline`, `polygon`, `rect`, `circle`, `ellipse` and `path` are walls where they have a visible stroke or filling; those
+//!    drawn in white are paper. Walls are the lines themselves, without the width of the pen; curves become straight pieces to within
+//!    5 mm. Groups and `transform` count; text, definitions and what is hidden do not; `use` and `image` are left out and named.
+//! 2. A unit of the drawing is as many metres as the caller says; or as `data-metres-per-unit` of `<svg>` says; or what `width` and
+//!    `viewBox` make of it where `width` is in mm, cm, in, pt or pc; else a centimetre.
+//! 3. y points down in a drawing and up in a world.
+//! 4. The robot starts in the middle of the element with the id `start`, if there is one, and its goal is that with the id `goal`.
+//!
+//! Source: W3C, Scalable Vector Graphics 1.1, chapters 5, 7, 8 and 9. Style sheets are not read.
+
+use std::str::FromStr as _;
+
+use kurbo::{Affine, PathEl};
+use nalgebra::Point2;
+use roxmltree::{Document, Node, ParsingOptions};
+use svgtypes::{Length, LengthUnit, ViewBox};
+
+use super::room::Room;
+use super::svg_shape::{Pen, path_of, transform_of};
+use super::{BuildingError, CLEARANCE, Imported, SvgError, checked, fenced};
+use crate::geom::Pose2;
+use crate::map::cells_on_ray;
+use crate::sim::{Shape, World};
+
+/// Longer files are refused.
+const LONGEST: usize = 1 << 25;
+/// More elements than this are refused.
+const MOST_NODES: u32 = 1_000_000;
+/// More straight walls than this are refused.
+const MOST_WALLS: usize = 200_000;
+/// A unit of a drawing that says nothing of its scale, m.
+const DEFAULT_UNIT: f64 = 0.01;
+/// How far curves may be off, m.
+const FLATNESS: f64 = 0.005;
+/// From the walls to the fence, m.
+const MARGIN: f64 = 1.0;
+/// Cells along the longer side of the raster in which room is looked for.
+const RASTER: f64 = 800.0;
+
+/// The building that a drawing shows.
+///
+/// # Units    `metres_per_unit`: scale; `None` takes what the drawing says of itself.
+///
+/// # Errors    [`BuildingError`]; of the drawing with the line of what is wrong.
+pub fn of_svg(
+    bytes: &[u8],
+    metres_per_unit: Option<f64>,
+    name: &str,
+) -> Result<Imported, BuildingError> {
+    let too_long = SvgError::TooLong {
+        bytes: bytes.len(),
+        most: LONGEST,
+    };
+    let text = String::from_utf8_lossy(bytes.get(..LONGEST.min(bytes.len())).unwrap_or(bytes));
+    if bytes.len() > LONGEST {
+        return Err(too_long.into());
+    }
+    let options = ParsingOptions {
+        nodes_limit: MOST_NODES,
+        ..ParsingOptions::default()
+    };
+    let document =
+        Document::parse_with_options(&text, options).map_err(|error| SvgError::Syntax {
+            line: error.pos().row,
+            what: error.to_string(),
+        })?;
+    let root = document.root_element();
+    if root.tag_name().name() != "svg" {
+        let what = format!(
+            "<{}> begins the file, expected <svg>",
+            root.tag_name().name()
+        );
+        return Err(SvgError::Syntax { line: 1, what }.into());
+    }
+    let scale = scale_of(&root, metres_per_unit)?;
+    let mut plan = Plan::new(scale);
+    plan.read(root)?;
+    plan.into_world(name)
+}
+
+fn scale_of(root: &Node, given: Option<f64>) -> Result<f64, SvgError> {
+    let fits = |scale: f64| scale.is_finite() && scale > 0.0;
+    if let Some(scale) = given {
+        return Some(scale)
+            .filter(|&s| fits(s))
+            .ok_or(SvgError::NoScale(scale));
+    }
+    if let Some(text) = root.attribute("data-metres-per-unit") {
+        let scale = text.parse().ok().filter(|&s| fits(s));
+        let expected = "a number above 0";
+        return scale.ok_or_else(|| wrong(root, "data-metres-per-unit", text, expected));
+    }
+    let width = root
+        .attribute("width")
+        .and_then(|w| Length::from_str(w).ok());
+    let view = root
+        .attribute("viewBox")
+        .and_then(|v| ViewBox::from_str(v).ok());
+    let (Some(width), Some(view)) = (width, view) else {
+        return Ok(DEFAULT_UNIT);
+    };
+    let metres = match width.unit {
+        LengthUnit::Mm => 0.001,
+        LengthUnit::Cm => 0.01,
+        LengthUnit::In => 0.0254,
+        LengthUnit::Pt => 0.0254 / 72.0,
+        LengthUnit::Pc => 0.0254 / 6.0,
+        _ => return Ok(DEFAULT_UNIT),
+    };
+    let scale = width.number * metres / view.w;
+    Ok(if fits(scale) { scale } else { DEFAULT_UNIT })
+}
+
+/// An attribute that cannot be.
+pub(super) fn wrong(
+    node: &Node,
+    attribute: &'static str,
+    found: &str,
+    expected: &'static str,
+) -> SvgError {
+    SvgError::Attribute {
+        line: line_of(node),
+        element: node.tag_name().name().to_owned(),
+        attribute,
+        found: found.chars().take(24).collect(),
+        expected,
+    }
+}
+
+pub(super) fn line_of(node: &Node) -> u32 {
+    node.document().text_pos_at(node.range().start).row
+}
+
+/// What was read so far, in the world's frame, m.
+struct Plan {
+    scale: f64,
+    walls: Vec<(Vec<Point2<f64>>, bool)>,
+    count: usize,
+    start: Option<Point2<f64>>,
+    goal: Option<Point2<f64>>,
+    left_out: Vec<(String, usize)>,
+}
+
+impl Plan {
+    fn new(scale: f64) -> Self {
+        Self {
+            scale,
+            walls: vec![],
+            count: 0,
+            start: None,
+            goal: None,
+            left_out: vec![],
+        }
+    }
+
+    /// Reads an element and all in it; a stack of its own, for drawings may be nested deeply.
+    fn read(&mut self, root: Node) -> Result<(), SvgError> {
+        let world_from_page = Affine::new([self.scale, 0.0, 0.0, -self.scale, 0.0, 0.0]);
+        let mut todo = vec![(root, world_from_page, Pen::default())];
+        while let Some((node, outer, pen)) = todo.pop() {
+            let pen = pen.of(&node);
+            if !node.is_element() || pen.is_hidden {
+                continue;
+            }
+            let inner = outer * transform_of(&node)?;
+            match node.tag_name().name() {
+                "svg" | "g" | "a" | "switch" => {
+                    // Popped in the order of the file.
+                    todo.extend(node.children().rev().map(|child| (child, inner, pen)));
+                }
+                "use" | "image" | "foreignObject" => self.leave_out(node.tag_name().name()),
+                _ => {
+                    if let Some(path) = path_of(&node, FLATNESS / self.scale)? {
+                        self.take(&node, (inner * path).iter(), &pen)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn leave_out(&mut self, name: &str) {
+        match self.left_out.iter_mut().find(|(known, _)| known == name) {
+            Some((_, count)) => *count += 1,
+            None => self.left_out.push((name.to_owned(), 1)),
+        }
+    }
+
+    fn take(
+        &mut self,
+        node: &Node,
+        path: impl Iterator<Item = PathEl>,
+        pen: &Pen,
+    ) -> Result<(), SvgError> {
+        let mut lines: Vec<(Vec<Point2<f64>>, bool)> = vec![];
+        kurbo::flatten(path, FLATNESS, |piece| match piece {
+            PathEl::MoveTo(p) => lines.push((vec![Point2::new(p.x, p.y)], false)),
+            PathEl::LineTo(p) => {
+                if let Some((points, _)) = lines.last_mut() {
+                    points.push(Point2::new(p.x, p.y));
+                }
+            }
+            PathEl::ClosePath => {
+                if let Some((points, closed)) = lines.last_mut() {
+                    *closed = true;
+                    // The next piece goes on from where this one began.
+                    if let Some(&first) = points.first() {
+                        lines.push((vec![first], false));
+                    }
+                }
+            }
+            // Flattening leaves none.
+            PathEl::QuadTo(..) | PathEl::CurveTo(..) => {}
+        });
+        if let Some(middle) = middle_of(lines.iter().flat_map(|(points, _)| points)) {
+            match node.attribute("id") {
+                Some("start") => self.start = Some(middle),
+                Some("goal") => self.goal = Some(middle),
+                _ if pen.is_visible(node.tag_name().name() != "line") => self.add(lines)?,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, lines: Vec<(Vec<Point2<f64>>, bool)>) -> Result<(), SvgError> {
+        for (mut points, closed) in lines {
+            points.dedup();
+            if closed && points.len() > 1 && points.first() == points.last() {
+                points.pop();
+            }
+            let closed = closed && points.len() > 2;
+            if points.len() < 2 {
+                continue;
+            }
+            self.count += points.len();
+            if self.count > MOST_WALLS {
+                return Err(SvgError::TooMany { most: MOST_WALLS });
+            }
+            self.walls.push((points, closed));
+        }
+        Ok(())
+    }
+
+    fn into_world(self, name: &str) -> Result<Imported, BuildingError> {
+        let points = || self.walls.iter().flat_map(|(points, _)| points);
+        let (low, high) = bounds(points()).ok_or(BuildingError::NoWalls)?;
+        let size = high - low;
+        // Also where a number is none.
+        if !(size.max() >= 1.0 && size.max() <= 2000.0) {
+            return Err(SvgError::Scale {
+                width: size.x,
+                height: size.y,
+                metres_per_unit: self.scale,
+            }
+            .into());
+        }
+        let mut world = World::new(name, Pose2::identity());
+        world.goal = self.goal;
+        let radius = world.robot.model().radius() + CLEARANCE;
+        let start = match self.start {
+            Some(start) => start,
+            None => roomiest(&self.walls, low, high, radius)?,
+        };
+        world.start = Pose2::new(start.x, start.y, 0.0);
+        for (points, closed) in self.walls {
+            world = world.with(Shape::Polyline { points, closed });
+        }
+        let by = nalgebra::Vector2::new(MARGIN, MARGIN);
+        let (low, high) = (low - by, high + by);
+        let corners = [
+            low,
+            Point2::new(high.x, low.y),
+            high,
+            Point2::new(low.x, high.y),
+        ];
+        let told = |(name, count): (String, usize)| format!("{count} × <{name}>");
+        Ok(Imported {
+            world: checked(fenced(world, corners))?,
+            left_out: self.left_out.into_iter().map(told).collect(),
+        })
+    }
+}
+
+/// The place within the building, if it has a within, that is farthest from all walls.
+fn roomiest(
+    walls: &[(Vec<Point2<f64>>, bool)],
+    low: Point2<f64>,
+    high: Point2<f64>,
+    needed: f64,
+) -> Result<Point2<f64>, BuildingError> {
+    let resolution = ((high - low).max() / RASTER).max(0.02);
+    let pad = nalgebra::Vector2::new(2.0, 2.0) * resolution;
+    let low = low - pad;
+    let side = |length: f64| (length / resolution).ceil() as usize + 3;
+    let (width, height) = (side(high.x - low.x), side(high.y - low.y));
+    let mut stands = vec![false; width * height];
+    let in_cells = |p: Point2<f64>| Point2::from((p - low) / resolution);
+    for (points, closed) in walls {
+        let next = points.iter().skip(1).chain(closed.then(|| &points[0]));
+        for (a, b) in points.iter().zip(next) {
+            cells_on_ray(in_cells(*a), in_cells(*b), |cell| {
+                if let Some(cell) = stands.get_mut(cell.row as usize * width + cell.col as usize) {
+                    *cell = true;
+                }
+            });
+        }
+    }
+    let room = Room::new(width, resolution, stands).without_outside(needed);
+    Ok(low + room.roomiest(needed)?.coords)
+}
+
+fn bounds<'a>(
+    mut points: impl Iterator<Item = &'a Point2<f64>>,
+) -> Option<(Point2<f64>, Point2<f64>)> {
+    let first = points.next()?;
+    Some(points.fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p))))
+}
+
+fn middle_of<'a>(points: impl Iterator<Item = &'a Point2<f64>>) -> Option<Point2<f64>> {
+    bounds(points).map(|(low, high)| nalgebra::center(&low, &high))
+}

@@ -1,0 +1,193 @@
+//! One element of a drawing: its outline, its place, and how it is drawn.
+
+use kurbo::{Affine, BezPath, Circle, Ellipse, Rect, Shape as _};
+use roxmltree::Node;
+use svgtypes::{Length, LengthUnit, PointsParser, TransformListParser, TransformListToken};
+
+use super::SvgError;
+use super::svg::{line_of, wrong};
+use crate::geom::sin_cos;
+
+/// How lines and areas are drawn; what an element does not say its group says.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pen {
+    has_stroke: bool,
+    has_fill: bool,
+    pub(super) is_hidden: bool,
+}
+
+impl Default for Pen {
+    fn default() -> Self {
+        Self {
+            has_stroke: false,
+            has_fill: true,
+            is_hidden: false,
+        }
+    }
+}
+
+impl Pen {
+    /// The pen of an element within a group that has this one.
+    pub(super) fn of(mut self, node: &Node) -> Self {
+        if let Some(stroke) = property(node, "stroke") {
+            self.has_stroke = is_ink(stroke);
+        }
+        if let Some(fill) = property(node, "fill") {
+            self.has_fill = is_ink(fill);
+        }
+        self.is_hidden |= property(node, "display") == Some("none")
+            || matches!(property(node, "visibility"), Some("hidden" | "collapse"));
+        self
+    }
+
+    /// Whether a shape that this pen draws is seen; a line has no area to fill.
+    pub(super) fn is_visible(self, has_area: bool) -> bool {
+        self.has_stroke || (has_area && self.has_fill)
+    }
+}
+
+/// A property from the attribute `style`, or else from its own attribute.
+fn property<'a>(node: &Node<'a, '_>, name: &str) -> Option<&'a str> {
+    let in_style = node.attribute("style").and_then(|style| {
+        style.split(';').find_map(|part| {
+            let (key, value) = part.split_once(':')?;
+            (key.trim() == name).then(|| value.trim())
+        })
+    });
+    in_style.or_else(|| node.attribute(name)).map(str::trim)
+}
+
+/// White is paper.
+fn is_ink(colour: &str) -> bool {
+    !matches!(
+        colour.to_ascii_lowercase().replace(' ', "").as_str(),
+        "none" | "transparent" | "white" | "#fff" | "#ffffff" | "rgb(255,255,255)"
+    )
+}
+
+/// Where an element lies in its group.
+///
+/// # Errors    [`SvgError::Attribute`].
+pub(super) fn transform_of(node: &Node) -> Result<Affine, SvgError> {
+    let Some(text) = node.attribute("transform") else {
+        return Ok(Affine::IDENTITY);
+    };
+    let mut whole = Affine::IDENTITY;
+    for token in TransformListParser::from(text) {
+        let token = token.map_err(|_| wrong(node, "transform", text, "a list of transforms"))?;
+        whole *= affine(token);
+    }
+    Ok(whole)
+}
+
+fn affine(token: TransformListToken) -> Affine {
+    use TransformListToken as T;
+    let turned = |degrees: f64| {
+        let (sin, cos) = sin_cos(degrees.to_radians());
+        Affine::new([cos, sin, -sin, cos, 0.0, 0.0])
+    };
+    let slope = |degrees: f64| {
+        let (sin, cos) = sin_cos(degrees.to_radians());
+        sin / cos
+    };
+    match token {
+        T::Matrix { a, b, c, d, e, f } => Affine::new([a, b, c, d, e, f]),
+        T::Translate { tx, ty } => Affine::translate((tx, ty)),
+        T::Scale { sx, sy } => Affine::scale_non_uniform(sx, sy),
+        T::Rotate { angle } => turned(angle),
+        T::SkewX { angle } => Affine::new([1.0, 0.0, slope(angle), 1.0, 0.0, 0.0]),
+        T::SkewY { angle } => Affine::new([1.0, slope(angle), 0.0, 1.0, 0.0, 0.0]),
+    }
+}
+
+/// The outline of a shape in its own units; `None` of what is none, or has no size.
+///
+/// # Errors    [`SvgError::Attribute`] and [`SvgError::Syntax`] of what cannot be read.
+pub(super) fn path_of(node: &Node, flatness: f64) -> Result<Option<BezPath>, SvgError> {
+    let number = |name| length(node, name);
+    Ok(match node.tag_name().name() {
+        "line" => {
+            let mut path = BezPath::new();
+            path.move_to((number("x1")?, number("y1")?));
+            path.line_to((number("x2")?, number("y2")?));
+            Some(path)
+        }
+        "polyline" => points(node)?,
+        "polygon" => points(node)?.map(|mut path| {
+            path.close_path();
+            path
+        }),
+        "rect" => {
+            let (x, y, w, h) = (
+                number("x")?,
+                number("y")?,
+                number("width")?,
+                number("height")?,
+            );
+            (w > 0.0 && h > 0.0).then(|| Rect::new(x, y, x + w, y + h).to_path(flatness))
+        }
+        "circle" => {
+            let (centre, r) = ((number("cx")?, number("cy")?), number("r")?);
+            (r > 0.0).then(|| Circle::new(centre, r).to_path(flatness))
+        }
+        "ellipse" => {
+            let (centre, radii) = (
+                (number("cx")?, number("cy")?),
+                (number("rx")?, number("ry")?),
+            );
+            (radii.0 > 0.0 && radii.1 > 0.0)
+                .then(|| Ellipse::new(centre, radii, 0.0).to_path(flatness))
+        }
+        "path" => {
+            let text = node.attribute("d").unwrap_or("");
+            let path = BezPath::from_svg(text).map_err(|error| SvgError::Syntax {
+                line: line_of(node),
+                what: format!("the attribute d of <path> cannot be read: {error}"),
+            })?;
+            Some(path).filter(|path| !path.elements().is_empty())
+        }
+        _ => None,
+    })
+}
+
+fn points(node: &Node) -> Result<Option<BezPath>, SvgError> {
+    let text = node.attribute("points").unwrap_or("");
+    let mut path = BezPath::new();
+    for (x, y) in PointsParser::from(text) {
+        match path.elements().is_empty() {
+            true => path.move_to((x, y)),
+            false => path.line_to((x, y)),
+        }
+    }
+    let numbers = text
+        .split([',', ' ', '\t', '\n', '\r'])
+        .filter(|w| !w.is_empty());
+    // The parser ends at the first thing that is no number; written without spaces, there are fewer words than numbers.
+    if numbers.count() > 2 * path.elements().len() {
+        return Err(wrong(node, "points", text, "pairs of numbers"));
+    }
+    Ok(Some(path).filter(|path| path.elements().len() > 1))
+}
+
+/// A length in the units of the drawing, 0 where nothing is said.
+fn length(node: &Node, name: &'static str) -> Result<f64, SvgError> {
+    let Some(text) = node.attribute(name) else {
+        return Ok(0.0);
+    };
+    let expected = "a finite length in units of the drawing, px, in, cm, mm, pt or pc";
+    let wrong = || wrong(node, name, text, expected);
+    let Length { number, unit } = text.trim().parse().map_err(|_| wrong())?;
+    // CSS has 96 px to the inch.
+    let factor = match unit {
+        LengthUnit::None | LengthUnit::Px => 1.0,
+        LengthUnit::In => 96.0,
+        LengthUnit::Cm => 96.0 / 2.54,
+        LengthUnit::Mm => 96.0 / 25.4,
+        LengthUnit::Pt => 96.0 / 72.0,
+        LengthUnit::Pc => 16.0,
+        LengthUnit::Em | LengthUnit::Ex | LengthUnit::Percent => return Err(wrong()),
+    };
+    Some(number * factor)
+        .filter(|n| n.is_finite())
+        .ok_or_else(wrong)
+}

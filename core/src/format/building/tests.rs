@@ -1,0 +1,379 @@
+//! Buildings whose walls are known.
+
+use nalgebra::Vector2;
+use proptest::prelude::*;
+
+use super::*;
+use crate::format::floor_plan;
+use crate::format::map_server::NOTHING_KNOWN;
+use crate::sim::{Caster, worlds};
+
+/// A world as a map shows it: what is nearer to a wall than 0.7 cells is occupied, what is farther away is free.
+fn drawn(world: &World, resolution: f64, origin: Pose2) -> OccupancyMap {
+    let (low, high) = world.bounds();
+    let caster = Caster::new(world.walls());
+    let corners = [
+        low,
+        high,
+        Point2::new(low.x, high.y),
+        Point2::new(high.x, low.y),
+    ];
+    let in_map = corners.map(|corner| origin.inverse() * corner);
+    let (least, most) = in_map
+        .iter()
+        .fold((in_map[0], in_map[0]), |(a, b), p| (a.inf(p), b.sup(p)));
+    assert!(least.x > -0.5 && least.y > -0.5);
+    let cells = |length: f64| (length / resolution).ceil() as usize + 4;
+    let (width, height) = (cells(most.x), cells(most.y));
+    let cell = |index: usize| {
+        let place = Vector2::new((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
+        let at = origin * Point2::from(place * resolution);
+        if caster.clearance(at, 1.0) < 0.7 * resolution {
+            100
+        } else {
+            0
+        }
+    };
+    OccupancyMap {
+        width,
+        height,
+        resolution,
+        origin,
+        cells: (0..width * height).map(cell).collect(),
+    }
+}
+
+/// What is seen from the start of `seen`: how far it is from the walls of `other`, m, the worst two percent left out.
+fn off(from: Point2<f64>, seen: &World, other: &World) -> f64 {
+    let (seen, other) = (Caster::new(seen.walls()), Caster::new(other.walls()));
+    let mut errors: Vec<f64> = (0..720)
+        .filter_map(|i| {
+            let (sin, cos) = crate::geom::sin_cos(f64::from(i).to_radians() * 0.5);
+            let direction = Vector2::new(cos, sin);
+            let hit = seen.cast(from, direction, 50.0)?;
+            Some(other.clearance(from + direction * hit.distance, 2.0))
+        })
+        .collect();
+    assert!(errors.len() > 700);
+    errors.sort_by(f64::total_cmp);
+    errors[errors.len() * 98 / 100]
+}
+
+#[test]
+fn a_map_becomes_the_building_that_it_was_drawn_from() {
+    for (name, turn) in [("office", 0.0), ("doors", 0.0), ("arena", 0.3)] {
+        let truth = worlds::builtin(name).unwrap();
+        let (low, _) = truth.bounds();
+        let origin = match turn {
+            0.0 => Pose2::new(low.x - 0.1, low.y - 0.1, 0.0),
+            turn => Pose2::new(low.x + 1.2, low.y - 0.3, turn) * Pose2::new(-1.5, -1.5, 0.0),
+        };
+        let map = drawn(&truth, 0.05, origin);
+        let imported = of_map(&map, "a map").unwrap();
+        let from = truth.start.position();
+        let extra = off(from, &imported.world, &truth);
+        let missing = off(from, &truth, &imported.world);
+        assert!(
+            extra < 0.08 && missing < 0.08,
+            "{name}: {extra} and {missing}"
+        );
+        assert!(
+            imported.world.wall_count() < 40 * truth.wall_count(),
+            "{name}"
+        );
+        assert_eq!(
+            imported
+                .world
+                .validate(imported.world.robot.model().radius()),
+            Ok(())
+        );
+    }
+}
+
+#[test]
+fn the_robot_starts_at_the_origin_or_where_there_is_most_room() {
+    let mut truth = World::new("two rooms", Pose2::new(1.0, 1.0, 0.0)).with_room(&[
+        (0.0, 0.0),
+        (2.0, 0.0),
+        (2.0, 2.0),
+        (0.0, 2.0),
+    ]);
+    truth = truth.with_room(&[(3.0, 0.0), (7.0, 0.0), (7.0, 4.0), (3.0, 4.0)]);
+    let mut map = drawn(&truth, 0.05, Pose2::new(-0.1, -0.1, 0.0));
+    // The map's frame begins in a corner of the small room, too near to the wall.
+    let start = of_map(&map, "m").unwrap().world.start.position();
+    assert!((start - Point2::new(5.0, 2.0)).norm() < 0.1, "{start}");
+    map.origin = Pose2::new(-1.0, -1.0, 0.0);
+    assert_eq!(
+        of_map(&map, "m").unwrap().world.start.position(),
+        Point2::origin()
+    );
+    // Nobody starts where nothing is known.
+    for (index, cell) in map.cells.iter_mut().enumerate() {
+        if index % map.width < 60 && *cell == 0 {
+            *cell = NOTHING_KNOWN;
+        }
+    }
+    let start = of_map(&map, "m").unwrap().world.start.position();
+    assert!((start - Point2::new(4.0, 1.0)).norm() < 0.2, "{start}");
+}
+
+#[test]
+fn maps_that_are_no_building_are_refused() {
+    let map = |cells: Vec<i8>| OccupancyMap {
+        width: 40,
+        height: cells.len() / 40,
+        resolution: 0.05,
+        origin: Pose2::identity(),
+        cells,
+    };
+    assert_eq!(
+        of_map(&map(vec![0; 1600]), "m"),
+        Err(BuildingError::NoWalls)
+    );
+    let told = of_map(&map(vec![100; 1600]), "m").unwrap_err().to_string();
+    assert!(
+        told.starts_with("nowhere is room for the robot: the widest place is 0.00 m"),
+        "{told}"
+    );
+    let mut unknown = vec![-1; 1600];
+    unknown[0] = 100;
+    assert!(matches!(
+        of_map(&map(unknown), "m"),
+        Err(BuildingError::NoRoom { .. })
+    ));
+    assert!(matches!(
+        walls_of_map(&map(vec![0; 16_000_040])),
+        Err(BuildingError::TooLarge { .. })
+    ));
+}
+
+fn drawing(body: &str) -> String {
+    format!("<svg xmlns='http://www.w3.org/2000/svg' data-metres-per-unit='0.5'>\n{body}\n</svg>")
+}
+
+fn walls(body: &str) -> Vec<[f64; 4]> {
+    let room = "<rect x='-20' y='-20' width='40' height='40' fill='none' stroke='black'/>";
+    let imported = of_svg(drawing(&format!("{room}{body}")).as_bytes(), None, "s").unwrap();
+    let walls = imported.world.walls();
+    // The room's own four, and those of the fence.
+    let rest = &walls[4..walls.len() - 4];
+    let rounded = |n: f64| (n * 1e6).round() / 1e6 + 0.0;
+    rest.iter()
+        .map(|w| [w.segment.a.x, w.segment.a.y, w.segment.b.x, w.segment.b.y].map(rounded))
+        .collect()
+}
+
+#[test]
+fn every_shape_becomes_the_walls_that_were_drawn() {
+    assert_eq!(
+        walls("<line x1='1' y1='2' x2='3' y2='4' stroke='red'/>"),
+        [[0.5, -1.0, 1.5, -2.0]]
+    );
+    assert_eq!(
+        walls("<polyline points='0,0 2,0 2 4'/>"),
+        [[0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 1.0, -2.0]]
+    );
+    let triangle = [
+        [0.0, 0.0, 1.0, 0.0],
+        [1.0, 0.0, 1.0, -2.0],
+        [1.0, -2.0, 0.0, 0.0],
+    ];
+    assert_eq!(walls("<polygon points='0,0 2,0 2,4'/>"), triangle);
+    assert_eq!(walls("<path d='M0 0h2v4z'/>"), triangle);
+    assert_eq!(
+        walls("<path d='m0,0 2,0 0,4Z m4 0 h2'/>").last(),
+        Some(&[2.0, 0.0, 3.0, 0.0])
+    );
+    assert_eq!(
+        walls("<rect x='2' y='2' width='2' height='4' style='fill:none; stroke:#123'/>").len(),
+        4
+    );
+    // Turned by a quarter, then moved; 90° take x to y, which is down in a drawing.
+    let turned =
+        "<g transform='translate(10 0)'><line x2='2' transform='rotate(90)' stroke='red'/></g>";
+    assert_eq!(walls(turned), [[5.0, 0.0, 5.0, -1.0]]);
+    assert_eq!(
+        walls(
+            "<line x2='4' transform='rotate(180 1 1) skewX(45) matrix(1 0 0 1 0 0) scale(.5)' stroke='red'/>"
+        ),
+        [[1.0, -1.0, 0.0, -1.0]]
+    );
+    for (round, area) in [
+        ("<circle cx='2' cy='-4' r='6'/>", 9.0),
+        ("<ellipse cx='2' cy='-4' rx='6' ry='3'/>", 4.5),
+        ("<path d='M8-4A6 6 0 1 1-4-4A6 6 0 1 1 8-4'/>", 9.0),
+    ] {
+        let found = walls(round);
+        let cross: f64 = found
+            .iter()
+            .map(|[ax, ay, bx, by]| 0.5 * (ax * by - ay * bx))
+            .sum();
+        assert!(
+            (cross.abs() - area * std::f64::consts::PI).abs() < 0.1,
+            "{round}: {cross}"
+        );
+        assert!(found.len() < 200);
+    }
+}
+
+#[test]
+fn paper_hidden_things_and_words_are_no_walls() {
+    for body in [
+        "<rect width='9' height='9' fill='white'/>",
+        "<rect width='9' height='9' fill='#FFF' stroke='none'/>",
+        "<line x2='9'/>",
+        "<g display='none'><line x2='9' stroke='red'/></g>",
+        "<g style='visibility: hidden'><line x2='9' stroke='red'/></g>",
+        "<defs><line x2='9' stroke='red'/></defs>",
+        "<text x='1' y='1'>12 m</text><title>plan</title>",
+        "<rect width='0' height='9'/>",
+    ] {
+        assert!(walls(body).is_empty(), "{body}");
+    }
+    assert_eq!(
+        walls("<g stroke='none' fill='none'><line x2='9' stroke='red'/></g>").len(),
+        1
+    );
+    let plan = drawing("<rect width='40' height='40'/><use href='#a'/><use href='#b'/><image/>");
+    assert_eq!(
+        of_svg(plan.as_bytes(), None, "s").unwrap().left_out,
+        ["2 × <use>", "1 × <image>"]
+    );
+}
+
+#[test]
+fn start_goal_and_scale_are_what_the_drawing_says() {
+    let room = "<rect width='10' height='8' fill='none' stroke='black'/>";
+    let plan = drawing(&format!(
+        "{room}<circle id='start' cx='2' cy='2' r='.2'/><rect id='goal' x='6' y='5' width='2' height='2'/>"
+    ));
+    let world = of_svg(plan.as_bytes(), None, "s").unwrap().world;
+    assert_eq!(world.start.position(), Point2::new(1.0, -1.0));
+    assert_eq!(world.goal, Some(Point2::new(3.5, -3.0)));
+    assert_eq!(world.wall_count(), 8);
+    let world = of_svg(plan.as_bytes(), Some(2.0), "s").unwrap().world;
+    assert_eq!(world.start.position(), Point2::new(4.0, -4.0));
+    let start = of_svg(drawing(room).as_bytes(), None, "s")
+        .unwrap()
+        .world
+        .start
+        .position();
+    // In the middle of the room, not outside.
+    assert!(
+        start.x > 1.5 && start.x < 3.5 && (start.y + 2.0).abs() < 0.1,
+        "{start}"
+    );
+    let of = |head: &str| {
+        let plan = format!("<svg {head}><rect width='1000' height='600' stroke='black'/></svg>");
+        let walls = of_svg(plan.as_bytes(), None, "s").unwrap().world.walls();
+        walls[0].segment.length().max(walls[1].segment.length())
+    };
+    assert!((of("") - 10.0).abs() < 1e-9);
+    assert!((of("width='100%' viewBox='0 0 1000 600'") - 10.0).abs() < 1e-9);
+    assert!((of("width='8000mm' viewBox='0 0 1000 600'") - 8.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_floor_plan_that_was_written_is_read_back() {
+    let wall = |id: u32, a: (f64, f64), b: (f64, f64)| crate::map::Wall {
+        id,
+        segment: Segment::new(Point2::new(a.0, a.1), Point2::new(b.0, b.1)),
+        sigma_direction: 0.01,
+        sigma_across: 0.01,
+        sightings: 3,
+    };
+    let walls = [
+        wall(1, (0.0, 0.0), (4.0, 0.0)),
+        wall(2, (4.0, 0.0), (4.0, 3.0)),
+        wall(3, (4.0, 3.0), (0.0, 3.0)),
+        wall(4, (0.0, 3.0), (-0.5, 0.0)),
+    ];
+    let text = floor_plan::svg(&walls).unwrap();
+    let world = of_svg(text.as_bytes(), None, "plan").unwrap().world;
+    for (wall, back) in walls.iter().zip(world.walls()) {
+        assert!(
+            (wall.segment.a - back.segment.a).norm() < 1e-4
+                && (wall.segment.b - back.segment.b).norm() < 1e-4
+        );
+    }
+    assert_eq!(world.wall_count(), 8);
+}
+
+#[test]
+fn bad_drawings_are_told_what_where_and_what_was_expected() {
+    let told = |text: &str| of_svg(text.as_bytes(), None, "s").unwrap_err().to_string();
+    assert!(told("").starts_with("line 1:"), "{}", told(""));
+    assert!(told("<svg>\n<g>").starts_with("line "));
+    assert_eq!(
+        told("<html/>"),
+        "line 1: <html> begins the file, expected <svg>"
+    );
+    assert_eq!(
+        told("<svg/>"),
+        "there is no wall in it; expected at least one"
+    );
+    assert_eq!(
+        told(&drawing("<line x1='a'/>")),
+        "line 2: x1 of <line> is `a`, expected a finite length in units of the drawing, px, in, cm, mm, pt or pc"
+    );
+    assert!(
+        told(&drawing("<rect width='50%' height='1'/>"))
+            .contains("line 2: width of <rect> is `50%`")
+    );
+    assert!(
+        told(&drawing("\n<g transform='spin(3)'/>"))
+            .contains("line 3: transform of <g> is `spin(3)`")
+    );
+    assert!(told(&drawing("<polygon points='0,0 1,x'/>")).contains("points of <polygon>"));
+    assert!(
+        told(&drawing("<path d='M0 0 L'/>"))
+            .contains("line 2: the attribute d of <path> cannot be read")
+    );
+    assert!(
+        told("<svg data-metres-per-unit='-1'/>")
+            .contains("data-metres-per-unit of <svg> is `-1`, expected a number above 0")
+    );
+    assert!(
+        told(&drawing("<line x2='1e300' stroke='red'/>")).contains("expected 1 to 2000 m a side")
+    );
+    assert!(
+        told(&drawing("<line x2='.1' stroke='red'/>")).contains("0.05 m x 0.00 m at 0.5 m a unit")
+    );
+    let narrow = "<rect width='4' height='.2' fill='none' stroke='red'/>";
+    assert!(
+        told(&drawing(narrow)).contains("nowhere is room")
+            || told(&drawing(narrow)).contains("start")
+    );
+    assert_eq!(
+        of_svg(b"<svg/>", Some(f64::NAN), "s")
+            .unwrap_err()
+            .to_string(),
+        "a scale of NaN m a unit, expected a finite number above 0"
+    );
+    // Entities that grow without end are refused by the parser.
+    assert!(told("<!DOCTYPE svg [<!ENTITY a 'aaaa'>]><svg>&a;</svg>").starts_with("line 1:"));
+    let deep = "<g>".repeat(3000) + &"</g>".repeat(3000);
+    assert!(!told(&drawing(&deep)).is_empty());
+}
+
+proptest! {
+    #[test]
+    fn damaged_drawings_never_panic(edits in proptest::collection::vec((0.0..1.0_f64, 0_u8..4, any::<u8>()), 1..8)) {
+        let mut bytes = drawing("<g transform='rotate(10)'><rect x='2' y='2' width='20' height='40' stroke='red'/></g><path d='M0 0h2v4a1 1 0 0 1 3 3c1 1 2 2 3 3z'/><polyline points='0,0 2,0 2 4'/><circle id='start' cx='2' cy='2' r='.2'/>").into_bytes();
+        for (place, kind, byte) in edits {
+            let at = (bytes.len() as f64 * place) as usize;
+            match kind {
+                0 => bytes.truncate(at),
+                1 => bytes.insert(at, byte),
+                2 if at < bytes.len() => bytes[at] = byte,
+                _ if at < bytes.len() => { bytes.remove(at); }
+                _ => {}
+            }
+        }
+        match of_svg(&bytes, None, "s") {
+            Ok(imported) => prop_assert_eq!(imported.world.validate(0.01), Ok(())),
+            Err(error) => prop_assert!(!error.to_string().is_empty()),
+        }
+    }
+}

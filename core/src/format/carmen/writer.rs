@@ -1,0 +1,167 @@
+//! From scans to a log, and from a log to text.
+//!
+//! 1. A log knows one direction of the first beam and one step. Scans whose beams are spread evenly keep their beams, in the order of
+//!    rising directions; of others each of as many even directions gets the reading of the nearest beam, none (0) where that is
+//!    farther than half a step.
+//! 2. A message has no time within a sweep: what was measured while the robot turned is written as if at the stamp.
+//! 3. Numbers are written with as many digits as they need to come back to the bit.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+use super::{BeamFan, CarmenLog, CarmenScan, Laser};
+use crate::geom::{Pose2, wrap};
+use crate::robot::Scan;
+
+/// Steps between beams that differ by more than this part of a step are uneven.
+const EVEN: f64 = 1e-3;
+
+impl CarmenLog {
+    /// A log without scans, of a laser that says its own fan.
+    #[must_use]
+    pub fn empty() -> Self {
+        Self {
+            laser: Laser::Robot1,
+            scans: vec![],
+            params: vec![],
+            odometry_messages: 0,
+            backward_stamps: 0,
+            no_return_from: f32::INFINITY,
+            readings: vec![],
+        }
+    }
+
+    /// Readings of all scans together.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.readings.len()
+    }
+
+    /// Whether there is no reading.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.readings.is_empty()
+    }
+
+    /// Adds a scan that is later than those before, taken at `seconds` where the wheels alone put the robot at
+    /// `odom_from_robot`.
+    pub fn push(&mut self, seconds: f64, odom_from_robot: &Pose2, scan: &Scan) {
+        let max_range = scan.max_range as f32;
+        let reading = |range: f32| match range {
+            r if r.is_nan() => 0.0,
+            r => r.min(max_range),
+        };
+        let (fan, ranges) = evenly(&scan.bearings, &scan.ranges);
+        let start = self.readings.len();
+        self.readings.extend(ranges.into_iter().map(reading));
+        self.scans.push(CarmenScan {
+            ipc_seconds: seconds,
+            odom_from_robot: *odom_from_robot,
+            robot_from_sensor: scan.robot_from_sensor,
+            fan,
+            max_range,
+            start,
+            beams: self.readings.len() - start,
+        });
+    }
+
+    /// The text of the file: `PARAM` lines, then a laser message for each scan.
+    #[must_use]
+    pub fn write(&self) -> String {
+        let mut text = String::from("# CARMEN log, written by slamlab\n");
+        for (name, value) in &self.params {
+            // Writing to a string does not fail, here and below.
+            let _ = writeln!(text, "PARAM {name} {value} 0 slamlab 0");
+        }
+        for scan in &self.scans {
+            self.write_scan(&mut text, scan);
+        }
+        text
+    }
+
+    fn write_scan(&self, text: &mut String, scan: &CarmenScan) {
+        let readings = self.readings(scan);
+        let name = match self.laser {
+            Laser::Front => "FLASER",
+            Laser::Rear => "RLASER",
+            Laser::Robot1 => "ROBOTLASER1",
+        };
+        let _ = write!(text, "{name}");
+        if self.laser == Laser::Robot1 {
+            let BeamFan { first, step } = scan.fan;
+            let view = step * readings.len().saturating_sub(1) as f64;
+            // A limit of 0 stands for none.
+            let limit = Some(scan.max_range)
+                .filter(|m| m.is_finite())
+                .unwrap_or(0.0);
+            let _ = write!(text, " 0 {first} {view} {step} {limit} 0.01 0");
+        }
+        let _ = write!(text, " {}", readings.len());
+        for reading in readings {
+            let _ = write!(text, " {reading}");
+        }
+        if self.laser == Laser::Robot1 {
+            let _ = write!(text, " 0");
+        }
+        let odom_from_robot = &scan.odom_from_robot;
+        let odom_from_sensor = *odom_from_robot * scan.robot_from_sensor;
+        for pose in [&odom_from_sensor, odom_from_robot] {
+            let _ = write!(text, " {} {} {}", pose.x(), pose.y(), pose.heading());
+        }
+        if self.laser == Laser::Robot1 {
+            let _ = write!(text, " 0 0 0 0 0");
+        }
+        let seconds = scan.ipc_seconds;
+        let _ = writeln!(text, " {seconds} slamlab {seconds}");
+    }
+}
+
+/// Readings in evenly spread directions.
+fn evenly(bearings: &[f64], ranges: &[f32]) -> (BeamFan, Vec<f32>) {
+    let (Some(&first), Some(&last)) = (bearings.first(), bearings.last()) else {
+        let fan = BeamFan {
+            first: 0.0,
+            step: 0.0,
+        };
+        return (fan, vec![]);
+    };
+    let steps = || bearings.windows(2).map(|pair| wrap(pair[1] - pair[0]));
+    let count = bearings.len();
+    let step = steps().sum::<f64>() / count.saturating_sub(1).max(1) as f64;
+    if steps().all(|s| (s - step).abs() <= EVEN * step.abs()) {
+        return match step < 0.0 {
+            true => {
+                let fan = BeamFan {
+                    first: wrap(last),
+                    step: -step,
+                };
+                (fan, ranges.iter().rev().copied().collect())
+            }
+            false => {
+                let fan = BeamFan {
+                    first: wrap(first),
+                    step,
+                };
+                (fan, ranges.to_vec())
+            }
+        };
+    }
+    let step = TAU / count as f64;
+    // Of each direction the nearest beam, and how far off it is, in steps.
+    let mut nearest = vec![(0.5, 0.0); count];
+    for (bearing, &range) in bearings.iter().zip(ranges) {
+        let place = (wrap(*bearing) + std::f64::consts::PI) / step;
+        let slot = place.round();
+        let off = (place - slot).abs();
+        if let Some(known) = nearest.get_mut(slot as usize % count)
+            && off <= known.0
+        {
+            *known = (off, range);
+        }
+    }
+    let fan = BeamFan {
+        first: -std::f64::consts::PI,
+        step,
+    };
+    (fan, nearest.into_iter().map(|(_, range)| range).collect())
+}

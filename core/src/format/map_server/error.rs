@@ -1,0 +1,148 @@
+//! What may be wrong with a map's files.
+
+/// Why a map cannot be written or read.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MapServerError {
+    /// Nothing was ever inserted.
+    #[error("the map is empty; expected at least one known cell")]
+    Empty,
+    /// What is known lies too far apart.
+    #[error(
+        "the map is {width} times {height} cells; expected at most {} together",
+        super::MOST_CELLS
+    )]
+    TooLarge {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+    /// The cells are not as many as width and height say.
+    #[error("the map has {found} cells, expected {width} x {height}")]
+    Cells {
+        /// Number of cells.
+        found: usize,
+        /// Cells in a row.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+    /// PGM has no transparency, which mode `scale` needs.
+    #[error("mode `scale` shows the unknown as transparent, which PGM cannot; write it as PNG")]
+    NeedsPng,
+    /// The YAML file.
+    #[error("the map's YAML: {0}")]
+    Info(#[from] MapInfoError),
+    /// The image.
+    #[error("the map's image: {0}")]
+    Image(#[from] MapImageError),
+}
+
+/// Why bytes are no YAML file of a map.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MapInfoError {
+    /// Longer than any such file.
+    #[error("{bytes} bytes, expected at most {most}")]
+    TooLong {
+        /// Its length.
+        bytes: usize,
+        /// The longest that is read.
+        most: usize,
+    },
+    /// No YAML, or not the outermost mapping of keys to values.
+    #[error("line {line}: {what}")]
+    Syntax {
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong.
+        what: String,
+    },
+    /// A key that a map needs.
+    #[error("the key `{key}` is missing")]
+    Missing {
+        /// The key.
+        key: &'static str,
+    },
+    /// A key that stands twice.
+    #[error("line {line}: the key `{key}` stands there a second time")]
+    Twice {
+        /// Line, from 1.
+        line: usize,
+        /// The key.
+        key: String,
+    },
+    /// A value that cannot be.
+    #[error("line {line}: {key} is `{found}`, expected {expected}")]
+    Value {
+        /// Line, from 1.
+        line: usize,
+        /// The key.
+        key: &'static str,
+        /// What stands there.
+        found: String,
+        /// What should.
+        expected: &'static str,
+    },
+}
+
+/// Why bytes are no image of a map.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MapImageError {
+    /// Neither PGM nor PNG.
+    #[error("neither PGM (P2, P5) nor PNG: it begins with {found:?}")]
+    Format {
+        /// The first bytes, as text.
+        found: String,
+    },
+    /// A field of the header of a PGM.
+    #[error("the PGM's {field} is `{found}`, expected {expected}")]
+    Header {
+        /// Which.
+        field: &'static str,
+        /// What stands there.
+        found: String,
+        /// What should.
+        expected: &'static str,
+    },
+    /// More pixels than a map may have, or none.
+    #[error("{width} x {height} pixels, expected at least one and at most {most}")]
+    Size {
+        /// Columns.
+        width: u64,
+        /// Rows.
+        height: u64,
+        /// Most pixels.
+        most: usize,
+    },
+    /// The pixels do not match the header.
+    #[error("the header promises {width} x {height} pixels, the file holds {found}")]
+    Pixels {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// What is there, in words.
+        found: String,
+    },
+    /// A pixel of a plain PGM that is no grey.
+    #[error("pixel {index} is `{found}`, expected a whole number from 0 to {max}")]
+    Pixel {
+        /// Which, from 0, row by row from the top.
+        index: usize,
+        /// What stands there.
+        found: String,
+        /// The largest grey.
+        max: u16,
+    },
+    /// A PNG that cannot be decoded, in the decoder's words.
+    #[error("the PNG cannot be read: {0}")]
+    Png(String),
+}
+
+/// The beginning of what stands in a file, for a message.
+pub(super) fn short(word: &str) -> String {
+    word.chars().take(24).collect()
+}

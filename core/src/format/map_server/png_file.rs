@@ -1,0 +1,85 @@
+//! PNG images, through the crate `png`.
+
+use std::io::Cursor;
+
+use png::{BitDepth, ColorType, Decoder, DecodingError, Encoder, EncodingError, Limits};
+
+use super::MapImageError;
+use super::read::{Pixel, Size};
+
+/// Deflate makes no byte into more than this many.
+const MOST_INFLATED: usize = 1032;
+
+/// Reads an image; pixels are seen row by row, the highest first.
+pub(super) fn read(bytes: &[u8], mut see: impl FnMut(Pixel)) -> Result<Size, MapImageError> {
+    let wrong = |error: DecodingError| MapImageError::Png(error.to_string());
+    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: 1 << 24 });
+    decoder.set_transformations(png::Transformations::EXPAND);
+    decoder.ignore_checksums(false);
+    let header = decoder.read_header_info().map_err(wrong)?;
+    let size = Size::checked(header.width.into(), header.height.into())?;
+    // Palettes are spread out and bits become bytes: what stands in the file may be an eighth of a pixel's byte.
+    let least = header.raw_row_length().saturating_mul(size.height);
+    if least / MOST_INFLATED > bytes.len() {
+        return Err(size.but_found(format!("{} bytes", bytes.len())));
+    }
+    let mut reader = decoder.read_info().map_err(wrong)?;
+    let (colour, depth) = reader.output_color_type();
+    let length = reader.output_buffer_size();
+    let length = length.ok_or_else(|| size.but_found("no room in memory".to_owned()))?;
+    let mut samples = vec![0; length];
+    reader.next_frame(&mut samples).map_err(wrong)?;
+    let (channels, has_alpha) = match colour {
+        ColorType::Grayscale | ColorType::Indexed => (1, false),
+        ColorType::GrayscaleAlpha => (2, true),
+        ColorType::Rgb => (3, false),
+        ColorType::Rgba => (4, true),
+    };
+    let each = if depth == BitDepth::Sixteen { 2 } else { 1 };
+    for pixel in samples.chunks_exact(channels * each) {
+        see(pixel_of(pixel, each, has_alpha));
+    }
+    Ok(size)
+}
+
+/// The mean of the colours.
+fn pixel_of(bytes: &[u8], each: usize, has_alpha: bool) -> Pixel {
+    let max = if each == 2 { 65535.0 } else { 255.0 };
+    let sample = |b: &[u8]| f64::from(b.iter().fold(0_u32, |sum, &b| (sum << 8) | u32::from(b)));
+    let (colours, alpha) = bytes.split_at(bytes.len() - usize::from(has_alpha) * each);
+    let count = (colours.len() / each) as f64;
+    Pixel {
+        shade: colours.chunks_exact(each).map(sample).sum::<f64>() / (count * max),
+        alpha: has_alpha.then(|| sample(alpha) / max),
+    }
+}
+
+/// Writes rows of greys, the highest first, each grey followed by its opacity where there are twice as many bytes as pixels.
+pub(super) fn write(
+    (width, height): (usize, usize),
+    samples: &[u8],
+) -> Result<Vec<u8>, MapImageError> {
+    let mut bytes = vec![];
+    encode(&mut bytes, width, height, samples)
+        .map_err(|error| MapImageError::Png(error.to_string()))?;
+    Ok(bytes)
+}
+
+fn encode(
+    bytes: &mut Vec<u8>,
+    width: usize,
+    height: usize,
+    samples: &[u8],
+) -> Result<(), EncodingError> {
+    let has_alpha = samples.len() == 2 * width * height;
+    let side = |cells: usize| u32::try_from(cells).unwrap_or(0);
+    let mut encoder = Encoder::new(bytes, side(width), side(height));
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_color(match has_alpha {
+        true => ColorType::GrayscaleAlpha,
+        false => ColorType::Grayscale,
+    });
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(samples)?;
+    writer.finish()
+}

@@ -1,0 +1,203 @@
+//! The YAML file of a map: a flat mapping of keys to scalars, and a list of three numbers.
+//!
+//! In: bytes. Out: a [`MapInfo`]. Read event by event and not as a tree: aliases, of which a few lines can make a tree of any size, and
+//! nesting of any depth cost nothing then.
+
+use std::collections::BTreeMap;
+
+use saphyr_parser::{Event, Parser};
+
+use super::error::short;
+use super::{MapInfo, MapInfoError, MapMode};
+use crate::geom::Pose2;
+
+/// Longer files are none of map_server.
+const LONGEST: usize = 1 << 16;
+
+/// What stands beside a key: one word or the words of a list, and the line where it begins.
+struct Value {
+    line: usize,
+    words: Vec<String>,
+    is_list: bool,
+}
+
+pub(super) fn parse(bytes: &[u8]) -> Result<MapInfo, MapInfoError> {
+    if bytes.len() > LONGEST {
+        return Err(MapInfoError::TooLong {
+            bytes: bytes.len(),
+            most: LONGEST,
+        });
+    }
+    let text = String::from_utf8_lossy(bytes);
+    let fields = Fields(mapping(&text)?);
+    let resolution = fields.number("resolution", "more than 0 and at most 1000 m", |r| {
+        r > 0.0 && r <= 1000.0
+    })?;
+    let part = |key| fields.number(key, "from 0 to 1", |p| (0.0..=1.0).contains(&p));
+    Ok(MapInfo {
+        image: fields.image()?,
+        mode: fields.mode()?,
+        resolution,
+        origin: fields.origin()?,
+        negate: fields.negate()?,
+        occupied_thresh: part("occupied_thresh")?,
+        free_thresh: part("free_thresh")?,
+    })
+}
+
+struct Fields(BTreeMap<String, Value>);
+
+impl Fields {
+    fn get(&self, key: &'static str) -> Result<&Value, MapInfoError> {
+        self.0.get(key).ok_or(MapInfoError::Missing { key })
+    }
+
+    fn word(&self, key: &'static str, expected: &'static str) -> Result<&str, MapInfoError> {
+        let value = self.get(key)?;
+        match value.words.as_slice() {
+            [word] if !value.is_list => Ok(word),
+            _ => Err(value.wrong(key, expected)),
+        }
+    }
+
+    fn number(
+        &self,
+        key: &'static str,
+        expected: &'static str,
+        fits: impl Fn(f64) -> bool,
+    ) -> Result<f64, MapInfoError> {
+        let word = self.word(key, expected)?;
+        let number = word.parse().ok().filter(|&n| fits(n));
+        number.map_or_else(|| Err(self.get(key)?.wrong(key, expected)), Ok)
+    }
+
+    fn image(&self) -> Result<String, MapInfoError> {
+        let expected = "the path of an image";
+        match self.word("image", expected)? {
+            "" => Err(self.get("image")?.wrong("image", expected)),
+            path => Ok(path.to_owned()),
+        }
+    }
+
+    /// `trinary` where nothing is said, as map_server has it.
+    fn mode(&self) -> Result<MapMode, MapInfoError> {
+        if !self.0.contains_key("mode") {
+            return Ok(MapMode::default());
+        }
+        let expected = "trinary, scale or raw";
+        let word = self.word("mode", expected)?;
+        let mode = word.parse();
+        mode.or_else(|_| Err(self.get("mode")?.wrong("mode", expected)))
+    }
+
+    fn origin(&self) -> Result<Pose2, MapInfoError> {
+        let value = self.get("origin")?;
+        let numbers: Vec<f64> = value.words.iter().flat_map(|w| w.parse()).collect();
+        match (numbers.as_slice(), value.words.len(), value.is_list) {
+            (&[x, y, yaw], 3, true) if numbers.iter().all(|n| n.abs() <= 1e6) => {
+                Ok(Pose2::new(x, y, yaw))
+            }
+            _ => Err(value.wrong("origin", "a list [x, y, yaw] of numbers within ±1e6")),
+        }
+    }
+
+    /// A whole number, as map_server writes it, or a truth value.
+    fn negate(&self) -> Result<bool, MapInfoError> {
+        let expected = "0 or 1";
+        match self.word("negate", expected)? {
+            "0" | "false" | "False" | "no" => Ok(false),
+            "1" | "true" | "True" | "yes" => Ok(true),
+            _ => Err(self.get("negate")?.wrong("negate", expected)),
+        }
+    }
+}
+
+impl Value {
+    fn wrong(&self, key: &'static str, expected: &'static str) -> MapInfoError {
+        let words = short(&self.words.join(", "));
+        MapInfoError::Value {
+            line: self.line,
+            key,
+            found: if self.is_list {
+                format!("[{words}]")
+            } else {
+                words
+            },
+            expected,
+        }
+    }
+}
+
+/// The outermost mapping; values that are mappings themselves, or lists of lists, become lists without words.
+fn mapping(text: &str) -> Result<BTreeMap<String, Value>, MapInfoError> {
+    let mut fields = BTreeMap::new();
+    let mut key: Option<String> = None;
+    let mut value: Option<Value> = None;
+    let mut depth = 0_usize;
+    for event in Parser::new_from_str(text) {
+        let (event, span) = event.map_err(|error| MapInfoError::Syntax {
+            line: error.marker().line(),
+            what: error.info().to_owned(),
+        })?;
+        let line = span.start.line();
+        let syntax = |what: &str| MapInfoError::Syntax {
+            line,
+            what: what.to_owned(),
+        };
+        let mut ended = None;
+        match event {
+            Event::MappingStart(..) if depth == 0 => depth = 1,
+            Event::Scalar(..) | Event::SequenceStart(..) | Event::Alias(_) if depth == 0 => {
+                return Err(syntax("expected keys with values, as `resolution: 0.05`"));
+            }
+            Event::MappingEnd | Event::SequenceEnd => {
+                depth -= 1;
+                if depth == 1 {
+                    ended = value.take();
+                }
+            }
+            // The map is the first document.
+            Event::DocumentEnd => break,
+            Event::Scalar(word, ..) if depth == 1 && key.is_none() => key = Some(word.into_owned()),
+            Event::Scalar(word, ..) if depth == 1 => {
+                ended = Some(Value {
+                    line,
+                    words: vec![word.into_owned()],
+                    is_list: false,
+                });
+            }
+            Event::Scalar(word, ..) if depth == 2 => {
+                if let Some(value) = &mut value {
+                    value.words.push(word.into_owned());
+                }
+            }
+            Event::SequenceStart(..) | Event::MappingStart(..) => {
+                if depth == 1 {
+                    if key.is_none() {
+                        return Err(syntax("expected a word as a key"));
+                    }
+                    value = Some(Value {
+                        line,
+                        words: vec![],
+                        is_list: true,
+                    });
+                }
+                depth += 1;
+            }
+            Event::Alias(_) => return Err(syntax("an alias, which no map needs")),
+            _ => {}
+        }
+        if let Some(value) = ended
+            && let Some(name) = key.take()
+        {
+            if fields.contains_key(&name) {
+                return Err(MapInfoError::Twice {
+                    line,
+                    key: short(&name),
+                });
+            }
+            fields.insert(name, value);
+        }
+    }
+    Ok(fields)
+}

@@ -1,0 +1,242 @@
+//! What walks: places that were free a moment ago and where something stands now.
+//!
+//! In: each scan's points and the motion since the one before. Out: those points of the newest scan that belong to somebody who
+//! walks, or who walked a few seconds ago and may walk on.
+//!
+//! 1. A hit has entered free room when an older scan looked past it: all beams in its direction, and a little to either side for the
+//!    odometry since, went on behind it. What was hidden then has not entered, and nor has what lay in a gap between beams.
+//! 2. Two such hits beside each other are a place where somebody walks. One alone may be noise.
+//! 3. Hits near such a place belong to it. It is forgotten when nothing is near it any more, and [`WalkerConfig::memory`] after
+//!    somebody was last seen to walk there, a second for each scan that saw them walk: who only paused may walk on, and what only
+//!    seemed to have moved is forgotten soon.
+//!
+//! A robot that turns by half a radian a second or more sees only who walks fast: its heading is too uncertain for more.
+//!
+//! Ours; step 1 is the test of visibility by which Lindström & Eklundh (2001), "Detecting and tracking moving objects from a
+//! mobile platform using a laser range scanner", find what violates the free room.
+
+use std::collections::VecDeque;
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::Point2;
+
+use super::Points;
+use crate::geom::Pose2;
+use crate::robot::Stamp;
+
+/// What counts as walking.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WalkerConfig {
+    /// How far off somebody is looked for, m. Default 4: where a robot has to know of them to stop in time.
+    pub reach: f64,
+    /// How far an older beam has to go on behind a hit, m. Default 0.08: eight times a lidar's noise. Growing: who comes slowly is
+    /// seen later.
+    pub behind: f64,
+    /// Hits this near to a place where somebody walked are of them, m. Default 0.3: about the radius of a person.
+    pub size: f64,
+    /// Who stands still is still somebody who may walk on for this long, s. Default 5.
+    pub memory: f64,
+}
+
+impl Default for WalkerConfig {
+    fn default() -> Self {
+        Self {
+            reach: 4.0,
+            behind: 0.08,
+            size: 0.3,
+            memory: 5.0,
+        }
+    }
+}
+
+/// Scans that are kept to compare with: two thirds of a second of a lidar at 5.5 Hz.
+const KEPT: usize = 3;
+/// Older scans say nothing, s: a sensor that scans on command is too slow.
+const OLDEST: f64 = 1.0;
+/// Beams farther apart than this are no picture of free room, rad.
+const COARSE: f64 = 0.06;
+/// By how much odometry may err: part of a way; and of a turn, whose errors grow with its root: four and a half standard deviations of
+/// tracks that slip by 5e-3 rad²/rad.
+const DRIFT: f64 = 0.06;
+const TURN_DRIFT: f64 = 0.32;
+/// Whoever was seen to walk in few scans is not remembered for long, s for each: it may have been an error of the odometry.
+const PER_SIGHTING: f64 = 1.0;
+/// Widest direction that is compared, to either side, rad.
+const SEAM: f64 = 0.5;
+/// Least number of beams that have to look past a hit.
+const LEAST_BEAMS: usize = 3;
+
+/// Finds who walks.
+#[derive(Clone, Debug, Default)]
+pub struct Walkers {
+    config: WalkerConfig,
+    /// Newest at the back.
+    past: VecDeque<Past>,
+    places: Vec<Place>,
+    points: Vec<Point2<f64>>,
+}
+
+/// An older scan.
+#[derive(Clone, Debug)]
+struct Past {
+    stamp: Stamp,
+    /// `robot_now_from_robot_then`.
+    now_from_then: Pose2,
+    sensor: Point2<f64>,
+    /// Bearing and range from the sensor, by bearing; those within [`SEAM`] of ±π twice, a turn apart.
+    beams: Vec<(f64, f64)>,
+    spacing: f64,
+}
+
+/// Where somebody walked, robot frame now, and when.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    at: Point2<f64>,
+    walked: Stamp,
+    /// In how many scans.
+    sightings: u32,
+}
+
+impl Walkers {
+    /// Has seen nobody yet.
+    #[must_use]
+    pub fn new(config: WalkerConfig) -> Self {
+        Self {
+            config,
+            ..Self::default()
+        }
+    }
+
+    /// Takes a scan's points, and the motion since the scan before (`robot_before_from_robot_now`).
+    pub fn update(&mut self, points: &Points, moved: &Pose2) {
+        let now_from_before = moved.inverse();
+        for past in &mut self.past {
+            past.now_from_then = now_from_before * past.now_from_then;
+        }
+        let is_recent = |past: &Past| points.stamp.since(past.stamp) <= OLDEST;
+        self.past.retain(is_recent);
+        for place in &mut self.places {
+            place.at = now_from_before * place.at;
+        }
+        let near = |p: &Point2<f64>| (p - points.sensor_in_robot).norm() < self.config.reach;
+        let hits: Vec<Point2<f64>> = points.hits().map(|b| b.end_in_robot).filter(near).collect();
+        self.see_walking(&hits, points.stamp);
+        self.keep_places(&hits, points.stamp);
+        self.past.extend(Past::of(points));
+        if self.past.len() > KEPT {
+            self.past.pop_front();
+        }
+    }
+
+    /// Points of those who walk or may walk on, robot frame at the newest scan, m.
+    #[must_use]
+    pub fn points(&self) -> &[Point2<f64>] {
+        &self.points
+    }
+
+    /// Steps 1 and 2.
+    fn see_walking(&mut self, hits: &[Point2<f64>], now: Stamp) {
+        let behind = self.config.behind;
+        let looked_past = |hit| self.past.iter().any(|past| past.looked_past(hit, behind));
+        let known = self.places.clone();
+        let mut before: Option<Point2<f64>> = None;
+        for hit in hits {
+            let has_entered = looked_past(*hit);
+            if has_entered
+                && before.is_some_and(|b: Point2<f64>| (b - hit).norm() < self.config.size)
+            {
+                let near = known
+                    .iter()
+                    .filter(|p| (p.at - hit).norm() < 2.0 * self.config.size);
+                self.places.push(Place {
+                    at: *hit,
+                    walked: now,
+                    sightings: 1 + near.map(|place| place.sightings).max().unwrap_or(0),
+                });
+            }
+            before = has_entered.then_some(*hit);
+        }
+    }
+
+    /// Step 3.
+    fn keep_places(&mut self, hits: &[Point2<f64>], now: Stamp) {
+        let WalkerConfig { size, memory, .. } = self.config;
+        // Newest first, so that of places that are one the one with the newest time is kept.
+        self.places
+            .sort_by_key(|place| std::cmp::Reverse(place.walked));
+        let mut kept: Vec<Place> = vec![];
+        for place in &self.places {
+            let is_same = |other: &Place| (other.at - place.at).norm() < 0.5 * size;
+            let is_there = hits.iter().any(|hit| (hit - place.at).norm() < size);
+            let memory = memory.min(PER_SIGHTING * f64::from(place.sightings));
+            if now.since(place.walked) <= memory && is_there && !kept.iter().any(is_same) {
+                kept.push(*place);
+            }
+        }
+        self.places = kept;
+        let is_theirs = |hit: &&Point2<f64>| {
+            let mut places = self.places.iter();
+            places.any(|place| (place.at - **hit).norm() < size)
+        };
+        self.points = hits.iter().filter(is_theirs).copied().collect();
+    }
+}
+
+impl Past {
+    /// `None` for too few beams, or too coarse ones.
+    fn of(points: &Points) -> Option<Self> {
+        let sensor = points.sensor_in_robot;
+        let mut beams: Vec<(f64, f64)> = points
+            .beams
+            .iter()
+            .map(|beam| {
+                let to = beam.end_in_robot - sensor;
+                (libm::atan2(to.y, to.x), to.norm())
+            })
+            .collect();
+        beams.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut gaps: Vec<f64> = beams.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
+        let middle = gaps.len() / 2;
+        if gaps.len() < LEAST_BEAMS {
+            return None;
+        }
+        let (_, spacing, _) = gaps.select_nth_unstable_by(middle, f64::total_cmp);
+        let spacing = *spacing;
+        // Those beside the seam at ±π stand on both sides of it.
+        let round = beams.iter().filter(|beam| beam.0.abs() > PI - SEAM);
+        let again: Vec<(f64, f64)> = round
+            .map(|&(bearing, range)| (bearing - bearing.signum() * TAU, range))
+            .collect();
+        beams.extend(again);
+        beams.sort_by(|a, b| a.0.total_cmp(&b.0));
+        (spacing < COARSE).then(|| Self {
+            stamp: points.stamp,
+            now_from_then: Pose2::identity(),
+            sensor,
+            beams,
+            spacing,
+        })
+    }
+
+    /// Whether all beams towards a point (robot frame now) went on behind it.
+    fn looked_past(&self, point: Point2<f64>, behind: f64) -> bool {
+        let to = self.now_from_then.inverse() * point - self.sensor;
+        let (distance, bearing) = (to.norm(), libm::atan2(to.y, to.x));
+        let moved = &self.now_from_then;
+        let (turned, way) = (moved.heading().abs(), moved.position().coords.norm());
+        let half =
+            1.6 * self.spacing + TURN_DRIFT * turned.sqrt() + DRIFT * way / distance.max(0.1);
+        let half = half.min(SEAM);
+        let farther = distance + behind + DRIFT * way;
+        let first = self.beams.partition_point(|beam| beam.0 < bearing - half);
+        let beside = || {
+            self.beams[first..]
+                .iter()
+                .take_while(|beam| beam.0 <= bearing + half)
+        };
+        beside().count() >= LEAST_BEAMS && beside().all(|(_, range)| *range > farther)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,50 @@
+//! The settings of every stage, nested as the stages are.
+
+use super::KnownMap;
+use crate::estimation::{EkfConfig, ScanMatcherConfig};
+use crate::features::LineConfig;
+use crate::map::{EvidenceConfig, GridConfig, VectorConfig};
+use crate::points::{NearConfig, PointConfig};
+
+/// Settings of every stage.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SlamConfig {
+    /// What is kept of a scan.
+    pub points: PointConfig,
+    /// What is remembered of things too near to be seen.
+    pub near: NearConfig,
+    /// How lines are found.
+    pub lines: LineConfig,
+    /// The filter over lines.
+    pub ekf: EkfConfig,
+    /// The scan matcher, with the grid that it draws anew after closing a loop.
+    pub matcher: ScanMatcherConfig,
+    /// The grid of the other methods.
+    pub grid: GridConfig,
+    /// What the filter over lines draws of a scan.
+    pub evidence: EvidenceConfig,
+    /// The vector map of the filter over lines.
+    pub vector: VectorConfig,
+    /// The map that [`Method::KnownMap`](super::Method::KnownMap) finds the robot in.
+    pub known: KnownMap,
+}
+
+impl SlamConfig {
+    /// For a sensor that scans only on command: it sees each cell a few times at most, little of each wall, and from afar in
+    /// terms of odometry. It takes Celej's quicker grid, and the `short_range` figures of lines, filter, grid and what is near.
+    #[must_use]
+    pub fn short_range() -> Self {
+        Self {
+            near: NearConfig::short_range(),
+            grid: GridConfig::celej(),
+            lines: LineConfig::short_range(),
+            ekf: EkfConfig::short_range(),
+            evidence: EvidenceConfig::short_range(),
+            matcher: ScanMatcherConfig {
+                evidence: EvidenceConfig::short_range(),
+                ..ScanMatcherConfig::default()
+            },
+            ..Self::default()
+        }
+    }
+}

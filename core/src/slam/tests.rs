@@ -1,0 +1,31 @@
+//! Bad odometry changes nothing, and methods have names.
+
+use super::*;
+
+#[test]
+fn odometry_that_is_no_motion_leaves_every_method_as_it_was() {
+    for (name, method) in Method::ALL {
+        let mut slam = Slam::new(method, known_tests::config()).unwrap();
+        let mut odometry = Odometry::standing(Stamp(1_000_000));
+        slam.odometry(&odometry).unwrap();
+        let before = slam.estimate();
+        odometry.motion = Pose2::new(f64::NAN, 0.0, 0.0);
+        let error = slam.odometry(&odometry).unwrap_err();
+        assert!(matches!(error, SlamError::Odometry(_)), "{name}: {error}");
+        assert_eq!(slam.estimate(), before, "{name}");
+        assert_eq!(slam.motion_since_scan(), Pose2::identity(), "{name}");
+    }
+}
+
+#[test]
+fn methods_are_found_by_name() {
+    for (name, method) in Method::ALL {
+        assert_eq!(name.parse(), Ok(method));
+        assert_eq!(method.name(), name);
+    }
+    let error = "teleport".parse::<Method>().unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "there is no method `teleport`; expected odometry, line-ekf, scan-matching or known-map"
+    );
+}

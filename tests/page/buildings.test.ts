@@ -1,0 +1,44 @@
+// Buildings from files of others: a floor plan, and a map of ROS, become worlds to drive in and maps to be found in.
+import { readFile } from 'node:fs/promises';
+import type { Download } from '@playwright/test';
+import { expect, test } from './fixture.ts';
+
+const plan = `<svg xmlns="http://www.w3.org/2000/svg" data-metres-per-unit="0.01">
+  <rect width="500" height="400" fill="none" stroke="black"/>
+  <path d="M250 0v150m0 100v150" stroke="black"/>
+  <circle id="start" cx="100" cy="200" r="10"/>
+</svg>`;
+
+test('a floor plan is a world, in which a robot can also be told where the walls are', async ({ lab }) => {
+  await lab.open();
+  await lab.show('run');
+  await lab.at('file').setInputFiles({ name: 'flat.svg', mimeType: 'image/svg+xml', buffer: Buffer.from(plan) });
+  await expect.poll(async () => (await lab.state()).title).toBe('flat.svg');
+  await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(0.5);
+  await lab.at('method').selectOption('known-map');
+  await expect.poll(async () => (await lab.state()).method).toBe('known-map');
+  await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(0.5);
+  expect((await lab.status()).positionError).toBeLessThan(0.1);
+});
+
+test('a map that was saved is a world again; half of one is asked for its other half', async ({ lab, page }) => {
+  await lab.open();
+  await lab.enter('arena', '4');
+  await lab.watch((s) => s.explored, 'most is known').toBeGreaterThan(0.9);
+  await lab.pause();
+  await lab.show('run');
+  const downloads: Download[] = [];
+  page.on('download', (download) => downloads.push(download));
+  await lab.at('save-map').click();
+  await expect.poll(() => downloads.length).toBe(2);
+  const files = await Promise.all(downloads.map(async (d) => ({ name: d.suggestedFilename(), mimeType: '', buffer: await readFile(await d.path()) })));
+  const yaml = files.find(({ name }) => name.endsWith('.yaml'))!;
+  await lab.at('file').setInputFiles(yaml);
+  await expect(lab.at('toast')).toContainText('drop it together with the image');
+  await lab.at('file').setInputFiles(files);
+  await expect.poll(async () => (await lab.state()).title).toBe('arena.yaml');
+  await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(0.3);
+  await lab.at('file').setInputFiles([{ ...yaml, buffer: Buffer.from('image: arena.pgm') }, files.find(({ name }) => name.endsWith('.pgm'))!]);
+  await expect(lab.at('toast')).toContainText('the key `resolution` is missing');
+  expect((await lab.state()).title).toBe('arena.yaml');
+});

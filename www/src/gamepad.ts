@@ -1,0 +1,60 @@
+// A gamepad: its left stick drives, its right trigger button and B stop. Read once a frame while one is connected and the page is in sight.
+
+export interface GamepadActions {
+  drive(forward: number, turn: number): void;
+  stop(): void;
+}
+
+/** Within this part of its way a stick is at rest: worn ones never quite come back. */
+const DEAD = 0.15;
+/** Smaller changes are not told. */
+const STEP = 0.02;
+/** Buttons that stop, as the standard layout numbers them: B (or circle), and the right trigger. */
+const STOPS = [1, 7] as const;
+
+export function startGamepad(actions: GamepadActions): void {
+  let told: readonly [number, number] = [0, 0];
+  let stopping = false;
+  let frame = 0;
+
+  const tell = (forward: number, turn: number): void => {
+    const changed = Math.abs(forward - told[0]) > STEP || Math.abs(turn - told[1]) > STEP;
+    const rests = forward === 0 && turn === 0 && (told[0] !== 0 || told[1] !== 0);
+    if (!changed && !rests) return;
+    told = [forward, turn];
+    actions.drive(forward, turn);
+  };
+
+  const read = (): void => {
+    const pads = navigator.getGamepads().filter((pad) => pad?.connected === true);
+    frame = pads.length > 0 ? requestAnimationFrame(read) : 0;
+    // Of several, the one that is moved.
+    const axis = (index: number): number => pads.map((pad) => soft(pad?.axes[index] ?? 0)).find((value) => value !== 0) ?? 0;
+    const stop = pads.some((pad) => STOPS.some((button) => pad?.buttons[button]?.pressed === true));
+    if (stop && !stopping) {
+      told = [0, 0];
+      actions.stop();
+    }
+    stopping = stop;
+    // Up and left are negative on a gamepad. While a stop is pressed, or another window is in use, the stick says nothing.
+    if (!document.hasFocus()) release();
+    else if (!stop) tell(-axis(1) || 0, -axis(0) || 0);
+  };
+
+  const wake = (): void => {
+    if (frame === 0) read();
+  };
+  const release = (): void => {
+    if (told[0] !== 0 || told[1] !== 0) tell(0, 0);
+  };
+
+  addEventListener("gamepadconnected", wake);
+  addEventListener("gamepaddisconnected", release);
+  // Frames cease when the page is hidden: the robot must not go on with what was told last.
+  addEventListener("blur", release);
+  document.addEventListener("visibilitychange", release);
+}
+
+function soft(value: number): number {
+  return Math.abs(value) < DEAD ? 0 : Math.max(-1, Math.min(1, (value - Math.sign(value) * DEAD) / (1 - DEAD)));
+}
