@@ -1,4 +1,4 @@
-//! A twin of the simulated robot: with its figures it stays within what chance allows, with those of the model it does not.
+//! A twin of the simulated robot: with its figures it stays within what chance allows, with those of the model it goes another way.
 
 use super::*;
 use crate::estimation::{Drive, OdometryFit};
@@ -83,28 +83,19 @@ fn within(samples: &[TwinSample]) -> [f64; 2] {
 }
 
 #[test]
-fn a_twin_with_the_robots_figures_stays_within_chance_and_one_with_the_models_does_not() {
+fn a_twin_with_the_robots_figures_stays_within_chance() {
     let model = RobotModel::rp6();
     let grid = Grid::new(crate::map::GridConfig::default()).unwrap();
     let noise = Some(TrackNoise::Proportional(model.odometry_noise));
-    let (mut alike, mut unlike) = (vec![], vec![]);
+    let mut alike = vec![];
     let mut ends = vec![];
     for seed in 0..40 {
-        let new = |wear| {
-            Twin::new(
-                ToldOdometry { wear, noise },
-                model.track_width,
-                Pose2::identity(),
-            )
-        };
-        let (mut twin, mut nominal) = (new(WEAR), new(TrackWear::default()));
+        let told = ToldOdometry { wear: WEAR, noise };
+        let mut twin = Twin::new(told, model.track_width, Pose2::identity());
         drive(seed, 60, |odometry, scan| {
             twin.odometry(odometry);
-            nominal.odometry(odometry);
             if let Some((_, truth)) = scan {
-                for twin in [&mut twin, &mut nominal] {
-                    twin.scan(1.0, &PoseEstimate::exact(truth), &no_points(), &grid);
-                }
+                twin.scan(1.0, &PoseEstimate::exact(truth), &no_points(), &grid);
             }
         });
         ends.extend(
@@ -113,16 +104,31 @@ fn a_twin_with_the_robots_figures_stays_within_chance_and_one_with_the_models_do
                 .map(|end| 3.0 * end.heading / end.heading_sigma3),
         );
         alike.extend_from_slice(twin.samples());
-        unlike.extend_from_slice(nominal.samples());
     }
     let [position, heading] = within(&alike);
     assert!(position > 0.95 && heading > 0.95, "{position} {heading}");
     // The mean of 40 χ² with one degree of freedom: 1 ± 0.22; four of them.
     let square = ends.iter().map(|z: &f64| z * z).sum::<f64>() / ends.len() as f64;
     assert!((0.3..1.9).contains(&square), "{square}");
-    let [position, heading] = within(&unlike);
-    assert!(position < 0.7 && heading < 0.5, "{position} {heading}");
     assert!(alike.iter().all(|sample| sample.ranges.is_none()));
+}
+
+#[test]
+fn a_twin_with_other_figures_goes_another_way() {
+    let width = RobotModel::rp6().track_width;
+    let ahead = Odometry {
+        motion: Pose2::new(1.0, 0.0, 0.0),
+        ..Odometry::standing(crate::robot::Stamp(0))
+    };
+    let headings = [WEAR, TrackWear::default()].map(|wear| {
+        let told = ToldOdometry { wear, noise: None };
+        let mut twin = Twin::new(told, width, Pose2::identity());
+        twin.odometry(&ahead);
+        twin.pose().heading()
+    });
+    // Δθ = (1.02 - 0.98) / (1.06 b): chance hides that in a short drive, and adds up to less in a long one.
+    assert!((headings[0] - 0.04 / (1.06 * width)).abs() < 1e-12);
+    assert!(headings[1].abs() < 1e-12);
 }
 
 #[test]
