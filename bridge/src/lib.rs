@@ -52,7 +52,7 @@ pub mod tls;
 pub mod token;
 pub mod udp;
 
-pub use slamlab_device::safety;
+pub use slamlab_core::device::safety;
 
 pub use accept::Limits;
 pub use clock::Clock;

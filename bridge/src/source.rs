@@ -26,7 +26,7 @@ use std::time::Duration;
 use slamlab_core::wire::message::LinkState;
 use tokio::sync::mpsc;
 
-pub use slamlab_device::event::{Event, Link, Order, Profile, robot, scans_on_command};
+pub use slamlab_core::device::event::{Event, Link, Order, Profile, robot, scans_on_command};
 
 pub use named::{SourceError, SourceName};
 use orders::Orders;

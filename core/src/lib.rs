@@ -64,5 +64,8 @@ pub mod format;
 
 pub mod wire;
 
+// Both ends of a serial line, and the rules that keep a robot safe.
+pub mod device;
+
 // The same loop as in `experiment`, with a bridge between robot and estimate.
 pub mod live;

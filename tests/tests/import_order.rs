@@ -15,7 +15,7 @@ use Imports::{AllBefore, These};
 
 /// The modules of `core`, each after those that it may import. `sim` and `format` are sources and sinks that no stage
 /// imports, so a real robot, the simulator and a recording can stand in for each other.
-const MAY_IMPORT: [(&str, Imports); 22] = [
+const MAY_IMPORT: [(&str, Imports); 23] = [
     ("geom", These(&[])),
     ("hash", These(&["geom"])),
     ("lanes", These(&[])),
@@ -49,6 +49,10 @@ const MAY_IMPORT: [(&str, Imports); 22] = [
     ("settings", AllBefore),
     ("twin", AllBefore),
     ("replay", AllBefore),
+    (
+        "device",
+        These(&["geom", "robot", "points", "control", "sim", "wire"]),
+    ),
     ("live", AllBefore),
 ];
 

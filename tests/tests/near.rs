@@ -5,10 +5,10 @@
 
 use std::time::Duration;
 
+use slamlab_core::device::{Near, Rp6, Want};
 use slamlab_core::live::{Live, LiveConfig};
 use slamlab_core::sim::worlds;
 use slamlab_core::slam::Method;
-use slamlab_device::{Near, Rp6, Want};
 use slamlab_tests::devices::{self, Device as _};
 
 const STEP: f64 = 0.01;

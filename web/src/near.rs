@@ -3,9 +3,9 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use slamlab_core::device::{Device, Ld06, Near, Rp6, Rplidar, Want};
 use slamlab_core::wire::revolution::RevolutionConfig;
 use slamlab_core::wire::rplidar::driver::DriverConfig;
-use slamlab_device::{Device, Ld06, Near, Rp6, Rplidar, Want};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 /// There is no device of that kind.
@@ -95,7 +95,7 @@ impl WebNear {
             Want::Dtr(on) => ("dtr", vec![], on),
             Want::Reopen => ("reopen", vec![], false),
             // What is told has become messages.
-            Want::Well | Want::Tell(_) => ("well", vec![], false),
+            Want::Well | Want::Tell(_) | Want::Note(..) => ("well", vec![], false),
         };
         Some(LineWant {
             what: what.to_owned(),

@@ -6,7 +6,7 @@ use slamlab_core::robot::Stamp;
 use slamlab_core::wire::message::DeviceState;
 
 use super::finding::Measured;
-use crate::serial::{Device, Line, OpenError, PortSettings, Received, Want};
+use crate::serial::{Device, Line, OpenError, PortSettings, Received, Want, note};
 use crate::source::Event;
 
 /// How long the line is waited for at a time.
@@ -146,6 +146,7 @@ impl Visit {
                 // A port without DTR is none the worse.
                 Want::Dtr(is_set) => drop(line.set_dtr(is_set)),
                 Want::Tell(event) => self.see(event),
+                Want::Note(weight, text) => note(&device.profile().name, weight, &text),
                 Want::Well | Want::Reopen => (),
             }
         }

@@ -17,7 +17,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use slamlab_core::wire::message::{
-    BridgeHeartbeat, Event as News, FromBridge, Header, SafetyBody, Severity, ToBridge,
+    BridgeHeartbeat, DeviceState, Event as News, FromBridge, Header, SafetyBody, Severity, ToBridge,
 };
 use tokio::sync::{mpsc, oneshot};
 use tokio::time::Instant;
@@ -27,8 +27,8 @@ use crate::ending::GOING_AWAY;
 use crate::metrics::Metrics;
 use crate::notify;
 use crate::record::Recorder;
-use slamlab_device::news::{Devices, explain};
-use slamlab_device::robot_side::RobotSide;
+use slamlab_core::device::news::{Devices, explain};
+use slamlab_core::device::robot_side::RobotSide;
 
 use crate::safety::{ClientId, Input, Output, Safety, SafetyConfig};
 use crate::source::{Event, Order, Running};
@@ -213,6 +213,15 @@ impl Hub {
             && self.safety.is_armed()
         {
             self.order(Order::Command(command));
+        }
+        if let Event::Device {
+            state: DeviceState::Fault,
+            detail,
+            ..
+        } = &event
+            && let Some(device) = self.devices.all().get(usize::from(source))
+        {
+            tracing::warn!("{}: {detail}", device.name);
         }
         if let Some(message) = self.devices.message(source, event) {
             self.tell_all(message);

@@ -16,5 +16,16 @@ mod source;
 
 pub use line::{Line, LineError, Received};
 pub use open::{OpenError, PortSettings};
-pub use slamlab_device::{Device, Ld06, Rp6, Rplidar, Want};
+use slamlab_core::device::Weight;
+pub use slamlab_core::device::{Device, Ld06, Rp6, Rplidar, Want};
 pub use source::{Retry, SerialSource};
+
+/// Writes a device's note into the log.
+pub(crate) fn note(device: &str, weight: Weight, text: &str) {
+    match weight {
+        Weight::Detail => tracing::debug!("{device}: {text}"),
+        Weight::Info => tracing::info!("{device}: {text}"),
+        Weight::Warning => tracing::warn!("{device}: {text}"),
+        Weight::Error => tracing::error!("{device}: {text}"),
+    }
+}

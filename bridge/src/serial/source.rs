@@ -7,7 +7,7 @@ use slamlab_core::robot::Stamp;
 
 use super::line::{Line, LineError, Received};
 use super::open::PortSettings;
-use super::{Device, Want};
+use super::{Device, Want, note};
 use crate::source::{Port, Profile, Source, Waited};
 
 #[cfg(test)]
@@ -168,6 +168,7 @@ impl<D: Device> Life<D> {
                 Want::Tell(event) => self.port.send(event),
                 Want::Well => self.pause = self.retry.first,
                 Want::Reopen => return Err(Left::Reopen),
+                Want::Note(weight, text) => note(&self.device.profile().name, weight, &text),
             }
         }
         Ok(())
@@ -176,8 +177,10 @@ impl<D: Device> Life<D> {
     /// Tells the bridge what there is to tell, with no line to write to.
     fn tell(&mut self) {
         while let Some(want) = self.device.next_want() {
-            if let Want::Tell(event) = want {
-                self.port.send(event);
+            match want {
+                Want::Tell(event) => self.port.send(event),
+                Want::Note(weight, text) => note(&self.device.profile().name, weight, &text),
+                _ => (),
             }
         }
     }

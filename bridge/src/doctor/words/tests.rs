@@ -6,8 +6,8 @@ use slamlab_core::wire::{ld06, rplidar};
 
 use super::*;
 use crate::serial::{LineError, OpenError};
-use slamlab_device::rp6::words as rp6_words;
-use slamlab_device::rplidar::warning;
+use slamlab_core::device::rp6::words as rp6_words;
+use slamlab_core::device::rplidar::warning;
 
 const GUIDE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/GUIDE.md"));
 

@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use slamlab_core::control::SafeMode;
-use slamlab_core::robot::{Command, Stamp};
-use slamlab_core::wire::message::{DisarmReason, LinkState};
+use crate::control::SafeMode;
+use crate::robot::{Command, Stamp};
+use crate::wire::message::{DisarmReason, LinkState};
 
-use crate::event::{self, Event, Order, Profile};
-use crate::safety::plausible::{Plausible, PlausibleConfig};
+use crate::device::event::{self, Event, Order, Profile};
+use crate::device::safety::plausible::{Plausible, PlausibleConfig};
 
 /// What is known of the robot that takes commands: the first source that has one.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! What is wrong with an RP6, in sentences for whoever stands beside it: each with its cure.
 
-use slamlab_core::wire::rp6::{self, Down};
+use crate::wire::rp6::{self, Down};
 
 /// A boot loader, and nothing behind it.
 pub const NO_PROGRAM: &str =

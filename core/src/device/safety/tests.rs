@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
+use crate::robot::Command;
+use crate::wire::message::{DisarmReason, DriveBody, Motion, RefusalReason, close};
 use proptest::prelude::*;
-use slamlab_core::robot::Command;
-use slamlab_core::wire::message::{DisarmReason, DriveBody, Motion, RefusalReason, close};
 
 use super::*;
 

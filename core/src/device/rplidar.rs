@@ -2,13 +2,13 @@
 
 use std::collections::VecDeque;
 
-use slamlab_core::robot::Stamp;
-use slamlab_core::wire::message::{DeviceState, LinkState};
-use slamlab_core::wire::rplidar::driver::{self, Driver, DriverConfig};
+use crate::robot::Stamp;
+use crate::wire::message::{DeviceState, LinkState};
+use crate::wire::rplidar::driver::{self, Driver, DriverConfig};
 
-use crate::device::{Device, Want};
-use crate::event::{Event, Order, Profile};
-use crate::report::Report;
+use crate::device::event::{Event, Order, Profile};
+use crate::device::line::{Device, Want, Weight};
+use crate::device::report::Report;
 
 /// An RPLIDAR at the other end of a line.
 #[derive(Debug)]
@@ -60,13 +60,12 @@ impl Rplidar {
                     self.state(self.driver.state());
                 }
                 driver::Event::RateUnknown => {
-                    tracing::info!(
-                        "{}: does not tell its rate; 500 µs a reading are taken",
-                        self.name
-                    );
+                    let text = "does not tell its rate; 500 µs a reading are taken".to_owned();
+                    self.wants.push_back(Want::Note(Weight::Info, text));
                 }
                 driver::Event::Restarting(fault) => {
-                    tracing::warn!("{}: {fault}; it is brought up anew", self.name);
+                    let text = format!("{fault}; it is brought up anew");
+                    self.wants.push_back(Want::Note(Weight::Warning, text));
                     self.report.detail = fault.to_string();
                 }
                 driver::Event::Scan(scan) => {

@@ -11,7 +11,7 @@
 //!
 //! Always: armed implies that somebody has the lease, that the robot's link is up, and that no emergency stop is latched.
 //!
-//! [`plausible`] finds what disarms in the robot's own readings; [`slamlab_core::control::SafeMode`] keeps commands off obstacles.
+//! [`plausible`] finds what disarms in the robot's own readings; [`crate::control::SafeMode`] keeps commands off obstacles.
 
 pub mod plausible;
 mod rules;
@@ -20,11 +20,9 @@ mod tests;
 
 use std::time::Duration;
 
-use slamlab_core::wire::message::{
-    DisarmReason, DriveBody, Header, Lease, RefusalReason, ToBridge,
-};
+use crate::wire::message::{DisarmReason, DriveBody, Header, Lease, RefusalReason, ToBridge};
 
-use crate::event::Order;
+use crate::device::event::Order;
 
 /// Number of a connection, never used again.
 pub type ClientId = u32;

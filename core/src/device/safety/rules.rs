@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use slamlab_core::robot::Command;
-use slamlab_core::wire::message::{DisarmReason, DriveBody, Lease, Motion, RefusalReason, close};
+use crate::robot::Command;
+use crate::wire::message::{DisarmReason, DriveBody, Lease, Motion, RefusalReason, close};
 
 use super::{Asked, Client, ClientId, Holder, Output, Safety};
-use crate::event::Order;
+use crate::device::event::Order;
 
 const STOP: Output = Output::Order(Order::Command(Command::Stop));
 

@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use slamlab_core::robot::Stamp;
-use slamlab_core::wire::rp6;
+use crate::robot::Stamp;
+use crate::wire::rp6;
 
 use super::robot::Motion;
 use super::{ALIVE, FORGOTTEN, Rp6};
-use crate::event::Event;
+use crate::device::event::Event;
 
 impl Rp6 {
     pub(super) fn acknowledged(&mut self, command: rp6::Command, now: Stamp) {

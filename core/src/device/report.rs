@@ -1,10 +1,10 @@
 //! What the bridge is told of a device and its line, only when there is something to tell.
 
-use slamlab_core::robot::Stamp;
-use slamlab_core::wire::Tally;
-use slamlab_core::wire::message::{DeviceState, LinkState};
+use crate::robot::Stamp;
+use crate::wire::Tally;
+use crate::wire::message::{DeviceState, LinkState};
 
-use crate::event::{Event, Link};
+use crate::device::event::{Event, Link};
 
 /// Seconds between two reports of a line that does not change.
 const NOW_AND_THEN: f64 = 1.0;

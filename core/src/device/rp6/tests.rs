@@ -1,8 +1,8 @@
 //! A robot of a few frames: what the bridge is told of its sweeps.
 
-use slamlab_core::robot::Adc;
-use slamlab_core::sim::sensors::Sharp;
-use slamlab_core::wire::rp6::{
+use crate::robot::Adc;
+use crate::sim::sensors::Sharp;
+use crate::wire::rp6::{
     Capabilities, Decoder, PROTOCOL, Report as Said, ResetCause, State, Verdict, encode,
 };
 

@@ -10,10 +10,10 @@
 
 use std::time::Duration;
 
-use slamlab_core::robot::{Command, Odometry};
-use slamlab_core::wire::message::DisarmReason;
+use crate::robot::{Command, Odometry};
+use crate::wire::message::DisarmReason;
 
-use crate::event::Order;
+use crate::device::event::Order;
 
 /// The limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -184,9 +184,9 @@ impl Plausible {
 
 #[cfg(test)]
 mod tests {
+    use crate::geom::Pose2;
+    use crate::robot::Stamp;
     use nalgebra::Matrix3;
-    use slamlab_core::geom::Pose2;
-    use slamlab_core::robot::Stamp;
 
     use super::*;
 

@@ -1,8 +1,8 @@
 //! An RP6 that answers: what is remembered of it until its link breaks.
 
-use slamlab_core::robot::Stamp;
-use slamlab_core::wire::ClockMap;
-use slamlab_core::wire::rp6::{self, Hello, Odometer, Report, Telemetry};
+use crate::robot::Stamp;
+use crate::wire::ClockMap;
+use crate::wire::rp6::{self, Hello, Odometer, Report, Telemetry};
 
 use super::sweeps::Sweeps;
 

@@ -1,6 +1,6 @@
 //! Robot, sensors and rules for one who drives in the same program: what the bridge is for many, without network and threads.
 //!
-//! In: bytes of the lines, messages of the one client ([`slamlab_core::wire::message::ToBridge`]), and the time. Out: what the devices want
+//! In: bytes of the lines, messages of the one client ([`crate::wire::message::ToBridge`]), and the time. Out: what the devices want
 //! done ([`Want`]), and messages for the client, the very ones of a bridge.
 //!
 //! 1. Devices stand at lines by number, in the order given; the first with a robot takes the orders.
@@ -12,18 +12,18 @@
 
 use std::time::Duration;
 
-use slamlab_core::robot::Stamp;
-use slamlab_core::wire::message::{
+use crate::robot::Stamp;
+use crate::wire::message::{
     BridgeHeartbeat, BridgeHello, CHALLENGE_BYTES, ErrandBody, Event as News, Format, FromBridge,
     Header, MessageError, ProbeAnswer, RobotFigures, SCHEMA, SafetyBody, Severity, ToBridge,
     Watching, Welcome, decode, encode,
 };
 
-use crate::event::{self, Event, Order, Profile};
-use crate::news::{Devices, explain};
-use crate::robot_side::RobotSide;
-use crate::safety::{Asked, Client, ClientId, Input, Output, Safety, SafetyConfig};
-use crate::{Device, Want};
+use crate::device::event::{self, Event, Order, Profile};
+use crate::device::news::{Devices, explain};
+use crate::device::robot_side::RobotSide;
+use crate::device::safety::{Asked, Client, ClientId, Input, Output, Safety, SafetyConfig};
+use crate::device::{Device, Want, Weight};
 
 /// The one who drives.
 const CLIENT: ClientId = 1;
@@ -152,6 +152,7 @@ impl Near {
         while let Some(want) = self.devices.get_mut(line)?.next_want() {
             match want {
                 Want::Tell(event) => self.event(line as u8, event),
+                Want::Note(weight, text) => self.note(line, weight, &text),
                 other => return Some(other),
             }
         }
@@ -257,7 +258,18 @@ impl Near {
         }
     }
 
-    fn fault(&mut self, reason: slamlab_core::wire::message::DisarmReason) {
+    /// What does not go as it should stands in the page's log.
+    fn note(&mut self, line: usize, weight: Weight, text: &str) {
+        let severity = match weight {
+            Weight::Detail | Weight::Info => return,
+            Weight::Warning => Severity::Warning,
+            Weight::Error => Severity::Error,
+        };
+        let text = format!("{}: {text}", self.profiles[line].name);
+        self.tell(&FromBridge::Event(News { severity, text }));
+    }
+
+    fn fault(&mut self, reason: crate::wire::message::DisarmReason) {
         self.rule(Input::Fault(reason));
         let (severity, text) = (Severity::Error, explain(reason).to_owned());
         self.tell(&FromBridge::Event(News { severity, text }));
@@ -329,10 +341,9 @@ impl Near {
             sequence: self.sequence,
             micros: self.now.as_micros() as u64,
         };
-        match encode(header, message, Format::Binary) {
-            Ok(bytes) => self.outgoing.push(bytes),
-            Err(error) => tracing::error!("a message for the page cannot be written: {error}"),
-        }
+        // One that could not be written leaves a gap in the sequence.
+        self.outgoing
+            .extend(encode(header, message, Format::Binary).ok());
     }
 
     fn stamp(&self) -> Stamp {

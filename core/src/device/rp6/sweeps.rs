@@ -6,9 +6,9 @@
 //!
 //! The rangers are taken to be the long ones that the simulated robot has; their characteristic is fitted to the same pairs.
 
-use slamlab_core::robot::Scan;
-use slamlab_core::sim::sensors::{RangerModel, SensorError};
-use slamlab_core::wire::rp6::{Hello, Ranger, RangerFigures, SweepReader, Telemetry};
+use crate::robot::Scan;
+use crate::sim::sensors::{RangerModel, SensorError};
+use crate::wire::rp6::{Hello, Ranger, RangerFigures, SweepReader, Telemetry};
 
 /// Counts of a track, about 5 mm, beyond which the robot did not stand.
 const STOOD: u32 = 20;

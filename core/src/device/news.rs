@@ -1,12 +1,12 @@
 //! What becomes of an event on its way to clients.
 
-use slamlab_core::robot::Stamp;
-use slamlab_core::wire::message::{
+use crate::robot::Stamp;
+use crate::wire::message::{
     BatteryBody, BumpersBody, CurrentsBody, Device, DeviceState, DisarmReason, FromBridge,
     LinkBody, OdometryBody, RangersBody, ScanBody,
 };
 
-use crate::event::{Event, Profile};
+use crate::device::event::{Event, Profile};
 
 /// Robot and sensors, as clients know them.
 #[derive(Clone, Debug, Default)]
@@ -86,9 +86,6 @@ impl Devices {
         detail: String,
     ) -> Option<FromBridge> {
         let device = self.0.get_mut(usize::from(source))?;
-        if state == DeviceState::Fault {
-            tracing::warn!("{}: {detail}", device.name);
-        }
         (device.state, device.detail) = (state, detail);
         if !model.is_empty() {
             device.model = model;

@@ -4,21 +4,21 @@
 //!    repeated when the robot came back: orders to move must have ceased for 0.3 seconds once.
 //! 2. While the robot is under way, a sign of life goes to it ten times a second, for its own watchdog. Speeds are given
 //!    anew all the time by whoever drives; where none came for a quarter of a second the source itself stops the robot.
-//! 3. The robot's stamps are put on the bridge's clock ([`slamlab_core::wire::ClockMap`]), on which the scans of other devices are.
+//! 3. The robot's stamps are put on the bridge's clock ([`crate::wire::ClockMap`]), on which the scans of other devices are.
 //! 4. Each sweep of its rangers becomes a scan, on that clock too.
 //! 5. An emergency stop is remembered while nobody answers, and given again to a robot that comes back.
 
 use std::collections::VecDeque;
 
-use slamlab_core::robot::{Command, Odometry, RobotModel, Scan, Stamp};
-use slamlab_core::wire::Tally;
-use slamlab_core::wire::message::{DeviceState, LinkState, RangerReading};
-use slamlab_core::wire::rp6::Down;
-use slamlab_core::wire::rp6::{self, Hello, Link, LinkConfig, Phase, Ranger, Telemetry};
+use crate::robot::{Command, Odometry, RobotModel, Scan, Stamp};
+use crate::wire::Tally;
+use crate::wire::message::{DeviceState, LinkState, RangerReading};
+use crate::wire::rp6::Down;
+use crate::wire::rp6::{self, Hello, Link, LinkConfig, Phase, Ranger, Telemetry};
 
-use crate::device::{Device, Want};
-use crate::event::{Event, Order, Profile};
-use crate::report::Report;
+use crate::device::event::{Event, Order, Profile};
+use crate::device::line::{Device, Want, Weight};
+use crate::device::report::Report;
 
 mod errand;
 mod robot;
@@ -84,7 +84,7 @@ impl Rp6 {
                 rp6::Event::Ranger(ranger) => self.ranger(&ranger),
                 rp6::Event::Acknowledged { command, .. } => self.acknowledged(command, now),
                 rp6::Event::Dropped(command) => {
-                    tracing::debug!("{}: {command:?} given up", self.name)
+                    self.note(Weight::Detail, format!("{command:?} given up"));
                 }
             }
         }
@@ -101,7 +101,7 @@ impl Rp6 {
         self.report.detail.clear();
         self.was_boot_loader = false;
         let sweeps = Sweeps::of(hello).unwrap_or_else(|error| {
-            tracing::error!("{}: no scans of its rangers: {error}", self.name);
+            self.note(Weight::Error, format!("no scans of its rangers: {error}"));
             None
         });
         self.robot = Some(Robot::new(hello, sweeps, now));
@@ -174,7 +174,7 @@ impl Rp6 {
         }
         match odometry.validate() {
             Ok(()) => self.tell(Event::Odometry(odometry)),
-            Err(error) => tracing::warn!("{}: {error}", self.name),
+            Err(error) => self.note(Weight::Warning, error.to_string()),
         }
         let events = touches.into_iter().chain(battery);
         self.wants.extend(events.map(Want::Tell));
@@ -232,8 +232,12 @@ impl Rp6 {
         scan.stamp = stamp;
         match scan.validate() {
             Ok(()) => self.tell(Event::Scan(scan)),
-            Err(error) => tracing::warn!("{}: {error}", self.name),
+            Err(error) => self.note(Weight::Warning, error.to_string()),
         }
+    }
+
+    fn note(&mut self, weight: Weight, text: String) {
+        self.wants.push_back(Want::Note(weight, text));
     }
 
     /// Gives a command to the link; what it does not take has a reason that the log keeps.
@@ -244,7 +248,7 @@ impl Rp6 {
             robot.asked = Some((command, now));
         }
         if let Err(error) = self.link.command(command, now) {
-            tracing::debug!("{}: {command:?} not taken: {error}", self.name);
+            self.note(Weight::Detail, format!("{command:?} not taken: {error}"));
         }
     }
 
@@ -252,7 +256,7 @@ impl Rp6 {
         let wire = match rp6::Command::try_from(command) {
             Ok(wire) => wire,
             Err(error) => {
-                tracing::warn!("{}: {error}; stopped", self.name);
+                self.note(Weight::Warning, format!("{error}; stopped"));
                 rp6::Command::Stop
             }
         };

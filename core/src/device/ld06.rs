@@ -2,14 +2,14 @@
 
 use std::collections::VecDeque;
 
-use slamlab_core::robot::Stamp;
-use slamlab_core::wire::ld06::driver::{self, Driver};
-use slamlab_core::wire::message::{DeviceState, LinkState};
-use slamlab_core::wire::revolution::RevolutionConfig;
+use crate::robot::Stamp;
+use crate::wire::ld06::driver::{self, Driver};
+use crate::wire::message::{DeviceState, LinkState};
+use crate::wire::revolution::RevolutionConfig;
 
-use crate::device::{Device, Want};
-use crate::event::{Event, Order, Profile};
-use crate::report::Report;
+use crate::device::event::{Event, Order, Profile};
+use crate::device::line::{Device, Want};
+use crate::device::report::Report;
 
 /// An LD06 or LD19 at the other end of a line. It cannot be told anything: its motor runs while it has power.
 #[derive(Debug)]

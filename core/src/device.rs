@@ -14,9 +14,9 @@
 //! The bridge gives each line two threads and joins many clients; a page with Web Serial has the lines and is the only client.
 //! Both run this code.
 
-mod device;
 pub mod event;
 mod ld06;
+mod line;
 mod near;
 pub mod news;
 mod report;
@@ -25,8 +25,8 @@ pub mod rp6;
 pub mod rplidar;
 pub mod safety;
 
-pub use device::{Device, Want};
 pub use ld06::Ld06;
+pub use line::{Device, Want, Weight};
 pub use near::Near;
 pub use rp6::Rp6;
 pub use rplidar::Rplidar;

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use slamlab_core::robot::{Command, Odometry, RobotModel, Scan, Stamp};
-use slamlab_core::wire::message::{DeviceState, LinkState, RangerReading};
+use crate::robot::{Command, Odometry, RobotModel, Scan, Stamp};
+use crate::wire::message::{DeviceState, LinkState, RangerReading};
 
 /// What a source says. Stamps of one program's serial devices are all on one clock; a simulated robot and a recording have
 /// their own.

@@ -1,8 +1,8 @@
 //! What sits at the other end of a line, without any I/O.
 
-use slamlab_core::robot::Stamp;
+use crate::robot::Stamp;
 
-use crate::event::{Event, Order, Profile};
+use crate::device::event::{Event, Order, Profile};
 
 /// A device at the other end of a line. Time counts on the bridge's clock, the same for all devices; stamps of what a device
 /// tells are on that clock too, whatever its own says.
@@ -48,4 +48,19 @@ pub enum Want {
     Well,
     /// Close the line and begin anew after a pause.
     Reopen,
+    /// Write this in the log of whoever has the line.
+    Note(Weight, String),
+}
+
+/// How much a note of a device matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weight {
+    /// To one who looks for an error.
+    Detail,
+    /// Good to know.
+    Info,
+    /// Something does not go as it should.
+    Warning,
+    /// Something cannot be done.
+    Error,
 }
