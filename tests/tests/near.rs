@@ -2,6 +2,7 @@
 //! protocol. What the bridge promises holds here too.
 #![cfg(not(target_family = "wasm"))] // the device at the other end is native
 #![allow(missing_docs)] // a test binary has no public interface
+#![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
 
 use std::time::Duration;
 
