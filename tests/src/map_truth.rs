@@ -184,6 +184,6 @@ mod tests {
         let (world, pgm, yaml) = drawn(0.0);
         let told = |pgm: &[u8], yaml: &str| compare(&world, pgm, yaml).unwrap_err().to_string();
         assert!(told(&pgm[..99], &yaml).contains("the header promises 120 x 100 pixels"));
-        assert!(told(&pgm, "x: 1").contains("the key `image` is missing"));
+        assert!(told(&pgm, "x: 1").contains("the key `resolution` is missing"));
     }
 }

@@ -185,10 +185,16 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     for path in entries.filter_map(|entry| entry.ok().map(|entry| entry.path())) {
         if path.is_dir() {
             collect(&path, files);
-        } else if path.extension().is_some_and(|ending| ending == "rs") {
+        } else if path.extension().is_some_and(|ending| ending == "rs") && !is_for_tests(&path) {
             files.push(path);
         }
     }
+}
+
+/// Files of tests may use what comes later, as items of tests may.
+fn is_for_tests(path: &Path) -> bool {
+    let ends = |name: &std::ffi::OsStr| name.to_string_lossy().ends_with("tests");
+    path.file_stem().is_some_and(ends) || path.parent().and_then(Path::file_name).is_some_and(ends)
 }
 
 #[test]

@@ -4,8 +4,9 @@
 //! walks, or who walked a few seconds ago and may walk on.
 //!
 //! 1. A hit has entered free room when an older scan looked past it: all beams in its direction, and a little to either side for the
-//!    odometry since, went on behind it. What was hidden then has not entered, and nor has what lay in a gap between beams.
-//! 2. Two such hits beside each other are a place where somebody walks. One alone may be noise.
+//!    odometry since, went on behind it. What was hidden then has not entered, and nor has what lay in a gap between beams. Beams of a
+//!    robot that drives do not begin at one place: what that shifts is allowed for, or each edge that comes in sight would walk.
+//! 2. Two such hits beside each other, in two scans, are a place where somebody walks. One alone may be noise.
 //! 3. Hits near such a place belong to it. It is forgotten when nothing is near it any more, and [`WalkerConfig::memory`] after
 //!    somebody was last seen to walk there, a second for each scan that saw them walk: who only paused may walk on, and what only
 //!    seemed to have moved is forgotten soon.
@@ -61,6 +62,8 @@ const DRIFT: f64 = 0.06;
 const TURN_DRIFT: f64 = 0.32;
 /// Whoever was seen to walk in few scans is not remembered for long, s for each: it may have been an error of the odometry.
 const PER_SIGHTING: f64 = 1.0;
+/// Scans that must have seen somebody walk: one alone may be an error of the odometry.
+const CONFIRMED: u32 = 2;
 /// Widest direction that is compared, to either side, rad.
 const SEAM: f64 = 0.5;
 /// Least number of beams that have to look past a hit.
@@ -86,6 +89,8 @@ struct Past {
     /// Bearing and range from the sensor, by bearing; those within [`SEAM`] of ±π twice, a turn apart.
     beams: Vec<(f64, f64)>,
     spacing: f64,
+    /// How far from `sensor` beams began: the robot drove during the sweep, m.
+    parallax: f64,
 }
 
 /// Where somebody walked, robot frame now, and when.
@@ -120,7 +125,7 @@ impl Walkers {
         }
         let near = |p: &Point2<f64>| (p - points.sensor_in_robot).norm() < self.config.reach;
         let hits: Vec<Point2<f64>> = points.hits().map(|b| b.end_in_robot).filter(near).collect();
-        self.see_walking(&hits, points.stamp);
+        self.see_walking(&hits, parallax(points), points.stamp);
         self.keep_places(&hits, points.stamp);
         self.past.extend(Past::of(points));
         if self.past.len() > KEPT {
@@ -135,9 +140,13 @@ impl Walkers {
     }
 
     /// Steps 1 and 2.
-    fn see_walking(&mut self, hits: &[Point2<f64>], now: Stamp) {
+    fn see_walking(&mut self, hits: &[Point2<f64>], blur: f64, now: Stamp) {
         let behind = self.config.behind;
-        let looked_past = |hit| self.past.iter().any(|past| past.looked_past(hit, behind));
+        let looked_past = |hit| {
+            self.past
+                .iter()
+                .any(|past| past.looked_past(hit, behind, blur))
+        };
         let known = self.places.clone();
         let mut before: Option<Point2<f64>> = None;
         for hit in hits {
@@ -175,7 +184,7 @@ impl Walkers {
         }
         self.places = kept;
         let is_theirs = |hit: &&Point2<f64>| {
-            let mut places = self.places.iter();
+            let mut places = self.places.iter().filter(|p| p.sightings >= CONFIRMED);
             places.any(|place| (place.at - **hit).norm() < size)
         };
         self.points = hits.iter().filter(is_theirs).copied().collect();
@@ -215,19 +224,20 @@ impl Past {
             sensor,
             beams,
             spacing,
+            parallax: parallax(points),
         })
     }
 
     /// Whether all beams towards a point (robot frame now) went on behind it.
-    fn looked_past(&self, point: Point2<f64>, behind: f64) -> bool {
+    fn looked_past(&self, point: Point2<f64>, behind: f64, blur: f64) -> bool {
         let to = self.now_from_then.inverse() * point - self.sensor;
         let (distance, bearing) = (to.norm(), libm::atan2(to.y, to.x));
         let moved = &self.now_from_then;
         let (turned, way) = (moved.heading().abs(), moved.position().coords.norm());
-        let half =
-            1.6 * self.spacing + TURN_DRIFT * turned.sqrt() + DRIFT * way / distance.max(0.1);
+        let blur = DRIFT * way + self.parallax + blur;
+        let half = 1.6 * self.spacing + TURN_DRIFT * turned.sqrt() + blur / distance.max(0.1);
         let half = half.min(SEAM);
-        let farther = distance + behind + DRIFT * way;
+        let farther = distance + behind + blur;
         let first = self.beams.partition_point(|beam| beam.0 < bearing - half);
         let beside = || {
             self.beams[first..]
@@ -240,3 +250,11 @@ impl Past {
 
 #[cfg(test)]
 mod tests;
+
+/// How far from the sensor's place at the end of a sweep its beams began, m.
+fn parallax(points: &Points) -> f64 {
+    let begins = points.beams.iter().map(|beam| beam.origin_in_robot);
+    begins
+        .map(|begin| (begin - points.sensor_in_robot).norm())
+        .fold(0.0, f64::max)
+}
