@@ -447,9 +447,11 @@ impl State {
             _ => (SlamConfig::default(), PilotConfig::default()),
         };
         // Without wheels, lines alone do not tell how far along a corridor the sensor was carried.
-        let method = match figures {
-            Some(_) => config.method,
-            None => Method::ScanMatching,
+        let method = match (&figures, config.method) {
+            // A bridge has no map to hand out.
+            (Some(_), Method::KnownMap) => Method::LineEkf,
+            (Some(_), method) => method,
+            (None, _) => Method::ScanMatching,
         };
         let model = figures.as_ref().and_then(RobotFigures::model);
         let model = model.unwrap_or_else(RobotModel::pioneer);

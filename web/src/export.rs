@@ -89,7 +89,12 @@ impl Files {
                 MapImage::Png,
                 &format!("{stem}-map.png"),
             ),
-            "map-raw" => Self::map(slam, MapMode::Raw, MapImage::Pgm, &format!("{stem}.pgm")),
+            "map-raw" => Self::map(
+                slam,
+                MapMode::Raw,
+                MapImage::Pgm,
+                &format!("{stem}-raw.pgm"),
+            ),
             "og-map" => {
                 let text = og_map::write(&og_map::of_grid(slam.grid())?);
                 Ok(Self::default().with("OGmap.txt", "text/plain", text))

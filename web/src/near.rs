@@ -67,9 +67,10 @@ impl WebNear {
         self.near.opened(micros(now), line as usize);
     }
 
-    /// Bytes came on a line.
-    pub fn received(&mut self, now: f64, line: u32, bytes: &[u8]) {
-        self.near.received(micros(now), line as usize, bytes);
+    /// Bytes that came on a line at `came`.
+    pub fn received(&mut self, now: f64, came: f64, line: u32, bytes: &[u8]) {
+        self.near
+            .received(micros(now), micros(came), line as usize, bytes);
     }
 
     /// A line broke, or could not be opened; `why` says cause and cure.

@@ -18,6 +18,8 @@ export class Client {
   /** The recording that is shown, and the one that is being read. */
   #recording: File | null = null;
   #opening: File | null = null;
+  /** What a building that is about to start was read without. */
+  #leftOut = "";
   #bridge: { url: string; token: string } | null = null;
   readonly #ports = new SerialPorts((command, transfer) => this.send(command, transfer));
   /** Called when a run begins, before its first frame. */
@@ -320,6 +322,11 @@ export class Client {
         store.started = { ...store.setup };
         this.send({ kind: "settings", sensor: store.setup.sensor, settings: store.setup.settings });
         this.onStart();
+        if (this.#leftOut !== "") {
+          store.note({ time: 0, level: "warn", text: this.#leftOut });
+          store.set("toast", { toast: { level: "warn", text: this.#leftOut } });
+          this.#leftOut = "";
+        }
         break;
       case "frame":
         if (answer.run !== this.#run) break;
@@ -371,7 +378,7 @@ export class Client {
       case "built": {
         const { name, worldJson, leftOut } = answer;
         this.start({ world: name, worldJson, mode: "explore" });
-        if (leftOut.length > 0) store.set("toast", { toast: { level: "warn", text: `${name}: left out ${leftOut.join(", ")}.` } });
+        this.#leftOut = leftOut.length > 0 ? `${name}: left out ${leftOut.join(", ")}.` : "";
         break;
       }
       case "saved":
@@ -402,5 +409,5 @@ function tokenOf(where: Location): string {
 
 /** Settings that a recording knows too: it has its own sensor and its own odometry. */
 function estimationOnly(settings: SettingValues): SettingValues {
-  return Object.fromEntries(Object.entries(settings).filter(([key]) => /^(points|lines|ekf|match|grid|evidence)\./.test(key)));
+  return Object.fromEntries(Object.entries(settings).filter(([key]) => /^(points|near|lines|ekf|match|grid|evidence)\./.test(key)));
 }

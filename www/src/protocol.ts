@@ -181,6 +181,8 @@ export interface LineEvent {
   line: number;
   event: "opened" | "bytes" | "broken";
   bytes?: Uint8Array;
+  /** When they came, ms since 1970: the worker may be busy when they do. */
+  came?: number;
   /** Why it broke: cause and cure. */
   why?: string;
 }

@@ -30,6 +30,8 @@ class Line {
   writer: WritableStreamDefaultWriter<Uint8Array> | null = null;
   retry: ReturnType<typeof setTimeout> | null = null;
   tries = 0;
+  /** From the moment that it breaks until it is opened again. */
+  isBroken = false;
   /** The run that uses it has ended. */
   isLeft = false;
   /** When all that was written is sent and the port is closed. */
@@ -100,14 +102,15 @@ export class SerialPorts {
       line.isLeft = true;
       void shut(line).then(line.isClosed);
     } else if (want === "reopen") {
-      void this.#broke(number, line, "The device is started anew.");
+      // Its fault stands until it is open again.
+      if (line.reader !== null) void this.#broke(number, line, null);
     } else {
       line.tries = 0;
     }
   }
 
   async #open(number: number, line: Line): Promise<void> {
-    line.retry = null;
+    [line.retry, line.isBroken] = [null, false];
     try {
       await line.port.open({ baudRate: line.baud, bufferSize: 4096 });
       if (line.isLeft) return await shut(line);
@@ -120,23 +123,24 @@ export class SerialPorts {
         const { value, done } = await line.reader.read();
         if (done) throw new Error("the port gives nothing any more: look at the cable");
         const bytes = value.slice();
-        this.#send({ kind: "line", line: number, event: "bytes", bytes }, [bytes.buffer]);
+        this.#send({ kind: "line", line: number, event: "bytes", bytes, came: performance.timeOrigin + performance.now() }, [bytes.buffer]);
       }
     } catch (error) {
       await this.#broke(number, line, error instanceof Error ? error.message : String(error));
     }
   }
 
-  /** Tells that a line broke, and tries it again after a while. */
-  async #broke(number: number, line: Line, why: string): Promise<void> {
-    if (line.isLeft || line.retry !== null) return;
+  /** Tells that a line broke, if there is a reason to tell, and tries it again after a while. */
+  async #broke(number: number, line: Line, why: string | null): Promise<void> {
+    if (line.isLeft || line.isBroken) return;
+    line.isBroken = true;
     const wait = RETRY_MILLIS[Math.min(line.tries, RETRY_MILLIS.length - 1)];
     line.tries += 1;
-    line.retry = setTimeout(() => void this.#open(number, line), wait);
-    this.#send({ kind: "line", line: number, event: "broken", why });
+    if (why !== null) this.#send({ kind: "line", line: number, event: "broken", why });
     const { reader, writer, port } = line;
     [line.reader, line.writer] = [null, null];
     await shut({ reader, writer, port, retry: null });
+    if (!line.isLeft) line.retry = setTimeout(() => void this.#open(number, line), wait);
   }
 }
 

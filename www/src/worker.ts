@@ -349,14 +349,16 @@ function handle(command: Command): void {
     case "preset":
       try {
         const { name, keys, values } = read_preset(new Uint8Array(command.bytes));
+        // Keys and ranges are looked at before anything takes them.
+        for (const setting of setting_list("lidar", keys, values)) setting.free();
         post({ kind: "preset", name, settings: Object.fromEntries(keys.map((key, i) => [key, values[i] ?? NaN])) });
       } catch (error) {
         refuse(command.name, error);
       }
       break;
     case "tell":
+      bridge?.tell(command.settings, command.twin);
       told = { settings: command.settings, twin: command.twin };
-      bridge?.tell(told.settings, told.twin);
       stale = true;
       show();
       break;

@@ -40,7 +40,7 @@ fn is_folder(path: &Path) -> bool {
     path.is_dir() || path.to_string_lossy().ends_with(['/', MAIN_SEPARATOR])
 }
 
-/// `slamlab-2026-11-21T09-05-07Z`: sorted by name is sorted by time, and every file system takes it.
+/// `slamlab-2026-11-21T09-05-07Z`: sorted by name is sorted by second, and every file system takes it.
 fn stem(time_of_day: Duration) -> String {
     let t = time::OffsetDateTime::UNIX_EPOCH + time_of_day;
     let (year, month, day) = t.to_calendar_date();

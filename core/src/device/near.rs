@@ -10,6 +10,7 @@
 //!
 //! Time is that of the caller, from any beginning; all devices are on it.
 
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use crate::robot::Stamp;
@@ -33,6 +34,10 @@ const HEARTBEAT: Duration = Duration::from_millis(100);
 /// Robot, sensors and rules for one client.
 pub struct Near {
     devices: Vec<Box<dyn Device>>,
+    /// Which lines are open: a device behind a closed one is not asked what it makes of the silence.
+    is_open: Vec<bool>,
+    /// What devices wanted before their newest order.
+    waiting: Vec<VecDeque<Want>>,
     news: Devices,
     robot: RobotSide,
     safety: Safety,
@@ -59,6 +64,8 @@ impl Near {
             news: Devices::new(&profiles),
             robot: RobotSide::new(&profiles.iter()),
             safety: Safety::new(SafetyConfig::default()),
+            is_open: vec![false; devices.len()],
+            waiting: vec![VecDeque::new(); devices.len()],
             devices,
             profiles,
             now: Duration::ZERO,
@@ -98,19 +105,21 @@ impl Near {
 
     /// A line was opened.
     pub fn opened(&mut self, now: Duration, line: usize) {
+        self.set_open(line, true);
         self.at(now, line, |device, stamp| device.opened(stamp));
     }
 
-    /// Bytes came on a line.
-    pub fn received(&mut self, now: Duration, line: usize, bytes: &[u8]) {
+    /// Bytes that came on a line at `came`, which is before now where somebody was busy meanwhile: readings are dated by it.
+    pub fn received(&mut self, now: Duration, came: Duration, line: usize, bytes: &[u8]) {
         self.at(now, line, |device, stamp| {
-            device.receive(bytes, stamp);
+            device.receive(bytes, stamp_of(came.min(now)));
             device.tick(stamp);
         });
     }
 
     /// A line broke, or could not be opened; `why` says cause and cure.
     pub fn broken(&mut self, now: Duration, line: usize, why: &str) {
+        self.set_open(line, false);
         self.at(now, line, |device, _| device.broken(why.to_owned()));
     }
 
@@ -128,7 +137,7 @@ impl Near {
     pub fn tick(&mut self, now: Duration) {
         self.now = now;
         let stamp = self.stamp();
-        for device in &mut self.devices {
+        for (device, _) in (self.devices.iter_mut().zip(&self.is_open)).filter(|(_, open)| **open) {
             device.tick(stamp);
         }
         self.rule(Input::Tick);
@@ -149,14 +158,23 @@ impl Near {
 
     /// What the device at a line wants done next with its line.
     pub fn next_want(&mut self, line: usize) -> Option<Want> {
-        while let Some(want) = self.devices.get_mut(line)?.next_want() {
+        while let Some(want) = self.waiting_or_next(line) {
             match want {
                 Want::Tell(event) => self.event(line as u8, event),
                 Want::Note(weight, text) => self.note(line, weight, &text),
+                Want::Reopen => {
+                    self.set_open(line, false);
+                    return Some(Want::Reopen);
+                }
                 other => return Some(other),
             }
         }
         None
+    }
+
+    fn waiting_or_next(&mut self, line: usize) -> Option<Want> {
+        let waiting = self.waiting.get_mut(line)?.pop_front();
+        waiting.or_else(|| self.devices[line].next_want())
     }
 
     /// Takes a message of the client.
@@ -211,12 +229,22 @@ impl Near {
         };
         self.rule(Input::Asks(client, asked));
         if matches!(message, ToBridge::Drive(body) if body.motion.is_errand()) {
-            self.errand_over();
-            self.errand = Some(header.sequence);
-            self.tell_errand(true);
-            if !self.gave_errand {
+            if self.gave_errand {
                 self.errand_over();
+                self.errand = Some(header.sequence);
+                self.tell_errand(true);
+            } else {
+                // Refused: it is over, and the one under way goes on.
+                let under_way = self.errand.replace(header.sequence);
+                self.tell_errand(false);
+                self.errand = under_way;
             }
+        }
+    }
+
+    fn set_open(&mut self, line: usize, open: bool) {
+        if let Some(is_open) = self.is_open.get_mut(line) {
+            *is_open = open;
         }
     }
 
@@ -231,7 +259,7 @@ impl Near {
     fn event(&mut self, line: u8, event: Event) {
         let consequence = self.robot.event(self.now, line, &event);
         if let Event::Busy { busy, .. } = event {
-            // Nothing waits between an order and its device here: what it says comes after the newest order.
+            // What a device said of its rest before an order is forgotten when the order is given: this comes after it.
             if !busy && self.robot.source() == Some(usize::from(line)) {
                 self.errand_over();
             }
@@ -295,7 +323,11 @@ impl Near {
         self.robot.ordered(&order);
         let stamp = self.stamp();
         let line = self.robot.source();
-        if let Some(device) = line.and_then(|line| self.devices.get_mut(line)) {
+        if let Some((line, device)) = line.and_then(|l| Some((l, self.devices.get_mut(l)?))) {
+            let before = std::iter::from_fn(|| device.next_want());
+            let is_rest = |want: &Want| matches!(want, Want::Tell(Event::Busy { busy: false, .. }));
+            self.waiting[line].extend(before);
+            self.waiting[line].retain(|want| !is_rest(want));
             device.order(order, stamp);
             self.gave_errand = order.is_errand();
         }
@@ -347,8 +379,12 @@ impl Near {
     }
 
     fn stamp(&self) -> Stamp {
-        Stamp(self.now.as_micros() as u64)
+        stamp_of(self.now)
     }
+}
+
+fn stamp_of(time: Duration) -> Stamp {
+    Stamp(time.as_micros() as u64)
 }
 
 impl std::fmt::Debug for Near {

@@ -380,6 +380,8 @@ impl Device for Rp6 {
     fn broken(&mut self, why: String) {
         self.wants.clear();
         self.robot = None;
+        // It would go on to be up until it had been silent for long enough; a line that is opened begins anew.
+        self.link = Link::new(LinkConfig::default(), Stamp(0), self.nonce);
         self.report.detail = why;
         let events = self.report.change(DeviceState::Waiting, LinkState::Down);
         self.wants.extend(events.map(Want::Tell));

@@ -16,6 +16,7 @@
 
 use std::collections::BTreeMap;
 
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 /// Longest file that is read, bytes.
@@ -31,7 +32,7 @@ pub struct PresetFile {
 }
 
 /// A parameter as it is told to people.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FittedLine {
     /// Its name.
     pub name: String,
@@ -71,14 +72,23 @@ pub enum PresetFileError {
     },
 }
 
-#[derive(Serialize, Deserialize)]
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Json {
+struct Read {
     slamlab_preset: u32,
     name: String,
     settings: BTreeMap<String, f64>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    fitted: Vec<FittedLine>,
+    #[serde(default, rename = "fitted")]
+    _for_people: IgnoredAny,
+}
+
+#[derive(Serialize)]
+struct Written<'a> {
+    slamlab_preset: u32,
+    name: &'a str,
+    settings: BTreeMap<&'a str, f64>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    fitted: &'a [FittedLine],
 }
 
 /// Reads a preset file.
@@ -90,7 +100,7 @@ pub fn read(bytes: &[u8]) -> Result<PresetFile, PresetFileError> {
         return Err(PresetFileError::TooLong { bytes });
     }
     let mut json = serde_json::Deserializer::from_slice(bytes);
-    let file: Json =
+    let file: Read =
         serde_path_to_error::deserialize(&mut json).map_err(|error| PresetFileError::Json {
             field: error.path().to_string(),
             source: error.into_inner(),
@@ -112,15 +122,13 @@ pub fn read(bytes: &[u8]) -> Result<PresetFile, PresetFileError> {
 /// like that is a fault of the caller and is left out.
 #[must_use]
 pub fn write(preset: &PresetFile, fitted: &[FittedLine]) -> String {
-    let finite = preset
-        .settings
-        .iter()
-        .filter(|(_, value)| value.is_finite());
-    let json = Json {
+    let settings = preset.settings.iter();
+    let settings = settings.map(|(key, value)| (key.as_str(), *value));
+    let json = Written {
         slamlab_preset: 1,
-        name: preset.name.clone(),
-        settings: finite.cloned().collect(),
-        fitted: fitted.to_vec(),
+        name: &preset.name,
+        settings: settings.filter(|(_, value)| value.is_finite()).collect(),
+        fitted,
     };
     // Strings and finite numbers always can be written.
     let mut text = serde_json::to_string_pretty(&json).unwrap_or_default();
@@ -151,6 +159,8 @@ mod tests {
         let text = write(&preset, &[line]);
         assert_eq!(read(text.as_bytes()).unwrap(), preset);
         assert!(text.contains("\"unknown\": \"\""), "{text}");
+        let by_hand = text.replace("\"unknown\": \"\"", "\"note\": 1");
+        assert_eq!(read(by_hand.as_bytes()).unwrap(), preset);
     }
 
     #[test]

@@ -6,6 +6,7 @@
 
 use crate::estimation::KnownLine;
 use crate::features::LineFeature;
+use crate::geom::sin_cos;
 
 /// A map to be localised in.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,8 +32,15 @@ impl KnownMap {
         let mut loose = *feature;
         let variance = self.sigma * self.sigma;
         let length = feature.length().max(self.sigma);
-        loose.cov[(0, 0)] += 12.0 * variance / (length * length);
-        loose.cov[(1, 1)] += variance;
+        // The direction errs about the middle of the piece; r is that of the foot point, as far along the line.
+        let middle = nalgebra::center(&feature.ends[0], &feature.ends[1]);
+        let (sin, cos) = sin_cos(feature.line.alpha());
+        let along = cos * middle.y - sin * middle.x;
+        let turned = 12.0 * variance / (length * length);
+        loose.cov[(0, 0)] += turned;
+        loose.cov[(0, 1)] += along * turned;
+        loose.cov[(1, 0)] += along * turned;
+        loose.cov[(1, 1)] += variance + along * along * turned;
         loose
     }
 }

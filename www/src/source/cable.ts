@@ -30,9 +30,9 @@ export class CableLink implements Link {
   }
 
   /** Something happened at a line. */
-  take({ line, event, bytes, why }: LineEvent): void {
+  take({ line, event, bytes, came, why }: LineEvent): void {
     if (event === "opened") this.#near.opened(micros(), line);
-    else if (event === "bytes" && bytes) this.#near.received(micros(), line, bytes);
+    else if (event === "bytes" && bytes) this.#near.received(micros(), came === undefined ? micros() : 1000 * (came - performance.timeOrigin), line, bytes);
     else if (event === "broken") this.#near.broken(micros(), line, why ?? "the line broke");
     this.flush();
   }

@@ -63,7 +63,9 @@ impl Room {
     /// Distance from the nearest cell where no robot can be, m; 0 outside of the raster and in such cells.
     pub(super) fn clearance(&self, at: Point2<f64>) -> f64 {
         let cell = at / self.resolution;
-        if cell.x < 0.0 || cell.y < 0.0 || cell.x >= self.width as f64 {
+        let rows = self.stands.len() / self.width.max(1);
+        let (width, height) = (self.width as f64, rows as f64);
+        if cell.x < 0.0 || cell.y < 0.0 || cell.x >= width || cell.y >= height {
             return 0.0;
         }
         let index = cell.y as usize * self.width + cell.x as usize;

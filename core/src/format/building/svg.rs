@@ -34,6 +34,8 @@ const MOST_WALLS: usize = 200_000;
 const DEFAULT_UNIT: f64 = 0.01;
 /// How far curves may be off, m.
 const FLATNESS: f64 = 0.005;
+/// No point lies farther from the origin of the drawing, m.
+const FARTHEST: f64 = 1e5;
 /// From the walls to the fence, m.
 const MARGIN: f64 = 1.0;
 /// Cells along the longer side of the raster in which room is looked for.
@@ -191,9 +193,10 @@ impl Plan {
     fn take(
         &mut self,
         node: &Node,
-        path: impl Iterator<Item = PathEl>,
+        path: impl Iterator<Item = PathEl> + Clone,
         pen: &Pen,
     ) -> Result<(), SvgError> {
+        self.check_extent(path.clone())?;
         let mut lines: Vec<(Vec<Point2<f64>>, bool)> = vec![];
         kurbo::flatten(path, FLATNESS, |piece| match piece {
             PathEl::MoveTo(p) => lines.push((vec![Point2::new(p.x, p.y)], false)),
@@ -223,6 +226,33 @@ impl Plan {
             }
         }
         Ok(())
+    }
+
+    /// A curve gives the more straight pieces the larger it is: sizes are checked before there are any.
+    fn check_extent(&self, path: impl Iterator<Item = PathEl>) -> Result<(), SvgError> {
+        let controls = path.flat_map(|piece| match piece {
+            PathEl::MoveTo(p) | PathEl::LineTo(p) => vec![p],
+            PathEl::QuadTo(p, q) => vec![p, q],
+            PathEl::CurveTo(p, q, r) => vec![p, q, r],
+            PathEl::ClosePath => vec![],
+        });
+        // A number that is none is no place either.
+        let farthest = |far: f64, at: f64| {
+            if at.is_nan() {
+                f64::INFINITY
+            } else {
+                far.max(at.abs())
+            }
+        };
+        let (x, y) = controls.fold((0.0, 0.0), |(x, y), p| (farthest(x, p.x), farthest(y, p.y)));
+        if x <= FARTHEST && y <= FARTHEST {
+            return Ok(());
+        }
+        Err(SvgError::Scale {
+            width: x,
+            height: y,
+            metres_per_unit: self.scale,
+        })
     }
 
     fn add(&mut self, lines: Vec<(Vec<Point2<f64>>, bool)>) -> Result<(), SvgError> {

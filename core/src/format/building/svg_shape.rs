@@ -8,6 +8,9 @@ use super::SvgError;
 use super::svg::{line_of, wrong};
 use crate::geom::sin_cos;
 
+/// Largest radius, in parts of how far a polygon may be off it: 100 km of half centimetres.
+const FINEST: f64 = 2e7;
+
 /// How lines and areas are drawn; what an element does not say its group says.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pen {
@@ -127,13 +130,13 @@ pub(super) fn path_of(node: &Node, flatness: f64) -> Result<Option<BezPath>, Svg
             (w > 0.0 && h > 0.0).then(|| Rect::new(x, y, x + w, y + h).to_path(flatness))
         }
         "circle" => {
-            let (centre, r) = ((number("cx")?, number("cy")?), number("r")?);
+            let (centre, r) = ((number("cx")?, number("cy")?), radius(node, "r", flatness)?);
             (r > 0.0).then(|| Circle::new(centre, r).to_path(flatness))
         }
         "ellipse" => {
             let (centre, radii) = (
                 (number("cx")?, number("cy")?),
-                (number("rx")?, number("ry")?),
+                (radius(node, "rx", flatness)?, radius(node, "ry", flatness)?),
             );
             (radii.0 > 0.0 && radii.1 > 0.0)
                 .then(|| Ellipse::new(centre, radii, 0.0).to_path(flatness))
@@ -170,6 +173,16 @@ fn points(node: &Node) -> Result<Option<BezPath>, SvgError> {
 }
 
 /// A length in the units of the drawing, 0 where nothing is said.
+/// A radius that becomes a bounded number of curves.
+fn radius(node: &Node, name: &'static str, flatness: f64) -> Result<f64, SvgError> {
+    let radius = length(node, name)?;
+    if radius / flatness > FINEST {
+        let found = node.attribute(name).unwrap_or("");
+        return Err(wrong(node, name, found, "a radius within a building"));
+    }
+    Ok(radius)
+}
+
 fn length(node: &Node, name: &'static str) -> Result<f64, SvgError> {
     let Some(text) = node.attribute(name) else {
         return Ok(0.0);

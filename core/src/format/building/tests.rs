@@ -337,6 +337,13 @@ fn bad_drawings_are_told_what_where_and_what_was_expected() {
     assert!(
         told(&drawing("<line x2='1e300' stroke='red'/>")).contains("expected 1 to 2000 m a side")
     );
+    // Curves of which no straight pieces must be made.
+    for path in ["M0 0C1e60 0 0 1e60 5 5", "M0 0Q1e20 0 0 1e20"] {
+        let path = format!("<path d='{path}' stroke='red'/>");
+        assert!(told(&drawing(&path)).contains("expected 1 to 2000 m a side"));
+    }
+    assert!(told(&drawing("<circle r='1e300' stroke='red'/>")).contains("a radius within"));
+    assert!(told(&drawing("<ellipse rx='1' ry='1e99' stroke='red'/>")).contains("a radius within"));
     assert!(
         told(&drawing("<line x2='.1' stroke='red'/>")).contains("0.05 m x 0.00 m at 0.5 m a unit")
     );
