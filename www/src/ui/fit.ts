@@ -17,7 +17,7 @@ export class SlamFit extends SlamElement {
       th { text-align: left; font-weight: 500; color: var(--muted); padding: 3px 0; }
       td, tbody th { border-top: 1px solid color-mix(in srgb, var(--line) 60%, transparent); padding: 5px 0; vertical-align: top; }
       tbody th { color: var(--ink); padding-right: 8px; line-height: 1.35; }
-      td { text-align: right; white-space: nowrap; }
+      td, th + th { text-align: right; white-space: nowrap; }
       small { display: block; color: var(--muted); font-size: 11.5px; }
       label.twin { display: flex; gap: 9px; align-items: center; min-height: 40px; font-size: 13px; cursor: pointer; }
       label.twin input { width: 18px; height: 18px; accent-color: var(--accent); flex: none; }
@@ -47,7 +47,7 @@ export class SlamFit extends SlamElement {
     return html`
       ${fit.reasons.map((reason) => html`<p class="bad" data-testid="fit-reason">${reason}.</p>`)}
       ${fit.parameters.length === 0 ? "" : html`<table data-testid="fit-table">
-        <thead><tr><th scope="col">Parameter</th><th scope="col" style="text-align: right">Value ± σ</th></tr></thead>
+        <thead><tr><th scope="col">Parameter</th><th scope="col">Value ± σ</th></tr></thead>
         <tbody>${fit.parameters.map((p) => html`<tr><th scope="row">${p.name}${Number.isFinite(p.model) && p.model !== 0 ? html`<small>model: ${short(p.model, p.model)}${p.unit && ` ${p.unit}`}</small>` : ""}${p.unknown ? html`<small>${p.unknown}</small>` : ""}</th>
           ${p.unknown ? html`<td>unknown</td>` : html`<td class="num">${short(p.value, p.sigma)}${Number.isFinite(p.sigma) ? ` ± ${short(p.sigma, p.sigma)}` : ""}<small>${p.unit}</small></td>`}</tr>`)}</tbody>
       </table>
