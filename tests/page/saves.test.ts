@@ -79,7 +79,7 @@ test('everything that can be saved is saved, and says so', async ({ lab, page })
   const scale = await save('map-scale', 2);
   expect(scale.get('office-map.png')?.subarray(1, 4).toString()).toBe('PNG');
   expect(scale.get('office-map.yaml')?.toString()).toMatch(/^image: office-map\.png\nmode: scale\n/);
-  expect((await save('map-raw', 2)).get('office.yaml')?.toString()).toContain('mode: raw');
+  expect((await save('map-raw', 2)).get('office-raw.yaml')?.toString()).toContain('mode: raw');
   const text = (await save('og-map', 1)).get('OGmap.txt')?.toString().trim().split('\n') ?? [];
   const [width, height] = text[0]?.split(' ').map(Number) ?? [];
   expect(text.length - 1).toBe(height);
