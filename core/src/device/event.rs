@@ -115,6 +115,19 @@ pub struct Profile {
     pub scans_on_command: bool,
 }
 
+impl Profile {
+    /// Of a sensor that scans all the time: no robot, and nobody drives it.
+    #[must_use]
+    pub fn of_sensor(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            robot: None,
+            takes_orders: false,
+            scans_on_command: false,
+        }
+    }
+}
+
 /// Whether what these sources see comes on [`Command::Scan`] only: a robot that scans on command may carry a lidar that turns all the
 /// time, and then nobody need wait for it.
 pub fn scans_on_command<'a>(sources: impl Iterator<Item = &'a Profile> + Clone) -> bool {

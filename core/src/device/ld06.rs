@@ -69,12 +69,7 @@ impl Ld06 {
 
 impl Device for Ld06 {
     fn profile(&self) -> Profile {
-        Profile {
-            name: self.name.clone(),
-            robot: None,
-            takes_orders: false,
-            scans_on_command: false,
-        }
+        Profile::of_sensor(&self.name)
     }
 
     fn baud_rate(&self) -> u32 {
@@ -105,9 +100,7 @@ impl Device for Ld06 {
 
     fn broken(&mut self, why: String) {
         self.wants.clear();
-        self.report.detail = why;
-        let events = self.report.change(DeviceState::Waiting, LinkState::Down);
-        self.wants.extend(events.map(Want::Tell));
+        self.wants.extend(self.report.broken(why).map(Want::Tell));
     }
 
     fn next_want(&mut self) -> Option<Want> {

@@ -81,6 +81,12 @@ impl Report {
         self.change(state, link)
     }
 
+    /// The events of a line that broke, or could not be opened; `why` says cause and cure.
+    pub(super) fn broken(&mut self, why: String) -> impl Iterator<Item = Event> + use<> {
+        self.detail = why;
+        self.change(DeviceState::Waiting, LinkState::Down)
+    }
+
     /// The event of a change of the line, if it is one.
     pub(super) fn change_link(&mut self, link: LinkState) -> Option<Event> {
         let has_changed = self.link.state != link;

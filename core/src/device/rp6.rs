@@ -382,9 +382,7 @@ impl Device for Rp6 {
         self.robot = None;
         // It would go on to be up until it had been silent for long enough; a line that is opened begins anew.
         self.link = Link::new(LinkConfig::default(), Stamp(0), self.nonce);
-        self.report.detail = why;
-        let events = self.report.change(DeviceState::Waiting, LinkState::Down);
-        self.wants.extend(events.map(Want::Tell));
+        self.wants.extend(self.report.broken(why).map(Want::Tell));
     }
 
     fn next_want(&mut self) -> Option<Want> {

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use crate::robot::Stamp;
-use crate::wire::message::{DeviceState, LinkState};
+use crate::wire::message::DeviceState;
 use crate::wire::rplidar::driver::{self, Driver, DriverConfig};
 
 use crate::device::event::{Event, Order, Profile};
@@ -92,12 +92,7 @@ impl Rplidar {
 
 impl Device for Rplidar {
     fn profile(&self) -> Profile {
-        Profile {
-            name: self.name.clone(),
-            robot: None,
-            takes_orders: false,
-            scans_on_command: false,
-        }
+        Profile::of_sensor(&self.name)
     }
 
     fn baud_rate(&self) -> u32 {
@@ -133,9 +128,7 @@ impl Device for Rplidar {
 
     fn broken(&mut self, why: String) {
         self.wants.clear();
-        self.report.detail = why;
-        let events = self.report.change(DeviceState::Waiting, LinkState::Down);
-        self.wants.extend(events.map(Want::Tell));
+        self.wants.extend(self.report.broken(why).map(Want::Tell));
     }
 
     fn next_want(&mut self) -> Option<Want> {
