@@ -24,6 +24,7 @@
 mod doors;
 mod flood;
 mod floor;
+mod outline;
 mod regions;
 mod sets;
 #[cfg(test)]

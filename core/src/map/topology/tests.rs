@@ -329,6 +329,30 @@ fn a_hole_in_a_wall_is_no_door() {
 }
 
 #[test]
+fn outlines_hold_the_area_with_the_floor_on_their_left() {
+    let mut building = two_rooms(0.9, 1.0);
+    building.furniture.push([1.0, 1.0, 1.8, 1.6]);
+    for turn in [0.0, 0.4] {
+        let found = building.topology(turn);
+        let outlines = found.outlines();
+        assert_eq!(outlines.iter().map(Vec::len).collect::<Vec<_>>(), [2, 1]);
+        for (rings, region) in outlines.iter().zip(found.regions()) {
+            let area: f64 = rings.iter().map(|ring| signed_area(ring)).sum();
+            assert!((area - region.area).abs() < 0.04 * region.area, "{area}");
+        }
+        let table = outlines[0].iter().map(|ring| signed_area(ring));
+        let table = table.fold(f64::INFINITY, f64::min);
+        assert!((table + 0.48).abs() < 0.1, "{table}");
+    }
+}
+
+fn signed_area(ring: &[Point2<f64>]) -> f64 {
+    let next = ring.iter().cycle().skip(1);
+    let crosses = ring.iter().zip(next).map(|(a, b)| a.x * b.y - b.x * a.y);
+    0.5 * crosses.sum::<f64>()
+}
+
+#[test]
 fn nothing_known_is_no_region() {
     let grid = Grid::new(crate::map::GridConfig::default()).unwrap();
     let found = Topology::of_grid(&grid, &TopologyConfig::default());
