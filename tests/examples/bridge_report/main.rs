@@ -16,6 +16,8 @@ mod access;
 #[cfg(target_os = "linux")]
 mod bridge_process;
 mod door;
+#[cfg(target_os = "linux")]
+mod edge;
 mod faults;
 mod latency;
 #[cfg(target_os = "linux")]
