@@ -2,7 +2,7 @@
 //! of all worlds; what was run goes to standard error.
 //!
 //! 1. Every built-in world but `campus` (days of driving), by lidar and the line filter, 20 seeds (`--seeds`, `--world`): by gain
-//!    over cost, to the nearest frontier, and to the next best view. The seed draws noise and wear; it is the same for all three.
+//!    over cost, to the nearest frontier, to the next best view, and room by room. The seed draws noise and wear; it is the same for all.
 //! 2. Where the four rangers are enough ([`RANGER_WORLDS`]): the same by them, with a scan at each stand.
 //! 3. A run ends by itself, or after an hour of simulated time, which is a failure. Explored is the part of the area that a robot
 //!    of its size could see from where it could stand; the way is the true one.
@@ -176,10 +176,16 @@ impl Totals {
         // The requirements are on what the robot does by default: the first of them.
         let ratio = median(
             rows.iter()
-                .map(|[own, nearest, _]| own.way / nearest.way)
+                .map(|[own, nearest, ..]| own.way / nearest.way)
                 .collect(),
         );
         figures.insert("way_over_nearest_frontier_median".into(), ratio.into());
+        let by_rooms = rows.iter().map(|[own, .., rooms]| rooms.way / own.way);
+        let by_rooms = median(by_rooms.collect());
+        figures.insert(
+            "way_room_by_room_over_gain_over_cost_median".into(),
+            by_rooms.into(),
+        );
         let own = || rows.iter().map(|row| row[0]);
         self.contacts += own().map(|run| run.contacts).sum::<u32>();
         self.not_ended += own().filter(|run| !run.ended).count();

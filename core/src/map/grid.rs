@@ -18,6 +18,7 @@ mod block;
 mod config;
 mod directory;
 mod extent;
+mod states;
 #[cfg(test)]
 mod tests;
 
@@ -31,6 +32,7 @@ use crate::geom::Pose2;
 use crate::points::Points;
 
 pub use self::config::{GridConfig, GridError};
+pub use self::states::without_stripes;
 
 /// Cells along one side of a block.
 pub const BLOCK_CELLS: usize = 64;

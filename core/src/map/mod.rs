@@ -9,14 +9,16 @@ mod likelihood;
 mod outline;
 mod ray;
 mod surfels;
+mod topology;
 mod vector;
 
 pub use cell::{BlockIndex, CellIndex, CellRect, CellState};
 pub use distance::DistanceField;
 pub use evidence::{Evidence, EvidenceConfig};
-pub use grid::{BLOCK_CELLS, Grid, GridConfig, GridError};
+pub use grid::{BLOCK_CELLS, Grid, GridConfig, GridError, without_stripes};
 pub use likelihood::LikelihoodPyramid;
 pub use outline::outlines;
 pub use ray::cells_on_ray;
 pub use surfels::{Surfel, SurfelConfig, SurfelMap};
+pub use topology::{Door, Region, RegionKind, Topology, TopologyConfig};
 pub use vector::{Sighting, VectorConfig, VectorMap, Wall};
