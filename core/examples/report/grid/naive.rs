@@ -160,7 +160,7 @@ fn a_cell_short([start, end]: &Way) -> Point2<f64> {
 }
 
 fn in_cells(seen: &Seen, config: &GridConfig, p: Point2<f64>) -> Point2<f64> {
-    (seen.pose * p) / config.resolution
+    (seen.pose * p) * (1.0 / config.resolution)
 }
 
 fn cell(p: Point2<f64>) -> Cell {

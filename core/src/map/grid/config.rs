@@ -19,8 +19,8 @@ pub struct GridConfig {
     pub free_below: f64,
     /// How the cells that a scan leaves free are found. Default [`Sweep::Crossed`].
     pub sweep: Sweep,
-    /// Most blocks the grid may hold; beams beyond are dropped. Default 57 344 blocks, 235 million cells, 0.59 km² at 5 cm: at
-    /// worst 0.97 GB, for a browser has no more.
+    /// Most blocks the grid may hold; beams beyond are dropped. Default 65 536 blocks, 268 million cells, 0.67 km² at 5 cm.
+    /// Streets, halls and rooms that were seen for a while take a third of a gigabyte; 1.1 GB if there is something in every block.
     pub max_blocks: usize,
 }
 
@@ -34,7 +34,7 @@ impl Default for GridConfig {
             occupied_above: 0.65,
             free_below: 0.35,
             sweep: Sweep::default(),
-            max_blocks: 57_344,
+            max_blocks: 65_536,
         }
     }
 }
