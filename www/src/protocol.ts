@@ -159,7 +159,7 @@ export interface ContestState extends ContestAsk {
   running: boolean;
   planners: readonly string[];
   standings: Float64Array;
-  /** Why there is no path: blocked, proved, not-offered or open, and in words; empty otherwise. */
+  /** Why there is no path: blocked, proved, not-offered or open, and in words; rooms, and why the planner left the rooms on the way; empty otherwise. */
   reasons: readonly { readonly kind: string; readonly text: string }[];
   /** What lengths are held against, m, and whether there is no shorter path; NaN while there is no path. */
   shortest: number;
