@@ -11,6 +11,11 @@
 //! 3. Every path is checked leg by leg against every wall, by sampled points with the distance formula written out here.
 //! 4. Queries that cannot be solved, made by walling the goal in: every planner has to say so within its iterations (the graph not in
 //!    `campus`).
+//!
+//! With `--peers FILE` (lines of the peers' programs and of the example `workloads`, from one machine and hour) it does none of this, but
+//! compares the planners with the peers' on the peers' queries (`planners/against_peers.rs`).
+
+mod against_peers;
 
 use anyhow::{Context, Result, bail};
 use nalgebra::{Point2, Vector2};
@@ -26,6 +31,7 @@ use slamlab_core::sim::worlds;
 
 use super::{Args, Outcome};
 use crate::clock::cpu_seconds;
+use crate::peers::Peers;
 
 const QUERIES: usize = 1000;
 const MARGIN: f64 = 0.02;
@@ -63,12 +69,17 @@ const CONTENDERS: &[(&str, Contender)] = &[
     ("rrt_connect_tight", Tight(Planner::RrtConnect)),
     ("a_star", Once(Planner::AStar)),
     ("theta_star", Once(Planner::ThetaStar)),
+    ("rooms", Once(Planner::Rooms)),
     ("rrt_star_1s", Timed(Planner::RrtStar)),
     ("informed_rrt_star_1s", Timed(Planner::InformedRrtStar)),
 ];
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     let mut outcome = Outcome::default();
+    if let Some(file) = &args.peers {
+        against_peers::compare(&mut outcome, &Peers::read(file)?)?;
+        return Ok(outcome);
+    }
     let count = args.queries.unwrap_or(QUERIES);
     if let Some(name) = args
         .worlds
@@ -290,7 +301,7 @@ fn run(scene: &Scene, asked: &Asked, contender: Contender) -> Found {
     let mut found = Found::default();
     let is_slow = matches!(
         contender,
-        Timed(_) | Once(Planner::AStar) | Once(Planner::ThetaStar)
+        Timed(_) | Once(Planner::AStar) | Once(Planner::ThetaStar) | Once(Planner::Rooms)
     );
     let every = if is_slow { SLOW } else { 1 };
     let numbered = asked.queries.iter().zip(&asked.optima).enumerate();
@@ -320,7 +331,7 @@ fn find(scene: &Scene, query: Query, contender: Contender, rng: &mut ChaCha8Rng)
         let progress = search.step(space, rng, 100);
         let is_spent = match contender {
             Timed(_) => cpu_seconds() - begin >= SECOND,
-            Once(Planner::AStar | Planner::ThetaStar) => false,
+            Once(Planner::AStar | Planner::ThetaStar | Planner::Rooms) => false,
             _ => search.iterations() >= ITERATIONS,
         };
         if is_spent || matches!(progress, Progress::Finished | Progress::Failed(_)) {
