@@ -269,12 +269,14 @@ impl Live {
         std::mem::take(&mut self.notes)
     }
 
-    /// Asks for the right to drive, and arms the robot with it. With `force` also from somebody else.
+    /// Asks for the right to drive, and arms the robot with it, but where its motors are cut off: then the right to undo that is wanted.
+    /// With `force` also from somebody else.
     pub fn take_wheel(&mut self, now: u64, force: bool) {
         if self.client.has_lease() {
             self.client.arm(now);
         } else {
-            self.wants_to_arm = true;
+            let is_cut_off = self.client.safety().is_some_and(|s| s.emergency);
+            self.wants_to_arm = !is_cut_off;
             self.client.take(now, force);
         }
     }

@@ -1,4 +1,4 @@
-//! Fuzzes every decoder: [`slamlab_tests::fuzz`].
+//! Fuzzes every decoder, and what other tools say to a bridge: [`slamlab_tests::fuzz`].
 //!
 //! `cargo xtask report fuzz --minutes 10`, or `... --example fuzz -- MINUTES [TARGET...]`; minutes are those of each target. Goes on where
 //! the last run ended; prints JSON, and exits with 0 only if nothing crashed. A crash is saved under `tests/crashes`.
@@ -15,6 +15,10 @@ fn main() {
 }
 
 #[cfg(unix)]
+#[path = "../tests/fuzz/endpoints.rs"]
+mod endpoints;
+
+#[cfg(unix)]
 mod unix {
     use std::path::{Path, PathBuf};
     use std::process::ExitCode;
@@ -22,6 +26,8 @@ mod unix {
 
     use serde_json::{Map, Value, json};
     use slamlab_tests::fuzz::{Crash, Run, Target, targets};
+
+    use crate::endpoints::ENDPOINTS;
 
     const HOME: &str = env!("CARGO_MANIFEST_DIR");
 
@@ -36,7 +42,7 @@ mod unix {
         std::panic::set_hook(Box::new(|info| eprintln!("{info}")));
         let mut figures = Map::new();
         let mut holds = true;
-        for target in targets().filter(is_wanted) {
+        for target in targets().chain(ENDPOINTS).filter(is_wanted) {
             let (is_sound, figure) = fuzz(target, Duration::from_secs_f64(60.0 * minutes));
             eprintln!("{}: {figure}", target.name);
             holds &= is_sound;

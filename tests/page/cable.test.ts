@@ -17,10 +17,21 @@ async function arm(lab: Lab): Promise<void> {
   }).toPass({ timeout: 60_000 });
 }
 
+/** Ports of the browser, and what becomes of them. */
+interface FakeSerial {
+  /** The adapter is pulled out: its port is dead for ever. */
+  lose(port: number): Promise<void>;
+  /** It is put in again: another port to the browser, with the adapter's numbers. */
+  regain(port: number): Promise<void>;
+  /** Bytes written since the page was opened. */
+  written(): number;
+  end(): Promise<void>;
+}
+
 /** The browser asks for ports in the order in which these are plugged. */
-async function fakeSerial(page: Page, paths: readonly string[]): Promise<() => Promise<void>> {
+async function fakeSerial(page: Page, paths: readonly string[]): Promise<FakeSerial> {
   const handles: FileHandle[] = [];
-  let ends = false;
+  let [ends, written] = [false, 0];
   await page.exposeFunction('serialOpen', async (port: number, rate: number) => {
     // At any other rate than its own a device hears and says noise.
     await promisify(execFile)('stty', ['-F', paths[port]!, String(rate), 'raw', '-echo']);
@@ -28,6 +39,7 @@ async function fakeSerial(page: Page, paths: readonly string[]): Promise<() => P
     void pump(port, handles[port]!);
   });
   await page.exposeFunction('serialWrite', async (port: number, bytes: number[]) => {
+    written += bytes.length;
     await handles[port]?.write(Uint8Array.from(bytes));
   });
   await page.exposeFunction('serialClose', async (port: number) => {
@@ -56,18 +68,28 @@ async function fakeSerial(page: Page, paths: readonly string[]): Promise<() => P
   await page.addInitScript(() => {
     const outside = window as unknown as { serialOpen(port: number, rate: number): Promise<void>; serialWrite(port: number, bytes: number[]): Promise<void>; serialClose(port: number): Promise<void>; serialCame(port: number, bytes: number[]): void };
     const sinks: (ReadableStreamDefaultController<Uint8Array> | undefined)[] = [];
+    const ports: FakePort[] = [];
+    const serial = new EventTarget();
     outside.serialCame = (port, bytes) => sinks[port]?.enqueue(Uint8Array.from(bytes));
     class FakePort {
       readable: ReadableStream<Uint8Array> | null = null;
       writable: WritableStream<Uint8Array> | null = null;
-      constructor(readonly number: number) {}
+      isLost = false;
+      constructor(readonly number: number) {
+        ports[number] = this;
+      }
+      getInfo(): { usbVendorId: number; usbProductId: number } {
+        return { usbVendorId: 0x0403, usbProductId: 0x6001 + this.number };
+      }
       async open({ baudRate }: { baudRate: number }): Promise<void> {
         const { number } = this;
+        if (this.isLost) throw new DOMException('The device has been lost.', 'NetworkError');
         this.readable = new ReadableStream({ start: (controller) => { sinks[number] = controller; } });
         this.writable = new WritableStream({ write: (bytes) => outside.serialWrite(number, [...bytes]) });
         await outside.serialOpen(number, baudRate);
       }
       async close(): Promise<void> {
+        if (this.isLost) return;
         sinks[this.number] = undefined;
         [this.readable, this.writable] = [null, null];
         await outside.serialClose(this.number);
@@ -75,25 +97,69 @@ async function fakeSerial(page: Page, paths: readonly string[]): Promise<() => P
       async setSignals(): Promise<void> {}
     }
     let asked = 0;
-    Object.defineProperty(navigator, 'serial', { value: { requestPort: async () => new FakePort(asked++) } });
+    Object.defineProperty(navigator, 'serial', { value: Object.assign(serial, { requestPort: async () => new FakePort(asked++) }) });
+    Object.assign(window, {
+      serialLose: (number: number) => {
+        const port = ports[number]!;
+        port.isLost = true;
+        sinks[number]?.error(new DOMException('The device has been lost.', 'NetworkError'));
+        sinks[number] = undefined;
+      },
+      serialRegain: (number: number) => {
+        const event = new Event('connect');
+        // A real one bubbles up from its port.
+        Object.defineProperty(event, 'target', { value: new FakePort(number) });
+        serial.dispatchEvent(event);
+      },
+    });
   });
-  return async () => {
-    ends = true;
-    await Promise.allSettled(handles.map((handle) => handle?.close()));
+  return {
+    lose: async (port) => {
+      await page.evaluate((port) => (window as unknown as { serialLose(port: number): void }).serialLose(port), port);
+      const handle = handles[port];
+      delete handles[port];
+      await handle?.close();
+    },
+    regain: (port) => page.evaluate((port) => (window as unknown as { serialRegain(port: number): void }).serialRegain(port), port),
+    written: () => written,
+    end: async () => {
+      ends = true;
+      await Promise.allSettled(handles.map((handle) => handle?.close()));
+    },
   };
+}
+
+/** Plugs the robot in, and waits until it is shown. */
+async function plugRobot(lab: Lab): Promise<void> {
+  await lab.open();
+  await lab.show('run');
+  await lab.at('cable').locator('summary').click();
+  await lab.at('plug-rp6').click();
+  await expect.poll(async () => (await lab.state()).source, { message: 'the robot is shown', timeout: 60_000 }).toBe('bridge');
+}
+
+/** Holds a key until the robot turns. A machine that starves it makes it look like one that fell silent: then it is armed again. */
+async function turns(lab: Lab, page: Page, robot: WiredRobot): Promise<void> {
+  const looks = async () => {
+    if ((await robot.facts()).moves) return true;
+    if (!(await lab.at('bridge-state').textContent())?.includes('You drive')) {
+      await page.keyboard.up('ArrowLeft');
+      await lab.at('wheel').click();
+      await page.keyboard.down('ArrowLeft');
+    }
+    return false;
+  };
+  await page.keyboard.down('ArrowLeft');
+  await expect.poll(looks, { message: 'it drives', timeout: 60_000, intervals: [500] }).toBe(true);
 }
 
 test('a robot and a lidar at the ports of this computer are driven and mapped without a bridge', async ({ lab, page, hasTouch }) => {
   test.skip(hasTouch, 'phones have no Web Serial');
   test.setTimeout(240_000);
   const robot = await WiredRobot.start('wired_robot', 'arena');
-  const unplug = await fakeSerial(page, [robot.ports.rp6!, robot.ports.rplidar!]);
+  const serial = await fakeSerial(page, [robot.ports.rp6!, robot.ports.rplidar!]);
   await withRobot(robot, async () => {
-    await lab.open();
-    await lab.show('run');
-    await lab.at('cable').locator('summary').click();
-    await lab.at('plug-rp6').click();
-    await expect.poll(async () => (await lab.state()).source, { message: 'the robot is shown', timeout: 60_000 }).toBe('bridge');
+    await plugRobot(lab);
     await lab.at('plug-rplidar').click();
     await lab.watch((s) => s.scans, 'the lidar sees', 60_000).toBeGreaterThan(3);
     expect((await robot.facts()).moves, 'disarmed at first').toBe(false);
@@ -122,7 +188,71 @@ test('a robot and a lidar at the ports of this computer are driven and mapped wi
 
     await lab.at('unplug').click();
     await expect.poll(async () => (await lab.state()).source, 'the simulation is back').toBe('sim');
-    await unplug();
+    await serial.end();
+  });
+});
+
+test('an adapter that is put in again is found, and its robot moves only after it is armed', async ({ lab, page, hasTouch }) => {
+  test.skip(hasTouch, 'phones have no Web Serial');
+  test.setTimeout(240_000);
+  const robot = await WiredRobot.start('wired_robot', 'arena');
+  const serial = await fakeSerial(page, [robot.ports.rp6!]);
+  const moves = async () => (await robot.facts()).moves;
+  await withRobot(robot, async () => {
+    await plugRobot(lab);
+    await turns(lab, page, robot);
+    await robot.pull();
+    await serial.lose(0);
+    await expect.poll(moves, { message: 'it stops', timeout: 60_000 }).toBe(false);
+    await expect(lab.at('bridge-state')).not.toContainText('You drive', { timeout: 60_000 });
+    await robot.plug();
+    await serial.regain(0);
+    await expect(page.getByLabel('Devices')).toContainText('sending', { timeout: 60_000 });
+    for (let look = 0; look < 20; look++) expect(await moves(), 'nothing moves before somebody arms it').toBe(false);
+    await page.keyboard.up('ArrowLeft');
+    await turns(lab, page, robot);
+    await page.keyboard.up('ArrowLeft');
+    await serial.end();
+  });
+});
+
+test('Stop reaches the robot while whoever maps is busy', async ({ lab, page, hasTouch }) => {
+  test.skip(hasTouch, 'phones have no Web Serial');
+  test.setTimeout(240_000);
+  const robot = await WiredRobot.start('wired_robot', 'arena');
+  const serial = await fakeSerial(page, [robot.ports.rp6!]);
+  const moves = async () => (await robot.facts()).moves;
+  await withRobot(robot, async () => {
+    await plugRobot(lab);
+    await turns(lab, page, robot);
+    const mapper = page.workers().find((worker) => worker.url().endsWith('/worker.js'))!;
+    // Until it is told to go on: by an answer that only the server has.
+    let isBusy = true;
+    await page.route('**/still-busy', (route) => route.fulfill({ status: isBusy ? 200 : 204, body: '' }));
+    const busy = mapper.evaluate(() => {
+      for (let status = 200; status === 200;) {
+        const asked = new XMLHttpRequest();
+        asked.open('GET', new URL('still-busy', self.location.href), false);
+        asked.send();
+        status = asked.status;
+      }
+    });
+    // The rules alone stop a robot whose driver is silent, and then say nothing more to it.
+    await expect.poll(moves, { message: 'the rules stop it', timeout: 60_000 }).toBe(false);
+    await expect.poll(async () => {
+      const before = serial.written();
+      // Longer than the lease, whose end is told to the robot too.
+      await new Promise((done) => setTimeout(done, 3_000));
+      return serial.written() - before;
+    }, { message: 'nothing is said to it', timeout: 60_000 }).toBe(0);
+    const before = serial.written();
+    await page.keyboard.up('ArrowLeft');
+    await lab.at('stop').click();
+    await expect.poll(() => serial.written(), { message: 'Stop is on the line', timeout: 60_000 }).toBeGreaterThan(before);
+    isBusy = false;
+    await busy;
+    await expect(lab.at('bridge-state')).not.toContainText('You drive', { timeout: 60_000 });
+    await serial.end();
   });
 });
 

@@ -166,6 +166,47 @@ fn stop_and_emergency_stop_reach_the_robot_at_once() {
     }
 }
 
+/// Whoever maps plans or fits for a while: what the person says goes past it.
+#[test]
+fn stop_does_not_wait_for_who_maps() {
+    for cut_off in [false, true] {
+        let mut cable = Cable::driving();
+        cable.is_driver_gone = true;
+        let now = cable.now();
+        cable.near.stop(now, cut_off);
+        let after = cable.until_it_stands(0.2);
+        assert!(after <= 0.02, "{after} s");
+        cable.is_driver_gone = false;
+        cable.run(0.5);
+        assert!(!cable.live.client().is_armed());
+        let safety = cable.live.client().safety().unwrap();
+        assert_eq!(safety.emergency, cut_off);
+    }
+}
+
+/// Whoever comes while the motors are cut off has no right to drive yet, and needs it to undo that.
+#[test]
+fn an_emergency_stop_is_undone_by_who_comes_later_and_nothing_moves_by_that() {
+    let mut cable = Cable::driving();
+    cable.near.stop(cable.now(), true);
+    cable.run(0.1);
+    cable.live.reconnect();
+    cable.near.begin(cable.now());
+    cable.run(3.0);
+    assert!(!cable.live.client().has_lease());
+    let is_cut_off = |cable: &Cable| cable.live.client().safety().unwrap().emergency;
+    assert!(is_cut_off(&cable));
+    cable.live.take_wheel(cable.micros(), false);
+    cable.run(0.5);
+    assert!(cable.live.client().has_lease() && !cable.live.client().is_armed());
+    cable.live.reset_emergency_stop(cable.micros());
+    cable.run(0.5);
+    assert!(!is_cut_off(&cable) && !cable.live.client().is_armed());
+    cable.live.take_wheel(cable.micros(), false);
+    cable.run(0.5);
+    assert!(cable.live.client().is_armed() && !cable.robot.is_moving());
+}
+
 #[test]
 fn a_cable_that_is_pulled_disarms_and_one_put_back_moves_nothing() {
     let mut cable = Cable::driving();

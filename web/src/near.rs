@@ -112,6 +112,11 @@ impl WebNear {
         Ok(self.near.hear(micros(now), bytes)?)
     }
 
+    /// The person stops the robot; with `cut_off` its motors are cut off, and stay so.
+    pub fn stop(&mut self, now: f64, cut_off: bool) {
+        self.near.stop(micros(now), cut_off);
+    }
+
     /// The next message for the page; empty when there is none.
     #[must_use]
     pub fn outgoing(&mut self) -> Vec<u8> {

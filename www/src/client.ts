@@ -21,7 +21,7 @@ export class Client {
   /** What a building that is about to start was read without. */
   #leftOut = "";
   #bridge: { url: string; token: string } | null = null;
-  readonly #ports = new SerialPorts((command, transfer) => this.send(command, transfer));
+  readonly #ports = new SerialPorts((text) => this.#store.set("toast", { toast: { level: "warn", text } }));
   /** Called when a run begins, before its first frame. */
   onStart: () => void = () => {};
 
@@ -129,12 +129,19 @@ export class Client {
   async plug(kind: SerialKind): Promise<void> {
     try {
       await this.#ports.choose(kind);
-      this.send({ kind: "cable", devices: this.plugged, method: this.#store.setup.method });
+      this.#cable(this.#store.setup.method);
     } catch (error) {
       // Whoever chose no port knows that.
       if (error instanceof DOMException && error.name === "NotFoundError") return;
       this.#store.set("toast", { toast: { level: "warn", text: `The port cannot be used: ${error instanceof Error ? error.message : String(error)}` } });
     }
+  }
+
+  /** Drives what is at the serial ports. */
+  #cable(method: MethodName): void {
+    this.send({ kind: "unplug" });
+    const wire = this.#ports.begin();
+    this.send({ kind: "cable", wire, method }, [wire]);
   }
 
   connect(url: string, token: string, method: MethodName = this.#store.setup.method): void {
@@ -155,6 +162,7 @@ export class Client {
   }
 
   emergency(on: boolean): void {
+    if (on) this.#ports.stop(true);
     this.send({ kind: "emergency", on });
   }
 
@@ -205,13 +213,15 @@ export class Client {
 
   stop(): void {
     this.#store.set("run", { aiming: false });
+    // Past the worker that maps, which may be busy.
+    this.#ports.stop(false);
     this.send({ kind: this.#store.source !== "replay" && !this.#store.reading ? "stop" : "cancel" });
   }
 
   /** What runs now, from its beginning: with the method given, or else with the one it had. */
   again(method?: MethodName): void {
     const store = this.#store;
-    if (store.source === "bridge" && this.plugged.length > 0) void this.#ports.again().then(() => this.send({ kind: "cable", devices: this.plugged, method: method ?? store.method }));
+    if (store.source === "bridge" && this.plugged.length > 0) void this.#ports.again().then(() => this.#cable(method ?? store.method));
     else if (store.source === "bridge" && this.#bridge) this.connect(this.#bridge.url, this.#bridge.token, method ?? store.method);
     else if (store.source === "replay" && this.#recording) void this.open(this.#recording, method ?? store.method);
     else this.start({ mode: "explore", ...(method === undefined ? {} : { method }) });
@@ -370,9 +380,6 @@ export class Client {
         break;
       case "contest":
         store.set("contest", { contest: { ...store.contest, found: answer.contest, error: answer.error } });
-        break;
-      case "line":
-        this.#ports.wish(answer);
         break;
       case "bridge":
         store.set("bridge", { bridge: answer.state });

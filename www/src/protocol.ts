@@ -197,6 +197,22 @@ export interface LineWish {
   on: boolean;
 }
 
+/** To the worker with the rules for a robot at ports of this page. */
+export type NearCommand =
+  /** `driver` leads to the one who maps and drives; what goes over it are a bridge's messages. */
+  | { kind: "begin"; devices: readonly SerialKind[]; driver: MessagePort }
+  | ({ kind: "line" } & LineEvent)
+  /** The person stops the robot; with `cutOff` its motors stay off. */
+  | { kind: "stop"; cutOff: boolean }
+  /** Has the lines closed, the robot stopped before. */
+  | { kind: "end" };
+
+/** And from it. */
+export type NearAnswer =
+  | ({ kind: "line" } & LineWish)
+  /** The rules are of no use any more. */
+  | { kind: "failed"; text: string };
+
 export type Command =
   | { kind: "start"; setup: Setup; play: boolean }
   /** A building from files of others: a floor plan (.svg), or the YAML and the image of a map of ROS. It is answered by `built`. */
@@ -246,10 +262,9 @@ export type Command =
   | { kind: "bench"; trial: BenchTrial }
   /** A robot behind a bridge, at the address of its WebSocket; with an empty token this page only watches. */
   | { kind: "connect"; url: string; token: string; method: MethodName }
-  /** Devices at serial ports that the page opened, by the numbers of their lines. */
-  | { kind: "cable"; devices: readonly SerialKind[]; method: MethodName }
-  | ({ kind: "line" } & LineEvent)
-  /** Has the lines closed, the robot stopped before. */
+  /** Devices at serial ports of the page, whose rules are at the other end of this wire. */
+  | { kind: "cable"; wire: MessagePort; method: MethodName }
+  /** Leaves them. */
   | { kind: "unplug" }
   /** The right to drive it: takes it (with `force` also from somebody else), or gives it back. */
   | { kind: "wheel"; take: boolean; force: boolean }
@@ -620,7 +635,6 @@ export type Answer =
   /** How the planners stand, or why they cannot be asked. */
   | { kind: "contest"; contest: ContestState | null; error: string }
   | { kind: "bridge"; state: BridgeState | null }
-  | ({ kind: "line" } & LineWish)
   /** Something could not be done; the state before stays. */
   | { kind: "failed"; text: string };
 

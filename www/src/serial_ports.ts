@@ -1,7 +1,7 @@
-// Serial ports of this computer, by Web Serial: the person chooses them, bytes go to and fro here. What they mean is the module's matter,
-// and so is when a line is opened anew.
+// Serial ports of this computer, by Web Serial: the person chooses them, bytes go to and fro here. What they mean is the matter of a worker
+// of their own (near.ts), and so is when a line is opened anew.
 
-import type { Command, LineWish, SerialKind } from "./protocol.js";
+import type { LineWish, NearAnswer, NearCommand, SerialKind } from "./protocol.js";
 
 /** Milliseconds before a line is tried again, the longest last. */
 const RETRY_MILLIS = [250, 500, 1000, 2000];
@@ -13,9 +13,10 @@ interface Port {
   open(options: { baudRate: number; bufferSize?: number }): Promise<void>;
   close(): Promise<void>;
   setSignals(signals: { dataTerminalReady: boolean }): Promise<void>;
+  getInfo(): { usbVendorId?: number; usbProductId?: number };
 }
 
-interface Serial {
+interface Serial extends EventTarget {
   requestPort(): Promise<Port>;
 }
 
@@ -38,17 +39,26 @@ class Line {
   readonly closed: Promise<void>;
   isClosed: () => void = () => {};
 
-  constructor(readonly kind: SerialKind, readonly port: Port) {
+  constructor(readonly kind: SerialKind, public port: Port) {
     this.closed = new Promise((done) => (this.isClosed = done));
+  }
+
+  /** Whether this port may be the same adapter, put in again: it is then a new port to the browser. */
+  isLike(port: Port): boolean {
+    const [ours, theirs] = [this.port.getInfo(), port.getInfo()];
+    return ours.usbVendorId !== undefined && ours.usbVendorId === theirs.usbVendorId && ours.usbProductId === theirs.usbProductId;
   }
 }
 
 export class SerialPorts {
-  readonly #send: (command: Command, transfer?: Transferable[]) => void;
+  readonly #warn: (text: string) => void;
   #lines: Line[] = [];
+  #rules: Worker | null = null;
 
-  constructor(send: (command: Command, transfer?: Transferable[]) => void) {
-    this.#send = send;
+  /** `warn` tells the person what went wrong. */
+  constructor(warn: (text: string) => void) {
+    this.#warn = warn;
+    webSerial()?.addEventListener("connect", (event) => this.#connected(event.target as unknown as Port));
   }
 
   /** What is at the ports, in the order of their numbers. */
@@ -60,31 +70,76 @@ export class SerialPorts {
   async choose(kind: SerialKind): Promise<void> {
     const port = await webSerial()?.requestPort();
     if (!port) throw new Error("This browser has no Web Serial.");
-    await this.#leave();
+    await this.leave();
     const others = this.#lines.filter((line) => line.kind !== kind && line.port !== port);
     this.#lines = [...others.map((line) => new Line(line.kind, line.port)), new Line(kind, port)];
   }
 
   /** The same lines once more, for a run that begins anew. */
   async again(): Promise<void> {
-    await this.#leave();
+    await this.leave();
     this.#lines = this.#lines.map((line) => new Line(line.kind, line.port));
   }
 
   /** No device is at hand any more. */
   async forget(): Promise<void> {
-    await this.#leave();
+    await this.leave();
     this.#lines = [];
   }
 
-  /** The run that uses the lines ends: it stops its robot first, and then has them closed. */
-  async #leave(): Promise<void> {
-    this.#send({ kind: "unplug" });
+  /** Devices and rules begin, and open the lines. Gives the wire to the one who maps and drives. */
+  begin(): MessagePort {
+    const { port1: driver, port2: wire } = new MessageChannel();
+    const rules = new Worker(new URL("near.js", import.meta.url), { type: "module", name: "slamlab-near" });
+    rules.onmessage = (event: MessageEvent<NearAnswer>) => {
+      if (this.#rules !== rules) return;
+      if (event.data.kind === "line") this.#wish(event.data);
+      else this.#failed(event.data.text);
+    };
+    rules.onerror = (event) => this.#failed(event.message || "their worker could not be started");
+    this.#rules = rules;
+    this.#send({ kind: "begin", devices: this.kinds, driver }, [driver]);
+    return wire;
+  }
+
+  /** Stops the robot, whatever else is going on; with `cutOff` its motors stay off. */
+  stop(cutOff: boolean): void {
+    this.#send({ kind: "stop", cutOff });
+  }
+
+  /** The run that uses the lines ends: its robot is stopped first, and then they are closed. */
+  async leave(): Promise<void> {
+    this.#send({ kind: "end" });
     await Promise.all(this.#lines.filter((line) => line.baud > 0).map((line) => line.closed));
+    this.#rules?.terminate();
+    this.#rules = null;
+  }
+
+  #send(command: NearCommand, transfer: Transferable[] = []): void {
+    this.#rules?.postMessage(command, transfer);
+  }
+
+  /** Without its rules the robot is left alone: it stops by itself when nobody speaks to it. */
+  #failed(text: string): void {
+    this.#warn(`The robot at the cable was left: ${text}`);
+    for (const line of this.#lines) void this.#close(line);
+  }
+
+  /** An adapter was put in: where it is that of a line that broke, the line is opened at once. */
+  #connected(port: Port): void {
+    const down = this.#lines.filter((line) => line.baud > 0 && line.reader === null && !line.isLeft);
+    const alike = down.filter((line) => line.isLike(port));
+    // Of two that look the same nobody knows which it is: the person chooses.
+    const line = down.find((line) => line.port === port) ?? (alike.length === 1 ? alike[0] : undefined);
+    if (!line) return;
+    [line.port, line.tries] = [port, 0];
+    if (line.retry === null) return;
+    clearTimeout(line.retry);
+    void this.#open(this.#lines.indexOf(line), line);
   }
 
   /** Does what a device wants done with its line. */
-  wish({ line: number, want, baud, bytes, on }: LineWish): void {
+  #wish({ line: number, want, baud, bytes, on }: LineWish): void {
     const line = this.#lines[number];
     if (!line || line.isLeft) return;
     if (want === "open") {
@@ -99,14 +154,19 @@ export class SerialPorts {
         // A plain line without DTR is none the worse.
       });
     } else if (want === "close") {
-      line.isLeft = true;
-      void shut(line).then(line.isClosed);
+      void this.#close(line);
     } else if (want === "reopen") {
       // Its fault stands until it is open again.
       if (line.reader !== null) void this.#broke(number, line, null);
     } else {
       line.tries = 0;
     }
+  }
+
+  async #close(line: Line): Promise<void> {
+    line.isLeft = true;
+    await shut(line);
+    line.isClosed();
   }
 
   async #open(number: number, line: Line): Promise<void> {

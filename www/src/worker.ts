@@ -1,10 +1,10 @@
-// Runs the core for the page: the only file that knows the WebAssembly module.
+// Runs the core for the page: with near.ts the only file that knows the WebAssembly module.
 //
 // It paces the source (simulated seconds for each second), works in slices short enough that every message is heard within
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
-import init, { type FitTable, building_of_map, building_of_svg, WebExperiment, WebLive, WebLogReader, WebNear, WebSetup, calibrate, data_sheet, preset_list, read_preset, sensor_names, setting_list, world_names, write_preset } from "../pkg/slamlab_web.js";
-import { type Answer, type Clock, type Command, type Inspection, type LineWish, type MethodName, type Named, type Rooms, type SavedFile, type SerialKind, type SettingValues, type Setup, transferables } from "./protocol.js";
+import init, { type FitTable, building_of_map, building_of_svg, WebExperiment, WebLive, WebLogReader, WebSetup, calibrate, data_sheet, preset_list, read_preset, sensor_names, setting_list, world_names, write_preset } from "../pkg/slamlab_web.js";
+import { type Answer, type Clock, type Command, type Inspection, type MethodName, type Named, type Rooms, type SavedFile, type SettingValues, type Setup, transferables } from "./protocol.js";
 import { BridgeSource } from "./source/bridge.js";
 import { calibrationOf, driveFit, listOf, presetOf, settingOf } from "./source/convert.js";
 import { CableLink } from "./source/cable.js";
@@ -241,12 +241,6 @@ function converse(token: string, method: MethodName, title: string, wire: (modul
   live = { link, module };
 }
 
-function plug(devices: readonly SerialKind[], method: MethodName): void {
-  const near = new WebNear([...devices]);
-  const wish = (wish: LineWish): void => post({ kind: "line", ...wish });
-  converse("", method, "the cable", (module, events) => new CableLink(module, near, devices.length, wish, events));
-}
-
 /** Leaves the bridge; its run, if one shows it, ends with the next that begins. */
 function disconnect(): void {
   if (!live) return;
@@ -380,13 +374,10 @@ function handle(command: Command): void {
       break;
     case "cable":
       if (reading) stopReading();
-      plug(command.devices, command.method);
+      converse("", command.method, "the cable", (module, events) => new CableLink(module, command.wire, events));
       break;
     case "unplug":
       if (live?.link instanceof CableLink) disconnect();
-      break;
-    case "line":
-      if (live?.link instanceof CableLink) live.link.take(command);
       break;
     case "wheel":
       bridge?.wheel(command.take, command.force);

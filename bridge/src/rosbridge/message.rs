@@ -109,6 +109,17 @@ impl Topics {
     }
 }
 
+/// Why a topic cannot be had.
+pub(super) fn no_topic(topic: &str) -> String {
+    let others = format!("there are {}", Topics::NAMES.join(", "));
+    match topic {
+        "/map" => format!(
+            "there is no /map: each page draws its own, and the bridge none; `slamlab-bridge export` draws it from a recording; {others}"
+        ),
+        _ => format!("there is no {topic}; {others}"),
+    }
+}
+
 fn moved(moved: &Moved, now: Duration) -> Vec<(&'static str, Value)> {
     let (summed, [x, y, turn]) = (&moved.summed, moved.speeds);
     let twist = json!({ "linear": vector([x, y, 0.0]), "angular": vector([0.0, 0.0, turn]) });
@@ -190,6 +201,16 @@ mod tests {
         let twist: Twist = serde_json::from_value(msg).unwrap();
         assert_eq!((twist.linear.x, twist.angular.z), (0.1, -0.5));
         assert_eq!(read(r#"{"op":"png","data":""}"#), Asked::Other);
+    }
+
+    #[test]
+    fn whoever_asks_for_the_map_learns_where_there_is_one() {
+        let told = no_topic("/map");
+        assert!(told.contains("export") && told.ends_with("there are /scan, /odom, /tf"));
+        assert_eq!(
+            no_topic("/camera"),
+            "there is no /camera; there are /scan, /odom, /tf"
+        );
     }
 
     #[test]

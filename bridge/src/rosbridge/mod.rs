@@ -7,7 +7,9 @@
 //! 2. rosbridge has no place for a token. Services stand in: `/slamlab/challenge` gives a challenge, `/slamlab/enter` takes the
 //!    proof made of it ([`slamlab_core::wire::message::proof`]), `/slamlab/take` the lease, `/slamlab/arm` arms. Anyone may call
 //!    `/slamlab/stop`, but where watching needs the token: there the proof must come in time. Then `/cmd_vel` drives, at 10 Hz or faster: the rules are those of every client ([`crate::safety`]).
-//! 3. A driving message must show how old it is at most, and rosbridge's do not say. So a driver is pinged ten times a second
+//! 3. There is no `/map`: whoever watches draws its own, and the bridge none, for it must keep up with its robot on the smallest computer.
+//!    `export` draws it from a recording.
+//! 4. A driving message must show how old it is at most, and rosbridge's do not say. So a driver is pinged ten times a second
 //!    with the bridge's time; WebSocket answers in order, so what follows on an answer was sent after its ping was seen.
 //!
 //! Source: rosbridge v2 protocol specification (github.com/RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md).
@@ -190,11 +192,7 @@ impl Peer<'_> {
 
     fn subscribe(&mut self, topic: String, throttle_millis: u64) -> Result<(), End> {
         if !Topics::NAMES.contains(&topic.as_str()) {
-            let why = format!(
-                "there is no {topic}; there are {}",
-                Topics::NAMES.join(", ")
-            );
-            return self.refuse(&why);
+            return self.refuse(&message::no_topic(&topic));
         }
         if self.subscriptions.len() < MOST_SUBSCRIPTIONS {
             let throttle = Duration::from_millis(throttle_millis);

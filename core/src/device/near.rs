@@ -28,6 +28,10 @@ use crate::device::{Device, Want, Weight};
 
 /// The one who drives.
 const CLIENT: ClientId = 1;
+const DRIVER: Client = Client {
+    id: CLIENT,
+    may_drive: true,
+};
 /// Between two heartbeats: its driving messages tell what it had seen.
 const HEARTBEAT: Duration = Duration::from_millis(100);
 
@@ -203,6 +207,19 @@ impl Near {
         Ok(())
     }
 
+    /// The person stops the robot, past the one who maps and may be busy; with `cut_off` the motors are cut off and stay so.
+    pub fn stop(&mut self, now: Duration, cut_off: bool) {
+        self.now = now;
+        self.rule(Input::Asks(
+            DRIVER,
+            if cut_off {
+                Asked::EmergencyStop
+            } else {
+                Asked::Stop
+            },
+        ));
+    }
+
     /// Messages for the client, in order; they are forgotten here.
     pub fn take_outgoing(&mut self) -> Vec<Vec<u8>> {
         std::mem::take(&mut self.outgoing)
@@ -223,11 +240,7 @@ impl Near {
             return;
         };
         self.gave_errand = false;
-        let client = Client {
-            id: CLIENT,
-            may_drive: true,
-        };
-        self.rule(Input::Asks(client, asked));
+        self.rule(Input::Asks(DRIVER, asked));
         if matches!(message, ToBridge::Drive(body) if body.motion.is_errand()) {
             if self.gave_errand {
                 self.errand_over();

@@ -46,7 +46,7 @@ export class SlamBridge extends SlamElement {
       li { display: grid; grid-template-columns: 10px 1fr auto; gap: 2px 8px; align-items: baseline; }
       i { width: 8px; height: 8px; border-radius: 50%; background: var(--muted); align-self: center; }
       i.good { background: var(--good-ink); }
-      i.warn { background: var(--warn-ink); }
+      i.warn { box-sizing: border-box; background: none; border: 2px solid var(--warn-ink); }
       i.bad { background: var(--danger); }
       small { grid-column: 2 / -1; color: var(--muted); line-height: 1.4; overflow-wrap: anywhere; }
       dl { display: grid; grid-template-columns: 1fr 1fr; column-gap: 20px; margin: 0 0 10px; font-size: 13px; }
@@ -69,16 +69,7 @@ export class SlamBridge extends SlamElement {
     return html`
       <h2>Robot</h2>
       <p role="status" data-testid="bridge-state">${sentence(bridge)}</p>
-      <ul aria-label="Devices">${bridge.devices.map(device)}</ul>
-      <dl>
-        ${row("Battery", unit(bridge.battery, 1, "V"), "battery")}
-        ${row("Delay", unit(1000 * bridge.roundTrip, 1, "ms"), "delay", "From this page to the bridge and back")}
-        ${row("Data age", unit(1000 * bridge.readingAge, 0, "ms"), "data-age", "Age of the robot's newest reading at the bridge")}
-        ${row("Missed", String(bridge.dropped), "missed", "Readings that this page was too slow for; newer ones came instead")}
-        ${row("Watching", String(bridge.watchers), "watching", "Pages that are connected, this one included")}
-        ${row("Drives", bridge.driver || "nobody", "driver")}
-        ${bridge.recording ? html`<div class="wide" title="Messages that stand in the file"><dt>Records</dt><dd data-testid="recording">${bridge.recording} · ${bridge.recorded}</dd></div>` : ""}
-      </dl>
+      ${bridge.connection === "open" ? figures(bridge) : ""}
       <button class="emergency" data-testid="emergency" aria-pressed=${bridge.emergency} ?disabled=${bridge.connection !== "open" || (bridge.emergency && !bridge.hasLease)}
         title=${bridge.emergency ? "Take the right to drive, then undo the emergency stop; nothing moves by that" : "Cuts the motors off, whoever drives; they stay off until somebody undoes it"}
         @click=${() => this.client.emergency(!bridge.emergency)}>${icons.stop} ${bridge.emergency ? "Undo the emergency stop" : "Emergency stop"}</button>
@@ -86,15 +77,34 @@ export class SlamBridge extends SlamElement {
   }
 }
 
+/** What is known while the bridge is there: later it would be stale. */
+function figures(bridge: BridgeState): TemplateResult {
+  return html`<ul aria-label="Devices">${bridge.devices.map(device)}</ul>
+      <dl>
+        ${row("Battery", unit(bridge.battery, 1, "V"), "battery")}
+        ${row("Delay", unit(1000 * bridge.roundTrip, 1, "ms"), "delay", "From this page to the bridge and back")}
+        ${row("Data age", unit(1000 * bridge.readingAge, 0, "ms"), "data-age", "Age of the robot's newest reading at the bridge")}
+        ${row("Missed", String(bridge.dropped), "missed", "Readings that this page was too slow for; newer ones came instead")}
+        ${row("Watching", String(bridge.watchers), "watching", "Pages that are connected, this one included")}
+        ${row("Drives", bridge.driver || "nobody", "driver")}
+        ${bridge.recording ? html`<div class="wide" title="Messages that stand in the file"><dt>Records</dt><dd data-testid="recording">${bridge.recording} · ${bridge.recorded} messages</dd></div>` : ""}
+      </dl>`;
+}
+
 function sentence(bridge: BridgeState): string {
   if (bridge.connection === "connecting") return bridge.fault ? `${bridge.fault} Trying again…` : "Connecting…";
   if (bridge.connection === "lost") return `${bridge.fault} Trying again; the map stays.`;
   if (bridge.connection === "refused") return bridge.fault;
-  if (bridge.emergency) return "Emergency stop: the motors are cut off.";
+  if (bridge.emergency) return `Emergency stop: the motors are cut off. ${undoing(bridge)}`;
   if (bridge.armed) return "You drive. The robot moves on command, and stops when this page is out of sight.";
   const why = REASONS[bridge.reason];
-  const stands = why ? `The robot stands: ${why}.` : "The robot is driven.";
+  const stands = why ? `The robot stands: ${why}.` : `${bridge.driver ? `“${bridge.driver}” drives the robot` : "The robot is driven"}; anyone may stop it.`;
   return bridge.mayDrive ? stands : `${stands} This page only watches: it has no token.`;
+}
+
+function undoing({ mayDrive, hasLease }: BridgeState): string {
+  if (!mayDrive) return "Only a page with the token can undo it.";
+  return `${hasLease ? "Undo it below" : "Press Drive, then undo it below"}; nothing moves by that.`;
 }
 
 function device(d: Device): TemplateResult {

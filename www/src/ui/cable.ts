@@ -23,7 +23,7 @@ export class SlamCable extends SlamElement {
     return html`<details data-testid="cable" ?open=${plugged.length > 0}>
       <summary>Robot at a cable of this computer</summary>
       ${webSerial()
-        ? html`<p>Choose what is plugged in; the browser then asks for its port. Several devices work together. The robot is disarmed until you take the wheel, and stops when this page is out of sight.</p>
+        ? html`<p>Choose what is plugged in; the browser then asks for its port. Several devices work together. The robot stands until you press Drive, and stops when this page is out of sight.</p>
           <div class="row">${KINDS.map((k) => html`<button data-testid="plug-${k.kind}" title=${k.meaning} aria-pressed=${plugged.includes(k.kind)} @click=${() => void this.client.plug(k.kind)}>${k.label}</button>`)}</div>
           ${plugged.length > 0 ? html`<div class="row"><button data-testid="unplug" @click=${() => this.client.start({ mode: "explore" })}>Leave the robot</button></div>` : ""}`
         : html`<p data-testid="no-web-serial">This browser has no Web Serial. Chrome, Edge and Opera on a computer have, where the page's address begins with https or is this computer's own. In all others use the bridge on the robot.</p>`}

@@ -94,7 +94,8 @@ export class SlamTransport extends SlamElement {
     const drives = bridge?.armed ?? false;
     const others = !drives && !bridge?.hasLease && (bridge?.driver ?? "") !== "";
     const words = drives ? "Let go" : others ? "Take over" : "Drive";
-    const may = bridge?.connection === "open" && bridge.mayDrive && !bridge.emergency;
+    // Whoever wants to undo an emergency stop needs the right to drive first.
+    const may = bridge?.connection === "open" && bridge.mayDrive && !(bridge.emergency && bridge.hasLease);
     const why = bridge?.mayDrive === false ? "Only with the bridge's token: open the address that it printed at its start"
       : drives ? "Give back the right to drive; the robot stops" : others ? `${bridge?.driver} drives; taking over stops the robot first` : "Take the right to drive, and arm the robot";
     return html`<button class="wheel" data-testid="wheel" aria-pressed=${drives} ?disabled=${!may} title=${why}

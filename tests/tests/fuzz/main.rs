@@ -3,16 +3,20 @@
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
 
+mod endpoints;
+
 use std::path::Path;
 
 use slamlab_tests::fuzz::{Run, Target, targets, try_one};
+
+use endpoints::ENDPOINTS;
 
 /// Inputs of each target: the same ones each time.
 const INPUTS: u64 = 300;
 
 #[test]
 fn nothing_that_crashed_a_decoder_once_does_so_again() {
-    for target in targets() {
+    for target in targets().chain(ENDPOINTS) {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("crashes")
             .join(target.name);
@@ -32,7 +36,7 @@ fn nothing_that_crashed_a_decoder_once_does_so_again() {
 
 #[test]
 fn no_decoder_crashes_on_changed_input() {
-    for target in targets() {
+    for target in targets().chain(ENDPOINTS) {
         let mut run = Run::new(target, 0);
         for _ in 0..INPUTS {
             run.step()
