@@ -29,8 +29,10 @@ use crate::map::{CellIndex, CellState, RegionKind, Topology, TopologyConfig};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FrontierChoice {
     /// What lies behind it, against the way there: step 4.
-    #[default]
     GainOverCost,
+    /// The first one on the shortest tour through all of them ([`super::order_by_tour`]).
+    #[default]
+    ShortestTour,
     /// The nearest one, whatever it promises (Yamauchi 1997): the yardstick.
     Nearest,
     /// What its goal would let see all round, against the way there (González-Baños & Latombe 2002).
@@ -41,18 +43,19 @@ pub enum FrontierChoice {
 
 impl FrontierChoice {
     /// All strategies, with the names used by settings and commands, and what a person calls them.
-    pub const ALL: [(&'static str, Self, &'static str); 4] = [
+    pub const ALL: [(&'static str, Self, &'static str); 5] = [
         ("gain-over-cost", Self::GainOverCost, "Gain over cost"),
         ("nearest", Self::Nearest, "Nearest frontier"),
         ("next-best-view", Self::NextBestView, "Next best view"),
         ("room-by-room", Self::RoomByRoom, "Room by room"),
+        ("shortest-tour", Self::ShortestTour, "Shortest tour"),
     ];
 }
 
 /// Which frontiers count, and which counts most.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrontierConfig {
-    /// Which is the best. Default [`FrontierChoice::GainOverCost`].
+    /// Which is the best. Default [`FrontierChoice::ShortestTour`].
     pub choice: FrontierChoice,
     /// How far the sensor sees, for [`FrontierChoice::NextBestView`], m. Default 4: as far as a view is worth a way.
     pub sight: f64,
@@ -199,7 +202,8 @@ fn judge(
     let worth = |gain: f64, most: f64| gain.min(most) * libm::exp(-config.cost_decay * cost);
     let score = best.map_or(0.0, |(_, cell)| match config.choice {
         FrontierChoice::GainOverCost | FrontierChoice::RoomByRoom => worth(gain, config.most_gain),
-        FrontierChoice::Nearest => 1.0 / (1.0 + cost),
+        // Tours are planned among all of them.
+        FrontierChoice::Nearest | FrontierChoice::ShortestTour => 1.0 / (1.0 + cost),
         // A view all round is bounded by what is seen all round.
         FrontierChoice::NextBestView => worth(view_gain(space, cell, config.sight), f64::INFINITY),
     });

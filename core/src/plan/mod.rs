@@ -29,6 +29,7 @@ mod tangents;
 #[cfg(test)]
 mod tests;
 mod theta_star;
+mod tour;
 mod tree;
 mod vertex_tree;
 mod view;
@@ -55,6 +56,7 @@ pub use search::{Search, solve};
 pub use shorten::{densify, shorten};
 pub use smooth::{Piece, SmoothConfig, smooth};
 pub use theta_star::ThetaStar;
+pub use tour::order_by_tour;
 pub use tree::{Grown, Nearest, Tree};
 pub use visibility::Visibility;
 pub use wavefront::Wavefront;
