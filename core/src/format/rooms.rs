@@ -77,12 +77,15 @@ fn polygons(rings: &[Vec<Point2<f64>>]) -> Vec<Vec<Vec<[f64; 2]>>> {
     let polygon = |outer: &Vec<Point2<f64>>| {
         let holes = rings.iter().filter(|ring| signed_area(ring) <= 0.0);
         let holes = holes.filter(|hole| hole.first().is_some_and(|at| is_inside(outer, *at)));
-        std::iter::once(outer).chain(holes).map(closed).collect()
+        std::iter::once(outer)
+            .chain(holes)
+            .map(|ring| closed(ring))
+            .collect()
     };
     outer.map(polygon).collect()
 }
 
-fn closed(ring: &Vec<Point2<f64>>) -> Vec<[f64; 2]> {
+fn closed(ring: &[Point2<f64>]) -> Vec<[f64; 2]> {
     let again = ring.first();
     ring.iter().chain(again).map(|at| [at.x, at.y]).collect()
 }
