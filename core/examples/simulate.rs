@@ -9,6 +9,9 @@
     reason = "an example reads files and the clock; the core does not"
 )]
 
+#[path = "shared/known.rs"]
+mod known;
+
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -17,15 +20,15 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
 use nalgebra::Point2;
-use slamlab_core::estimation::KnownLine;
 use slamlab_core::experiment::{Experiment, ExperimentConfig, Figures};
-use slamlab_core::format::map_server::{self, MapImage, MapInfo, MapMode, OccupancyMap};
+use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
 use slamlab_core::format::{building, floor_plan, og_map, preset, tum, world};
-use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::pilot::{Mode, Status};
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::{SensorKind, World, reachable_area, worlds};
-use slamlab_core::slam::{KnownMap, Method};
+use slamlab_core::slam::Method;
+
+use known::{known_map, load_map};
 
 /// A robot in a simulated world: it maps, finds itself, plans and drives.
 #[derive(Parser)]
@@ -157,7 +160,7 @@ fn run(args: &Args) -> Result<()> {
     };
     let mut config = config;
     if let Some(path) = &args.known {
-        config.slam.known = known_map(args, path, &config.world.start)?;
+        config.slam.known = known_map(path, args.svg_unit, &config.world.start)?;
     }
     let mut experiment = Experiment::new(config)?;
     let begin = Instant::now();
@@ -269,35 +272,6 @@ fn load_world(args: &Args) -> Result<World> {
         eprintln!("simulate: {name}: left out {what}");
     }
     Ok(imported.world)
-}
-
-/// A map to be found in; its frame is the world's.
-fn known_map(args: &Args, path: &Path, start: &Pose2) -> Result<KnownMap> {
-    let bytes = std::fs::read(path).with_context(|| format!("reading {}", path.display()))?;
-    let mut known = KnownMap::default();
-    let walls: Vec<Segment> = match path.extension().and_then(|e| e.to_str()) {
-        Some("svg") => {
-            let plan = building::of_svg(&bytes, args.svg_unit, "plan").context("--known")?;
-            plan.world.walls().iter().map(|wall| wall.segment).collect()
-        }
-        _ => {
-            let map = load_map(path, &bytes)?;
-            known.sigma = map.resolution / 3.0;
-            let outlines = building::walls_of_map(&map).context("--known")?;
-            building::sides(&outlines).collect()
-        }
-    };
-    known.lines = KnownLine::of_walls(&walls, &start.inverse());
-    Ok(known)
-}
-
-/// A map of ROS map_server, with the image that its YAML names.
-fn load_map(path: &Path, yaml: &[u8]) -> Result<OccupancyMap> {
-    let told = || format!("{} is no map", path.display());
-    let info = MapInfo::parse(yaml).with_context(told)?;
-    let image = info.image_beside(path);
-    let bytes = std::fs::read(&image).with_context(|| format!("reading {}", image.display()))?;
-    map_server::read_image(&info, &bytes).with_context(told)
 }
 
 /// The map begins at the robot's start, so the goal moves from the world's frame into that one.

@@ -27,7 +27,9 @@ use nalgebra::Point2;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::control::{SafeConfig, Steering, limit_among_walkers, limit_speed, within_model};
+use crate::control::{
+    SafeConfig, Steering, Underway, limit_among_walkers, limit_speed, within_model,
+};
 use crate::geom::{Pose2, PoseEstimate, Segment};
 use crate::map::Grid;
 use crate::plan::{Frontier, Path, Planner};
@@ -53,6 +55,8 @@ pub struct Situation<'a> {
     pub walkers: &'a [Point2<f64>],
     /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.
     pub motion_since_scan: Pose2,
+    /// How fast the robot runs by its odometry, m/s and rad/s ([`crate::slam::Slam::speeds`]).
+    pub speeds: (f64, f64),
     /// Which bumpers are pressed.
     pub bumpers: Bumpers,
     /// Whether the robot is still at the last command (a turn, a leg, a sweep).
@@ -253,9 +257,14 @@ impl Pilot {
         };
         let (forward, turn) = match now.points {
             Some(points) => {
-                let since = &now.motion_since_scan;
-                let safe = limit_speed(wish, self.told, points, since, &self.model, &config);
-                limit_among_walkers(safe, self.told, now.walkers, since, &self.model, &config)
+                let underway = Underway {
+                    told: self.told,
+                    runs: now.speeds,
+                    since_scan: now.motion_since_scan,
+                    scan_age: now.stamp.since(points.stamp),
+                };
+                let safe = limit_speed(wish, points, &underway, &self.model, &config);
+                limit_among_walkers(safe, now.walkers, &underway, &self.model, &config)
             }
             None if now.scans_on_command => within_model(wish, &self.model),
             None => (0.0, 0.0),

@@ -379,6 +379,12 @@ impl Slam {
         self.motion_since_scan
     }
 
+    /// How fast the robot runs by its odometry, m/s and rad/s: a mean over a tenth of a second.
+    #[must_use]
+    pub fn speeds(&self) -> (f64, f64) {
+        self.history.speeds(0.1)
+    }
+
     /// The pose at each scan, as known now: a closed loop changes earlier ones.
     #[must_use]
     pub fn trajectory(&self) -> Vec<(Stamp, Pose2)> {

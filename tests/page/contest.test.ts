@@ -3,7 +3,7 @@ import type { Page } from '@playwright/test';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 
-const PLANNERS = ['Rrt', 'RrtConnect', 'RrtStar', 'InformedRrtStar', 'AStar', 'ThetaStar', 'Visibility'];
+const PLANNERS = ['Rrt', 'RrtConnect', 'RrtStar', 'InformedRrtStar', 'AStar', 'ThetaStar', 'Visibility', 'Rooms'];
 
 /** Cells of a planner's row, in words. */
 async function cells(lab: Lab, planner: string): Promise<string[]> {

@@ -72,14 +72,18 @@ impl WebContest {
         self.contest.standings().iter().flat_map(numbers).collect()
     }
 
-    /// Why each planner has no path, in words, after a word for the kind; empty where it has one or still looks for one.
+    /// Why each planner has no path, in words, after a word for the kind; `rooms` where it left the rooms on the way, whether it has a
+    /// path or not; empty where there is nothing to say.
     #[must_use]
     pub fn reasons(&self) -> Vec<String> {
         let words = |reason: NoPath| format!("{} {reason}", kind_of(reason));
         self.contest
             .standings()
             .iter()
-            .map(|s| s.reason.map(words).unwrap_or_default())
+            .map(|s| {
+                let left = s.fallback.map(|why| format!("rooms {why}"));
+                s.reason.map(words).or(left).unwrap_or_default()
+            })
             .collect()
     }
 

@@ -2,7 +2,7 @@
 
 const TITLES: Readonly<Record<string, string>> = {
   Straight: "a straight line", Rrt: "RRT", RrtConnect: "RRT-Connect", RrtStar: "RRT*", InformedRrtStar: "Informed RRT*",
-  AStar: "A*", ThetaStar: "Theta*", Visibility: "the visibility graph", Wavefront: "a wave over the grid",
+  AStar: "A*", ThetaStar: "Theta*", Rooms: "rooms, then Theta*", Visibility: "the visibility graph", Wavefront: "a wave over the grid",
 };
 
 /** As a part of a sentence. */

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p slamlab-core --example evaluate -- --log FILE [--relations FILE] [--method NAME]
 //! [--tum OUT] [--map OUT.pgm|OUT.png] [--map-mode MODE] [--og-map OUT] [--carmen OUT] [--preset FILE]
-//! [--fit OUT.json] [--json]`
+//! [--fit OUT.json] [--known MAP.yaml [--start X,Y,DEGREES]] [--json]`
 //!
 //! The core has no files and no clock; this program does the reading, the writing and the timing.
 #![allow(
@@ -10,6 +10,9 @@
     reason = "the edge: files and the clock are here and nowhere below"
 )]
 
+#[path = "../shared/known.rs"]
+#[allow(dead_code, reason = "`simulate` loads maps as worlds too")]
+mod known;
 mod output;
 
 use std::io::Write as _;
@@ -41,9 +44,19 @@ struct Arguments {
     /// Reference relations (.relations).
     #[arg(long)]
     relations: Option<PathBuf>,
-    /// odometry, line-ekf or scan-matching.
+    /// odometry, line-ekf, scan-matching or known-map.
     #[arg(long, default_value = "scan-matching")]
     method: String,
+    /// The map that `--method known-map` finds the robot in: YAML of ROS map_server, or SVG.
+    #[arg(long)]
+    known: Option<PathBuf>,
+    /// Metres in a unit of a floor plan; by default what the drawing says of itself.
+    #[arg(long, value_name = "METRES")]
+    svg_unit: Option<f64>,
+    /// Where the log begins in that map, as `x,y,heading` in metres and degrees. The default is where a map begins that was made of
+    /// the same log.
+    #[arg(long, default_value = "0,0,0", allow_hyphen_values = true)]
+    start: String,
     /// Write the trajectory of the robot's base here, in TUM format.
     #[arg(long)]
     tum: Option<PathBuf>,
@@ -93,7 +106,17 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     let (scans, log_seconds) = (log.scans(), log.duration());
     let settings = settings_for(&log, arguments.preset.as_deref())?;
     let told = settings.odometry.told(&log.robot());
-    let mut replay = Replay::new(log, method, settings.slam)?;
+    let mut slam = settings.slam;
+    match (&arguments.known, method) {
+        (Some(path), Method::KnownMap) => {
+            let start = pose(&arguments.start)?;
+            slam.known = known::known_map(path, arguments.svg_unit, &start)?;
+        }
+        (None, Method::KnownMap) => bail!("--method known-map needs a map: --known FILE"),
+        (Some(_), _) => bail!("--known needs --method known-map, not {}", method.name()),
+        (None, _) => {}
+    }
+    let mut replay = Replay::new(log, method, slam)?;
     replay.tell_odometry(told);
     let mut scan_ms = Vec::with_capacity(scans);
     loop {
@@ -154,6 +177,17 @@ fn settings_for(log: &Log, preset: Option<&Path>) -> anyhow::Result<Settings> {
         settings.set_all(changes).with_context(name)?;
     }
     Ok(settings)
+}
+
+/// A pose from `x,y,heading`, the heading in degrees.
+fn pose(text: &str) -> anyhow::Result<Pose2> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok(&[x, y, degrees]) if [x, y, degrees].iter().all(|n| n.is_finite()) => {
+            Ok(Pose2::new(x, y, degrees.to_radians()))
+        }
+        _ => bail!("--start is `{text}`, expected three finite numbers `x,y,heading`"),
+    }
 }
 
 fn fitted(fit: &DriveFit) -> Value {

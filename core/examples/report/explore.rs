@@ -1,11 +1,13 @@
 //! `explore`: does a robot dropped into an unknown building see all of it, by itself and on a short way? Some minutes for each seed
 //! of all worlds; what was run goes to standard error.
 //!
-//! 1. Every built-in world but `campus` (days of driving), by lidar and the line filter, 20 seeds (`--seeds`, `--world`): by gain
-//!    over cost, to the nearest frontier, and to the next best view. The seed draws noise and wear; it is the same for all three.
+//! 1. Every built-in world but `campus` (days of driving), by lidar and the line filter, 20 seeds (`--seeds`, `--world`): by the shortest tour, by gain
+//!    over cost, to the nearest frontier, to the next best view, and room by room. The seed draws noise and wear; it is the same for all.
 //! 2. Where the four rangers are enough ([`RANGER_WORLDS`]): the same by them, with a scan at each stand.
 //! 3. A run ends by itself, or after an hour of simulated time, which is a failure. Explored is the part of the area that a robot
 //!    of its size could see from where it could stand; the way is the true one.
+
+use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::{Context, Result, bail};
 use serde_json::{Map, Value, json};
@@ -41,6 +43,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
         );
     }
     let seeds = args.first_seed..args.first_seed.saturating_add(args.seeds.unwrap_or(SEEDS));
+    let strategies = strategies(&args.strategies)?;
     let mut outcome = Outcome::default();
     let mut total = Totals::default();
     for name in names {
@@ -54,7 +57,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
             }
             let scene = Scene::of(name, sensor)?;
             let rows: Vec<Row> = (seeds.clone())
-                .map(|seed| scene.row(seed))
+                .map(|seed| scene.row(&strategies, seed))
                 .collect::<Result<_>>()?;
             figures.insert(sensor.name().into(), total.take(sensor, &rows));
         }
@@ -62,6 +65,17 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     }
     total.require(&mut outcome);
     Ok(outcome)
+}
+
+/// Those that were asked for, or all.
+fn strategies(asked: &[String]) -> Result<Vec<Strategy>> {
+    let all = FrontierChoice::ALL.map(|(label, choice, _)| (label, choice));
+    let known = all.map(|(label, _)| label);
+    if let Some(name) = asked.iter().find(|name| !known.contains(&name.as_str())) {
+        bail!("no strategy `{name}`; expected one of {}", known.join(", "));
+    }
+    let is_asked = |(label, _): &Strategy| asked.is_empty() || asked.iter().any(|a| a == label);
+    Ok(all.into_iter().filter(is_asked).collect())
 }
 
 /// One run.
@@ -75,8 +89,11 @@ struct Run {
     ended: bool,
 }
 
-/// The runs of one seed, in the order of [`FrontierChoice::ALL`].
-type Row = [Run; FrontierChoice::ALL.len()];
+/// A strategy, by name.
+type Strategy = (&'static str, FrontierChoice);
+
+/// The runs of one seed, by the strategies' names.
+type Row = BTreeMap<&'static str, Run>;
 
 struct Scene {
     name: &'static str,
@@ -91,9 +108,9 @@ impl Scene {
         Ok(Self { name, sensor, area })
     }
 
-    fn row(&self, seed: u64) -> Result<Row> {
-        let mut runs = vec![];
-        for (label, choice, _) in FrontierChoice::ALL {
+    fn row(&self, strategies: &[Strategy], seed: u64) -> Result<Row> {
+        let mut runs = Row::new();
+        for &(label, choice) in strategies {
             let began = cpu_seconds();
             let run = self.explore(choice, seed)?;
             let (name, sensor, took) = (self.name, self.sensor.name(), cpu_seconds() - began);
@@ -109,10 +126,9 @@ impl Scene {
                 "{name} {sensor} seed {seed} {label}: {explored:.4} explored, {way:.1} m, {seconds:.0} s, {contacts} contacts, \
                  ended {ended}; {took:.1} s of processor time"
             );
-            runs.push(run);
+            runs.insert(label, run);
         }
-        runs.try_into()
-            .map_err(|_| anyhow::anyhow!("a strategy is missing"))
+        Ok(runs)
     }
 
     fn explore(&self, choice: FrontierChoice, seed: u64) -> Result<Run> {
@@ -155,32 +171,22 @@ impl Totals {
     /// Sums up the runs of a world, and gives its figures.
     fn take(&mut self, sensor: SensorKind, rows: &[Row]) -> Value {
         let mut figures = Map::new();
-        for (index, (label, ..)) in FrontierChoice::ALL.into_iter().enumerate() {
-            let runs: Vec<Run> = rows.iter().map(|row| row[index]).collect();
-            let of = |value: fn(&Run) -> f64| runs.iter().map(value).collect::<Vec<_>>();
-            let sum = |value: fn(&Run) -> u32| runs.iter().map(value).sum::<u32>();
-            figures.insert(
-                label.into(),
-                json!({
-                    "runs": runs.len(),
-                    "ended_by_itself": runs.iter().filter(|run| run.ended).count(),
-                    "explored_median": median(of(|run| run.explored)),
-                    "explored_least": of(|run| run.explored).into_iter().fold(1.0, f64::min),
-                    "way_m_median": median(of(|run| run.way)),
-                    "simulated_s_median": median(of(|run| run.seconds)),
-                    "contacts": sum(|run| run.contacts),
-                    "people_who_walked_in": sum(|run| run.walked_in),
-                }),
-            );
+        let labels: BTreeSet<&str> = rows.iter().flat_map(|row| row.keys().copied()).collect();
+        for label in labels {
+            let runs: Vec<Run> = rows
+                .iter()
+                .filter_map(|row| row.get(label).copied())
+                .collect();
+            figures.insert(label.into(), summary(&runs));
         }
         // The requirements are on what the robot does by default: the first of them.
-        let ratio = median(
-            rows.iter()
-                .map(|[own, nearest, _]| own.way / nearest.way)
-                .collect(),
-        );
+        let [own, nearest] = [FrontierChoice::default(), FrontierChoice::Nearest].map(label);
+        let pairs = rows
+            .iter()
+            .filter_map(|row| row.get(own).zip(row.get(nearest)));
+        let ratio = median(pairs.map(|(own, nearest)| own.way / nearest.way).collect());
         figures.insert("way_over_nearest_frontier_median".into(), ratio.into());
-        let own = || rows.iter().map(|row| row[0]);
+        let own = || rows.iter().filter_map(|row| row.get(own));
         self.contacts += own().map(|run| run.contacts).sum::<u32>();
         self.not_ended += own().filter(|run| !run.ended).count();
         if sensor == SensorKind::Lidar {
@@ -200,6 +206,28 @@ impl Totals {
         let least = self.least_explored.unwrap_or(f64::NAN);
         outcome.at_least("explored_by_lidar_median_of_worst_world", least, EXPLORED);
     }
+}
+
+/// What the runs of one strategy in one world have in common.
+fn summary(runs: &[Run]) -> Value {
+    let of = |value: fn(&Run) -> f64| runs.iter().map(value).collect::<Vec<_>>();
+    let sum = |value: fn(&Run) -> u32| runs.iter().map(value).sum::<u32>();
+    json!({
+        "runs": runs.len(),
+        "ended_by_itself": runs.iter().filter(|run| run.ended).count(),
+        "explored_median": median(of(|run| run.explored)),
+        "explored_least": of(|run| run.explored).into_iter().fold(1.0, f64::min),
+        "way_m_median": median(of(|run| run.way)),
+        "simulated_s_median": median(of(|run| run.seconds)),
+        "contacts": sum(|run| run.contacts),
+        "people_who_walked_in": sum(|run| run.walked_in),
+    })
+}
+
+/// The name of a strategy.
+fn label(choice: FrontierChoice) -> &'static str {
+    let found = FrontierChoice::ALL.iter().find(|(_, c, _)| *c == choice);
+    found.map_or("", |(label, ..)| label)
 }
 
 /// NaN of none.

@@ -84,6 +84,9 @@ struct Args {
     /// For `safe-drive`: number of trials. Default 10 000.
     #[arg(long)]
     trials: Option<u64>,
+    /// For `explore`: only by this strategy; can be given several times. Default all.
+    #[arg(long = "strategy")]
+    strategies: Vec<String>,
     /// For `ekf-cost`: milliseconds of the bar of a step by number of landmarks, as `100=0.2,200=0.7,500=4`.
     #[arg(long)]
     bar_ms: Option<String>,

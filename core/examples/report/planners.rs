@@ -69,6 +69,7 @@ const CONTENDERS: &[(&str, Contender)] = &[
     ("rrt_connect_tight", Tight(Planner::RrtConnect)),
     ("a_star", Once(Planner::AStar)),
     ("theta_star", Once(Planner::ThetaStar)),
+    ("rooms", Once(Planner::Rooms)),
     ("rrt_star_1s", Timed(Planner::RrtStar)),
     ("informed_rrt_star_1s", Timed(Planner::InformedRrtStar)),
 ];
@@ -300,7 +301,7 @@ fn run(scene: &Scene, asked: &Asked, contender: Contender) -> Found {
     let mut found = Found::default();
     let is_slow = matches!(
         contender,
-        Timed(_) | Once(Planner::AStar) | Once(Planner::ThetaStar)
+        Timed(_) | Once(Planner::AStar) | Once(Planner::ThetaStar) | Once(Planner::Rooms)
     );
     let every = if is_slow { SLOW } else { 1 };
     let numbered = asked.queries.iter().zip(&asked.optima).enumerate();
@@ -330,7 +331,7 @@ fn find(scene: &Scene, query: Query, contender: Contender, rng: &mut ChaCha8Rng)
         let progress = search.step(space, rng, 100);
         let is_spent = match contender {
             Timed(_) => cpu_seconds() - begin >= SECOND,
-            Once(Planner::AStar | Planner::ThetaStar) => false,
+            Once(Planner::AStar | Planner::ThetaStar | Planner::Rooms) => false,
             _ => search.iterations() >= ITERATIONS,
         };
         if is_spent || matches!(progress, Progress::Finished | Progress::Failed(_)) {

@@ -12,7 +12,7 @@
 //!
 //! Source: Celej §5.
 
-use super::{SafeConfig, free_distance, limit_among_walkers, limit_speed, within_model};
+use super::{SafeConfig, Underway, free_distance, limit_among_walkers, limit_speed, within_model};
 use crate::geom::Pose2;
 use crate::points::{
     MotionHistory, NearConfig, NearField, PointConfig, Points, WalkerConfig, Walkers,
@@ -21,6 +21,9 @@ use crate::robot::{Command, Odometry, RobotModel, Scan};
 
 /// Seconds of odometry that are kept: the slowest sweep is that of rangers on a servo.
 const HISTORY: f64 = 5.0;
+
+/// Speeds are means over so long, s.
+const RUNS: f64 = 0.1;
 
 /// Knows what is around the robot.
 #[derive(Clone, Debug)]
@@ -148,13 +151,17 @@ impl SafeMode {
     }
 
     fn limited(&self, wish: (f64, f64)) -> (f64, f64) {
-        let since = &self.motion_since_scan;
         match &self.points {
             Some(points) => {
                 let (model, config) = (&self.model, &self.config);
-                let safe = limit_speed(wish, self.told, points, since, model, config);
-                let walkers = self.walkers.points();
-                limit_among_walkers(safe, self.told, walkers, since, model, config)
+                let underway = Underway {
+                    told: self.told,
+                    runs: self.history.speeds(RUNS),
+                    since_scan: self.motion_since_scan,
+                    scan_age: self.scan_age(),
+                };
+                let safe = limit_speed(wish, points, &underway, model, config);
+                limit_among_walkers(safe, self.walkers.points(), &underway, model, config)
             }
             None => within_model(wish, &self.model),
         }
@@ -177,10 +184,13 @@ impl SafeMode {
     }
 
     fn is_blind(&self) -> bool {
-        let age = match (&self.points, self.history.now()) {
+        !self.scans_on_command && self.scan_age() > self.config.stale_after
+    }
+
+    fn scan_age(&self) -> f64 {
+        match (&self.points, self.history.now()) {
             (Some(points), Some(now)) => now.since(points.stamp),
             _ => f64::INFINITY,
-        };
-        !self.scans_on_command && age > self.config.stale_after
+        }
     }
 }

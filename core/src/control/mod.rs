@@ -4,7 +4,10 @@ mod curve;
 mod follow;
 mod guard;
 mod safe;
+#[cfg(test)]
+mod safe_tests;
 mod separation;
+mod strip;
 #[cfg(test)]
 mod tests;
 mod watch;
@@ -12,6 +15,7 @@ mod watch;
 pub use curve::CurveFollower;
 pub use follow::{FollowConfig, Follower, LegFollower, Steering};
 pub use guard::SafeMode;
-pub use safe::{SafeConfig, free_distance, limit_speed, within_model};
+pub use safe::{SafeConfig, Underway, limit_speed, within_model};
 pub use separation::limit_among_walkers;
+pub use strip::free_distance;
 pub use watch::ProgressWatch;

@@ -1,18 +1,19 @@
 //! Safe mode: no command, by hand or by pilot, drives into what the last scan saw.
 //!
-//! In: the speeds that are wished, the last scan's points, the motion since. Out: speeds that stop before contact.
+//! In: the speeds that are wished, the last scan's points, how the robot runs. Out: speeds that stop before contact.
 //!
 //! 1. The points are moved into the robot's present frame by odometry.
-//! 2. The robot's disc is swept along the arc of the wished speeds, along the one it is on, and straight on: the turn
-//!    rate takes time to change, and the robot is somewhere between them. The first point that it would touch gives the free
-//!    distance. Points that the disc moves away from do not count, so that backing off a wall stays possible.
+//! 2. The robot's disc is swept ([`super::strip`]) along the arc of the wished speeds, along those it was told and runs on, and
+//!    straight on: the turn rate takes a second to change, and the robot is somewhere between them. The first point that it would
+//!    touch gives the free distance. Points that the disc moves away from do not count, so that backing off a wall stays possible.
 //! 3. Speed: v t + v²/(2 a) may not exceed the free distance, with reaction time t and braking a. Turning on the spot
 //!    never moves the disc and is never limited.
+//! 4. A robot that stands beside a wall, nearer than it would go there, may creep along it, but no nearer: points scatter, and some
+//!    of them always seem to come nearer.
 //!
 //! Source: Celej §5 (safe mode); braking distance plus reaction time as in the specification.
 
-use nalgebra::Point2;
-
+use super::strip::Strip;
 use crate::geom::Pose2;
 use crate::points::Points;
 use crate::robot::RobotModel;
@@ -63,39 +64,74 @@ impl SafeConfig {
     }
 }
 
-/// The speeds (m/s, rad/s) that are safe, for a robot that was told to run at `before`. `robot_at_scan_from_robot` is
-/// the motion since the scan.
+/// What a robot is at when it is told something else.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Underway {
+    /// Speeds that it was told last, m/s and rad/s.
+    pub told: (f64, f64),
+    /// Speeds at which it runs, by odometry: motors take time.
+    pub runs: (f64, f64),
+    /// `robot_at_scan_from_robot`: the motion since the last scan.
+    pub since_scan: Pose2,
+    /// How long ago that was, s.
+    pub scan_age: f64,
+}
+
+impl Underway {
+    /// Turn rates between which it is, once it is told to turn at `turn`, rad/s.
+    pub(super) fn turns(&self, turn: f64) -> [f64; 4] {
+        [turn, self.told.1, self.runs.1, 0.0]
+    }
+}
+
+/// Along a wall that is nearer than [`SafeConfig::gap`] the robot runs no faster, m/s.
+const CREEP: f64 = 0.1;
+
+/// The speeds (m/s, rad/s) that are safe, for a robot that is at something.
 #[must_use]
 pub fn limit_speed(
-    (forward, turn): (f64, f64),
-    before: (f64, f64),
+    wish: (f64, f64),
     points: &Points,
-    robot_at_scan_from_robot: &Pose2,
+    underway: &Underway,
     model: &RobotModel,
     config: &SafeConfig,
 ) -> (f64, f64) {
-    let (forward, turn) = within_model((forward, turn), model);
+    let (forward, turn) = within_model(wish, model);
     if forward == 0.0 {
         return (0.0, turn);
     }
     let brake = config.braking * model.max_acceleration;
     let longest = forward.abs() * config.reaction + forward * forward / (2.0 * brake);
-    // The turn rate takes time to change: what is swept lies between the old arc, the new one and the straight line.
-    let free = [turn, before.1, 0.0].map(|turn| {
-        let strip = Strip {
-            radius: model.radius() + config.gap,
-            spread: config.spread,
-        };
-        strip.free_distance((forward, turn), points, robot_at_scan_from_robot, longest)
-    });
-    let free = free.into_iter().fold(longest, f64::min);
-    if free >= longest {
+    let strip = Strip {
+        radius: model.radius() + config.gap,
+        spread: config.spread,
+        least: None,
+    };
+    let near = strip.near(points, &underway.since_scan, longest);
+    if near.is_empty() {
         return (forward, turn);
     }
+    // What it runs on is an arc of its own: told to turn less, it is still on the narrower one.
+    let runs = (underway.runs.0 * forward > 0.0).then_some(underway.runs);
+    let arcs = underway.turns(turn).map(|turn| (forward, turn));
+    let free_on_arcs = |strip: &Strip| {
+        let arcs = arcs.iter().copied().chain(runs);
+        arcs.map(|arc| strip.free_distance(arc, &near, longest))
+            .fold(longest, f64::min)
+    };
     // v t + v²/(2 a) = d
     let at = brake * config.reaction;
-    let safe = (at * at + 2.0 * brake * free).sqrt() - at;
-    (safe.min(forward.abs()).copysign(forward), turn)
+    let speed_for = |free: f64| match free >= longest {
+        true => forward.abs(),
+        false => ((at * at + 2.0 * brake * free).sqrt() - at).min(forward.abs()),
+    };
+    let mut speed = speed_for(free_on_arcs(&strip));
+    if speed < CREEP.min(forward.abs())
+        && let Some(beside) = strip.beside_wall(&near, forward, model.radius())
+    {
+        speed = speed_for(free_on_arcs(&beside)).min(CREEP).max(speed);
+    }
+    (speed.copysign(forward), turn)
 }
 
 /// The speeds (m/s, rad/s) as far as the robot can run them; 0 for what is no number.
@@ -112,84 +148,4 @@ pub fn within_model((forward, turn): (f64, f64), model: &RobotModel) -> (f64, f6
         bounded(forward, model.max_speed),
         bounded(turn, model.max_turn_rate),
     )
-}
-
-/// How far a disc of `radius` moves along the arc of the given speeds before it touches a point of the scan, m; `most`
-/// where it does not.
-#[must_use]
-pub fn free_distance(
-    speeds: (f64, f64),
-    points: &Points,
-    robot_at_scan_from_robot: &Pose2,
-    radius: f64,
-    most: f64,
-) -> f64 {
-    let strip = Strip {
-        radius,
-        spread: 0.0,
-    };
-    strip.free_distance(speeds, points, robot_at_scan_from_robot, most)
-}
-
-/// What is swept: a disc that grows on its way.
-#[derive(Clone, Copy)]
-struct Strip {
-    radius: f64,
-    /// m/m.
-    spread: f64,
-}
-
-impl Strip {
-    fn free_distance(
-        &self,
-        (forward, turn): (f64, f64),
-        points: &Points,
-        robot_at_scan_from_robot: &Pose2,
-        most: f64,
-    ) -> f64 {
-        let robot_from_scan = robot_at_scan_from_robot.inverse();
-        let near = most + self.radius + self.spread * most;
-        let obstacles: Vec<Point2<f64>> = points
-            .hits()
-            .map(|beam| robot_from_scan * beam.end_in_robot)
-            .filter(|p| p.coords.norm_squared() < near * near)
-            .collect();
-        if obstacles.is_empty() || forward == 0.0 || most.is_nan() || most <= 0.0 {
-            return most.max(0.0);
-        }
-        let steps = (most / STEP).ceil().clamp(1.0, 1e3) as usize;
-        let motion_of = |distance: f64| {
-            let time = distance / forward.abs();
-            arc(forward * time, turn * time)
-        };
-        let mut before: Vec<f64> = obstacles.iter().map(|p| p.coords.norm()).collect();
-        for step in 1..=steps {
-            let distance = most * step as f64 / steps as f64;
-            let at = motion_of(distance);
-            let radius = self.radius + self.spread * distance;
-            for (obstacle, before) in obstacles.iter().zip(&mut before) {
-                let now = (obstacle - at).norm();
-                if now < radius && now < *before - 1e-9 {
-                    return most * (step - 1) as f64 / steps as f64;
-                }
-                *before = now;
-            }
-        }
-        most
-    }
-}
-
-/// Step along the arc, m.
-const STEP: f64 = 0.01;
-
-/// Where an arc of the given length and turn ends.
-pub(super) fn arc(length: f64, turn: f64) -> Point2<f64> {
-    let (sin, cos) = crate::geom::sin_cos(0.5 * turn);
-    // Chord of the arc: length sin(turn/2)/(turn/2), in direction turn/2.
-    let chord = if turn.abs() < 1e-9 {
-        length
-    } else {
-        length * sin / (0.5 * turn)
-    };
-    Point2::new(chord * cos, chord * sin)
 }

@@ -6,15 +6,15 @@
 //! 1. At speed v the robot stands after T = t + v/a and s = v t + v²/(2 a), with reaction time t and braking a.
 //! 2. Its front sweeps the disc along s, on the arcs that safe mode sweeps as well. Somebody at distance d of that needs d / u at
 //!    walking speed u. So d ≥ u T is asked for, and the greatest such v is taken; none where even v = 0 has less.
-//! 3. Whoever is behind the middle of the robot, as it drives, is not driven into.
+//! 3. They walk on while a lidar is silent: t grows with the age of the scan.
+//! 4. Whoever is behind the middle of the robot, as it drives, is not driven into.
 //!
 //! Source: speed and separation monitoring, ISO/TS 15066:2016 §5.5.4, with the person's speed from ISO 13855 made a setting.
 
 use nalgebra::{Point2, Vector2};
 
-use super::SafeConfig;
-use super::safe::arc;
-use crate::geom::Pose2;
+use super::safe::{SafeConfig, Underway};
+use super::strip::arc;
 use crate::robot::RobotModel;
 
 /// Speeds that are tried between none and the wished one.
@@ -22,31 +22,35 @@ const TRIED: u32 = 20;
 /// Places of the swept disc that are looked at, m apart.
 const STEP: f64 = 0.05;
 
-/// The speeds (m/s, rad/s) that are safe among those who walk, for a robot that was told to run at `before`. `walkers` stand in the
-/// robot frame of the last scan, `robot_at_scan_from_robot` is the motion since.
+/// A lidar is this old when it is as new as can be, s: [`SafeConfig::reaction`] counts on it.
+const FRESH: f64 = 0.2;
+
+/// The speeds (m/s, rad/s) that are safe among those who walk, for a robot that is at something. `walkers` stand in the robot frame of
+/// the last scan.
 #[must_use]
 pub fn limit_among_walkers(
     (forward, turn): (f64, f64),
-    before: (f64, f64),
     walkers: &[Point2<f64>],
-    robot_at_scan_from_robot: &Pose2,
+    underway: &Underway,
     model: &RobotModel,
     config: &SafeConfig,
 ) -> (f64, f64) {
     if walkers.is_empty() || forward == 0.0 {
         return (forward, turn);
     }
-    let robot_from_scan = robot_at_scan_from_robot.inverse();
+    let robot_from_scan = underway.since_scan.inverse();
     let ahead: Vec<Point2<f64>> = walkers
         .iter()
         .map(|walker| robot_from_scan * *walker)
         .filter(|walker| walker.x * forward > 0.0)
         .collect();
+    // Nobody waits while the lidar says nothing.
+    let reaction = config.reaction + (underway.scan_age - FRESH).max(0.0);
     let brake = config.braking * model.max_acceleration;
     let is_safe = |speed: f64| {
         let length = speed * config.reaction + speed * speed / (2.0 * brake);
-        let apart = config.walking * (config.reaction + speed / brake) + model.radius();
-        [turn, before.1, 0.0].into_iter().all(|turn| {
+        let apart = config.walking * (reaction + speed / brake) + model.radius();
+        underway.turns(turn).into_iter().all(|turn| {
             let steps = (length / STEP).ceil() as u32;
             (0..=steps).all(|step| {
                 let part = length * f64::from(step) / f64::from(steps.max(1));

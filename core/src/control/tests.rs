@@ -47,6 +47,15 @@ fn obstacle(x: f64, y: f64) -> Points {
     }
 }
 
+/// A robot that was told these speeds and has reached them.
+fn at(speeds: (f64, f64)) -> Underway {
+    Underway {
+        told: speeds,
+        runs: speeds,
+        ..Underway::default()
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
@@ -107,7 +116,7 @@ proptest! {
     fn speed_before_a_wall_can_always_be_braked(distance in 0.2..2.0_f64, forward in 0.01..0.7_f64) {
         let model = RobotModel::pioneer();
         let config = SafeConfig::default();
-        let (v, turn) = limit_speed((forward, 0.0), (forward, 0.0), &obstacle(model.radius() + distance, 0.0), &Pose2::identity(), &model, &config);
+        let (v, turn) = limit_speed((forward, 0.0), &obstacle(model.radius() + distance, 0.0), &at((forward, 0.0)), &model, &config);
         prop_assert!(v >= 0.0 && v <= forward && turn == 0.0);
         let needs = v * config.reaction + v * v / (2.0 * config.braking * model.max_acceleration);
         prop_assert!(needs <= distance - config.gap + 1e-9);
@@ -123,21 +132,27 @@ fn touching_a_wall_leaves_turning_and_backing_off() {
     let model = RobotModel::rp6();
     let config = SafeConfig::default();
     let wall = obstacle(model.radius() + 0.001, 0.0);
-    let limited = |wish| limit_speed(wish, (0.0, 0.0), &wall, &Pose2::identity(), &model, &config);
+    let limited = |wish| limit_speed(wish, &wall, &Underway::default(), &model, &config);
     assert_eq!(limited((0.2, 0.0)).0, 0.0);
     assert_eq!(limited((0.0, 1.0)), (0.0, 1.0));
     assert_eq!(limited((-0.2, 0.0)), (-0.2, 0.0));
     assert_eq!(limited((f64::NAN, f64::NAN)), (0.0, 0.0));
     // Having moved back by 1 m since the scan, the wall is far.
-    let moved = Pose2::new(-1.0, 0.0, 0.0);
+    let moved = Underway {
+        since_scan: Pose2::new(-1.0, 0.0, 0.0),
+        ..at((0.2, 0.0))
+    };
     assert_eq!(
-        limit_speed((0.2, 0.0), (0.2, 0.0), &wall, &moved, &model, &config).0,
+        limit_speed((0.2, 0.0), &wall, &moved, &model, &config).0,
         0.2
     );
     // Turned round since the scan, the wall is behind.
-    let turned = Pose2::new(0.0, 0.0, std::f64::consts::PI);
+    let turned = Underway {
+        since_scan: Pose2::new(0.0, 0.0, std::f64::consts::PI),
+        ..Underway::default()
+    };
     assert_eq!(
-        limit_speed((-0.2, 0.0), (0.0, 0.0), &wall, &turned, &model, &config).0,
+        limit_speed((-0.2, 0.0), &wall, &turned, &model, &config).0,
         0.0
     );
 }

@@ -21,6 +21,7 @@ mod block;
 mod config;
 mod directory;
 mod extent;
+mod states;
 mod sweep;
 #[cfg(test)]
 mod sweep_tests;
@@ -39,6 +40,7 @@ use crate::geom::Pose2;
 use crate::points::Points;
 
 pub use self::config::{GridConfig, GridError};
+pub use self::states::without_stripes;
 pub use self::sweep::Sweep;
 
 /// Cells along one side of a block.

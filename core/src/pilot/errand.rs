@@ -8,8 +8,8 @@ use crate::control::{Follower, ProgressWatch};
 use crate::geom::Segment;
 use crate::map::{CellIndex, CellRect, CellState, Grid};
 use crate::plan::{
-    ConfigSpace, Frontier, GridSpace, NoPath, Path, Route, Unknown, Wavefront, find_frontiers,
-    plan_route, rect_around,
+    ConfigSpace, Frontier, FrontierChoice, GridSpace, NoPath, Path, Route, Unknown, Wavefront,
+    find_frontiers, order_by_tour, plan_route, rect_around,
 };
 use crate::robot::Stamp;
 
@@ -26,6 +26,8 @@ pub(super) struct Errand {
     pub(super) stuck: usize,
     /// Not planned or reviewed again before.
     pub(super) next_review: Stamp,
+    /// Not asked before whether another frontier is better.
+    next_choice: Stamp,
     /// Standing at an exploration goal since.
     pub(super) arrived: Option<Stamp>,
     /// What there is to tell once it is home again.
@@ -35,6 +37,10 @@ pub(super) struct Errand {
     last_look: Option<Stamp>,
 }
 
+/// How often it is asked on the way whether another frontier is better, s.
+const CHOICE_PERIOD: f64 = 2.0;
+/// A frontier whose goal is farther off than this is another one, m.
+const OTHER_GOAL: f64 = 0.75;
 /// The map begins where the robot did.
 const HOME: Point2<f64> = Point2::new(0.0, 0.0);
 /// From so near it need not go home, m.
@@ -56,6 +62,7 @@ impl Pilot {
         if is_due {
             self.errand.next_review = now.stamp.plus(self.config.review_period);
             self.review(now);
+            self.reconsider(now);
         }
         if self.errand.follower.is_some() {
             self.status = Status::Driving;
@@ -87,6 +94,29 @@ impl Pilot {
                 self.errand.drop_route();
                 self.errand.arrived = None;
             }
+        }
+    }
+
+    /// Other frontiers may have come in sight: is the one that it drives to still the first of the tour?
+    fn reconsider(&mut self, now: &Situation) {
+        let is_touring = self.mode == Mode::Explore
+            && self.errand.homeward.is_none()
+            && self.config.frontier.choice == FrontierChoice::ShortestTour;
+        let Some(goal) = self.errand.explorer.target.as_ref().and_then(|t| t.goal) else {
+            return;
+        };
+        if !is_touring || self.errand.follower.is_none() || now.stamp < self.errand.next_choice {
+            return;
+        }
+        self.errand.next_choice = now.stamp.plus(CHOICE_PERIOD);
+        let Ok(found) = self.look_for_frontiers(now) else {
+            return;
+        };
+        let first = found.iter().find(|f| self.errand.explorer.is_open(f));
+        let is_other = |first: Point2<f64>| (first - goal).norm() > OTHER_GOAL;
+        if first.and_then(|f| f.goal).is_some_and(is_other) {
+            self.errand.explorer.target = None;
+            self.errand.drop_route();
         }
     }
 
@@ -216,7 +246,15 @@ impl Pilot {
             return if is_blank { Ok(vec![]) } else { Err(blocked) };
         };
         let wave = Wavefront::new(&space, start);
-        Ok(find_frontiers(&space, &wave, &self.config.frontier))
+        let mut found = find_frontiers(&space, &wave, &self.config.frontier);
+        if self.config.frontier.choice == FrontierChoice::ShortestTour {
+            let explorer = &self.errand.explorer;
+            let heading_for = explorer.target.as_ref().and_then(|target| target.goal);
+            order_by_tour(&mut found, &space, &wave, heading_for, |frontier| {
+                explorer.is_open(frontier)
+            });
+        }
+        Ok(found)
     }
 
     /// Exploration is over when several scans in a row show nothing new.

@@ -116,6 +116,11 @@ impl Explorer {
         left.map(|f| f.centre).collect()
     }
 
+    /// Whether a frontier was not given up.
+    pub(super) fn is_open(&self, frontier: &Frontier) -> bool {
+        self.why_not(frontier).is_none()
+    }
+
     /// Why a frontier was given up; one that grew is worth another look.
     fn why_not(&self, frontier: &Frontier) -> Option<Reason> {
         let is_it = |old: &&GivenUp| {

@@ -213,6 +213,7 @@ impl fmt::Display for StageReport {
                     Planner::InformedRrtStar => "found by Informed RRT*",
                     Planner::AStar => "found by A*",
                     Planner::ThetaStar => "found by Theta*",
+                    Planner::Rooms => "found from room to room",
                     Planner::Visibility => "found by the visibility graph",
                     Planner::Wavefront => "found by a wave over the grid",
                 };

@@ -19,6 +19,7 @@ use rand_chacha::ChaCha8Rng;
 use super::cspace::{ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown, rect_around};
 use super::path::{NoPath, Path, Planner};
 use super::query::{Progress, Query};
+use super::rooms::NoRooms;
 use super::rrt::RrtConfig;
 use super::sampler::Sampler;
 use super::search::Search;
@@ -26,7 +27,7 @@ use crate::geom::Segment;
 use crate::map::Grid;
 
 /// The planners that a contest knows.
-pub const CONTESTANTS: [Planner; 7] = [
+pub const CONTESTANTS: [Planner; 8] = [
     Planner::Rrt,
     Planner::RrtConnect,
     Planner::RrtStar,
@@ -34,6 +35,7 @@ pub const CONTESTANTS: [Planner; 7] = [
     Planner::AStar,
     Planner::ThetaStar,
     Planner::Visibility,
+    Planner::Rooms,
 ];
 
 /// A goal farther than this off a grid is no goal, m.
@@ -94,6 +96,8 @@ pub struct Standing {
     pub ratio: Option<f64>,
     /// Why there is no path; `None` while it looks for one, and when it has one.
     pub reason: Option<NoPath>,
+    /// Why it did not keep to the rooms that lie on the way; `None` where it did, and of all that know no rooms.
+    pub fallback: Option<NoRooms>,
     /// Time taken, s.
     pub seconds: f64,
     /// Points drawn, cells expanded, legs of the graph looked at.
@@ -294,6 +298,7 @@ impl Contest {
                     .zip(shortest)
                     .map(|(length, shortest)| length / shortest.length.max(1e-9)),
                 reason: self.reason(entrant),
+                fallback: search.and_then(Search::fallback),
                 seconds: entrant.seconds,
                 iterations: search.map_or(0, Search::iterations),
                 tried: search.map_or(0, |s| s.tree().len()),

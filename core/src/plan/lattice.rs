@@ -120,6 +120,28 @@ impl Lattice {
         ends.filter(|(start, goal)| start != goal)
     }
 
+    /// Cells along x and along y, those at the border among them.
+    #[must_use]
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.kinds.len() / self.width)
+    }
+
+    /// A point of the map from the lattice's lower left corner, m.
+    #[must_use]
+    pub fn in_lattice(&self, point: Point2<f64>) -> Point2<f64> {
+        Point2::from(point - self.low)
+    }
+
+    /// Closes all cells but those to keep, and start and goal.
+    pub fn close_but(&mut self, is_kept: impl Fn(usize) -> bool) {
+        let ends = self.ends.map(|ends| ends.map(|(cell, _)| cell));
+        for (cell, kind) in self.kinds.iter_mut().enumerate() {
+            if !is_kept(cell) && !ends.is_some_and(|ends| ends.contains(&cell)) {
+                *kind = CLOSED;
+            }
+        }
+    }
+
     /// Number of cells.
     #[must_use]
     pub fn len(&self) -> usize {

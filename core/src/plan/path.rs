@@ -44,6 +44,8 @@ pub enum Planner {
     AStar,
     /// Cells with legs in any direction (Nash et al. 2007).
     ThetaStar,
+    /// Rooms and doors first, then Theta* within the rooms crossed (Thrun 1998).
+    Rooms,
     /// Tangents of the walls' ends: the shortest path there is.
     Visibility,
     /// The cells of the grid, when the trees had spent their budget and the grid proved that there is a way.

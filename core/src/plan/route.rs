@@ -22,6 +22,7 @@ use super::path::{NoPath, Path, Planner};
 use super::pull_tight::pull_tight;
 use super::query::Query;
 use super::reach::may_reach;
+use super::rooms::NoRooms;
 use super::rrt::RrtConfig;
 use super::sampler::Sampler;
 use super::search::Search;
@@ -108,6 +109,9 @@ pub struct Route {
     pub tree: Vec<Segment>,
     /// Who found it.
     pub by: Planner,
+    /// Why the planner did not keep to the rooms that lie on the way; `None` where it did, and for all others but
+    /// [`Planner::Rooms`].
+    pub fallback: Option<NoRooms>,
     /// Random points drawn.
     pub iterations: usize,
     /// Distance kept between the robot's disc and walls, m.
@@ -248,6 +252,7 @@ fn plan_in<R: Rng>(
         raw,
         tree: looked.tree,
         by,
+        fallback: looked.fallback,
         iterations: looked.iterations,
         margin: 0.0,
     })
@@ -307,6 +312,7 @@ fn aim_at(
 struct Looked {
     path: Option<Path>,
     by: Planner,
+    fallback: Option<NoRooms>,
     iterations: usize,
     tree: Vec<Segment>,
 }
@@ -335,19 +341,21 @@ fn look<R: Rng>(
         return Looked {
             path: None,
             by: config.planner,
+            fallback: None,
             iterations: 0,
             tree: vec![],
         };
     };
     let budget = match config.planner {
         // They end by themselves, when all cells are expanded.
-        Planner::AStar | Planner::ThetaStar => usize::MAX,
+        Planner::AStar | Planner::ThetaStar | Planner::Rooms => usize::MAX,
         _ => config.rrt.max_iterations,
     };
     search.step(space, rng, budget);
     Looked {
         path: search.path(),
         by: search.planner(),
+        fallback: search.fallback(),
         iterations: search.iterations(),
         tree: search.tree(),
     }

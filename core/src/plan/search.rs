@@ -18,6 +18,7 @@ use super::cspace::ConfigSpace;
 use super::lattice::Lattice;
 use super::path::{NoPath, Path, Planner};
 use super::query::{Answer, Progress, Query};
+use super::rooms::{NoRooms, RoomSearch};
 use super::rrt::{Rrt, RrtConfig};
 use super::rrt_connect::RrtConnect;
 use super::rrt_star::RrtStar;
@@ -44,6 +45,7 @@ enum Kind {
     Star(Box<RrtStar>),
     AStar(Box<AStar>),
     ThetaStar(Box<ThetaStar>),
+    Rooms(Box<RoomSearch>),
     Visibility(Box<Visibility>),
 }
 
@@ -76,6 +78,7 @@ impl Search {
             }
             Planner::AStar => Kind::AStar(Box::new(AStar::new(lattice(), &query))),
             Planner::ThetaStar => Kind::ThetaStar(Box::new(ThetaStar::new(lattice(), query))),
+            Planner::Rooms => Kind::Rooms(Box::new(RoomSearch::new(lattice(), query))),
             Planner::Visibility => {
                 let graph = Visibility::new(space, query);
                 let graph = graph.ok_or(NoPath::NotOffered { planner })?;
@@ -147,6 +150,7 @@ impl Search {
             }
             Kind::AStar(search) => (search.iterate(space), search.is_found()),
             Kind::ThetaStar(search) => (search.iterate(space), search.is_found()),
+            Kind::Rooms(search) => (search.iterate(space), search.is_found()),
             Kind::Visibility(graph) => (graph.iterate(space), graph.is_found()),
         };
         match (goes_on, is_found) {
@@ -174,6 +178,7 @@ impl Search {
             Kind::Star(tree) => tree.path(),
             Kind::AStar(search) => search.path(),
             Kind::ThetaStar(search) => search.path(),
+            Kind::Rooms(search) => search.path(),
             Kind::Visibility(graph) => graph.path(),
         }
     }
@@ -188,6 +193,7 @@ impl Search {
             Kind::Star(tree) => tree.edges(),
             Kind::AStar(search) => search.edges(),
             Kind::ThetaStar(search) => search.edges(),
+            Kind::Rooms(search) => search.edges(),
             Kind::Visibility(graph) => graph.edges(),
         }
     }
@@ -196,6 +202,15 @@ impl Search {
     #[must_use]
     pub fn progress(&self) -> Progress {
         self.progress
+    }
+
+    /// Why [`Planner::Rooms`] took all cells instead of those of the rooms crossed; `None` where it did not, and of all others.
+    #[must_use]
+    pub fn fallback(&self) -> Option<NoRooms> {
+        match &self.kind {
+            Kind::Rooms(search) => search.fallback(),
+            _ => None,
+        }
     }
 
     /// Iterations used.

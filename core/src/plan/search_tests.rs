@@ -14,7 +14,7 @@ const QUERY: Query = Query {
     goal: Point2::new(3.7, 2.6),
 };
 const KEEP: f64 = 0.15;
-const ALL: [Planner; 7] = [
+const ALL: [Planner; 8] = [
     Planner::Rrt,
     Planner::RrtConnect,
     Planner::RrtStar,
@@ -22,6 +22,7 @@ const ALL: [Planner; 7] = [
     Planner::AStar,
     Planner::ThetaStar,
     Planner::Visibility,
+    Planner::Rooms,
 ];
 
 fn space_of(walls: &[Segment]) -> SegmentSpace {

@@ -349,3 +349,64 @@ fn a_robot_too_near_to_a_wall_gets_out_and_an_enclosed_one_says_so() {
         "{said}"
     );
 }
+
+/// A frontier to be looked at from a place.
+fn frontier(x: f64, cost: f64) -> Frontier {
+    let goal = Point2::new(x, 1.5);
+    Frontier {
+        cells: vec![],
+        centre: goal,
+        gain: 1.0,
+        goal: Some(goal),
+        cost,
+        score: 0.0,
+    }
+}
+
+#[test]
+fn what_is_left_over_near_by_comes_before_the_long_way() {
+    let grid = floor(&[]);
+    let space = GridSpace::new(&grid, whole(), RADIUS, Unknown::Blocked);
+    let wave = Wavefront::new(&space, Point2::new(1.2, 1.5));
+    let order = |goals: &[f64], heading_for: Option<f64>| {
+        let found = goals.iter().map(|x| frontier(*x, (x - 1.2).abs()));
+        let mut found: Vec<Frontier> = found.collect();
+        let heading_for = heading_for.map(|x| Point2::new(x, 1.5));
+        order_by_tour(&mut found, &space, &wave, heading_for, |_| true);
+        let places = found.iter().filter_map(|f| Some(f.goal?.x));
+        places.collect::<Vec<f64>>()
+    };
+    // 0.6 m to the left, and 0.4, 0.8 and 1.2 m to the right: the left end first saves 0.6 m of the whole.
+    assert_eq!(order(&[1.6, 2.4, 0.6, 2.0], None), [0.6, 1.6, 2.0, 2.4]);
+    // With nothing far off to the right it is the other way round.
+    assert_eq!(order(&[0.6, 1.6], None), [1.6, 0.6]);
+    // Two decimetres are not worth turning round for.
+    assert_eq!(order(&[0.6, 1.6], Some(0.6)), [0.6, 1.6]);
+}
+
+#[test]
+fn what_was_given_up_or_is_out_of_reach_is_not_toured() {
+    let grid = floor(&[]);
+    let space = GridSpace::new(&grid, whole(), RADIUS, Unknown::Blocked);
+    let wave = Wavefront::new(&space, Point2::new(1.0, 1.5));
+    let out_of_reach = Frontier {
+        goal: None,
+        cost: f64::INFINITY,
+        ..frontier(1.2, 0.2)
+    };
+    let mut found = vec![out_of_reach.clone(), frontier(1.4, 0.4), frontier(2.4, 1.4)];
+    order_by_tour(&mut found, &space, &wave, None, |f| f.cost > 1.0);
+    assert_eq!(
+        found,
+        [frontier(2.4, 1.4), frontier(1.4, 0.4), out_of_reach]
+    );
+    // And many more than are toured.
+    let mut many: Vec<Frontier> = (0..25)
+        .map(|i| frontier(1.0 + 0.06 * f64::from(i), 0.06 * f64::from(i)))
+        .collect();
+    let sorted = many.clone();
+    many.reverse();
+    order_by_tour(&mut many, &space, &wave, None, |_| true);
+    assert_eq!(many[10..], sorted[10..]);
+    assert!(sorted.iter().all(|f| many.contains(f)));
+}

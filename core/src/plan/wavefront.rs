@@ -81,11 +81,45 @@ impl Wavefront {
         }
     }
 
+    /// Number of the cell that it spread from; `None` where that is not free.
+    #[must_use]
+    pub fn start(&self) -> Option<usize> {
+        Some(self.start).filter(|start| *start < self.costs.len())
+    }
+
     /// Cost of the way to a cell, in metres of open floor; `None` where no way leads.
     #[must_use]
     pub fn cost(&self, index: usize) -> Option<f64> {
         let cost = *self.costs.get(index)?;
         (cost != UNREACHED).then(|| f64::from(cost) * self.metres)
+    }
+
+    /// The floor that was reached, in squares of `side` by `side` cells.
+    #[must_use]
+    pub(super) fn in_squares(&self, side: usize) -> Squares {
+        let height = self.costs.len() / self.width.max(1);
+        // A closed border all round.
+        let width = self.width.div_ceil(side) + 2;
+        let mut squares = Squares {
+            weights: vec![0; width * (height.div_ceil(side) + 2)],
+            width,
+            side,
+            cells_width: self.width,
+            metres: self.metres * side as f64,
+        };
+        for (cell, (cost, weight)) in self.costs.iter().zip(&self.weights).enumerate() {
+            if *cost == UNREACHED {
+                continue;
+            }
+            let square = squares.square_of(cell);
+            let least = &mut squares.weights[square];
+            *least = if *least == 0 {
+                *weight
+            } else {
+                (*least).min(*weight)
+            };
+        }
+        squares
     }
 
     /// Numbers of all cells that a way leads to.
@@ -123,6 +157,40 @@ impl Wavefront {
         Some(Path {
             points: corners.map(|i| space.centre_of(cells[i])).collect(),
         })
+    }
+}
+
+/// The floor of a wavefront in larger squares, for many rough wavefronts over it. A square is open where any of its cells was reached:
+/// walls between two floors, the robot's room to either side included, are thicker than two squares of three cells of 5 cm.
+#[derive(Clone, Debug)]
+pub(super) struct Squares {
+    weights: Vec<u8>,
+    width: usize,
+    /// In cells.
+    side: usize,
+    cells_width: usize,
+    metres: f64,
+}
+
+impl Squares {
+    /// Number of the square of a cell.
+    pub(super) fn square_of(&self, cell: usize) -> usize {
+        let (col, row) = (cell % self.cells_width, cell / self.cells_width);
+        (row / self.side + 1) * self.width + col / self.side + 1
+    }
+
+    /// Costs from a cell to all squares, by their numbers.
+    pub(super) fn from_cell(&self, cell: usize) -> Wavefront {
+        let start = self.square_of(cell);
+        let mut wave = Wavefront {
+            costs: vec![UNREACHED; self.weights.len()],
+            weights: self.weights.clone(),
+            width: self.width,
+            metres: self.metres,
+            start,
+        };
+        wave.spread(start);
+        wave
     }
 }
 

@@ -45,6 +45,25 @@ impl MotionHistory {
         self.steps.back().map(|last| last.to)
     }
 
+    /// Mean speeds (m/s, rad/s) over the last `span` seconds of odometry; 0 before the first reading.
+    #[must_use]
+    pub fn speeds(&self, span: f64) -> (f64, f64) {
+        let Some(now) = self.now() else {
+            return (0.0, 0.0);
+        };
+        let newest = self.steps.iter().rev();
+        let recent = newest.take_while(|step| now.since(step.to) < span);
+        let (way, turn, time) = recent.fold((0.0, 0.0, 0.0), |(way, turn, time), step| {
+            let (motion, took) = (&step.motion, step.to.since(step.from));
+            (way + motion.x(), turn + motion.heading(), time + took)
+        });
+        if time > 0.0 {
+            (way / time, turn / time)
+        } else {
+            (0.0, 0.0)
+        }
+    }
+
     /// Poses at the given instants, each as `robot_now_from_robot_then`, for instants in any order.
     ///
     /// Instants before the oldest reading get the pose at its start, instants after the newest one get the identity:
@@ -152,6 +171,18 @@ mod tests {
                 "{done:?} {expect:?}"
             );
         }
+    }
+
+    #[test]
+    fn speeds_are_those_of_the_last_readings() {
+        let history = history();
+        let (forward, turn) = history.speeds(0.15);
+        assert!(forward == 0.0 && (turn - 2.0).abs() < 1e-12, "{turn}");
+        // At least the newest reading counts.
+        assert!((history.speeds(0.01).1 - 2.0).abs() < 1e-12);
+        let (forward, turn) = history.speeds(1.0);
+        assert!((forward - 0.5).abs() < 1e-12 && (turn - 1.0).abs() < 1e-12);
+        assert_eq!(MotionHistory::new(1.0).speeds(1.0), (0.0, 0.0));
     }
 
     #[test]

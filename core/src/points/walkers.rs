@@ -5,7 +5,7 @@
 //!
 //! 1. A hit has entered free room when an older scan looked past it: all beams in its direction, and a little to either side for the
 //!    odometry since, went on behind it. What was hidden then has not entered, and nor has what lay in a gap between beams. Beams of a
-//!    robot that drives do not begin at one place: what that shifts is allowed for, or each edge that comes in sight would walk.
+//!    robot that drives do not begin at one place: each is asked from where it began, or each edge that comes in sight would walk.
 //! 2. Two such hits beside each other, in two scans, are a place where somebody walks. One alone may be noise.
 //! 3. Hits near such a place belong to it. It is forgotten when nothing is near it any more, and [`WalkerConfig::memory`] after
 //!    somebody was last seen to walk there, a second for each scan that saw them walk: who only paused may walk on, and what only
@@ -19,10 +19,10 @@
 use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
-use super::Points;
-use crate::geom::Pose2;
+use super::{Beam, Points};
+use crate::geom::{Pose2, sin_cos};
 use crate::robot::Stamp;
 
 /// What counts as walking.
@@ -66,8 +66,12 @@ const PER_SIGHTING: f64 = 1.0;
 const CONFIRMED: u32 = 2;
 /// Widest direction that is compared, to either side, rad.
 const SEAM: f64 = 0.5;
-/// Least number of beams that have to look past a hit.
-const LEAST_BEAMS: usize = 3;
+/// What is nearer to the sensor is taken to be so far, m.
+const NEAR: f64 = 0.1;
+/// Least number of beams that have to look past a hit, and least part of those that fit there: the sweep of a robot that turns leaves
+/// directions out.
+const LEAST_BEAMS: f64 = 3.0;
+const COVERED: f64 = 0.7;
 
 /// Finds who walks.
 #[derive(Clone, Debug, Default)]
@@ -86,11 +90,21 @@ struct Past {
     /// `robot_now_from_robot_then`.
     now_from_then: Pose2,
     sensor: Point2<f64>,
-    /// Bearing and range from the sensor, by bearing; those within [`SEAM`] of ±π twice, a turn apart.
-    beams: Vec<(f64, f64)>,
+    /// By bearing; those within [`SEAM`] of ±π twice, a turn apart.
+    beams: Vec<PastBeam>,
     spacing: f64,
     /// How far from `sensor` beams began: the robot drove during the sweep, m.
     parallax: f64,
+}
+
+/// One of its beams, from where it began.
+#[derive(Clone, Copy, Debug)]
+struct PastBeam {
+    bearing: f64,
+    origin: Point2<f64>,
+    /// Of length 1.
+    along: Vector2<f64>,
+    range: f64,
 }
 
 /// Where somebody walked, robot frame now, and when.
@@ -125,7 +139,7 @@ impl Walkers {
         }
         let near = |p: &Point2<f64>| (p - points.sensor_in_robot).norm() < self.config.reach;
         let hits: Vec<Point2<f64>> = points.hits().map(|b| b.end_in_robot).filter(near).collect();
-        self.see_walking(&hits, parallax(points), points.stamp);
+        self.see_walking(&hits, points.stamp);
         self.keep_places(&hits, points.stamp);
         self.past.extend(Past::of(points));
         if self.past.len() > KEPT {
@@ -140,13 +154,9 @@ impl Walkers {
     }
 
     /// Steps 1 and 2.
-    fn see_walking(&mut self, hits: &[Point2<f64>], blur: f64, now: Stamp) {
+    fn see_walking(&mut self, hits: &[Point2<f64>], now: Stamp) {
         let behind = self.config.behind;
-        let looked_past = |hit| {
-            self.past
-                .iter()
-                .any(|past| past.looked_past(hit, behind, blur))
-        };
+        let looked_past = |hit| self.past.iter().any(|past| past.looked_past(hit, behind));
         let known = self.places.clone();
         let mut before: Option<Point2<f64>> = None;
         for hit in hits {
@@ -195,29 +205,26 @@ impl Past {
     /// `None` for too few beams, or too coarse ones.
     fn of(points: &Points) -> Option<Self> {
         let sensor = points.sensor_in_robot;
-        let mut beams: Vec<(f64, f64)> = points
-            .beams
-            .iter()
-            .map(|beam| {
-                let to = beam.end_in_robot - sensor;
-                (libm::atan2(to.y, to.x), to.norm())
-            })
-            .collect();
-        beams.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut gaps: Vec<f64> = beams.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
+        let by_bearing = |a: &PastBeam, b: &PastBeam| a.bearing.total_cmp(&b.bearing);
+        let mut beams: Vec<PastBeam> = points.beams.iter().filter_map(PastBeam::of).collect();
+        beams.sort_by(by_bearing);
+        let gap = |pair: &[PastBeam]| pair[1].bearing - pair[0].bearing;
+        let mut gaps: Vec<f64> = beams.windows(2).map(gap).collect();
         let middle = gaps.len() / 2;
-        if gaps.len() < LEAST_BEAMS {
+        if (gaps.len() as f64) < LEAST_BEAMS {
             return None;
         }
         let (_, spacing, _) = gaps.select_nth_unstable_by(middle, f64::total_cmp);
         let spacing = *spacing;
         // Those beside the seam at ±π stand on both sides of it.
-        let round = beams.iter().filter(|beam| beam.0.abs() > PI - SEAM);
-        let again: Vec<(f64, f64)> = round
-            .map(|&(bearing, range)| (bearing - bearing.signum() * TAU, range))
-            .collect();
+        let round = beams.iter().filter(|beam| beam.bearing.abs() > PI - SEAM);
+        let turned = |beam: &PastBeam| PastBeam {
+            bearing: beam.bearing - beam.bearing.signum() * TAU,
+            ..*beam
+        };
+        let again: Vec<PastBeam> = round.map(turned).collect();
         beams.extend(again);
-        beams.sort_by(|a, b| a.0.total_cmp(&b.0));
+        beams.sort_by(by_bearing);
         (spacing < COARSE).then(|| Self {
             stamp: points.stamp,
             now_from_then: Pose2::identity(),
@@ -229,22 +236,50 @@ impl Past {
     }
 
     /// Whether all beams towards a point (robot frame now) went on behind it.
-    fn looked_past(&self, point: Point2<f64>, behind: f64, blur: f64) -> bool {
-        let to = self.now_from_then.inverse() * point - self.sensor;
-        let (distance, bearing) = (to.norm(), libm::atan2(to.y, to.x));
+    fn looked_past(&self, point: Point2<f64>, behind: f64) -> bool {
+        let point = self.now_from_then.inverse() * point;
+        let to = point - self.sensor;
+        let (distance, bearing) = (to.norm().max(NEAR), libm::atan2(to.y, to.x));
         let moved = &self.now_from_then;
         let (turned, way) = (moved.heading().abs(), moved.position().coords.norm());
-        let blur = DRIFT * way + self.parallax + blur;
-        let half = 1.6 * self.spacing + TURN_DRIFT * turned.sqrt() + blur / distance.max(0.1);
+        let blur = DRIFT * way;
+        let half = 1.6 * self.spacing + TURN_DRIFT * turned.sqrt() + blur / distance;
         let half = half.min(SEAM);
-        let farther = distance + behind + blur;
-        let first = self.beams.partition_point(|beam| beam.0 < bearing - half);
-        let beside = || {
-            self.beams[first..]
-                .iter()
-                .take_while(|beam| beam.0 <= bearing + half)
-        };
-        beside().count() >= LEAST_BEAMS && beside().all(|(_, range)| *range > farther)
+        let (sin_half, _) = sin_cos(half);
+        let window = (half + self.parallax / distance).min(SEAM);
+        let first = self
+            .beams
+            .partition_point(|beam| beam.bearing < bearing - window);
+        let (mut beside, beams) = (0, 2.0 * half / self.spacing);
+        for beam in &self.beams[first..] {
+            if beam.bearing > bearing + window {
+                break;
+            }
+            let to = point - beam.origin;
+            let distance = to.norm();
+            if beam.along.dot(&to) <= 0.0 || beam.along.perp(&to).abs() > sin_half * distance {
+                continue;
+            }
+            if beam.range <= distance + behind + blur {
+                return false;
+            }
+            beside += 1;
+        }
+        beside as f64 >= (COVERED * beams).max(LEAST_BEAMS)
+    }
+}
+
+impl PastBeam {
+    /// `None` for a beam without length.
+    fn of(beam: &Beam) -> Option<Self> {
+        let to = beam.end_in_robot - beam.origin_in_robot;
+        let range = to.norm();
+        (range > 0.0).then(|| Self {
+            bearing: libm::atan2(to.y, to.x),
+            origin: beam.origin_in_robot,
+            along: to / range,
+            range,
+        })
     }
 }
 

@@ -108,6 +108,7 @@ export class SlamContest extends SlamElement {
         <tbody>${found.planners.map((name, row) => this.#row(found, name, row))}</tbody>
       </table>
       ${straight ? html`<p data-testid="contest-straight">Nothing is in the way: the straight line is free.</p>` : nothing}
+      ${found.reasons.map(({ kind, text }, row) => kind === "rooms" ? html`<p data-testid="contest-fallback">${plannerLabel(found.planners[row] ?? "")} searched all cells: ${text}.</p>` : nothing)}
       ${found.isOptimum || !Number.isFinite(found.shortest) ? nothing : html`<p>Without walls as lines there is no visibility graph: lengths are held against the shortest that was found.</p>`}`;
   }
 

@@ -181,3 +181,28 @@ fn nothing_to_drive_has_arrived() {
     assert_eq!(steering, Steering::Arrived);
     assert!(follower.remaining().points.is_empty());
 }
+
+proptest! {
+    /// Coulter (1992), "Implementation of the pure pursuit path tracking algorithm": curvature 2 sin α / L. The oracle is the circle itself.
+    #[test]
+    fn the_circle_it_drives_touches_its_heading_and_meets_the_point_it_aims_at(y in -0.12..0.12_f64, heading in -0.3..0.3_f64) {
+        let (model, config) = (RobotModel::pioneer(), FollowConfig::default());
+        let straight = crate::geom::Segment::new(Point2::origin(), Point2::new(5.0, 0.0));
+        let mut follower = CurveFollower::new(&[Piece::Line(straight)]);
+        // Looking along the line it drives off.
+        follower.steer(&Pose2::identity(), &model, &config);
+        let pose = Pose2::new(0.1, y, heading);
+        let Steering::Velocity { forward, turn } = follower.steer(&pose, &model, &config) else {
+            return Err(TestCaseError::fail("it has not arrived"));
+        };
+        let to_aim = Point2::new(0.1 + config.look_ahead, 0.0) - pose.position();
+        let astray = wrap(libm::atan2(to_aim.y, to_aim.x) - heading).abs();
+        prop_assume!(astray < config.astray && astray > 0.01);
+        prop_assert!(forward > 0.0 && turn.abs() <= model.max_turn_rate);
+        // The centre lies abeam, at the radius v/ω.
+        let radius = forward / turn;
+        let centre = pose * Point2::new(0.0, radius);
+        let off = (pose.position() + to_aim - centre).norm() - radius.abs();
+        prop_assert!(off.abs() < 1e-6, "{off} m");
+    }
+}

@@ -31,19 +31,30 @@ fn to_room(from: Point2<f64>, along: Vector2<f64>) -> f64 {
     side(from.x, along.x).min(side(from.y, along.y))
 }
 
-fn look(pose: &Pose2, person: Option<(f64, f64, f64)>, number: usize) -> Points {
+/// What is seen by a lidar that turns once while the robot moves by `moved` to a pose, each beam put where odometry, which says `told`,
+/// has it.
+fn sweep(
+    (moved, told): (&Pose2, &Pose2),
+    pose: &Pose2,
+    person: Option<(f64, f64, f64)>,
+    number: usize,
+) -> Points {
     let beam = |beam_idx: usize| {
-        let (sin, cos) = sin_cos(-PI + TAU * beam_idx as f64 / 360.0);
-        let (local, from) = (Vector2::new(cos, sin), pose.position());
-        let along = pose.rotate(local);
+        let part = beam_idx as f64 / 360.0;
+        let (sin, cos) = sin_cos(-PI + TAU * part);
+        // `robot_now_from_robot_then`.
+        let back = |moved: &Pose2| moved.fraction(1.0 - part).inverse();
+        let (at, then) = (*pose * back(moved), back(told));
+        let local = Vector2::new(cos, sin);
+        let (along, from) = (at.rotate(local), at.position());
         let discs = [Some(PILLAR), person].into_iter().flatten();
         let range = discs
             .map(|disc| to_disc(from, along, disc))
             .fold(to_room(from, along), f64::min);
         Beam {
             beam_idx,
-            origin_in_robot: Point2::origin(),
-            end_in_robot: Point2::from(local * range),
+            origin_in_robot: then.position(),
+            end_in_robot: then.position() + then.rotate(local) * range,
             range,
             sigma: 0.01,
             is_hit: true,
@@ -68,7 +79,10 @@ fn seen(
     for number in 0..scans {
         let moved = if number == 0 { Pose2::identity() } else { step };
         pose = pose * moved;
-        walkers.update(&look(&pose, person(number), number), &moved);
+        walkers.update(
+            &sweep((&moved, &moved), &pose, person(number), number),
+            &moved,
+        );
     }
     walkers.points().iter().map(|p| pose * *p).collect()
 }
@@ -105,9 +119,10 @@ proptest! {
         let (mut walkers, mut pose) = (Walkers::default(), Pose2::identity());
         for number in 0..8 {
             let told = Pose2::new(forward * PERIOD, 0.0, turn * PERIOD);
-            pose = pose * Pose2::new(forward * PERIOD, 0.0, turn * (1.0 + wear) * PERIOD);
+            let moved = Pose2::new(forward * PERIOD, 0.0, turn * (1.0 + wear) * PERIOD);
+            pose = pose * moved;
             prop_assume!(pose.position().coords.amax() < HALF - 0.3);
-            walkers.update(&look(&pose, None, number), &told);
+            walkers.update(&sweep((&moved, &told), &pose, None, number), &told);
             prop_assert!(walkers.points().is_empty(), "{:?}", walkers.points());
         }
     }

@@ -4,13 +4,14 @@ use crate::plan::{FrontierChoice, Planner, Shortening, SmoothConfig};
 use crate::settings::{Acts, Kind, Setting};
 
 /// The planners that can be chosen, in the order of their names.
-const PLANNERS: [Planner; 6] = [
+const PLANNERS: [Planner; 7] = [
     Planner::RrtConnect,
     Planner::Rrt,
     Planner::RrtStar,
     Planner::InformedRrtStar,
     Planner::AStar,
     Planner::ThetaStar,
+    Planner::Rooms,
 ];
 
 /// The ways to shorten a path, in the order of their names.
@@ -47,7 +48,7 @@ pub(super) const DRIVING: &[Setting] = &[
         group: "Planning and driving",
         name: "Planner",
         unit: "",
-        range: [0.0, 5.0],
+        range: [0.0, 6.0],
         kind: Kind::Choice(&[
             "RRT-Connect",
             "RRT (TDK 2016)",
@@ -55,6 +56,7 @@ pub(super) const DRIVING: &[Setting] = &[
             "Informed RRT*",
             "A*",
             "Theta*",
+            "rooms, then Theta*",
         ]),
         acts: Acts::AtOnce,
         meaning: "Who looks for the path where the straight line is not free.",
@@ -273,14 +275,15 @@ pub(super) const DRIVING: &[Setting] = &[
         group: "Exploration",
         name: "Goes to",
         unit: "",
-        range: [0.0, 2.0],
+        range: [0.0, 3.0],
         kind: Kind::Choice(&[
             "most gain for its cost",
             "nearest frontier",
             "next best view",
+            "room by room",
         ]),
         acts: Acts::AtOnce,
-        meaning: "Which border of the unknown is looked at first. The nearest is the yardstick; views cost more to compute.",
+        meaning: "Which border of the unknown is looked at first. The nearest is the yardstick; views cost more to compute; room by room finishes a room before it leaves.",
         get: |s| {
             let choice = s.pilot.frontier.choice;
             let place = FrontierChoice::ALL

@@ -4,7 +4,7 @@ import type { PaletteName } from "../palette.js";
 import { addPolyline, addSegments, type Brush } from "./layer.js";
 
 /** The colours of the planners, in their order. */
-export const CONTEST_COLOURS = ["contest0", "contest1", "contest2", "contest3", "contest4", "contest5", "contest6"] as const satisfies readonly PaletteName[];
+export const CONTEST_COLOURS = ["contest0", "contest1", "contest2", "contest3", "contest4", "contest5", "contest6", "contest7"] as const satisfies readonly PaletteName[];
 
 export function draw({ context, camera, palette, contest }: Brush): void {
   if (!contest) return;

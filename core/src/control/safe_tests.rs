@@ -1,0 +1,196 @@
+//! Safe mode in closed loop with a robot that obeys its model, seeing exactly or with a lidar's noise.
+
+use nalgebra::{Point2, Vector2};
+use proptest::prelude::*;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::tests::drive;
+use super::*;
+use crate::geom::{Pose2, Segment, sin_cos};
+use crate::points::{Beam, Points};
+use crate::robot::{RobotModel, Stamp};
+
+/// What a lidar in the middle of the robot sees of walls, 360 beams, each off by at most `noise`.
+fn look(pose: &Pose2, walls: &[Segment], noise: f64, rng: &mut ChaCha8Rng) -> Points {
+    let mut beam = |beam_idx: u32| {
+        let (sin, cos) = sin_cos(f64::from(beam_idx).to_radians());
+        let local = Vector2::new(cos, sin);
+        let along = pose.rotate(local);
+        let hits = walls
+            .iter()
+            .filter_map(|wall| wall.hit_by_ray(pose.position(), along));
+        let range = hits.fold(f64::INFINITY, f64::min) + noise * rng.random_range(-1.0..1.0);
+        Beam {
+            beam_idx: beam_idx as usize,
+            origin_in_robot: Point2::origin(),
+            end_in_robot: Point2::from(local * range.min(50.0)),
+            range,
+            sigma: 0.01,
+            is_hit: range.is_finite(),
+            quality: None,
+        }
+    };
+    Points {
+        stamp: Stamp(0),
+        sensor_in_robot: Point2::origin(),
+        bearing_sigma: 0.0,
+        beams: (0..360).map(&mut beam).collect(),
+    }
+}
+
+/// What became of a robot under a stick.
+struct Driven {
+    way: f64,
+    least_room: f64,
+}
+
+/// Ticks of `stick` (forward, turn) from a pose; it looks round every fourth tick.
+fn under_stick(
+    mut pose: Pose2,
+    walls: &[Segment],
+    noise: f64,
+    model: &RobotModel,
+    stick: &[(f64, f64)],
+) -> Driven {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let config = SafeConfig::default().by_hand();
+    let mut underway = Underway::default();
+    let mut points = look(&pose, walls, noise, &mut rng);
+    let mut driven = Driven {
+        way: 0.0,
+        least_room: f64::INFINITY,
+    };
+    for (tick, wish) in stick.iter().enumerate() {
+        if tick % 4 == 0 {
+            points = look(&pose, walls, noise, &mut rng);
+            underway.since_scan = Pose2::identity();
+        }
+        underway.told = limit_speed(*wish, &points, &underway, model, &config);
+        let before = pose;
+        pose = drive(pose, &mut underway.runs, underway.told, model);
+        let moved = before.delta_to(&pose);
+        underway.since_scan = underway.since_scan * moved;
+        driven.way += moved.position().coords.norm();
+        let distances = walls.iter().map(|wall| wall.distance(pose.position()));
+        driven.least_room = distances
+            .map(|d| d - model.radius())
+            .fold(driven.least_room, f64::min);
+    }
+    driven
+}
+
+fn room(half: f64) -> Vec<Segment> {
+    let corner = |x: f64, y: f64| Point2::new(half * x, half * y);
+    let [a, b, c, d] = [
+        corner(-1.0, -1.0),
+        corner(1.0, -1.0),
+        corner(1.0, 1.0),
+        corner(-1.0, 1.0),
+    ];
+    [(a, b), (b, c), (c, d), (d, a)]
+        .map(|(a, b)| Segment::new(a, b))
+        .into()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+    /// Motors take a second to turn the other way, and the arc that is swept meanwhile is none of those that were told.
+    #[test]
+    fn a_stick_thrown_to_and_fro_touches_nothing(
+        throws in proptest::collection::vec((prop_oneof![Just(1.0), Just(1.0), Just(-1.0)], -1.0..=1.0_f64, 4..20_usize), 6..12),
+        x in -1.5..1.5_f64, y in -1.5..1.5_f64, heading in -3.1..3.1_f64, pioneer: bool,
+    ) {
+        let model = if pioneer { RobotModel::pioneer() } else { RobotModel::rp6() };
+        let mut walls = room(2.5);
+        walls.push(Segment::new(Point2::new(0.8, -2.5), Point2::new(0.8, -1.9)));
+        let stick: Vec<_> = throws.iter().flat_map(|&(forward, turn, ticks)| {
+            std::iter::repeat_n((forward * model.max_speed, turn.signum() * turn.abs().sqrt() * model.max_turn_rate), ticks)
+        }).collect();
+        let driven = under_stick(Pose2::new(x, y, heading), &walls, 0.0, &model, &stick);
+        prop_assert!(driven.least_room > 0.0, "{} m", driven.least_room);
+    }
+
+    #[test]
+    fn who_stands_beside_a_wall_can_leave_along_it_and_comes_no_nearer(room in 0.022..0.08_f64, lean in -0.05..0.05_f64, pioneer: bool) {
+        let model = if pioneer { RobotModel::pioneer() } else { RobotModel::rp6() };
+        let off = -(model.radius() + room);
+        let wall = [Segment::new(Point2::new(-5.0, off), Point2::new(5.0, off))];
+        let stick = vec![(model.max_speed, 0.0); 80];
+        let driven = under_stick(Pose2::new(0.0, 0.0, lean), &wall, 0.015, &model, &stick);
+        prop_assert!(driven.way > 0.05, "{} m in 4 s", driven.way);
+        prop_assert!(driven.least_room > 0.005, "{} m", driven.least_room);
+    }
+}
+
+#[test]
+fn who_leans_on_the_stick_before_a_wall_does_not_creep_into_it() {
+    for model in [RobotModel::rp6(), RobotModel::pioneer()] {
+        let ahead = model.radius() + 0.06;
+        let wall = [Segment::new(
+            Point2::new(ahead, -3.0),
+            Point2::new(ahead, 3.0),
+        )];
+        let stick = vec![(model.max_speed, 0.0); 600];
+        let driven = under_stick(Pose2::identity(), &wall, 0.015, &model, &stick);
+        assert!(driven.least_room > 0.03, "{} m", driven.least_room);
+    }
+}
+
+#[test]
+fn what_the_robot_still_turns_into_slows_it() {
+    let model = RobotModel::pioneer();
+    let config = SafeConfig::default();
+    // 0.4 m/s at 1.4 rad/s to the right lead into it; told to turn left, the robot is a second away from doing so.
+    let wall = [Segment::new(
+        Point2::new(0.2, -0.45),
+        Point2::new(0.5, -0.45),
+    )];
+    let points = look(
+        &Pose2::identity(),
+        &wall,
+        0.0,
+        &mut ChaCha8Rng::seed_from_u64(1),
+    );
+    let wish = (0.7, 0.7);
+    let with = |runs| {
+        let underway = Underway {
+            told: wish,
+            runs,
+            ..Underway::default()
+        };
+        limit_speed(wish, &points, &underway, &model, &config).0
+    };
+    assert_eq!(with((0.4, 0.7)), 0.7);
+    assert!(with((0.4, -1.4)) < 0.5, "{}", with((0.4, -1.4)));
+}
+
+#[test]
+fn among_walkers_the_way_they_may_walk_unseen_counts() {
+    let model = RobotModel::pioneer();
+    let config = SafeConfig::default();
+    let brake = config.braking * model.max_acceleration;
+    let speed = |distance: f64, scan_age| {
+        let underway = Underway {
+            scan_age,
+            ..Underway::default()
+        };
+        let walkers = [Point2::new(distance, 0.0)];
+        limit_among_walkers((0.7, 0.0), &walkers, &underway, &model, &config).0
+    };
+    // d = u (t + v/a) + s + r, with s = v t + v²/(2 a): the greatest v of a twentieth of 0.7 m/s that has it.
+    let needs = |v: f64, t: f64| {
+        let way = v * config.reaction + v * v / (2.0 * brake);
+        config.walking * (t + v / brake) + way + model.radius()
+    };
+    for (age, late) in [(0.0, 0.0), (0.2, 0.0), (0.5, 0.3), (0.7, 0.5)] {
+        for v in [0.0, 0.21, 0.42, 0.665] {
+            let enough = needs(v, config.reaction + late) + 1e-6;
+            assert!(
+                (speed(enough, age) - v).abs() < 1e-9,
+                "{v} m/s after {age} s: {}",
+                speed(enough, age)
+            );
+        }
+    }
+}

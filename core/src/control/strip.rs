@@ -1,0 +1,151 @@
+//! The strip that a robot's disc sweeps, and what stands in it.
+//!
+//! In: the points of a scan, the arc of two speeds. Out: how far the disc moves along it before it touches a point.
+//!
+//! 1. The disc goes along the arc in steps of a centimetre, and may grow on its way.
+//! 2. A point is touched where the disc reaches it and comes nearer to it; what it moves away from is not in its way.
+//! 3. Beside a wall ([`Strip::beside_wall`]) the disc is made as small as it has room now, points beside it may come a little nearer,
+//!    and single ones do not count, for the noise of them; not where something is in front that it is too near to already.
+
+use nalgebra::Point2;
+
+use crate::geom::Pose2;
+use crate::points::Points;
+
+/// Step along the arc, m.
+const STEP: f64 = 0.01;
+/// How much nearer to points of a wall that it stands beside the robot may come, m: they scatter by as much.
+const SCATTER: f64 = 0.01;
+/// Room from which on points may come nearer by that, and room that all keep, m.
+const TIGHT: f64 = 0.02;
+const LEAST: f64 = 0.01;
+/// Beside a wall so many points at once are needed to touch it: single ones are noise.
+const SEVERAL: usize = 3;
+/// What lies within 45° of where the robot drives is in front: the cosine.
+const IN_FRONT: f64 = 0.71;
+
+/// How far a disc of `radius` moves along the arc of the given speeds before it touches a point of the scan, m; `most`
+/// where it does not.
+#[must_use]
+pub fn free_distance(
+    speeds: (f64, f64),
+    points: &Points,
+    robot_at_scan_from_robot: &Pose2,
+    radius: f64,
+    most: f64,
+) -> f64 {
+    let strip = Strip {
+        radius,
+        spread: 0.0,
+        least: None,
+    };
+    let near = strip.near(points, robot_at_scan_from_robot, most);
+    strip.free_distance(speeds, &near, most)
+}
+
+/// What is swept: a disc that grows on its way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Strip {
+    /// m.
+    pub(super) radius: f64,
+    /// m/m.
+    pub(super) spread: f64,
+    /// Beside a wall, where points may come nearer by a little: the distance that they keep all the same, m.
+    pub(super) least: Option<f64>,
+}
+
+impl Strip {
+    /// Points that the disc may touch within `most` metres, robot frame now.
+    pub(super) fn near(
+        &self,
+        points: &Points,
+        robot_at_scan_from_robot: &Pose2,
+        most: f64,
+    ) -> Vec<Point2<f64>> {
+        let robot_from_scan = robot_at_scan_from_robot.inverse();
+        let reach = most + self.radius + self.spread * most;
+        points
+            .hits()
+            .map(|beam| robot_from_scan * beam.end_in_robot)
+            .filter(|p| p.coords.norm_squared() < reach * reach)
+            .collect()
+    }
+
+    /// How far the disc moves before it touches one of the points, m.
+    pub(super) fn free_distance(
+        &self,
+        (forward, turn): (f64, f64),
+        near: &[Point2<f64>],
+        most: f64,
+    ) -> f64 {
+        if near.is_empty() || forward == 0.0 || most.is_nan() || most <= 0.0 {
+            return most.max(0.0);
+        }
+        let steps = (most / STEP).ceil().clamp(1.0, 1e3) as usize;
+        let motion_of = |distance: f64| {
+            let time = distance / forward.abs();
+            arc(forward * time, turn * time)
+        };
+        let first: Vec<f64> = near.iter().map(|p| p.coords.norm()).collect();
+        let mut before = first.clone();
+        let enough = if self.least.is_some() { SEVERAL } else { 1 };
+        let is_near = |now: f64, first: f64| {
+            let least = self.least.unwrap_or(f64::INFINITY);
+            now < least || now < first - SCATTER
+        };
+        for step in 1..=steps {
+            let distance = most * step as f64 / steps as f64;
+            let at = motion_of(distance);
+            let radius = self.radius + self.spread * distance;
+            let mut touched = 0;
+            for ((point, before), first) in near.iter().zip(&mut before).zip(&first) {
+                let now = (point - at).norm();
+                if now < radius && now < *before - 1e-9 && is_near(now, *first) {
+                    touched += 1;
+                }
+                *before = now;
+            }
+            if touched >= enough {
+                return most * (step - 1) as f64 / steps as f64;
+            }
+        }
+        most
+    }
+
+    /// The strip of a robot (its disc has `radius`) that stands nearer to a wall than this strip allows; `None` where that wall is in
+    /// front of it as it drives `forward`.
+    pub(super) fn beside_wall(
+        &self,
+        near: &[Point2<f64>],
+        forward: f64,
+        radius: f64,
+    ) -> Option<Self> {
+        let in_front = |p: &Point2<f64>| p.x * forward.signum() > IN_FRONT * p.coords.norm();
+        let mut nearest = f64::INFINITY;
+        for point in near {
+            let distance = point.coords.norm();
+            if distance < self.radius && in_front(point) {
+                return None;
+            }
+            nearest = nearest.min(distance);
+        }
+        let tight = self.radius.min(radius + TIGHT);
+        Some(Self {
+            radius: (nearest - SCATTER).clamp(tight, self.radius),
+            spread: 0.0,
+            least: Some(radius + LEAST),
+        })
+    }
+}
+
+/// Where an arc of the given length and turn ends.
+pub(super) fn arc(length: f64, turn: f64) -> Point2<f64> {
+    let (sin, cos) = crate::geom::sin_cos(0.5 * turn);
+    // Chord of the arc: length sin(turn/2)/(turn/2), in direction turn/2.
+    let chord = if turn.abs() < 1e-9 {
+        length
+    } else {
+        length * sin / (0.5 * turn)
+    };
+    Point2::new(chord * cos, chord * sin)
+}
