@@ -19,6 +19,7 @@ use crate::hash::StateHash;
 use crate::map::EvidenceConfig;
 use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation};
 use crate::robot::{Command, Robot, RobotModel, Scan, TrackNoise, TrackWear};
+use crate::sim::sensors::SonarModel;
 use crate::sim::{NoDoor, SensorModel, SimError, Simulation, World};
 use crate::slam::{Method, Slam, SlamConfig, SlamError};
 pub use figures::{Figures, Record, Sample};
@@ -41,6 +42,8 @@ pub struct ExperimentConfig {
     pub robot: RobotModel,
     /// What it sees with.
     pub sensor: SensorModel,
+    /// Sonars beside it, which draw a map of their own. Default none.
+    pub sonars_beside: Option<SonarModel>,
     /// Of all noise.
     pub seed: u64,
     /// How it estimates.
@@ -74,6 +77,7 @@ impl ExperimentConfig {
             world,
             robot,
             sensor,
+            sonars_beside: None,
             seed,
             method: Method::LineEkf,
             mode: Mode::Explore,
@@ -140,6 +144,9 @@ impl Experiment {
         let map_from_world = config.world.start.inverse();
         let slam = known_map::settings(&config);
         let mut sim = Simulation::new(config.world, config.robot, config.sensor, config.seed)?;
+        if let Some(sonars) = &config.sonars_beside {
+            sim.put_sonars_beside(sonars, config.seed)?;
+        }
         // The pilot draws its own numbers: what it decides must not change the noise of the sensors.
         let mut pilot = Pilot::new(
             config.robot,
@@ -215,6 +222,9 @@ impl Experiment {
         let odometry = self.sim.odometry();
         self.dead_reckoning = self.dead_reckoning * odometry.motion;
         self.slam.odometry(&odometry)?;
+        if let Some(scan) = self.sim.take_scan_beside() {
+            self.slam.sonar_scan(&scan)?;
+        }
         let scan = self.sim.take_scan();
         if let Some(scan) = scan.as_ref().filter(|_| self.log.len() < MOST_LOGGED) {
             self.log

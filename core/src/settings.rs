@@ -19,6 +19,7 @@ pub use table::table;
 use crate::experiment::ExperimentConfig;
 use crate::pilot::PilotConfig;
 use crate::robot::{OdometryNoise, RobotModel, ToldOdometry, TrackNoise, TrackWear};
+use crate::sim::sensors::SonarModel;
 use crate::sim::{SensorModel, World};
 use crate::slam::SlamConfig;
 
@@ -27,6 +28,8 @@ use crate::slam::SlamConfig;
 pub struct Settings {
     /// The sensor's figures.
     pub sensor: SensorModel,
+    /// Sonars beside it, if any.
+    pub sonars_beside: Option<SonarModel>,
     /// How a simulated robot's tracks differ from the model.
     pub wear: SimulatedWear,
     /// What the odometry says of its own errors.
@@ -179,6 +182,7 @@ impl Settings {
         let (slam, pilot) = ExperimentConfig::settings_for(&sensor);
         Self {
             sensor,
+            sonars_beside: None,
             wear: SimulatedWear::default(),
             odometry: ToldNoise::of(robot),
             slam,
@@ -190,6 +194,7 @@ impl Settings {
     #[must_use]
     pub fn experiment(&self, world: World, robot: RobotModel, seed: u64) -> ExperimentConfig {
         ExperimentConfig {
+            sonars_beside: self.sonars_beside.clone(),
             wear: self.wear.used(),
             told_wear: self.odometry.wear,
             odometry: self.odometry.used(),

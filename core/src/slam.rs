@@ -14,6 +14,7 @@ mod known;
 #[cfg(test)]
 mod known_tests;
 mod method;
+mod sonars;
 #[cfg(test)]
 mod tests;
 mod walls;
@@ -35,6 +36,7 @@ pub use config::SlamConfig;
 use estimator::{Estimator, Sweep};
 pub use known::KnownMap;
 pub use method::{Method, UnknownMethod};
+pub use sonars::SonarsConfig;
 
 /// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -77,6 +79,8 @@ pub struct Slam {
     obstacles: Option<Points>,
     motion_since_scan: Pose2,
     vector: VectorMap,
+    /// What sonars beside the main sensor have drawn.
+    sonar_grid: Option<Grid>,
     /// A scan that is taken in part by part.
     pending: Option<Pending>,
 }
@@ -112,6 +116,7 @@ impl Slam {
             near: NearField::new(config.near),
             walkers: Walkers::new(WalkerConfig::default()),
             vector: VectorMap::new(config.vector),
+            sonar_grid: None,
             config,
             points: None,
             obstacles: None,
@@ -412,7 +417,8 @@ impl Slam {
                 .number(landmark.line.alpha())
                 .number(landmark.line.r());
         }
-        for (block, cells) in self.grid().blocks_since(0) {
+        let grids = [Some(self.grid()), self.sonar_grid.as_ref()];
+        for (block, cells) in grids.into_iter().flatten().flat_map(|g| g.blocks_since(0)) {
             hash.integer(block.col as u64)
                 .integer(block.row as u64)
                 .singles(cells);

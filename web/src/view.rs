@@ -35,7 +35,7 @@ pub struct SlamView {
 impl SlamView {
     /// The view of someone who knows the grid up to `revision` of `generation`.
     pub(crate) fn since(slam: &Slam, generation: u32, revision: f64) -> Self {
-        let (grid, now) = (slam.grid(), slam.grid_version() as u32);
+        let (layers, now) = (slam.layers(), slam.shown_version() as u32);
         let known = if now == generation {
             revision as u64
         } else {
@@ -43,8 +43,8 @@ impl SlamView {
         };
         let mut view = Self {
             generation: now,
-            revision: grid.revision() as f64,
-            resolution: grid.resolution(),
+            revision: layers.revision() as f64,
+            resolution: slam.grid().resolution(),
             blocks: vec![],
             cells: vec![],
             scan: hits(slam),
@@ -52,7 +52,7 @@ impl SlamView {
             found: found(slam),
             lines: lines(slam),
         };
-        for (block, log_odds) in grid.blocks_since(known) {
+        for (block, log_odds) in layers.blocks_since(known) {
             view.blocks.extend([block.col, block.row]);
             view.cells.extend(log_odds.iter().map(|&l| tone(l)));
         }

@@ -133,8 +133,8 @@ impl Axis {
     #[inline]
     fn cell(&self, gone: f64) -> i64 {
         let at = self.start + gone * self.way;
-        // `floor` by hand: where the machine has no instruction for it, it is a call.
-        at as i64 - i64::from(at < (at as i64) as f64)
+        // Left of the rectangle (or below it) any number will do that is negative; `floor` would be a call on some machines.
+        at as i64 - i64::from(at < 0.0)
     }
 
     /// Where the ray leaves the square of free cells around a cell by this coordinate.

@@ -4,6 +4,7 @@
 //! of [`DRIVE_PERIOD`] as fit; the body slips and collides, which the motors feel in the next step; the sensor takes the
 //! readings that fall into the step.
 
+mod beside;
 mod check;
 mod interface;
 mod past;
@@ -13,6 +14,7 @@ use std::collections::VecDeque;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use self::beside::Beside;
 pub use self::check::SimError;
 use self::check::check_robot;
 use self::past::Moment;
@@ -57,6 +59,7 @@ pub struct Simulation {
     body: Body,
     battery: Battery,
     sensor: Sensor,
+    beside: Option<Beside>,
     motion_rng: ChaCha8Rng,
     sensor_rng: ChaCha8Rng,
     steps: u64,
@@ -119,6 +122,7 @@ impl Simulation {
             drive: Drive::new(&robot, &mut motion_rng)?,
             battery: Battery::new(BatteryModel::for_motors(robot.drive.battery)),
             sensor: at_work,
+            beside: None,
             motion_rng,
             sensor_rng,
             steps: 0,
@@ -322,6 +326,9 @@ impl Simulation {
             caster: &self.caster,
             movers: &self.movers,
         };
+        if let Some(beside) = &mut self.beside {
+            beside.step(&span, &view);
+        }
         if let Some(scan) = self.sensor.step(&span, &view, &mut self.sensor_rng) {
             self.keep(scan);
         }

@@ -1,6 +1,6 @@
 //! The settings of every stage, nested as the stages are.
 
-use super::KnownMap;
+use super::{KnownMap, SonarsConfig};
 use crate::estimation::{EkfConfig, ScanMatcherConfig};
 use crate::features::LineConfig;
 use crate::map::{EvidenceConfig, GridConfig, VectorConfig};
@@ -25,6 +25,8 @@ pub struct SlamConfig {
     pub grid: GridConfig,
     /// What the filter over lines draws of a scan.
     pub evidence: EvidenceConfig,
+    /// Sonars beside the main sensor.
+    pub sonars: SonarsConfig,
     /// The vector map of the filter over lines.
     pub vector: VectorConfig,
     /// The map that [`Method::KnownMap`](super::Method::KnownMap) finds the robot in.

@@ -1,4 +1,4 @@
-//! A square kilometre: buildings of 40 m with streets of 20 m between them, along all of which a robot drives.
+//! A square kilometre in a fence: buildings of 40 m with streets of 20 m between them, along all of which a robot drives.
 
 use anyhow::Result;
 use nalgebra::{Point2, Vector2};
@@ -80,13 +80,16 @@ fn buildings() -> Vec<Wall> {
         segment,
         material: Material::Opaque,
     };
-    corners.map(wall).collect()
+    let fence = [(0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE)];
+    let fence = fence.map(|(x, y)| Point2::new(x - half, y - half));
+    let fence = (0..4).map(|i| Segment::new(fence[i], fence[(i + 1) % 4]));
+    corners.chain(fence).map(wall).collect()
 }
 
 /// Along the middle of every street, both ways across the site.
 fn drive() -> impl Iterator<Item = Pose2> {
     let streets = (SIDE / PITCH) as usize + 1;
-    let stops = (SIDE / SPACING) as usize;
+    let stops = ((SIDE - STREET) / SPACING) as usize;
     (0..2 * streets * stops).map(move |at| {
         let (street, along) = (at / stops, (at % stops) as f64 * SPACING);
         let across = (street / 2) as f64 * PITCH;

@@ -1,5 +1,6 @@
 //! What the sensors are.
 
+use crate::map::Layer;
 use crate::settings::{Acts, Kind, Setting, Settings};
 use crate::sim::SensorModel;
 use crate::sim::sensors::{LidarModel, RangerModel, SonarModel};
@@ -257,6 +258,40 @@ pub(super) const SENSOR: &[Setting] = &[
         meaning: "As on the real robot: nearer than the peak the volts fall again. Off: such readings are recognised.",
         get: |s| rangers(s).map(|m| f64::from(u8::from(m.folds))),
         set: |s, v| rangers_mut(s, |m| m.folds = v != 0.0),
+    },
+    Setting {
+        key: "sonars.beside",
+        group: "Sensor",
+        name: "Sonars beside it",
+        unit: "",
+        range: [0.0, 1.0],
+        kind: Kind::Switch,
+        acts: Acts::OnRestart,
+        meaning: "A ring of 16 that draws a map of its own; it hears glass. The pose comes from the sensor alone.",
+        get: |s| {
+            sonar(s)
+                .is_none()
+                .then(|| f64::from(u8::from(s.sonars_beside.is_some())))
+        },
+        set: |s, v| s.sonars_beside = (v > 0.0).then(SonarModel::default),
+    },
+    Setting {
+        key: "sonars.shown",
+        group: "Sensor",
+        name: "Map that is shown",
+        unit: "",
+        range: [0.0, 2.0],
+        kind: Kind::Choice(&["the sensor's", "the sonars'", "both, fused"]),
+        acts: Acts::AtOnce,
+        meaning: "With sonars beside the sensor: each draws by its own model, fused by Bayes' rule. The pilot uses the sensor's.",
+        get: |s| {
+            s.sonars_beside.as_ref()?;
+            let shown = Layer::ALL
+                .iter()
+                .position(|layer| *layer == s.slam.sonars.shown);
+            shown.map(|at| at as f64)
+        },
+        set: |s, v| s.slam.sonars.shown = Layer::ALL.get(v as usize).copied().unwrap_or_default(),
     },
     Setting {
         key: "sonar.cones",

@@ -1,0 +1,52 @@
+//! Sonars beside a lidar: they change nothing of the run, and draw a map that agrees with the lidar's.
+
+use super::*;
+use crate::map::{BLOCK_CELLS, CellIndex, CellState, Layer, Layers};
+use crate::sim::sensors::SonarModel;
+
+fn driven(sonars_beside: Option<SonarModel>) -> Experiment {
+    let world = worlds::builtin("arena").unwrap();
+    let robot = world.robot.model();
+    let config = ExperimentConfig {
+        sonars_beside,
+        ..ExperimentConfig::new(world, robot, SensorKind::Lidar.model(), 4)
+    };
+    let mut run = Experiment::new(config).unwrap();
+    for _ in 0..300 {
+        run.step().unwrap();
+    }
+    run
+}
+
+#[test]
+fn sonars_beside_change_no_bit_of_the_run_and_draw_a_map_of_their_own() {
+    let (alone, both) = (driven(None), driven(Some(SonarModel::default())));
+    assert_eq!(alone.truth(), both.truth());
+    assert_eq!(alone.estimate(), both.estimate());
+    let (lidar, layers) = (both.slam().grid(), both.slam().layers());
+    for (block, cells) in alone.slam().grid().blocks_since(0) {
+        assert_eq!(lidar.block(block), Some(cells));
+    }
+    assert!(alone.slam().layers().sonar.is_none());
+    assert_ne!(alone.state_hash(), both.state_hash());
+    // What the sonars surely know to be free the lidar does not know to be occupied.
+    let sonar = layers.sonar.unwrap();
+    let (mut free, mut denied) = (0, 0);
+    let shown = Layers {
+        shown: Layer::Sonar,
+        ..layers
+    };
+    for (block, cells) in shown.blocks_since(0) {
+        for (offset, odds) in cells.iter().enumerate() {
+            let cell = CellIndex {
+                col: block.col * BLOCK_CELLS as i32 + (offset % BLOCK_CELLS) as i32,
+                row: block.row * BLOCK_CELLS as i32 + (offset / BLOCK_CELLS) as i32,
+            };
+            let is_free = sonar.state_of(*odds) == CellState::Free;
+            free += usize::from(is_free);
+            denied += usize::from(is_free && lidar.state(cell) == CellState::Occupied);
+        }
+    }
+    assert!(free > 2000, "{free}");
+    assert!(denied * 100 < free, "{denied} of {free}");
+}

@@ -1,0 +1,49 @@
+//! A ring of sonars beside the sensor that the pose comes from.
+//!
+//! It draws its noise from numbers of its own, so that the other sensor and the motion are the same to the bit with it and without.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::{Sensor, SensorModel, SimError, Simulation, Span, View};
+use crate::robot::Scan;
+use crate::sim::sensors::SonarModel;
+
+/// Sonars at work.
+#[derive(Clone, Debug)]
+pub(super) struct Beside {
+    sonars: Sensor,
+    rng: ChaCha8Rng,
+    scan: Option<Scan>,
+}
+
+impl Beside {
+    pub(super) fn step(&mut self, span: &Span, view: &View) {
+        if let Some(scan) = self.sonars.step(span, view, &mut self.rng) {
+            self.scan = Some(scan);
+        }
+    }
+}
+
+impl Simulation {
+    /// Puts sonars on the robot, beside its sensor; `seed` as of the simulation.
+    ///
+    /// # Errors    [`SimError`]: a figure is outside of its range.
+    pub fn put_sonars_beside(&mut self, model: &SonarModel, seed: u64) -> Result<(), SimError> {
+        let mut sonars = Sensor::new(&SensorModel::Sonar(model.clone()))?;
+        sonars.begin(self.seconds());
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(3);
+        self.beside = Some(Beside {
+            sonars,
+            rng,
+            scan: None,
+        });
+        Ok(())
+    }
+
+    /// The newest round of the sonars beside, once.
+    pub fn take_scan_beside(&mut self) -> Option<Scan> {
+        self.beside.as_mut()?.scan.take()
+    }
+}

@@ -1,0 +1,79 @@
+//! Sonars beside the sensor that the pose comes from: a grid of their own, drawn by their own model.
+//!
+//! Their scans change nothing of the pose. Each is moved into the robot's frame by odometry and drawn as cones at the pose that is
+//! believed just then; the map of a scan matcher that is drawn anew after a loop is not followed.
+
+use super::{Slam, SlamError};
+use crate::map::{Evidence, EvidenceConfig, Grid, GridConfig, Layer, Layers};
+use crate::points::Points;
+use crate::robot::Scan;
+
+/// What sonars beside the main sensor draw, and which map is looked at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SonarsConfig {
+    /// How their echoes change their grid. Default: hit 0.6, miss 0.45, for an echo says less than a beam of light; the cells are as
+    /// large as those of the main grid whatever stands here.
+    pub grid: GridConfig,
+    /// Their cones. Default: half an opening of 15°.
+    pub evidence: EvidenceConfig,
+    /// Which map is looked at. Default the main one.
+    pub shown: Layer,
+}
+
+impl Default for SonarsConfig {
+    fn default() -> Self {
+        Self {
+            grid: GridConfig {
+                hit: 0.6,
+                miss: 0.45,
+                ..GridConfig::default()
+            },
+            evidence: EvidenceConfig::cones(0.262),
+            shown: Layer::Main,
+        }
+    }
+}
+
+impl Slam {
+    /// Takes a round of the sonars beside, whose last ping was at or before the end of the newest odometry.
+    ///
+    /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises; [`SlamError::Grid`] for a setting out of range.
+    pub fn sonar_scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
+        scan.validate()?;
+        let config = &self.config.sonars;
+        let points = Points::from_rolling_scan(scan, &self.history, &self.config.points);
+        let pose = self.estimate().pose;
+        let resolution = self.grid().resolution();
+        let grid = match &mut self.sonar_grid {
+            Some(grid) => grid,
+            none => none.insert(Grid::new(GridConfig {
+                resolution,
+                ..config.grid
+            })?),
+        };
+        grid.draw(
+            &Evidence::certain(&points, &[], resolution, &config.evidence),
+            &pose,
+        );
+        Ok(())
+    }
+
+    /// The grids, and which of them is looked at.
+    #[must_use]
+    pub fn layers(&self) -> Layers<'_> {
+        Layers {
+            main: self.grid(),
+            sonar: self.sonar_grid.as_ref(),
+            shown: self.config.sonars.shown,
+        }
+    }
+
+    /// Changes where what is looked at was drawn anew, or is another map than before.
+    #[must_use]
+    pub fn shown_version(&self) -> u64 {
+        let count = Layer::ALL.len() as u64;
+        let shown = self.config.sonars.shown;
+        let at = Layer::ALL.iter().position(|layer| *layer == shown);
+        self.grid_version() * count + at.unwrap_or(0) as u64
+    }
+}
