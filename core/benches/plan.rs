@@ -7,7 +7,7 @@ use nalgebra::{Point2, Vector2};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::geom::Pose2;
-use slamlab_core::map::{Grid, GridConfig};
+use slamlab_core::map::{Grid, GridConfig, Topology, TopologyConfig};
 use slamlab_core::plan::{
     FrontierConfig, GridSpace, Planner, Query, RouteConfig, RrtConfig, SegmentSpace, Unknown,
     Wavefront, find_frontiers, plan_route, pull_tight, rect_around, shorten, solve,
@@ -43,6 +43,9 @@ fn plan(c: &mut Criterion) {
     let Some(rect) = rect_around(&grid, &[start], 2, i32::MAX) else {
         return;
     };
+    c.bench_function("plan/topology", |b| {
+        b.iter(|| Topology::of_grid(black_box(&grid), &TopologyConfig::default()));
+    });
     c.bench_function("plan/config_space", |b| {
         b.iter(|| GridSpace::new(black_box(&grid), rect, RADIUS, Unknown::Blocked));
     });

@@ -18,6 +18,8 @@ mod method;
 mod tests;
 mod walls;
 
+use std::borrow::Cow;
+
 use nalgebra::Point2;
 
 use crate::estimation::{
@@ -27,7 +29,7 @@ use crate::features::{LineError, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::{Grid, GridError, VectorMap};
-use crate::points::{MotionHistory, NearField, Points, WalkerConfig, Walkers};
+use crate::points::{MotionHistory, NearField, Points, WalkerConfig, Walkers, sectors};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
 pub use config::SlamConfig;
 use estimator::{Estimator, Sweep};
@@ -137,13 +139,22 @@ impl Slam {
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         while self.continue_scan()?.is_some() {}
         scan.validate()?;
-        let scan = self.near.without_folded(scan, &self.motion_since_scan);
+        let scan = self.prepared(scan);
         let points = self.points_of(&scan);
         for part in [ScanPart::Lines, ScanPart::Localise, ScanPart::Map] {
             self.take_in(part, &scan, &points)?;
         }
         self.conclude(points);
         Ok(())
+    }
+
+    /// Without readings that look far and are near, and by sectors where that is set.
+    fn prepared<'a>(&self, scan: &'a Scan) -> Cow<'a, Scan> {
+        let scan = self.near.without_folded(scan, &self.motion_since_scan);
+        match &self.config.sectors {
+            Some(config) => Cow::Owned(sectors(&scan, config)),
+            None => scan,
+        }
     }
 
     /// The same part by part: [`Self::continue_scan`] does the parts. The next motion or scan does those that are left.
@@ -156,8 +167,7 @@ impl Slam {
     pub fn begin_scan(&mut self, scan: Scan) -> Result<(), SlamError> {
         while self.continue_scan()?.is_some() {}
         scan.validate()?;
-        let scan = self.near.without_folded(&scan, &self.motion_since_scan);
-        let scan = scan.into_owned();
+        let scan = self.prepared(&scan).into_owned();
         self.pending = Some(Pending {
             points: self.points_of(&scan),
             scan,

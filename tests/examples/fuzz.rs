@@ -21,7 +21,7 @@ mod unix {
     use std::time::{Duration, Instant};
 
     use serde_json::{Map, Value, json};
-    use slamlab_tests::fuzz::{Crash, Run, TARGETS, Target};
+    use slamlab_tests::fuzz::{Crash, Run, Target, targets};
 
     const HOME: &str = env!("CARGO_MANIFEST_DIR");
 
@@ -29,13 +29,14 @@ mod unix {
         let mut words = std::env::args().skip(1);
         let minutes: f64 = words.next().map_or(10.0, |word| word.parse().unwrap());
         let wanted: Vec<String> = words.collect();
-        let is_wanted =
-            |target: &&Target| wanted.is_empty() || wanted.iter().any(|name| name == target.name);
+        let is_wanted = |target: &&'static Target| {
+            wanted.is_empty() || wanted.iter().any(|name| name == target.name)
+        };
         // A panic is what is looked for: one line of it is enough.
         std::panic::set_hook(Box::new(|info| eprintln!("{info}")));
         let mut figures = Map::new();
         let mut holds = true;
-        for target in TARGETS.iter().filter(is_wanted) {
+        for target in targets().filter(is_wanted) {
             let (is_sound, figure) = fuzz(target, Duration::from_secs_f64(60.0 * minutes));
             eprintln!("{}: {figure}", target.name);
             holds &= is_sound;

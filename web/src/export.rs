@@ -2,8 +2,9 @@
 
 use slamlab_core::format::carmen::CarmenLog;
 use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
-use slamlab_core::format::{floor_plan, og_map, tum};
+use slamlab_core::format::{floor_plan, og_map, rooms, tum};
 use slamlab_core::geom::Pose2;
+use slamlab_core::map::{Topology, TopologyConfig};
 use slamlab_core::slam::Slam;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
@@ -108,6 +109,11 @@ impl Files {
                     .with(&format!("{stem}.svg"), "image/svg+xml", svg)
                     .with(&format!("{stem}.dxf"), "image/vnd.dxf", dxf)
                     .with(&format!("{stem}.geojson"), "application/geo+json", geojson))
+            }
+            "rooms" => {
+                let rooms = Topology::of_grid(slam.grid(), &TopologyConfig::default());
+                let (name, text) = (format!("{stem}-rooms.geojson"), rooms::geojson(&rooms)?);
+                Ok(Self::default().with(&name, "application/geo+json", text))
             }
             other => Err(ExportError::Unknown(other.to_owned()).into()),
         }

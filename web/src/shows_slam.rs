@@ -31,7 +31,16 @@ macro_rules! shows_slam {
                 $crate::view::free_area(self.slam())
             }
 
-            /// Files to save, named after `stem`: `map`, `map-scale`, `map-raw`, `og-map`, `plan`, `tum` or `carmen`.
+            /// Rooms, corridors and doors of the map, if the grid has changed since `revision` of `generation`. Costs more than a
+            /// step.
+            #[must_use]
+            pub fn rooms(&self, generation: u32, revision: f64) -> Option<$crate::Rooms> {
+                let (grid, now) = (self.slam().grid(), self.slam().grid_version() as u32);
+                let is_known = now == generation && grid.revision() as f64 == revision;
+                (!is_known).then(|| $crate::Rooms::of(grid))
+            }
+
+            /// Files to save, named after `stem`: `map`, `map-scale`, `map-raw`, `og-map`, `plan`, `rooms`, `tum` or `carmen`.
             ///
             /// # Errors    A sentence on why there is no such file.
             pub fn export(

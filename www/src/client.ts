@@ -302,6 +302,7 @@ export class Client {
         if (answer.source !== store.source || answer.title !== store.title) store.fit = { fit: null, error: "" };
         store.twin.clear();
         store.spot = { hovered: [], pinned: null };
+        store.rooms = store.roomSpot = null;
         // Another map: its places are others. Only a simulation knows true walls.
         store.contest = { ...store.contest, start: null, goal: null, picking: "goal", found: null, error: "", ground: answer.source === "sim" ? store.contest.ground : store.contest.ground === "truth" ? "map" : store.contest.ground };
         store.log = [];
@@ -319,6 +320,7 @@ export class Client {
         store.tell("sigma");
         store.tell("fit");
         store.tell("contest");
+        store.tell("rooms");
         store.started = { ...store.setup };
         this.send({ kind: "settings", sensor: store.setup.sensor, settings: store.setup.settings });
         this.onStart();

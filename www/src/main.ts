@@ -24,6 +24,7 @@ import { SlamLegend } from "./ui/legend.js";
 import "./ui/log.js";
 import "./ui/matches.js";
 import "./ui/plots.js";
+import "./ui/rooms.js";
 import "./ui/settings.js";
 import "./ui/setup.js";
 import "./ui/sigma.js";
@@ -58,7 +59,7 @@ const map = place<SlamMap>("slam-map");
 const transport = place<SlamTransport>("slam-transport");
 const cycle = place<SlamCycle>("slam-cycle");
 const help = place<SlamHelp>("slam-help");
-for (const tag of ["slam-header", "slam-bridge", "slam-setup", "slam-doors", "slam-cable", "slam-status", "slam-plots", "slam-twin", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-contest", "slam-settings", "slam-calibration", "slam-fit", "slam-sigma", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
+for (const tag of ["slam-header", "slam-bridge", "slam-setup", "slam-doors", "slam-cable", "slam-status", "slam-rooms", "slam-plots", "slam-twin", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-contest", "slam-settings", "slam-calibration", "slam-fit", "slam-sigma", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
   place(tag);
 }
 
@@ -79,6 +80,15 @@ if (matrix) {
 store.on("tab", () => {
   tellInspect();
   if (store.tab !== "filter") store.point({ hovered: [], pinned: null });
+});
+
+/** And of rooms only while they are shown. */
+let showsRooms = false;
+store.on("view", () => {
+  if (store.layers.rooms === showsRooms) return;
+  showsRooms = store.layers.rooms;
+  if (!showsRooms) store.set("rooms", { rooms: null, roomSpot: null });
+  client.send({ kind: "rooms", on: showsRooms });
 });
 
 addEventListener("show-help", () => help.show());
@@ -142,6 +152,7 @@ Object.defineProperty(window, "slamlab", {
     get fit() { return store.fit.fit; },
     get told() { return store.told; },
     get twin() { return store.twin.columns.map((column) => column.at(-1) ?? NaN); },
+    get rooms() { return store.rooms; },
     get doors() { return [...store.doors]; },
     get materials() { return [...new Set(scene.materials)]; },
     get seq() { return store.seq; },

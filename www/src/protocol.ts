@@ -219,6 +219,8 @@ export type Command =
   | { kind: "cancel" }
   /** Whether frames carry what goes on inside the filter, and whether with the matrix, which is long. */
   | { kind: "inspect"; on: boolean; matrix: boolean }
+  /** Whether frames carry rooms and doors. */
+  | { kind: "rooms"; on: boolean }
   /** Drive by the cycle, or continuously. */
   | { kind: "cycle"; on: boolean }
   /** Goes on to the end of the next stage of the cycle and pauses. */
@@ -427,6 +429,23 @@ export const DOOR = {
 } as const;
 export const DOOR_STRIDE = 6;
 
+/** Places of the numbers of each region in `Rooms.regions`: kind 0 for a room and 1 for a corridor, m² and m. */
+export const REGION = { kind: 0, area: 1, x: 2, y: 3, width: 4 } as const;
+export const REGION_STRIDE = 5;
+/** Places of the numbers of each door in `Rooms.doors`: the regions it joins, posts, middle and width in m, and whether both posts were seen. */
+export const DOORWAY = { from: 0, to: 1, x1: 2, y1: 3, x2: 4, y2: 5, x: 6, y: 7, width: 8, framed: 9 } as const;
+export const DOORWAY_STRIDE = 10;
+
+/** The topological map: rooms, corridors and doors, the largest region first; map frame, m. */
+export interface Rooms {
+  regions: Float64Array;
+  doors: Float64Array;
+  /** x y of the corners of all outlines. */
+  corners: Float32Array;
+  /** Of each outline its region and number of corners. */
+  rings: Uint32Array;
+}
+
 /** What the filter's figures say; the meaning stands with `Diagnosis` in the core. */
 export type DiagnosisName = "collecting" | "blind" | "honest" | "wrong-match" | "hidden-drift" | "noisy-sightings" | "cautious";
 
@@ -526,6 +545,8 @@ export interface Frame {
   samples: Float64Array | null;
   /** The inside of the filter; null where it was not asked for, or there is no line filter. */
   inspection: Inspection | null;
+  /** Rooms and doors; null where they were not asked for, or the grid is as it was. */
+  rooms: Rooms | null;
 }
 
 /** What is asked of the motors on the bench. */
@@ -561,6 +582,7 @@ export const SAVED = {
   "map-raw": "Map for ROS, raw percentages (PGM, YAML)",
   "og-map": "Map as text (OGmap.txt)",
   plan: "Walls (SVG, DXF, GeoJSON)",
+  rooms: "Rooms and doors (GeoJSON)",
   tum: "Way of the robot (TUM)",
   carmen: "Scans and odometry (CARMEN log)",
 } as const;
@@ -607,7 +629,7 @@ export function transferables(frame: Frame): ArrayBuffer[] {
   const arrays = [
     frame.grid?.index, frame.grid?.cells, frame.scan, frame.beams, frame.doors, frame.found, frame.lines, frame.truth, frame.materials, frame.movers, frame.path, frame.rawPath, frame.tree,
     frame.frontiers, frame.trail, frame.twin, frame.samples, frame.inspection?.landmarks, frame.inspection?.coefficients, frame.inspection?.sightings,
-    frame.inspection?.candidates, frame.inspection?.odometry,
+    frame.inspection?.candidates, frame.inspection?.odometry, frame.rooms?.regions, frame.rooms?.doors, frame.rooms?.corners, frame.rooms?.rings,
   ];
   const buffers = new Set<ArrayBuffer>();
   for (const array of arrays) {

@@ -1,7 +1,7 @@
 // What the page knows, and who wants to hear of changes. Components read it and send commands; nothing is computed here.
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
-import { type BenchResponse, type BridgeState, type Calibration, type ContestState, type Cycle, type DriveFit, type Frame, type Ground, type Inspection, type LogLevel, type MethodName, type Named, type Preset, type Setting, type Setup, type SigmaCurve, type SourceKind, type Status, type Told, TWIN_STRIDE } from "./protocol.js";
+import { type BenchResponse, type BridgeState, type Calibration, type ContestState, type Cycle, type DriveFit, type Frame, type Ground, type Inspection, type LogLevel, type MethodName, type Named, type Preset, type Rooms, type Setting, type Setup, type SigmaCurve, type SourceKind, type Status, type Told, TWIN_STRIDE } from "./protocol.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import { History } from "./history.js";
 
@@ -9,7 +9,7 @@ export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `moment` is told at most ten times a second; the rest at once. */
-export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit";
+export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms";
 
 export interface LogEntry {
   time: number;
@@ -92,7 +92,7 @@ export class Store {
   follow = false;
   threeTones = false;
   layers: Record<LayerName, boolean> = Object.fromEntries(
-    LAYERS.map((name) => [name, name !== "tree" && name !== "rawPath" && name !== "found"]),
+    LAYERS.map((name) => [name, name !== "tree" && name !== "rawPath" && name !== "found" && name !== "rooms"]),
   ) as Record<LayerName, boolean>;
   theme: Theme = "system";
   tab: Tab = "";
@@ -102,6 +102,9 @@ export class Store {
   /** What the drive controller did on the bench. */
   bench: BenchResponse | null = null;
   contest: Contest = { ground: "truth", seconds: 1, start: null, goal: null, picking: "goal", watched: 3, found: null, error: "" };
+  /** Rooms and doors, while their layer is on, and a place in the one that was chosen, m. */
+  rooms: Rooms | null = null;
+  roomSpot: readonly [number, number] | null = null;
   log: LogEntry[] = [];
   toast: Toast | null = null;
   readonly history = new History();
@@ -132,6 +135,7 @@ export class Store {
     if (frame.twinAnew) this.twin.clear();
     if (frame.twin) this.twin.append(frame.twin);
     if (frame.inspection) this.set("inspection", { inspection: withMatrix(frame.inspection, this.inspection) });
+    if (frame.rooms) this.set("rooms", { rooms: frame.rooms });
     if (frame.inCycle !== this.inCycle) this.set("run", { inCycle: frame.inCycle });
     if (frame.doors) this.set("doors", { doors: frame.doors });
     if (frame.cycle) this.set("cycle", { cycle: frame.cycle });

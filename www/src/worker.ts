@@ -4,7 +4,7 @@
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
 import init, { type FitTable, building_of_map, building_of_svg, WebExperiment, WebLive, WebLogReader, WebNear, WebSetup, calibrate, data_sheet, preset_list, read_preset, sensor_names, setting_list, world_names, write_preset } from "../pkg/slamlab_web.js";
-import { type Answer, type Clock, type Command, type Inspection, type LineWish, type MethodName, type Named, type SavedFile, type SerialKind, type SettingValues, type Setup, transferables } from "./protocol.js";
+import { type Answer, type Clock, type Command, type Inspection, type LineWish, type MethodName, type Named, type Rooms, type SavedFile, type SerialKind, type SettingValues, type Setup, transferables } from "./protocol.js";
 import { BridgeSource } from "./source/bridge.js";
 import { calibrationOf, driveFit, listOf, presetOf, settingOf } from "./source/convert.js";
 import { CableLink } from "./source/cable.js";
@@ -28,6 +28,8 @@ const CHUNK = 1 << 16;
 const READING_MILLIS = 50;
 /** Wall milliseconds between two looks into the filter: a matrix is long, and nobody reads faster. */
 const INSPECT_MILLIS = 200;
+/** Wall milliseconds between two looks at the rooms: walls come slowly, and all cells are looked at. */
+const ROOMS_MILLIS = 1000;
 
 /** A log on its way into the module. */
 interface Reading {
@@ -64,6 +66,8 @@ let inspecting = { on: false, matrix: false };
 let inspectAt = -Infinity;
 /** Scans that the page has looked into. */
 let inspected = -1;
+let showsRooms = false;
+let roomsAt = -Infinity;
 let scheduled = false;
 const immediate = new MessageChannel();
 immediate.port1.onmessage = () => turn();
@@ -181,7 +185,7 @@ function show(): void {
   const elapsed = source.kind === "replay" ? (performance.now() - began) / 1000 : NaN;
   const remaining = moment.progress > 0.005 ? (elapsed * (1 - moment.progress)) / moment.progress : NaN;
   const status = { ...moment, realTimeFactor: playing ? pace.factor : NaN, remaining };
-  const frame = { kind: "frame", run, seq, clock: clock(), status, ...change, inspection: inspection(source, now) } as const;
+  const frame = { kind: "frame", run, seq, clock: clock(), status, ...change, inspection: inspection(source, now), rooms: rooms(source, now) } as const;
   post(frame, transferables(frame));
 }
 
@@ -191,6 +195,13 @@ function inspection(source: Source, now: number): Inspection | null {
   inspectAt = now;
   inspected = source.version;
   return source.inspect(inspecting.matrix);
+}
+
+/** Where somebody looks at them: when the grid has changed, but once a second at most. */
+function rooms(source: Source, now: number): Rooms | null {
+  if (!showsRooms || (playing && now - roomsAt < ROOMS_MILLIS)) return null;
+  roomsAt = now;
+  return source.rooms();
 }
 
 function clock(): Clock {
@@ -256,6 +267,7 @@ function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, 
   source?.close();
   source = next;
   inspected = -1;
+  roomsAt = -Infinity;
   run += 1;
   seq = 0;
   stale = true;
@@ -418,6 +430,13 @@ function handle(command: Command): void {
       inspectAt = -Infinity;
       inspected = -1;
       stale ||= inspecting.on;
+      show();
+      break;
+    case "rooms":
+      showsRooms = command.on;
+      roomsAt = -Infinity;
+      source?.forgetRooms();
+      stale ||= showsRooms;
       show();
       break;
     case "contest": {

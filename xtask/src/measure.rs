@@ -32,7 +32,7 @@ pub enum Promise {
 pub fn measure(promise: Promise, minutes: Option<f64>, trials: Option<usize>) -> Result<()> {
     let name = match promise {
         Promise::Faults => return faults(trials.unwrap_or(100)),
-        Promise::Latency => "latency",
+        Promise::Latency => return latency(),
         Promise::Access => "access",
         Promise::Soak => "soak",
         Promise::Fuzz => return example("fuzz", &minutes_or(minutes, 10.0)),
@@ -56,6 +56,14 @@ fn faults(trials: usize) -> Result<()> {
         &words,
         &[("SLAMLAB_RP6_SIM", robot.as_path())],
     )
+}
+
+/// From an encoder's edge, too, where its simulator can be built.
+fn latency() -> Result<()> {
+    let robot = firmware::build_simulator()?;
+    let programs = robot.as_deref().map(|robot| ("SLAMLAB_RP6_SIM", robot));
+    let words = ["latency".to_owned()];
+    example_with("bridge_report", &words, programs.as_slice())
 }
 
 fn minutes_or(minutes: Option<f64>, default: f64) -> Vec<String> {

@@ -33,7 +33,7 @@ use crate::outcome::Outcome;
 
 /// Counts allocations of the whole program.
 #[global_allocator]
-static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+pub(crate) static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 const SIZES: [usize; 3] = [100, 300, 1000];
 const STEP_SIZES: [usize; 3] = [100, 200, 500];

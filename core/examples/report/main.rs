@@ -16,13 +16,16 @@
 
 mod clock;
 mod controller;
+mod distance;
 mod ekf_consistency;
 mod ekf_cost;
 mod errand;
 mod explore;
+mod grid;
 mod heading;
 mod line_fit;
 mod outcome;
+mod peers;
 mod planners;
 mod ray_cast;
 mod rounding;
@@ -33,6 +36,7 @@ mod split_merge;
 mod tour;
 mod vector_map;
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
@@ -46,9 +50,11 @@ type Entry = (&'static str, fn(&Args) -> Result<Outcome>);
 /// All reports, by name.
 const REPORTS: &[Entry] = &[
     ("controller", controller::measure),
+    ("distance", distance::measure),
     ("ekf-consistency", ekf_consistency::measure),
     ("ekf-cost", ekf_cost::measure),
     ("explore", explore::measure),
+    ("grid", grid::measure),
     ("line-fit", line_fit::measure),
     ("planners", planners::measure),
     ("ray-cast", ray_cast::measure),
@@ -84,6 +90,9 @@ struct Args {
     /// For `ekf-cost`: milliseconds of the bar of a step by number of landmarks, as `100=0.2,200=0.7,500=4`.
     #[arg(long)]
     bar_ms: Option<String>,
+    /// For `grid` and `planners`: lines of the peers' programs and of the example `workloads`, from one machine and hour.
+    #[arg(long)]
+    peers: Option<PathBuf>,
 }
 
 fn main() -> ExitCode {

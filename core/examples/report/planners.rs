@@ -11,6 +11,11 @@
 //! 3. Every path is checked leg by leg against every wall, by sampled points with the distance formula written out here.
 //! 4. Queries that cannot be solved, made by walling the goal in: every planner has to say so within its iterations (the graph not in
 //!    `campus`).
+//!
+//! With `--peers FILE` (lines of the peers' programs and of the example `workloads`, from one machine and hour) it does none of this, but
+//! compares the planners with the peers' on the peers' queries (`planners/against_peers.rs`).
+
+mod against_peers;
 
 use anyhow::{Context, Result, bail};
 use nalgebra::{Point2, Vector2};
@@ -26,6 +31,7 @@ use slamlab_core::sim::worlds;
 
 use super::{Args, Outcome};
 use crate::clock::cpu_seconds;
+use crate::peers::Peers;
 
 const QUERIES: usize = 1000;
 const MARGIN: f64 = 0.02;
@@ -69,6 +75,10 @@ const CONTENDERS: &[(&str, Contender)] = &[
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     let mut outcome = Outcome::default();
+    if let Some(file) = &args.peers {
+        against_peers::compare(&mut outcome, &Peers::read(file)?)?;
+        return Ok(outcome);
+    }
     let count = args.queries.unwrap_or(QUERIES);
     if let Some(name) = args
         .worlds

@@ -20,12 +20,11 @@ use slamlab_core::geom::{Segment, sin_cos};
 use slamlab_core::sim::{Caster, Fan, Material, Wall, worlds};
 
 use super::{Args, Outcome};
-use crate::clock::cpu_seconds;
+use crate::clock::least_seconds;
 
 const RANGE: f64 = 12.0;
 const BEAMS: usize = 360;
 const SCANS: usize = 300;
-const REPEATS: usize = 5;
 const WALLS: [usize; 9] = [100, 200, 500, 1_000, 2_000, 5_000, 10_000, 20_000, 50_000];
 /// Cost of a ray against n may grow by at most this power of n.
 const MOST_EXPONENT: f64 = 0.25;
@@ -148,15 +147,6 @@ fn time_fans(caster: &Caster, places: &[Point2<f64>]) -> Result<f64> {
         black_box(sum);
     };
     Ok(least_seconds(cast) / (places.len() * BEAMS) as f64)
-}
-
-fn least_seconds(mut run: impl FnMut()) -> f64 {
-    let once = |_| {
-        let begin = cpu_seconds();
-        run();
-        cpu_seconds() - begin
-    };
-    (0..REPEATS).map(once).fold(f64::INFINITY, f64::min)
 }
 
 fn unlike_brute_force<'a>(caster: &Caster, rays: impl Iterator<Item = &'a Ray>) -> usize {

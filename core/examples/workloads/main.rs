@@ -16,6 +16,8 @@
 )]
 
 mod ekf_step;
+mod grid;
+mod grid_rays;
 mod inputs;
 mod plan;
 mod rays;
@@ -37,6 +39,8 @@ type Entry = (&'static str, fn(&Inputs) -> Result<()>);
 /// All workloads, by name.
 const WORKLOADS: &[Entry] = &[
     ("ekf_step", ekf_step::run),
+    ("grid", grid::run),
+    ("grid_rays", grid_rays::run),
     ("plan", plan::run),
     ("rays", rays::run),
     ("split_and_merge", split_and_merge::run),

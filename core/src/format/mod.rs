@@ -9,6 +9,7 @@ pub mod map_server;
 pub mod og_map;
 pub mod preset;
 pub mod relations;
+pub mod rooms;
 mod rows;
 pub mod tum;
 pub mod world;

@@ -54,6 +54,12 @@ impl DistanceField {
         self.rect
     }
 
+    /// All distances in rows from the lower left cell, m, as [`Self::at`].
+    #[must_use]
+    pub fn distances(&self) -> &[f32] {
+        &self.distances
+    }
+
     /// Distance of the centre of a cell from the centre of the nearest source, m. Infinite where there is no source;
     /// cells outside of the rectangle have the distance of the nearest cell inside.
     #[inline]

@@ -192,7 +192,7 @@ fn nearest_on_one_side<'a>(
 }
 
 /// Neighbouring beams farther apart than this say nothing of what is between, rad.
-const WIDEST_GAP: f64 = 0.1;
+pub(super) const WIDEST_GAP: f64 = 0.1;
 
 fn angle_between(a: &Beam, b: &Beam) -> f64 {
     let (a, b) = (

@@ -3,48 +3,64 @@
 //! In: points in the robot frame (or the [`Evidence`] they give) and the pose they were seen from. Out: log-odds per cell.
 //!
 //! 1. Each cell keeps l = ln(p / (1 - p)), 0 where nothing is known (Celej §2; Moravec & Elfes 1985).
-//! 2. A beam adds `miss` to the cells it crossed and `hit` to the one it ended in; within one scan a hit wins over
+//! 2. A beam adds `miss` to the cells it leaves free ([`Sweep`]) and `hit` to the one it ended in; within one scan a hit wins over
 //!    a miss, so that neighbouring beams do not rub out thin walls.
 //! 3. l is clamped so that a map can change its mind; p = 1 - 1/(1 + eˡ) (erratum to Celej eq. (3), see the
 //!    specification).
 //!
 //! Storage: blocks of 64 x 64 cells in a directory that grows with the robot's way. A block knows the revision of its
-//! last change, so that a display fetches only what changed.
+//! last change, so that a display fetches only what changed. A block in which all is as free as the clamp allows costs half a
+//! kilobyte: it shares its cells with others of the kind until something is written.
 //!
 //! Near the robot most cells are crossed by many beams of a scan, and count once. So beams only mark cells, a bit each
-//! and a run of a row at a time: the marks of a block are 1 kB, its cells 16 kB. Then each marked cell is changed once.
+//! and a run of a row at a time: the marks of a block are 1 kB, its cells 16 kB. Then each marked cell is changed once, and none
+//! that is as free as the clamp allows already.
 
+mod area;
 mod block;
 mod config;
 mod directory;
 mod extent;
+mod states;
+mod sweep;
+#[cfg(test)]
+mod sweep_tests;
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
 use nalgebra::{Point2, Vector2};
 
-use self::block::Odds;
+use self::area::Area;
+use self::block::{Cells, Marks, Odds};
 use self::directory::Directory;
-use super::ray::{Run, runs_on_ray};
 use super::{BlockIndex, CellIndex, CellRect, CellState, Evidence};
 use crate::geom::Pose2;
 use crate::points::Points;
 
 pub use self::config::{GridConfig, GridError};
+pub use self::states::without_stripes;
+pub use self::sweep::Sweep;
 
 /// Cells along one side of a block.
 pub const BLOCK_CELLS: usize = 64;
 const BLOCK: i32 = BLOCK_CELLS as i32;
 const BLOCK_BITS: u32 = BLOCK_CELLS.trailing_zeros();
+
 /// An occupancy grid that grows where the robot looks.
 #[derive(Clone, Debug)]
 pub struct Grid {
     config: GridConfig,
     odds: Odds,
+    /// Cells that all are as free as the clamp allows: blocks of such share these.
+    free: Arc<Cells>,
     directory: Directory,
     revision: u64,
-    /// Blocks that the scan being inserted has marked; empty between scans.
-    marked: Vec<BlockIndex>,
+    /// Marks of the scan being inserted, in the first `marked` places; empty between scans, when the memory is kept.
+    marks: Vec<Marks>,
+    marked: usize,
+    area: Area,
 }
 
 impl Grid {
@@ -54,18 +70,22 @@ impl Grid {
     pub fn new(config: GridConfig) -> Result<Self, GridError> {
         config.validate()?;
         let log_odds = |p: f64| libm::log(p / (1.0 - p)) as f32;
+        let limit = log_odds(1.0 - config.clamp);
         Ok(Self {
+            free: Arc::new([-limit; BLOCK_CELLS * BLOCK_CELLS]),
             odds: Odds {
                 hit: log_odds(config.hit),
                 miss: log_odds(config.miss),
-                limit: log_odds(1.0 - config.clamp),
+                limit,
                 occupied: log_odds(config.occupied_above),
                 free: log_odds(config.free_below),
             },
             config,
             directory: Directory::empty(),
             revision: 0,
-            marked: vec![],
+            marks: vec![],
+            marked: 0,
+            area: Area::default(),
         })
     }
 
@@ -112,7 +132,7 @@ impl Grid {
     #[must_use]
     pub fn log_odds(&self, cell: CellIndex) -> f32 {
         let (block, offset) = split(cell);
-        self.directory.get(block).map_or(0.0, |b| b.cells[offset])
+        self.directory.get(block).map_or(0.0, |b| b.cells()[offset])
     }
 
     /// Probability that a cell is occupied, 0.5 where nothing is known.
@@ -157,31 +177,12 @@ impl Grid {
                 col: end.x.floor() as i32,
                 row: end.y.floor() as i32,
             });
-            let slot = self.slot_to_mark(index);
-            if let Some(marks) = self.directory.marks_in(slot) {
-                marks.hits[offset / BLOCK_CELLS] |= 1 << (offset % BLOCK_CELLS);
+            if let Some(marks) = self.marks_of(index) {
+                self.marks[marks].hits[offset / BLOCK_CELLS] |= 1 << (offset % BLOCK_CELLS);
             }
         }
-        // Neighbouring runs of a ray nearly always lie in one block: look it up only where it changes.
-        for [start, end] in &evidence.free {
-            let (start, end) = (in_cells(*start), in_cells(*end));
-            let mut at: Option<(BlockIndex, Option<usize>)> = None;
-            runs_on_ray(start, end, |run| {
-                for (index, offset, cells) in run_by_block(run) {
-                    let slot = match at {
-                        Some((known, slot)) if known == index => slot,
-                        _ => {
-                            let slot = self.slot_to_mark(index);
-                            at = Some((index, slot));
-                            slot
-                        }
-                    };
-                    if let Some(marks) = self.directory.marks_in(slot) {
-                        marks.misses[offset] |= cells;
-                    }
-                }
-            });
-        }
+        let ways = evidence.free.iter();
+        self.sweep(ways.map(|way| way.map(in_cells)));
         self.write_marked();
     }
 
@@ -205,7 +206,13 @@ impl Grid {
         self.directory
             .iter()
             .filter(move |(_, b)| b.revision > revision)
-            .map(|(index, b)| (index, &*b.cells))
+            .map(|(index, b)| (index, &b.cells()[..]))
+    }
+
+    /// Log-odds of a block in rows from the lower left cell; `None` where nothing was drawn.
+    #[must_use]
+    pub fn block(&self, index: BlockIndex) -> Option<&[f32]> {
+        self.directory.get(index).map(|b| &b.cells()[..])
     }
 
     /// Number of blocks held.
@@ -214,27 +221,40 @@ impl Grid {
         self.directory.count
     }
 
-    /// The slot of a block that the scan being inserted sees; `None` where the grid may not grow there.
-    fn slot_to_mark(&mut self, index: BlockIndex) -> Option<usize> {
+    /// Blocks that share their cells, for all in them is as free as can be.
+    #[cfg(test)]
+    fn shared_blocks(&self) -> usize {
+        let blocks = self.directory.iter();
+        blocks.filter(|(_, b)| b.shares(&self.free)).count()
+    }
+
+    /// Where the marks of a block are that the scan being inserted sees; `None` where the grid may not grow there.
+    fn marks_of(&mut self, index: BlockIndex) -> Option<usize> {
         let slot = self
             .directory
             .slot_or_create(index, self.config.max_blocks)?;
         let block = self.directory.blocks.get_mut(slot)?.as_mut()?;
-        if !block.is_marked {
-            block.is_marked = true;
-            self.marked.push(index);
+        if block.marks.is_none() {
+            match self.marks.get_mut(self.marked) {
+                Some(marks) => marks.block = index,
+                None => self.marks.push(Marks::none(index)),
+            }
+            block.marks = Some(self.marked);
+            self.marked += 1;
         }
-        Some(slot)
+        block.marks
     }
 
     /// Writes the marks into the cells and takes them away.
     fn write_marked(&mut self) {
-        for index in self.marked.drain(..) {
-            if let Some(block) = self.directory.get_mut(index) {
-                block.write_marks(&self.odds);
+        for marks in self.marks.iter_mut().take(self.marked) {
+            if let Some(block) = self.directory.get_mut(marks.block) {
+                block.write(marks, &self.odds, &self.free);
+                block.marks = None;
                 block.revision = self.revision;
             }
         }
+        self.marked = 0;
     }
 
     fn write_miss(&mut self, cell: CellIndex) {
@@ -242,32 +262,11 @@ impl Grid {
         let Some(slot) = self.directory.slot_or_create(index, self.config.max_blocks) else {
             return;
         };
-        if let Some(Some(block)) = self.directory.blocks.get_mut(slot)
-            && let Some(cell) = block.cells.get_mut(offset)
-        {
-            self.odds.change(cell, self.odds.miss);
+        if let Some(Some(block)) = self.directory.blocks.get_mut(slot) {
+            block.write_miss(offset, &self.odds);
             block.revision = self.revision;
         }
     }
-}
-
-/// Parts a run where it crosses into the next block, in its own direction: block, row in it, and the cells as bits.
-#[inline]
-fn run_by_block(run: Run) -> impl Iterator<Item = (BlockIndex, usize, u64)> {
-    let (low, high) = (run.from.min(run.to), run.from.max(run.to));
-    let (first, last) = (run.from >> BLOCK_BITS, run.to >> BLOCK_BITS);
-    let step = if first <= last { 1 } else { -1 };
-    (0..=(last - first).abs()).map(move |n| {
-        let col = first + n * step;
-        let from = low.max(col << BLOCK_BITS) & (BLOCK - 1);
-        let to = high.min((col << BLOCK_BITS) | (BLOCK - 1)) & (BLOCK - 1);
-        let cells = (u64::MAX >> (BLOCK - 1 - (to - from))) << from;
-        let index = BlockIndex {
-            col,
-            row: run.row >> BLOCK_BITS,
-        };
-        (index, (run.row & (BLOCK - 1)) as usize, cells)
-    })
 }
 
 #[inline]

@@ -1,22 +1,29 @@
 //! Maps: they own data, queries and insertion. They stand below association, registration and estimation, because
 //! matching reads the map that it later writes.
 
+mod caster;
 mod cell;
 mod distance;
 mod evidence;
 mod grid;
+mod layers;
 mod likelihood;
+mod line;
 mod outline;
 mod ray;
 mod surfels;
+mod topology;
 mod vector;
 
+pub use caster::GridCaster;
 pub use cell::{BlockIndex, CellIndex, CellRect, CellState};
 pub use distance::DistanceField;
 pub use evidence::{Evidence, EvidenceConfig};
-pub use grid::{BLOCK_CELLS, Grid, GridConfig, GridError};
+pub use grid::{BLOCK_CELLS, Grid, GridConfig, GridError, Sweep, without_stripes};
+pub use layers::{Layer, Layers};
 pub use likelihood::LikelihoodPyramid;
 pub use outline::outlines;
 pub use ray::cells_on_ray;
 pub use surfels::{Surfel, SurfelConfig, SurfelMap};
+pub use topology::{Door, Region, RegionKind, Topology, TopologyConfig};
 pub use vector::{Sighting, VectorConfig, VectorMap, Wall};

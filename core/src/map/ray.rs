@@ -76,12 +76,12 @@ pub(super) fn runs_on_ray(start: Point2<f64>, end: Point2<f64>, mut visit: impl 
     });
 }
 
-fn are_in_reach(start: Point2<f64>, end: Point2<f64>) -> bool {
+pub(super) fn are_in_reach(start: Point2<f64>, end: Point2<f64>) -> bool {
     let mut coordinates = start.coords.iter().chain(end.coords.iter());
     coordinates.all(|c| c.is_finite() && c.abs() < 1e9)
 }
 
-fn cell_of(point: Point2<f64>) -> CellIndex {
+pub(super) fn cell_of(point: Point2<f64>) -> CellIndex {
     CellIndex {
         col: point.x.floor() as i32,
         row: point.y.floor() as i32,

@@ -6,6 +6,8 @@ mod contest;
 mod cspace;
 mod footprint;
 mod frontier;
+#[cfg(test)]
+mod frontier_tests;
 mod lattice;
 mod path;
 mod point_index;

@@ -81,6 +81,12 @@ impl Wavefront {
         }
     }
 
+    /// Number of the cell that it spread from; `None` where that is not free.
+    #[must_use]
+    pub fn start(&self) -> Option<usize> {
+        Some(self.start).filter(|start| *start < self.costs.len())
+    }
+
     /// Cost of the way to a cell, in metres of open floor; `None` where no way leads.
     #[must_use]
     pub fn cost(&self, index: usize) -> Option<f64> {

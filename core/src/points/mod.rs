@@ -5,6 +5,7 @@ mod deskew;
 mod near;
 mod oriented;
 mod range_sigma;
+mod sectors;
 mod segmentation;
 mod spacing;
 mod walkers;
@@ -17,6 +18,7 @@ pub use range_sigma::{
     Growth, RangeSigma, SigmaBin, SigmaConfig, SigmaError, SigmaFit, estimate_sigma,
     estimate_sigma_of_stretches,
 };
+pub use sectors::{SectorConfig, SectorRange, sectors};
 pub use segmentation::{BreakRule, Run, SegmentationConfig, segment};
 pub use spacing::{SpacingError, SpacingModel};
 pub use walkers::{WalkerConfig, Walkers};

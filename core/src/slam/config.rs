@@ -4,13 +4,15 @@ use super::KnownMap;
 use crate::estimation::{EkfConfig, ScanMatcherConfig};
 use crate::features::LineConfig;
 use crate::map::{EvidenceConfig, GridConfig, VectorConfig};
-use crate::points::{NearConfig, PointConfig};
+use crate::points::{NearConfig, PointConfig, SectorConfig};
 
 /// Settings of every stage.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SlamConfig {
     /// What is kept of a scan.
     pub points: PointConfig,
+    /// How a scan is reduced to sectors before anything else. Default none: every beam counts.
+    pub sectors: Option<SectorConfig>,
     /// What is remembered of things too near to be seen.
     pub near: NearConfig,
     /// How lines are found.

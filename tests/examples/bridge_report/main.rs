@@ -1,6 +1,6 @@
 //! Measures the bridge over real sockets on this machine, prints JSON, and exits with 0 only if all of it holds.
 //!
-//! `cargo run --release -p slamlab-tests --example bridge_report -- faults [TRIALS]|line-faults [TRIALS]|latency|access|soak [MINUTES]`
+//! `cargo run --release -p slamlab-tests --example bridge_report -- faults [TRIALS]|line-faults [TRIALS [FAULT...]]|latency|access|soak [MINUTES]`
 #![cfg(not(target_family = "wasm"))] // opens sockets
 #![allow(missing_docs, clippy::unwrap_used)] // a harness: failing is how it reports
 
@@ -16,6 +16,8 @@ mod access;
 #[cfg(target_os = "linux")]
 mod bridge_process;
 mod door;
+#[cfg(target_os = "linux")]
+mod edge;
 mod faults;
 mod latency;
 #[cfg(target_os = "linux")]
@@ -42,14 +44,14 @@ async fn main() -> ExitCode {
         "latency" => latency::report().await,
         "access" => access::report().await,
         #[cfg(target_os = "linux")]
-        "line-faults" => line_faults::report(number(100.0) as usize)
+        "line-faults" => line_faults::report(number(100.0) as usize, &names())
             .await
             .expect("SLAMLAB_BRIDGE and SLAMLAB_RP6_SIM name the programs"),
         #[cfg(target_os = "linux")]
         "soak" => soak::report(number(30.0)).await,
         _ => {
             eprintln!(
-                "expected one of: faults [TRIALS], line-faults [TRIALS], latency, access, soak [MINUTES]"
+                "expected one of: faults [TRIALS], line-faults [TRIALS [FAULT...]], latency, access, soak [MINUTES]"
             );
             return ExitCode::FAILURE;
         }
@@ -67,7 +69,7 @@ async fn main() -> ExitCode {
 async fn all_faults(trials: usize) -> (bool, Value) {
     let at_the_source = faults::report(trials).await;
     #[cfg(target_os = "linux")]
-    if let Some(at_the_registers) = line_faults::report(trials).await {
+    if let Some(at_the_registers) = line_faults::report(trials, &[]).await {
         return (
             at_the_source.0 && at_the_registers.0,
             serde_json::json!({ "at_the_registers": at_the_registers.1, "at_the_source": at_the_source.1 }),
@@ -79,6 +81,12 @@ async fn all_faults(trials: usize) -> (bool, Value) {
 fn number(default: f64) -> f64 {
     let second = std::env::args().nth(2);
     second.map_or(default, |number| number.parse().unwrap())
+}
+
+/// What stands behind the number.
+#[cfg(target_os = "linux")]
+fn names() -> Vec<String> {
+    std::env::args().skip(3).collect()
 }
 
 /// Median, 99th percentile and worst, ms.

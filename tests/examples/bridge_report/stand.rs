@@ -183,18 +183,20 @@ impl Stand {
 /// Arms as soon as the robot's link is up; asking all the time would be more than the bridge hears.
 async fn arm(client: &mut Client) {
     let epoch = client.epoch;
+    let until = Instant::now() + NEVER;
     loop {
         client.say(ToBridge::Arm { epoch }).await;
-        let is_armed = client
+        let refusal = client
             .wait(|message| match message {
-                FromBridge::Safety(state) if state.armed => Some(true),
-                FromBridge::Refused(_) => Some(false),
+                FromBridge::Safety(state) if state.armed => Some(None),
+                FromBridge::Refused(why) => Some(Some(why.clone())),
                 _ => None,
             })
             .await;
-        if is_armed {
+        let Some(refusal) = refusal else {
             return;
-        }
+        };
+        assert!(Instant::now() < until, "it cannot be armed: {refusal:?}");
         tokio::time::sleep(Duration::from_millis(200)).await;
     }
 }

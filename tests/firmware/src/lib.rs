@@ -10,6 +10,7 @@
 //! 5. [`Wired`] puts the rig on a pseudo-terminal instead, in real time, for a whole bridge.
 
 mod chip;
+mod edge;
 mod host;
 mod rig;
 mod wired;
@@ -21,6 +22,7 @@ use std::sync::OnceLock;
 use anyhow::{Context, Result, bail};
 
 pub use chip::Chip;
+pub use edge::EdgeWatch;
 pub use host::Host;
 pub use rig::Rig;
 pub use wired::Wired;

@@ -116,6 +116,12 @@ impl Rig {
             .map(|motor| motor.angle() * self.model.drive.metres_per_radian)
     }
 
+    /// True counts of the shafts since power-on.
+    #[must_use]
+    pub fn counts(&self) -> [i64; 2] {
+        self.counts
+    }
+
     /// True speeds of the tracks, m/s.
     #[must_use]
     pub fn speeds(&self) -> [f64; 2] {

@@ -12,6 +12,7 @@ use std::time::Instant;
 use slamlab_tests::devices::Device;
 
 use crate::Rig;
+use crate::edge::EdgeWatch;
 
 /// Seconds of a byte on the line, 10 bits at 38400 baud.
 const BYTE: f64 = 10.0 / 38_400.0;
@@ -32,6 +33,7 @@ pub struct Wired {
     /// Since when both registers are 0.
     off: Option<(f64, Instant)>,
     stopped_after: Option<[f64; 2]>,
+    edge: EdgeWatch,
     fault: Option<String>,
     boot: Boot,
     said: Vec<u8>,
@@ -65,6 +67,7 @@ impl Wired {
             marked: None,
             off: None,
             stopped_after: None,
+            edge: EdgeWatch::default(),
             fault: None,
             boot: Boot::Done,
             said: vec![],
@@ -90,6 +93,17 @@ impl Wired {
         self.marked = self
             .is_driven()
             .then(|| (self.rig.seconds(), Instant::now()));
+    }
+
+    /// The next count of an encoder is looked for.
+    pub fn watch_edge(&mut self) {
+        self.edge.set(self.rig.counts());
+    }
+
+    /// When that was, and when the robot had told it: [`EdgeWatch::instants`].
+    #[must_use]
+    pub fn edge(&self) -> [Option<f64>; 2] {
+        self.edge.instants()
     }
 
     /// Somebody presses the reset button: the boot loader speaks, and waits for `s`.
@@ -149,6 +163,7 @@ impl Wired {
             if let Err(error) = self.rig.step() {
                 self.fault = Some(format!("{error:#}"));
             }
+            self.edge.saw(self.rig.counts());
             self.watch();
         }
     }
@@ -198,7 +213,9 @@ impl Device for Wired {
     fn advance(&mut self, seconds: f64) -> Vec<u8> {
         self.run(seconds);
         let mut said = std::mem::take(&mut self.said);
-        said.extend(self.rig.chip.take_sent());
+        let sent = self.rig.chip.take_sent();
+        self.edge.sent(&sent);
+        said.extend(sent);
         said
     }
 }

@@ -9,6 +9,8 @@
 //! 3. Inputs follow from their number and those kept before, so a run goes on where the last one ended; a crash saves its bytes, and from
 //!    then on it is a test (`tests/crashes`).
 
+mod file_seeds;
+mod files;
 mod mutate;
 mod seeds;
 mod targets;
@@ -18,12 +20,17 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 use mutate::Mutator;
-pub use targets::{TARGETS, Target};
+pub use targets::{Target, outcome};
 
 /// Inputs of at most 64 KiB are done within this, on a slow machine too.
 pub const TOO_LONG: Duration = Duration::from_secs(10);
 /// Inputs that are kept.
 const MOST_KEPT: usize = 4096;
+
+/// All decoders of the core.
+pub fn targets() -> impl Iterator<Item = &'static Target> {
+    targets::WIRES.iter().chain(files::FILES)
+}
 
 /// Why an input is kept for ever.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,6 +1,5 @@
-//! What devices and writers really say: fuzzing begins with it.
+//! What devices and clients really say: fuzzing begins with it.
 
-use slamlab_core::format::world;
 use slamlab_core::robot::{Odometry, Robot, Scan, Stamp};
 use slamlab_core::sim::{SensorModel, Simulation, worlds};
 use slamlab_core::wire::message::{
@@ -198,25 +197,4 @@ fn scan() -> Option<Scan> {
     simulation.advance(0.5);
     let _ = Robot::odometry(&mut simulation);
     simulation.take_scan()
-}
-
-pub(super) fn calibration_seeds() -> Vec<Vec<u8>> {
-    vec![
-        b"range,volts\n0.2,2.5\n0.4,1.6\n0.6,1.1\n0.8,0.85\n1.0,0.7\n1.2,0.6\n1.5,0.45\n".to_vec(),
-        b"0.2;2,5\n0.3;2,0\n".to_vec(),
-    ]
-}
-
-pub(super) fn world_seeds() -> Vec<Vec<u8>> {
-    let named = ["arena", "doors"].into_iter().filter_map(worlds::builtin);
-    named
-        .map(|built| world::write(&built).into_bytes())
-        .collect()
-}
-
-pub(super) fn carmen_seeds() -> Vec<Vec<u8>> {
-    vec![
-        b"# a log\nODOM 0.1 0.2 0.3 0.0 0.0 0.0 1.5 host 1.5\nFLASER 4 1.0 1.1 1.2 1.3 0.1 0.2 0.3 0.1 0.2 0.3 1.6 host 1.6\n".to_vec(),
-        b"FLASER 2 81.83 0.5 0 0 0 0 0 0 2.0 host 2.0\r\nPARAM robot_width 0.5\n".to_vec(),
-    ]
 }

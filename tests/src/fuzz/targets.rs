@@ -1,11 +1,10 @@
-//! The decoders, each with real input to begin with and the laws that it keeps whatever comes.
+//! The decoders of wires, each with real input to begin with and the laws that it keeps whatever comes.
 //!
 //! A stream's decoder gives the same in pieces as at once. What a message decodes to is encoded to something that decodes to the same.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use slamlab_core::format::{calibration, carmen, relations, tum, world};
-use slamlab_core::robot::{Scan, Stamp, Variable};
+use slamlab_core::robot::{Scan, Stamp};
 use slamlab_core::wire::message::{Format, FromBridge, Packet, ToBridge, decode, encode};
 use slamlab_core::wire::rp6::{Command, Decoder, Report};
 use slamlab_core::wire::rplidar::driver::{Driver, DriverConfig};
@@ -25,8 +24,8 @@ pub struct Target {
     pub run: fn(&[u8]) -> Result<u64, String>,
 }
 
-/// All of them.
-pub const TARGETS: &[Target] = &[
+/// Those of wires.
+pub(super) const WIRES: &[Target] = &[
     Target {
         name: "rp6-reports",
         seeds: seeds::rp6_reports,
@@ -92,47 +91,10 @@ pub const TARGETS: &[Target] = &[
         seeds: || seeds::messages(Format::Json),
         run: |input| message(input, Format::Json),
     },
-    Target {
-        name: "calibration",
-        seeds: seeds::calibration_seeds,
-        run: calibration_run,
-    },
-    Target {
-        name: "world",
-        seeds: seeds::world_seeds,
-        run: world_run,
-    },
-    Target {
-        name: "carmen",
-        seeds: seeds::carmen_seeds,
-        run: carmen_run,
-    },
-    Target {
-        name: "relations",
-        seeds: || vec![b"# t1 t2\n1.5 2.5 0.1 0.2 0 0 0 0.3\n".to_vec()],
-        run: |input| {
-            Ok(outcome(
-                &relations::parse(input)
-                    .map_err(|e| e.to_string())
-                    .map(|r| r.len()),
-            ))
-        },
-    },
-    Target {
-        name: "tum",
-        seeds: || vec![b"1.5 0.1 0.2 0 0 0 0.149 0.988\n2.5 0.1 0.2 0 0 0 0 1\n".to_vec()],
-        run: |input| {
-            Ok(outcome(
-                &tum::parse(input)
-                    .map_err(|e| e.to_string())
-                    .map(|r| r.len()),
-            ))
-        },
-    },
 ];
 
 /// One number for what became of an input; numbers within words do not count, or each input would be another.
-fn outcome(what: &impl std::fmt::Debug) -> u64 {
+pub fn outcome(what: &impl std::fmt::Debug) -> u64 {
     let text: String = format!("{what:?}")
         .chars()
         .filter(|c| !c.is_ascii_digit())
@@ -144,7 +106,10 @@ fn outcome(what: &impl std::fmt::Debug) -> u64 {
 }
 
 /// A law: both must be the same.
-fn same<T: PartialEq + std::fmt::Debug>(at_once: &T, in_pieces: &T) -> Result<(), String> {
+pub(super) fn same<T: PartialEq + std::fmt::Debug>(
+    at_once: &T,
+    in_pieces: &T,
+) -> Result<(), String> {
     match at_once == in_pieces {
         true => Ok(()),
         false => Err(format!("at once {at_once:?}, in pieces {in_pieces:?}")),
@@ -152,7 +117,7 @@ fn same<T: PartialEq + std::fmt::Debug>(at_once: &T, in_pieces: &T) -> Result<()
 }
 
 /// Pieces of 1, 2, 3, 5, 7, 1 … bytes.
-fn pieces(mut input: &[u8]) -> impl Iterator<Item = &[u8]> {
+pub(super) fn pieces(mut input: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut lengths = [1, 2, 3, 5, 7].into_iter().cycle();
     std::iter::from_fn(move || {
         let length = lengths.next()?.min(input.len());
@@ -342,42 +307,4 @@ fn round_trip<M: Packet + std::fmt::Debug>(input: &[u8], format: Format) -> Resu
     // NaN is not equal to itself; its text is.
     same(&format!("{message:?}"), &format!("{again:?}"))?;
     Ok(format!("{message:?}").chars().take(16).collect())
-}
-
-fn calibration_run(input: &[u8]) -> Result<u64, String> {
-    let read = calibration::read(input)
-        .map(|pairs| pairs.len().min(9))
-        .map_err(|e| e.to_string());
-    let fit = calibration::fit(input, Variable::PerVolt)
-        .map(|_| ())
-        .map_err(|e| e.to_string());
-    Ok(outcome(&(read, fit)))
-}
-
-fn world_run(input: &[u8]) -> Result<u64, String> {
-    let read = world::read(input);
-    if let Ok(read) = &read {
-        let again = world::read(world::write(read).as_bytes())
-            .map_err(|error| format!("not read again: {error}"))?;
-        same(&format!("{read:?}"), &format!("{again:?}"))?;
-    }
-    Ok(outcome(
-        &read
-            .map(|world| world.wall_count().min(99))
-            .map_err(|e| e.to_string()),
-    ))
-}
-
-fn carmen_run(input: &[u8]) -> Result<u64, String> {
-    let at_once = carmen::CarmenLog::parse(input).map_err(|e| e.to_string());
-    let mut reader = carmen::CarmenReader::default();
-    let in_pieces = pieces(input)
-        .try_for_each(|piece| reader.push(piece))
-        .and_then(|()| reader.finish())
-        .map_err(|e| e.to_string());
-    same(
-        &at_once.as_ref().map(|log| format!("{log:?}")),
-        &in_pieces.as_ref().map(|log| format!("{log:?}")),
-    )?;
-    Ok(outcome(&at_once.map(|log| log.scans.len().min(9))))
 }

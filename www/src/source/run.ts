@@ -1,7 +1,7 @@
 // What a simulated and a recorded run have in common: both are SLAM with a pose, a map and a log of what happened.
 
 import type { RunStatus, WebContest, WebExperiment, WebLive, WebReplay } from "../../pkg/slamlab_web.js";
-import { type ContestAsk, type DiagnosisName, type Frame, type Growth, type Inspection, LINE, LINE_STRIDE, type MethodName, type SavedFile, type SavedKind, type SigmaCurve, type SourceKind } from "../protocol.js";
+import { type ContestAsk, type DiagnosisName, type Frame, type Growth, type Inspection, LINE, LINE_STRIDE, type MethodName, type Rooms, type SavedFile, type SavedKind, type SigmaCurve, type SourceKind } from "../protocol.js";
 import { Samples, Slow } from "./feeds.js";
 import type { Change, Moment, Note, Source } from "./source.js";
 
@@ -23,6 +23,8 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
   #half: Float64Array;
   #features = 0;
   #known = { generation: 0, revision: 0, version: -1 };
+  /** The grid whose rooms were told last. */
+  #roomsOf = { generation: -1, revision: -1 };
   #samples = new Samples();
   #notes: Note[] = [];
 
@@ -68,6 +70,20 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
     const { robot_rows: robotRows, landmarks, coefficients, sightings, candidates, odometry, gate, new_gate: newGate, max_gap: maxGap } = inside;
     inside.free();
     return { robotRows, landmarks, coefficients, sightings, candidates, odometry, gate, newGate, maxGap };
+  }
+
+  rooms(): Rooms | null {
+    const { generation, revision } = this.#known;
+    const found = this.module.rooms(this.#roomsOf.generation, this.#roomsOf.revision);
+    if (!found) return null;
+    this.#roomsOf = { generation, revision };
+    const { regions, doors, corners, rings } = found;
+    found.free();
+    return { regions, doors, corners, rings };
+  }
+
+  forgetRooms(): void {
+    this.#roomsOf = { generation: -1, revision: -1 };
   }
 
   abstract estimateSigma(growth: Growth): SigmaCurve;

@@ -1,10 +1,10 @@
 // The one shape that all sources of the worker share.
 
 import type { WebContest } from "../../pkg/slamlab_web.js";
-import type { ContestAsk, Frame, Growth, Inspection, LogLevel, MethodName, SavedFile, SavedKind, SigmaCurve, SourceKind, Status } from "../protocol.js";
+import type { ContestAsk, Frame, Growth, Inspection, LogLevel, MethodName, Rooms, SavedFile, SavedKind, SigmaCurve, SourceKind, Status } from "../protocol.js";
 
 /** What changed since the last call; the worker adds run, number and pace. */
-export type Change = Omit<Frame, "kind" | "run" | "seq" | "clock" | "status" | "inspection">;
+export type Change = Omit<Frame, "kind" | "run" | "seq" | "clock" | "status" | "inspection" | "rooms">;
 
 /** A status without the pace, which only the worker knows. */
 export type Moment = Omit<Status, "realTimeFactor" | "remaining">;
@@ -34,6 +34,10 @@ export interface Source {
   change(): Change;
   /** The inside of the filter, with the matrix or without; null for methods without a line filter. */
   inspect(matrix: boolean): Inspection | null;
+  /** Rooms and doors of the map; null where the grid is as it was when they were told last. */
+  rooms(): Rooms | null;
+  /** They are told anew when they are next asked for. */
+  forgetRooms(): void;
   /** σ(ρ) of the sensor from scans taken standing; throws in words where it cannot be told. */
   estimateSigma(growth: Growth): SigmaCurve;
   /** What happened since the last call, for the log. */

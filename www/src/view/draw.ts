@@ -10,6 +10,7 @@ import type { Brush } from "./layers/layer.js";
 import * as lines from "./layers/lines.js";
 import * as path from "./layers/path.js";
 import * as robot from "./layers/robot.js";
+import * as rooms from "./layers/rooms.js";
 import * as scan from "./layers/scan.js";
 import * as spot from "./layers/spot.js";
 import * as trails from "./layers/trails.js";
@@ -33,6 +34,7 @@ export function drawGround(brush: Brush, on: Switches): void {
 }
 
 const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
+  ["rooms", rooms.draw],
   ["truth", truth.drawMovers],
   ["truth", doors.draw],
   ["frontiers", frontiers.draw],

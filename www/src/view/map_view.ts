@@ -13,6 +13,7 @@ import { type Sighting, sightingsOf } from "../inspect.js";
 import { doorAt } from "./layers/doors.js";
 import { ruleStep } from "./layers/grid.js";
 import type { Brush } from "./layers/layer.js";
+import { roomAt } from "./layers/rooms.js";
 import { type Reading, readingAt } from "./layers/scan.js";
 import { wallAt } from "./layers/spot.js";
 import { type Palette, readPalette } from "./palette.js";
@@ -92,6 +93,7 @@ export class SlamMap extends LitElement {
       if (hasTable !== this.#hasTable) requestAnimationFrame(() => this.#resize());
       this.#hasTable = hasTable;
     });
+    this.store.on("rooms", () => (this.#spotVersion += 1));
     this.store.on("spot", () => (this.#spotVersion += 1));
     this.store.on("inspection", () => {
       this.#sightings = this.store.inspection ? sightingsOf(this.store.inspection) : [];
@@ -192,12 +194,13 @@ export class SlamMap extends LitElement {
     if (this.store.follow) this.store.set("view", { follow: false });
   }
 
-  /** A wall, where somebody looks into the filter; a door; else where the robot should go. */
+  /** A wall, where somebody looks into the filter; a room, where rooms are shown; a door; else where the robot should go. */
   #choose(x: number, y: number): void {
     const wall = this.#wallAt(x, y);
     const door = this.#doorAt(x, y);
     if (wall !== null && !this.store.aiming) this.store.point({ pinned: wall });
     else if (this.store.tab === "paths" && !this.store.aiming) this.client.contest({ [this.store.contest.picking]: [x, y] });
+    else if (this.#roomAt(x, y) !== null) this.store.set("rooms", { roomSpot: [x, y] });
     else if (door !== null) this.client.setDoor(door, !this.#isOpen(door));
     else if (this.store.source === "sim" || this.store.bridge?.armed) this.client.goTo(x, y);
   }
@@ -227,10 +230,12 @@ export class SlamMap extends LitElement {
     const readout = this.#element("hover");
     const wall = this.#wallAt(x, y);
     const door = this.#doorAt(x, y);
+    const room = this.#roomAt(x, y);
     const reading = this.store.layers.scan ? readingAt(this.scene.scan, this.scene.beams, x, y, this.camera.px(8)) : null;
     const more = [
       wall === null ? "" : ` · wall ${wall}`,
       door === null ? "" : ` · door ${door + 1}, click to ${this.#isOpen(door) ? "shut" : "open"} it`,
+      room === null ? "" : ` · region ${room + 1}`,
       reading === null ? "" : ` · ${wordsOf(reading)}`,
     ];
     readout.textContent = `x ${metres(x)}  y ${metres(y)} m · ${what}${more.join("")}`;
@@ -247,6 +252,12 @@ export class SlamMap extends LitElement {
   /** The wall under a map point, while somebody looks into the filter. */
   #wallAt(x: number, y: number): number | null {
     return this.store.tab === "filter" ? wallAt(this.scene.lines, x, y, this.camera.px(10)) : null;
+  }
+
+  /** The room under a map point, while rooms are shown and no goal is being chosen. */
+  #roomAt(x: number, y: number): number | null {
+    const { rooms, layers, aiming } = this.store;
+    return rooms && layers.rooms && !aiming ? roomAt(rooms, x, y) : null;
   }
 
   /** The door under a map point, while they are shown and no goal is being chosen. */
@@ -334,7 +345,7 @@ export class SlamMap extends LitElement {
     const ground = `${view},${scene.tiles.version},${scene.truth.length}`;
     const alive = store.playing && !this.#still.matches;
     const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
-    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, time: this.#still.matches ? 0 : time, spot: store.spot, sightings: this.#sightings, contest: this.#contest() });
+    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, time: this.#still.matches ? 0 : time, spot: store.spot, sightings: this.#sightings, contest: this.#contest(), rooms: this.#rooms() });
     if (ground !== this.#drawn.ground) {
       drawGround(brush("ground"), store.layers);
       this.#scaleBar();
@@ -350,6 +361,12 @@ export class SlamMap extends LitElement {
     const { found, start, goal } = contest;
     const begun = found ? [found.ends[0], found.ends[1]] as const : null;
     return { found, start: start ?? begun, goal };
+  }
+
+  /** Rooms while they are shown, with the one that holds the chosen place: numbers change as the map grows. */
+  #rooms(): Brush["rooms"] {
+    const { rooms: found, roomSpot: spot, layers } = this.store;
+    return found && layers.rooms ? { found, chosen: spot ? roomAt(found, ...spot) : null } : null;
   }
 
   #scaleBar(): void {

@@ -137,6 +137,12 @@ pub enum MapImageError {
         /// The largest grey.
         max: u16,
     },
+    /// An interlaced PNG that is too large to be put together.
+    #[error("the PNG is interlaced and larger than {most} bytes; save it without interlacing")]
+    Interlaced {
+        /// Most bytes of its samples.
+        most: usize,
+    },
     /// A PNG that cannot be decoded, in the decoder's words.
     #[error("the PNG cannot be read: {0}")]
     Png(String),

@@ -1,18 +1,19 @@
-//! PNG images, through the crate `png`.
+//! PNG images, through the crate `png`, row by row: an image of 100 million pixels in four colours of two bytes would be 800 MB in one piece.
 
 use std::io::Cursor;
 
-use png::{BitDepth, ColorType, Decoder, DecodingError, Encoder, EncodingError, Limits};
+use png::{BitDepth, ColorType, Decoder, DecodingError, Encoder, EncodingError, Limits, Reader};
 
 use super::MapImageError;
 use super::read::{Pixel, Size};
 
 /// Deflate makes no byte into more than this many.
 const MOST_INFLATED: usize = 1032;
+/// An interlaced image comes in seven passes, none of which is whole: it is put together in memory, of which it may take so much, bytes.
+const MOST_INTERLACED: usize = 1 << 26;
 
 /// Reads an image; pixels are seen row by row, the highest first.
 pub(super) fn read(bytes: &[u8], mut see: impl FnMut(Pixel)) -> Result<Size, MapImageError> {
-    let wrong = |error: DecodingError| MapImageError::Png(error.to_string());
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: 1 << 24 });
     decoder.set_transformations(png::Transformations::EXPAND);
     decoder.ignore_checksums(false);
@@ -25,10 +26,6 @@ pub(super) fn read(bytes: &[u8], mut see: impl FnMut(Pixel)) -> Result<Size, Map
     }
     let mut reader = decoder.read_info().map_err(wrong)?;
     let (colour, depth) = reader.output_color_type();
-    let length = reader.output_buffer_size();
-    let length = length.ok_or_else(|| size.but_found("no room in memory".to_owned()))?;
-    let mut samples = vec![0; length];
-    reader.next_frame(&mut samples).map_err(wrong)?;
     let (channels, has_alpha) = match colour {
         ColorType::Grayscale | ColorType::Indexed => (1, false),
         ColorType::GrayscaleAlpha => (2, true),
@@ -36,10 +33,40 @@ pub(super) fn read(bytes: &[u8], mut see: impl FnMut(Pixel)) -> Result<Size, Map
         ColorType::Rgba => (4, true),
     };
     let each = if depth == BitDepth::Sixteen { 2 } else { 1 };
-    for pixel in samples.chunks_exact(channels * each) {
-        see(pixel_of(pixel, each, has_alpha));
+    let mut seen = 0;
+    let mut see_all = |samples: &[u8]| {
+        for pixel in samples.chunks_exact(channels * each) {
+            seen += 1;
+            see(pixel_of(pixel, each, has_alpha));
+        }
+    };
+    if reader.info().interlaced {
+        see_all(&whole(&mut reader)?);
+    } else {
+        while let Some(row) = reader.next_row().map_err(wrong)? {
+            see_all(row.data());
+        }
+    }
+    if seen != size.pixels() {
+        return Err(size.but_found(seen.to_string()));
     }
     Ok(size)
+}
+
+/// All samples of an interlaced image.
+fn whole(reader: &mut Reader<Cursor<&[u8]>>) -> Result<Vec<u8>, MapImageError> {
+    let length = reader.output_buffer_size();
+    let length = length.filter(|&length| length <= MOST_INTERLACED);
+    let too_large = || MapImageError::Interlaced {
+        most: MOST_INTERLACED,
+    };
+    let mut samples = vec![0; length.ok_or_else(too_large)?];
+    reader.next_frame(&mut samples).map_err(wrong)?;
+    Ok(samples)
+}
+
+fn wrong(error: DecodingError) -> MapImageError {
+    MapImageError::Png(error.to_string())
 }
 
 /// The mean of the colours.

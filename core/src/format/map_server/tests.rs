@@ -296,6 +296,40 @@ fn bad_images_are_told_what_is_wrong() {
     );
 }
 
+/// 5 x 3 greys in seven passes (PNG specification, §8.2), written by Python's zlib.
+const INTERLACED: &[u8] = b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR\0\0\0\x05\0\0\0\x03\x08\0\0\0\x01\x09\x5a\xaa\xb2\
+    \0\0\0\x1eIDAT\x78\xda\x63\x60\x60\x60\x61\x60\x62\x10\x11\x93\x60\x60\x64\x66\x10\x15\x67\xe0\xe2\xe6\xe1\xe5\x03\0\x06\x38\0\xb5\xb6\x72\x48\x21\
+    \0\0\0\0IEND\xae\x42\x60\x82";
+
+#[test]
+fn interlaced_images_are_put_together() {
+    let raw = format!("{YAML}mode: raw");
+    let expect = [20, 21, 22, 23, 24, 10, 11, 12, 13, 14, 0, 1, 2, 3, 4];
+    assert_eq!(cells(&raw, INTERLACED), expect);
+}
+
+#[test]
+fn an_interlaced_image_that_would_fill_the_memory_is_refused() {
+    // A header alone: 9000 x 9000 greys, and enough bytes that they could be there.
+    let mut image = INTERLACED[..12].to_vec();
+    let mut header = b"IHDR".to_vec();
+    header.extend(9000_u32.to_be_bytes().repeat(2));
+    header.extend([8, 0, 0, 0, 1]);
+    let sum = |bytes: &[u8]| {
+        crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC)
+            .checksum(bytes)
+            .to_be_bytes()
+    };
+    image.extend_from_slice(&header);
+    image.extend(sum(&header));
+    let mut data = b"IDAT".to_vec();
+    data.resize(100_000, 0);
+    image.extend((data.len() as u32 - 4).to_be_bytes());
+    image.extend_from_slice(&data);
+    image.extend(sum(&data));
+    assert!(message(YAML, &image).contains("interlaced and larger than 67108864 bytes"));
+}
+
 #[test]
 fn what_cannot_be_written_is_refused() {
     let mut map = OccupancyMap::of_grid(&small_grid(), MapMode::Raw).unwrap();

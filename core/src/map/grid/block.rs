@@ -1,6 +1,10 @@
-//! A square of cells, with the marks of the scan that is being inserted.
+//! A square of cells, and the marks that a scan makes in it.
 
-use super::BLOCK_CELLS;
+use std::sync::Arc;
+
+use wide::f32x8;
+
+use super::{BLOCK_CELLS, BlockIndex};
 
 /// The configuration in log-odds.
 #[derive(Clone, Copy, Debug)]
@@ -12,25 +16,33 @@ pub(super) struct Odds {
     pub(super) free: f32,
 }
 
+/// Log-odds in rows from the lower left cell.
+pub(super) type Cells = [f32; BLOCK_CELLS * BLOCK_CELLS];
+
 #[derive(Clone, Debug)]
 pub(super) struct Block {
-    pub(super) cells: Box<[f32]>,
-    /// What the scan being inserted sees in it; nothing between scans.
-    pub(super) marks: Box<Marks>,
-    pub(super) is_marked: bool,
+    /// Shared with other blocks that hold the same (and with copies of the grid) until something is written.
+    cells: Arc<Cells>,
+    /// Cells that are as free as the clamp allows, a bit each: another miss changes nothing there. In a room that has been seen for
+    /// a while those are nearly all.
+    least: Box<[u64; BLOCK_CELLS]>,
+    /// Where its marks are among those of the scan being inserted; `None` between scans.
+    pub(super) marks: Option<usize>,
     pub(super) revision: u64,
 }
 
-/// One bit for each cell, row by row.
+/// What the scan being inserted sees of a block: one bit for each cell, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct Marks {
+    pub(super) block: BlockIndex,
     pub(super) hits: [u64; BLOCK_CELLS],
     pub(super) misses: [u64; BLOCK_CELLS],
 }
 
-impl Default for Marks {
-    fn default() -> Self {
+impl Marks {
+    pub(super) fn none(block: BlockIndex) -> Self {
         Self {
+            block,
             hits: [0; BLOCK_CELLS],
             misses: [0; BLOCK_CELLS],
         }
@@ -45,17 +57,71 @@ impl Odds {
 }
 
 impl Block {
-    /// Once per cell: where a beam ended, that others crossed it does not count.
-    pub(super) fn write_marks(&mut self, odds: &Odds) {
-        let rows = self.cells.chunks_exact_mut(BLOCK_CELLS);
-        let marks = self.marks.hits.iter_mut().zip(&mut self.marks.misses);
-        for (row, (hits, misses)) in rows.zip(marks) {
-            let (hit, miss) = (std::mem::take(hits), std::mem::take(misses));
-            for_runs(row, hit, |cell| odds.change(cell, odds.hit));
-            for_runs(row, miss & !hit, |cell| odds.change(cell, odds.miss));
+    pub(super) fn new(cells: &Arc<Cells>) -> Self {
+        Self {
+            cells: cells.clone(),
+            least: Box::new([0; BLOCK_CELLS]),
+            marks: None,
+            revision: 0,
         }
-        self.is_marked = false;
     }
+
+    #[inline]
+    pub(super) fn cells(&self) -> &Cells {
+        &self.cells
+    }
+
+    #[cfg(test)]
+    pub(super) fn shares(&self, cells: &Arc<Cells>) -> bool {
+        Arc::ptr_eq(&self.cells, cells)
+    }
+
+    /// Writes marks into the cells and takes them away. Once per cell: where a beam ended, that others crossed it does not count.
+    /// `free` is a block of cells that all are as free as the clamp allows.
+    pub(super) fn write(&mut self, marks: &mut Marks, odds: &Odds, free: &Arc<Cells>) {
+        let hits = std::mem::replace(&mut marks.hits, [0; BLOCK_CELLS]);
+        let misses = std::mem::replace(&mut marks.misses, [0; BLOCK_CELLS]);
+        let rows = hits.iter().zip(&misses).zip(self.least.iter());
+        if rows.fold(0, |any, ((hit, miss), least)| any | hit | miss & !least) == 0 {
+            return;
+        }
+        let rows = Arc::make_mut(&mut self.cells)
+            .as_chunks_mut::<BLOCK_CELLS>()
+            .0;
+        let rows = rows.iter_mut().zip(self.least.iter_mut());
+        for ((row, least), (hit, miss)) in rows.zip(hits.into_iter().zip(misses)) {
+            if hit != 0 {
+                for_runs(row, hit, |cell| odds.change(cell, odds.hit));
+                *least &= !hit;
+            }
+            let miss = miss & !hit & !*least;
+            if miss != 0 {
+                for_runs(row, miss, |cell| odds.change(cell, odds.miss));
+                *least = at_most(row, -odds.limit);
+            }
+        }
+        if self.least.iter().all(|row| *row == u64::MAX) {
+            self.cells = free.clone();
+        }
+    }
+
+    /// One miss for one cell.
+    pub(super) fn write_miss(&mut self, offset: usize, odds: &Odds) {
+        if let Some(cell) = Arc::make_mut(&mut self.cells).get_mut(offset) {
+            odds.change(cell, odds.miss);
+        }
+    }
+}
+
+/// Which of 64 cells are no more than `limit`.
+#[inline]
+fn at_most(row: &[f32], limit: f32) -> u64 {
+    let limit = f32x8::splat(limit);
+    let eights = row.as_chunks::<8>().0.iter().enumerate();
+    eights.fold(0, |bits, (at, cells)| {
+        let at_most = f32x8::new(*cells).simd_le(limit).to_bitmask();
+        bits | u64::from(at_most) << (8 * at)
+    })
 }
 
 /// Visits the cells of a row whose bits are set, run by run: long runs are what a processor is good at.

@@ -1,7 +1,9 @@
 //! Where the blocks are.
 
+use std::sync::Arc;
+
 use super::BLOCK_CELLS;
-use super::block::{Block, Marks};
+use super::block::{Block, Cells};
 use crate::map::BlockIndex;
 
 /// Dense rectangle of block pointers that is laid anew, twice as large, when a block falls outside.
@@ -12,6 +14,8 @@ pub(super) struct Directory {
     rows: i32,
     pub(super) blocks: Vec<Option<Block>>,
     pub(super) count: usize,
+    /// What new blocks hold.
+    unknown: Arc<Cells>,
 }
 
 impl Directory {
@@ -22,6 +26,7 @@ impl Directory {
             rows: 0,
             blocks: vec![],
             count: 0,
+            unknown: Arc::new([0.0; BLOCK_CELLS * BLOCK_CELLS]),
         }
     }
 
@@ -45,12 +50,6 @@ impl Directory {
         self.blocks.get_mut(slot)?.as_mut()
     }
 
-    #[inline]
-    pub(super) fn marks_in(&mut self, slot: Option<usize>) -> Option<&mut Marks> {
-        let block = self.blocks.get_mut(slot?)?.as_mut()?;
-        Some(&mut block.marks)
-    }
-
     pub(super) fn slot_or_create(&mut self, index: BlockIndex, max_blocks: usize) -> Option<usize> {
         let slot = match self.slot(index) {
             Some(slot) => slot,
@@ -65,12 +64,7 @@ impl Directory {
                 return None;
             }
             self.count += 1;
-            *entry = Some(Block {
-                cells: vec![0.0; BLOCK_CELLS * BLOCK_CELLS].into_boxed_slice(),
-                marks: Box::default(),
-                is_marked: false,
-                revision: 0,
-            });
+            *entry = Some(Block::new(&self.unknown));
         }
         Some(slot)
     }
@@ -108,6 +102,7 @@ impl Directory {
             rows,
             blocks: vec![],
             count: self.count,
+            unknown: self.unknown.clone(),
         };
         grown.blocks.resize_with((cols * rows) as usize, || None);
         let old = std::mem::take(&mut self.blocks);

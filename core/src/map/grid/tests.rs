@@ -90,6 +90,48 @@ impl Naive {
             *value = (*value + by).clamp(-limit, limit);
         }
     }
+
+    /// Every cell to the bit.
+    fn check(&self, grid: &Grid) {
+        let mut known = 0;
+        for (block, cells) in grid.blocks_since(0) {
+            for (offset, value) in cells.iter().enumerate() {
+                let (col, row) = ((offset % BLOCK_CELLS) as i32, (offset / BLOCK_CELLS) as i32);
+                let expected = self
+                    .0
+                    .get(&(block.col * BLOCK + col, block.row * BLOCK + row));
+                known += usize::from(expected.is_some());
+                assert_eq!(value.to_bits(), expected.copied().unwrap_or(0.0).to_bits());
+            }
+        }
+        assert_eq!(known, self.0.len());
+    }
+}
+
+/// Cells that are as free as can be are passed over, and whole blocks of them share their memory: nothing of that shows.
+#[test]
+fn a_hall_seen_for_long_and_then_filled_is_that_of_the_naive_grid() {
+    let (mut grid, mut naive) = (grid(), Naive::default());
+    let config = *grid.config();
+    let pose = Pose2::new(1.6, 1.6, 0.0);
+    let mut see = |radius: f64, is_hit: bool, times: usize| {
+        let mut points = beam_to((0.0, 0.0), false);
+        points.beams = (0..1200)
+            .map(|beam| crate::geom::sin_cos(std::f64::consts::TAU * f64::from(beam) / 1200.0))
+            .flat_map(|(sin, cos)| beam_to((radius * cos, radius * sin), is_hit).beams)
+            .collect();
+        for _ in 0..times {
+            grid.insert(&points, &pose);
+            naive.insert(&points, &pose, &config);
+        }
+        naive.check(&grid);
+        grid.shared_blocks()
+    };
+    assert_eq!(see(6.0, true, 1), 0);
+    let shared = see(6.0, true, 20);
+    assert!(shared >= 4, "{shared}");
+    assert_eq!(see(1.0, true, 3), shared - 1);
+    assert_eq!(see(6.0, false, 30), shared);
 }
 
 proptest! {
@@ -119,16 +161,7 @@ proptest! {
             grid.insert(&points, &pose);
             naive.insert(&points, &pose, &config);
         }
-        let mut known = 0;
-        for (block, cells) in grid.blocks_since(0) {
-            for (offset, value) in cells.iter().enumerate() {
-                let (col, row) = ((offset % BLOCK_CELLS) as i32, (offset / BLOCK_CELLS) as i32);
-                let expected = naive.0.get(&(block.col * BLOCK + col, block.row * BLOCK + row));
-                known += usize::from(expected.is_some());
-                prop_assert_eq!(value.to_bits(), expected.copied().unwrap_or(0.0).to_bits());
-            }
-        }
-        prop_assert_eq!(known, naive.0.len());
+        naive.check(&grid);
     }
 }
 

@@ -6,9 +6,8 @@
 use nalgebra::Point2;
 
 use super::ConfigSpace;
-use super::snapshot::{states_of, without_stripes};
 use crate::geom::Segment;
-use crate::map::{CellIndex, CellRect, CellState, DistanceField, Grid};
+use crate::map::{CellIndex, CellRect, CellState, DistanceField, Grid, without_stripes};
 use crate::plan::reach::may_reach;
 
 /// What to make of cells that were never seen.
@@ -35,7 +34,7 @@ impl GridSpace {
     /// Looks at the cells of `rect`; the robot's centre keeps `keep` metres away from what is occupied.
     #[must_use]
     pub fn new(grid: &Grid, rect: CellRect, keep: f64, unknown: Unknown) -> Self {
-        let states = states_of(grid, rect);
+        let states = grid.states(rect);
         let resolution = grid.resolution();
         let of = |state: CellState, states: &[CellState]| {
             let mask: Vec<bool> = states.iter().map(|&s| s == state).collect();

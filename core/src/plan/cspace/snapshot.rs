@@ -1,10 +1,8 @@
-//! What a grid holds of a rectangle.
-//!
-//! In: a [`Grid`] and a rectangle of cells. Out: their states in rows; and the rectangle that planning between two points needs.
+//! In: a [`Grid`] and points. Out: the rectangle of cells that planning between them needs.
 
 use nalgebra::Point2;
 
-use crate::map::{CellIndex, CellRect, CellState, Grid};
+use crate::map::{CellIndex, CellRect, Grid};
 
 /// The rectangle of everything the grid holds and of all `points`, with `spare` cells around; `None` where a point is
 /// not finite or lies more than `farthest` cells off.
@@ -47,59 +45,4 @@ pub fn rect_around(
             row: rect.max.row.saturating_add(spare),
         },
     })
-}
-
-/// States of a rectangle, block by block.
-pub(super) fn states_of(grid: &Grid, rect: CellRect) -> Vec<CellState> {
-    let block_cells = crate::map::BLOCK_CELLS as i32;
-    let width = rect.width();
-    let mut states = vec![CellState::Unknown; width * rect.height()];
-    for (block, cells) in grid.blocks_since(0) {
-        let (col0, row0) = (block.col * block_cells, block.row * block_cells);
-        let cols = rect.min.col.max(col0)..rect.max.col.min(col0 + block_cells);
-        if cols.is_empty() {
-            continue;
-        }
-        for row in rect.min.row.max(row0)..rect.max.row.min(row0 + block_cells) {
-            let from = ((row - row0) * block_cells + cols.start - col0) as usize;
-            let to = (row - rect.min.row) as usize * width + (cols.start - rect.min.col) as usize;
-            let count = cols.len();
-            for (state, &log_odds) in states[to..to + count]
-                .iter_mut()
-                .zip(&cells[from..from + count])
-            {
-                *state = grid.state_of(log_odds);
-            }
-        }
-    }
-    states
-}
-
-/// Unknown cells with at least five free neighbours and no occupied one count as free: they are the gaps between the
-/// far ends of neighbouring beams.
-pub(super) fn without_stripes(states: &[CellState], width: usize) -> Vec<CellState> {
-    let mut filled = states.to_vec();
-    if width < 3 {
-        return filled;
-    }
-    for at in width + 1..states.len().saturating_sub(width + 1) {
-        if states[at] != CellState::Unknown {
-            continue;
-        }
-        let around = [
-            at - width - 1,
-            at - width,
-            at - width + 1,
-            at - 1,
-            at + 1,
-            at + width - 1,
-            at + width,
-            at + width + 1,
-        ];
-        let count = |state| around.iter().filter(|&&i| states[i] == state).count();
-        if count(CellState::Free) >= 5 && count(CellState::Occupied) == 0 {
-            filled[at] = CellState::Free;
-        }
-    }
-    filled
 }

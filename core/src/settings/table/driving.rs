@@ -273,14 +273,15 @@ pub(super) const DRIVING: &[Setting] = &[
         group: "Exploration",
         name: "Goes to",
         unit: "",
-        range: [0.0, 2.0],
+        range: [0.0, 3.0],
         kind: Kind::Choice(&[
             "most gain for its cost",
             "nearest frontier",
             "next best view",
+            "room by room",
         ]),
         acts: Acts::AtOnce,
-        meaning: "Which border of the unknown is looked at first. The nearest is the yardstick; views cost more to compute.",
+        meaning: "Which border of the unknown is looked at first. The nearest is the yardstick; views cost more to compute; room by room finishes a room before it leaves.",
         get: |s| {
             let choice = s.pilot.frontier.choice;
             let place = FrontierChoice::ALL

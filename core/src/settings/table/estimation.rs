@@ -2,6 +2,7 @@
 
 use crate::association::AssociationMethod;
 use crate::estimation::Consistency;
+use crate::map::Sweep;
 use crate::settings::{Acts, Kind, Setting};
 
 /// The settings.
@@ -316,6 +317,29 @@ pub(super) const ESTIMATION: &[Setting] = &[
         meaning: "Probabilities stay this far from 0 and 1. Larger: changes its mind sooner.",
         get: |s| Some(s.slam.grid.clamp),
         set: |s, v| s.slam.grid.clamp = v,
+    },
+    Setting {
+        key: "grid.sweep",
+        group: "Map",
+        name: "Free are the cells",
+        unit: "",
+        range: [0.0, 2.0],
+        kind: Kind::Choice(&[
+            "that a beam enters",
+            "on its Bresenham line",
+            "between the beams",
+        ]),
+        acts: Acts::OnRestart,
+        meaning: "Between the beams is fastest, and leaves no cells unseen where beams are far apart.",
+        get: |s| {
+            let at = Sweep::ALL.iter().position(|at| *at == s.slam.grid.sweep);
+            at.map(|at| at as f64)
+        },
+        set: |s, v| {
+            let sweep = Sweep::ALL.get(v as usize).copied().unwrap_or_default();
+            s.slam.grid.sweep = sweep;
+            s.slam.matcher.grid.sweep = sweep;
+        },
     },
     Setting {
         key: "evidence.sigmas",

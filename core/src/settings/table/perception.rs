@@ -1,7 +1,7 @@
 //! What is made of scans: points and lines.
 
 use crate::features::{Classic, LineConfig, NoiseAware, Pilch, SplitRule};
-use crate::points::{Growth, RangeSigma};
+use crate::points::{Growth, RangeSigma, SectorConfig};
 use crate::settings::{Acts, Kind, Setting, Settings};
 
 /// The settings.
@@ -29,6 +29,39 @@ pub(super) const PERCEPTION: &[Setting] = &[
         meaning: "Farther readings count as no return; 1000 m leaves it to the sensor.",
         get: |s| Some(s.slam.points.max_range.min(1000.0)),
         set: |s, v| s.slam.points.max_range = if v < 1000.0 { v } else { f64::INFINITY },
+    },
+    Setting {
+        key: "points.sector",
+        group: "Points",
+        name: "One reading for each sector of",
+        unit: "rad",
+        range: [0.0, 1.5],
+        kind: Kind::Real,
+        acts: Acts::AtOnce,
+        meaning: "The least range of a sector stands for it (Celej: 0.175, that is 10°). 0: every beam counts.",
+        get: |s| Some(s.slam.sectors.map_or(0.0, |sectors| sectors.width)),
+        set: |s, v| {
+            s.slam.sectors = (v > 0.0).then(|| SectorConfig {
+                width: v,
+                ..s.slam.sectors.unwrap_or_default()
+            });
+        },
+    },
+    Setting {
+        key: "points.sector_no_returns",
+        group: "Points",
+        name: "No returns that are errors",
+        unit: "",
+        range: [0.0, 1000.0],
+        kind: Kind::Whole,
+        acts: Acts::AtOnce,
+        meaning: "With sectors: so many in one do not count; more, and nothing is there.",
+        get: |s| s.slam.sectors.map(|sectors| sectors.no_returns as f64),
+        set: |s, v| {
+            if let Some(sectors) = &mut s.slam.sectors {
+                sectors.no_returns = v as usize;
+            }
+        },
     },
     Setting {
         key: "points.sigma",

@@ -1,7 +1,8 @@
 //! A simulated RP6 on a pseudo-terminal: the real firmware in a simulated controller, in a simulated world, in real time.
 //!
 //! In: the name of a built-in world (default `arena`), then commands of [`slamlab_tests::console`]. Out: its answers; the first line
-//! names the port. Beside those: `mark` (something happens that should stop it: how long it takes is a fact), `half` (the cable is pulled
+//! names the port. Beside those: `mark` (something happens that should stop it: how long it takes is a fact), `edge` (of the next count of an
+//! encoder it is a fact when it was, and when it was told), `half` (the cable is pulled
 //! in the middle of a frame), `reset` (its button; the boot loader speaks), `noise P` (part P of all bits flipped, both ways), `garble`
 //! (both sides hear noise), `mend` (neither any more). Whoever opens it finds a robot that was switched on before.
 //!
@@ -39,6 +40,7 @@ impl console::Wired for Robot {
                 "duties": robot.rig.chip.duties(),
                 "stopped_after": robot.stopped_after().map(|[chip, _]| chip),
                 "stopped_after_real": robot.stopped_after().map(|[_, real]| real),
+                "edge": robot.edge(),
                 "contacts": robot.rig.contacts(),
                 "seconds": robot.rig.seconds(),
                 "behind": robot.behind(),
@@ -50,6 +52,7 @@ impl console::Wired for Robot {
     fn act(&self, words: &[&str]) -> bool {
         match words {
             ["mark"] => self.socket.with(Wired::mark),
+            ["edge"] => self.socket.with(Wired::watch_edge),
             ["half"] => self.socket.pull_in_the_middle(),
             ["reset"] => self.socket.with(Wired::reset),
             ["garble"] => self.spoil(Faults {

@@ -1,7 +1,7 @@
 // What every layer is given.
 
 import type { Sighting } from "../../inspect.js";
-import type { ContestState } from "../../protocol.js";
+import type { ContestState, Rooms } from "../../protocol.js";
 import type { Spot } from "../../store.js";
 import type { Camera } from "../camera.js";
 import type { Palette } from "../palette.js";
@@ -19,6 +19,8 @@ export interface Brush {
   readonly spot: Spot;
   /** Planners side by side, while somebody looks at them. */
   readonly contest: { readonly found: ContestState | null; readonly start: readonly [number, number] | null; readonly goal: readonly [number, number] | null } | null;
+  /** Rooms and doors, and the number of the chosen one. */
+  readonly rooms: { readonly found: Rooms; readonly chosen: number | null } | null;
   /** Lines of the last scan with what they were compared with; empty while nobody looks into the filter. */
   readonly sightings: readonly Sighting[];
 }

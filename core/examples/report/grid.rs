@@ -1,0 +1,197 @@
+//! `grid`: what the occupancy grid costs, and whether its cells are right. About a minute.
+//!
+//! 1. 1 000 scans of 360 beams from random places in `office`, up to 12 m, drawn by each sweep: time, and cells per second; beside it
+//!    the cells per second of a pass over 256 MB that reads, changes and writes each, the limit of this machine in this run.
+//! 2. The first 100 of them against a grid that shares no code (`grid/naive.rs`), every cell to the bit; of the area those cells are
+//!    left out and counted whose centre lies on a side of it.
+//! 3. Memory by mapped square metre; and a site of 1 km² of streets between buildings, in which a robot drives along every street: all
+//!    allocations of the program, which must stay below 1 GB.
+//! 4. With `--peers FILE` (lines of the peers' programs and of the example `workloads`, from one machine and hour): the area sweep in
+//!    MRPT's time on its scans, and a million beams over the cells of an office in MRPT's.
+//!
+//! Times are processor times, the least of several runs.
+
+mod naive;
+mod site;
+
+use std::f64::consts::TAU;
+use std::hint::black_box;
+
+use anyhow::{Context, Result};
+use nalgebra::{Point2, Vector2};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use slamlab_core::geom::{Pose2, sin_cos};
+use slamlab_core::map::{Evidence, Grid, GridConfig, Sweep};
+use slamlab_core::sim::{Caster, worlds};
+use stats_alloc::Region;
+
+use crate::clock::least_seconds;
+use crate::ekf_cost::ALLOCATOR;
+use crate::peers::{Peers, Race};
+use crate::{Args, Outcome};
+
+const SCANS: usize = 1000;
+const BEAMS: usize = 360;
+const RANGE: f64 = 12.0;
+/// Scans that the naive grid draws too.
+const CHECKED: usize = 100;
+/// What a browser gives a page, with some to spare.
+const BROWSER_BYTES: f64 = 1e9;
+const SWEEPS: [(&str, Sweep); 3] = [
+    ("crossed", Sweep::Crossed),
+    ("bresenham", Sweep::Bresenham),
+    ("area", Sweep::Area),
+];
+
+/// A scan and where it was taken.
+pub(crate) struct Seen {
+    pub(crate) pose: Pose2,
+    pub(crate) evidence: Evidence,
+}
+
+pub(crate) fn measure(args: &Args) -> Result<Outcome> {
+    let mut outcome = Outcome::default();
+    let scans = scans()?;
+    outcome.figure("streaming_cells_per_second", streaming());
+    for (name, sweep) in SWEEPS {
+        let config = GridConfig {
+            sweep,
+            ..GridConfig::default()
+        };
+        speed(&mut outcome, name, &config, &scans)?;
+        equality(&mut outcome, name, &config, &scans)?;
+    }
+    memory(&mut outcome, &scans)?;
+    site::measure(&mut outcome, BROWSER_BYTES)?;
+    match &args.peers {
+        Some(file) => against_peers(&mut outcome, &Peers::read(file)?)?,
+        None => outcome.figure("peers", "not compared: no --peers FILE"),
+    }
+    Ok(outcome)
+}
+
+/// Point 1.
+fn speed(outcome: &mut Outcome, name: &str, config: &GridConfig, scans: &[Seen]) -> Result<()> {
+    let mut drawn = Grid::new(*config)?;
+    let mut failed = Ok(());
+    let seconds = least_seconds(|| match drawn_anew(config, scans) {
+        Ok(grid) => drawn = grid,
+        Err(error) => failed = Err(error),
+    });
+    failed?;
+    outcome.figure(format!("{name}_blocks"), drawn.block_count());
+    let cells: usize = scans.iter().map(|seen| naive::cells(seen, config)).sum();
+    outcome.figure(format!("{name}_1000_scans_ms"), 1e3 * seconds);
+    outcome.figure(format!("{name}_cells_per_scan"), cells / SCANS);
+    outcome.figure(format!("{name}_cells_per_second"), cells as f64 / seconds);
+    Ok(())
+}
+
+/// Point 2.
+fn equality(outcome: &mut Outcome, name: &str, config: &GridConfig, scans: &[Seen]) -> Result<()> {
+    let (mut grid, mut naive) = (Grid::new(*config)?, naive::NaiveGrid::default());
+    for seen in scans.iter().take(CHECKED) {
+        grid.draw(&seen.evidence, &seen.pose);
+        naive.draw(seen, config);
+    }
+    let [wrong, compared, left_out] = naive.differences(&grid);
+    outcome.figure(format!("{name}_cells_compared"), compared);
+    outcome.figure(format!("{name}_cells_on_a_side"), left_out);
+    outcome.at_most(&format!("{name}_cells_unlike_naive"), wrong as f64, 0.0);
+    outcome.require(compared > 50_000, || {
+        format!("only {compared} cells were compared")
+    });
+    Ok(())
+}
+
+/// Point 3, first part.
+fn memory(outcome: &mut Outcome, scans: &[Seen]) -> Result<()> {
+    let config = GridConfig::default();
+    let region = Region::new(ALLOCATOR);
+    let grid = drawn_anew(&config, scans)?;
+    let bytes = site::bytes(&region);
+    let all = grid.blocks_since(0).flat_map(|(_, cells)| cells);
+    let known = all.filter(|odds| **odds != 0.0).count();
+    let area = known as f64 * config.resolution * config.resolution;
+    outcome.figure("office_mapped_m2", area);
+    outcome.figure("office_bytes_per_mapped_m2", bytes / area);
+    Ok(())
+}
+
+/// Point 4.
+fn against_peers(outcome: &mut Outcome, peers: &Peers) -> Result<()> {
+    let grid = Race {
+        workload: "gridmap_1000x360_2000x2000",
+        ours: "slamlab-Grid(area)",
+        theirs: "mrpt-2.5.8-COccupancyGridMap2D(int8 log-odds)",
+        at_most: 0.6,
+    };
+    let rays = Race {
+        workload: "raycast_grid1000_1e6beams",
+        ours: "slamlab-GridCaster",
+        theirs: "mrpt-2.5.8-laserScanSimulator",
+        at_most: 0.6,
+    };
+    peers.race(outcome, &grid)?;
+    peers.race(outcome, &rays)
+}
+
+fn drawn_anew(config: &GridConfig, scans: &[Seen]) -> Result<Grid> {
+    let mut grid = Grid::new(*config)?;
+    for seen in scans {
+        grid.draw(black_box(&seen.evidence), &seen.pose);
+    }
+    Ok(grid)
+}
+
+/// Cells that a pass over far more memory than the caches hold reads, changes and writes in a second.
+fn streaming() -> f64 {
+    let mut cells = vec![0.0_f32; 64 << 20];
+    let seconds = least_seconds(|| {
+        for cell in black_box(&mut cells) {
+            *cell += 1.0;
+        }
+    });
+    cells.len() as f64 / seconds
+}
+
+fn scans() -> Result<Vec<Seen>> {
+    let world = worlds::builtin("office").context("there is no world `office`")?;
+    let (low, high) = world.bounds();
+    let caster = Caster::new(world.walls());
+    let mut rng = ChaCha8Rng::seed_from_u64(21);
+    // Walls of the world lie on borders of cells, where rounding decides: a map's frame does not.
+    let map_from_world = Pose2::new(0.0123, 0.0217, 0.1);
+    let mut pose = |_| {
+        let (x, y) = (
+            rng.random_range(low.x..high.x),
+            rng.random_range(low.y..high.y),
+        );
+        Pose2::new(x, y, rng.random_range(0.0..TAU))
+    };
+    let poses: Vec<Pose2> = (0..SCANS).map(&mut pose).collect();
+    let seen = |pose: Pose2| Seen {
+        evidence: scan_from(&caster, &pose, RANGE),
+        pose: map_from_world * pose,
+    };
+    Ok(poses.into_iter().map(seen).collect())
+}
+
+/// What a lidar at `pose` sees: every beam free up to its end.
+fn scan_from(caster: &Caster, pose: &Pose2, range: f64) -> Evidence {
+    let mut evidence = Evidence::default();
+    let origin = *pose * Point2::origin();
+    for beam in 0..BEAMS {
+        let (sin, cos) = sin_cos(TAU * beam as f64 / BEAMS as f64);
+        let way = Vector2::new(cos, sin);
+        let direction = (*pose * Point2::from(way)) - origin;
+        let hit = caster
+            .cast(origin, direction, range)
+            .map(|hit| hit.distance);
+        let end = Point2::from(way * hit.unwrap_or(range));
+        evidence.free.push([Point2::origin(), end]);
+        evidence.hits.extend(hit.map(|_| end));
+    }
+    evidence
+}

@@ -1,0 +1,99 @@
+//! A square kilometre: buildings of 40 m with streets of 20 m between them, along all of which a robot drives.
+
+use anyhow::Result;
+use nalgebra::{Point2, Vector2};
+use slamlab_core::geom::{Pose2, Segment};
+use slamlab_core::map::{Grid, GridConfig, Sweep};
+use slamlab_core::sim::{Caster, Material, Wall};
+use stats_alloc::Region;
+
+use super::scan_from;
+use crate::Outcome;
+use crate::ekf_cost::ALLOCATOR;
+
+const SIDE: f64 = 1000.0;
+const PITCH: f64 = 60.0;
+const STREET: f64 = 20.0;
+const RANGE: f64 = 18.0;
+/// Way between two scans, m: a tenth of what a robot would make.
+const SPACING: f64 = 0.5;
+
+pub(super) fn measure(outcome: &mut Outcome, most_bytes: f64) -> Result<()> {
+    let caster = Caster::new(buildings());
+    let config = GridConfig {
+        sweep: Sweep::Area,
+        ..GridConfig::default()
+    };
+    let region = Region::new(ALLOCATOR);
+    let mut grid = Grid::new(config)?;
+    let (mut scans, mut most) = (0, 0.0_f64);
+    for pose in drive() {
+        let evidence = scan_from(&caster, &pose, RANGE);
+        grid.draw(&evidence, &pose);
+        scans += 1;
+        if scans % 1000 == 0 {
+            most = most.max(bytes(&region));
+        }
+    }
+    most = most.max(bytes(&region));
+    let known = (grid.blocks_since(0))
+        .flat_map(|(_, cells)| cells)
+        .filter(|odds| **odds != 0.0)
+        .count();
+    let area = known as f64 * config.resolution * config.resolution;
+    outcome.figure("site_side_m", SIDE);
+    outcome.figure("site_scans", scans);
+    outcome.figure("site_mapped_m2", area);
+    outcome.figure("site_blocks", grid.block_count());
+    outcome.figure("site_bytes_per_mapped_m2", bytes(&region) / area);
+    outcome.at_most("site_most_bytes", most, most_bytes);
+    outcome.require(grid.block_count() < config.max_blocks, || {
+        format!("the site filled all {} blocks", config.max_blocks)
+    });
+    Ok(())
+}
+
+/// What was allocated and not given back.
+pub(super) fn bytes(region: &Region<std::alloc::System>) -> f64 {
+    let change = region.change();
+    change.bytes_allocated as f64 - change.bytes_deallocated as f64
+}
+
+fn buildings() -> Vec<Wall> {
+    let count = (SIDE / PITCH) as usize;
+    let half = STREET / 2.0;
+    let corners = (0..count * count).flat_map(|at| {
+        let low = Point2::new((at % count) as f64, (at / count) as f64) * PITCH;
+        let (low, high) = (
+            low + Vector2::new(half, half),
+            low + Vector2::new(PITCH - half, PITCH - half),
+        );
+        let corners = [
+            low,
+            Point2::new(high.x, low.y),
+            high,
+            Point2::new(low.x, high.y),
+        ];
+        (0..4).map(move |i| Segment::new(corners[i], corners[(i + 1) % 4]))
+    });
+    let wall = |segment| Wall {
+        segment,
+        material: Material::Opaque,
+    };
+    corners.map(wall).collect()
+}
+
+/// Along the middle of every street, both ways across the site.
+fn drive() -> impl Iterator<Item = Pose2> {
+    let streets = (SIDE / PITCH) as usize + 1;
+    let stops = (SIDE / SPACING) as usize;
+    (0..2 * streets * stops).map(move |at| {
+        let (street, along) = (at / stops, (at % stops) as f64 * SPACING);
+        let across = (street / 2) as f64 * PITCH;
+        if street % 2 == 0 {
+            Pose2::new(along, across, 0.0)
+        } else {
+            Pose2::new(across, along, 0.0)
+        }
+    })
+}

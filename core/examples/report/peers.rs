@@ -1,0 +1,91 @@
+//! In: a file of lines `peer workload median_ms extra`, as the peers' programs and the example `workloads` print them. Out: our time
+//! in that of a peer.
+//!
+//! A peer's name may be told by its beginning, for its version stands in it; of several lines the last counts.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, ensure};
+
+use crate::outcome::Outcome;
+
+/// What programs have measured.
+pub(crate) struct Peers {
+    lines: Vec<Line>,
+}
+
+struct Line {
+    peer: String,
+    workload: String,
+    ms: f64,
+    extra: String,
+}
+
+/// Ours against a peer, and how much of its time is allowed.
+pub(crate) struct Race<'a> {
+    pub(crate) workload: &'a str,
+    pub(crate) ours: &'a str,
+    pub(crate) theirs: &'a str,
+    pub(crate) at_most: f64,
+}
+
+impl Peers {
+    pub(crate) fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path)
+            .with_context(|| format!("cannot read {}", path.display()))?;
+        let lines = text.lines().filter(|line| !line.starts_with('#'));
+        let lines: Vec<_> = lines.filter_map(line).collect();
+        ensure!(
+            !lines.is_empty(),
+            "{} has no line `peer workload median_ms`",
+            path.display()
+        );
+        Ok(Self { lines })
+    }
+
+    /// Adds the times of both and what they are in each other, which must be at most what the race allows.
+    pub(crate) fn race(&self, outcome: &mut Outcome, race: &Race) -> Result<()> {
+        let (ours, theirs) = (self.line(race, race.ours)?, self.line(race, race.theirs)?);
+        let key = format!("{}_in_{}", ours.peer, theirs.peer);
+        outcome.figure(
+            format!("{}_ms_{}", race.workload, theirs.peer),
+            serde_json::json!([ours.ms, theirs.ms]),
+        );
+        outcome.at_most(&key, ours.ms / theirs.ms, race.at_most);
+        Ok(())
+    }
+
+    /// A figure `name=value` that stands beside a peer's time; a sign of per cent is left out.
+    pub(crate) fn extra(&self, workload: &str, peer: &str, name: &str) -> Result<f64> {
+        let race = Race {
+            workload,
+            ours: peer,
+            theirs: peer,
+            at_most: f64::NAN,
+        };
+        let line = self.line(&race, peer)?;
+        let mut parts = line.extra.split_whitespace();
+        let found = parts.find_map(|part| part.strip_prefix(name)?.strip_prefix('='));
+        let value = found.with_context(|| format!("{} tells no {name}", line.peer))?;
+        Ok(value.trim_end_matches('%').parse()?)
+    }
+
+    fn line(&self, race: &Race, peer: &str) -> Result<&Line> {
+        let lines = || (self.lines.iter().rev()).filter(|l| l.workload == race.workload);
+        let exactly = lines().find(|l| l.peer == peer);
+        let found = exactly.or_else(|| lines().find(|l| l.peer.starts_with(peer)));
+        found.with_context(|| format!("no line of `{peer}` for {}", race.workload))
+    }
+}
+
+/// Names may have blanks: the workload is the word before the first number.
+fn line(text: &str) -> Option<Line> {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let at = (2..words.len()).find(|at| words[*at].parse::<f64>().is_ok())?;
+    Some(Line {
+        peer: words[..at - 1].join(" "),
+        workload: words[at - 1].to_owned(),
+        ms: words[at].parse().ok()?,
+        extra: words[at + 1..].join(" "),
+    })
+}

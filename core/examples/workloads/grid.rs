@@ -1,0 +1,73 @@
+//! `grid`: 1 000 scans of 360 beams drawn into the occupancy grid, 5 cm cells, by each sweep.
+//!
+//! As with the peers, a beam without return clears 30 m, poses are known, and the time is that from ranges to cells.
+
+use std::f64::consts::{PI, TAU};
+
+use anyhow::{Context, Result};
+use nalgebra::{Point2, Vector2};
+use slamlab_core::geom::{Pose2, sin_cos};
+use slamlab_core::map::{CellState, Evidence, Grid, GridConfig, Sweep};
+
+use crate::inputs::Inputs;
+use crate::timing::{emit, median_ms};
+
+const BEAMS: usize = 360;
+/// What a beam without return clears, m.
+const CLEARS: f64 = 30.0;
+const REPEATS: usize = 5;
+
+pub(crate) fn run(inputs: &Inputs) -> Result<()> {
+    let scans = inputs.rows::<{ 3 + BEAMS }>("map_scans_1000x360.csv")?;
+    let directions: Vec<_> = (0..BEAMS)
+        .map(|beam| sin_cos(TAU * beam as f64 / BEAMS as f64 - PI))
+        .map(|(sin, cos)| Vector2::new(cos, sin))
+        .collect();
+    for (name, sweep) in [
+        ("crossed", Sweep::Crossed),
+        ("bresenham", Sweep::Bresenham),
+        ("area", Sweep::Area),
+    ] {
+        let config = GridConfig {
+            sweep,
+            ..GridConfig::default()
+        };
+        let mut drawn = None;
+        let ms = median_ms(REPEATS, || {
+            let mut grid = Grid::new(config)?;
+            for scan in &scans {
+                let pose = Pose2::new(scan[0], scan[1], scan[2]);
+                grid.draw(&evidence(&scan[3..], &directions), &pose);
+            }
+            drawn = Some(grid);
+            Ok(())
+        })?;
+        let grid = drawn.context("nothing was drawn")?;
+        let occupied = grid
+            .blocks_since(0)
+            .flat_map(|(_, cells)| cells)
+            .filter(|odds| grid.state_of(**odds) == CellState::Occupied)
+            .count();
+        emit(
+            &format!("slamlab-Grid({name})"),
+            "gridmap_1000x360_2000x2000",
+            ms,
+            &format!("occupied_cells={occupied} (no-return beams clear 30 m)"),
+        );
+    }
+    Ok(())
+}
+
+/// What a scan says, every beam believed to its end; no range is told by -1.
+fn evidence(ranges: &[f64], directions: &[Vector2<f64>]) -> Evidence {
+    let mut evidence = Evidence::default();
+    for (&range, direction) in ranges.iter().zip(directions) {
+        let is_hit = range > 0.0;
+        let end = Point2::from(*direction * if is_hit { range } else { CLEARS });
+        evidence.free.push([Point2::origin(), end]);
+        if is_hit {
+            evidence.hits.push(end);
+        }
+    }
+    evidence
+}

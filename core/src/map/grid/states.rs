@@ -1,0 +1,64 @@
+//! What a grid holds of a rectangle.
+
+use super::{BLOCK, Grid};
+use crate::map::{CellRect, CellState};
+
+impl Grid {
+    /// What is believed of the cells of a rectangle, in rows from the lower left one; read block by block.
+    #[must_use]
+    pub fn states(&self, rect: CellRect) -> Vec<CellState> {
+        let block_cells = BLOCK;
+        let width = rect.width();
+        let mut states = vec![CellState::Unknown; width * rect.height()];
+        for (block, cells) in self.blocks_since(0) {
+            let (col0, row0) = (block.col * block_cells, block.row * block_cells);
+            let cols = rect.min.col.max(col0)..rect.max.col.min(col0 + block_cells);
+            if cols.is_empty() {
+                continue;
+            }
+            for row in rect.min.row.max(row0)..rect.max.row.min(row0 + block_cells) {
+                let from = ((row - row0) * block_cells + cols.start - col0) as usize;
+                let to =
+                    (row - rect.min.row) as usize * width + (cols.start - rect.min.col) as usize;
+                let count = cols.len();
+                for (state, &log_odds) in states[to..to + count]
+                    .iter_mut()
+                    .zip(&cells[from..from + count])
+                {
+                    *state = self.state_of(log_odds);
+                }
+            }
+        }
+        states
+    }
+}
+
+/// Unknown cells with at least five free neighbours and no occupied one count as free: they are the gaps between the
+/// far ends of neighbouring beams.
+#[must_use]
+pub fn without_stripes(states: &[CellState], width: usize) -> Vec<CellState> {
+    let mut filled = states.to_vec();
+    if width < 3 {
+        return filled;
+    }
+    for at in width + 1..states.len().saturating_sub(width + 1) {
+        if states[at] != CellState::Unknown {
+            continue;
+        }
+        let around = [
+            at - width - 1,
+            at - width,
+            at - width + 1,
+            at - 1,
+            at + 1,
+            at + width - 1,
+            at + width,
+            at + width + 1,
+        ];
+        let count = |state| around.iter().filter(|&&i| states[i] == state).count();
+        if count(CellState::Free) >= 5 && count(CellState::Occupied) == 0 {
+            filled[at] = CellState::Free;
+        }
+    }
+    filled
+}

@@ -1,0 +1,238 @@
+//! Rooms, corridors and the doors between them: the topological map.
+//!
+//! In: what a grid believes of its cells. Out: a [`Topology`]: regions of free floor with kind, area and a place inside, the doors
+//! between them with their width, and to which region each cell belongs.
+//!
+//! 1. What is not free bounds the floor, the unknown too, but for gaps between the far ends of beams, and for islands no farther
+//!    than `island` from their middle: tables, pillars and specks stand in a room, and divide none (`floor`).
+//! 2. The exact distance transform gives the clearance of each cell. Its ridge is the Voronoi diagram of the walls, and its
+//!    saddles are the critical points of the diagram: where the way between two wider places is narrowest (Thrun 1998).
+//! 3. The floor is flooded from its widest places down (the watershed of Vincent & Soille 1991, with a union-find instead of an immersion,
+//!    so that no ridge need be thinned): where two basins meet is such a saddle. They are one where it is wider than a door, or hardly
+//!    narrower than the narrower of both; else it stays a border (`flood`). A way round that is wide unites them before a narrow one is
+//!    met, so a gap between a table and a wall divides nothing.
+//! 4. Cells of two basins that touch are a door; its posts are the wall nearest to its widest cell and the nearest across.
+//!    Without walls for posts it is but the rim of what was seen, and divides nothing; what no robot passes is no door; a region too
+//!    small for a room goes to the neighbour with the widest door (`doors`, `unite`).
+//! 5. A region is a corridor where it is much longer than wide: area over the square of the widest circle's diameter
+//!    (`regions`).
+//!
+//! Sources: Thrun (1998), "Learning metric-topological maps for indoor mobile robot navigation"; Bormann et al. (2016), "Room
+//! segmentation: survey, implementation, and analysis", who compare its kin. Linear in cells but for the islands' and doors' own size.
+//! What it cannot tell: a corridor as narrow as its doors is no region of its own.
+
+mod doors;
+mod flood;
+mod floor;
+mod outline;
+mod regions;
+mod sets;
+#[cfg(test)]
+mod tests;
+mod unite;
+
+use nalgebra::Point2;
+
+use self::floor::Floor;
+use super::{CellIndex, CellRect, CellState, Grid};
+use crate::geom::Segment;
+
+/// What counts as a door, and as a room.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TopologyConfig {
+    /// Wider gaps divide nothing, m. Default 1.3; larger: halls fall apart at their pillars.
+    pub widest_door: f64,
+    /// Narrower gaps join nothing, m. Default 0.3: holes that noise makes in walls.
+    pub narrowest_door: f64,
+    /// A gap divides only where its width is less than this part of the narrower side's. Default 0.75; larger: corridors fall
+    /// apart where something stands at their walls.
+    pub depth: f64,
+    /// Smaller regions are part of a neighbour, m². Default 2.
+    pub least_area: f64,
+    /// What stands free and reaches no farther from its middle is furniture, m. Default 0.9; larger: pieces of wall between two
+    /// doors count as furniture.
+    pub island: f64,
+    /// Longer than this many times its width, a region is a corridor. Default 5; with [`TopologyConfig::corridor_doors`] doors
+    /// five eighths of it are enough.
+    pub corridor_elongation: f64,
+    /// So many doors make a corridor of what is not that long. Default 4.
+    pub corridor_doors: usize,
+}
+
+impl Default for TopologyConfig {
+    fn default() -> Self {
+        Self {
+            widest_door: 1.3,
+            narrowest_door: 0.3,
+            depth: 0.75,
+            least_area: 2.0,
+            island: 0.9,
+            corridor_elongation: 5.0,
+            corridor_doors: 4,
+        }
+    }
+}
+
+/// What a region is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RegionKind {
+    /// About as wide as long.
+    Room,
+    /// Much longer than wide: it leads somewhere.
+    Corridor,
+}
+
+impl RegionKind {
+    /// Its name in files and on the page.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Room => "room",
+            Self::Corridor => "corridor",
+        }
+    }
+}
+
+/// A part of the floor that doors bound.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Region {
+    /// Room or corridor.
+    pub kind: RegionKind,
+    /// Free floor, m².
+    pub area: f64,
+    /// The free place of it that is farthest from everything, map frame, m.
+    pub centre: Point2<f64>,
+    /// Diameter of the widest circle between its walls, m, furniture left out.
+    pub width: f64,
+    /// Area over the square of the width: how many times as long as wide.
+    pub elongation: f64,
+    /// Numbers of its doors, ascending.
+    pub doors: Vec<usize>,
+}
+
+/// A narrow place between two regions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Door {
+    /// Numbers of the regions it joins, ascending.
+    pub regions: [usize; 2],
+    /// From post to post, map frame, m.
+    pub posts: Segment,
+    /// From post to post, m: good to a cell, for posts stand anywhere within their cells.
+    pub width: f64,
+    /// A free place in it, map frame, m.
+    pub centre: Point2<f64>,
+    /// Whether walls were seen on both sides; otherwise the unknown bounds it.
+    pub is_framed: bool,
+}
+
+impl Door {
+    /// The region on the other side; `None` where the door is none of `from`.
+    #[must_use]
+    pub fn other(&self, from: usize) -> Option<usize> {
+        match self.regions {
+            [a, b] if a == from => Some(b),
+            [a, b] if b == from => Some(a),
+            _ => None,
+        }
+    }
+}
+
+/// Rooms, corridors and doors of a map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Topology {
+    rect: CellRect,
+    resolution: f64,
+    regions: Vec<Region>,
+    doors: Vec<Door>,
+    /// Region of each cell of `rect`, in rows; [`NONE`] elsewhere.
+    labels: Vec<u32>,
+}
+
+/// Of cells that belong to nothing.
+const NONE: u32 = u32::MAX;
+
+impl Topology {
+    /// The topology of all that a grid holds.
+    #[must_use]
+    pub fn of_grid(grid: &Grid, config: &TopologyConfig) -> Self {
+        let origin = CellIndex { col: 0, row: 0 };
+        let rect = grid.bounds().unwrap_or(CellRect {
+            min: origin,
+            max: origin,
+        });
+        Self::of_cells(rect, grid.resolution(), &grid.states(rect), config)
+    }
+
+    /// The topology of a rectangle of cells; regions are numbered from the largest on.
+    ///
+    /// # Units    `resolution`: side of a cell, m. `states`: in rows from the lower left cell; cells that it is too short for are
+    /// unknown.
+    #[must_use]
+    pub fn of_cells(
+        rect: CellRect,
+        resolution: f64,
+        states: &[CellState],
+        config: &TopologyConfig,
+    ) -> Self {
+        let floor = Floor::new(rect, resolution, states, config);
+        let basins = flood::basins(&floor, config);
+        let gaps = doors::gaps(&floor, &basins);
+        let plan = unite::unite(&floor, &basins, &gaps, config);
+        regions::gather(rect, &floor, &plan, &gaps, config)
+    }
+
+    /// All regions, the largest first.
+    #[must_use]
+    pub fn regions(&self) -> &[Region] {
+        &self.regions
+    }
+
+    /// All doors.
+    #[must_use]
+    pub fn doors(&self) -> &[Door] {
+        &self.doors
+    }
+
+    /// The cells it covers.
+    #[must_use]
+    pub fn rect(&self) -> CellRect {
+        self.rect
+    }
+
+    /// Side of a cell, m.
+    #[must_use]
+    pub fn resolution(&self) -> f64 {
+        self.resolution
+    }
+
+    /// Number of the region of a cell; `None` for walls, furniture, the unknown, and scraps of floor behind holes in walls.
+    #[must_use]
+    pub fn region_of(&self, cell: CellIndex) -> Option<usize> {
+        let inside = cell.col >= self.rect.min.col
+            && cell.col < self.rect.max.col
+            && cell.row >= self.rect.min.row
+            && cell.row < self.rect.max.row;
+        let (col, row) = (
+            cell.col.wrapping_sub(self.rect.min.col),
+            cell.row.wrapping_sub(self.rect.min.row),
+        );
+        let index = row as usize * self.rect.width() + col as usize;
+        let label = self.labels.get(index).filter(|_| inside)?;
+        (*label != NONE).then_some(*label as usize)
+    }
+
+    /// Number of the region of a point of the map, m.
+    #[must_use]
+    pub fn region_at(&self, point: Point2<f64>) -> Option<usize> {
+        self.region_of(CellIndex {
+            col: (point.x / self.resolution).floor() as i32,
+            row: (point.y / self.resolution).floor() as i32,
+        })
+    }
+
+    /// The region of each cell of [`Topology::rect`], in rows from the lower left one.
+    pub fn cells(&self) -> impl Iterator<Item = Option<usize>> + '_ {
+        let region = |&label: &u32| (label != NONE).then_some(label as usize);
+        self.labels.iter().map(region)
+    }
+}

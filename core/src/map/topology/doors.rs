@@ -1,0 +1,140 @@
+//! Where basins touch: gaps, some of which are doors, step 4.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Point2, Vector2};
+
+use super::NONE;
+use super::flood::Basins;
+use super::floor::Floor;
+use crate::geom::Segment;
+use crate::map::CellState;
+
+/// Cells of two basins that touch.
+pub(super) struct Gap {
+    /// The basins, ascending.
+    pub(super) basins: [u32; 2],
+    /// From post to post, map frame, m.
+    pub(super) posts: Segment,
+    /// From post to post, m.
+    pub(super) width: f64,
+    /// A free place in it, map frame, m.
+    pub(super) centre: Point2<f64>,
+    /// Whether both posts are walls that were seen.
+    pub(super) is_framed: bool,
+}
+
+/// A wall that was seen so near to a post makes it one, m: walls seen at a flat angle have holes, and a gap may be as narrow
+/// some cells beyond its frame.
+const SEEN_WITHIN: f64 = 0.2;
+/// Cosine of the angle at which the other post is looked for at least: across the gap.
+const ACROSS: f64 = -0.5;
+
+/// All gaps, in the order of their basins.
+pub(super) fn gaps(floor: &Floor, basins: &Basins) -> Vec<Gap> {
+    let mut borders: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
+    for (cell, &label) in basins.labels.iter().enumerate() {
+        if label == NONE {
+            continue;
+        }
+        for next in [cell + 1, cell + floor.width] {
+            let other = basins.labels[next];
+            if other != NONE && other != label {
+                let pair = [label.min(other), label.max(other)];
+                borders.entry(pair).or_default().extend([cell, next]);
+            }
+        }
+    }
+    let mut found = vec![];
+    for (pair, mut cells) in borders {
+        cells.sort_unstable();
+        cells.dedup();
+        let pieces = connected(&cells, floor.width);
+        found.extend(pieces.iter().filter_map(|piece| gap(floor, pair, piece)));
+    }
+    found
+}
+
+/// Pieces of sorted cells that touch, also at corners.
+fn connected(cells: &[usize], width: usize) -> Vec<Vec<usize>> {
+    let around = [1, width - 1, width, width + 1];
+    let mut left = vec![true; cells.len()];
+    let mut pieces = vec![];
+    for seed in 0..cells.len() {
+        if !std::mem::take(&mut left[seed]) {
+            continue;
+        }
+        let mut piece = vec![cells[seed]];
+        let mut next = 0;
+        while let Some(&cell) = piece.get(next) {
+            next += 1;
+            for to in around.iter().flat_map(|by| [cell - by, cell + by]) {
+                if let Ok(at) = cells.binary_search(&to)
+                    && std::mem::take(&mut left[at])
+                {
+                    piece.push(to);
+                }
+            }
+        }
+        pieces.push(piece);
+    }
+    pieces
+}
+
+fn gap(floor: &Floor, basins: [u32; 2], cells: &[usize]) -> Option<Gap> {
+    let widest = |a: &&usize, b: &&usize| {
+        let clearance = |cell: usize| floor.clearance[cell];
+        clearance(**a).total_cmp(&clearance(**b)).then(b.cmp(a))
+    };
+    let saddle = *cells.iter().max_by(widest)?;
+    let free = cells.iter().filter(|cell| floor.is_free(**cell));
+    let centre = free.max_by(widest).copied().unwrap_or(saddle);
+    let at = floor.place(saddle);
+    let near = bounding_near(floor, saddle);
+    let off = |cell: usize| floor.place(cell) - at;
+    let nearest = |cells: &[usize], counts: &dyn Fn(Vector2<f64>) -> bool| {
+        let counting = cells.iter().copied().filter(|&cell| counts(off(cell)));
+        counting.min_by(|&a, &b| off(a).norm_squared().total_cmp(&off(b).norm_squared()))
+    };
+    let one = nearest(&near, &|_| true)?;
+    let is_across = |by: Vector2<f64>| by.dot(&off(one)) < ACROSS * by.norm() * off(one).norm();
+    let other = nearest(&near, &is_across);
+    let is_seen = |post| is_wall_near(floor, post);
+    let ends = [
+        floor.place(one),
+        other.map_or(at - off(one), |cell| floor.place(cell)),
+    ];
+    let posts = Segment::new(floor.in_map(ends[0]), floor.in_map(ends[1]));
+    Some(Gap {
+        basins,
+        width: posts.length(),
+        posts,
+        centre: floor.in_map(floor.place(centre)),
+        is_framed: is_seen(one) && other.is_some_and(is_seen),
+    })
+}
+
+/// Bounding cells about as near to a cell as its clearance.
+fn bounding_near(floor: &Floor, cell: usize) -> Vec<usize> {
+    let reach = (f64::from(floor.clearance[cell]) / floor.resolution()).ceil() as usize + 3;
+    let (col, row) = (cell % floor.width, cell / floor.width);
+    let height = floor.bounds.len() / floor.width;
+    let cols = col.saturating_sub(reach)..(col + reach + 1).min(floor.width);
+    let rows = row.saturating_sub(reach)..(row + reach + 1).min(height);
+    rows.flat_map(|row| cols.clone().map(move |col| row * floor.width + col))
+        .filter(|&cell| floor.bounds[cell])
+        .collect()
+}
+
+fn is_wall_near(floor: &Floor, post: usize) -> bool {
+    let (col, row) = (post % floor.width, post / floor.width);
+    let within = (SEEN_WITHIN / floor.resolution()).ceil() as isize;
+    (-within..=within)
+        .filter_map(|by| row.checked_add_signed(by))
+        .any(|row| {
+            (-within..=within)
+                .filter_map(|by| col.checked_add_signed(by))
+                .filter(|&col| col < floor.width)
+                .any(|col| floor.states.get(row * floor.width + col) == Some(&CellState::Occupied))
+        })
+}

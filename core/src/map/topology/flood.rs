@@ -1,0 +1,133 @@
+//! Basins of the floor: a flood from the widest places down, step 3.
+
+use super::floor::Floor;
+use super::sets::Sets;
+use super::{NONE, TopologyConfig};
+
+/// The floor in basins.
+pub(super) struct Basins {
+    /// Basin of each cell, [`NONE`] for what bounds the floor.
+    pub(super) labels: Vec<u32>,
+    /// How many there are.
+    pub(super) count: usize,
+}
+
+/// Floods the floor.
+pub(super) fn basins(floor: &Floor, config: &TopologyConfig) -> Basins {
+    let mut flood = Flood {
+        floor,
+        config,
+        labels: vec![NONE; floor.bounds.len()],
+        sets: Sets::of(0),
+        peaks: vec![],
+    };
+    for cell in widest_first(floor) {
+        flood.take(cell as usize);
+    }
+    flood.settle()
+}
+
+struct Flood<'a> {
+    floor: &'a Floor,
+    config: &'a TopologyConfig,
+    labels: Vec<u32>,
+    sets: Sets,
+    /// Clearance of the widest place of each set, m, by its name.
+    peaks: Vec<f32>,
+}
+
+impl Flood<'_> {
+    fn take(&mut self, cell: usize) {
+        let clearances = &self.floor.clearance;
+        let mut near = [NONE; 4];
+        let mut widest: Option<(f32, u32)> = None;
+        for (near, next) in near.iter_mut().zip(self.floor.neighbours(cell)) {
+            let label = self.labels[next];
+            if label == NONE {
+                continue;
+            }
+            *near = self.sets.name_of(label);
+            if widest.is_none_or(|(clearance, _)| clearances[next] > clearance) {
+                widest = Some((clearances[next], *near));
+            }
+        }
+        let Some((_, label)) = widest else {
+            self.labels[cell] = self.sets.add();
+            self.peaks.push(clearances[cell]);
+            return;
+        };
+        self.labels[cell] = label;
+        for i in 0..4 {
+            for j in i + 1..4 {
+                if near[i] != near[j] && near[i] != NONE && near[j] != NONE {
+                    self.meet(clearances[cell], [near[i], near[j]]);
+                }
+            }
+        }
+    }
+
+    /// Two basins meet at a place of this clearance.
+    fn meet(&mut self, clearance: f32, basins: [u32; 2]) {
+        let [a, b] = basins.map(|basin| self.sets.name_of(basin));
+        if a == b {
+            return;
+        }
+        let peaks = [a, b].map(|basin| self.peaks[basin as usize]);
+        let gap = Floor::width_at(clearance);
+        let narrower = Floor::width_at(peaks[0].min(peaks[1]));
+        if gap > self.config.widest_door || gap >= self.config.depth * narrower {
+            let (stays, goes) = if peaks[0] >= peaks[1] { (a, b) } else { (b, a) };
+            self.sets.unite(stays, goes);
+        }
+    }
+
+    /// Numbers the sets that are left.
+    fn settle(mut self) -> Basins {
+        let mut numbers = vec![NONE; self.peaks.len()];
+        let mut count = 0;
+        for label in self.labels.iter_mut().filter(|label| **label != NONE) {
+            let name = self.sets.name_of(*label) as usize;
+            if numbers[name] == NONE {
+                numbers[name] = count;
+                count += 1;
+            }
+            *label = numbers[name];
+        }
+        Basins {
+            labels: self.labels,
+            count: count as usize,
+        }
+    }
+}
+
+/// Cells of the floor by falling clearance, and by their number where that is equal: sorted by counting, for squared distances
+/// are whole numbers of cells.
+fn widest_first(floor: &Floor) -> Vec<u32> {
+    let key = |clearance: f32| {
+        let cells = f64::from(clearance) / floor.resolution();
+        ((cells * cells + 0.5) as usize).min(MOST_SQUARED)
+    };
+    let is_floor = |cell: &usize| !floor.bounds[*cell];
+    let open = (0..floor.bounds.len()).filter(is_floor);
+    let keys: Vec<(u32, u32)> = open
+        .map(|cell| (cell as u32, key(floor.clearance[cell]) as u32))
+        .collect();
+    let most = keys.iter().map(|(_, key)| *key).max().unwrap_or(0) as usize;
+    let mut starts = vec![0_u32; most + 2];
+    for (_, key) in &keys {
+        starts[most - *key as usize + 1] += 1;
+    }
+    for i in 1..starts.len() {
+        starts[i] += starts[i - 1];
+    }
+    let mut sorted = vec![0_u32; keys.len()];
+    for (cell, key) in keys {
+        let start = &mut starts[most - key as usize];
+        sorted[*start as usize] = cell;
+        *start += 1;
+    }
+    sorted
+}
+
+/// A place farther than this from all walls, in squared cells (51 m at 5 cm), is in a hall so wide that its order does not matter.
+const MOST_SQUARED: usize = 1 << 20;

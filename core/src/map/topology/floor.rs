@@ -1,0 +1,151 @@
+//! The floor and what bounds it.
+//!
+//! In: states of cells. Out: a raster with a closed rim around them: free cells, bounding cells, and for each cell its clearance.
+
+use nalgebra::{Point2, Vector2};
+
+use super::TopologyConfig;
+use crate::map::{CellIndex, CellRect, CellState, DistanceField, without_stripes};
+
+/// A raster with a rim of one cell, so that every cell within has eight neighbours.
+pub(super) struct Floor {
+    rect: CellRect,
+    resolution: f64,
+    pub(super) width: usize,
+    /// What is believed of each cell.
+    pub(super) states: Vec<CellState>,
+    /// Whether it bounds the floor: neither free nor furniture.
+    pub(super) bounds: Vec<bool>,
+    /// Distance of each cell's centre from that of the nearest bounding cell, m.
+    pub(super) clearance: Vec<f32>,
+}
+
+impl Floor {
+    pub(super) fn new(
+        rect: CellRect,
+        resolution: f64,
+        states: &[CellState],
+        config: &TopologyConfig,
+    ) -> Self {
+        let rect = CellRect {
+            min: CellIndex {
+                col: rect.min.col.saturating_sub(1),
+                row: rect.min.row.saturating_sub(1),
+            },
+            max: CellIndex {
+                col: rect.max.col.saturating_add(1),
+                row: rect.max.row.saturating_add(1),
+            },
+        };
+        let width = rect.width();
+        let states = with_rim(width, rect.height(), states);
+        let seen = without_stripes(&states, width);
+        let mut bounds: Vec<bool> = seen.iter().map(|&s| s != CellState::Free).collect();
+        leave_out_islands(&mut bounds, width, config.island / resolution);
+        let clearance = DistanceField::new(rect, resolution, &bounds);
+        Self {
+            rect,
+            resolution,
+            width,
+            states,
+            bounds,
+            clearance: clearance.distances().to_vec(),
+        }
+    }
+
+    pub(super) fn resolution(&self) -> f64 {
+        self.resolution
+    }
+
+    pub(super) fn rect(&self) -> CellRect {
+        self.rect
+    }
+
+    pub(super) fn is_free(&self, cell: usize) -> bool {
+        self.states[cell] == CellState::Free
+    }
+
+    /// The four neighbours of a cell that is not on the rim: ways over corners would lead through thin askew walls.
+    pub(super) fn neighbours(&self, cell: usize) -> [usize; 4] {
+        [cell - self.width, cell - 1, cell + 1, cell + self.width]
+    }
+
+    /// Middle of a cell, in cells from the raster's lower left corner.
+    pub(super) fn place(&self, cell: usize) -> Point2<f64> {
+        Point2::new(
+            (cell % self.width) as f64 + 0.5,
+            (cell / self.width) as f64 + 0.5,
+        )
+    }
+
+    /// A place of the raster in the map, m.
+    pub(super) fn in_map(&self, place: Point2<f64>) -> Point2<f64> {
+        let corner = Vector2::new(f64::from(self.rect.min.col), f64::from(self.rect.min.row));
+        Point2::from((corner + place.coords) * self.resolution)
+    }
+
+    /// The width at a cell of the ridge, m: what bounds it lies anywhere within its cells, in the mean in their middle.
+    pub(super) fn width_at(clearance: f32) -> f64 {
+        2.0 * f64::from(clearance)
+    }
+}
+
+fn with_rim(width: usize, height: usize, states: &[CellState]) -> Vec<CellState> {
+    let mut padded = vec![CellState::Unknown; width * height];
+    let inner = width.saturating_sub(2);
+    if inner > 0 {
+        let rows = padded.chunks_mut(width).skip(1).zip(states.chunks(inner));
+        for (row, cells) in rows.take(height.saturating_sub(2)) {
+            row[1..=cells.len()].copy_from_slice(cells);
+        }
+    }
+    padded
+}
+
+/// Takes away what stands free and reaches no farther than `reach` cells from its middle. Cells that touch at a corner are one.
+fn leave_out_islands(bounds: &mut [bool], width: usize, reach: f64) {
+    let mut seen: Vec<bool> = bounds.iter().map(|b| !b).collect();
+    let mut cells = vec![];
+    for seed in 0..bounds.len() {
+        if seen[seed] {
+            continue;
+        }
+        gather(seed, width, &mut seen, &mut cells);
+        // The first piece is the rim, with all that reaches out of the raster.
+        if seed > 0 && is_within(&cells, width, reach) {
+            cells.iter().for_each(|&cell| bounds[cell] = false);
+        }
+    }
+}
+
+fn gather(seed: usize, width: usize, seen: &mut [bool], cells: &mut Vec<usize>) {
+    let (w, count) = (width as isize, seen.len());
+    let around = [-w - 1, -w, -w + 1, -1, 1, w - 1, w, w + 1];
+    cells.clear();
+    cells.push(seed);
+    seen[seed] = true;
+    let mut next = 0;
+    while let Some(&cell) = cells.get(next) {
+        next += 1;
+        let near = around.iter().filter_map(|&by| cell.checked_add_signed(by));
+        for to in near.filter(|&to| to < count) {
+            if !seen[to] {
+                seen[to] = true;
+                cells.push(to);
+            }
+        }
+    }
+}
+
+fn is_within(cells: &[usize], width: usize, reach: f64) -> bool {
+    // No disc of that radius has more cells.
+    if cells.len() as f64 > std::f64::consts::PI * (reach + 1.0) * (reach + 1.0) {
+        return false;
+    }
+    let place = |&cell: &usize| Vector2::new((cell % width) as f64, (cell / width) as f64);
+    let sum: Vector2<f64> = cells.iter().map(place).sum();
+    let middle = sum / cells.len().max(1) as f64;
+    cells
+        .iter()
+        .all(|cell| (place(cell) - middle).norm() <= reach)
+}

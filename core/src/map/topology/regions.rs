@@ -1,0 +1,114 @@
+//! What is to be told of regions and doors, step 5.
+
+use super::doors::Gap;
+use super::floor::Floor;
+use super::unite::Plan;
+use super::{Door, NONE, Region, RegionKind, Topology, TopologyConfig};
+use crate::map::{CellRect, DistanceField};
+
+/// Of the elongation that makes a corridor, so much is enough where there are many doors.
+const WITH_DOORS: f64 = 0.625;
+
+/// What is gathered of a region, cell by cell.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    cells: usize,
+    /// Largest clearance, furniture left out, m.
+    peak: f32,
+    /// Largest clearance of all, and the cell that has it.
+    middle: Option<(f32, usize)>,
+}
+
+pub(super) fn gather(
+    rect: CellRect,
+    floor: &Floor,
+    plan: &Plan,
+    gaps: &[Gap],
+    config: &TopologyConfig,
+) -> Topology {
+    let sums = sums(floor, plan);
+    let doors = doors(plan, gaps, config);
+    let mut regions: Vec<Region> = sums.iter().map(|sums| region(floor, sums)).collect();
+    for (number, door) in doors.iter().enumerate() {
+        for region in door.regions {
+            regions[region].doors.push(number);
+        }
+    }
+    for region in &mut regions {
+        region.kind = kind(region, config);
+    }
+    Topology {
+        rect,
+        resolution: floor.resolution(),
+        regions,
+        doors,
+        labels: without_rim(floor, &plan.labels),
+    }
+}
+
+fn sums(floor: &Floor, plan: &Plan) -> Vec<Sums> {
+    let is_full: Vec<bool> = (0..floor.states.len()).map(|c| !floor.is_free(c)).collect();
+    let field = DistanceField::new(floor.rect(), floor.resolution(), &is_full);
+    let mut sums = vec![Sums::default(); plan.count];
+    for (cell, &label) in plan.labels.iter().enumerate() {
+        if label == NONE {
+            continue;
+        }
+        let sum = &mut sums[label as usize];
+        sum.cells += 1;
+        sum.peak = sum.peak.max(floor.clearance[cell]);
+        let clearance = field.distances()[cell];
+        if sum.middle.is_none_or(|(most, _)| clearance > most) {
+            sum.middle = Some((clearance, cell));
+        }
+    }
+    sums
+}
+
+fn region(floor: &Floor, sums: &Sums) -> Region {
+    let area = sums.cells as f64 * floor.resolution() * floor.resolution();
+    let width = Floor::width_at(sums.peak).max(floor.resolution());
+    let middle = sums.middle.map_or(0, |(_, cell)| cell);
+    Region {
+        kind: RegionKind::Room,
+        area,
+        centre: floor.in_map(floor.place(middle)),
+        width,
+        elongation: area / (width * width),
+        doors: vec![],
+    }
+}
+
+fn kind(region: &Region, config: &TopologyConfig) -> RegionKind {
+    let needed = match region.doors.len() >= config.corridor_doors {
+        true => WITH_DOORS * config.corridor_elongation,
+        false => config.corridor_elongation,
+    };
+    match region.elongation >= needed {
+        true => RegionKind::Corridor,
+        false => RegionKind::Room,
+    }
+}
+
+fn doors(plan: &Plan, gaps: &[Gap], config: &TopologyConfig) -> Vec<Door> {
+    let door = |gap: &Gap| {
+        let [a, b] = gap.basins.map(|basin| plan.regions[basin as usize]);
+        let is_door = a != b && a != NONE && b != NONE && gap.width >= config.narrowest_door;
+        is_door.then(|| Door {
+            regions: [a.min(b) as usize, a.max(b) as usize],
+            posts: gap.posts,
+            width: gap.width,
+            centre: gap.centre,
+            is_framed: gap.is_framed,
+        })
+    };
+    gaps.iter().filter_map(door).collect()
+}
+
+fn without_rim(floor: &Floor, labels: &[u32]) -> Vec<u32> {
+    let rows = labels.chunks(floor.width.max(1));
+    let height = rows.len();
+    let inner = rows.skip(1).take(height.saturating_sub(2));
+    let cells = inner.flat_map(|row| row.iter().skip(1).take(floor.width.saturating_sub(2)));
+    cells.copied().collect()
+}

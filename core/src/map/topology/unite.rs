@@ -1,0 +1,126 @@
+//! Which basins are a region together: those that no framed gap parts, and those too small for a room, step 4.
+
+use std::collections::BTreeSet;
+
+use super::doors::Gap;
+use super::flood::Basins;
+use super::floor::Floor;
+use super::sets::Sets;
+use super::{NONE, TopologyConfig};
+
+/// Region of each cell of the floor's raster, [`NONE`] for none; the largest region is number 0.
+pub(super) struct Plan {
+    pub(super) labels: Vec<u32>,
+    /// Number of each region's basins, by basin.
+    pub(super) regions: Vec<u32>,
+    pub(super) count: usize,
+}
+
+pub(super) fn unite(floor: &Floor, basins: &Basins, gaps: &[Gap], config: &TopologyConfig) -> Plan {
+    let cell = floor.resolution() * floor.resolution();
+    let mut areas = vec![0.0; basins.count];
+    for (cell_index, &label) in basins.labels.iter().enumerate() {
+        if label != NONE && floor.is_free(cell_index) {
+            areas[label as usize] += cell;
+        }
+    }
+    let mut union = Union {
+        sets: Sets::of(basins.count),
+        areas,
+    };
+    let passable: Vec<&Gap> = gaps
+        .iter()
+        .filter(|gap| gap.width >= config.narrowest_door)
+        .collect();
+    union.over_rims(&passable);
+    union.small(&passable, config.least_area);
+    let regions = union.numbers(&passable, config.least_area);
+    let count = regions.iter().filter(|r| **r != NONE).max();
+    Plan {
+        labels: of_cells(floor, basins, &regions),
+        count: count.map_or(0, |most| *most as usize + 1),
+        regions,
+    }
+}
+
+struct Union {
+    sets: Sets,
+    /// Free floor, m², by the name of a set.
+    areas: Vec<f64>,
+}
+
+impl Union {
+    fn unite(&mut self, [a, b]: [u32; 2]) {
+        let [a, b] = [self.sets.name_of(a), self.sets.name_of(b)];
+        if a != b {
+            self.sets.unite(a, b);
+            self.areas[a as usize] += self.areas[b as usize];
+        }
+    }
+
+    /// Basins that only the rim of what was seen parts are one.
+    fn over_rims(&mut self, gaps: &[&Gap]) {
+        let framed = gaps.iter().filter(|gap| gap.is_framed);
+        let framed: BTreeSet<[u32; 2]> = framed.map(|gap| gap.basins).collect();
+        for gap in gaps.iter().filter(|gap| !framed.contains(&gap.basins)) {
+            self.unite(gap.basins);
+        }
+    }
+
+    /// Sets too small for a room go to the neighbour with the widest gap, the smallest first.
+    fn small(&mut self, gaps: &[&Gap], least: f64) {
+        while let Some(gap) = self.smallest(gaps, least) {
+            self.unite(gap.basins);
+        }
+    }
+
+    /// The widest gap of the smallest set that has any.
+    fn smallest<'a>(&mut self, gaps: &[&'a Gap], least: f64) -> Option<&'a Gap> {
+        let mut best: Option<(f64, &Gap)> = None;
+        for &gap in gaps {
+            let [a, b] = gap.basins.map(|basin| self.sets.name_of(basin));
+            let area = self.areas[a as usize].min(self.areas[b as usize]);
+            let is_better = best.is_none_or(|(smallest, widest)| {
+                area < smallest || (area == smallest && gap.width > widest.width)
+            });
+            if a != b && area < least && is_better {
+                best = Some((area, gap));
+            }
+        }
+        best.map(|(_, gap)| gap)
+    }
+
+    /// Numbers from the largest region on. What is too small and has no door is a scrap behind a hole, and none.
+    fn numbers(&mut self, gaps: &[&Gap], least: f64) -> Vec<u32> {
+        let count = self.areas.len();
+        let names: Vec<u32> = (0..count as u32).map(|b| self.sets.name_of(b)).collect();
+        let mut has_door = vec![false; count];
+        for [a, b] in gaps.iter().map(|gap| gap.basins) {
+            let [a, b] = [names[a as usize], names[b as usize]];
+            if a != b {
+                has_door[a as usize] = true;
+                has_door[b as usize] = true;
+            }
+        }
+        let area = |name: &u32| self.areas[*name as usize];
+        let is_region = |name: &u32| area(name) >= least || has_door[*name as usize];
+        let roots = (0..count as u32).filter(|&b| names[b as usize] == b);
+        let mut roots: Vec<u32> = roots.filter(is_region).collect();
+        // Stable: equal areas keep the order of the raster.
+        roots.sort_by(|a, b| area(b).total_cmp(&area(a)));
+        let mut numbers = vec![NONE; count];
+        for (number, root) in roots.into_iter().enumerate() {
+            numbers[root as usize] = number as u32;
+        }
+        names.iter().map(|&name| numbers[name as usize]).collect()
+    }
+}
+
+/// Only free cells belong to a region: furniture does not.
+fn of_cells(floor: &Floor, basins: &Basins, regions: &[u32]) -> Vec<u32> {
+    let region = |(cell, &basin): (usize, &u32)| {
+        let is_in = basin != NONE && floor.is_free(cell);
+        if is_in { regions[basin as usize] } else { NONE }
+    };
+    basins.labels.iter().enumerate().map(region).collect()
+}

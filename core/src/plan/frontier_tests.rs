@@ -1,0 +1,83 @@
+//! Which frontier comes first, in a room with more to see at its far end and a door close by.
+
+use nalgebra::Point2;
+
+use super::*;
+use crate::geom::Pose2;
+use crate::map::{CellState, Grid, GridConfig};
+use crate::points::{Beam, Points};
+use crate::robot::Stamp;
+
+const CELL: f64 = 0.05;
+
+/// A room of 4 m x 3 m whose western end was not seen, and through the door in its eastern wall a part of the next one.
+fn two_rooms() -> Grid {
+    let sure = GridConfig {
+        hit: 0.98,
+        miss: 0.02,
+        ..GridConfig::default()
+    };
+    let mut grid = Grid::new(sure).unwrap();
+    let mut beams = vec![];
+    let mut draw = |x0: f64, x1: f64, y: f64, is_hit: bool| {
+        beams.push(Beam {
+            beam_idx: 0,
+            origin_in_robot: Point2::new(x0, y),
+            end_in_robot: Point2::new(x1, y),
+            range: x1 - x0,
+            sigma: 0.01,
+            is_hit,
+            quality: None,
+        });
+    };
+    for row in -1..=60 {
+        let y = (f64::from(row) + 0.5) * CELL;
+        let is_door = (1.0..1.9).contains(&y);
+        if row == -1 || row == 60 {
+            for col in 0..120 {
+                let x = (f64::from(col) + 0.5) * CELL;
+                draw(x, x, y, true);
+            }
+            continue;
+        }
+        draw(0.01, 3.99, y, false);
+        if is_door {
+            draw(4.01, 4.2, y, false);
+        } else {
+            draw(4.025, 4.025, y, true);
+        }
+        if (0.3..2.6).contains(&y) {
+            draw(4.06, 5.6, y, false);
+        }
+    }
+    let points = Points {
+        stamp: Stamp(0),
+        sensor_in_robot: Point2::origin(),
+        bearing_sigma: 0.0,
+        beams,
+    };
+    grid.insert(&points, &Pose2::identity());
+    grid
+}
+
+fn first_goal(choice: FrontierChoice) -> Point2<f64> {
+    let grid = two_rooms();
+    let robot = Point2::new(3.5, 1.45);
+    let rect = rect_around(&grid, &[robot], 2, i32::MAX).unwrap();
+    let space = GridSpace::new(&grid, rect, 0.13, Unknown::Blocked);
+    assert!(space.states().contains(&CellState::Occupied));
+    let wave = Wavefront::new(&space, robot);
+    let config = FrontierConfig {
+        choice,
+        ..FrontierConfig::default()
+    };
+    let found = find_frontiers(&space, &wave, &config);
+    assert!(found.is_sorted_by(|a, b| a.score >= b.score));
+    found[0].goal.unwrap()
+}
+
+#[test]
+fn room_by_room_finishes_the_room_and_gain_over_cost_goes_through_the_door() {
+    assert!(first_goal(FrontierChoice::GainOverCost).x > 4.1);
+    assert!(first_goal(FrontierChoice::RoomByRoom).x < 1.5);
+}

@@ -1,0 +1,89 @@
+//! From the edge of an encoder to a client, with the real firmware on its line of 38400 baud.
+//!
+//! 1. The robot stands; the simulator is asked for the next edge.
+//! 2. A driver turns it. Edge, and when the telemetry that tells of it had left the chip, by the simulator; the first odometry that is not
+//!    at rest, by the client: all by the clock of this machine.
+//!
+//! Firmware and line take up to a period of telemetry (20 ms) and its bytes' time; what is judged is the rest, that of the bridge.
+
+use std::time::{Duration, SystemTime};
+
+use serde_json::{Value, json};
+use slamlab_core::wire::message::{FromBridge, Motion, ToBridge};
+
+use crate::client::{Came, Client};
+use crate::stand::Stand;
+
+const TRIALS: usize = 100;
+
+/// `None` where the programs are not named.
+pub(crate) async fn measure() -> Option<Value> {
+    let bridge = std::env::var("SLAMLAB_BRIDGE").ok()?;
+    let robot = std::env::var("SLAMLAB_RP6_SIM").ok()?;
+    let mut stand = Stand::start(&bridge, &robot).await;
+    let mut driver = stand.driver().await;
+    let (mut whole, mut robots, mut bridges) = (Vec::new(), Vec::new(), Vec::new());
+    // A slow machine may stop a robot; many such are no measurement.
+    for _ in 0..2 * TRIALS {
+        if whole.len() == TRIALS {
+            break;
+        }
+        rest(&mut driver).await;
+        stand.robot.ask("edge").await;
+        let came = first_motion(&mut driver).await;
+        let facts = stand.robot.ask("facts").await;
+        let instants = facts["edge"][0].as_f64().zip(facts["edge"][1].as_f64());
+        match came.zip(instants) {
+            Some((came, (edge, told))) if edge <= told && told <= came => {
+                whole.push(Duration::from_secs_f64(came - edge));
+                robots.push(Duration::from_secs_f64(told - edge));
+                bridges.push(Duration::from_secs_f64(came - told));
+            }
+            _ => driver = stand.driver().await,
+        }
+    }
+    if whole.len() < TRIALS {
+        return Some(json!({ "count": whole.len(), "wanted": TRIALS }));
+    }
+    Some(json!({
+        "edge_to_client": crate::spread(whole),
+        "of_it_firmware_and_line": crate::spread(robots),
+        "of_it_bridge": crate::spread(bridges),
+    }))
+}
+
+/// Slows down and stands.
+async fn rest(driver: &mut Client) {
+    drive_until(driver, 0.0, Duration::from_millis(700), |_| false).await;
+}
+
+/// Seconds since 1970 when the first odometry of a robot came that turns.
+async fn first_motion(driver: &mut Client) -> Option<f64> {
+    let turns = |message: &FromBridge| matches!(message, FromBridge::Odometry(body) if body.motion != [0.0; 3]);
+    let came = drive_until(driver, 0.6, Duration::from_secs(2), turns).await?;
+    let since = came.duration_since(SystemTime::UNIX_EPOCH).ok()?;
+    Some(since.as_secs_f64())
+}
+
+/// Turns at 20 Hz until what is looked for has come, or `time` is over.
+async fn drive_until(
+    driver: &mut Client,
+    turn: f64,
+    time: Duration,
+    is_found: impl Fn(&FromBridge) -> bool,
+) -> Option<SystemTime> {
+    let mut ticks = tokio::time::interval(Duration::from_millis(50));
+    let until = tokio::time::Instant::now() + time;
+    let motion = Motion::Velocity { forward: 0.0, turn };
+    while tokio::time::Instant::now() < until {
+        tokio::select! {
+            _ = ticks.tick() => driver.say(ToBridge::Drive(driver.body(motion))).await,
+            came = driver.next() => match came {
+                Came::Message(message) if is_found(&message) => return Some(SystemTime::now()),
+                Came::Message(_) => (),
+                other => panic!("the driver was cut off: {other:?}"),
+            },
+        }
+    }
+    None
+}

@@ -1,0 +1,165 @@
+//! Files as our writers and other programs write them.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use mcap::records::MessageHeader;
+use mcap::{McapError, WriteOptions};
+use slamlab_core::format::map_server::{MapImage, MapMode, OccupancyMap, write};
+use slamlab_core::format::{preset, world};
+use slamlab_core::geom::Pose2;
+use slamlab_core::sim::worlds;
+use slamlab_core::wire::message::Format;
+use slamlab_core::wire::recording::{CHANNEL, ENCODING};
+
+use super::seeds;
+
+pub(super) fn calibration() -> Vec<Vec<u8>> {
+    vec![
+        b"range,volts\n0.2,2.5\n0.4,1.6\n0.6,1.1\n0.8,0.85\n1.0,0.7\n1.2,0.6\n1.5,0.45\n".to_vec(),
+        b"0.2;2,5\n0.3;2,0\n".to_vec(),
+    ]
+}
+
+pub(super) fn worlds() -> Vec<Vec<u8>> {
+    let named = ["arena", "doors"].into_iter().filter_map(worlds::builtin);
+    named
+        .map(|built| world::write(&built).into_bytes())
+        .collect()
+}
+
+pub(super) fn carmen() -> Vec<Vec<u8>> {
+    vec![
+        b"# a log\nODOM 0.1 0.2 0.3 0.0 0.0 0.0 1.5 host 1.5\nFLASER 4 1.0 1.1 1.2 1.3 0.1 0.2 0.3 0.1 0.2 0.3 1.6 host 1.6\n".to_vec(),
+        b"FLASER 2 81.83 0.5 0 0 0 0 0 0 2.0 host 2.0\r\nPARAM robot_width 0.5\n".to_vec(),
+    ]
+}
+
+pub(super) fn map_yaml() -> Vec<Vec<u8>> {
+    vec![
+        b"image: map.pgm\nmode: trinary\nresolution: 0.5\norigin: [-1.5, 2, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n".to_vec(),
+        b"---\nimage: \"a b.png\" # comment\nresolution: 5e-2\norigin:\n  - 1.0\n  - -2.0\n  - 0.0\nnegate: false\noccupied_thresh: 1\nfree_thresh: 0\nextra: {a: [1, &b 2], c: *b}\n...\n".to_vec(),
+    ]
+}
+
+fn map() -> OccupancyMap {
+    let (width, height) = (24, 16);
+    // Walls around a floor, with a corner of which nothing is known.
+    let cell = |index: usize| {
+        let (col, row) = (index % width, index / width);
+        match (col, row) {
+            (0 | 23, _) | (_, 0 | 15) => 100,
+            (19.., 12..) => -1,
+            _ => 0,
+        }
+    };
+    OccupancyMap {
+        width,
+        height,
+        resolution: 0.1,
+        origin: Pose2::new(-1.0, -0.8, 0.1),
+        cells: (0..width * height).map(cell).collect(),
+    }
+}
+
+fn images(modes: &[MapMode], image: MapImage) -> Vec<Vec<u8>> {
+    let written = modes
+        .iter()
+        .map(|&mode| write(&map(), mode, image, "map").map(|files| files.image));
+    written.flatten().collect()
+}
+
+pub(super) fn pgm() -> Vec<Vec<u8>> {
+    let modes = [MapMode::Trinary, MapMode::Raw];
+    let mut seeds = images(&modes, MapImage::Pgm);
+    seeds.extend(images(&modes, MapImage::PlainPgm));
+    seeds.push(b"P2 # a map\n# of two rows\n2\t2\r\n254\n0 127\n\n254 # end\n 0".to_vec());
+    seeds.push(b"P5 2 1 65535 \xff\xff\x00\x00\n".to_vec());
+    seeds
+}
+
+pub(super) fn png() -> Vec<Vec<u8>> {
+    let mut seeds = images(&[MapMode::Trinary, MapMode::Scale], MapImage::Png);
+    seeds.push(INTERLACED_PNG.to_vec());
+    seeds
+}
+
+/// 5 x 3 greys, row k from 10 k on, in seven passes; written by zlib and the passes of the PNG specification, §8.2.
+const INTERLACED_PNG: &[u8] = b"\x89PNG\r\n\x1a\n\x00\x00\x00\x0dIHDR\x00\x00\x00\x05\x00\x00\x00\x03\x08\x00\x00\x00\x01\x09\x5a\xaa\xb2\
+    \x00\x00\x00\x1eIDAT\x78\xda\x63\x60\x60\x60\x61\x60\x62\x10\x11\x93\x60\x60\x64\x66\x10\x15\x67\xe0\xe2\xe6\xe1\xe5\x03\x00\x06\x38\x00\xb5\xb6\x72\x48\x21\
+    \x00\x00\x00\x00IEND\xae\x42\x60\x82";
+
+pub(super) fn drawings() -> Vec<Vec<u8>> {
+    vec![
+        br##"<?xml version="1.0"?>
+<svg xmlns="http://www.w3.org/2000/svg" width="400mm" height="300mm" viewBox="0 0 800 600" data-metres-per-unit="0.01">
+ <style>.a{}</style><defs><rect id="d" width="9" height="9"/></defs>
+ <g transform="translate(10 20) rotate(5) scale(1.1,.9)" stroke="black" fill="none" style="stroke-width:2">
+  <rect x="5" y="5" width="700" height="500" rx="8"/><line x1="300" y1="5" x2="300" y2="300"/>
+  <polyline points="10,10 90,80 120 30"/><polygon points="400,100 450,100 450,150"/><use href="#d"/>
+  <circle cx="500" cy="300" r="30"/><ellipse cx="600" cy="400" rx="20" ry="10" transform="skewX(3)"/>
+  <path d="M100 400h80v-40q20 10 40 0t9,9c1 2 3 4 5 6s7 8 9 1A10 20 30 1 0 250 450l-20-5z" stroke="#123"/>
+ </g>
+ <circle id="start" cx="200" cy="200" r="5"/><circle id="goal" cx="620" cy="160" r="5"/><text>room &amp; hall</text>
+</svg>
+"##
+        .to_vec(),
+        b"<svg><path stroke='white' d='M0 0L9 9'/><rect width='500' height='400'/></svg>".to_vec(),
+    ]
+}
+
+pub(super) fn og_maps() -> Vec<Vec<u8>> {
+    vec![
+        b"3 2 0.05 -1.5 2\n0.5 0.1 0.9\n0.5000 1 0\n".to_vec(),
+        b"1 1 1e-2 0 0\r\n\r\n0.25\r\n".to_vec(),
+    ]
+}
+
+pub(super) fn presets() -> Vec<Vec<u8>> {
+    let file = preset::PresetFile {
+        name: "kitchen".to_owned(),
+        settings: [("odometry.left", 0.0123), ("grid.resolution", 0.05)]
+            .map(|(key, value)| (key.to_owned(), value))
+            .into(),
+    };
+    let line = preset::FittedLine {
+        name: "Left".to_owned(),
+        unit: "m".to_owned(),
+        value: 0.01,
+        sigma: Some(0.001),
+        unknown: String::new(),
+    };
+    vec![
+        preset::write(&file, &[]).into_bytes(),
+        preset::write(&file, &[line]).into_bytes(),
+    ]
+}
+
+/// As the bridge writes them, without chunks, and as other tools rewrite them.
+pub(super) fn recordings() -> Vec<Vec<u8>> {
+    let whole = WriteOptions::new().use_chunks(false);
+    let chunked = WriteOptions::new().use_chunks(true).chunk_size(Some(900));
+    [whole, chunked].into_iter().flat_map(recording).collect()
+}
+
+fn recording(options: WriteOptions) -> Result<Vec<u8>, McapError> {
+    let mut bytes = Cursor::new(vec![]);
+    let mut writer = options.compression(None).create(&mut bytes)?;
+    let foreign = writer.add_channel(0, "/odom", "cdr", &BTreeMap::new())?;
+    let ours = writer.add_channel(0, CHANNEL, ENCODING, &BTreeMap::new())?;
+    for (sequence, message) in (1..).zip(seeds::messages(Format::Binary)) {
+        for (channel_id, data) in [(ours, message.as_slice()), (foreign, b"\0\x01\0\0")] {
+            let time = 1_700_000_000_000_000_000 + 10_000_000 * u64::from(sequence);
+            let header = MessageHeader {
+                channel_id,
+                sequence,
+                log_time: time,
+                publish_time: time,
+            };
+            writer.write_to_known_channel(&header, data)?;
+        }
+    }
+    writer.finish()?;
+    drop(writer);
+    Ok(bytes.into_inner())
+}

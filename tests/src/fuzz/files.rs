@@ -1,0 +1,278 @@
+//! The readers of files, each with what programs write to begin with and the laws that it keeps whatever comes.
+//!
+//! What is read can be written, and reads the same again. What a map or a drawing becomes is a world that can be saved.
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use slamlab_core::format::building::{self, Imported};
+use slamlab_core::format::map_server::{
+    MapImage, MapInfo, MapMode, OccupancyMap, read_image, write,
+};
+use slamlab_core::format::{calibration, carmen, og_map, preset, relations, tum, world};
+use slamlab_core::geom::Pose2;
+use slamlab_core::robot::{RobotModel, Variable};
+use slamlab_core::settings::{Settings, table};
+use slamlab_core::sim::SensorModel;
+use slamlab_core::wire::recording::{Recording, RecordingReader};
+
+use super::file_seeds as seeds;
+use super::targets::{Target, outcome, pieces, same};
+
+/// Those of files.
+pub(super) const FILES: &[Target] = &[
+    Target {
+        name: "calibration",
+        seeds: seeds::calibration,
+        run: calibration_run,
+    },
+    Target {
+        name: "world",
+        seeds: seeds::worlds,
+        run: world_run,
+    },
+    Target {
+        name: "carmen",
+        seeds: seeds::carmen,
+        run: carmen_run,
+    },
+    Target {
+        name: "relations",
+        seeds: || vec![b"# t1 t2\n1.5 2.5 0.1 0.2 0 0 0 0.3\n".to_vec()],
+        run: |input| {
+            Ok(outcome(
+                &relations::parse(input).map_err(words).map(|r| r.len()),
+            ))
+        },
+    },
+    Target {
+        name: "tum",
+        seeds: || vec![b"1.5 0.1 0.2 0 0 0 0.149 0.988\n2.5 0.1 0.2 0 0 0 0 1\n".to_vec()],
+        run: |input| Ok(outcome(&tum::parse(input).map_err(words).map(|r| r.len()))),
+    },
+    Target {
+        name: "map-yaml",
+        seeds: seeds::map_yaml,
+        run: map_yaml_run,
+    },
+    Target {
+        name: "map-pgm",
+        seeds: seeds::pgm,
+        run: map_image_run,
+    },
+    Target {
+        name: "map-png",
+        seeds: seeds::png,
+        run: |input| map_image_run(&with_right_sums(input)),
+    },
+    Target {
+        name: "building-svg",
+        seeds: seeds::drawings,
+        run: |input| {
+            Ok(outcome(&imported(building::of_svg(
+                input, None, "drawing",
+            ))?))
+        },
+    },
+    Target {
+        name: "og-map",
+        seeds: seeds::og_maps,
+        run: og_map_run,
+    },
+    Target {
+        name: "preset",
+        seeds: seeds::presets,
+        run: preset_run,
+    },
+    Target {
+        name: "recording",
+        seeds: seeds::recordings,
+        run: recording_run,
+    },
+];
+
+/// More cells than these are not made into a building here: that it takes long is no crash.
+const MOST_CELLS: usize = 100_000;
+
+/// The beginning of what was said.
+fn words(error: impl std::fmt::Display) -> String {
+    error.to_string().chars().take(60).collect()
+}
+
+fn calibration_run(input: &[u8]) -> Result<u64, String> {
+    let read = calibration::read(input)
+        .map(|pairs| pairs.len().min(9))
+        .map_err(words);
+    let fit = calibration::fit(input, Variable::PerVolt)
+        .map(|_| ())
+        .map_err(words);
+    Ok(outcome(&(read, fit)))
+}
+
+fn world_run(input: &[u8]) -> Result<u64, String> {
+    let read = world::read(input);
+    if let Ok(read) = &read {
+        let again = world::read(world::write(read).as_bytes())
+            .map_err(|error| format!("not read again: {error}"))?;
+        same(&format!("{read:?}"), &format!("{again:?}"))?;
+    }
+    Ok(outcome(
+        &read
+            .map(|world| world.wall_count().min(99))
+            .map_err(|e| e.to_string()),
+    ))
+}
+
+fn carmen_run(input: &[u8]) -> Result<u64, String> {
+    let at_once = carmen::CarmenLog::parse(input).map_err(|e| e.to_string());
+    let mut reader = carmen::CarmenReader::default();
+    let in_pieces = pieces(input)
+        .try_for_each(|piece| reader.push(piece))
+        .and_then(|()| reader.finish())
+        .map_err(|e| e.to_string());
+    same(
+        &at_once.as_ref().map(|log| format!("{log:?}")),
+        &in_pieces.as_ref().map(|log| format!("{log:?}")),
+    )?;
+    Ok(outcome(&at_once.map(|log| log.scans.len().min(9))))
+}
+
+fn map_yaml_run(input: &[u8]) -> Result<u64, String> {
+    let info = MapInfo::parse(input);
+    if let Ok(info) = &info {
+        map_is_sound(info, b"P5 2 2 255 \x00\xcd\xfe\x60")?;
+    }
+    let told = info.map(|info| (info.mode, info.negate)).map_err(words);
+    Ok(outcome(&told))
+}
+
+fn map_image_run(input: &[u8]) -> Result<u64, String> {
+    let told = MapMode::ALL.map(|(_, mode)| {
+        let info = MapInfo {
+            image: "map".to_owned(),
+            mode,
+            resolution: 0.1,
+            origin: Pose2::identity(),
+            negate: false,
+            occupied_thresh: 0.65,
+            free_thresh: 0.196,
+        };
+        map_is_sound(&info, input)
+    });
+    let told: Result<Vec<String>, String> = told.into_iter().collect();
+    Ok(outcome(&told?))
+}
+
+/// Reads a map: its cells are those of a map, written down they read the same again, and a building made of it is a world.
+fn map_is_sound(info: &MapInfo, image: &[u8]) -> Result<String, String> {
+    let map = match read_image(info, image) {
+        Ok(map) => map,
+        Err(error) => return Ok(words(error)),
+    };
+    same(&map.cells.len(), &(map.width * map.height))?;
+    if let Some(cell) = map.cells.iter().find(|cell| !(-1..=100).contains(*cell)) {
+        return Err(format!("a cell of {cell} %"));
+    }
+    if map.cells.len() > MOST_CELLS {
+        return Ok("large".to_owned());
+    }
+    for file in [MapImage::Pgm, MapImage::Png] {
+        reads_again(&map, file)?;
+    }
+    let built = imported(building::of_map(&map, "map"))?;
+    Ok(format!("{} {built:?}", map.cells.len().min(2)))
+}
+
+fn reads_again(map: &OccupancyMap, file: MapImage) -> Result<(), String> {
+    let files = write(map, MapMode::Raw, file, "map").map_err(|e| format!("not written: {e}"))?;
+    let info = MapInfo::parse(files.yaml.as_bytes()).map_err(|e| format!("its YAML: {e}"))?;
+    let again = read_image(&info, &files.image).map_err(|e| format!("not read again: {e}"))?;
+    same(&map.cells, &again.cells)
+}
+
+/// What was imported can be saved, and loaded again; else what was said.
+fn imported<E: std::fmt::Display>(built: Result<Imported, E>) -> Result<String, String> {
+    match built {
+        Err(error) => Ok(words(error)),
+        Ok(built) => {
+            world::read(world::write(&built.world).as_bytes())
+                .map_err(|error| format!("the building cannot be loaded: {error}"))?;
+            Ok(format!("{} walls", built.world.wall_count().ilog2()))
+        }
+    }
+}
+
+/// Each chunk's sum is made right: a wrong one hides whatever else is wrong.
+fn with_right_sums(png: &[u8]) -> Vec<u8> {
+    let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+    let mut png = png.to_vec();
+    let mut at = 8;
+    // Length, kind, content, sum.
+    while let Some(length) = png.get(at..).and_then(|rest| rest.first_chunk()) {
+        let content = at + 4..(at + 8).saturating_add(u32::from_be_bytes(*length) as usize);
+        let end = content.end.saturating_add(4);
+        if end > png.len() {
+            break;
+        }
+        let sum = crc.checksum(&png[content.clone()]);
+        png[content.end..end].copy_from_slice(&sum.to_be_bytes());
+        at = end;
+    }
+    png
+}
+
+fn og_map_run(input: &[u8]) -> Result<u64, String> {
+    let map = og_map::parse(input);
+    if let Ok(map) = &map {
+        same(&map.probabilities.len(), &(map.width * map.height))?;
+        let text = og_map::write(map);
+        let again = og_map::parse(text.as_bytes()).map_err(|e| format!("not read again: {e}"))?;
+        same(&text, &og_map::write(&again))?;
+    }
+    Ok(outcome(&map.map(|map| map.width.min(9)).map_err(words)))
+}
+
+fn preset_run(input: &[u8]) -> Result<u64, String> {
+    let read = match preset::read(input) {
+        Ok(read) => read,
+        Err(error) => return Ok(outcome(&words(error))),
+    };
+    let again = preset::read(preset::write(&read, &[]).as_bytes());
+    same(&read, &again.map_err(|e| format!("not read again: {e}"))?)?;
+    let mut settings = Settings::of(SensorModel::lidar(), &RobotModel::rp6());
+    let changes = read
+        .settings
+        .iter()
+        .map(|(key, value)| (key.as_str(), *value));
+    let set = settings.set_all(changes).map_err(words);
+    let outside = |setting: &&slamlab_core::settings::Setting| {
+        let [low, high] = setting.range;
+        settings
+            .get(setting)
+            .is_some_and(|value| !(low..=high).contains(&value))
+    };
+    match table().find(outside) {
+        Some(setting) => Err(format!("{} was set outside of its range", setting.key)),
+        None => Ok(outcome(&set)),
+    }
+}
+
+fn recording_run(input: &[u8]) -> Result<u64, String> {
+    let mut reader = RecordingReader::default();
+    let in_pieces = pieces(input)
+        .try_for_each(|piece| reader.push(piece))
+        .and_then(|()| reader.finish())
+        .map_err(words);
+    let at_once = Recording::parse(input).map_err(words);
+    let all = |recording: &Recording| {
+        let messages = recording.messages().map(|message| format!("{message:?}"));
+        (
+            messages.collect::<Vec<_>>(),
+            format!("{:?}", recording.damage()),
+        )
+    };
+    same(&at_once.as_ref().map(all), &in_pieces.as_ref().map(all))?;
+    let told = at_once.map(|recording| {
+        let damage = recording.damage().first().map(words);
+        (recording.len().min(40), recording.scans().min(9), damage)
+    });
+    Ok(outcome(&told))
+}
