@@ -1,8 +1,8 @@
 //! `explore`: does a robot dropped into an unknown building see all of it, by itself and on a short way? Some minutes for each seed
 //! of all worlds; what was run goes to standard error.
 //!
-//! 1. Every built-in world but `campus` (days of driving), by lidar and the line filter, 20 seeds (`--seeds`, `--world`): by the shortest tour, by gain
-//!    over cost, to the nearest frontier, to the next best view, and room by room. The seed draws noise and wear; it is the same for all.
+//! 1. Every built-in world but `campus` (days of driving), by lidar and the line filter, 20 seeds (`--seeds`, `--world`): by each
+//!    strategy (`--strategy`), among them the nearest frontier. The seed draws noise and wear; it is the same for all.
 //! 2. Where the four rangers are enough ([`RANGER_WORLDS`]): the same by them, with a scan at each stand.
 //! 3. A run ends by itself, or after an hour of simulated time, which is a failure. Explored is the part of the area that a robot
 //!    of its size could see from where it could stand; the way is the true one.
@@ -179,13 +179,15 @@ impl Totals {
                 .collect();
             figures.insert(label.into(), summary(&runs));
         }
-        // The requirements are on what the robot does by default: the first of them.
-        let [own, nearest] = [FrontierChoice::default(), FrontierChoice::Nearest].map(label);
-        let pairs = rows
-            .iter()
-            .filter_map(|row| row.get(own).zip(row.get(nearest)));
-        let ratio = median(pairs.map(|(own, nearest)| own.way / nearest.way).collect());
+        // The requirements are on what the robot does by default.
+        let own = label(FrontierChoice::default());
+        let by = |choice| median_ratio(rows, own, label(choice));
+        let ratio = by(FrontierChoice::Nearest);
         figures.insert("way_over_nearest_frontier_median".into(), ratio.into());
+        figures.insert(
+            "way_over_room_by_room_median".into(),
+            by(FrontierChoice::RoomByRoom).into(),
+        );
         let own = || rows.iter().filter_map(|row| row.get(own));
         self.contacts += own().map(|run| run.contacts).sum::<u32>();
         self.not_ended += own().filter(|run| !run.ended).count();
@@ -222,6 +224,14 @@ fn summary(runs: &[Run]) -> Value {
         "contacts": sum(|run| run.contacts),
         "people_who_walked_in": sum(|run| run.walked_in),
     })
+}
+
+/// The way of one strategy by that of another in the same run, where both were driven.
+fn median_ratio(rows: &[Row], one: &str, other: &str) -> f64 {
+    let pairs = rows
+        .iter()
+        .filter_map(|row| row.get(one).zip(row.get(other)));
+    median(pairs.map(|(one, other)| one.way / other.way).collect())
 }
 
 /// The name of a strategy.

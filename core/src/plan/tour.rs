@@ -46,7 +46,7 @@ pub fn order_by_tour(
     let floor = wave.in_squares(SQUARE);
     let cells: Vec<Option<usize>> = toured.iter().map(|f| space.index_at(f.goal?)).collect();
     let between = |&from: &Option<usize>| {
-        let wave = from.map(|from| floor.from_cell(from));
+        let wave = from.map(|from| floor.costs_from(from));
         let cost = |to: &Option<usize>| wave.as_ref()?.cost(floor.square_of((*to)?));
         cells
             .iter()

@@ -180,7 +180,7 @@ impl Squares {
     }
 
     /// Costs from a cell to all squares, by their numbers.
-    pub(super) fn from_cell(&self, cell: usize) -> Wavefront {
+    pub(super) fn costs_from(&self, cell: usize) -> Wavefront {
         let start = self.square_of(cell);
         let mut wave = Wavefront {
             costs: vec![UNREACHED; self.weights.len()],
