@@ -281,7 +281,7 @@ pub(super) const DRIVING: &[Setting] = &[
             "nearest frontier",
             "next best view",
             "room by room",
-            "first on the shortest tour",
+            "shortest tour over all",
         ]),
         acts: Acts::AtOnce,
         meaning: "Which border of the unknown is looked at first. The nearest is the yardstick; views cost more to compute; room by room finishes a room before it leaves.",
