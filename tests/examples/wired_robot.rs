@@ -29,7 +29,7 @@ mod unix {
     struct Both {
         world: World,
         robot: Arc<Socket<Rp6>>,
-        lidar: Socket<Aboard>,
+        lidar: Socket<Aboard<Rp6>>,
     }
 
     impl Wired for Both {
@@ -50,6 +50,7 @@ mod unix {
                     "moves": robot.is_moving(),
                     "told_to_move": robot.was_told_to_move(),
                     "contacts": simulation.contacts(),
+                    "seconds": simulation.stamp().seconds(),
                 })
             })
         }

@@ -1,9 +1,11 @@
-// A robot on a pseudo-terminal, in a program of its own: its cable can be pulled, and it tells what is true.
+// A robot on a pseudo-terminal, in a program of its own: its cable can be pulled, and it tells what is true. And who takes its wheel.
 import { spawn, type ChildProcess } from 'node:child_process';
 import { once } from 'node:events';
 import { createInterface } from 'node:readline';
 import { fileURLToPath } from 'node:url';
-import { test } from '@playwright/test';
+import { expect, test } from '@playwright/test';
+import type { BridgeState } from '../../www/src/protocol.ts';
+import type { Lab } from './lab.ts';
 
 const root = fileURLToPath(new URL('../..', import.meta.url));
 
@@ -16,10 +18,11 @@ export interface Facts {
   contacts: number;
   /** Longest that the machine let the robot wait for the processor, s. */
   late: number;
-  /** Real firmware: s of its own time from the pull of the cable until the registers were 0. */
+  /** Its own time, s: where the machine starves it, less passes than outside. */
+  seconds: number;
+  /** Real firmware: s of its own time from the pull of the cable, or a mark, until the registers were 0. */
   stopped_after?: number | null;
-  /** Real firmware: its own time, and the real time that it lost, s. */
-  seconds?: number;
+  /** Real firmware: the real time that it lost, s. */
   behind?: number;
   fault?: string | null;
 }
@@ -44,12 +47,12 @@ export class WiredRobot {
     this.#lines = createInterface({ input: process.stdout! })[Symbol.asyncIterator]();
   }
 
-  /** `wired_robot` speaks the protocol; `rp6_sim` runs the real firmware. */
-  static async start(program: 'wired_robot' | 'rp6_sim', world: string): Promise<WiredRobot> {
+  /** `wired_robot` speaks the protocol and carries a lidar; `rp6_sim` runs the real firmware, and carries one where `lidar` follows the world. */
+  static async start(program: 'wired_robot' | 'rp6_sim', world: string, ...more: string[]): Promise<WiredRobot> {
     const known = { wired_robot: process.env.SLAMLAB_WIRED_ROBOT, rp6_sim: process.env.SLAMLAB_RP6_SIM };
     const built = { wired_robot: 'examples/wired_robot', rp6_sim: 'rp6_sim' };
     const path = known[program] ?? `${root}/target/debug/${built[program]}`;
-    const robot = new WiredRobot(spawn(path, [world], { stdio: ['pipe', 'pipe', 'inherit'] }));
+    const robot = new WiredRobot(spawn(path, [world, ...more], { stdio: ['pipe', 'pipe', 'inherit'] }));
     robot.ports = await robot.#next<Record<string, string>>();
     return robot;
   }
@@ -65,6 +68,11 @@ export class WiredRobot {
 
   async plug(): Promise<void> {
     await this.#ask('plug');
+  }
+
+  /** Something happens that should stop it: how long it takes is a fact. Real firmware only. */
+  async mark(): Promise<void> {
+    await this.#ask('mark');
   }
 
   async facts(): Promise<Facts> {
@@ -92,6 +100,38 @@ export class WiredRobot {
     if (done) throw new Error('the robot has ended; it is built by: cargo xtask test page');
     return JSON.parse(value) as T;
   }
+}
+
+/** A busy machine makes everything late; nothing here waits longer than it must. */
+export const PATIENCE = { timeout: 60_000, intervals: [100, 200, 400] };
+
+/** What a page knows of its bridge. */
+export function bridgeState({ page }: Lab): Promise<BridgeState | null> {
+  return page.evaluate(() => (window as unknown as { slamlab: { bridge: BridgeState | null } }).slamlab.bridge);
+}
+
+/** Takes the wheel, as soon as the robot's link is up. */
+export async function arm(lab: Lab): Promise<void> {
+  await expect(async () => {
+    if (!(await bridgeState(lab))?.armed) await lab.at('wheel').click();
+    await expect.poll(async () => (await bridgeState(lab))?.armed, { timeout: 3_000 }).toBe(true);
+  }).toPass(PATIENCE);
+}
+
+/** Turns by hand: the key is held from here on. Where the robot does not turn yet, its driver is armed and the key pressed anew, as a person would. */
+export async function turnByHand(lab: Lab, robot: WiredRobot): Promise<void> {
+  const press = async () => {
+    await lab.page.keyboard.up('ArrowLeft');
+    await arm(lab);
+    await lab.page.keyboard.down('ArrowLeft');
+  };
+  const turns = async () => {
+    const { moves } = await robot.facts();
+    if (!moves) await press();
+    return moves;
+  };
+  await press();
+  await expect.poll(turns, { ...PATIENCE, intervals: [500, 2_000], message: 'it turns while the key is held' }).toBe(true);
 }
 
 /** Where a device waits longer than 50 ms for the processor its time stands still (tests/src/devices/socket.rs): robot and lidar then disagree on

@@ -9,7 +9,8 @@
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use slamlab_tests::devices::Device;
+use slamlab_core::geom::Pose2;
+use slamlab_tests::devices::{Carrier, Device};
 
 use crate::Rig;
 use crate::edge::EdgeWatch;
@@ -183,6 +184,16 @@ impl Wired {
             self.stopped_after = Some([(chip - marked).max(0.0), real]);
             self.marked = None;
         }
+    }
+}
+
+impl Carrier for Wired {
+    fn pose(&self) -> Pose2 {
+        self.rig.pose()
+    }
+
+    fn seconds(&self) -> f64 {
+        self.rig.seconds()
     }
 }
 

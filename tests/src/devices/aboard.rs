@@ -1,25 +1,49 @@
-//! A lidar that a robot carries: it sees from wherever the robot is.
+//! A lidar that a robot carries: it sees from wherever the robot is, and it turns by the robot's time.
+//!
+//! In: bytes for the lidar. Out: those of the lidar.
+//!
+//! A machine that starves a robot makes its time run behind. The world that it moves in is then behind too: a lidar that went on turning
+//! in real time would see the robot creep, and what the two measure would not be of one world.
 
 use std::sync::Arc;
 
-use super::{Device, Rp6, Rplidar, Socket};
+use slamlab_core::geom::Pose2;
 
-/// An RPLIDAR in the middle of a simulated RP6, each on a line of its own.
-#[derive(Debug)]
-pub struct Aboard {
-    lidar: Rplidar,
-    robot: Arc<Socket<Rp6>>,
+use super::socket::MOST_AT_ONCE;
+use super::{Device, Rplidar, Socket};
+
+/// A robot that can carry something.
+pub trait Carrier: Device {
+    /// Where it is, in the world's frame.
+    fn pose(&self) -> Pose2;
+
+    /// The time that has passed for it, s; it never falls.
+    fn seconds(&self) -> f64;
 }
 
-impl Aboard {
+/// An RPLIDAR in the middle of a simulated robot, each on a line of its own.
+#[derive(Debug)]
+pub struct Aboard<C> {
+    lidar: Rplidar,
+    robot: Arc<Socket<C>>,
+    /// The robot's time up to which the lidar has turned, s.
+    turned: f64,
+}
+
+impl<C: Carrier> Aboard<C> {
     /// This lidar on this robot.
     #[must_use]
-    pub fn new(lidar: Rplidar, robot: Arc<Socket<Rp6>>) -> Self {
-        Self { lidar, robot }
+    pub fn new(lidar: Rplidar, robot: Arc<Socket<C>>) -> Self {
+        let turned = robot.with(|robot| robot.seconds());
+        Self {
+            lidar,
+            robot,
+            turned,
+        }
     }
 }
 
-impl Device for Aboard {
+impl<C: Carrier> Device for Aboard<C> {
     fn baud_rate(&self) -> u32 {
         self.lidar.baud_rate()
     }
@@ -32,8 +56,67 @@ impl Device for Aboard {
         self.lidar.receive(bytes);
     }
 
-    fn advance(&mut self, seconds: f64) -> Vec<u8> {
-        self.lidar.view.pose = self.robot.with(|robot| robot.simulation().truth());
+    fn advance(&mut self, _: f64) -> Vec<u8> {
+        let (pose, now) = self.robot.with(|robot| (robot.pose(), robot.seconds()));
+        self.lidar.view.pose = pose;
+        // Without its cable, or without the processor, it did not turn.
+        let seconds = (now - self.turned).min(MOST_AT_ONCE);
+        self.turned = now;
         self.lidar.advance(seconds)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use slamlab_core::sim::worlds;
+    use slamlab_core::wire::rplidar::request::Request;
+
+    use super::*;
+    use crate::devices::View;
+
+    /// A robot whose time is told.
+    struct Told(f64);
+
+    impl Carrier for Told {
+        fn pose(&self) -> Pose2 {
+            Pose2::new(1.5, 1.0, 0.0)
+        }
+
+        fn seconds(&self) -> f64 {
+            self.0
+        }
+    }
+
+    impl Device for Told {
+        fn baud_rate(&self) -> u32 {
+            38_400
+        }
+
+        fn power_on(&mut self) {}
+
+        fn receive(&mut self, _: &[u8]) {}
+
+        fn advance(&mut self, _: f64) -> Vec<u8> {
+            vec![]
+        }
+    }
+
+    #[test]
+    fn the_lidar_turns_by_its_carriers_time() {
+        let robot = Arc::new(Socket::unplugged(Told(3.0)).unwrap());
+        let view = View::from_start(&worlds::builtin("arena").unwrap());
+        let mut lidar = Aboard::new(Rplidar::new(view), Arc::clone(&robot));
+        lidar.receive(&Request::Scan.encode());
+        let mut said_at = |seconds: f64| {
+            robot.with(|robot| robot.0 = seconds);
+            // Nobody's time but the robot's: an hour passes outside.
+            lidar.advance(3600.0).len()
+        };
+        assert_eq!(said_at(3.0), 7, "the descriptor");
+        // 5 bytes each half millisecond.
+        assert_eq!(said_at(3.0201), 40 * 5);
+        assert_eq!(said_at(3.0201), 0);
+        assert_eq!(said_at(9.0), 100 * 5, "what was missed is not made up for");
+        assert_eq!(lidar.lidar.view.pose, Pose2::new(1.5, 1.0, 0.0));
     }
 }

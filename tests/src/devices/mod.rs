@@ -13,7 +13,7 @@ mod socket;
 mod spoil;
 mod view;
 
-pub use aboard::Aboard;
+pub use aboard::{Aboard, Carrier};
 pub use ld06::Ld06;
 pub use rp6::Rp6;
 pub use rplidar::Rplidar;

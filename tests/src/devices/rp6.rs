@@ -3,6 +3,7 @@
 //! The rules are those of `bridge/firmware`: a greeting forgets sequences and stops; a repeated or stale command is told and
 //! not done; 400 ms without a command stop the motors; an emergency stop is latched, and its reset moves nothing.
 
+use slamlab_core::geom::Pose2;
 use slamlab_core::robot::{Command as Order, RobotModel};
 use slamlab_core::sim::{SensorModel, SimError, Simulation, World};
 use slamlab_core::wire::rp6::{
@@ -10,7 +11,7 @@ use slamlab_core::wire::rp6::{
     Telemetry, Verdict, encode,
 };
 
-use super::Device;
+use super::{Carrier, Device};
 
 /// Silence after which the firmware stops the motors, s.
 const WATCHDOG: f64 = 0.4;
@@ -221,6 +222,16 @@ impl Rp6 {
             self.to_telemetry = self.period;
             self.telemetry();
         }
+    }
+}
+
+impl Carrier for Rp6 {
+    fn pose(&self) -> Pose2 {
+        self.simulation.truth()
+    }
+
+    fn seconds(&self) -> f64 {
+        self.simulation.stamp().seconds()
     }
 }
 

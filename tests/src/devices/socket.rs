@@ -27,7 +27,7 @@ use super::spoil::{Faults, Line};
 const BEAT: Duration = Duration::from_millis(2);
 /// Where the machine lets the thread wait for longer, the device's time stands still meanwhile, s: it does not say at once what
 /// it would have said in a second, which no line could carry.
-const MOST_AT_ONCE: f64 = 0.05;
+pub(super) const MOST_AT_ONCE: f64 = 0.05;
 
 /// A device in its socket; dropping it pulls the device out and ends its thread.
 #[derive(Debug)]

@@ -1,25 +1,28 @@
 //! A simulated RP6 on a pseudo-terminal: the real firmware in a simulated controller, in a simulated world, in real time.
 //!
-//! In: the name of a built-in world (default `arena`), then commands of [`slamlab_tests::console`]. Out: its answers; the first line
-//! names the port. Beside those: `mark` (something happens that should stop it: how long it takes is a fact), `edge` (of the next count of an
-//! encoder it is a fact when it was, and when it was told), `half` (the cable is pulled
-//! in the middle of a frame), `reset` (its button; the boot loader speaks), `noise P` (part P of all bits flipped, both ways), `garble`
-//! (both sides hear noise), `mend` (neither any more). Whoever opens it finds a robot that was switched on before.
+//! In: the name of a built-in world (default `arena`), and `lidar` where it carries an RPLIDAR too, on a line of its own; then commands of
+//! [`slamlab_tests::console`]. Out: its answers; the first line names the ports. Beside those: `mark` (something happens that should stop
+//! it: how long it takes is a fact), `edge` (of the next count of an encoder it is a fact when it was, and when it was told), `half` (the
+//! robot's cable is pulled in the middle of a frame), `reset` (its button; the boot loader speaks), `noise P` (part P of all bits of the
+//! robot's line flipped, both ways), `garble` (both its sides hear noise), `mend` (neither any more). Whoever opens it finds a robot that was
+//! switched on before.
 //!
-//!     cargo run --manifest-path tests/firmware/Cargo.toml --bin rp6_sim -- arena
+//!     cargo run --manifest-path tests/firmware/Cargo.toml --bin rp6_sim -- arena lidar
 
 use std::io::{stdin, stdout};
+use std::sync::Arc;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use serde_json::{Value, json};
 use slamlab_core::sim::{World, worlds};
 use slamlab_firmware_tests::{Rig, Wired};
 use slamlab_tests::console::{self, in_map, serve};
-use slamlab_tests::devices::{Faults, Socket};
+use slamlab_tests::devices::{Aboard, Faults, Rplidar, Socket, View};
 
 struct Robot {
     world: World,
-    socket: Socket<Wired>,
+    socket: Arc<Socket<Wired>>,
+    lidar: Option<Socket<Aboard<Wired>>>,
 }
 
 impl console::Wired for Robot {
@@ -28,10 +31,17 @@ impl console::Wired for Robot {
             true => self.socket.plug(),
             false => self.socket.pull(),
         }
+        if let Some(lidar) = &self.lidar {
+            match is_in {
+                true => lidar.plug(),
+                false => lidar.pull(),
+            }
+        }
     }
 
     fn facts(&self) -> Value {
-        let late = self.socket.late().as_secs_f64();
+        let of_lidar = self.lidar.as_ref().map(Socket::late).unwrap_or_default();
+        let late = self.socket.late().max(of_lidar).as_secs_f64();
         self.socket.with(|robot| {
             json!({
                 "late": late,
@@ -82,13 +92,26 @@ impl Robot {
 }
 
 fn main() -> Result<()> {
-    let name = std::env::args().nth(1).unwrap_or_else(|| "arena".into());
+    let mut words = std::env::args().skip(1);
+    let name = words.next().unwrap_or_else(|| "arena".into());
     let world = worlds::builtin(&name).with_context(|| format!("no built-in world `{name}`"))?;
-    let robot = Robot {
-        socket: Socket::plugged(Wired::new(Rig::in_world(&world)?))?,
-        world,
+    let socket = Arc::new(Socket::plugged(Wired::new(Rig::in_world(&world)?))?);
+    let mut ports = json!({ "rp6": socket.path() });
+    let lidar = match words.next().as_deref() {
+        None => None,
+        Some("lidar") => {
+            let lidar = Rplidar::new(View::from_start(&world));
+            let lidar = Socket::plugged(Aboard::new(lidar, Arc::clone(&socket)))?;
+            ports["rplidar"] = json!(lidar.path());
+            Some(lidar)
+        }
+        Some(other) => bail!("expected `lidar` or nothing after the world, not `{other}`"),
     };
-    let ports = json!({ "rp6": robot.socket.path() });
+    let robot = Robot {
+        world,
+        socket,
+        lidar,
+    };
     Ok(serve(
         &robot.world,
         &ports,
