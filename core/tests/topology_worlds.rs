@@ -1,4 +1,5 @@
 //! The topology of the built-in worlds, drawn exactly: how many rooms, corridors and doors they have is known by looking.
+#![allow(clippy::unwrap_used)] // Helpers of tests may panic as tests do.
 #![allow(missing_docs, reason = "a test binary has no public interface")]
 
 use nalgebra::Point2;

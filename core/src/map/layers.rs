@@ -127,7 +127,7 @@ mod tests {
             })
             .unwrap();
         let odds = cells[(cell.row.rem_euclid(size) * size + cell.col.rem_euclid(size)) as usize];
-        1.0 - 1.0 / (1.0 + f64::from(odds).exp())
+        1.0 - 1.0 / (1.0 + libm::exp(f64::from(odds)))
     }
 
     #[test]

@@ -60,21 +60,25 @@ fn every_setting_reads_what_was_written_and_leaves_the_others_alone() {
     let absent: Vec<&str> = absent.map(|s| s.key).collect();
     // Those that come with a choice.
     let with_choice = [
+        "sonars.shown",
+        "points.sector_no_returns",
         "points.sigma_constant",
         "points.sigma_slope",
         "points.sigma_least",
         "lines.threshold",
     ];
     assert_eq!(absent, with_choice);
-    for (choice, key) in [
-        ("points.sigma", "points.sigma_slope"),
-        ("lines.rule", "lines.threshold"),
+    for (choice, key, value) in [
+        ("points.sigma", "points.sigma_slope", 0.05),
+        ("lines.rule", "lines.threshold", 0.05),
+        ("sonars.beside", "sonars.shown", 2.0),
+        ("points.sector", "points.sector_no_returns", 7.0),
     ] {
         let mut settings = all().remove(0);
         settings.set(choice, 1.0).unwrap();
-        settings.set(key, 0.05).unwrap();
+        settings.set(key, value).unwrap();
         let entry = table().find(|s| s.key == key).unwrap();
-        assert_eq!(settings.get(entry), Some(0.05));
+        assert_eq!(settings.get(entry), Some(value));
     }
 }
 

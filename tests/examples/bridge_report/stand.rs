@@ -189,7 +189,7 @@ async fn arm(client: &mut Client) {
         let refusal = client
             .wait(|message| match message {
                 FromBridge::Safety(state) if state.armed => Some(None),
-                FromBridge::Refused(why) => Some(Some(why.clone())),
+                FromBridge::Refused(why) => Some(Some(*why)),
                 _ => None,
             })
             .await;

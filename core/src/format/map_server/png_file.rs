@@ -17,14 +17,14 @@ pub(super) fn read(bytes: &[u8], mut see: impl FnMut(Pixel)) -> Result<Size, Map
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: 1 << 24 });
     decoder.set_transformations(png::Transformations::EXPAND);
     decoder.ignore_checksums(false);
-    let header = decoder.read_header_info().map_err(wrong)?;
+    let header = decoder.read_header_info().map_err(|error| wrong(&error))?;
     let size = Size::checked(header.width.into(), header.height.into())?;
     // Palettes are spread out and bits become bytes: what stands in the file may be an eighth of a pixel's byte.
     let least = header.raw_row_length().saturating_mul(size.height);
     if least / MOST_INFLATED > bytes.len() {
         return Err(size.but_found(format!("{} bytes", bytes.len())));
     }
-    let mut reader = decoder.read_info().map_err(wrong)?;
+    let mut reader = decoder.read_info().map_err(|error| wrong(&error))?;
     let (colour, depth) = reader.output_color_type();
     let (channels, has_alpha) = match colour {
         ColorType::Grayscale | ColorType::Indexed => (1, false),
@@ -43,7 +43,7 @@ pub(super) fn read(bytes: &[u8], mut see: impl FnMut(Pixel)) -> Result<Size, Map
     if reader.info().interlaced {
         see_all(&whole(&mut reader)?);
     } else {
-        while let Some(row) = reader.next_row().map_err(wrong)? {
+        while let Some(row) = reader.next_row().map_err(|error| wrong(&error))? {
             see_all(row.data());
         }
     }
@@ -61,11 +61,13 @@ fn whole(reader: &mut Reader<Cursor<&[u8]>>) -> Result<Vec<u8>, MapImageError> {
         most: MOST_INTERLACED,
     };
     let mut samples = vec![0; length.ok_or_else(too_large)?];
-    reader.next_frame(&mut samples).map_err(wrong)?;
+    reader
+        .next_frame(&mut samples)
+        .map_err(|error| wrong(&error))?;
     Ok(samples)
 }
 
-fn wrong(error: DecodingError) -> MapImageError {
+fn wrong(error: &DecodingError) -> MapImageError {
     MapImageError::Png(error.to_string())
 }
 
