@@ -33,13 +33,9 @@ test('a browser that is killed while it drives stops the robot, and the recordin
     await robot.mark();
     victim.process().kill('SIGKILL');
     await expect.poll(async () => (await robot.facts()).stopped_after ?? null, { ...PATIENCE, message: 'it stands' }).not.toBeNull();
-    const { stopped_after, seconds } = await robot.facts();
+    const { stopped_after } = await robot.facts();
     expect(stopped_after, 's of the chip, by OCR1A and OCR1B').toBeLessThanOrEqual(BOUND);
-    for (let now = seconds; now < seconds + 2;) {
-      const facts = await robot.facts();
-      expect(facts.moves, 'and nothing moves it again').toBe(false);
-      now = facts.seconds;
-    }
+    for await (const { moves } of robot.during(2)) expect(moves, 'and nothing moves it again').toBe(false);
     await bridge.stop();
     const messages = messagesIn(await readFile(file));
     const found = JSON.stringify({ stopped_after, recorded, messages });

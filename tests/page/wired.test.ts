@@ -46,8 +46,8 @@ async function open({ robot, lab, folder }: Run): Promise<Bridge> {
 }
 
 /** Sends it exploring. */
-async function explore({ lab }: Run): Promise<void> {
-  await arm(lab);
+async function explore({ robot, lab }: Run): Promise<void> {
+  await arm(lab, robot);
   await lab.at('mode-explore').click();
 }
 
@@ -78,9 +78,7 @@ async function pullTheCables({ robot, lab }: Run): Promise<number | null | undef
   await expect.poll(isBack, { ...PATIENCE, message: 'it is found again' }).toBe(true);
   expect((await bridgeState(lab))?.battery, 'it talks').toBeGreaterThan(0);
   // Long enough for an order that outlived the cut: the page sends 20 a second.
-  for (const { seconds } = await robot.facts(); (await robot.facts()).seconds < seconds + 2;) {
-    expect((await robot.facts()).moves, 'nothing moves before somebody arms it').toBe(false);
-  }
+  for await (const { moves } of robot.during(2)) expect(moves, 'nothing moves before somebody arms it').toBe(false);
   expect((await robot.facts()).pose).toEqual(pose);
   expect(await disarmed()).toBe(true);
   expect((await lab.status()).scans, 'the map stays').toBeGreaterThanOrEqual(scans);
@@ -89,10 +87,9 @@ async function pullTheCables({ robot, lab }: Run): Promise<number | null | undef
 
 /** A quarter of a second of its own time finds it at the same place. */
 async function stands(robot: WiredRobot): Promise<boolean> {
-  const before = await robot.facts();
-  let now = before;
-  while (now.seconds < before.seconds + 0.25) now = await robot.facts();
-  return now.pose.every((value, i) => value === before.pose[i]);
+  const before = (await robot.facts()).pose;
+  for await (const _ of robot.during(0.25));
+  return (await robot.facts()).pose.every((value, i) => value === before[i]);
 }
 
 async function mapTruth({ robot, lab, folder }: Run): Promise<MapTruth> {

@@ -75,6 +75,15 @@ export class WiredRobot {
     await this.#ask('mark');
   }
 
+  /** What is true of it, again and again for so long by its own time, s. */
+  async *during(seconds: number): AsyncGenerator<Facts> {
+    const end = (await this.facts()).seconds + seconds;
+    for (let facts = await this.facts(); facts.seconds < end; facts = await this.facts()) {
+      yield facts;
+      await new Promise((done) => setTimeout(done, 5));
+    }
+  }
+
   async facts(): Promise<Facts> {
     return this.#ask<Facts>('facts');
   }
@@ -110,8 +119,18 @@ export function bridgeState({ page }: Lab): Promise<BridgeState | null> {
   return page.evaluate(() => (window as unknown as { slamlab: { bridge: BridgeState | null } }).slamlab.bridge);
 }
 
-/** Takes the wheel, as soon as the robot's link is up. */
-export async function arm(lab: Lab): Promise<void> {
+/** All devices send, and have for a while: a robot whose link has just come up takes no order to move before none came for 0.3 s
+    (core/src/device/rp6.rs). Whoever drives at once and goes on would be waited for in vain. */
+async function settled(lab: Lab, robot: WiredRobot): Promise<void> {
+  const devices = async () => (await bridgeState(lab))?.devices.map((device) => device.state).join();
+  await expect.poll(devices, { ...PATIENCE, message: 'all devices send' }).toMatch(/^sending(,sending)*$/);
+  for await (const _ of robot.during(0.6));
+}
+
+/** Takes the wheel, where it is not taken, as soon as the robot's link is up. */
+export async function arm(lab: Lab, robot: WiredRobot): Promise<void> {
+  if ((await bridgeState(lab))?.armed) return;
+  await settled(lab, robot);
   await expect(async () => {
     if (!(await bridgeState(lab))?.armed) await lab.at('wheel').click();
     await expect.poll(async () => (await bridgeState(lab))?.armed, { timeout: 3_000 }).toBe(true);
@@ -122,7 +141,8 @@ export async function arm(lab: Lab): Promise<void> {
 export async function turnByHand(lab: Lab, robot: WiredRobot): Promise<void> {
   const press = async () => {
     await lab.page.keyboard.up('ArrowLeft');
-    await arm(lab);
+    await settled(lab, robot);
+    await arm(lab, robot);
     await lab.page.keyboard.down('ArrowLeft');
   };
   const turns = async () => {
