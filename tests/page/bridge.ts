@@ -15,13 +15,23 @@ export default async function startBridge(): Promise<() => Promise<void>> {
 
 /** A bridge of its own for a test, and the end of it. */
 export class Bridge {
+  /** Those of this process that were started. */
+  static readonly #started: Bridge[] = [];
+
   private constructor(private readonly process: ChildProcess, readonly url: string) {}
 
   /** With these flags beside those of the page; on a free port unless one is given. */
   static async start(flags: string[] = [], port = '0'): Promise<Bridge> {
     const program = process.env.SLAMLAB_BRIDGE ?? `${root}/target/debug/slamlab-bridge`;
     const bridge = spawn(program, ['--port', port, '--page', `${root}/www/dist`, ...flags], { stdio: ['ignore', 'pipe', 'inherit'] });
-    return new Bridge(bridge, await addressOf(bridge));
+    const started = new Bridge(bridge, await addressOf(bridge));
+    this.#started.push(started);
+    return started;
+  }
+
+  /** Ends what a test that failed left behind: its bridge would look for its robot's port for ever, which is soon that of the next test. */
+  static async stopAll(): Promise<void> {
+    await Promise.all(this.#started.splice(0).map((bridge) => bridge.stop('SIGKILL')));
   }
 
   get port(): string {

@@ -3,17 +3,22 @@
 // Errors on the console, uncaught exceptions, failed requests and refusals by the content security policy all count;
 // a test that provokes one on purpose empties `problems` before it ends.
 import { test as base, expect } from '@playwright/test';
+import { Bridge } from './bridge.ts';
 import { Lab } from './lab.ts';
 
 export { expect };
 
-export const test = base.extend<{ problems: string[]; lab: Lab }>({
+export const test = base.extend<{ problems: string[]; lab: Lab; bridges: void }>({
   lab: async ({ page }, use) => use(new Lab(page)),
   baseURL: async ({}, use) => {
     const url = process.env.SLAMLAB_URL;
     if (!url) throw new Error('SLAMLAB_URL is not set: the bridge was not started');
     await use(url);
   },
+  bridges: [async ({}, use) => {
+    await use();
+    await Bridge.stopAll();
+  }, { auto: true }],
   problems: [async ({ page }, use) => {
     const problems: string[] = [];
     page.on('console', (message) => {

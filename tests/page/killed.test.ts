@@ -28,8 +28,10 @@ test('a browser that is killed while it drives stops the robot, and the recordin
     const lab = new Lab(await browser.newPage({ viewport: { width: 1280, height: 800 } }));
     await lab.page.goto(`${bridge.url}#token=${(await readFile(token, 'utf8')).trim()}`);
     await turnByHand(lab, robot);
-    const { recorded = 0 } = (await bridgeState(lab)) ?? {};
-    expect(recorded, 'it is recorded').toBeGreaterThan(0);
+    // The bridge tells it once a second.
+    const recordedNow = async () => (await bridgeState(lab))?.recorded;
+    await expect.poll(recordedNow, { ...PATIENCE, message: 'it is recorded' }).toBeGreaterThan(0);
+    const recorded = (await recordedNow()) ?? NaN;
     await robot.mark();
     victim.process().kill('SIGKILL');
     await expect.poll(async () => (await robot.facts()).stopped_after ?? null, { ...PATIENCE, message: 'it stands' }).not.toBeNull();
