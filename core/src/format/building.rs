@@ -21,7 +21,7 @@ mod tests;
 use nalgebra::Point2;
 
 use crate::format::map_server::OccupancyMap;
-use crate::geom::{Pose2, Segment};
+use crate::geom::{Pose2, Segment, sides_of};
 use crate::map::outlines;
 use crate::robot::RobotModel;
 use crate::sim::{Shape, World};
@@ -106,10 +106,9 @@ pub fn walls_of_map(map: &OccupancyMap) -> Result<Vec<Vec<Point2<f64>>>, Buildin
 
 /// The sides of polygons, in the direction of their corners.
 pub fn sides(polygons: &[Vec<Point2<f64>>]) -> impl Iterator<Item = Segment> {
-    polygons.iter().flat_map(|polygon| {
-        let next = polygon.iter().cycle().skip(1);
-        polygon.iter().zip(next).map(|(&a, &b)| Segment::new(a, b))
-    })
+    polygons
+        .iter()
+        .flat_map(|polygon| sides_of(polygon).map(|(&a, &b)| Segment::new(a, b)))
 }
 
 fn fenced(world: World, corners: [Point2<f64>; 4]) -> World {

@@ -7,6 +7,7 @@
 use nalgebra::Point2;
 use serde_json::{Value, json};
 
+use crate::geom::sides_of;
 use crate::map::{Door, Region, Topology};
 
 /// Why there is no file.
@@ -90,13 +91,9 @@ fn closed(ring: &[Point2<f64>]) -> Vec<[f64; 2]> {
     ring.iter().chain(again).map(|at| [at.x, at.y]).collect()
 }
 
-fn sides(ring: &[Point2<f64>]) -> impl Iterator<Item = (&Point2<f64>, &Point2<f64>)> {
-    ring.iter().zip(ring.iter().cycle().skip(1))
-}
-
 /// Positive where the way round is counter-clockwise.
 fn signed_area(ring: &[Point2<f64>]) -> f64 {
-    let crosses = sides(ring).map(|(a, b)| a.x * b.y - b.x * a.y);
+    let crosses = sides_of(ring).map(|(a, b)| a.x * b.y - b.x * a.y);
     0.5 * crosses.sum::<f64>()
 }
 
@@ -105,7 +102,7 @@ fn is_inside(ring: &[Point2<f64>], at: Point2<f64>) -> bool {
     let crosses = |(a, b): &(&Point2<f64>, &Point2<f64>)| {
         (a.y > at.y) != (b.y > at.y) && at.x < a.x + (at.y - a.y) / (b.y - a.y) * (b.x - a.x)
     };
-    sides(ring).filter(crosses).count() % 2 == 1
+    sides_of(ring).filter(crosses).count() % 2 == 1
 }
 
 #[cfg(test)]

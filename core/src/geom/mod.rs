@@ -5,6 +5,7 @@ mod chi2;
 mod covariance;
 mod line;
 mod pose2;
+mod ring;
 mod segment;
 
 pub use angle::{sin_cos, wrap};
@@ -12,4 +13,5 @@ pub use chi2::chi2_quantile;
 pub use covariance::{CHI2_2DOF_95, CHI2_2DOF_99, Ellipse, PoseEstimate, symmetrize};
 pub use line::Line;
 pub use pose2::Pose2;
+pub use ring::sides_of;
 pub use segment::Segment;

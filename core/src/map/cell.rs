@@ -41,6 +41,20 @@ impl CellRect {
         usize::try_from(self.max.row - self.min.row).unwrap_or(0)
     }
 
+    /// Number of a cell, in rows from the lower left one; `None` outside.
+    #[inline]
+    #[must_use]
+    pub fn index_of(self, cell: CellIndex) -> Option<usize> {
+        let inside = cell.col >= self.min.col
+            && cell.col < self.max.col
+            && cell.row >= self.min.row
+            && cell.row < self.max.row;
+        inside.then(|| {
+            let (col, row) = (cell.col - self.min.col, cell.row - self.min.row);
+            row as usize * self.width() + col as usize
+        })
+    }
+
     /// The smallest rectangle around both.
     #[must_use]
     pub fn around(self, other: Self) -> Self {

@@ -12,6 +12,8 @@
 
 use nalgebra::Point2;
 
+use crate::geom::sides_of;
+
 /// East, north, west, south: the step of each, in corners.
 const STEPS: [(i64, i64); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
 
@@ -101,8 +103,7 @@ impl Edges {
 
 /// The middles of the sides of cells along a ring.
 fn middles(ring: &[Point2<f64>]) -> Vec<Point2<f64>> {
-    let next = ring.iter().cycle().skip(1);
-    let sides = ring.iter().zip(next).flat_map(|(a, b)| {
+    let sides = sides_of(ring).flat_map(|(a, b)| {
         let along = b - a;
         let count = along.amax().round() as usize;
         (0..count).map(move |i| a + along * ((i as f64 + 0.5) / count as f64))

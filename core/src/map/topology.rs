@@ -208,16 +208,7 @@ impl Topology {
     /// Number of the region of a cell; `None` for walls, furniture, the unknown, and scraps of floor behind holes in walls.
     #[must_use]
     pub fn region_of(&self, cell: CellIndex) -> Option<usize> {
-        let inside = cell.col >= self.rect.min.col
-            && cell.col < self.rect.max.col
-            && cell.row >= self.rect.min.row
-            && cell.row < self.rect.max.row;
-        let (col, row) = (
-            cell.col.wrapping_sub(self.rect.min.col),
-            cell.row.wrapping_sub(self.rect.min.row),
-        );
-        let index = row as usize * self.rect.width() + col as usize;
-        let label = self.labels.get(index).filter(|_| inside)?;
+        let label = self.labels.get(self.rect.index_of(cell)?)?;
         (*label != NONE).then_some(*label as usize)
     }
 

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Point2, Vector2};
 
 use super::path::Path;
-use crate::geom::{Pose2, Segment, wrap};
+use crate::geom::{Pose2, Segment, sides_of, wrap};
 
 /// A convex outline, counter-clockwise, the robot's centre inside.
 #[derive(Clone, Debug, PartialEq)]
@@ -159,8 +159,7 @@ fn meets(point: Point2<f64>, turn: f64, segment: &Segment) -> bool {
 fn touches(outline: &[Point2<f64>], segment: &Segment) -> bool {
     let (mut from, mut to) = (0.0_f64, 1.0_f64);
     let along = segment.vector();
-    let next = outline.iter().cycle().skip(1);
-    for (a, b) in outline.iter().zip(next) {
+    for (a, b) in sides_of(outline) {
         let side = b - a;
         let inside = Vector2::new(-side.y, side.x);
         let (depth, rate) = (inside.dot(&(segment.a - a)), inside.dot(&along));

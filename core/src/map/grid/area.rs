@@ -6,6 +6,7 @@ use nalgebra::Point2;
 
 use super::sweep::Way;
 use super::{BLOCK, BLOCK_BITS, BLOCK_CELLS, BlockIndex, Grid};
+use crate::geom::sides_of;
 use crate::map::evidence::WIDEST_GAP;
 
 /// Ways, and working memory that is kept between scans.
@@ -69,8 +70,7 @@ impl Area {
     fn flag(&mut self, rect: &BlockRect) {
         self.flags
             .resize(rect.count().max(self.flags.len()), [0; BLOCK_CELLS]);
-        let nexts = self.outline.iter().cycle().skip(1);
-        for (a, b) in self.outline.iter().zip(nexts) {
+        for (a, b) in sides_of(&self.outline) {
             let (low, high) = if a.y < b.y { (a, b) } else { (b, a) };
             let slope = (high.x - low.x) / (high.y - low.y);
             let rows = first_centre_from(low.y)..first_centre_from(high.y);

@@ -96,18 +96,22 @@ proptest! {
 
     #[test]
     fn area_is_all_centres_between_the_beams(
-        start in (-90.0..90.0_f64, -90.0..90.0_f64), ranges in proptest::collection::vec(0.0..150.0_f64, 2..90),
+        start in (-90.0..90.0_f64, -90.0..90.0_f64), ranges in proptest::collection::vec(2.0..150.0_f64, 2..90),
         first in -3.2..3.2_f64, is_clockwise in any::<bool>(),
     ) {
         let start = Point2::new(start.0, start.1);
-        // As many as 89 beams go once round and more: what is covered twice stays covered.
+        // As many as 89 beams go once round and more: what is covered twice stays covered, and 79 close the round.
         let step = if is_clockwise { -0.08 } else { 0.08 };
         let ends = ends(start, first, step, &ranges);
         let corner = |end: &Point2<f64>| {
             let way = end - start;
             start + way * ((way.norm() - 1.0) / way.norm()).max(0.0)
         };
-        let corners: Vec<_> = ends.windows(2).map(|pair| (corner(&pair[0]), corner(&pair[1]))).collect();
+        let mut corners: Vec<_> = ends.windows(2).map(|pair| (corner(&pair[0]), corner(&pair[1]))).collect();
+        let gap = std::f64::consts::TAU - 0.08 * (ends.len() - 1) as f64;
+        if (0.0..0.08).contains(&gap) {
+            corners.push((corner(&ends[ends.len() - 1]), corner(&ends[0])));
+        }
         let found = swept(Sweep::Area, start, &ends);
         for col in -250..250 {
             for row in -250..250 {
@@ -116,6 +120,24 @@ proptest! {
                 }
             }
         }
+    }
+}
+
+/// A beam that ends where it starts has no direction: nothing beside it is between two beams.
+#[test]
+fn a_beam_of_no_length_parts_the_fan() {
+    let start = Point2::new(0.5, 0.5);
+    let seen = [40.0; 5];
+    let parted = [40.0, 40.0, 0.0, 40.0, 40.0];
+    let [whole, parted] =
+        [seen, parted].map(|ranges| swept(Sweep::Area, start, &ends(start, 0.0, 0.08, &ranges)));
+    let at = |angle: f64| {
+        let (sin, cos) = sin_cos(angle);
+        ((35.0 * cos) as i32, (35.0 * sin) as i32)
+    };
+    for (angle, is_parted) in [(0.04, true), (0.12, false), (0.20, false), (0.28, true)] {
+        assert!(whole.contains(&at(angle)));
+        assert_eq!(parted.contains(&at(angle)), is_parted, "{angle}");
     }
 }
 

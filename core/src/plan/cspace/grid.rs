@@ -104,14 +104,7 @@ impl GridSpace {
     #[inline]
     #[must_use]
     pub fn index_of(&self, cell: CellIndex) -> Option<usize> {
-        let inside = cell.col >= self.rect.min.col
-            && cell.col < self.rect.max.col
-            && cell.row >= self.rect.min.row
-            && cell.row < self.rect.max.row;
-        inside.then(|| {
-            let (col, row) = (cell.col - self.rect.min.col, cell.row - self.rect.min.row);
-            row as usize * self.rect.width() + col as usize
-        })
+        self.rect.index_of(cell)
     }
 
     /// The cell with the given number.
