@@ -65,12 +65,17 @@ impl Default for PilotConfig {
 
 impl PilotConfig {
     /// For a sensor that scans on command and sees little: frontiers creep on by decimetres, so that one place is the
-    /// goal more often before it is known. Its ranges err by centimetres, so it keeps that much more from what it saw.
+    /// goal more often before it is known, and the border of what it knows is looked at in pieces of a metre. Its ranges err by
+    /// centimetres, so it keeps that much more from what it saw.
     #[must_use]
     pub fn short_range() -> Self {
         let default = Self::default();
         Self {
             looks: 8,
+            frontier: FrontierConfig {
+                longest: 1.0,
+                ..default.frontier
+            },
             safe: SafeConfig {
                 gap: 0.05,
                 ..default.safe

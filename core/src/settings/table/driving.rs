@@ -223,6 +223,18 @@ pub(super) const DRIVING: &[Setting] = &[
         set: |s, v| s.pilot.frontier.min_width = v,
     },
     Setting {
+        key: "explore.longest",
+        group: "Exploration",
+        name: "Longest border",
+        unit: "m",
+        range: [0.5, 100.0],
+        kind: Kind::Real,
+        acts: Acts::AtOnce,
+        meaning: "A longer border of the unknown is cut into several, each looked at by itself.",
+        get: |s| Some(s.pilot.frontier.longest),
+        set: |s, v| s.pilot.frontier.longest = v,
+    },
+    Setting {
         key: "explore.min_gain",
         group: "Exploration",
         name: "Least gain",
