@@ -1,6 +1,7 @@
 //! From a path to commands, and from any command to a safe one.
 
 mod curve;
+mod ease;
 mod follow;
 mod guard;
 mod safe;
