@@ -13,7 +13,7 @@ use super::ConfigSpace;
 use super::capsule::Capsule;
 use super::raster::Raster;
 use crate::geom::Segment;
-use crate::plan::reach::floods_apart;
+use crate::plan::squares::floods_apart;
 
 /// Legs that are stopped end this far before the wall, m, so that what starts there is free in spite of rounding.
 const BACK_OFF: f64 = 1e-6;
