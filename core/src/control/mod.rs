@@ -12,6 +12,7 @@ mod strip;
 #[cfg(test)]
 mod tests;
 mod watch;
+mod window;
 
 pub use curve::CurveFollower;
 pub use follow::{FollowConfig, Follower, LegFollower, Steering};
@@ -20,3 +21,4 @@ pub use safe::{SafeConfig, Underway, limit_speed, within_model};
 pub use separation::limit_among_walkers;
 pub use strip::free_distance;
 pub use watch::ProgressWatch;
+pub use window::{Avoidance, WindowConfig, choose_in_window};

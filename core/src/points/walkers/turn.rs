@@ -34,17 +34,25 @@ pub(super) fn between(
         return 0.0;
     }
     let (before, now) = (profile(before), profile(now));
-    let off = |shift: i32| difference(&before, &now, shift).unwrap_or(f64::INFINITY);
-    let by_difference = |a: &i32, b: &i32| off(*a).total_cmp(&off(*b)).then(a.abs().cmp(&b.abs()));
-    let best = (-shifts..=shifts).min_by(by_difference).unwrap_or(0);
-    let (left, middle, right) = (off(best - 1), off(best), off(best + 1));
+    // One more to either side, for the parabola.
+    let tried = -shifts - 1..=shifts + 1;
+    let off: Vec<f64> = tried.map(|s| difference(&before, &now, s)).collect();
+    let inner = 1..off.len() - 1;
+    // Of turns that fit alike the least.
+    let (none, shifts) = (shifts as usize + 1, f64::from(shifts + 1));
+    let by_difference = |a: &usize, b: &usize| {
+        let turns = a.abs_diff(none).cmp(&b.abs_diff(none));
+        off[*a].total_cmp(&off[*b]).then(turns)
+    };
+    let best = inner.min_by(by_difference).unwrap_or(none);
+    let (left, middle, right) = (off[best - 1], off[best], off[best + 1]);
     let bend = left - 2.0 * middle + right;
     let part = match bend.is_finite() && bend > 0.0 {
         true => (0.5 * (left - right) / bend).clamp(-0.5, 0.5),
         false => 0.0,
     };
     match middle.is_finite() {
-        true => (f64::from(best) + part) * bin,
+        true => (best as f64 + part - shifts) * bin,
         false => 0.0,
     }
 }
@@ -61,8 +69,8 @@ fn profile(hits: impl Iterator<Item = Vector2<f64>>) -> Vec<f64> {
     ranges
 }
 
-/// Mean difference with `before` turned by `shift` bins, m; `None` where too few bins have both.
-fn difference(before: &[f64], now: &[f64], shift: i32) -> Option<f64> {
+/// Mean difference with `before` turned by `shift` bins, m; infinite where too few bins have both.
+fn difference(before: &[f64], now: &[f64], shift: i32) -> f64 {
     let shift = shift.rem_euclid(BINS as i32) as usize;
     let (mut sum, mut count) = (0.0, 0);
     for (a, b) in before.iter().zip(now.iter().cycle().skip(shift)) {
@@ -71,5 +79,8 @@ fn difference(before: &[f64], now: &[f64], shift: i32) -> Option<f64> {
             count += 1;
         }
     }
-    (count >= OVERLAP).then(|| sum / count as f64)
+    match count >= OVERLAP {
+        true => sum / count as f64,
+        false => f64::INFINITY,
+    }
 }

@@ -1,5 +1,6 @@
 //! How the robot plans, drives and explores.
 
+use crate::control::Avoidance;
 use crate::plan::{FrontierChoice, Planner, Shortening, SmoothConfig};
 use crate::settings::{Acts, Kind, Setting};
 
@@ -98,7 +99,7 @@ pub(super) const DRIVING: &[Setting] = &[
         range: [0.0, 1.0],
         kind: Kind::Switch,
         acts: Acts::AtOnce,
-        meaning: "Corners become arcs that are driven without a stop, as far as half of the margin to walls allows.",
+        meaning: "Corners become arcs that are driven without a stop, by pure pursuit (Coulter 1992), as far as half of the margin to walls allows.",
         get: |s| Some(f64::from(u8::from(s.pilot.route.rounding.is_some()))),
         set: |s, v| s.pilot.route.rounding = (v > 0.5).then(SmoothConfig::default),
     },
@@ -173,6 +174,27 @@ pub(super) const DRIVING: &[Setting] = &[
         meaning: "Without a newer one the robot stops.",
         get: |s| Some(s.pilot.safe.stale_after),
         set: |s, v| s.pilot.safe.stale_after = v,
+    },
+    Setting {
+        key: "pilot.avoidance",
+        group: "Planning and driving",
+        name: "People in its way",
+        unit: "",
+        range: [0.0, 1.0],
+        kind: Kind::Choice(&["keeps to its way", "dynamic window"]),
+        acts: Acts::AtOnce,
+        meaning: "Keeps to its way, slows down and waits; or leaves it by the dynamic window (Fox, Burgard & Thrun 1997). Safe mode limits both.",
+        get: |s| {
+            Some(f64::from(u8::from(
+                s.pilot.avoidance == Avoidance::DynamicWindow,
+            )))
+        },
+        set: |s, v| {
+            s.pilot.avoidance = match v > 0.5 {
+                true => Avoidance::DynamicWindow,
+                false => Avoidance::KeepsToWay,
+            }
+        },
     },
     Setting {
         key: "pilot.patience",
