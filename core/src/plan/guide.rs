@@ -200,8 +200,7 @@ impl Places {
             let off = Vector2::new(f64::from(at.0), f64::from(at.1)) * side;
             let centre = query.start + off;
             let radius = space.room(centre);
-            // No number is no room.
-            if !(radius >= 0.0) {
+            if radius.is_nan() || radius < 0.0 {
                 return None;
             }
             places.push(Place {

@@ -10,6 +10,7 @@ mod frontier;
 mod frontier_tests;
 mod guide;
 mod lattice;
+mod outline;
 mod path;
 mod point_index;
 mod pull_tight;
@@ -44,6 +45,7 @@ pub use cspace::{Both, ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown
 pub use footprint::{Footprint, FootprintError};
 pub use frontier::{Frontier, FrontierChoice, FrontierConfig, find_frontiers};
 pub use lattice::Lattice;
+pub use outline::{OutlineConfig, plan_outline};
 pub use path::{NoPath, Path, Planner};
 pub use pull_tight::pull_tight;
 pub use query::{Answer, Progress, Query};

@@ -91,6 +91,19 @@ impl SegmentSpace {
         })
     }
 
+    /// The same walls and bounds for a robot whose centre keeps another distance, m; not negative.
+    #[must_use]
+    pub fn with_keep(&self, keep: f64) -> Self {
+        let keep = keep.max(0.0);
+        Self {
+            capsules: (self.segments.iter().map(|s| Capsule::new(s, keep))).collect(),
+            raster: Raster::new(&self.segments, keep, self.bounds),
+            segments: self.segments.clone(),
+            keep,
+            bounds: self.bounds,
+        }
+    }
+
     /// The walls.
     #[must_use]
     pub fn segments(&self) -> &[Segment] {
@@ -170,7 +183,9 @@ impl ConfigSpace for SegmentSpace {
     }
 
     fn are_apart(&self, a: Point2<f64>, b: Point2<f64>) -> bool {
-        floods_apart(self, a, b, 0.5 * self.keep)
+        // Finer squares prove more, and take longer.
+        let sides = [0.5, 0.1].map(|part| part * self.keep);
+        sides.iter().any(|&side| floods_apart(self, a, b, side))
     }
 
     fn is_free(&self, point: Point2<f64>) -> bool {
