@@ -45,7 +45,10 @@ impl Peers {
 
     /// Adds the times of both and what they are in each other, which must be at most what the race allows.
     pub(crate) fn race(&self, outcome: &mut Outcome, race: &Race) -> Result<()> {
-        let (ours, theirs) = (self.line(race, race.ours)?, self.line(race, race.theirs)?);
+        let (ours, theirs) = (
+            self.line(race.workload, race.ours)?,
+            self.line(race.workload, race.theirs)?,
+        );
         let key = format!("{}_in_{}", ours.peer, theirs.peer);
         outcome.figure(
             format!("{}_ms_{}", race.workload, theirs.peer),
@@ -57,24 +60,18 @@ impl Peers {
 
     /// A figure `name=value` that stands beside a peer's time; a sign of per cent is left out.
     pub(crate) fn extra(&self, workload: &str, peer: &str, name: &str) -> Result<f64> {
-        let race = Race {
-            workload,
-            ours: peer,
-            theirs: peer,
-            at_most: f64::NAN,
-        };
-        let line = self.line(&race, peer)?;
+        let line = self.line(workload, peer)?;
         let mut parts = line.extra.split_whitespace();
         let found = parts.find_map(|part| part.strip_prefix(name)?.strip_prefix('='));
         let value = found.with_context(|| format!("{} tells no {name}", line.peer))?;
         Ok(value.trim_end_matches('%').parse()?)
     }
 
-    fn line(&self, race: &Race, peer: &str) -> Result<&Line> {
-        let lines = || (self.lines.iter().rev()).filter(|l| l.workload == race.workload);
+    fn line(&self, workload: &str, peer: &str) -> Result<&Line> {
+        let lines = || (self.lines.iter().rev()).filter(|l| l.workload == workload);
         let exactly = lines().find(|l| l.peer == peer);
         let found = exactly.or_else(|| lines().find(|l| l.peer.starts_with(peer)));
-        found.with_context(|| format!("no line of `{peer}` for {}", race.workload))
+        found.with_context(|| format!("no line of `{peer}` for {workload}"))
     }
 }
 

@@ -7,8 +7,8 @@
 //!    straight on: the turn rate takes a second to change, and the robot is somewhere between them. The first point that it would
 //!    touch gives the free distance. Points that the disc moves away from do not count, so that backing off a wall stays possible.
 //! 3. Speed: v t + v²/(2 a) may not exceed the free distance, with reaction time t and braking a. Turning on the spot is never limited.
-//! 4. A robot that stands beside a wall, nearer than it would go there, may creep along it, but no nearer: points scatter, and some
-//!    of them always seem to come nearer.
+//! 4. A robot that stands beside a wall, nearer than it would go there, may creep along it, but no nearer than a centimetre: points
+//!    scatter, and some of them always seem to come nearer.
 //! 5. Tracks slip, so that a robot that turns on the spot wanders by a centimetre a second and no encoder tells. One that is driven by
 //!    hand and has come too near to something that way is eased off it ([`super::ease`]) while it turns.
 //!

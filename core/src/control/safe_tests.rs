@@ -140,7 +140,7 @@ proptest! {
     }
 
     #[test]
-    fn who_stands_beside_a_wall_can_leave_along_it_and_comes_no_nearer(room in 0.022..0.08_f64, lean in -0.05..0.05_f64, pioneer: bool) {
+    fn who_stands_beside_a_wall_can_leave_along_it_without_touching_it(room in 0.022..0.08_f64, lean in -0.05..0.05_f64, pioneer: bool) {
         let model = if pioneer { RobotModel::pioneer() } else { RobotModel::rp6() };
         let off = -(model.radius() + room);
         let wall = [Segment::new(Point2::new(-5.0, off), Point2::new(5.0, off))];
@@ -270,4 +270,61 @@ fn among_walkers_the_way_they_may_walk_unseen_counts() {
             );
         }
     }
+}
+
+/// A post of one or two points beside the heading is no wall that may be crept along.
+#[test]
+fn a_thin_post_beside_the_heading_is_not_driven_into() {
+    for model in [RobotModel::pioneer(), RobotModel::rp6()] {
+        for config in [SafeConfig::default(), SafeConfig::default().by_hand()] {
+            for hundredths in (30..110).step_by(5) {
+                for count in 1..=2 {
+                    let off = model.radius() * f64::from(hundredths) / 100.0;
+                    let posts: Vec<Point2<f64>> = (0..count)
+                        .map(|at| Point2::new(0.6 + 0.004 * f64::from(at), off))
+                        .collect();
+                    let room = towards(&posts, &model, &config);
+                    assert!(
+                        room > 0.0,
+                        "{hundredths} % of the radius, {count}: {room} m"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// The least room that is left between the robot and any of the points while the stick is pushed to the fore, m.
+fn towards(posts: &[Point2<f64>], model: &RobotModel, config: &SafeConfig) -> f64 {
+    let mut pose = Pose2::identity();
+    let mut underway = Underway::default();
+    let mut least = f64::INFINITY;
+    for _ in 0..200 {
+        let hit = |(beam_idx, post): (usize, &Point2<f64>)| {
+            let end = pose.inverse() * *post;
+            Beam {
+                beam_idx,
+                origin_in_robot: Point2::origin(),
+                end_in_robot: end,
+                range: end.coords.norm(),
+                sigma: 0.01,
+                is_hit: true,
+                quality: None,
+            }
+        };
+        let points = Points {
+            stamp: Stamp(0),
+            sensor_in_robot: Point2::origin(),
+            bearing_sigma: 0.0,
+            beams: posts.iter().enumerate().map(hit).collect(),
+        };
+        underway.since_scan = Pose2::identity();
+        underway.told = limit_speed((model.max_speed, 0.0), &points, &underway, model, config);
+        pose = drive(pose, &mut underway.runs, underway.told, model);
+        let rooms = posts
+            .iter()
+            .map(|post| (post - pose.position()).norm() - model.radius());
+        least = rooms.fold(least, f64::min);
+    }
+    least
 }

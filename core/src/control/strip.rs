@@ -5,7 +5,8 @@
 //! 1. The disc goes along the arc in steps of a centimetre, and may grow on its way.
 //! 2. A point is touched where the disc reaches it and comes nearer to it; what it moves away from is not in its way.
 //! 3. Beside a wall ([`Strip::beside_wall`]) the disc is made as small as it has room now, points beside it may come a little nearer,
-//!    and single ones do not count, for the noise of them; not where something is in front that it is too near to already.
+//!    and single ones do not count, for the noise of them, but for one that the robot itself would touch: it may be a thin post. Not
+//!    where something is in front that it is too near to already.
 
 use nalgebra::Point2;
 
@@ -92,6 +93,7 @@ impl Strip {
         let first: Vec<f64> = near.iter().map(|p| p.coords.norm()).collect();
         let mut before = first.clone();
         let enough = if self.least.is_some() { SEVERAL } else { 1 };
+        let body = self.least.map_or(0.0, |least| least - LEAST);
         let is_near = |now: f64, first: f64| {
             let least = self.least.unwrap_or(f64::INFINITY);
             now < least || now < first - SCATTER
@@ -100,15 +102,16 @@ impl Strip {
             let distance = most * step as f64 / steps as f64;
             let at = motion_of(distance);
             let radius = self.radius + self.spread * distance;
-            let mut touched = 0;
+            let (mut touched, mut is_hit) = (0, false);
             for ((point, before), first) in near.iter().zip(&mut before).zip(&first) {
                 let now = (point - at).norm();
                 if now < radius && now < *before - 1e-9 && is_near(now, *first) {
                     touched += 1;
+                    is_hit |= now < body;
                 }
                 *before = now;
             }
-            if touched >= enough {
+            if touched >= enough || is_hit {
                 return most * (step - 1) as f64 / steps as f64;
             }
         }

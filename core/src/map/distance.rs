@@ -65,6 +65,12 @@ impl DistanceField {
         &self.distances
     }
 
+    /// [`Self::distances`], for who needs nothing else.
+    #[must_use]
+    pub fn into_distances(self) -> Vec<f32> {
+        self.distances
+    }
+
     /// Distance of the centre of a cell from the centre of the nearest source, m. Infinite where there is no source;
     /// cells outside of the rectangle have the distance of the nearest cell inside.
     #[inline]

@@ -5,8 +5,8 @@
 //!
 //! What two sensors say of a cell is independent given the cell, and the prior is even, so log-odds add:
 //! l = l₁ + l₂, which is p = p₁ p₂ / (p₁ p₂ + (1 - p₁) (1 - p₂)). Each is clamped by its own grid and outvotes the other
-//! only by so much; a pane of glass that the laser looks through and the sonars hear comes out as undecided or as a wall, never as
-//! surely free.
+//! only by so much; a pane of glass that the laser looks through and the sonars hear comes out as undecided or as a wall once
+//! they have heard it about nine times.
 //!
 //! Source: Celej §8 (sonars beside the laser, left open there); Thrun, Burgard & Fox (2005), §9.3.
 

@@ -18,7 +18,8 @@
 //!    (`regions`).
 //!
 //! Sources: Thrun (1998), "Learning metric-topological maps for indoor mobile robot navigation"; Bormann et al. (2016), "Room
-//! segmentation: survey, implementation, and analysis", who compare its kin. Linear in cells but for the islands' and doors' own size.
+//! segmentation: survey, implementation, and analysis", who compare its kin. Linear in cells but for the islands' and doors' own size,
+//! and for a pass over all gaps for each region too small for a room.
 //! What it cannot tell: a corridor as narrow as its doors is no region of its own.
 
 mod doors;

@@ -8,8 +8,8 @@ use crate::control::{Follower, ProgressWatch};
 use crate::geom::Segment;
 use crate::map::{CellIndex, CellRect, CellState, Grid};
 use crate::plan::{
-    ConfigSpace, Frontier, FrontierChoice, GridSpace, NoPath, Path, Route, Unknown, Wavefront,
-    find_frontiers, order_by_tour, plan_route, rect_around,
+    ConfigSpace, Frontier, FrontierChoice, GridSpace, NoPath, Path, Route, SAME_GOAL, Unknown,
+    Wavefront, find_frontiers, order_by_tour, plan_route, rect_around,
 };
 use crate::robot::Stamp;
 
@@ -39,8 +39,6 @@ pub(super) struct Errand {
 
 /// How often it is asked on the way whether another frontier is better, s.
 const CHOICE_PERIOD: f64 = 2.0;
-/// A frontier whose goal is farther off than this is another one, m.
-const OTHER_GOAL: f64 = 0.75;
 /// The map begins where the robot did.
 const HOME: Point2<f64> = Point2::new(0.0, 0.0);
 /// From so near it need not go home, m.
@@ -113,7 +111,7 @@ impl Pilot {
             return;
         };
         let first = found.iter().find(|f| self.errand.explorer.is_open(f));
-        let is_other = |first: Point2<f64>| (first - goal).norm() > OTHER_GOAL;
+        let is_other = |first: Point2<f64>| (first - goal).norm() > SAME_GOAL;
         if first.and_then(|f| f.goal).is_some_and(is_other) {
             self.errand.explorer.target = None;
             self.errand.drop_route();

@@ -61,6 +61,7 @@ pub use shorten::{densify, shorten};
 pub use smooth::{Piece, SmoothConfig, smooth};
 pub use squares::floods_apart;
 pub use theta_star::ThetaStar;
+pub(crate) use tour::SAME_GOAL;
 pub use tour::order_by_tour;
 pub use tree::{Grown, Nearest, Tree};
 pub use visibility::Visibility;

@@ -25,9 +25,9 @@ const MOST: usize = 10;
 /// A goal that is headed for is given up for a tour that is so much shorter, m.
 const WORTH: f64 = 0.5;
 /// Another frontier so near to a goal is what became of its own, m.
-const SAME_GOAL: f64 = 0.75;
-/// Cells to a side of a square.
-const SQUARE: usize = 3;
+pub(crate) const SAME_GOAL: f64 = 0.75;
+/// Side of a square, m.
+const SQUARE: f64 = 0.15;
 
 /// Puts the frontiers into the order in which to look at them; those that are not `open` any more, and those that cannot be reached,
 /// come last. `heading_for` is the goal that the robot is on its way to.
@@ -43,7 +43,9 @@ pub fn order_by_tour(
         .into_iter()
         .partition(|frontier| frontier.goal.is_some() && is_open(frontier));
     let far = toured.split_off(toured.len().min(MOST));
-    let floor = wave.in_squares(SQUARE);
+    // Not wider: what lies on both sides of a wall must not be one square.
+    let side = (SQUARE / space.resolution() + 1e-9).max(1.0) as usize;
+    let floor = wave.in_squares(side);
     let cells: Vec<Option<usize>> = toured.iter().map(|f| space.index_at(f.goal?)).collect();
     let between = |&from: &Option<usize>| {
         let wave = from.map(|from| floor.costs_from(from));

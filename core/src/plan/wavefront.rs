@@ -161,7 +161,7 @@ impl Wavefront {
 }
 
 /// The floor of a wavefront in larger squares, for many rough wavefronts over it. A square is open where any of its cells was reached:
-/// walls between two floors, the robot's room to either side included, are thicker than two squares of three cells of 5 cm.
+/// walls between two floors, the robot's room to either side included, have to be thicker than two squares.
 #[derive(Clone, Debug)]
 pub(super) struct Squares {
     weights: Vec<u8>,

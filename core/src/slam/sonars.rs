@@ -72,7 +72,8 @@ impl Slam {
     #[must_use]
     pub fn shown_version(&self) -> u64 {
         let count = Layer::ALL.len() as u64;
-        let shown = self.config.sonars.shown;
+        // Before the sonars were heard there is the main map to look at.
+        let shown = (self.sonar_grid.as_ref()).map_or(Layer::Main, |_| self.config.sonars.shown);
         let at = Layer::ALL.iter().position(|layer| *layer == shown);
         self.grid_version() * count + at.unwrap_or(0) as u64
     }

@@ -23,8 +23,10 @@ impl Area {
     pub(super) fn mark(&mut self, grid: &mut Grid) {
         let ways = std::mem::take(&mut self.ways);
         let turns: Vec<f64> = ways.windows(2).map(|w| turn(&w[0], &w[1])).collect();
-        let direction = turns.iter().sum::<f64>().signum();
         let is_joined = |turn: f64| turn > 0.0 && turn < WIDEST_GAP;
+        // Not where nothing was seen for a while: the other way round may be the shorter one.
+        let small = turns.iter().filter(|turn| is_joined(turn.abs()));
+        let direction = small.sum::<f64>().signum();
         let (mut first, mut turned) = (0, 0.0);
         for (at, turn) in turns.iter().map(|turn| turn * direction).enumerate() {
             turned += turn;
@@ -175,7 +177,8 @@ fn end_of([start, end]: &Way) -> Point2<f64> {
     }
 }
 
-/// How far the next way turns on to the left: the tangent of the angle, which for small ones is the angle; NaN or large for others.
+/// How far the next way turns on to the left: the tangent of the angle, which for small ones is the angle; 0 from a right angle on, and
+/// where a way has no direction.
 fn turn(way: &Way, next: &Way) -> f64 {
     let (way, next) = (way[1] - way[0], next[1] - next[0]);
     let along = way.dot(&next);

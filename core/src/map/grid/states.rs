@@ -7,17 +7,16 @@ impl Grid {
     /// What is believed of the cells of a rectangle, in rows from the lower left one; read block by block.
     #[must_use]
     pub fn states(&self, rect: CellRect) -> Vec<CellState> {
-        let block_cells = BLOCK;
         let width = rect.width();
         let mut states = vec![CellState::Unknown; width * rect.height()];
         for (block, cells) in self.blocks_since(0) {
-            let (col0, row0) = (block.col * block_cells, block.row * block_cells);
-            let cols = rect.min.col.max(col0)..rect.max.col.min(col0 + block_cells);
+            let (col0, row0) = (block.col * BLOCK, block.row * BLOCK);
+            let cols = rect.min.col.max(col0)..rect.max.col.min(col0 + BLOCK);
             if cols.is_empty() {
                 continue;
             }
-            for row in rect.min.row.max(row0)..rect.max.row.min(row0 + block_cells) {
-                let from = ((row - row0) * block_cells + cols.start - col0) as usize;
+            for row in rect.min.row.max(row0)..rect.max.row.min(row0 + BLOCK) {
+                let from = ((row - row0) * BLOCK + cols.start - col0) as usize;
                 let to =
                     (row - rect.min.row) as usize * width + (cols.start - rect.min.col) as usize;
                 let count = cols.len();

@@ -49,7 +49,7 @@ impl Floor {
             width,
             states,
             bounds,
-            clearance: clearance.distances().to_vec(),
+            clearance: clearance.into_distances(),
         }
     }
 

@@ -34,7 +34,7 @@ pub(super) fn unite(floor: &Floor, basins: &Basins, gaps: &[Gap], config: &Topol
         .collect();
     union.over_rims(&passable);
     union.small(&passable, config.least_area);
-    let regions = union.numbers(&passable, config.least_area);
+    let regions = union.numbers(config.least_area);
     let count = regions.iter().filter(|r| **r != NONE).max();
     Plan {
         labels: of_cells(floor, basins, &regions),
@@ -90,22 +90,13 @@ impl Union {
         best.map(|(_, gap)| gap)
     }
 
-    /// Numbers from the largest region on. What is too small and has no door is a scrap behind a hole, and none.
-    fn numbers(&mut self, gaps: &[&Gap], least: f64) -> Vec<u32> {
+    /// Numbers from the largest region on. What is too small by now has no gap to anything, and is a scrap behind a hole.
+    fn numbers(&mut self, least: f64) -> Vec<u32> {
         let count = self.areas.len();
         let names: Vec<u32> = (0..count as u32).map(|b| self.sets.name_of(b)).collect();
-        let mut has_door = vec![false; count];
-        for [a, b] in gaps.iter().map(|gap| gap.basins) {
-            let [a, b] = [names[a as usize], names[b as usize]];
-            if a != b {
-                has_door[a as usize] = true;
-                has_door[b as usize] = true;
-            }
-        }
         let area = |name: &u32| self.areas[*name as usize];
-        let is_region = |name: &u32| area(name) >= least || has_door[*name as usize];
         let roots = (0..count as u32).filter(|&b| names[b as usize] == b);
-        let mut roots: Vec<u32> = roots.filter(is_region).collect();
+        let mut roots: Vec<u32> = roots.filter(|root| area(root) >= least).collect();
         // Stable: equal areas keep the order of the raster.
         roots.sort_by(|a, b| area(b).total_cmp(&area(a)));
         let mut numbers = vec![NONE; count];

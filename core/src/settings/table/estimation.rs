@@ -330,7 +330,7 @@ pub(super) const ESTIMATION: &[Setting] = &[
             "between the beams",
         ]),
         acts: Acts::OnRestart,
-        meaning: "Between the beams is fastest, and leaves no cells unseen where beams are far apart.",
+        meaning: "Between the beams is fastest, and leaves no cells unseen where beams are far apart. Sonars beside it keep theirs.",
         get: |s| {
             let at = Sweep::ALL.iter().position(|at| *at == s.slam.grid.sweep);
             at.map(|at| at as f64)
