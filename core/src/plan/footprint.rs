@@ -282,7 +282,7 @@ mod tests {
     #[test]
     fn the_discs_within_and_around_are_those_of_the_rectangle() {
         assert!((robot().radius_within() - 0.15).abs() < 1e-12);
-        assert!((robot().radius_around() - 0.25_f64.hypot(0.15)).abs() < 1e-12);
+        assert!((robot().radius_around() - libm::hypot(0.25, 0.15)).abs() < 1e-12);
     }
 
     #[test]
