@@ -55,11 +55,11 @@ impl Kernel for AddWhere {
 proptest! {
     #[test]
     fn numbers_are_added_to_where_bits_are_set(numbers in prop::array::uniform8(-3.1..3.1_f32), bits in any::<u8>()) {
-        let mut expect = (numbers.map(f32::to_bits), 0);
-        for lane in 0..8 {
+        let mut expect = ([0; 8], 0);
+        for (lane, (expect_number, number)) in expect.0.iter_mut().zip(numbers).enumerate() {
             let is_set = bits >> lane & 1 == 1;
-            let sum = (numbers[lane] + if is_set { -0.7 } else { 0.0 }).max(-3.1);
-            expect.0[lane] = sum.to_bits();
+            let sum = (number + if is_set { -0.7 } else { 0.0 }).max(-3.1);
+            *expect_number = sum.to_bits();
             expect.1 |= u8::from(sum == -3.1) << lane;
         }
         prop_assert_eq!(run(AddWhere(numbers, bits)), expect);

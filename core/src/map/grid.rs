@@ -13,8 +13,8 @@
 //! kilobyte: it shares its cells with others of the kind until something is written.
 //!
 //! Near the robot most cells are crossed by many beams of a scan, and count once. So beams only mark cells, a bit each
-//! and a run of a row at a time: the marks of a block are 1 kB, its cells 16 kB. Then each marked cell is changed once, and none
-//! that is as free as the clamp allows already.
+//! and a slice of a row or column at a time, on a canvas as large as the scan. Then each marked cell is changed once, eight side by
+//! side, and none that is as free as the clamp allows already.
 
 mod area;
 mod block;
@@ -60,6 +60,8 @@ pub struct Grid {
     free: Arc<Cells>,
     directory: Directory,
     revision: u64,
+    /// Whether something was seen where the grid may not grow.
+    is_beyond: bool,
     /// Marks of the scan being inserted, in the first `marked` places; empty between scans, when the memory is kept.
     marks: Vec<Marks>,
     marked: usize,
@@ -87,6 +89,7 @@ impl Grid {
             config,
             directory: Directory::empty(),
             revision: 0,
+            is_beyond: false,
             marks: vec![],
             marked: 0,
             area: Area::default(),
@@ -226,6 +229,20 @@ impl Grid {
         self.directory.count
     }
 
+    /// Whether all that was seen is in the grid. What lies beyond its limits was left out; the rest is there.
+    ///
+    /// # Errors    [`GridError::Full`] once something was seen in a block that the grid may not have: there are
+    /// [`GridConfig::max_blocks`] of them, or it lies so far away that the directory would be much larger than that.
+    pub fn is_whole(&self) -> Result<(), GridError> {
+        if self.is_beyond {
+            return Err(GridError::Full {
+                blocks: self.block_count(),
+                max_blocks: self.config.max_blocks,
+            });
+        }
+        Ok(())
+    }
+
     /// Blocks that share their cells, for all in them is as free as can be.
     #[cfg(test)]
     fn shared_blocks(&self) -> usize {
@@ -233,11 +250,16 @@ impl Grid {
         blocks.filter(|(_, b)| b.shares(&self.free)).count()
     }
 
+    /// Where a block is in the directory, made if need be; `None` where the grid may not grow there.
+    fn slot(&mut self, index: BlockIndex) -> Option<usize> {
+        let slot = self.directory.slot_or_create(index, self.config.max_blocks);
+        self.is_beyond |= slot.is_none();
+        slot
+    }
+
     /// Where the marks of a block are that the scan being inserted sees; `None` where the grid may not grow there.
     fn marks_of(&mut self, index: BlockIndex) -> Option<usize> {
-        let slot = self
-            .directory
-            .slot_or_create(index, self.config.max_blocks)?;
+        let slot = self.slot(index)?;
         let block = self.directory.blocks.get_mut(slot)?.as_mut()?;
         if block.marks.is_none() {
             match self.marks.get_mut(self.marked) {
@@ -258,7 +280,7 @@ impl Grid {
 
     fn write_miss(&mut self, cell: CellIndex) {
         let (index, offset) = split(cell);
-        let Some(slot) = self.directory.slot_or_create(index, self.config.max_blocks) else {
+        let Some(slot) = self.slot(index) else {
             return;
         };
         if let Some(Some(block)) = self.directory.blocks.get_mut(slot) {

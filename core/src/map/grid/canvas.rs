@@ -182,7 +182,7 @@ fn draw_short_slices<'a>(
 ) -> i64 {
     for row in rows {
         let next = place + line.slope;
-        let from = cell(place) + line.gap;
+        let from = cell(place) + (line.gap & 1);
         draw_word(row, from, (2 << (cell(next) - from)) - 1);
         place = next;
     }
@@ -191,14 +191,15 @@ fn draw_short_slices<'a>(
 
 #[inline(always)]
 fn cell(place: i64) -> usize {
-    (place >> FRACTION) as usize
+    // Unsigned, so that the compiler knows how large it can be.
+    (place as u64 >> FRACTION) as usize
 }
 
 /// Sets the cells that are set in `cells`, the lowest of which is number `from` of the row.
 #[inline(always)]
 fn draw_word(row: &mut [u8], from: usize, cells: u64) {
-    let word = row.get_mut(from / 8..).and_then(<[u8]>::first_chunk_mut);
-    if let Some(bytes) = word {
+    let word = row.get_mut(from / 8..from / 8 + 8);
+    if let Some(bytes) = word.and_then(<[u8]>::first_chunk_mut) {
         *bytes = (u64::from_le_bytes(*bytes) | cells << (from % 8)).to_le_bytes();
     }
 }
@@ -265,9 +266,9 @@ mod tests {
         });
         let mut turned = bits;
         widened(Turn(&mut turned));
-        for row in 0..BLOCK_CELLS {
-            for col in 0..BLOCK_CELLS {
-                assert_eq!(turned[row] >> col & 1, bits[col] >> row & 1, "{row} {col}");
+        for (row, turned) in turned.iter().enumerate() {
+            for (col, own) in bits.iter().enumerate() {
+                assert_eq!(turned >> col & 1, own >> row & 1, "{row} {col}");
             }
         }
     }

@@ -19,7 +19,7 @@ pub struct GridConfig {
     pub free_below: f64,
     /// How the cells that a scan leaves free are found. Default [`Sweep::Crossed`].
     pub sweep: Sweep,
-    /// Most blocks the grid may hold; beams beyond are dropped. Default 65 536 blocks, 268 million cells, 0.67 km² at 5 cm.
+    /// Most blocks the grid may hold; beams beyond are dropped, which [`super::Grid::is_whole`] tells. Default 65 536 blocks, 268 million cells, 0.67 km² at 5 cm.
     /// Streets, halls and rooms that were seen for a while take a third of a gigabyte; 1.1 GB if there is something in every block.
     pub max_blocks: usize,
 }
@@ -52,6 +52,16 @@ pub enum GridError {
         value: f64,
         /// What may stand there.
         expected: &'static str,
+    },
+    /// Something was seen where the grid may not grow.
+    #[error(
+        "grid: holds {blocks} blocks of at most {max_blocks}; what was seen beyond is left out"
+    )]
+    Full {
+        /// Blocks that it holds.
+        blocks: usize,
+        /// Most that it may hold.
+        max_blocks: usize,
     },
 }
 

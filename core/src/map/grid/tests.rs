@@ -229,6 +229,28 @@ fn absurd_points_take_no_memory() {
     grid.insert(&beam_to((1e7, 1e7), true), &Pose2::identity());
     grid.insert(&beam_to((f64::NAN, 0.0), true), &Pose2::identity());
     assert!(grid.block_count() <= 70_000);
+    assert!(matches!(grid.is_whole(), Err(GridError::Full { .. })));
+}
+
+#[test]
+fn a_full_grid_says_so_and_keeps_what_it_has() {
+    let config = GridConfig {
+        max_blocks: 2,
+        ..GridConfig::default()
+    };
+    let mut grid = Grid::new(config).unwrap();
+    grid.insert(&beam_to((1.01, 0.0), true), &Pose2::identity());
+    assert_eq!(grid.is_whole(), Ok(()));
+    // Four blocks in a row: two of them are more than it may hold.
+    grid.insert(&beam_to((12.0, 0.0), false), &Pose2::identity());
+    let error = grid.is_whole().unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "grid: holds 2 blocks of at most 2; what was seen beyond is left out"
+    );
+    let at = |x: f64| grid.probability(grid.cell_at(Point2::new(x, 0.0)));
+    assert!(at(0.5) < 0.4 && at(5.0) < 0.5 && at(1.01) > 0.5);
+    assert!((at(11.0) - 0.5).abs() < 1e-12);
 }
 
 #[test]
