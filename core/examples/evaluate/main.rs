@@ -29,7 +29,7 @@ use slamlab_core::geom::Pose2;
 use slamlab_core::replay::{Log, LogReader, Replay};
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::SensorModel;
-use slamlab_core::slam::Method;
+use slamlab_core::slam::{KnownFit, Method};
 
 /// Relations over at least this time show whether loops close, s.
 const LONG: f64 = 20.0;
@@ -129,6 +129,14 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     for note in replay.take_notes() {
         eprintln!("{}: {note}", arguments.log.display());
     }
+    let fits = replay.slam().known_fit();
+    if fits.is_some_and(KnownFit::is_misfit) {
+        eprintln!(
+            "{}: at its end, what is seen does not stand in the known map",
+            arguments.log.display()
+        );
+    }
+    let known_part = fits.and_then(KnownFit::part);
     let wall_seconds = start.elapsed().as_secs_f64();
     let trajectory = replay.trajectory();
     let relations = truth
@@ -146,6 +154,7 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
         "scan_ms": { "median": quantile(&mut scan_ms, 0.5), "p99": quantile(&mut scan_ms, 0.99) },
         "peak_memory_mb": peak_memory_mb(),
         "loop_closures": replay.slam().loop_closures(),
+        "known_part": known_part,
         "relations": relations,
         "fit": fit.as_ref().map(fitted),
         "state_hash": format!("{:016x}", replay.state_hash()),

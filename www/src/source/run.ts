@@ -106,7 +106,7 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
   #tellMisfit(s: RunStatus): void {
     if (!s.known_misfit || this.#misfitTold) return;
     this.#misfitTold = true;
-    const text = `The known map does not fit: only ${Math.round(100 * s.known_part)} % of what the sensor hits is a wall of it. It shows another building, or the robot begins elsewhere in it: mend that under Run, Known map.`;
+    const text = `The known map does not fit: only ${Math.round(100 * s.known_part)} % of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it: mend that under Run, Known map.`;
     this.#notes.push({ time: this.time, level: "warn", text, alert: true });
   }
 

@@ -19,6 +19,7 @@ export class SlamKnown extends SlamElement {
       h2 { margin: 18px 0 8px; }
       p { margin: 0 0 8px; font-size: 12.5px; line-height: 1.4; color: var(--muted); }
       p.bad { color: var(--danger); font-weight: 600; }
+      .two label { display: contents; }
       .two, .three { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; margin-bottom: 8px; }
       .three { grid-template-columns: 1fr 1fr 1fr; }
       .three label { display: grid; gap: 4px; font-size: 12.5px; color: var(--muted); }
@@ -64,11 +65,13 @@ export class SlamKnown extends SlamElement {
 
   #fit(): TemplateResult {
     const { status } = this.store;
-    if (!status || !Number.isFinite(status.knownPart)) return html`<p data-testid="known-fit">Whether the map fits is told after some scans.</p>`;
-    const part = percent(status.knownPart);
-    return status.knownMisfit
-      ? html`<p class="bad" data-testid="known-fit">The map does not fit: only ${part} of what the sensor hits is a wall of it. It shows another building, or the robot begins elsewhere in it.</p>`
-      : html`<p data-testid="known-fit">The map fits: ${part} of what the sensor hits is a wall of it.</p>`;
+    const isJudged = status !== null && Number.isFinite(status.knownPart);
+    const part = percent(status?.knownPart ?? NaN);
+    const misfit = status?.knownMisfit ?? false;
+    const words = !isJudged ? "Whether the map fits is told after some scans."
+      : misfit ? `The map does not fit: only ${part} of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it.`
+      : `The map fits: ${part} of what the sensor hits is a wall of it.`;
+    return html`<p class=${misfit ? "bad" : ""} data-testid="known-fit">${words}</p>`;
   }
 
   #place(known: KnownMap, index: number, unit: number, input: HTMLInputElement): void {
