@@ -23,6 +23,7 @@ use nalgebra::Point2;
 use slamlab_core::experiment::{Experiment, ExperimentConfig, Figures};
 use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
 use slamlab_core::format::{floor_plan, og_map, preset, tum};
+use slamlab_core::geom::Pose2;
 use slamlab_core::pilot::{Mode, Status};
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::{SensorKind, World, reachable_area, worlds};
