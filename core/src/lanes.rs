@@ -9,7 +9,7 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Sub, SubAssign};
 
-use wide::f64x4;
+use wide::{f32x8, f64x4, i32x8};
 
 /// Numbers worked on at a time.
 pub(crate) const LANES: usize = 4;
@@ -50,7 +50,19 @@ pub(crate) trait Lanes:
 
     /// `yes` where `self` is greater than `other`, else `no`.
     fn where_greater(self, other: Self, yes: Self, no: Self) -> Self;
+
+    /// Adds `by` to those of eight numbers whose bit is set, and lifts all to `least`. Tells which are `least` then.
+    fn add_where(
+        machine: Self::Machine,
+        numbers: &mut [f32; 8],
+        bits: u8,
+        by: f32,
+        least: f32,
+    ) -> u8;
 }
+
+/// Number of a lane of eight, as a bit.
+const EIGHT_BITS: [i32; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
 
 /// A loop over numbers by fours.
 pub(crate) trait Kernel {
@@ -153,6 +165,17 @@ impl Lanes for f64x4 {
     fn where_greater(self, other: Self, yes: Self, no: Self) -> Self {
         self.simd_gt(other).select(yes, no)
     }
+
+    #[inline(always)]
+    fn add_where((): (), numbers: &mut [f32; 8], bits: u8, by: f32, least: f32) -> u8 {
+        let own = i32x8::new(EIGHT_BITS);
+        let is_set: f32x8 = pulp::cast((i32x8::splat(i32::from(bits)) & own).simd_eq(own));
+        let least = f32x8::splat(least);
+        let sum = f32x8::new(*numbers) + (is_set & f32x8::splat(by));
+        let lifted = sum.fast_max(least);
+        *numbers = lifted.to_array();
+        lifted.simd_le(least).to_bitmask() as u8
+    }
 }
 
 #[cfg(all(target_arch = "x86_64", not(feature = "narrow")))]
@@ -246,6 +269,22 @@ mod avx {
         fn where_greater(self, other: Self, yes: Self, no: Self) -> Self {
             let is_greater = self.machine.cmp_gt_f64x4(self.lanes, other.lanes);
             self.with(self.machine.select_f64x4(is_greater, yes.lanes, no.lanes))
+        }
+
+        #[inline(always)]
+        fn add_where(machine: V3, numbers: &mut [f32; 8], bits: u8, by: f32, least: f32) -> u8 {
+            let V3 { avx, avx2, .. } = machine;
+            let own = pulp::cast(EIGHT_BITS);
+            let bits = avx._mm256_set1_epi32(i32::from(bits));
+            let is_set = avx2._mm256_cmpeq_epi32(avx2._mm256_and_si256(bits, own), own);
+            let by = avx._mm256_and_ps(pulp::cast(is_set), avx._mm256_set1_ps(by));
+            let least = avx._mm256_set1_ps(least);
+            let sum = avx._mm256_add_ps(pulp::cast(*numbers), by);
+            let lifted = avx._mm256_max_ps(sum, least);
+            *numbers = pulp::cast(lifted);
+            // Less or equal, ordered and quiet.
+            let is_least = avx._mm256_cmp_ps::<0x12>(lifted, least);
+            avx._mm256_movemask_ps(is_least) as u8
         }
     }
 

@@ -5,7 +5,7 @@
 //! 1. By hand: the wished speeds, made safe.
 //! 2. Else a goal: the one that was given, or the frontier that promises most for its way.
 //! 3. A way to it: straight, by trees, or over cells; shortened to straight legs.
-//! 4. Continuous sensors: follow the legs by turn-and-go, every speed made safe. The way is compared with the map twice
+//! 4. Continuous sensors: follow the legs by turn-and-go, or go around people by the dynamic window, every speed made safe. The way is compared with the map twice
 //!    a second, and planned anew when something stands in it or the frontier has vanished. A sensor on a servo: scan,
 //!    plan, one turn and one leg over what has been seen, again.
 //! 5. A robot that does not get on, or whose bumpers say that it stands against something no scan shows, backs off, tries
@@ -14,6 +14,7 @@
 //!
 //! Planning happens on these events only, never at the rate of the ticks.
 
+mod around;
 mod config;
 mod cycle;
 mod errand;
@@ -218,7 +219,8 @@ impl Pilot {
         let follower = self.errand.follower.as_mut();
         match follower.map(|f| f.steer(pose, &self.model, &self.config.follow)) {
             Some(Steering::Velocity { forward, turn }) => {
-                self.safely((forward, turn), now, self.config.safe)
+                let wish = self.around_people((forward, turn), now);
+                self.safely(wish, now, self.config.safe)
             }
             Some(Steering::Arrived) => {
                 self.arrive(now);

@@ -16,6 +16,7 @@
 
 mod clock;
 mod controller;
+mod crowd;
 mod distance;
 mod ekf_consistency;
 mod ekf_cost;
@@ -50,6 +51,7 @@ type Entry = (&'static str, fn(&Args) -> Result<Outcome>);
 /// All reports, by name.
 const REPORTS: &[Entry] = &[
     ("controller", controller::measure),
+    ("crowd", crowd::measure),
     ("distance", distance::measure),
     ("ekf-consistency", ekf_consistency::measure),
     ("ekf-cost", ekf_cost::measure),
@@ -78,7 +80,7 @@ struct Args {
     /// For `planners`: number of random queries in each world. Default 1000.
     #[arg(long)]
     queries: Option<usize>,
-    /// For `planners`, `explore` and `ekf-consistency`: only in this world; can be given several times. Default all.
+    /// For `planners`, `explore`, `crowd` and `ekf-consistency`: only in this world; can be given several times. Default all.
     #[arg(long = "world")]
     worlds: Vec<String>,
     /// For `safe-drive`: number of trials. Default 10 000.

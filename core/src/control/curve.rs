@@ -1,4 +1,4 @@
-//! Following a rounded path without stopping at its corners.
+//! Pure pursuit (Coulter 1992): following a rounded path without stopping at its corners.
 //!
 //! In: straight pieces, arcs and turns on the spot that join without a kink, and the pose estimate at every tick. Out: forward
 //! speed and turn rate, until the last piece ends.

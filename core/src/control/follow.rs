@@ -71,7 +71,7 @@ pub enum Steering {
 pub enum Follower {
     /// Leg by leg, turning on the spot at the corners.
     Legs(LegFollower),
-    /// Over rounded corners, without a stop.
+    /// Over rounded corners, without a stop, by pure pursuit (Coulter 1992).
     Curve(CurveFollower),
 }
 

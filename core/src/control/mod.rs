@@ -1,6 +1,7 @@
 //! From a path to commands, and from any command to a safe one.
 
 mod curve;
+mod ease;
 mod follow;
 mod guard;
 mod safe;
@@ -11,6 +12,7 @@ mod strip;
 #[cfg(test)]
 mod tests;
 mod watch;
+mod window;
 
 pub use curve::CurveFollower;
 pub use follow::{FollowConfig, Follower, LegFollower, Steering};
@@ -19,3 +21,4 @@ pub use safe::{SafeConfig, Underway, limit_speed, within_model};
 pub use separation::limit_among_walkers;
 pub use strip::free_distance;
 pub use watch::ProgressWatch;
+pub use window::{Avoidance, WindowConfig, choose_in_window};

@@ -6,13 +6,15 @@
 //! 2. The robot's disc is swept ([`super::strip`]) along the arc of the wished speeds, along those it was told and runs on, and
 //!    straight on: the turn rate takes a second to change, and the robot is somewhere between them. The first point that it would
 //!    touch gives the free distance. Points that the disc moves away from do not count, so that backing off a wall stays possible.
-//! 3. Speed: v t + v²/(2 a) may not exceed the free distance, with reaction time t and braking a. Turning on the spot
-//!    never moves the disc and is never limited.
+//! 3. Speed: v t + v²/(2 a) may not exceed the free distance, with reaction time t and braking a. Turning on the spot is never limited.
 //! 4. A robot that stands beside a wall, nearer than it would go there, may creep along it, but no nearer: points scatter, and some
 //!    of them always seem to come nearer.
+//! 5. Tracks slip, so that a robot that turns on the spot wanders by a centimetre a second and no encoder tells. One that is driven by
+//!    hand and has come too near to something that way is eased off it ([`super::ease`]) while it turns.
 //!
 //! Source: Celej §5 (safe mode); braking distance plus reaction time as in the specification.
 
+use super::ease::ease_off;
 use super::strip::Strip;
 use crate::geom::Pose2;
 use crate::points::Points;
@@ -36,6 +38,9 @@ pub struct SafeConfig {
     pub walking: f64,
     /// Oldest scan that is still trusted, s. Default 0.5.
     pub stale_after: f64,
+    /// How fast a robot that turns on the spot is eased off what it has come too near to, m/s. Default 0: who follows a path would be
+    /// pushed off it.
+    pub ease: f64,
 }
 
 impl Default for SafeConfig {
@@ -47,6 +52,7 @@ impl Default for SafeConfig {
             spread: 0.0,
             walking: 1.2,
             stale_after: 0.5,
+            ease: 0.0,
         }
     }
 }
@@ -59,6 +65,7 @@ impl SafeConfig {
         Self {
             gap: self.gap.max(0.05),
             spread: self.spread.max(0.1),
+            ease: self.ease.max(0.05),
             ..self
         }
     }
@@ -97,8 +104,25 @@ pub fn limit_speed(
     config: &SafeConfig,
 ) -> (f64, f64) {
     let (forward, turn) = within_model(wish, model);
+    let forward = limit_forward((forward, turn), points, underway, model, config);
+    if forward != 0.0 || turn == 0.0 || config.ease <= 0.0 {
+        return (forward, turn);
+    }
+    let off = ease_off(points, &underway.since_scan, model.radius(), config.ease);
+    let off = limit_forward((off, turn), points, underway, model, config);
+    (off, turn)
+}
+
+/// The forward speed that is safe at a turn rate, both of them such that the robot can run them; m/s.
+fn limit_forward(
+    (forward, turn): (f64, f64),
+    points: &Points,
+    underway: &Underway,
+    model: &RobotModel,
+    config: &SafeConfig,
+) -> f64 {
     if forward == 0.0 {
-        return (0.0, turn);
+        return 0.0;
     }
     let brake = config.braking * model.max_acceleration;
     let longest = forward.abs() * config.reaction + forward * forward / (2.0 * brake);
@@ -109,7 +133,7 @@ pub fn limit_speed(
     };
     let near = strip.near(points, &underway.since_scan, longest);
     if near.is_empty() {
-        return (forward, turn);
+        return forward;
     }
     // What it runs on is an arc of its own: told to turn less, it is still on the narrower one.
     let runs = (underway.runs.0 * forward > 0.0).then_some(underway.runs);
@@ -131,7 +155,7 @@ pub fn limit_speed(
     {
         speed = speed_for(free_on_arcs(&beside)).min(CREEP).max(speed);
     }
-    (speed.copysign(forward), turn)
+    speed.copysign(forward)
 }
 
 /// The speeds (m/s, rad/s) as far as the robot can run them; 0 for what is no number.

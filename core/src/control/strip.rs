@@ -17,12 +17,15 @@ const STEP: f64 = 0.01;
 /// How much nearer to points of a wall that it stands beside the robot may come, m: they scatter by as much.
 const SCATTER: f64 = 0.01;
 /// Room from which on points may come nearer by that, and room that all keep, m.
-const TIGHT: f64 = 0.02;
+pub(super) const TIGHT: f64 = 0.02;
 const LEAST: f64 = 0.01;
 /// Beside a wall so many points at once are needed to touch it: single ones are noise.
 const SEVERAL: usize = 3;
-/// What lies within 45° of where the robot drives is in front: the cosine.
+/// What lies within 45° of where the robot drives is in front: the cosine. One point will do.
 const IN_FRONT: f64 = 0.71;
+/// A wall whose points, by how near they are, lie less than 70° from where it drives is in front as well, in the mean: the cosine.
+/// Along it the robot would come nearer by a third of its way.
+const ASLANT: f64 = 0.35;
 
 /// How far a disc of `radius` moves along the arc of the given speeds before it touches a point of the scan, m; `most`
 /// where it does not.
@@ -120,14 +123,29 @@ impl Strip {
         forward: f64,
         radius: f64,
     ) -> Option<Self> {
-        let in_front = |p: &Point2<f64>| p.x * forward.signum() > IN_FRONT * p.coords.norm();
         let mut nearest = f64::INFINITY;
+        // Left and right: depths, and their parts in front.
+        let mut sides = [(0.0, 0.0); 2];
         for point in near {
             let distance = point.coords.norm();
-            if distance < self.radius && in_front(point) {
+            nearest = nearest.min(distance);
+            let depth = self.radius - distance;
+            if depth <= 0.0 {
+                continue;
+            }
+            let ahead = point.x * forward.signum() / distance.max(1e-9);
+            if ahead > IN_FRONT {
                 return None;
             }
-            nearest = nearest.min(distance);
+            let (depths, in_front) = &mut sides[usize::from(point.y < 0.0)];
+            *depths += depth;
+            *in_front += depth * ahead;
+        }
+        if sides
+            .iter()
+            .any(|(depths, in_front)| *in_front > ASLANT * depths)
+        {
+            return None;
         }
         let tight = self.radius.min(radius + TIGHT);
         Some(Self {

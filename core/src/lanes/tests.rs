@@ -39,6 +39,34 @@ proptest! {
     }
 }
 
+/// Takes from some of eight numbers.
+struct AddWhere([f32; 8], u8);
+
+impl Kernel for AddWhere {
+    type Output = ([u32; 8], u8);
+
+    #[inline(always)]
+    fn run<L: Lanes>(mut self, machine: L::Machine) -> ([u32; 8], u8) {
+        let are_least = L::add_where(machine, &mut self.0, self.1, -0.7, -3.1);
+        (self.0.map(f32::to_bits), are_least)
+    }
+}
+
+proptest! {
+    #[test]
+    fn numbers_are_added_to_where_bits_are_set(numbers in prop::array::uniform8(-3.1..3.1_f32), bits in any::<u8>()) {
+        let mut expect = (numbers.map(f32::to_bits), 0);
+        for lane in 0..8 {
+            let is_set = bits >> lane & 1 == 1;
+            let sum = (numbers[lane] + if is_set { -0.7 } else { 0.0 }).max(-3.1);
+            expect.0[lane] = sum.to_bits();
+            expect.1 |= u8::from(sum == -3.1) << lane;
+        }
+        prop_assert_eq!(run(AddWhere(numbers, bits)), expect);
+        prop_assert_eq!(AddWhere(numbers, bits).run::<f64x4>(()), expect);
+    }
+}
+
 #[test]
 fn lanes_come_together_in_one_order() {
     let lanes = f64x4::new([1e16, 1.0, -1e16, 3.0]);

@@ -18,6 +18,7 @@
 
 mod area;
 mod block;
+mod canvas;
 mod config;
 mod directory;
 mod extent;
@@ -34,9 +35,11 @@ use nalgebra::{Point2, Vector2};
 
 use self::area::Area;
 use self::block::{Cells, Marks, Odds};
+use self::canvas::Canvas;
 use self::directory::Directory;
 use super::{BlockIndex, CellIndex, CellRect, CellState, Evidence};
 use crate::geom::Pose2;
+use crate::lanes::{self, Kernel, Lanes};
 use crate::points::Points;
 
 pub use self::config::{GridConfig, GridError};
@@ -61,6 +64,7 @@ pub struct Grid {
     marks: Vec<Marks>,
     marked: usize,
     area: Area,
+    canvas: Canvas,
 }
 
 impl Grid {
@@ -86,6 +90,7 @@ impl Grid {
             marks: vec![],
             marked: 0,
             area: Area::default(),
+            canvas: Canvas::default(),
         })
     }
 
@@ -247,13 +252,7 @@ impl Grid {
 
     /// Writes the marks into the cells and takes them away.
     fn write_marked(&mut self) {
-        for marks in self.marks.iter_mut().take(self.marked) {
-            if let Some(block) = self.directory.get_mut(marks.block) {
-                block.write(marks, &self.odds, &self.free);
-                block.marks = None;
-                block.revision = self.revision;
-            }
-        }
+        lanes::run(WriteMarks(self));
         self.marked = 0;
     }
 
@@ -265,6 +264,24 @@ impl Grid {
         if let Some(Some(block)) = self.directory.blocks.get_mut(slot) {
             block.write_miss(offset, &self.odds);
             block.revision = self.revision;
+        }
+    }
+}
+
+struct WriteMarks<'a>(&'a mut Grid);
+
+impl Kernel for WriteMarks<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, machine: L::Machine) {
+        let grid = self.0;
+        for marks in grid.marks.iter_mut().take(grid.marked) {
+            if let Some(block) = grid.directory.get_mut(marks.block) {
+                block.write::<L>(machine, marks, &grid.odds, &grid.free);
+                block.marks = None;
+                block.revision = grid.revision;
+            }
         }
     }
 }

@@ -37,45 +37,6 @@ pub fn cells_on_ray(start: Point2<f64>, end: Point2<f64>, mut visit: impl FnMut(
     }
 }
 
-/// Neighbouring cells of one row, both ends included, in the direction of the ray.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Run {
-    /// The row.
-    pub(super) row: i32,
-    /// Column of the first cell.
-    pub(super) from: i32,
-    /// Column of the last cell; less than `from` where the ray goes that way.
-    pub(super) to: i32,
-}
-
-/// Visits the cells of [`cells_on_ray`], the same ones in the same order, row by row: half the branches, and whole rows
-/// for who can use them.
-pub(super) fn runs_on_ray(start: Point2<f64>, end: Point2<f64>, mut visit: impl FnMut(Run)) {
-    if !are_in_reach(start, end) {
-        return;
-    }
-    let (cell, last) = (cell_of(start), cell_of(end));
-    let (mut row, mut col) = (cell.row, cell.col);
-    let delta = end - start;
-    let (step_col, mut t_col, dt_col) = axis(start.x, delta.x);
-    let (step_row, mut t_row, dt_row) = axis(start.y, delta.y);
-    while row != last.row {
-        let from = col;
-        while t_col < t_row && col != last.col {
-            col += step_col;
-            t_col += dt_col;
-        }
-        visit(Run { row, from, to: col });
-        row += step_row;
-        t_row += dt_row;
-    }
-    visit(Run {
-        row,
-        from: col,
-        to: last.col,
-    });
-}
-
 pub(super) fn are_in_reach(start: Point2<f64>, end: Point2<f64>) -> bool {
     let mut coordinates = start.coords.iter().chain(end.coords.iter());
     coordinates.all(|c| c.is_finite() && c.abs() < 1e9)
@@ -125,47 +86,7 @@ mod tests {
         assert!(cells((0.5, f64::NAN), (0.6, 0.6)).is_empty());
     }
 
-    fn cells_of_runs(start: (f64, f64), end: (f64, f64)) -> Vec<(i32, i32)> {
-        let mut cells = vec![];
-        runs_on_ray(
-            Point2::new(start.0, start.1),
-            Point2::new(end.0, end.1),
-            |run| {
-                let mut col = run.from;
-                cells.push((col, run.row));
-                while col != run.to {
-                    col += (run.to - col).signum();
-                    cells.push((col, run.row));
-                }
-            },
-        );
-        cells
-    }
-
-    #[test]
-    fn runs_are_the_cells_where_rays_meet_corners_of_cells() {
-        let corners = [-2.0, -1.5, -1.0, -0.0, 0.0, 0.5, 1.0, 3.0];
-        let points = || corners.iter().flat_map(|&x| corners.map(|y| (x, y)));
-        for start in points() {
-            for end in points() {
-                assert_eq!(
-                    cells_of_runs(start, end),
-                    cells(start, end),
-                    "{start:?} {end:?}"
-                );
-            }
-        }
-        assert!(cells_of_runs((0.5, f64::NAN), (0.6, 0.6)).is_empty());
-    }
-
     proptest! {
-        #[test]
-        fn runs_are_the_cells_in_the_same_order(
-            ax in -200.0..200.0_f64, ay in -200.0..200.0_f64, bx in -200.0..200.0_f64, by in -200.0..200.0_f64,
-        ) {
-            prop_assert_eq!(cells_of_runs((ax, ay), (bx, by)), cells((ax, ay), (bx, by)));
-        }
-
         #[test]
         fn every_cell_that_the_beam_enters_is_visited_once_in_order(
             ax in -20.0..20.0_f64, ay in -20.0..20.0_f64, bx in -20.0..20.0_f64, by in -20.0..20.0_f64,

@@ -1,6 +1,6 @@
 //! The pilot's figures.
 
-use crate::control::{FollowConfig, SafeConfig};
+use crate::control::{Avoidance, FollowConfig, SafeConfig, WindowConfig};
 use crate::plan::{FrontierConfig, RouteConfig};
 
 /// How the pilot plans, drives and gives up.
@@ -12,6 +12,10 @@ pub struct PilotConfig {
     pub follow: FollowConfig,
     /// Safe mode.
     pub safe: SafeConfig,
+    /// What it does about people in its way. Default [`Avoidance::KeepsToWay`].
+    pub avoidance: Avoidance,
+    /// How it goes around them, if it does.
+    pub window: WindowConfig,
     /// Exploration.
     pub frontier: FrontierConfig,
     /// Whether it goes back to where it began when all is explored. Default false.
@@ -47,6 +51,8 @@ impl Default for PilotConfig {
             route: RouteConfig::default(),
             follow: FollowConfig::default(),
             safe: SafeConfig::default(),
+            avoidance: Avoidance::default(),
+            window: WindowConfig::default(),
             frontier: FrontierConfig::default(),
             return_home: false,
             review_period: 0.5,
@@ -65,12 +71,17 @@ impl Default for PilotConfig {
 
 impl PilotConfig {
     /// For a sensor that scans on command and sees little: frontiers creep on by decimetres, so that one place is the
-    /// goal more often before it is known. Its ranges err by centimetres, so it keeps that much more from what it saw.
+    /// goal more often before it is known, and the border of what it knows is looked at in pieces of a metre. Its ranges err by
+    /// centimetres, so it keeps that much more from what it saw.
     #[must_use]
     pub fn short_range() -> Self {
         let default = Self::default();
         Self {
             looks: 8,
+            frontier: FrontierConfig {
+                longest: 1.0,
+                ..default.frontier
+            },
             safe: SafeConfig {
                 gap: 0.05,
                 ..default.safe

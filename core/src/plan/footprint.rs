@@ -73,6 +73,20 @@ impl Footprint {
         ])
     }
 
+    /// Radius of the largest disc about the centre within it, m.
+    #[must_use]
+    pub fn radius_within(&self) -> f64 {
+        let sides = sides_of(&self.corners).map(|(a, b)| (b - a).perp(&-a.coords) / (b - a).norm());
+        sides.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Radius of the smallest disc about the centre around it, m.
+    #[must_use]
+    pub fn radius_around(&self) -> f64 {
+        let corners = self.corners.iter().map(|corner| corner.coords.norm());
+        corners.fold(0.0, f64::max)
+    }
+
     fn at(&self, pose: &Pose2) -> Vec<Point2<f64>> {
         self.corners.iter().map(|&corner| *pose * corner).collect()
     }
@@ -263,6 +277,12 @@ mod tests {
         );
         assert!(!robot().follows(&path(&[(0.0, 0.0), (1.2, 0.0), (1.2, 1.0)]), 0.0, &walls));
         assert!(!robot().follows(&path(&[(0.3, -0.7), (1.7, 0.7)]), 0.0, &walls));
+    }
+
+    #[test]
+    fn the_discs_within_and_around_are_those_of_the_rectangle() {
+        assert!((robot().radius_within() - 0.15).abs() < 1e-12);
+        assert!((robot().radius_around() - 0.25_f64.hypot(0.15)).abs() < 1e-12);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use nalgebra::Point2;
 
 use super::*;
 use crate::geom::Pose2;
-use crate::map::{CellState, Grid, GridConfig};
+use crate::map::{CellIndex, CellState, Grid, GridConfig};
 use crate::points::{Beam, Points};
 use crate::robot::Stamp;
 
@@ -80,4 +80,65 @@ fn first_goal(choice: FrontierChoice) -> Point2<f64> {
 fn room_by_room_finishes_the_room_and_gain_over_cost_goes_through_the_door() {
     assert!(first_goal(FrontierChoice::GainOverCost).x > 4.1);
     assert!(first_goal(FrontierChoice::RoomByRoom).x < 1.5);
+}
+
+/// A disc of floor that was seen from its middle, 2 m in radius.
+fn disc() -> Grid {
+    let mut grid = Grid::new(GridConfig::default()).unwrap();
+    let beams = (0..720).map(|beam| {
+        let (sin, cos) = crate::geom::sin_cos(f64::from(beam) * std::f64::consts::TAU / 720.0);
+        Beam {
+            beam_idx: beam as usize,
+            origin_in_robot: Point2::origin(),
+            end_in_robot: Point2::new(2.0 * cos, 2.0 * sin),
+            range: 2.0,
+            sigma: 0.01,
+            is_hit: false,
+            quality: None,
+        }
+    });
+    let points = Points {
+        stamp: Stamp(0),
+        sensor_in_robot: Point2::origin(),
+        bearing_sigma: 0.0,
+        beams: beams.collect(),
+    };
+    for _ in 0..3 {
+        grid.insert(&points, &Pose2::identity());
+    }
+    grid
+}
+
+#[test]
+fn a_border_all_round_is_cut_into_pieces_that_hold_all_of_it() {
+    let grid = disc();
+    let rect = rect_around(&grid, &[Point2::origin()], 2, i32::MAX).unwrap();
+    let space = GridSpace::new(&grid, rect, 0.13, Unknown::Blocked);
+    let wave = Wavefront::new(&space, Point2::origin());
+    let found = |longest: f64| {
+        let config = FrontierConfig {
+            longest,
+            ..FrontierConfig::default()
+        };
+        find_frontiers(&space, &wave, &config)
+    };
+    let cells_of = |frontiers: &[Frontier]| {
+        let mut cells: Vec<CellIndex> = frontiers.iter().flat_map(|f| f.cells.clone()).collect();
+        cells.sort_unstable_by_key(|cell| (cell.row, cell.col));
+        cells
+    };
+    let whole = found(100.0);
+    assert_eq!(whole.len(), 1);
+    let pieces = found(1.0);
+    assert_eq!(cells_of(&pieces), cells_of(&whole));
+    // Two arms of half the circumference, cut from one end on; a step may be a diagonal.
+    assert!((8..=14).contains(&pieces.len()), "{}", pieces.len());
+    for piece in &pieces {
+        let apart = |a: &CellIndex, b: &CellIndex| (a.col - b.col).abs().max((a.row - b.row).abs());
+        let longest = (piece.cells.iter())
+            .flat_map(|a| piece.cells.iter().map(move |b| apart(a, b)))
+            .max();
+        // The first piece has its end in the middle.
+        assert!(longest.unwrap() < 40, "{longest:?}");
+    }
 }

@@ -8,7 +8,9 @@ mod footprint;
 mod frontier;
 #[cfg(test)]
 mod frontier_tests;
+mod guide;
 mod lattice;
+mod outline;
 mod path;
 mod point_index;
 mod pull_tight;
@@ -25,6 +27,7 @@ mod search;
 mod search_tests;
 mod shorten;
 mod smooth;
+mod squares;
 mod tangents;
 #[cfg(test)]
 mod tests;
@@ -42,10 +45,11 @@ pub use cspace::{Both, ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown
 pub use footprint::{Footprint, FootprintError};
 pub use frontier::{Frontier, FrontierChoice, FrontierConfig, find_frontiers};
 pub use lattice::Lattice;
+pub use outline::{OutlineConfig, plan_outline};
 pub use path::{NoPath, Path, Planner};
 pub use pull_tight::pull_tight;
 pub use query::{Answer, Progress, Query};
-pub use reach::{floods_apart, may_reach};
+pub use reach::may_reach;
 pub use rooms::{NoRooms, RoomSearch};
 pub use route::{Route, RouteConfig, RouteFailure, Shortening, plan_route};
 pub use rrt::{Rrt, RrtConfig};
@@ -55,6 +59,7 @@ pub use sampler::Sampler;
 pub use search::{Search, solve};
 pub use shorten::{densify, shorten};
 pub use smooth::{Piece, SmoothConfig, smooth};
+pub use squares::floods_apart;
 pub use theta_star::ThetaStar;
 pub use tour::order_by_tour;
 pub use tree::{Grown, Nearest, Tree};

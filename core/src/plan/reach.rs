@@ -19,9 +19,9 @@
 //!
 //! Source: Nielson & Hamann (1991), "The asymptotic decider: resolving the ambiguity in marching cubes", for the saddle.
 
-use nalgebra::{Point2, Vector2};
+use nalgebra::Point2;
 
-use super::cspace::{ConfigSpace, GridSpace};
+use super::cspace::GridSpace;
 
 /// Whether a continuous path from `start` to `goal`, both free, may exist. `false` is a proof.
 #[must_use]
@@ -38,104 +38,6 @@ pub fn may_reach(space: &GridSpace, start: Point2<f64>, goal: Point2<f64>) -> bo
     let (from, to) = (flood.best_centre(start), flood.best_centre(goal));
     flood.joins(from, to, |[a, b, c, d]| a * d >= b * c)
 }
-
-/// Whether a flood over squares of the given side proves that no path joins two places: squares are open of which any
-/// part may be free, as the room changes by no more than the way. `false` proves nothing: gaps that are too narrow by
-/// less than two squares may count as open.
-#[must_use]
-pub fn floods_apart<S: ConfigSpace + ?Sized>(
-    space: &S,
-    a: Point2<f64>,
-    b: Point2<f64>,
-    side: f64,
-) -> bool {
-    let mut squares = Squares::new(space, side);
-    let to = squares.square_at(b);
-    squares.flood(space, a, Some(to));
-    !squares.seen[to]
-}
-
-/// The middles of the squares that such a flood from a place arrives at, and their side, m: nothing outside of them can be reached.
-/// At most `most` squares are laid over the bounds.
-pub(super) fn squares_within_reach<S: ConfigSpace + ?Sized>(
-    space: &S,
-    from: Point2<f64>,
-    most: f64,
-) -> (Vec<Point2<f64>>, f64) {
-    let (low, high) = space.bounds();
-    let extent = high - low;
-    let mut squares = Squares::new(space, (extent.x * extent.y / most).sqrt());
-    squares.flood(space, from, None);
-    let reached = (0..squares.seen.len()).filter(|&square| squares.seen[square]);
-    let middles = reached.map(|square| squares.middle(square)).collect();
-    (middles, squares.side)
-}
-
-/// Squares over the bounds of a space.
-struct Squares {
-    low: Point2<f64>,
-    high: Point2<f64>,
-    side: f64,
-    cols: usize,
-    rows: usize,
-    seen: Vec<bool>,
-}
-
-impl Squares {
-    fn new<S: ConfigSpace + ?Sized>(space: &S, side: f64) -> Self {
-        let (low, high) = space.bounds();
-        let extent = high - low;
-        let side = side.max((extent.x * extent.y / MOST_SQUARES).sqrt());
-        let count = |length: f64| (length / side).ceil().max(1.0) as usize;
-        let (cols, rows) = (count(extent.x), count(extent.y));
-        Self {
-            low,
-            high,
-            side,
-            cols,
-            rows,
-            seen: vec![false; cols * rows],
-        }
-    }
-
-    fn square_at(&self, point: Point2<f64>) -> usize {
-        let at = (point - self.low) / self.side;
-        let place = |at: f64, count: usize| (at.max(0.0) as usize).min(count - 1);
-        place(at.y, self.rows) * self.cols + place(at.x, self.cols)
-    }
-
-    /// Only the last square of a row may stick out; its middle is then taken to the border.
-    fn middle(&self, square: usize) -> Point2<f64> {
-        let at = |place: usize| (place as f64 + 0.5) * self.side;
-        let middle = self.low + Vector2::new(at(square % self.cols), at(square / self.cols));
-        middle.inf(&self.high)
-    }
-
-    /// Marks what hangs together with a place, until `to` is among it.
-    fn flood<S: ConfigSpace + ?Sized>(&mut self, space: &S, from: Point2<f64>, to: Option<usize>) {
-        let from = self.square_at(from);
-        let mut todo = vec![from];
-        self.seen[from] = true;
-        while let Some(at) = todo.pop() {
-            if to == Some(at) {
-                return;
-            }
-            let (col, row) = (at % self.cols, at / self.cols);
-            for r in row.saturating_sub(1)..(row + 2).min(self.rows) {
-                for c in col.saturating_sub(1)..(col + 2).min(self.cols) {
-                    let next = r * self.cols + c;
-                    if !self.seen[next] && space.room(self.middle(next)) + self.side >= 0.0 {
-                        self.seen[next] = true;
-                        todo.push(next);
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// More squares than this are not flooded: they become larger, and prove less.
-const MOST_SQUARES: f64 = 4e6;
 
 /// The cells of a space, those with room enough open.
 struct Flood<'a> {

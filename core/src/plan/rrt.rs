@@ -9,15 +9,14 @@
 //! 3. Extend towards the drawn point to the last collision-free one.
 //! 4. When the goal is reached, the branch to it is the path.
 //!
-//! Ours: after a thousand points in vain they are drawn only where anything can be reached at all.
+//! Ours: after some thousand points in vain every second one is drawn along a way over free discs ([`super::guide`]).
 
-use nalgebra::Point2;
 use rand::{Rng, RngExt};
 
 use super::cspace::ConfigSpace;
 use super::path::Path;
 use super::query::Query;
-use super::sampler::Sampler;
+use super::sampler::{Draws, Sampler};
 use super::tree::Tree;
 use crate::geom::Segment;
 
@@ -60,8 +59,8 @@ impl Default for RrtConfig {
 pub struct Rrt {
     query: Query,
     config: RrtConfig,
-    sampler: Sampler,
-    drawn: usize,
+    draws: Draws,
+    is_guided: bool,
     tree: Tree,
     path: Option<Path>,
 }
@@ -79,8 +78,8 @@ impl Rrt {
             tree: Tree::new(query.start, space.bounds()),
             query,
             config,
-            sampler,
-            drawn: 0,
+            draws: Draws::new(sampler),
+            is_guided: false,
             path: None,
         }
     }
@@ -88,26 +87,42 @@ impl Rrt {
     /// Steps 1 to 4, once.
     pub fn iterate<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) {
         let goal = self.query.goal;
+        if self.follow_guide(space, rng) {
+            return;
+        }
         let target = if rng.random::<f64>() < self.config.goal_bias {
             goal
         } else {
-            self.draw(space, rng)
+            self.draws.draw(space, &self.query, rng)
         };
         let grown = self.tree.extend(space, target, self.config.min_growth);
         if let Some(vertex) = grown
             && vertex.arrived
             && target == goal
         {
-            self.path = Some(Path {
-                points: self.tree.branch(vertex.index),
-            });
+            self.finish(vertex.index);
         }
     }
 
-    fn draw<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) -> Point2<f64> {
-        self.drawn += 1;
-        self.sampler.narrow(self.drawn, space, self.query.start);
-        self.sampler.draw(rng)
+    /// Grows along the guide instead, every second time; `false` where there is nothing to follow.
+    fn follow_guide<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) -> bool {
+        self.is_guided = !self.is_guided;
+        let guided = self.is_guided.then(|| self.draws.guided(rng)).flatten();
+        let Some(guided) = guided else {
+            return false;
+        };
+        let grown = self.tree.reach(space, guided.from, guided.target);
+        self.draws.take(grown);
+        if let Some(vertex) = grown.filter(|_| guided.target == self.query.goal) {
+            self.finish(vertex);
+        }
+        true
+    }
+
+    fn finish(&mut self, vertex: usize) {
+        self.path = Some(Path {
+            points: self.tree.branch(vertex),
+        });
     }
 
     /// The path, if the goal was reached.

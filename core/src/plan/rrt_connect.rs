@@ -9,18 +9,18 @@
 //! 3. The trees change places.
 //!
 //! It needs far fewer iterations than one tree where the last metres lead through a door.
-//! After a thousand points in vain they are drawn only where anything can be reached at all; that is ours.
+//! After some thousand points in vain the tree from the start follows a way over free discs ([`super::guide`]); that is ours.
 //!
 //! Source: Kuffner & LaValle (2000), "RRT-Connect: an efficient approach to single-query path planning".
 
-use nalgebra::Point2;
 use rand::Rng;
 
 use super::cspace::ConfigSpace;
 use super::path::Path;
 use super::query::Query;
 use super::rrt::RrtConfig;
-use super::sampler::Sampler;
+use super::sampler::{Draws, Sampler};
+use super::tree::Grown;
 use super::vertex_tree::VertexTree;
 use crate::geom::Segment;
 
@@ -29,8 +29,7 @@ use crate::geom::Segment;
 pub struct RrtConnect {
     query: Query,
     config: RrtConfig,
-    sampler: Sampler,
-    drawn: usize,
+    draws: Draws,
     growing: VertexTree,
     other: VertexTree,
     /// Whether `growing` is the tree from the start.
@@ -55,21 +54,15 @@ impl RrtConnect {
             is_first: true,
             query,
             config,
-            sampler,
-            drawn: 0,
+            draws: Draws::new(sampler),
             path: None,
         }
     }
 
     /// Steps 1 to 3, once.
     pub fn iterate<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) {
-        let target = if std::mem::take(&mut self.is_first) {
-            self.query.goal
-        } else {
-            self.draw(space, rng)
-        };
         let step = self.config.range;
-        if let Some(grown) = self.growing.extend(space, target, step) {
+        if let Some(grown) = self.grow(space, rng) {
             let point = self.growing.point(grown.index);
             let joined = self.other.connect(space, point, step);
             if let Some(met) = joined.filter(|v| v.arrived) {
@@ -90,10 +83,23 @@ impl RrtConnect {
         self.path = Some(Path { points });
     }
 
-    fn draw<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) -> Point2<f64> {
-        self.drawn += 1;
-        self.sampler.narrow(self.drawn, space, self.query.start);
-        self.sampler.draw(rng)
+    /// Step 1.
+    fn grow<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) -> Option<Grown> {
+        let step = self.config.range;
+        let guided = self.from_start.then(|| self.draws.guided(rng)).flatten();
+        if let Some(guided) = guided {
+            let (from, target) = (guided.from, guided.target);
+            let grown = self.growing.connect_from(from, space, target, step);
+            let arrived = grown.filter(|vertex| vertex.arrived);
+            self.draws.take(arrived.map(|vertex| vertex.index));
+            return grown;
+        }
+        let target = if std::mem::take(&mut self.is_first) {
+            self.query.goal
+        } else {
+            self.draws.draw(space, &self.query, rng)
+        };
+        self.growing.extend(space, target, step)
     }
 
     /// The path, if the trees have met.

@@ -4,10 +4,13 @@ use nalgebra::Point2;
 use rand::{Rng, RngExt};
 
 use super::cspace::ConfigSpace;
-use super::reach::squares_within_reach;
+use super::guide::{Guide, Guided};
+use super::query::Query;
+use super::squares::squares_within_reach;
 
-/// Points that a tree draws from anywhere before it is worth knowing where anything can be reached.
-const PATIENCE: usize = 1000;
+/// Points that a tree draws from anywhere before it is worth knowing where it can go at all, which takes as long as drawing some
+/// thousands.
+const PATIENCE: usize = 2000;
 /// Squares that are looked at then.
 const SQUARES: f64 = 1e5;
 
@@ -38,21 +41,6 @@ impl Sampler {
         Self::Anywhere { low, high }
     }
 
-    /// For a tree that has drawn [`PATIENCE`] points from anywhere in vain: of the bounds only what can be reached from `start` at all.
-    /// Behind walls, and outside of the building, points are wasted; and a strip of centimetres is found the sooner the less there is
-    /// beside it.
-    pub(super) fn narrow<S: ConfigSpace + ?Sized>(
-        &mut self,
-        drawn: usize,
-        space: &S,
-        start: Point2<f64>,
-    ) {
-        if drawn == PATIENCE && matches!(self, Self::Anywhere { .. }) {
-            let (centres, side) = squares_within_reach(space, start, SQUARES);
-            *self = Self::Squares { centres, side };
-        }
-    }
-
     /// Draws a point.
     pub fn draw<R: Rng>(&self, rng: &mut R) -> Point2<f64> {
         match self {
@@ -76,6 +64,56 @@ impl Sampler {
         match self {
             Self::Anywhere { low, high } => (high.x - low.x) * (high.y - low.y),
             Self::Squares { centres, side } => centres.len() as f64 * side * side,
+        }
+    }
+}
+
+/// What a tree draws from, in vain or not.
+#[derive(Clone, Debug)]
+pub(super) struct Draws {
+    sampler: Sampler,
+    count: usize,
+    guide: Option<Guide>,
+}
+
+impl Draws {
+    pub(super) fn new(sampler: Sampler) -> Self {
+        Self {
+            sampler,
+            count: 0,
+            guide: None,
+        }
+    }
+
+    /// Draws a point. After [`PATIENCE`] of them from anywhere in vain a way over free discs is looked for, to guide the tree from the
+    /// start; where none is found, of the bounds only what can be reached at all is drawn from. Behind walls, and outside of the
+    /// building, points are wasted; and a strip of centimetres is found the sooner the less there is beside it.
+    pub(super) fn draw<S: ConfigSpace + ?Sized, R: Rng>(
+        &mut self,
+        space: &S,
+        query: &Query,
+        rng: &mut R,
+    ) -> Point2<f64> {
+        self.count += 1;
+        if self.count == PATIENCE && matches!(self.sampler, Sampler::Anywhere { .. }) {
+            self.guide = Guide::new(space, query);
+            if self.guide.is_none() {
+                let (centres, side) = squares_within_reach(space, query.start, SQUARES);
+                self.sampler = Sampler::Squares { centres, side };
+            }
+        }
+        self.sampler.draw(rng)
+    }
+
+    /// Where the tree from the start should grow next; `None` while it draws from anywhere.
+    pub(super) fn guided<R: Rng>(&self, rng: &mut R) -> Option<Guided> {
+        self.guide.as_ref()?.draw(rng)
+    }
+
+    /// What came of it: the vertex at the guide's point, or none.
+    pub(super) fn take(&mut self, grown: Option<usize>) {
+        if let Some(guide) = &mut self.guide {
+            guide.take(grown);
         }
     }
 }

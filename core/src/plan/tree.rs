@@ -169,6 +169,17 @@ impl Tree {
         Some(Grown { index, arrived })
     }
 
+    /// Grows from a vertex to `target`, if all of that leg is free; gives the new vertex.
+    pub(super) fn reach<S: ConfigSpace + ?Sized>(
+        &mut self,
+        space: &S,
+        from: usize,
+        target: Point2<f64>,
+    ) -> Option<usize> {
+        let leg = Segment::new(self.vertices[from].point, target);
+        space.leg_is_free(&leg).then(|| self.grow(from, target))
+    }
+
     /// Where a vertex is.
     #[must_use]
     pub fn branch_end(&self, vertex: usize) -> Point2<f64> {

@@ -75,18 +75,30 @@ impl VertexTree {
         target: Point2<f64>,
         step: f64,
     ) -> Option<Grown> {
-        let (nearest, distance) = self.index.nearest(target)?;
+        let (nearest, _) = self.index.nearest(target)?;
+        self.connect_from(nearest, space, target, step)
+    }
+
+    /// As [`VertexTree::connect`], from the given vertex.
+    pub(super) fn connect_from<S: ConfigSpace + ?Sized>(
+        &mut self,
+        vertex: usize,
+        space: &S,
+        target: Point2<f64>,
+        step: f64,
+    ) -> Option<Grown> {
+        let from = self.point(vertex);
+        let distance = (target - from).norm();
         if distance == 0.0 {
             return Some(Grown {
-                index: nearest,
+                index: vertex,
                 arrived: true,
             });
         }
-        let from = self.point(nearest);
         let free = space.free_length(&Segment::new(from, target));
         let arrived = free >= distance;
         let steps = (free / step).floor().min(MOST_STEPS) as usize;
-        let mut index = nearest;
+        let mut index = vertex;
         for i in 1..=steps {
             let along = i as f64 * step;
             if along < distance {
@@ -96,7 +108,7 @@ impl VertexTree {
         if arrived {
             index = self.grow(index, target);
         }
-        (index != nearest).then_some(Grown { index, arrived })
+        (index != vertex).then_some(Grown { index, arrived })
     }
 
     pub(super) fn edges(&self) -> impl Iterator<Item = Segment> + '_ {

@@ -3,18 +3,22 @@
 //! In: each scan's points and the motion since the one before. Out: those points of the newest scan that belong to somebody who
 //! walks, or who walked a few seconds ago and may walk on.
 //!
-//! 1. A hit has entered free room when an older scan looked past it: all beams in its direction, and a little to either side for the
+//! 1. The motion since the scan before is turned by what odometry did not tell ([`turn`]): tracks that slip turn a robot by five degrees
+//!    in half a metre straight on, and every wall that it looks along would walk.
+//! 2. A hit has entered free room when an older scan looked past it: all beams in its direction, and a little to either side for the
 //!    odometry since, went on behind it. What was hidden then has not entered, and nor has what lay in a gap between beams. Beams of a
 //!    robot that drives do not begin at one place: each is asked from where it began, or each edge that comes in sight would walk.
-//! 2. Two such hits beside each other, in two scans, are a place where somebody walks. One alone may be noise.
-//! 3. Hits near such a place belong to it. It is forgotten when nothing is near it any more, and [`WalkerConfig::memory`] after
+//! 3. Two such hits beside each other, in two scans, are a place where somebody walks. One alone may be noise.
+//! 4. Hits near such a place belong to it. It is forgotten when nothing is near it any more, and [`WalkerConfig::memory`] after
 //!    somebody was last seen to walk there, a second for each scan that saw them walk: who only paused may walk on, and what only
 //!    seemed to have moved is forgotten soon.
 //!
 //! A robot that turns by half a radian a second or more sees only who walks fast: its heading is too uncertain for more.
 //!
-//! Ours; step 1 is the test of visibility by which Lindström & Eklundh (2001), "Detecting and tracking moving objects from a
+//! Ours; step 2 is the test of visibility by which Lindström & Eklundh (2001), "Detecting and tracking moving objects from a
 //! mobile platform using a laser range scanner", find what violates the free room.
+
+mod turn;
 
 use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
@@ -60,6 +64,9 @@ const COARSE: f64 = 0.06;
 /// tracks that slip by 5e-3 rad²/rad.
 const DRIFT: f64 = 0.06;
 const TURN_DRIFT: f64 = 0.32;
+/// By how much tracks that slip may turn a robot that drives straight on: as many standard deviations, which grow with the root of the way
+/// (1e-3 m²/m for each of two tracks 0.33 m apart), rad for the first metre.
+const WAY_DRIFT: f64 = 0.61;
 /// Whoever was seen to walk in few scans is not remembered for long, s for each: it may have been an error of the odometry.
 const PER_SIGHTING: f64 = 1.0;
 /// Scans that must have seen somebody walk: one alone may be an error of the odometry.
@@ -90,6 +97,7 @@ struct Past {
     /// `robot_now_from_robot_then`.
     now_from_then: Pose2,
     sensor: Point2<f64>,
+    hits: Vec<Point2<f64>>,
     /// By bearing; those within [`SEAM`] of ±π twice, a turn apart.
     beams: Vec<PastBeam>,
     spacing: f64,
@@ -128,12 +136,12 @@ impl Walkers {
 
     /// Takes a scan's points, and the motion since the scan before (`robot_before_from_robot_now`).
     pub fn update(&mut self, points: &Points, moved: &Pose2) {
-        let now_from_before = moved.inverse();
+        let is_recent = |past: &Past| points.stamp.since(past.stamp) <= OLDEST;
+        self.past.retain(is_recent);
+        let now_from_before = self.turn_untold(points, moved) * moved.inverse();
         for past in &mut self.past {
             past.now_from_then = now_from_before * past.now_from_then;
         }
-        let is_recent = |past: &Past| points.stamp.since(past.stamp) <= OLDEST;
-        self.past.retain(is_recent);
         for place in &mut self.places {
             place.at = now_from_before * place.at;
         }
@@ -153,7 +161,23 @@ impl Walkers {
         &self.points
     }
 
-    /// Steps 1 and 2.
+    /// Step 1: the turn about the sensor by which the scan before fits the newest one best.
+    fn turn_untold(&self, points: &Points, moved: &Pose2) -> Pose2 {
+        let Some(past) = self.past.back() else {
+            return Pose2::identity();
+        };
+        let sensor = points.sensor_in_robot;
+        let now_from_then = moved.inverse() * past.now_from_then;
+        let before = past.hits.iter().map(|hit| now_from_then * *hit - sensor);
+        let now = points.hits().map(|beam| beam.end_in_robot - sensor);
+        let (way, turned) = (moved.position().coords.norm(), moved.heading().abs());
+        let most = TURN_DRIFT * turned.sqrt() + WAY_DRIFT * way.sqrt();
+        let turn = turn::between(before, now, most.min(SEAM));
+        let about_sensor = Pose2::new(sensor.x, sensor.y, turn);
+        about_sensor * Pose2::new(-sensor.x, -sensor.y, 0.0)
+    }
+
+    /// Steps 2 and 3.
     fn see_walking(&mut self, hits: &[Point2<f64>], now: Stamp) {
         let behind = self.config.behind;
         let looked_past = |hit| self.past.iter().any(|past| past.looked_past(hit, behind));
@@ -177,7 +201,7 @@ impl Walkers {
         }
     }
 
-    /// Step 3.
+    /// Step 4.
     fn keep_places(&mut self, hits: &[Point2<f64>], now: Stamp) {
         let WalkerConfig { size, memory, .. } = self.config;
         // Newest first, so that of places that are one the one with the newest time is kept.
@@ -229,6 +253,7 @@ impl Past {
             stamp: points.stamp,
             now_from_then: Pose2::identity(),
             sensor,
+            hits: points.hits().map(|beam| beam.end_in_robot).collect(),
             beams,
             spacing,
             parallax: parallax(points),

@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use wide::f32x8;
-
 use super::{BLOCK_CELLS, BlockIndex};
+use crate::lanes::Lanes;
 
 /// The configuration in log-odds.
 #[derive(Clone, Copy, Debug)]
@@ -54,6 +53,26 @@ impl Odds {
     pub(super) fn change(&self, cell: &mut f32, by: f32) {
         *cell = (*cell + by).clamp(-self.limit, self.limit);
     }
+
+    /// A miss for the cells of a row whose bits are set. Which cells are then as free as the clamp allows comes back.
+    #[inline(always)]
+    fn miss_cells<L: Lanes>(
+        &self,
+        machine: L::Machine,
+        row: &mut [f32; BLOCK_CELLS],
+        misses: u64,
+    ) -> u64 {
+        let eights = row.as_chunks_mut::<8>().0.iter_mut();
+        let bytes = misses.to_le_bytes().into_iter();
+        let are_least = eights
+            .zip(bytes)
+            .map(|(cells, bits)| L::add_where(machine, cells, bits, self.miss, -self.limit));
+        let mut bits = [0; 8];
+        bits.iter_mut()
+            .zip(are_least)
+            .for_each(|(bits, are)| *bits = are);
+        u64::from_le_bytes(bits)
+    }
 }
 
 impl Block {
@@ -78,7 +97,14 @@ impl Block {
 
     /// Writes marks into the cells and takes them away. Once per cell: where a beam ended, that others crossed it does not count.
     /// `free` is a block of cells that all are as free as the clamp allows.
-    pub(super) fn write(&mut self, marks: &mut Marks, odds: &Odds, free: &Arc<Cells>) {
+    #[inline(always)]
+    pub(super) fn write<L: Lanes>(
+        &mut self,
+        machine: L::Machine,
+        marks: &mut Marks,
+        odds: &Odds,
+        free: &Arc<Cells>,
+    ) {
         let hits = std::mem::replace(&mut marks.hits, [0; BLOCK_CELLS]);
         let misses = std::mem::replace(&mut marks.misses, [0; BLOCK_CELLS]);
         let rows = hits.iter().zip(&misses).zip(self.least.iter());
@@ -96,8 +122,7 @@ impl Block {
             }
             let miss = miss & !hit & !*least;
             if miss != 0 {
-                for_runs(row, miss, |cell| odds.change(cell, odds.miss));
-                *least = at_most(row, -odds.limit);
+                *least = odds.miss_cells::<L>(machine, row, miss);
             }
         }
         if self.least.iter().all(|row| *row == u64::MAX) {
@@ -111,17 +136,6 @@ impl Block {
             odds.change(cell, odds.miss);
         }
     }
-}
-
-/// Which of 64 cells are no more than `limit`.
-#[inline]
-fn at_most(row: &[f32], limit: f32) -> u64 {
-    let limit = f32x8::splat(limit);
-    let eights = row.as_chunks::<8>().0.iter().enumerate();
-    eights.fold(0, |bits, (at, cells)| {
-        let at_most = f32x8::new(*cells).simd_le(limit).to_bitmask();
-        bits | u64::from(at_most) << (8 * at)
-    })
 }
 
 /// Visits the cells of a row whose bits are set, run by run: long runs are what a processor is good at.

@@ -4,8 +4,8 @@
 //!
 //! | sweep | a cell is free if | cost |
 //! |---|---|---|
-//! | [`Sweep::Crossed`] | a way enters it | cells on the ways, by runs |
-//! | [`Sweep::Bresenham`] | it is on the line of a way | the same, fewer of them |
+//! | [`Sweep::Crossed`] | a way enters it | a word for each slice of a way, row or column by which is fewer |
+//! | [`Sweep::Bresenham`] | it is on the line of a way | the same |
 //! | [`Sweep::Area`] | its centre lies between the ways | outline of the area, a word for 64 cells |
 //!
 //! The area:
@@ -22,9 +22,8 @@
 
 use nalgebra::Point2;
 
-use super::{BLOCK, BLOCK_BITS, BlockIndex, Grid};
-use crate::map::line::runs_on_line;
-use crate::map::ray::{Run, runs_on_ray};
+use super::{BLOCK_CELLS, BlockIndex, Grid, split};
+use crate::map::line::Line;
 
 /// How the cells that a scan leaves free are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -49,19 +48,16 @@ pub(super) type Way = [Point2<f64>; 2];
 /// Ways that reach farther than this many cells in x or y have no area.
 const REACH: f64 = 16_384.0;
 
-/// The block in which the last run was, and its marks.
+/// The block in which the last cell was, and its marks.
 type Known = Option<(BlockIndex, Option<usize>)>;
 
 impl Grid {
     /// Marks what the ways leave free.
     pub(super) fn sweep(&mut self, ways: impl Iterator<Item = Way>) {
         match self.config.sweep {
-            Sweep::Crossed => ways.for_each(|way| self.cross(way)),
+            Sweep::Crossed => self.draw_lines(ways.map(|[start, end]| Line::crossed(start, end))),
             Sweep::Bresenham => {
-                for [start, end] in ways {
-                    let mut known = None;
-                    runs_on_line(start, end, |run| self.mark(run, &mut known));
-                }
+                self.draw_lines(ways.map(|[start, end]| Line::bresenham(start, end)));
             }
             Sweep::Area => {
                 let mut area = std::mem::take(&mut self.area);
@@ -74,46 +70,45 @@ impl Grid {
     }
 
     pub(super) fn cross(&mut self, [start, end]: Way) {
-        let mut known = None;
-        runs_on_ray(start, end, |run| self.mark(run, &mut known));
+        if let Some(line) = Line::crossed(start, end) {
+            self.mark_line(line);
+        }
     }
 
-    /// Neighbouring runs of a ray nearly always lie in one block: it is looked up only where it changes.
-    #[inline(always)]
-    fn mark(&mut self, run: Run, known: &mut Known) {
-        for (index, offset, cells) in run_by_block(run) {
-            let marks = match *known {
-                Some((last, marks)) if last == index => marks,
-                _ => {
-                    let marks = self.marks_of(index);
-                    *known = Some((index, marks));
-                    marks
+    /// Marks lines, nearly all of them on a canvas.
+    fn draw_lines(&mut self, lines: impl Iterator<Item = Option<Line>>) {
+        let mut canvas = std::mem::take(&mut self.canvas);
+        for line in lines.flatten() {
+            if let Some(far) = canvas.take(line) {
+                self.mark_line(far);
+            }
+        }
+        canvas.draw(|block, cells| {
+            if let Some(marks) = self.marks_of(block) {
+                let misses = &mut self.marks[marks].misses;
+                misses.iter_mut().zip(cells).for_each(|(m, c)| *m |= c);
+            }
+        });
+        self.canvas = canvas;
+    }
+
+    /// Marks a line cell by cell.
+    fn mark_line(&mut self, line: Line) {
+        let mut known: Known = None;
+        for slice in line.slices() {
+            for along in slice.from..=slice.to {
+                let (index, offset) = split(line.cell(along, slice.across));
+                let marks = match known {
+                    Some((last, marks)) if last == index => marks,
+                    _ => self.marks_of(index),
+                };
+                known = Some((index, marks));
+                if let Some(marks) = marks {
+                    self.marks[marks].misses[offset / BLOCK_CELLS] |= 1 << (offset % BLOCK_CELLS);
                 }
-            };
-            if let Some(marks) = marks {
-                self.marks[marks].misses[offset] |= cells;
             }
         }
     }
-}
-
-/// Parts a run where it crosses into the next block, in its own direction: block, row in it, and the cells as bits.
-#[inline]
-fn run_by_block(run: Run) -> impl Iterator<Item = (BlockIndex, usize, u64)> {
-    let (low, high) = (run.from.min(run.to), run.from.max(run.to));
-    let (first, last) = (run.from >> BLOCK_BITS, run.to >> BLOCK_BITS);
-    let step = if first <= last { 1 } else { -1 };
-    (0..=(last - first).abs()).map(move |n| {
-        let col = first + n * step;
-        let from = low.max(col << BLOCK_BITS) & (BLOCK - 1);
-        let to = high.min((col << BLOCK_BITS) | (BLOCK - 1)) & (BLOCK - 1);
-        let cells = (u64::MAX >> (BLOCK - 1 - (to - from))) << from;
-        let index = BlockIndex {
-            col,
-            row: run.row >> BLOCK_BITS,
-        };
-        (index, (run.row & (BLOCK - 1)) as usize, cells)
-    })
 }
 
 fn is_in_reach([start, end]: &Way) -> bool {

@@ -172,6 +172,25 @@ fn beams_far_apart_are_lines_of_their_own_and_overlapping_cones_stay_free() {
     assert!(swept(Sweep::Area, start, &cones).is_superset(&alone));
 }
 
+/// A canvas is only so large: what lies off it comes into the blocks another way.
+#[test]
+fn ways_far_from_the_first_are_drawn_like_any() {
+    let start = Point2::new(3.3, 4.4);
+    let ends = ends(
+        start,
+        0.4,
+        0.7,
+        &[40.0, 5000.0, 1500.0, 2500.0, 3000.0, 80.0],
+    );
+    let mut expected = Cells::new();
+    for end in &ends {
+        crate::map::cells_on_ray(start, *end, |cell| {
+            expected.insert((cell.col, cell.row));
+        });
+    }
+    assert_eq!(swept(Sweep::Crossed, start, &ends), expected);
+}
+
 #[test]
 fn absurd_ways_have_no_area() {
     let far = [Point2::new(1e8, 0.0), Point2::new(1e8, 1e6)];

@@ -3,7 +3,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use proptest::prelude::*;
 
 use super::*;
-use crate::map::cells_on_ray;
 use crate::points::Beam;
 use crate::robot::Stamp;
 
@@ -60,6 +59,43 @@ fn repeated_sightings_follow_bayes_until_the_clamp() {
     assert_eq!(grid.state(cell), CellState::Free);
 }
 
+/// The cells that a way enters, row by row, or column by column where it is steeper: from where it comes in to where it
+/// leaves. Who meets a corner exactly passes it where the longer axis is greater, which the last term decides.
+fn entered(start: Point2<f64>, end: Point2<f64>) -> Vec<(i32, i32)> {
+    let is_flat = (end.x - start.x).abs() >= (end.y - start.y).abs();
+    let [mut a, mut b] = [start, end].map(|p| if is_flat { [p.x, p.y] } else { [p.y, p.x] });
+    if a[0] > b[0] {
+        (a, b) = (b, a);
+    }
+    let at = |border: f64| {
+        let part = (border - a[1]) / (b[1] - a[1]);
+        (a[0] + part * (b[0] - a[0]) + 1.0 / f64::from(1 << 30) / 16.0).min(b[0])
+    };
+    let (low, high) = (a[1].min(b[1]).floor(), a[1].max(b[1]).floor());
+    let mut cells = vec![];
+    for row in low as i32..=high as i32 {
+        let (below, above) = (f64::from(row), f64::from(row + 1));
+        let (enters, leaves) = if a[1] < b[1] {
+            (below, above)
+        } else {
+            (above, below)
+        };
+        let from = if row == a[1].floor() as i32 {
+            a[0]
+        } else {
+            at(enters)
+        };
+        let to = if row == b[1].floor() as i32 {
+            b[0]
+        } else {
+            at(leaves)
+        };
+        let cols = from.floor() as i32..=to.floor() as i32;
+        cells.extend(cols.map(|col| if is_flat { (col, row) } else { (row, col) }));
+    }
+    cells
+}
+
 /// Log-odds of each cell ever seen, by the definition: per scan the set of cells hit, and of cells crossed but not hit.
 #[derive(Default)]
 struct Naive(BTreeMap<(i32, i32), f32>);
@@ -74,9 +110,7 @@ impl Naive {
             if beam.is_hit {
                 hits.insert((end.x.floor() as i32, end.y.floor() as i32));
             }
-            cells_on_ray(in_cells(beam.origin_in_robot), end, |c| {
-                crossed.insert((c.col, c.row));
-            });
+            crossed.extend(entered(in_cells(beam.origin_in_robot), end));
         }
         let log_odds = |p: f64| libm::log(p / (1.0 - p)) as f32;
         let limit = log_odds(1.0 - config.clamp);

@@ -13,7 +13,7 @@ use super::ConfigSpace;
 use super::capsule::Capsule;
 use super::raster::Raster;
 use crate::geom::Segment;
-use crate::plan::reach::floods_apart;
+use crate::plan::squares::floods_apart;
 
 /// Legs that are stopped end this far before the wall, m, so that what starts there is free in spite of rounding.
 const BACK_OFF: f64 = 1e-6;
@@ -89,6 +89,19 @@ impl SegmentSpace {
             keep,
             bounds,
         })
+    }
+
+    /// The same walls and bounds for a robot whose centre keeps another distance, m; not negative.
+    #[must_use]
+    pub fn with_keep(&self, keep: f64) -> Self {
+        let keep = keep.max(0.0);
+        Self {
+            capsules: (self.segments.iter().map(|s| Capsule::new(s, keep))).collect(),
+            raster: Raster::new(&self.segments, keep, self.bounds),
+            segments: self.segments.clone(),
+            keep,
+            bounds: self.bounds,
+        }
     }
 
     /// The walls.
@@ -170,7 +183,9 @@ impl ConfigSpace for SegmentSpace {
     }
 
     fn are_apart(&self, a: Point2<f64>, b: Point2<f64>) -> bool {
-        floods_apart(self, a, b, 0.5 * self.keep)
+        // Finer squares prove more, and take longer.
+        let sides = [0.5, 0.1].map(|part| part * self.keep);
+        sides.iter().any(|&side| floods_apart(self, a, b, side))
     }
 
     fn is_free(&self, point: Point2<f64>) -> bool {

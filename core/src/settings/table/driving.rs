@@ -1,5 +1,6 @@
 //! How the robot plans, drives and explores.
 
+use crate::control::Avoidance;
 use crate::plan::{FrontierChoice, Planner, Shortening, SmoothConfig};
 use crate::settings::{Acts, Kind, Setting};
 
@@ -98,7 +99,7 @@ pub(super) const DRIVING: &[Setting] = &[
         range: [0.0, 1.0],
         kind: Kind::Switch,
         acts: Acts::AtOnce,
-        meaning: "Corners become arcs that are driven without a stop, as far as half of the margin to walls allows.",
+        meaning: "Corners become arcs that are driven without a stop, by pure pursuit (Coulter 1992), as far as half of the margin to walls allows.",
         get: |s| Some(f64::from(u8::from(s.pilot.route.rounding.is_some()))),
         set: |s, v| s.pilot.route.rounding = (v > 0.5).then(SmoothConfig::default),
     },
@@ -175,6 +176,27 @@ pub(super) const DRIVING: &[Setting] = &[
         set: |s, v| s.pilot.safe.stale_after = v,
     },
     Setting {
+        key: "pilot.avoidance",
+        group: "Planning and driving",
+        name: "People in its way",
+        unit: "",
+        range: [0.0, 1.0],
+        kind: Kind::Choice(&["keeps to its way", "dynamic window"]),
+        acts: Acts::AtOnce,
+        meaning: "Keeps to its way, slows down and waits; or leaves it by the dynamic window (Fox, Burgard & Thrun 1997). Safe mode limits both.",
+        get: |s| {
+            Some(f64::from(u8::from(
+                s.pilot.avoidance == Avoidance::DynamicWindow,
+            )))
+        },
+        set: |s, v| {
+            s.pilot.avoidance = match v > 0.5 {
+                true => Avoidance::DynamicWindow,
+                false => Avoidance::KeepsToWay,
+            }
+        },
+    },
+    Setting {
         key: "pilot.patience",
         group: "Planning and driving",
         name: "Patience",
@@ -221,6 +243,18 @@ pub(super) const DRIVING: &[Setting] = &[
         meaning: "Shorter ones are dropped: about the robot's width.",
         get: |s| Some(s.pilot.frontier.min_width),
         set: |s, v| s.pilot.frontier.min_width = v,
+    },
+    Setting {
+        key: "explore.longest",
+        group: "Exploration",
+        name: "Longest border",
+        unit: "m",
+        range: [0.5, 100.0],
+        kind: Kind::Real,
+        acts: Acts::AtOnce,
+        meaning: "A longer border of the unknown is cut into several, each looked at by itself.",
+        get: |s| Some(s.pilot.frontier.longest),
+        set: |s, v| s.pilot.frontier.longest = v,
     },
     Setting {
         key: "explore.min_gain",

@@ -1,0 +1,202 @@
+//! `crowd`: does a robot among people get where it goes, and what does the dynamic window gain? Half a minute for each seed of a world.
+//!
+//! 1. `crowd` with its ten people, and rooms into which four are put who walk to and fro ([`PEOPLED`]); by lidar and the line filter,
+//!    20 seeds (`--seeds`, `--world`). The seed draws noise, wear, people and goal; both ways to deal with people meet the same.
+//! 2. Two errands: exploring all of it, and a goal somewhere in it.
+//! 3. No contact with a wall, none with a person but for those who walk into the robot, by either way. Time and way are told, not judged.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context, Result, bail};
+use nalgebra::Point2;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::{Value, json};
+use slamlab_core::control::Avoidance;
+use slamlab_core::experiment::{Experiment, ExperimentConfig};
+use slamlab_core::geom::Segment;
+use slamlab_core::pilot::{Finish, Mode, Status};
+use slamlab_core::sim::{
+    Caster, Mover, ReachableArea, SensorModel, Simulation, World, reachable_area, worlds,
+};
+
+use super::errand::errand;
+use super::{Args, Outcome};
+
+const SEEDS: u64 = 20;
+/// Worlds with people of their own, and worlds into which people are put.
+const CROWDED: &str = "crowd";
+const PEOPLED: [&str; 2] = ["arena", "office"];
+const PEOPLE: usize = 4;
+/// People keep so far off walls and the robot's start, m.
+const ROOM: f64 = 0.3;
+const START_ROOM: f64 = 1.0;
+/// An errand that takes longer has failed, s.
+const LONGEST: f64 = 1200.0;
+const CELL: f64 = 0.05;
+const WAYS: [(&str, Avoidance); 2] = [
+    ("keeps_to_way", Avoidance::KeepsToWay),
+    ("dynamic_window", Avoidance::DynamicWindow),
+];
+
+pub(crate) fn measure(args: &Args) -> Result<Outcome> {
+    let names: Vec<&str> = std::iter::once(CROWDED).chain(PEOPLED).collect();
+    if let Some(name) = args.worlds.iter().find(|w| !names.contains(&w.as_str())) {
+        bail!(
+            "no people in `{name}`; expected one of {}",
+            names.join(", ")
+        );
+    }
+    let is_asked = |name: &&str| args.worlds.is_empty() || args.worlds.iter().any(|w| w == name);
+    let seeds = args.first_seed..args.first_seed.saturating_add(args.seeds.unwrap_or(SEEDS));
+    let mut outcome = Outcome::default();
+    let mut contacts: BTreeMap<&str, u32> = BTreeMap::new();
+    for name in names.into_iter().filter(is_asked) {
+        let mut runs: BTreeMap<&str, Vec<[Run; 2]>> = BTreeMap::new();
+        for seed in seeds.clone() {
+            let scene = Scene::drawn(name, seed)?;
+            for (label, mode) in [("explore", Mode::Explore), ("goal", scene.goal()?)] {
+                let both = [scene.run(mode, WAYS[0].1)?, scene.run(mode, WAYS[1].1)?];
+                eprintln!("{name} seed {seed} {label}: {both:?}");
+                runs.entry(label).or_default().push(both);
+            }
+        }
+        let mut figures = serde_json::Map::new();
+        for (errand, runs) in &runs {
+            for (number, (way, _)) in WAYS.into_iter().enumerate() {
+                let own: Vec<Run> = runs.iter().map(|both| both[number]).collect();
+                *contacts.entry(way).or_default() += own.iter().map(|run| run.touched).sum::<u32>();
+                figures.insert(format!("{errand}_{way}"), summary(&own));
+            }
+            let both_done = runs
+                .iter()
+                .filter(|both| both.iter().all(|run| run.is_done));
+            let ratio = median(both_done.map(|[kept, around]| around.seconds / kept.seconds));
+            figures.insert(
+                format!("{errand}_time_with_over_without_median"),
+                ratio.into(),
+            );
+        }
+        outcome.figure(name, Value::Object(figures));
+    }
+    for (way, count) in contacts {
+        outcome.at_most(&format!("contacts_{way}"), f64::from(count), 0.0);
+    }
+    Ok(outcome)
+}
+
+/// One errand.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    is_done: bool,
+    seconds: f64,
+    way: f64,
+    /// Walls, and people who did not walk into the robot.
+    touched: u32,
+    walked_in: u32,
+}
+
+/// A world with its people.
+struct Scene {
+    world: World,
+    area: ReachableArea,
+    seed: u64,
+}
+
+impl Scene {
+    fn drawn(name: &str, seed: u64) -> Result<Self> {
+        let mut world =
+            worlds::builtin(name).with_context(|| format!("there is no world `{name}`"))?;
+        let area = reachable_area(&world, world.robot.model().radius(), CELL);
+        if PEOPLED.contains(&name) {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let people = (0..PEOPLE).map(|_| person(&world, &mut rng)).collect();
+            world.movers = people;
+        }
+        Ok(Self { world, area, seed })
+    }
+
+    /// Somewhere in it.
+    fn goal(&self) -> Result<Mode> {
+        let robot = self.world.robot.model();
+        let sim = Simulation::new(self.world.clone(), robot, SensorModel::lidar(), self.seed)?;
+        let mut rng = ChaCha8Rng::seed_from_u64(!self.seed);
+        let goal = errand(&sim, &mut rng).back().copied();
+        let goal = goal.context("the robot is shut in")?;
+        Ok(Mode::GoTo(self.world.start.inverse() * goal))
+    }
+
+    fn run(&self, mode: Mode, avoidance: Avoidance) -> Result<Run> {
+        let robot = self.world.robot.model();
+        let (world, sensor) = (self.world.clone(), SensorModel::lidar());
+        let mut config = ExperimentConfig::new(world, robot, sensor, self.seed);
+        config.mode = mode;
+        config.pilot.avoidance = avoidance;
+        let mut experiment = Experiment::new(config)?;
+        while !experiment.status().is_over() && experiment.seconds() < LONGEST {
+            experiment.step()?;
+        }
+        let figures = experiment.figures(&self.area);
+        let contacts = figures.contacts;
+        Ok(Run {
+            is_done: matches!(
+                experiment.status(),
+                Status::Finished(Finish::Explored { .. } | Finish::GoalReached { .. })
+            ),
+            seconds: figures.sim_seconds,
+            way: figures.distance,
+            touched: contacts.walls + contacts.drove_into_mover,
+            walked_in: contacts.mover_walked_in,
+        })
+    }
+}
+
+/// Somebody who walks to and fro between two places that see each other.
+fn person(world: &World, rng: &mut ChaCha8Rng) -> Mover {
+    let caster = Caster::new(world.walls());
+    let (low, high) = world.bounds();
+    let mut place = || {
+        let (x, y) = (
+            rng.random_range(low.x..high.x),
+            rng.random_range(low.y..high.y),
+        );
+        Point2::new(x, y)
+    };
+    let start = world.start.position();
+    let waypoints = loop {
+        let way = Segment::new(place(), place());
+        let steps = (way.length() / 0.1).ceil() as u32;
+        let is_free = (0..=steps).all(|i| {
+            let at = way.a + way.vector() * (f64::from(i) / f64::from(steps.max(1)));
+            caster.clearance(at, 1.0) > ROOM
+        });
+        if way.length() > 2.0 && is_free && way.distance(start) > START_ROOM {
+            break vec![way.a, way.b];
+        }
+    };
+    Mover {
+        waypoints,
+        closed: true,
+        speed: rng.random_range(0.5..1.0),
+        radius: 0.2,
+        pause: rng.random_range(0.0..3.0),
+    }
+}
+
+fn summary(runs: &[Run]) -> Value {
+    json!({
+        "runs": runs.len(),
+        "done": runs.iter().filter(|run| run.is_done).count(),
+        "simulated_s_median": median(runs.iter().map(|run| run.seconds)),
+        "way_m_median": median(runs.iter().map(|run| run.way)),
+        "contacts": runs.iter().map(|run| run.touched).sum::<u32>(),
+        "people_who_walked_in": runs.iter().map(|run| run.walked_in).sum::<u32>(),
+    })
+}
+
+/// NaN of none.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}

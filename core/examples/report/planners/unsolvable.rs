@@ -1,0 +1,86 @@
+//! Queries that cannot be solved, and who says so.
+
+use nalgebra::Vector2;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde_json::{Value, json};
+use slamlab_core::geom::Segment;
+use slamlab_core::plan::{ConfigSpace, NoPath, Planner, Query, RrtConfig, SegmentSpace, solve};
+
+use super::scene::{Asked, Scene};
+use super::{median, quantile};
+use crate::clock::cpu_seconds;
+
+/// In a world of more walls the visibility graph is not asked to prove anything.
+const MANY_WALLS: usize = 5_000;
+
+/// Queries without a path.
+#[derive(Default)]
+pub(super) struct Unsolvable {
+    pub(super) asked: usize,
+    pub(super) unsaid: usize,
+    times: Vec<f64>,
+}
+
+impl Unsolvable {
+    pub(super) fn to_json(&self) -> Value {
+        json!({
+            "asked": self.asked,
+            "not_said_so": self.unsaid,
+            "ms_median": median(&self.times),
+            "ms_p95": quantile(&self.times, 0.95),
+        })
+    }
+}
+
+/// Walls the goal in with a square, and asks every planner in turn; the iterations are those of a robot that has to answer.
+pub(super) fn unsolvable(scene: &Scene, asked: &Asked, count: usize) -> Unsolvable {
+    const PLANNERS: [Planner; 4] = [
+        Planner::RrtConnect,
+        Planner::Rrt,
+        Planner::InformedRrtStar,
+        Planner::Visibility,
+    ];
+    let mut said = Unsolvable::default();
+    let config = RrtConfig {
+        max_iterations: 3000,
+        ..RrtConfig::default()
+    };
+    let mut rng = ChaCha8Rng::seed_from_u64(12);
+    let half = 3.0 * scene.space.keep();
+    let far = |q: &&Query| {
+        let off = (q.start - q.goal).abs();
+        off.max() > half + scene.space.keep()
+    };
+    for (number, query) in asked.queries.iter().filter(far).take(count).enumerate() {
+        let mut walls = scene.space.segments().to_vec();
+        let corner = |x: f64, y: f64| query.goal + Vector2::new(x, y) * half;
+        let corners = [
+            corner(-1.0, -1.0),
+            corner(1.0, -1.0),
+            corner(1.0, 1.0),
+            corner(-1.0, 1.0),
+        ];
+        walls.extend((0..4).map(|i| Segment::new(corners[i], corners[(i + 1) % 4])));
+        let bounds = scene.space.bounds();
+        let Ok(space) = SegmentSpace::new(walls, scene.space.keep(), bounds) else {
+            continue;
+        };
+        if !space.is_free(query.start) {
+            continue;
+        }
+        // To look at every leg among tens of thousands of walls takes the graph hours.
+        let n_planners = PLANNERS.len() - usize::from(scene.space.segments().len() > MANY_WALLS);
+        let planner = PLANNERS[number % n_planners];
+        let mut config = config;
+        if planner == Planner::Visibility {
+            config.max_iterations = usize::MAX;
+        }
+        let begin = cpu_seconds();
+        let answer = solve(planner, &space, *query, &config, &mut rng);
+        said.times.push(1e3 * (cpu_seconds() - begin));
+        said.asked += 1;
+        said.unsaid += usize::from(!matches!(answer.path, Err(NoPath::Unreachable { .. })));
+    }
+    said
+}

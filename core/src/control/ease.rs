@@ -1,0 +1,106 @@
+//! Easing a robot that turns on the spot off what it has come too near to.
+//!
+//! In: the points of the last scan, the motion since. Out: a slow forward speed, negative for back, that makes room; 0 where there is
+//! room enough, or none to be made.
+//!
+//! 1. Points within a little of the robot's disc push it, each by how deep it lies within, away from itself.
+//! 2. The robot can only follow the part of that along its heading. What stands abeam, or on both sides, pushes it nowhere; while the
+//!    robot turns on, its heading comes to where it does.
+//!
+//! Ours: a spring over a dead zone.
+
+use super::strip::TIGHT;
+use crate::geom::Pose2;
+use crate::points::Points;
+
+/// Way that is made up for in a second, as a part of what is missing, 1/s.
+const GAIN: f64 = 2.0;
+/// Least part of the push that has to be along the heading: the cosine of 70°.
+const ALONG: f64 = 0.35;
+
+/// The forward speed (m/s, at most `most`) that takes a disc of `radius` away from points nearer to it than [`TIGHT`].
+pub(super) fn ease_off(
+    points: &Points,
+    robot_at_scan_from_robot: &Pose2,
+    radius: f64,
+    most: f64,
+) -> f64 {
+    let robot_from_scan = robot_at_scan_from_robot.inverse();
+    let (mut along, mut all, mut deepest) = (0.0, 0.0, 0.0_f64);
+    for beam in points.hits() {
+        let point = robot_from_scan * beam.end_in_robot;
+        let distance = point.coords.norm();
+        let depth = radius + TIGHT - distance;
+        if depth > 0.0 {
+            along -= depth * point.x / distance.max(1e-9);
+            all += depth;
+            deepest = deepest.max(depth);
+        }
+    }
+    if along.abs() <= ALONG * all {
+        return 0.0;
+    }
+    (GAIN * deepest).min(most).copysign(along)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point2;
+
+    use super::*;
+    use crate::points::Beam;
+    use crate::robot::Stamp;
+
+    const RADIUS: f64 = 0.3;
+
+    /// What is pushed for by points at angles (degrees) and distances from the disc, m.
+    fn eased(at: &[(f64, f64)], moved: Pose2) -> f64 {
+        let beam = |(number, (degrees, room)): (usize, &(f64, f64))| {
+            let (sin, cos) = crate::geom::sin_cos(degrees.to_radians());
+            let range = RADIUS + room;
+            Beam {
+                beam_idx: number,
+                origin_in_robot: Point2::origin(),
+                end_in_robot: Point2::new(range * cos, range * sin),
+                range,
+                sigma: 0.01,
+                is_hit: true,
+                quality: None,
+            }
+        };
+        let points = Points {
+            stamp: Stamp(0),
+            sensor_in_robot: Point2::origin(),
+            bearing_sigma: 0.0,
+            beams: at.iter().enumerate().map(beam).collect(),
+        };
+        ease_off(&points, &moved, RADIUS, 0.05)
+    }
+
+    #[test]
+    fn it_goes_away_from_what_is_too_near_and_only_then() {
+        let here = Pose2::identity();
+        for (at, expect) in [
+            (&[(0.0, 0.015)][..], -0.01),
+            (&[(180.0, 0.015)], 0.01),
+            (&[(50.0, 0.01)], -0.02),
+            (&[(-50.0, -0.02)], -0.05),
+            (&[(80.0, 0.01)], 0.0),
+            (&[(10.0, 0.03)], 0.0),
+            (&[(0.0, 0.01), (180.0, 0.01)], 0.0),
+            (&[(60.0, 0.01), (-120.0, 0.01)], 0.0),
+            (&[], 0.0),
+        ] {
+            let speed = eased(at, here);
+            assert!((speed - expect).abs() < 1e-9, "{at:?}: {speed}");
+        }
+    }
+
+    #[test]
+    fn what_the_robot_turned_since_the_scan_counts() {
+        let half_round = Pose2::new(0.0, 0.0, std::f64::consts::PI);
+        assert!(eased(&[(0.0, 0.01)], half_round) > 0.0);
+        let back = Pose2::new(-0.02, 0.0, 0.0);
+        assert_eq!(eased(&[(0.0, 0.01)], back), 0.0);
+    }
+}

@@ -1,0 +1,182 @@
+//! The dynamic window: of all speeds that the robot can have a moment from now, those that bring it nearest to its way and keep it free.
+//!
+//! In: a point on the way ahead, what stands around, the speeds at which the robot runs. Out: the speeds to be told next.
+//!
+//! 1. The window: forward speeds and turn rates within what the motors can change in [`WindowConfig::period`].
+//! 2. Each pair is an arc; its free distance is where the robot's disc would first touch a point, exactly ([`free_on_arc`]).
+//! 3. A pair is admissible if the robot can stand within that distance: v t + v²/(2 a), with safe mode's reaction and braking.
+//! 4. Of those the one with the greatest G = α heading + β distance + γ speed is taken, each term between 0 and 1: how straight the
+//!    robot will look at the point on its way, how far the arc is free, how fast it is.
+//!
+//! Points of people count where they are now; that they may walk on is what [`super::limit_among_walkers`] is for, which follows.
+//!
+//! Source: Fox, Burgard & Thrun (1997), "The dynamic window approach to collision avoidance", eqs. (13) to (16), without smoothing;
+//! the reaction time is ours.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Point2, Vector2};
+
+use super::safe::{SafeConfig, Underway};
+use super::strip::arc;
+use crate::geom::{Pose2, wrap};
+use crate::points::Points;
+use crate::robot::RobotModel;
+
+/// What the pilot does about people in its way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Avoidance {
+    /// Keeps to its way, slows down, waits, and plans anew.
+    #[default]
+    KeepsToWay,
+    /// Leaves its way by the dynamic window while somebody walks about.
+    DynamicWindow,
+}
+
+/// How the dynamic window weighs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WindowConfig {
+    /// Time after which the speeds that are chosen hold, s. Default 0.25, as in the paper. Growing: a wider window.
+    pub period: f64,
+    /// α: of looking at the point on the way. Default 2, as in the paper. Growing: it stays nearer to its way.
+    pub heading: f64,
+    /// β: of a free arc. Default 0.2. Growing: it makes wider turns around people.
+    pub distance: f64,
+    /// γ: of speed. Default 0.2. Growing: it would rather go past than wait.
+    pub speed: f64,
+    /// What is free for so long a way is free, m. Default 2.
+    pub far: f64,
+}
+
+impl Default for WindowConfig {
+    fn default() -> Self {
+        Self {
+            period: 0.25,
+            heading: 2.0,
+            distance: 0.2,
+            speed: 0.2,
+            far: 2.0,
+        }
+    }
+}
+
+/// Speeds and turn rates that are tried: so many of either.
+const SPEEDS: u32 = 5;
+const TURNS: u32 = 15;
+/// Turn rates below this make a straight line, rad/m.
+const STRAIGHT: f64 = 1e-6;
+
+/// The speeds (m/s, rad/s) with the greatest G for a robot that wants to `aim` (robot frame, m); `None` where none is admissible.
+/// `points` stand in the robot frame of the last scan.
+#[must_use]
+pub fn choose_in_window(
+    aim: Point2<f64>,
+    points: &Points,
+    underway: &Underway,
+    model: &RobotModel,
+    (safe, config): (&SafeConfig, &WindowConfig),
+) -> Option<(f64, f64)> {
+    let radius = model.radius() + safe.gap;
+    let near = points_within(points, &underway.since_scan, radius + config.far);
+    let brake = safe.braking * model.max_acceleration;
+    let mut best: Option<(f64, (f64, f64))> = None;
+    for (forward, turn) in window(underway.runs, model, config.period) {
+        let free = free_on_arc((forward, turn), &near, radius, config.far);
+        if forward * safe.reaction + forward * forward / (2.0 * brake) > free {
+            continue;
+        }
+        let off = heading_error(aim, (forward, turn), model, config.period);
+        let value = config.heading * (1.0 - off / PI)
+            + config.distance * free / config.far
+            + config.speed * forward / model.max_speed;
+        if best.is_none_or(|(most, _)| value > most) {
+            best = Some((value, (forward, turn)));
+        }
+    }
+    best.map(|(_, speeds)| speeds)
+}
+
+/// Step 1: pairs all over the window, forward only.
+fn window(
+    (forward, turn): (f64, f64),
+    model: &RobotModel,
+    period: f64,
+) -> impl Iterator<Item = (f64, f64)> {
+    let over = |at: f64, by: f64, [least, most]: [f64; 2], number: u32| {
+        let (low, high) = ((at - by).clamp(least, most), (at + by).clamp(least, most));
+        move |i: u32| low + (high - low) * f64::from(i) / f64::from(number - 1)
+    };
+    let (speed_change, turn_change) = (
+        model.max_acceleration * period,
+        model.max_turn_acceleration * period,
+    );
+    let most_turn = model.max_turn_rate;
+    let speeds = over(forward, speed_change, [0.0, model.max_speed], SPEEDS);
+    let turns = over(turn, turn_change, [-most_turn, most_turn], TURNS);
+    (0..SPEEDS).flat_map(move |i| {
+        let (speed, turns) = (speeds(i), turns);
+        (0..TURNS).map(move |j| (speed, turns(j)))
+    })
+}
+
+/// By how much the robot will not look at `aim`, once it has run so for `period` and stopped turning, rad.
+fn heading_error(
+    aim: Point2<f64>,
+    (forward, turn): (f64, f64),
+    model: &RobotModel,
+    period: f64,
+) -> f64 {
+    let at = arc(forward * period, turn * period);
+    let turned = turn * period + turn * turn.abs() / (2.0 * model.max_turn_acceleration);
+    let to: Vector2<f64> = aim - at;
+    wrap(libm::atan2(to.y, to.x) - turned).abs()
+}
+
+/// Points of the scan within `reach` of the robot now, robot frame now.
+fn points_within(
+    points: &Points,
+    robot_at_scan_from_robot: &Pose2,
+    reach: f64,
+) -> Vec<Point2<f64>> {
+    let robot_from_scan = robot_at_scan_from_robot.inverse();
+    let ends = points
+        .hits()
+        .map(|beam| robot_from_scan * beam.end_in_robot);
+    ends.filter(|p| p.coords.norm_squared() < reach * reach)
+        .collect()
+}
+
+/// How far a disc of `radius` moves forward on the arc of the speeds until it touches one of the points, m; at most `most`. A point within
+/// the disc stops it at once where it is in front, and not at all where it is behind.
+///
+/// The middle of the disc is at distance ρ = v/ω of the arc's centre, a point at distance d; they are `radius` apart where the angle
+/// between them has cosine (ρ² + d² − radius²) / (2 ρ d).
+fn free_on_arc((forward, turn): (f64, f64), points: &[Point2<f64>], radius: f64, most: f64) -> f64 {
+    if forward <= 0.0 {
+        return 0.0;
+    }
+    let bend = turn / forward;
+    let touches = points.iter().filter_map(|point| {
+        if point.coords.norm() < radius {
+            return (point.x > 0.0).then_some(0.0);
+        }
+        if bend.abs() < STRAIGHT {
+            let ahead = (radius * radius - point.y * point.y).max(0.0).sqrt();
+            return (point.y.abs() < radius && point.x > 0.0).then_some(point.x - ahead);
+        }
+        // As if it turned to the left.
+        let rho = 1.0 / bend.abs();
+        let from_centre = Vector2::new(point.x, point.y * bend.signum() - rho);
+        let distance = from_centre.norm();
+        let cosine = (rho * rho + distance * distance - radius * radius) / (2.0 * rho * distance);
+        if cosine.abs() > 1.0 {
+            return None;
+        }
+        let at_point = libm::atan2(from_centre.x, -from_centre.y);
+        Some(rho * (at_point - libm::acos(cosine)).rem_euclid(TAU))
+    });
+    touches.fold(most, f64::min)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,274 @@
+//! Lines of a scan drawn into bits, before the blocks of the grid hear of them.
+//!
+//! In: lines in slices. Out: for each block the cells that any line has, as 64 words.
+//!
+//! 1. Lines along x are drawn row by row; those along y into a second sheet with columns for rows. So slices are few and
+//!    long whatever the direction, and every one that is no longer than 56 cells is one change of one word.
+//! 2. A row is a string of bytes, and a word begins at any of them: no slice is parted where blocks meet.
+//! 3. Block by block words are read back, those of the second sheet turned.
+
+use pulp::NullaryFnOnce;
+
+use super::{BLOCK, BLOCK_BITS, BLOCK_CELLS, BlockIndex};
+use crate::lanes::widened;
+use crate::map::line::{FRACTION, Line};
+
+/// A row of a block in bytes.
+const ROW_BYTES: usize = BLOCK_CELLS / 8;
+/// Lines that reach farther than this many cells from the beginning of the first one are not for a canvas.
+const REACH: u32 = 2048;
+/// A slice that begins at any bit of a byte and fits a word.
+const WORD_SLICE: i64 = 55;
+
+/// Rows of one block, a bit for each cell.
+pub(super) type Bits = [u64; BLOCK_CELLS];
+
+/// Memory that is kept between scans.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Canvas {
+    lines: Vec<Line>,
+    flat: Sheet,
+    steep: Sheet,
+}
+
+impl Canvas {
+    /// Takes a line, to be drawn with the others; gives it back where it is too far away from the first one.
+    pub(super) fn take(&mut self, line: Line) -> Option<Line> {
+        let first = self.lines.first().unwrap_or(&line);
+        let centre = first.cell(first.from, first.across);
+        let ends = [
+            line.cell(line.from, line.across),
+            line.cell(line.to, line.last_across()),
+        ];
+        let is_near = |at: i32, centre: i32| at.abs_diff(centre) < REACH;
+        let is_inside = ends
+            .iter()
+            .all(|end| is_near(end.col, centre.col) && is_near(end.row, centre.row));
+        if is_inside {
+            self.lines.push(line);
+            None
+        } else {
+            Some(line)
+        }
+    }
+
+    /// Draws all lines, and hands on what there is in each block.
+    pub(super) fn draw(&mut self, mut visit: impl FnMut(BlockIndex, Bits)) {
+        let Self { lines, flat, steep } = self;
+        flat.draw(lines, true);
+        steep.draw(lines, false);
+        flat.for_blocks(|[col, row], bits| visit(BlockIndex { col, row }, *bits));
+        steep.for_blocks(|[row, col], bits| {
+            widened(Turn(bits));
+            visit(BlockIndex { col, row }, *bits);
+        });
+        lines.clear();
+    }
+}
+
+/// Rows of bits (or columns, where those of lines along y are drawn).
+#[derive(Clone, Debug, Default)]
+struct Sheet {
+    /// The lowest block, along and across.
+    low: [i32; 2],
+    /// Bytes of a row; those of its blocks, and of a word that sticks out.
+    row_bytes: usize,
+    bytes: Vec<u8>,
+}
+
+impl Sheet {
+    /// Draws the lines that go this way on an empty sheet as large as they need.
+    fn draw(&mut self, lines: &[Line], is_flat: bool) {
+        let own = || lines.iter().filter(|line| line.is_flat == is_flat);
+        self.bytes.clear();
+        let block = |cell: Option<i32>| cell.map(|cell| cell >> BLOCK_BITS);
+        let along = (
+            block(own().map(|line| line.from).min()),
+            block(own().map(|line| line.to).max()),
+        );
+        let across = (
+            block(own().map(|line| line.across.min(line.last_across())).min()),
+            block(own().map(|line| line.across.max(line.last_across())).max()),
+        );
+        let ((Some(left), Some(right)), (Some(low), Some(high))) = (along, across) else {
+            return;
+        };
+        self.low = [left, low];
+        self.row_bytes = (right - left + 2) as usize * ROW_BYTES;
+        let rows = (high - low + 1) as usize * BLOCK_CELLS;
+        self.bytes.resize(rows * self.row_bytes, 0);
+        widened(DrawLines {
+            sheet: self,
+            lines,
+            is_flat,
+        });
+    }
+
+    #[inline(always)]
+    fn draw_line(&mut self, line: &Line) {
+        let low = self.low.map(|block| block * BLOCK);
+        let row = |slice: u32| (line.across + line.step * slice as i32 - low[1]) as usize;
+        let (from, to) = ((line.from - low[0]) as usize, (line.to - low[0]) as usize);
+        if line.more == 0 {
+            self.draw_slice(row(0), from, to);
+            return;
+        }
+        let mut place = line.border + ((from as i64) << FRACTION);
+        self.draw_slice(row(0), from, cell(place));
+        if line.slope >> FRACTION >= WORD_SLICE {
+            for slice in 1..line.more {
+                let next = place + line.slope;
+                self.draw_slice(row(slice), cell(place) + line.gap, cell(next));
+                place = next;
+            }
+        } else if line.more > 1 {
+            let (first, last) = (row(1), row(line.more - 1));
+            let bytes = first.min(last) * self.row_bytes..(first.max(last) + 1) * self.row_bytes;
+            let rows = self.bytes.get_mut(bytes).unwrap_or_default();
+            let rows = rows.chunks_exact_mut(self.row_bytes);
+            place = if line.step > 0 {
+                draw_short_slices(rows, line, place)
+            } else {
+                draw_short_slices(rows.rev(), line, place)
+            };
+        }
+        self.draw_slice(row(line.more), cell(place) + line.gap, to);
+    }
+
+    /// Any number of cells.
+    #[inline(always)]
+    fn draw_slice(&mut self, row: usize, from: usize, to: usize) {
+        let bytes = row * self.row_bytes..(row + 1) * self.row_bytes;
+        let row = self.bytes.get_mut(bytes).unwrap_or_default();
+        let mut at = from;
+        while at <= to {
+            let more = (to - at).min(WORD_SLICE as usize);
+            draw_word(row, at, (2 << more) - 1);
+            at += more + 1;
+        }
+    }
+
+    /// Hands on the blocks in which there is something, along and across.
+    fn for_blocks(&self, mut visit: impl FnMut([i32; 2], &mut Bits)) {
+        if self.bytes.is_empty() {
+            return;
+        }
+        let bands = self.bytes.chunks_exact(BLOCK_CELLS * self.row_bytes);
+        for (band, across) in bands.zip(self.low[1]..) {
+            let mut any = vec![0; self.row_bytes];
+            for row in band.chunks_exact(self.row_bytes) {
+                any.iter_mut().zip(row).for_each(|(any, byte)| *any |= byte);
+            }
+            let blocks = any.as_chunks::<ROW_BYTES>().0.iter().enumerate();
+            for (at, _) in blocks.filter(|(_, any)| **any != [0; ROW_BYTES]) {
+                let mut bits = [0; BLOCK_CELLS];
+                let rows = band.chunks_exact(self.row_bytes);
+                for (word, row) in bits.iter_mut().zip(rows) {
+                    let bytes = row.as_chunks().0.get(at);
+                    *word = bytes.map_or(0, |bytes| u64::from_le_bytes(*bytes));
+                }
+                visit([self.low[0] + at as i32, across], &mut bits);
+            }
+        }
+    }
+}
+
+/// A slice in each row, each of which fits a word; the first begins at `place`. Tells where the next one would.
+#[inline(always)]
+fn draw_short_slices<'a>(
+    rows: impl Iterator<Item = &'a mut [u8]>,
+    line: &Line,
+    mut place: i64,
+) -> i64 {
+    for row in rows {
+        let next = place + line.slope;
+        let from = cell(place) + line.gap;
+        draw_word(row, from, (2 << (cell(next) - from)) - 1);
+        place = next;
+    }
+    place
+}
+
+#[inline(always)]
+fn cell(place: i64) -> usize {
+    (place >> FRACTION) as usize
+}
+
+/// Sets the cells that are set in `cells`, the lowest of which is number `from` of the row.
+#[inline(always)]
+fn draw_word(row: &mut [u8], from: usize, cells: u64) {
+    let word = row.get_mut(from / 8..).and_then(<[u8]>::first_chunk_mut);
+    if let Some(bytes) = word {
+        *bytes = (u64::from_le_bytes(*bytes) | cells << (from % 8)).to_le_bytes();
+    }
+}
+
+/// Draws the lines that go one way.
+struct DrawLines<'a> {
+    sheet: &'a mut Sheet,
+    lines: &'a [Line],
+    is_flat: bool,
+}
+
+impl NullaryFnOnce for DrawLines<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for line in self.lines {
+            if line.is_flat == self.is_flat {
+                self.sheet.draw_line(line);
+            }
+        }
+    }
+}
+
+/// Rows become columns: blocks of half the size change places, then those in them, down to single bits.
+///
+/// Source: Warren (2012), "Hacker's Delight", §7-3.
+struct Turn<'a>(&'a mut Bits);
+
+impl NullaryFnOnce for Turn<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let mut low_halves = u64::MAX >> (BLOCK_CELLS / 2);
+        let mut half = BLOCK_CELLS / 2;
+        while half > 0 {
+            for pair in self.0.chunks_exact_mut(2 * half) {
+                let (lower, upper) = pair.split_at_mut(half);
+                for (lower, upper) in lower.iter_mut().zip(upper) {
+                    let changed = (*lower >> half ^ *upper) & low_halves;
+                    *upper ^= changed;
+                    *lower ^= changed << half;
+                }
+            }
+            half /= 2;
+            low_halves ^= low_halves << half;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn turning_makes_rows_of_columns() {
+        let mut state = 1_u64;
+        let bits: Bits = std::array::from_fn(|_| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            state ^ state >> 31
+        });
+        let mut turned = bits;
+        widened(Turn(&mut turned));
+        for row in 0..BLOCK_CELLS {
+            for col in 0..BLOCK_CELLS {
+                assert_eq!(turned[row] >> col & 1, bits[col] >> row & 1, "{row} {col}");
+            }
+        }
+    }
+}
