@@ -22,18 +22,20 @@ use clap::{Parser, ValueEnum};
 use nalgebra::Point2;
 use slamlab_core::experiment::{Experiment, ExperimentConfig, Figures};
 use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
-use slamlab_core::format::{building, floor_plan, og_map, preset, tum, world};
+use slamlab_core::format::{floor_plan, og_map, preset, tum};
+use slamlab_core::geom::Pose2;
 use slamlab_core::pilot::{Mode, Status};
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::{SensorKind, World, reachable_area, worlds};
 use slamlab_core::slam::Method;
 
-use known::{known_map, load_map};
+use known::{known_map, load};
 
 /// A robot in a simulated world: it maps, finds itself, plans and drives.
 #[derive(Parser)]
 struct Args {
-    /// A built-in world, or the path of a world file (.json), of a map of ROS map_server (.yaml) or of a floor plan (.svg).
+    /// A built-in world, or the path of a world file (.json), of a map of ROS map_server (.yaml), of an OGmap.txt or of a floor plan
+    /// (.svg).
     #[arg(long, default_value = "office")]
     world: String,
     /// Metres in a unit of a floor plan; by default what the drawing says of itself.
@@ -54,10 +56,13 @@ struct Args {
     /// How the robot estimates its pose: odometry, line-ekf, scan-matching or known-map.
     #[arg(long, default_value = "line-ekf")]
     method: String,
-    /// The map that `--method known-map` finds the robot in, in the world's frame: YAML of ROS map_server, or SVG. By default the
-    /// walls of the world.
+    /// The map that `--method known-map` finds the robot in: YAML of ROS map_server, OGmap.txt, floor plan (.svg) or world (.json). By
+    /// default the walls of the world.
     #[arg(long, value_name = "FILE")]
     known: Option<PathBuf>,
+    /// Where the robot begins in that map, as `x,y,heading` in metres and degrees; by default where it begins in the world.
+    #[arg(long, value_name = "X,Y,DEGREES", value_parser = known::pose, requires = "known", allow_hyphen_values = true)]
+    start: Option<Pose2>,
     /// Simulated seconds after which the run is given up.
     #[arg(long, default_value = "3600", value_parser = duration, allow_hyphen_values = true)]
     max_seconds: f64,
@@ -160,7 +165,8 @@ fn run(args: &Args) -> Result<()> {
     };
     let mut config = config;
     if let Some(path) = &args.known {
-        config.slam.known = known_map(path, args.svg_unit, &config.world.start)?;
+        let start = args.start.unwrap_or(config.world.start);
+        config.slam.known = known_map(path, args.svg_unit, &start)?;
     }
     let mut experiment = Experiment::new(config)?;
     let begin = Instant::now();
@@ -259,15 +265,9 @@ fn load_world(args: &Args) -> Result<World> {
             worlds::NAMES.join(", ")
         );
     }
-    let bytes = std::fs::read(path).with_context(|| format!("reading {name}"))?;
-    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    let imported = match extension.to_str() {
-        Some("yaml" | "yml") => building::of_map(&load_map(path, &bytes)?, name)
-            .with_context(|| format!("{name} is no building"))?,
-        Some("svg") => building::of_svg(&bytes, args.svg_unit, name)
-            .with_context(|| format!("{name} is no floor plan"))?,
-        _ => return world::read(&bytes).with_context(|| format!("{name} is not a world")),
-    };
+    let imported = load(path, args.svg_unit)?
+        .into_world(name)
+        .with_context(|| format!("{name} is no building"))?;
     for what in &imported.left_out {
         eprintln!("simulate: {name}: left out {what}");
     }

@@ -34,7 +34,7 @@ use crate::points::{MotionHistory, NearField, Points, WalkerConfig, Walkers, sec
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
 pub use config::SlamConfig;
 use estimator::{Estimator, Sweep};
-pub use known::KnownMap;
+pub use known::{KnownFit, KnownMap};
 pub use method::{Method, UnknownMethod};
 pub use sonars::SonarsConfig;
 
@@ -232,7 +232,7 @@ impl Slam {
     }
 
     /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids, of the vector map and of the scan matcher
-    /// hold for a whole run, and so does what the filter knew of the odometry beforehand.
+    /// hold for a whole run, and so do the known map, and so does what the filter knew of the odometry beforehand.
     ///
     /// # Errors    [`SlamError::Lines`] naming the first setting out of range; then the old ones stay.
     pub fn reconfigure(&mut self, config: &SlamConfig) -> Result<(), SlamError> {
@@ -241,6 +241,7 @@ impl Slam {
             matcher: self.config.matcher,
             grid: self.config.grid,
             vector: self.config.vector,
+            known: std::mem::take(&mut self.config.known),
             ..config.clone()
         };
         self.near.reconfigure(self.config.near);
@@ -300,6 +301,15 @@ impl Slam {
         match &self.estimator {
             Estimator::Lines { features, .. } | Estimator::Known { features, .. } => features,
             _ => &[],
+        }
+    }
+
+    /// Whether what is seen stands in the known map; `None` for other methods.
+    #[must_use]
+    pub fn known_fit(&self) -> Option<&KnownFit> {
+        match &self.estimator {
+            Estimator::Known { fit, .. } => Some(fit),
+            _ => None,
         }
     }
 

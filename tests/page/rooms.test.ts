@@ -1,4 +1,5 @@
 // Rooms: a layer that is off until somebody wants it, a list that says what each is, and a click that chooses one.
+import { numbered } from '../../www/src/room_numbers.ts';
 import { expect, test } from './fixture.ts';
 
 test('rooms are found, listed with their doors, chosen by click and by key, and saved', async ({ lab, page, isMobile }) => {
@@ -9,6 +10,8 @@ test('rooms are found, listed with their doors, chosen by click and by key, and 
   await lab.speed('20');
   await lab.show('layers');
   await lab.at('layer-rooms').check();
+  await lab.watch((st) => st.time, 'when a first visitor is told of driving').toBeGreaterThan(9);
+  await expect(lab.at('tip'), 'a click chooses a room here').toHaveCount(0);
   await lab.show('status');
   // The corridor, and the first room beside it.
   await expect(lab.at('room-1'), 'two regions').toBeVisible({ timeout: 90_000 });
@@ -28,4 +31,26 @@ test('rooms are found, listed with their doors, chosen by click and by key, and 
   await lab.show('layers');
   await lab.at('layer-rooms').uncheck();
   expect(await rooms()).toBe(-1);
+});
+
+/** Squares with a corner at x, 0: what the module tells of them, the largest first. */
+function squares(...rooms: readonly (readonly [x: number, side: number])[]) {
+  const sorted = [...rooms].sort((a, b) => b[1] - a[1]);
+  return {
+    regions: Float64Array.from(sorted.flatMap(([x, side]) => [0, side * side, x + side / 2, side / 2, side])),
+    doors: new Float64Array(0),
+    corners: Float32Array.from(sorted.flatMap(([x, side]) => [x, 0, x + side, 0, x + side, side, x, side])),
+    rings: Uint32Array.from(sorted.flatMap((_, i) => [i, 4])),
+  };
+}
+
+test('a room keeps its number, and so its colour, when another grows larger', () => {
+  const first = squares([0, 3], [10, 2]);
+  const numbers = numbered(first, null, []);
+  expect(numbers).toEqual([1, 2]);
+  const grown = squares([0, 3], [10, 4], [20, 5]);
+  const later = numbered(grown, first, numbers);
+  expect(later, 'the new one, the second, the first').toEqual([3, 2, 1]);
+  // The first is part of the second: the larger of the two before gave the number.
+  expect(numbered(squares([-1, 15], [20, 5]), grown, later)).toEqual([2, 3]);
 });

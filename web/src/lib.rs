@@ -23,7 +23,7 @@ mod status;
 mod view;
 
 pub use bench::BenchResponse;
-pub use building::{Building, building_of_map, building_of_svg};
+pub use building::{Building, BuildingFiles, Known};
 pub use calibration::{Calibration, CalibrationError, calibrate, data_sheet};
 pub use contest::{AskError, WebContest, contestants};
 pub use drive_fit::{FitTable, PresetText, read_preset, write_preset};

@@ -9,6 +9,7 @@ use slamlab_core::sim::SensorModel;
 use slamlab_core::slam::{Method, Slam};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
+use crate::building::Known;
 use crate::contest::{Ground, WebContest};
 use crate::drive_fit::{FitTable, samples_since};
 use crate::settings::apply;
@@ -25,6 +26,7 @@ pub struct WebLogReader {
     keys: Vec<String>,
     values: Vec<f64>,
     twin: bool,
+    known: Option<Known>,
 }
 
 #[wasm_bindgen]
@@ -44,12 +46,18 @@ impl WebLogReader {
             keys,
             values,
             twin: false,
+            known: None,
         })
     }
 
     /// A twin with the odometry's settings is to run beside the robot.
     pub fn with_twin(&mut self) {
         self.twin = true;
+    }
+
+    /// The map that the method `known-map` finds the robot in.
+    pub fn find_in(&mut self, known: Known) {
+        self.known = Some(known);
     }
 
     /// Takes the next bytes, as many as there are.
@@ -71,6 +79,9 @@ impl WebLogReader {
         let mut settings = Settings::of(sensor, &log.robot());
         apply(&mut settings, &self.keys, &self.values)?;
         let told = settings.odometry.told(&log.robot());
+        if let Some(known) = &self.known {
+            settings.slam.known = known.into();
+        }
         let mut replay = Replay::new(log, self.method, settings.slam)?;
         replay.tell_odometry(told);
         if self.twin {

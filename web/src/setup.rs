@@ -7,6 +7,7 @@ use slamlab_core::settings::Settings;
 use slamlab_core::sim::{SensorKind, SensorModel, World, worlds};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
+use crate::building::Known;
 use crate::calibration::variable_of;
 use crate::settings::apply;
 
@@ -51,6 +52,8 @@ pub struct WebSetup {
     pub calibration: String,
     /// What their characteristic is a polynomial of: `volts` or `per-volt`.
     pub variable: String,
+    /// The map that the method `known-map` finds the robot in; by default the walls of the world.
+    pub known: Option<Known>,
 }
 
 #[wasm_bindgen]
@@ -90,6 +93,9 @@ impl WebSetup {
         config.method = self.method.parse()?;
         config.mode = mode;
         config.cycle = self.cycle;
+        if let Some(known) = &self.known {
+            config.slam.known = known.into();
+        }
         Ok((config, settings))
     }
 }

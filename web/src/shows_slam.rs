@@ -25,6 +25,19 @@ macro_rules! shows_slam {
                 $crate::view::merged(self.slam())
             }
 
+            /// x1 y1 x2 y2 of the walls of the known map, m; empty for other methods.
+            #[must_use]
+            pub fn known_walls(&self) -> Vec<f32> {
+                $crate::view::known_walls(self.slam())
+            }
+
+            /// A map to be found in, made of the grid as it is.
+            ///
+            /// # Errors    A sentence on what is missing in it.
+            pub fn as_known(&self) -> Result<$crate::Known, wasm_bindgen::prelude::JsError> {
+                $crate::building::known_of_grid(self.slam())
+            }
+
             /// Area known to be free, m². Costs more than a step.
             #[must_use]
             pub fn known_area(&self) -> f64 {

@@ -152,6 +152,19 @@ pub(crate) fn segments<'a>(
         .collect()
 }
 
+/// x1 y1 x2 y2 of the walls of the known map; empty for methods without.
+pub(crate) fn known_walls(slam: &Slam) -> Vec<f32> {
+    let lines = match slam.known_fit() {
+        Some(_) => slam.config().known.lines.as_slice(),
+        None => &[],
+    };
+    lines
+        .iter()
+        .flat_map(|line| line.ends)
+        .flat_map(flat)
+        .collect()
+}
+
 /// x y of each point.
 pub(crate) fn polyline(points: &[Point2<f64>]) -> Vec<f32> {
     points.iter().copied().flat_map(flat).collect()

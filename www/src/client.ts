@@ -1,6 +1,6 @@
 // The page's end of the wire to the worker: sends commands, hands frames to scene and store.
 
-import type { Answer, Command, MethodName, SerialKind, SettingValues, Setup, SourceKind, Told } from "./protocol.js";
+import type { Answer, Command, GivenFile, KnownMap, MethodName, SerialKind, SettingValues, Setup, SourceKind, Told } from "./protocol.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
 import type { Contest, Store } from "./store.js";
@@ -230,6 +230,7 @@ export class Client {
   /** Files that were dropped or chosen together: one alone, or a map of ROS with its image. */
   async openAll(files: readonly File[]): Promise<void> {
     const [file, ...more] = files;
+    const text = files.find(({ name }) => /\.txt$/i.test(name));
     const ends = (pattern: RegExp): File[] => files.filter(({ name }) => pattern.test(name));
     const [drawing, yaml, image] = [ends(/\.svg$/i)[0], ends(/\.ya?ml$/i)[0], ends(/\.(pgm|png)$/i)[0]];
     const warn = (text: string): void => this.#store.set("toast", { toast: { level: "warn", text } });
@@ -237,15 +238,35 @@ export class Client {
     if (files.length === 2 && yaml && image) await this.#build(yaml.name, [yaml, image]);
     else if (more.length > 0) warn(`These are ${files.length} files: drop one at a time, or the YAML and the image of a map together.`);
     else if (drawing) await this.#build(drawing.name, [drawing]);
+    else if (text) await this.#build(text.name, [text]);
     else if (yaml) warn(`${yaml.name} is one half of a map: drop it together with the image that it names (.pgm or .png).`);
     else if (image) warn(`${image.name} is one half of a map: drop it together with its YAML file.`);
     else await this.open(file);
   }
 
-  async #build(name: string, files: readonly File[]): Promise<void> {
+  /** A map to be found in; the run begins anew in it. */
+  async openKnown(files: readonly File[]): Promise<void> {
+    const name = (files.find((file) => /\.ya?ml$/i.test(file.name)) ?? files[0])?.name;
+    if (name !== undefined) await this.#build(name, files, "know");
+  }
+
+  /** The map as it was drawn so far, to be found in. */
+  knowThis(): void {
+    this.send({ kind: "know", name: `map of ${this.#store.title}`, files: [] });
+  }
+
+  /** The robot is to be found in this map from here on; none: among the walls of the world. */
+  findIn(known: KnownMap | null): void {
+    const store = this.#store;
+    store.set("run", { setup: { ...store.setup, known } });
+    this.again("known-map");
+  }
+
+  async #build(name: string, files: readonly File[], kind: "build" | "know" = "build"): Promise<void> {
     this.#store.set("toast", { toast: null });
     try {
-      this.send({ kind: "build", name, files: await Promise.all(files.map((file) => file.arrayBuffer())) });
+      const given = files.map(async (file): Promise<GivenFile> => ({ name: file.name, bytes: await file.arrayBuffer() }));
+      this.send({ kind, name, files: await Promise.all(given) });
     } catch (error) {
       const why = error instanceof Error ? error.message : String(error);
       this.#store.set("toast", { toast: { level: "warn", text: `${name} could not be read: ${why}` } });
@@ -263,7 +284,7 @@ export class Client {
         else this.start({ world: file.name, worldJson, mode: "explore" });
       } else {
         store.set("run", { reading: { name: file.name, done: 0 } });
-        this.send({ kind: "replay", name: file.name, bytes, method, settings: estimationOnly(store.setup.settings) }, [bytes]);
+        this.send({ kind: "replay", name: file.name, bytes, method, settings: estimationOnly(store.setup.settings), known: store.setup.known }, [bytes]);
         this.#opening = file;
       }
     } catch (error) {
@@ -357,7 +378,9 @@ export class Client {
         if (answer.run === this.#run) store.hash = answer.text;
         break;
       case "event":
-        if (answer.run === this.#run) store.note(answer);
+        if (answer.run !== this.#run) break;
+        store.note(answer);
+        if (answer.alert) store.set("toast", { toast: { level: answer.level, text: answer.text } });
         break;
       case "bench":
         store.set("bench", { bench: answer.response });
@@ -390,6 +413,10 @@ export class Client {
         this.#leftOut = leftOut.length > 0 ? `${name}: left out ${leftOut.join(", ")}.` : "";
         break;
       }
+      case "known":
+        this.findIn(answer.known);
+        this.#leftOut = answer.leftOut.length > 0 ? `${answer.known.name}: left out ${answer.leftOut.join(", ")}.` : "";
+        break;
       case "saved":
         downloadAll(answer.files);
         store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(", ")}` });

@@ -32,6 +32,25 @@ export interface Setup {
   settings: SettingValues;
   /** Calibration of the rangers; null for that of the data sheet. */
   calibration: Pairs | null;
+  /** The map that the method `known-map` finds the robot in; null for the walls of the world. */
+  known: KnownMap | null;
+}
+
+/** A map to be found in, in the frame of its file; m and rad. */
+export interface KnownMap {
+  name: string;
+  /** x1 y1 x2 y2 of each face; what is free lies to its left. */
+  faces: Float64Array;
+  /** How far they may be off: standard deviation. */
+  sigma: number;
+  /** Where the robot begins in it: x, y, heading. */
+  start: readonly [number, number, number];
+}
+
+/** A file as it was dropped or chosen. */
+export interface GivenFile {
+  name: string;
+  bytes: ArrayBuffer;
 }
 
 export type SettingValues = Readonly<Record<string, number>>;
@@ -215,9 +234,11 @@ export type NearAnswer =
 
 export type Command =
   | { kind: "start"; setup: Setup; play: boolean }
-  /** A building from files of others: a floor plan (.svg), or the YAML and the image of a map of ROS. It is answered by `built`. */
-  | { kind: "build"; name: string; files: readonly ArrayBuffer[] }
-  | { kind: "replay"; name: string; bytes: ArrayBuffer; method: MethodName; settings: SettingValues }
+  /** A building to drive in from files of others: a floor plan (.svg), OGmap.txt, or the YAML and the image of a map of ROS. It is answered by `built`. */
+  | { kind: "build"; name: string; files: readonly GivenFile[] }
+  /** The same, or a world, as a map to be found in; without files the map as the present run has drawn it. It is answered by `known`. */
+  | { kind: "know"; name: string; files: readonly GivenFile[] }
+  | { kind: "replay"; name: string; bytes: ArrayBuffer; method: MethodName; settings: SettingValues; known: KnownMap | null }
   | { kind: "play" }
   | { kind: "pause" }
   /** Advances to the next scan and pauses. */
@@ -376,6 +397,10 @@ export interface Status {
   halfWidth: number;
   /** Half the opening of a sonar's cone, rad; 0 for a ray of light. */
   beamHalfAngle: number;
+  /** Of what the sensor hit lately, the part that stands in the known map, 0 to 1; NaN without one, or before enough was seen. */
+  knownPart: number;
+  /** That is so little that it is another map, or the robot begins elsewhere in it. */
+  knownMisfit: boolean;
 }
 
 /** The cycle of TDK 2016 §6.3: scan standing, plan, one turn, one leg, again. */
@@ -539,6 +564,8 @@ export interface Frame {
   truth: Float32Array | null;
   /** Material of each of them: 0 opaque, 1 glass, 2 dark. */
   materials: Uint8Array | null;
+  /** x1 y1 x2 y2 of the walls of the map that the robot is to be found in; empty for other methods. */
+  known: Float32Array | null;
   /** x y radius of what walks about. */
   movers: Float32Array | null;
   /** x y of the legs still to drive. */
@@ -619,8 +646,11 @@ export type Answer =
   | { kind: "playing"; playing: boolean }
   /** A building that was asked for, as the text of a world file, and what of the file is not in it. */
   | { kind: "built"; name: string; worldJson: string; leftOut: string[] }
+  /** A map to be found in that was asked for. */
+  | { kind: "known"; known: KnownMap; leftOut: string[] }
   | { kind: "hash"; run: number; text: string }
-  | { kind: "event"; run: number; time: number; level: LogLevel; text: string; topic?: string }
+  /** What happened; with `alert` it is shown at once, not only in the log. */
+  | { kind: "event"; run: number; time: number; level: LogLevel; text: string; topic?: string; alert?: boolean }
   | { kind: "saved"; files: SavedFile[] }
   | { kind: "bench"; response: BenchResponse }
   | { kind: "settings"; settings: Setting[] }
@@ -641,7 +671,7 @@ export type Answer =
 /** The arrays of a frame that change hands. */
 export function transferables(frame: Frame): ArrayBuffer[] {
   const arrays = [
-    frame.grid?.index, frame.grid?.cells, frame.scan, frame.beams, frame.doors, frame.found, frame.lines, frame.truth, frame.materials, frame.movers, frame.path, frame.rawPath, frame.tree,
+    frame.grid?.index, frame.grid?.cells, frame.scan, frame.beams, frame.doors, frame.found, frame.lines, frame.truth, frame.materials, frame.known, frame.movers, frame.path, frame.rawPath, frame.tree,
     frame.frontiers, frame.trail, frame.twin, frame.samples, frame.inspection?.landmarks, frame.inspection?.coefficients, frame.inspection?.sightings,
     frame.inspection?.candidates, frame.inspection?.odometry, frame.rooms?.regions, frame.rooms?.doors, frame.rooms?.corners, frame.rooms?.rings,
   ];

@@ -4,6 +4,7 @@ import type { ReactiveController, ReactiveControllerHost } from "lit";
 import { type BenchResponse, type BridgeState, type Calibration, type ContestState, type Cycle, type DriveFit, type Frame, type Ground, type Inspection, type LogLevel, type MethodName, type Named, type Preset, type Rooms, type Setting, type Setup, type SigmaCurve, type SourceKind, type Status, type Told, TWIN_STRIDE } from "./protocol.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import { History } from "./history.js";
+import { numbered } from "./room_numbers.js";
 
 export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
@@ -63,7 +64,7 @@ export class Store {
   /** What the module offers; empty until it is there. */
   worlds: string[] = [];
   sensors: Named[] = [];
-  setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore", cycle: false, settings: {}, calibration: null };
+  setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore", cycle: false, settings: {}, calibration: null, known: null };
   /** What the present run was started from: settings that wait for a restart differ. */
   started: Setup = this.setup;
   /** The settings that there are for this sensor. */
@@ -104,6 +105,8 @@ export class Store {
   contest: Contest = { ground: "truth", seconds: 1, start: null, goal: null, picking: "goal", watched: 3, found: null, error: "" };
   /** Rooms and doors, while their layer is on, and a place in the one that was chosen, m. */
   rooms: Rooms | null = null;
+  /** The number of each of them, from 1; it stays while the map grows. */
+  roomNumbers: readonly number[] = [];
   roomSpot: readonly [number, number] | null = null;
   log: LogEntry[] = [];
   toast: Toast | null = null;
@@ -135,7 +138,7 @@ export class Store {
     if (frame.twinAnew) this.twin.clear();
     if (frame.twin) this.twin.append(frame.twin);
     if (frame.inspection) this.set("inspection", { inspection: withMatrix(frame.inspection, this.inspection) });
-    if (frame.rooms) this.set("rooms", { rooms: frame.rooms });
+    if (frame.rooms) this.set("rooms", { rooms: frame.rooms, roomNumbers: numbered(frame.rooms, this.rooms, this.rooms ? this.roomNumbers : []) });
     if (frame.inCycle !== this.inCycle) this.set("run", { inCycle: frame.inCycle });
     if (frame.doors) this.set("doors", { doors: frame.doors });
     if (frame.cycle) this.set("cycle", { cycle: frame.cycle });

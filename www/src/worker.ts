@@ -3,8 +3,8 @@
 // It paces the source (simulated seconds for each second), works in slices short enough that every message is heard within
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
-import init, { type FitTable, building_of_map, building_of_svg, WebExperiment, WebLive, WebLogReader, WebSetup, calibrate, data_sheet, preset_list, read_preset, sensor_names, setting_list, world_names, write_preset } from "../pkg/slamlab_web.js";
-import { type Answer, type Clock, type Command, type Inspection, type MethodName, type Named, type Rooms, type SavedFile, type SettingValues, type Setup, transferables } from "./protocol.js";
+import init, { BuildingFiles, type FitTable, Known, WebExperiment, WebLive, WebLogReader, WebSetup, calibrate, data_sheet, preset_list, read_preset, sensor_names, setting_list, world_names, write_preset } from "../pkg/slamlab_web.js";
+import { type Answer, type Clock, type Command, type GivenFile, type Inspection, type KnownMap, type MethodName, type Named, type Rooms, type SavedFile, type SettingValues, type Setup, transferables } from "./protocol.js";
 import { BridgeSource } from "./source/bridge.js";
 import { calibrationOf, driveFit, listOf, presetOf, settingOf } from "./source/convert.js";
 import { CableLink } from "./source/cable.js";
@@ -296,10 +296,18 @@ function handle(command: Command): void {
         refuse(command.name, error);
       }
       break;
+    case "know":
+      try {
+        know(command.name, command.files);
+      } catch (error) {
+        refuse(command.name, error);
+      }
+      break;
     case "replay":
       if (reading) stopReading();
       reading = { name: command.name, method: command.method, bytes: new Uint8Array(command.bytes), reader: new WebLogReader(command.method, ...listOf({ ...command.settings, ...told.settings })), at: 0, toldAt: -Infinity };
       if (told.twin) reading.reader.with_twin();
+      if (command.known) reading.reader.find_in(knownOf(command.known));
       schedule(true);
       break;
     case "play":
@@ -473,13 +481,33 @@ function presetFile({ title }: Source): SavedFile[] {
   return [{ name: `${title.replace(/[^\w-]+/g, "-")}-preset.json`, mime: "application/json", bytes: new TextEncoder().encode(text) }];
 }
 
-function build(name: string, files: readonly ArrayBuffer[]): void {
-  const [first, second] = files.map((bytes) => new Uint8Array(bytes));
-  if (!first) return;
-  const building = second ? building_of_map(first, second, name) : building_of_svg(first, name);
+function buildingOf<T>(files: readonly GivenFile[], use: (building: BuildingFiles) => T): T {
+  const building = new BuildingFiles();
+  try {
+    for (const { name, bytes } of files) building.add(name, new Uint8Array(bytes));
+    return use(building);
+  } finally {
+    building.free();
+  }
+}
+
+function build(name: string, files: readonly GivenFile[]): void {
+  const building = buildingOf(files, (given) => given.world(name));
   const { world: worldJson, left_out: leftOut } = building;
   building.free();
   post({ kind: "built", name, worldJson, leftOut });
+}
+
+function know(name: string, files: readonly GivenFile[]): void {
+  const map = files.length > 0 ? buildingOf(files, (given) => given.known()) : source?.asKnown();
+  if (!map) return;
+  const { faces, sigma, start: [x = 0, y = 0, heading = 0], left_out: leftOut } = map;
+  map.free();
+  post({ kind: "known", known: { name, faces, sigma, start: [x, y, heading] }, leftOut });
+}
+
+function knownOf({ faces, sigma, start }: KnownMap): Known {
+  return new Known(faces, sigma, Float64Array.from(start));
 }
 
 function setupOf(setup: Setup): WebSetup {
@@ -488,6 +516,7 @@ function setupOf(setup: Setup): WebSetup {
   return Object.assign(web, {
     world: setup.worldJson ?? setup.world, is_file: setup.worldJson !== null, sensor: setup.sensor, seed: setup.seed, method: setup.method, mode: setup.mode,
     cycle: setup.cycle, keys, values, calibration: setup.calibration?.text ?? "", variable: setup.calibration?.variable ?? "",
+    known: setup.known ? knownOf(setup.known) : undefined,
   });
 }
 

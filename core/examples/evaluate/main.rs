@@ -11,7 +11,6 @@
 )]
 
 #[path = "../shared/known.rs"]
-#[allow(dead_code, reason = "`simulate` loads maps as worlds too")]
 mod known;
 mod output;
 
@@ -30,7 +29,7 @@ use slamlab_core::geom::Pose2;
 use slamlab_core::replay::{Log, LogReader, Replay};
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::SensorModel;
-use slamlab_core::slam::Method;
+use slamlab_core::slam::{KnownFit, Method};
 
 /// Relations over at least this time show whether loops close, s.
 const LONG: f64 = 20.0;
@@ -47,7 +46,8 @@ struct Arguments {
     /// odometry, line-ekf, scan-matching or known-map.
     #[arg(long, default_value = "scan-matching")]
     method: String,
-    /// The map that `--method known-map` finds the robot in: YAML of ROS map_server, or SVG.
+    /// The map that `--method known-map` finds the robot in: YAML of ROS map_server, OGmap.txt, floor plan (.svg) or
+    /// world (.json).
     #[arg(long)]
     known: Option<PathBuf>,
     /// Metres in a unit of a floor plan; by default what the drawing says of itself.
@@ -55,8 +55,8 @@ struct Arguments {
     svg_unit: Option<f64>,
     /// Where the log begins in that map, as `x,y,heading` in metres and degrees. The default is where a map begins that was made of
     /// the same log.
-    #[arg(long, default_value = "0,0,0", allow_hyphen_values = true)]
-    start: String,
+    #[arg(long, default_value = "0,0,0", value_name = "X,Y,DEGREES", value_parser = known::pose, allow_hyphen_values = true)]
+    start: Pose2,
     /// Write the trajectory of the robot's base here, in TUM format.
     #[arg(long)]
     tum: Option<PathBuf>,
@@ -109,8 +109,7 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     let mut slam = settings.slam;
     match (&arguments.known, method) {
         (Some(path), Method::KnownMap) => {
-            let start = pose(&arguments.start)?;
-            slam.known = known::known_map(path, arguments.svg_unit, &start)?;
+            slam.known = known::known_map(path, arguments.svg_unit, &arguments.start)?;
         }
         (None, Method::KnownMap) => bail!("--method known-map needs a map: --known FILE"),
         (Some(_), _) => bail!("--known needs --method known-map, not {}", method.name()),
@@ -130,6 +129,14 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     for note in replay.take_notes() {
         eprintln!("{}: {note}", arguments.log.display());
     }
+    let fits = replay.slam().known_fit();
+    if fits.is_some_and(KnownFit::is_misfit) {
+        eprintln!(
+            "{}: at its end, what is seen does not stand in the known map",
+            arguments.log.display()
+        );
+    }
+    let known_part = fits.and_then(KnownFit::part);
     let wall_seconds = start.elapsed().as_secs_f64();
     let trajectory = replay.trajectory();
     let relations = truth
@@ -147,6 +154,7 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
         "scan_ms": { "median": quantile(&mut scan_ms, 0.5), "p99": quantile(&mut scan_ms, 0.99) },
         "peak_memory_mb": peak_memory_mb(),
         "loop_closures": replay.slam().loop_closures(),
+        "known_part": known_part,
         "relations": relations,
         "fit": fit.as_ref().map(fitted),
         "state_hash": format!("{:016x}", replay.state_hash()),
@@ -177,17 +185,6 @@ fn settings_for(log: &Log, preset: Option<&Path>) -> anyhow::Result<Settings> {
         settings.set_all(changes).with_context(name)?;
     }
     Ok(settings)
-}
-
-/// A pose from `x,y,heading`, the heading in degrees.
-fn pose(text: &str) -> anyhow::Result<Pose2> {
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse()).collect();
-    match numbers.as_deref() {
-        Ok(&[x, y, degrees]) if [x, y, degrees].iter().all(|n| n.is_finite()) => {
-            Ok(Pose2::new(x, y, degrees.to_radians()))
-        }
-        _ => bail!("--start is `{text}`, expected three finite numbers `x,y,heading`"),
-    }
 }
 
 fn fitted(fit: &DriveFit) -> Value {

@@ -1,43 +1,56 @@
-//! A map in a file, to find a robot in.
+//! A building in a file: to drive in, or to find a robot in.
 //!
-//! In: the path of a map's YAML (ROS map_server) or of a floor plan (SVG), and where the robot begins in it. Out: its walls, in the
-//! frame of the robot's first pose. The programs that take `--known` share this file.
+//! In: the path of a map's YAML (ROS map_server), of an `OGmap.txt`, of a floor plan (SVG) or of a world (JSON). Out: what it shows. The
+//! programs that take `--known` share this file.
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
-use slamlab_core::estimation::KnownLine;
-use slamlab_core::format::building;
-use slamlab_core::format::map_server::{self, MapInfo, OccupancyMap};
-use slamlab_core::geom::{Pose2, Segment};
+use anyhow::{Context, Result, bail};
+use slamlab_core::format::building::BuildingFile;
+use slamlab_core::format::map_server::MapInfo;
+use slamlab_core::geom::Pose2;
 use slamlab_core::slam::KnownMap;
 
 /// A map to be found in. `svg_unit`: metres in a unit of a floor plan, where the drawing does not say. `start`: `map_from_robot` at
 /// the beginning.
 pub(crate) fn known_map(path: &Path, svg_unit: Option<f64>, start: &Pose2) -> Result<KnownMap> {
-    let bytes = std::fs::read(path).with_context(|| format!("reading {}", path.display()))?;
-    let mut known = KnownMap::default();
-    let walls: Vec<Segment> = match path.extension().and_then(|e| e.to_str()) {
-        Some("svg") => {
-            let plan = building::of_svg(&bytes, svg_unit, "plan").context("--known")?;
-            plan.world.walls().iter().map(|wall| wall.segment).collect()
-        }
-        _ => {
-            let map = load_map(path, &bytes)?;
-            known.sigma = map.resolution / 3.0;
-            let outlines = building::walls_of_map(&map).context("--known")?;
-            building::sides(&outlines).collect()
-        }
-    };
-    known.lines = KnownLine::of_walls(&walls, &start.inverse());
-    Ok(known)
+    let walls = load(path, svg_unit)?
+        .known_walls()
+        .with_context(|| format!("{} is no map", path.display()))?;
+    for what in &walls.left_out {
+        eprintln!("{}: left out {what}", path.display());
+    }
+    Ok(KnownMap::of_faces(&walls.faces, walls.sigma, start))
 }
 
-/// A map of ROS map_server, with the image that its YAML names.
-pub(crate) fn load_map(path: &Path, yaml: &[u8]) -> Result<OccupancyMap> {
-    let told = || format!("{} is no map", path.display());
-    let info = MapInfo::parse(yaml).with_context(told)?;
-    let image = info.image_beside(path);
-    let bytes = std::fs::read(&image).with_context(|| format!("reading {}", image.display()))?;
-    map_server::read_image(&info, &bytes).with_context(told)
+/// What a file shows; the image that the YAML of a map names is read with it.
+pub(crate) fn load(path: &Path, svg_unit: Option<f64>) -> Result<BuildingFile> {
+    let read =
+        |path: &Path| std::fs::read(path).with_context(|| format!("reading {}", path.display()));
+    let told = || format!("{} is no building", path.display());
+    let mut files = vec![(path.to_path_buf(), read(path)?)];
+    if path.extension().is_some_and(|e| e == "yaml" || e == "yml") {
+        let info = MapInfo::parse(&files[0].1).with_context(told)?;
+        let image = info.image_beside(path);
+        let bytes = read(&image)?;
+        files.push((image, bytes));
+    }
+    let names: Vec<_> = files.iter().map(|(p, _)| p.to_string_lossy()).collect();
+    let files: Vec<(&str, &[u8])> = names
+        .iter()
+        .zip(&files)
+        .map(|(name, (_, bytes))| (name.as_ref(), bytes.as_slice()))
+        .collect();
+    BuildingFile::read(&files, svg_unit).with_context(told)
+}
+
+/// A pose from `x,y,heading`, the heading in degrees.
+pub(crate) fn pose(text: &str) -> Result<Pose2> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok(&[x, y, degrees]) if [x, y, degrees].iter().all(|n| n.is_finite()) => {
+            Ok(Pose2::new(x, y, degrees.to_radians()))
+        }
+        _ => bail!("`{text}` is no pose; expected three finite numbers `x,y,heading`"),
+    }
 }

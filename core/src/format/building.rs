@@ -1,6 +1,6 @@
 //! Buildings from files of others: a map of ROS map_server, or a floor plan drawn as SVG, becomes a [`World`] to drive in.
 //!
-//! In: an [`OccupancyMap`], or the bytes of a drawing. Out: an [`Imported`] world.
+//! In: an [`OccupancyMap`], or the bytes of a drawing. Out: an [`Imported`] world. [`BuildingFile`] tells files apart by their names.
 //!
 //! 1. The outlines of what is occupied in a map become walls, straightened to within a cell; a drawing's lines are
 //!    walls as they are ([`of_svg`]).
@@ -12,6 +12,9 @@
 //! The world's frame is that of the file: poses in it mean the same in both.
 
 mod error;
+mod file;
+#[cfg(test)]
+mod file_tests;
 mod room;
 mod svg;
 mod svg_shape;
@@ -28,6 +31,7 @@ use crate::sim::{Shape, World};
 use room::Room;
 
 pub use self::error::{BuildingError, SvgError};
+pub use self::file::{BuildingFile, BuildingFileError, KnownWalls};
 pub use self::svg::of_svg;
 
 /// Cells of a map above this percentage are walls.
@@ -38,6 +42,8 @@ const FLOOR_UPTO: i8 = 35;
 const MOST_CELLS: usize = 16_000_000;
 /// How far walls may be off from the borders of the cells, in cells: staircases become straight.
 const TOLERANCE: f64 = 1.0;
+/// Sides of the fence around a building.
+const FENCE_SIDES: usize = 4;
 /// Room around the robot where it starts, m.
 const CLEARANCE: f64 = 0.05;
 
@@ -54,12 +60,30 @@ pub struct Imported {
 ///
 /// # Errors    [`BuildingError`]: too many cells, no wall, no room for the robot, or a world that cannot be.
 pub fn of_map(map: &OccupancyMap, name: &str) -> Result<Imported, BuildingError> {
-    let mut world = World::new(name, Pose2::identity());
-    let radius = world.robot.model().radius() + CLEARANCE;
+    let mut world = World::new(name, start_in_map(map)?);
     for points in walls_of_map(map)? {
         let closed = points.len() > 2;
         world = world.with(Shape::Polyline { points, closed });
     }
+    let reach = |cells: usize| (cells + 1) as f64 * map.resolution;
+    let (left, right, top) = (-map.resolution, reach(map.width), reach(map.height));
+    let fence = [(left, left), (right, left), (right, top), (left, top)];
+    world = fenced(world, fence.map(|(x, y)| map.origin * Point2::new(x, y)));
+    Ok(Imported {
+        world: checked(world)?,
+        left_out: vec![],
+    })
+}
+
+/// Where a robot starts in a map: at its origin, where one that drew it began, if there is room, else where there is most.
+///
+/// # Errors    [`BuildingError::TooLarge`], [`BuildingError::NoWalls`], [`BuildingError::NoRoom`].
+fn start_in_map(map: &OccupancyMap) -> Result<Pose2, BuildingError> {
+    check_size(map)?;
+    if !map.cells.iter().any(|&cell| cell > WALL_ABOVE) {
+        return Err(BuildingError::NoWalls);
+    }
+    let radius = World::new("", Pose2::identity()).robot.model().radius() + CLEARANCE;
     let is_floor = |cell: &i8| (0..=FLOOR_UPTO).contains(cell);
     let room = Room::new(
         map.width,
@@ -72,15 +96,18 @@ pub fn of_map(map: &OccupancyMap, name: &str) -> Result<Imported, BuildingError>
         false => room.roomiest(radius)?,
     };
     let start = map.origin * in_map;
-    world.start = Pose2::new(start.x, start.y, 0.0);
-    let reach = |cells: usize| (cells + 1) as f64 * map.resolution;
-    let (left, right, top) = (-map.resolution, reach(map.width), reach(map.height));
-    let fence = [(left, left), (right, left), (right, top), (left, top)];
-    world = fenced(world, fence.map(|(x, y)| map.origin * Point2::new(x, y)));
-    Ok(Imported {
-        world: checked(world)?,
-        left_out: vec![],
-    })
+    Ok(Pose2::new(start.x, start.y, 0.0))
+}
+
+fn check_size(map: &OccupancyMap) -> Result<(), BuildingError> {
+    let cells = map.cells.len();
+    if cells > MOST_CELLS {
+        return Err(BuildingError::TooLarge {
+            cells,
+            most: MOST_CELLS,
+        });
+    }
+    Ok(())
 }
 
 /// The outlines of what is occupied in a map, in the map's frame, with what is free on the left of the way round: what a robot can be
@@ -88,12 +115,7 @@ pub fn of_map(map: &OccupancyMap, name: &str) -> Result<Imported, BuildingError>
 ///
 /// # Errors    [`BuildingError::TooLarge`], [`BuildingError::NoWalls`].
 pub fn walls_of_map(map: &OccupancyMap) -> Result<Vec<Vec<Point2<f64>>>, BuildingError> {
-    if map.cells.len() > MOST_CELLS {
-        return Err(BuildingError::TooLarge {
-            cells: map.cells.len(),
-            most: MOST_CELLS,
-        });
-    }
+    check_size(map)?;
     let occupied: Vec<bool> = map.cells.iter().map(|&cell| cell > WALL_ABOVE).collect();
     let in_cells = outlines(map.width, &occupied, TOLERANCE);
     if in_cells.is_empty() {
@@ -111,7 +133,7 @@ pub fn sides(polygons: &[Vec<Point2<f64>>]) -> impl Iterator<Item = Segment> {
         .flat_map(|polygon| sides_of(polygon).map(|(&a, &b)| Segment::new(a, b)))
 }
 
-fn fenced(world: World, corners: [Point2<f64>; 4]) -> World {
+fn fenced(world: World, corners: [Point2<f64>; FENCE_SIDES]) -> World {
     world.with(Shape::Polyline {
         points: corners.to_vec(),
         closed: true,

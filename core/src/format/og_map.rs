@@ -13,6 +13,8 @@ use std::fmt::Write as _;
 use nalgebra::Point2;
 
 use super::MOST_CELLS;
+use super::map_server::{NOTHING_KNOWN, OccupancyMap};
+use crate::geom::Pose2;
 use crate::map::{CellIndex, Grid};
 
 /// A map as it stands in the file.
@@ -28,6 +30,26 @@ pub struct OgMap {
     pub origin: Point2<f64>,
     /// Probability of an obstacle in each cell, row by row, the lowest first.
     pub probabilities: Vec<f64>,
+}
+
+impl From<OgMap> for OccupancyMap {
+    /// Percentages instead of probabilities; one half is where nothing is known.
+    fn from(map: OgMap) -> Self {
+        let percentage = |p: f64| {
+            if p == 0.5 {
+                NOTHING_KNOWN
+            } else {
+                (100.0 * p).round() as i8
+            }
+        };
+        Self {
+            width: map.width,
+            height: map.height,
+            resolution: map.resolution,
+            origin: Pose2::new(map.origin.x, map.origin.y, 0.0),
+            cells: map.probabilities.into_iter().map(percentage).collect(),
+        }
+    }
 }
 
 /// Why a map cannot be written, or bytes are none.

@@ -1,6 +1,6 @@
 //! The methods behind [`super::Slam`], each with the map it fills.
 
-use super::{Method, SlamConfig, SlamError};
+use super::{KnownFit, Method, SlamConfig, SlamError};
 use crate::estimation::{
     EkfSlam, LineLocaliser, ScanMatcher, SweepSmoother, SweepTiming, UpdateReport,
 };
@@ -34,6 +34,7 @@ pub(super) enum Estimator {
         localiser: Box<LineLocaliser>,
         extractor: Box<LineExtractor>,
         features: Vec<LineFeature>,
+        fit: KnownFit,
         track: Vec<(Stamp, Pose2)>,
         grid: Grid,
     },
@@ -119,7 +120,7 @@ impl Estimator {
         config.lines.validate()?;
         let localiser = LineLocaliser::new(
             config.known.lines.clone(),
-            &PoseEstimate::exact(Pose2::identity()),
+            &config.known.start(),
             &config.ekf.odometry_prior,
             config.ekf.association,
         )?;
@@ -127,6 +128,7 @@ impl Estimator {
             localiser: Box::new(localiser),
             extractor: Box::new(LineExtractor::new(config.lines)),
             features: vec![],
+            fit: KnownFit::default(),
             track: vec![],
             grid: Grid::new(config.grid)?,
         })
@@ -213,6 +215,7 @@ impl Estimator {
             Self::Known {
                 localiser,
                 features,
+                fit,
                 track,
                 grid,
                 ..
@@ -221,6 +224,7 @@ impl Estimator {
                 let loose: Vec<LineFeature> = features.iter().map(|f| known.loosened(f)).collect();
                 localiser.update(&loose)?;
                 let pose = localiser.estimate().pose;
+                fit.push(points, &pose, known);
                 let (sigmas, config) = (sweep.direction_sigmas(), &sweep.config.evidence);
                 let evidence = Evidence::certain(points, &sigmas, grid.resolution(), config);
                 grid.draw(&evidence, &pose);

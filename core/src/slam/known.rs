@@ -1,12 +1,29 @@
-//! Localisation in a map that is known: the map's lines, and what a scan's lines say of them.
+//! Localisation in a map that is known: its lines, where the robot begins in it, and whether what is seen stands in it.
 //!
 //! A drawn map is not exact: walls of a grid are off by up to half a cell. The filter takes its map for exact, so that what is not known
 //! of the map is added to what is not known of each line seen: σ of the offset, and √12 σ over its length of the direction, as if
 //! both ends were off by independent errors of about that size.
 
+use std::collections::VecDeque;
+
+use nalgebra::{Matrix3, Vector3};
+
 use crate::estimation::KnownLine;
 use crate::features::LineFeature;
-use crate::geom::sin_cos;
+use crate::geom::{Pose2, PoseEstimate, Segment, sin_cos};
+use crate::points::Points;
+
+/// Scans over which it is judged whether the map fits.
+const JUDGED_SCANS: usize = 30;
+/// Fewer hits in them say nothing.
+const JUDGED_HITS: usize = 300;
+/// One hit in so many is looked at.
+const EVERY: usize = 6;
+/// A hit belongs to a wall up to here, m, and three times what is not known of map and reading: what stands at a wall hides it.
+const AT_WALL: f64 = 0.05;
+/// Less of what is hit than this part stands in the map: it is another, or the robot is elsewhere in it. Furniture and people leave more
+/// of a map that fits.
+const FITS_ABOVE: f64 = 0.5;
 
 /// A map to be localised in.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +32,8 @@ pub struct KnownMap {
     pub lines: Vec<KnownLine>,
     /// How far its walls may be off, m: standard deviation. Default 0.01; of a grid, a third of its cells.
     pub sigma: f64,
+    /// How far off the robot's first pose may be, m and rad: standard deviations. Default 0: the map is placed by where the robot is.
+    pub start_sigmas: [f64; 2],
 }
 
 impl Default for KnownMap {
@@ -22,11 +41,36 @@ impl Default for KnownMap {
         Self {
             lines: vec![],
             sigma: 0.01,
+            start_sigmas: [0.0; 2],
         }
     }
 }
 
 impl KnownMap {
+    /// A map in a frame of its own, in which the robot begins at `file_from_robot`. `faces` have what is free to the left of the way
+    /// from `a` to `b`; `sigma` as in [`Self::sigma`].
+    #[must_use]
+    pub fn of_faces(faces: &[Segment], sigma: f64, file_from_robot: &Pose2) -> Self {
+        let to = file_from_robot.inverse();
+        let moved = |face: &Segment| Segment::new(to * face.a, to * face.b);
+        let lines = faces.iter().map(moved);
+        Self {
+            lines: lines.filter_map(|f| KnownLine::left_face(&f)).collect(),
+            sigma,
+            ..Self::default()
+        }
+    }
+
+    /// Where the robot begins.
+    pub(super) fn start(&self) -> PoseEstimate {
+        let [position, heading] = self.start_sigmas;
+        let sigmas = Vector3::new(position, position, heading);
+        PoseEstimate {
+            pose: Pose2::identity(),
+            cov: Matrix3::from_diagonal(&sigmas.component_mul(&sigmas)),
+        }
+    }
+
     /// A line of a scan, as uncertain as scan and map are together.
     pub(super) fn loosened(&self, feature: &LineFeature) -> LineFeature {
         let mut loose = *feature;
@@ -42,5 +86,49 @@ impl KnownMap {
         loose.cov[(1, 0)] += along * turned;
         loose.cov[(1, 1)] += variance + along * along * turned;
         loose
+    }
+}
+
+/// How much of what was hit lately is a wall of the known map.
+#[derive(Clone, Debug, Default)]
+pub struct KnownFit {
+    /// Of each of the last scans: hits that were looked at, and those on walls.
+    scans: VecDeque<[usize; 2]>,
+}
+
+impl KnownFit {
+    /// The part of what was hit that stands in the map, 0 to 1; `None` while too little was seen.
+    #[must_use]
+    pub fn part(&self) -> Option<f64> {
+        let add = |[hits, found]: [usize; 2], scan: &[usize; 2]| [hits + scan[0], found + scan[1]];
+        let [hits, found] = self.scans.iter().fold([0, 0], add);
+        (self.scans.len() == JUDGED_SCANS && hits >= JUDGED_HITS)
+            .then(|| found as f64 / hits as f64)
+    }
+
+    /// Whether the map is of another place, or the robot elsewhere in it than was said.
+    #[must_use]
+    pub fn is_misfit(&self) -> bool {
+        self.part().is_some_and(|part| part < FITS_ABOVE)
+    }
+
+    /// Takes in a scan from the pose that is believed.
+    pub(super) fn push(&mut self, points: &Points, map_from_robot: &Pose2, known: &KnownMap) {
+        let hits = points.beams.iter().filter(|beam| beam.is_hit);
+        let mut scan = [0; 2];
+        for beam in hits.step_by(EVERY) {
+            let at = *map_from_robot * beam.end_in_robot;
+            let near = AT_WALL + 3.0 * libm::hypot(known.sigma, beam.sigma);
+            let is_there = |line: &KnownLine| {
+                let [a, b] = line.ends;
+                Segment::new(a, b).distance(at) <= near
+            };
+            scan[0] += 1;
+            scan[1] += usize::from(known.lines.iter().any(is_there));
+        }
+        if self.scans.len() == JUDGED_SCANS {
+            self.scans.pop_front();
+        }
+        self.scans.push_back(scan);
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::Point2;
 use super::*;
 use crate::estimation::KnownLine;
 use crate::experiment::{Experiment, ExperimentConfig};
-use crate::format::building;
+use crate::format::building::BuildingFile;
 use crate::format::map_server::{self, MapImage, MapMode, OccupancyMap};
 use crate::geom::Segment;
 use crate::sim::{SensorModel, worlds};
@@ -62,19 +62,79 @@ fn a_map_that_was_saved_is_a_map_to_be_found_in() {
     let map = OccupancyMap::of_grid(first.slam().grid(), MapMode::Trinary).unwrap();
     let files = map_server::write(&map, MapMode::Trinary, MapImage::Png, "map.png").unwrap();
     let map = map_server::read(files.yaml.as_bytes(), &files.image).unwrap();
-    let outlines = building::walls_of_map(&map).unwrap();
-    let lines: Vec<KnownLine> = building::sides(&outlines)
-        .filter_map(|side| KnownLine::left_face(&side))
-        .collect();
-    let (error, wheels, _) = drive(
-        KnownMap {
-            lines,
-            sigma: map.resolution / 3.0,
-        },
-        120.0,
-    );
+    let walls = BuildingFile::Map(map).known_walls().unwrap();
+    let known = KnownMap::of_faces(&walls.faces, walls.sigma, &Pose2::identity());
+    let (error, wheels, _) = drive(known, 120.0);
     // Cells are 5 cm, and the greatest error is that of a moment in which few walls are in sight.
     assert!(wheels > 0.2 && error < 0.2, "{error} against {wheels}");
+}
+
+/// The walls of a world, as a file with another origin has them: the robot begins there at `file_from_robot`.
+fn in_another_frame(world: &str, file_from_robot: &Pose2) -> KnownMap {
+    let world = worlds::builtin(world).unwrap();
+    let file_from_world = *file_from_robot * world.start.inverse();
+    let both = |s: Segment| [Segment::new(s.a, s.b), Segment::new(s.b, s.a)];
+    let walls = world.walls();
+    let walls = walls.iter().flat_map(|wall| both(wall.segment));
+    let faces: Vec<Segment> = walls
+        .map(|s| Segment::new(file_from_world * s.a, file_from_world * s.b))
+        .collect();
+    KnownMap::of_faces(&faces, 0.01, file_from_robot)
+}
+
+#[test]
+fn where_the_origin_of_the_file_lies_does_not_matter() {
+    let (error, _, experiment) = drive(
+        in_another_frame("doors", &Pose2::new(-37.0, 21.0, 2.3)),
+        60.0,
+    );
+    assert!(error < 0.06, "{error}");
+    let fit = experiment.slam().known_fit().unwrap();
+    assert!(fit.part().unwrap() > 0.8 && !fit.is_misfit(), "{fit:?}");
+}
+
+#[test]
+fn a_start_that_is_roughly_known_becomes_exact() {
+    // The file is told to begin elsewhere than it does: by 15 cm and 4 degrees.
+    let truth = Pose2::new(3.0, -2.0, 0.5);
+    let told = truth * Pose2::new(0.12, -0.09, 0.07);
+    let mut known = in_another_frame("doors", &truth);
+    let exact = KnownMap::of_faces(&[], 0.01, &told);
+    let to = told.inverse() * truth;
+    for line in &mut known.lines {
+        let ends = line.ends.map(|end| to * end);
+        *line = KnownLine::left_face(&Segment::new(ends[0], ends[1])).unwrap();
+    }
+    known = KnownMap {
+        start_sigmas: [0.1, 0.05],
+        lines: known.lines,
+        ..exact
+    };
+    let (_, _, experiment) = drive(known, 60.0);
+    // The map frame begins where the robot was said to be, and it was elsewhere.
+    let truth_in_map = to * experiment.truth();
+    let off = (experiment.estimate().pose.position() - truth_in_map.position()).norm();
+    assert!(off < 0.05, "{off}");
+    assert!(!experiment.slam().known_fit().unwrap().is_misfit());
+}
+
+#[test]
+fn a_map_of_another_building_or_place_does_not_fit() {
+    let office = in_another_frame("office", &worlds::builtin("office").unwrap().start);
+    let start = worlds::builtin("doors").unwrap().start;
+    let mut elsewhere = in_another_frame("doors", &start);
+    let by = Pose2::new(1.3, 0.8, 0.6);
+    for line in &mut elsewhere.lines {
+        let [a, b] = line.ends.map(|end| by * end);
+        *line = KnownLine::left_face(&Segment::new(a, b)).unwrap();
+    }
+    for known in [office, elsewhere] {
+        let (_, _, experiment) = drive(known, 20.0);
+        let fit = experiment.slam().known_fit().unwrap();
+        assert!(fit.is_misfit(), "{:?}", fit.part());
+    }
+    let plain = Slam::new(Method::LineEkf, config()).unwrap();
+    assert!(plain.known_fit().is_none());
 }
 
 #[test]

@@ -1,6 +1,6 @@
 // What a simulated and a recorded run have in common: both are SLAM with a pose, a map and a log of what happened.
 
-import type { RunStatus, WebContest, WebExperiment, WebLive, WebReplay } from "../../pkg/slamlab_web.js";
+import type { Known, RunStatus, WebContest, WebExperiment, WebLive, WebReplay } from "../../pkg/slamlab_web.js";
 import { type ContestAsk, type DiagnosisName, type Frame, type Growth, type Inspection, LINE, LINE_STRIDE, type MethodName, type Rooms, type SavedFile, type SavedKind, type SigmaCurve, type SourceKind } from "../protocol.js";
 import { Samples, Slow } from "./feeds.js";
 import type { Change, Moment, Note, Source } from "./source.js";
@@ -9,7 +9,7 @@ import type { Change, Moment, Note, Source } from "./source.js";
 const BLOCK_CELLS = 64;
 
 /** What a frame tells of SLAM itself. */
-type SlamChange = Pick<Frame, "grid" | "gridAnew" | "scan" | "beams" | "found" | "lines" | "samples">;
+type SlamChange = Pick<Frame, "grid" | "gridAnew" | "scan" | "beams" | "found" | "lines" | "known" | "samples">;
 
 export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> implements Source {
   abstract readonly kind: SourceKind;
@@ -27,6 +27,8 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
   #roomsOf = { generation: -1, revision: -1 };
   #samples = new Samples();
   #notes: Note[] = [];
+  #knownSent = false;
+  #misfitTold = false;
 
   constructor(module: Module, title: string, method: MethodName) {
     this.module = module;
@@ -64,6 +66,10 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
     return saved;
   }
 
+  asKnown(): Known {
+    return this.module.as_known();
+  }
+
   inspect(matrix: boolean): Inspection | null {
     const inside = this.module.inspect(matrix);
     if (!inside) return null;
@@ -96,6 +102,14 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
     this.#notes.push({ time: this.time, level, text, ...(topic === undefined ? {} : { topic }) });
   }
 
+  /** Says once that what is seen is not what the known map shows. */
+  #tellMisfit(s: RunStatus): void {
+    if (!s.known_misfit || this.#misfitTold) return;
+    this.#misfitTold = true;
+    const text = `The known map does not fit: only ${Math.round(100 * s.known_part)} % of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it: mend that under Run, Known map.`;
+    this.#notes.push({ time: this.time, level: "warn", text, alert: true });
+  }
+
   /** Reads the numbers of the moment. */
   protected read<T>(use: (status: RunStatus) => T): T {
     const status = this.module.status();
@@ -108,6 +122,7 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
 
   /** Keeps what the plots need of the scan just taken in. */
   protected sample(s: RunStatus, scanMillis: number, explored: number): void {
+    this.#tellMisfit(s);
     const merged = this.module.merged();
     for (let i = 0; i + 1 < merged.length; i += 2) {
       this.note("info", `Wall ${merged[i + 1]} turned out to be a part of wall ${merged[i]}: one wall from now on`, "merged");
@@ -138,7 +153,7 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
       odometryX: s.odometry_x, odometryY: s.odometry_y, odometryHeading: s.odometry_heading,
       positionError: Math.hypot(s.x - s.truth_x, s.y - s.truth_y), headingError: turnBetween(s.heading, s.truth_heading),
       odometryError: Math.hypot(s.odometry_x - s.truth_x, s.odometry_y - s.truth_y),
-      knownArea: this.knownArea.value, features: this.#features,
+      knownPart: s.known_part, knownMisfit: s.known_misfit, knownArea: this.knownArea.value, features: this.#features,
       distance: s.distance, contacts: s.contacts, halfLength, halfWidth,
     };
   }
@@ -152,7 +167,10 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
     const scanned = version !== this.version;
     const lines = scanned ? view.lines : null;
     if (lines) this.#features = countWalls(lines);
+    const known = this.#knownSent ? null : this.module.known_walls();
+    this.#knownSent = true;
     const change = {
+      known,
       grid: blocks.length === 0 ? null : { resolution, blockCells: BLOCK_CELLS, index: blocks, cells },
       gridAnew: view.generation !== generation,
       scan: scanned ? view.scan : null,

@@ -1,6 +1,6 @@
 // The one shape that all sources of the worker share.
 
-import type { WebContest } from "../../pkg/slamlab_web.js";
+import type { Known, WebContest } from "../../pkg/slamlab_web.js";
 import type { ContestAsk, Frame, Growth, Inspection, LogLevel, MethodName, Rooms, SavedFile, SavedKind, SigmaCurve, SourceKind, Status } from "../protocol.js";
 
 /** What changed since the last call; the worker adds run, number and pace. */
@@ -15,6 +15,8 @@ export interface Note {
   text: string;
   /** Of several notes with the same topic only the newest stands, with their number. */
   topic?: string;
+  /** It is shown at once, not only in the log. */
+  alert?: boolean;
 }
 
 export interface Source {
@@ -44,6 +46,8 @@ export interface Source {
   notes(): Note[];
   /** All planners on one query; throws in words where it cannot be asked. */
   contest(ask: ContestAsk): WebContest;
+  /** The map as it is now, to be found in; throws in words where it holds no wall. */
+  asKnown(): Known;
   hash(): string;
   /** Files to save; throws in words where there is nothing to be saved. */
   export(what: SavedKind): SavedFile[];

@@ -35,37 +35,38 @@ export class SlamRooms extends SlamElement {
   protected override readonly topics: readonly Topic[] = ["rooms", "view"];
 
   override render(): TemplateResult | typeof nothing {
-    const { rooms, roomSpot, layers } = this.store;
+    const { rooms, roomNumbers, roomSpot, layers } = this.store;
     if (!layers.rooms) return nothing;
     const count = rooms ? rooms.regions.length / REGION_STRIDE : 0;
+    const byNumber = Array.from({ length: count }, (_, room) => room).sort((a, b) => (roomNumbers[a] ?? 0) - (roomNumbers[b] ?? 0));
     const chosen = rooms && roomSpot ? roomAt(rooms, ...roomSpot) : null;
     return html`
       <h2 id="rooms">Rooms</h2>
       <p data-testid="rooms-summary">${rooms && count > 0
         ? `${count} ${count === 1 ? "region" : "regions"} and ${rooms.doors.length / DOORWAY_STRIDE} doors in the map so far.`
         : "No room is known yet: let the robot look around."}</p>
-      ${rooms ? html`<ul aria-labelledby="rooms">${Array.from({ length: count }, (_, room) => this.#item(rooms, room, room === chosen))}</ul>` : nothing}
+      ${rooms ? html`<ul aria-labelledby="rooms">${byNumber.map((room) => this.#item(rooms, room, room === chosen))}</ul>` : nothing}
     `;
+  }
+
+  #nameOf({ regions }: Rooms, room: number): string {
+    return `${regions[room * REGION_STRIDE + REGION.kind] === 1 ? "Corridor" : "Room"} ${this.store.roomNumbers[room]}`;
   }
 
   #item(rooms: Rooms, room: number, isChosen: boolean): TemplateResult {
     const at = (place: number): number => rooms.regions[room * REGION_STRIDE + place] ?? NaN;
     return html`<li>
       <button data-testid="room-${room}" aria-expanded=${isChosen} @click=${() => this.store.set("rooms", { roomSpot: isChosen ? null : [at(REGION.x), at(REGION.y)] })}>
-        <span>${nameOf(rooms, room)}</span><span class="num muted">${fixed(at(REGION.area), 1)} m²</span></button>
+        <span>${this.#nameOf(rooms, room)}</span><span class="num muted">${fixed(at(REGION.area), 1)} m²</span></button>
       ${isChosen ? html`<dl data-testid="room-details">
         <div><dt>Kind</dt><dd>${at(REGION.kind) === 1 ? "corridor: much longer than wide" : "room"}</dd></div>
         <div><dt>Free floor</dt><dd class="num">${fixed(at(REGION.area), 1)} m²</dd></div>
         <div><dt>Width between its walls</dt><dd class="num">${fixed(at(REGION.width), 2)} m</dd></div>
         ${doorsOf(rooms, room).map(({ leadsTo, width, framed }) => html`<div title=${framed ? "" : "One of its posts was not seen yet"}>
-          <dt>Door to ${nameOf(rooms, leadsTo).toLowerCase()}</dt><dd class="num">${Math.round(100 * width)} cm${framed ? "" : " ?"}</dd></div>`)}
+          <dt>Door to ${this.#nameOf(rooms, leadsTo).toLowerCase()}</dt><dd class="num">${Math.round(100 * width)} cm${framed ? "" : " ?"}</dd></div>`)}
       </dl>` : nothing}
     </li>`;
   }
-}
-
-function nameOf({ regions }: Rooms, room: number): string {
-  return `${regions[room * REGION_STRIDE + REGION.kind] === 1 ? "Corridor" : "Room"} ${room + 1}`;
 }
 
 function doorsOf({ doors }: Rooms, room: number): Doorway[] {

@@ -84,7 +84,7 @@ export class SlamSetup extends SlamElement {
           <select data-testid="method" @change=${(e: Event) => this.client.again(value(e) as MethodName)}>
             <option value="line-ekf" .selected=${method === "line-ekf"}>Line EKF-SLAM</option>
             <option value="scan-matching" .selected=${method === "scan-matching"}>Scan matching</option>
-            ${recorded ? "" : html`<option value="known-map" .selected=${method === "known-map"}>Known map</option>`}
+            ${source === "sim" || (source === "replay" && setup.known) ? html`<option value="known-map" .selected=${method === "known-map"}>Known map</option>` : ""}
           </select>
         </label>
         ${recorded ? "" : html`<p class="wide about" data-testid="about-sensor">${SENSOR_WORDS[setup.sensor] ?? ""}${setup.calibration && setup.sensor === "rangers" ? html` <b>Own calibration.</b>` : ""}</p>`}
@@ -104,7 +104,7 @@ export class SlamSetup extends SlamElement {
       </div>
       <div class="files">
         <label>
-          <input type="file" accept=".clf,.log,.mcap,.json,.svg,.yaml,.yml,.pgm,.png" multiple data-testid="file" aria-label="Open a recording (.mcap, .clf, .log), a world (.json), a floor plan (.svg) or a map of ROS (.yaml with .pgm or .png)" @change=${this.#open}>
+          <input type="file" accept=".clf,.log,.mcap,.json,.svg,.txt,.yaml,.yml,.pgm,.png" multiple data-testid="file" aria-label="Open a recording (.mcap, .clf, .log), a world (.json), a floor plan (.svg), OGmap.txt or a map of ROS (.yaml with .pgm or .png)" @change=${this.#open}>
           <span class="button">${icons.open} Open file…</span>
         </label>
         <button data-testid="save-map" title="Save the map as PGM and YAML (M)" @click=${() => this.client.send({ kind: "save", what: "map" })}>${icons.save} Map</button>
@@ -117,7 +117,7 @@ export class SlamSetup extends SlamElement {
         </label>
         <button data-testid="save-png" title="Save the map as a picture" @click=${() => this.dispatchEvent(new CustomEvent("save-picture", { bubbles: true, composed: true }))}>${icons.image} PNG</button>
       </div>
-      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : "Drop a recording (.mcap), a CARMEN log (.clf, .log), a world (.json), a floor plan (.svg) or a map of ROS (.yaml and .pgm or .png together) anywhere on the page."}</p>
+      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : "Drop a recording (.mcap), a CARMEN log (.clf, .log), a world (.json), a floor plan (.svg), OGmap.txt or a map of ROS (.yaml and .pgm or .png together) anywhere on the page."}</p>
     `;
   }
 

@@ -19,12 +19,13 @@ export class SlamTip extends SlamElement {
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["run", "moment", "tab"];
+  protected override readonly topics: readonly Topic[] = ["run", "moment", "tab", "view"];
   #seen = seen();
 
   override render(): TemplateResult | typeof nothing {
-    const { status, source, tab } = this.store;
-    if (this.#seen || tab === "paths" || source !== "sim" || !status || status.time < 8 || status.finished) return nothing;
+    const { status, source, tab, layers } = this.store;
+    // A click chooses a room, or start and goal, where those are shown.
+    if (this.#seen || layers.rooms || tab === "paths" || source !== "sim" || !status || status.time < 8 || status.finished) return nothing;
     if (status.mode !== "explore") {
       this.dismiss();
       return nothing;

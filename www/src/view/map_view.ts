@@ -235,7 +235,7 @@ export class SlamMap extends LitElement {
     const more = [
       wall === null ? "" : ` · wall ${wall}`,
       door === null ? "" : ` · door ${door + 1}, click to ${this.#isOpen(door) ? "shut" : "open"} it`,
-      room === null ? "" : ` · region ${room + 1}`,
+      room === null ? "" : ` · region ${this.store.roomNumbers[room]}`,
       reading === null ? "" : ` · ${wordsOf(reading)}`,
     ];
     readout.textContent = `x ${metres(x)}  y ${metres(y)} m · ${what}${more.join("")}`;
@@ -365,8 +365,8 @@ export class SlamMap extends LitElement {
 
   /** Rooms while they are shown, with the one that holds the chosen place: numbers change as the map grows. */
   #rooms(): Brush["rooms"] {
-    const { rooms: found, roomSpot: spot, layers } = this.store;
-    return found && layers.rooms ? { found, chosen: spot ? roomAt(found, ...spot) : null } : null;
+    const { rooms: found, roomNumbers: numbers, roomSpot: spot, layers } = this.store;
+    return found && layers.rooms ? { found, numbers, chosen: spot ? roomAt(found, ...spot) : null } : null;
   }
 
   #scaleBar(): void {

@@ -8,7 +8,8 @@
 //! 3. y points down in a drawing and up in a world.
 //! 4. The robot starts in the middle of the element with the id `start`, if there is one, and its goal is that with the id `goal`.
 //!
-//! Source: W3C, Scalable Vector Graphics 1.1, chapters 5, 7, 8 and 9. Style sheets are not read.
+//! Source: W3C, Scalable Vector Graphics 1.1, chapters 5, 7, 8 and 9. Style sheets are not read: they are named among what
+//! was left out, for lines that only they hide are walls here, and lines that only they draw are none.
 
 use std::str::FromStr as _;
 
@@ -79,6 +80,9 @@ pub fn of_svg(
     let scale = scale_of(&root, metres_per_unit)?;
     let mut plan = Plan::new(scale);
     plan.read(root)?;
+    let is_sheet = |node: &Node| node.tag_name().name() == "style";
+    let sheets = root.descendants().filter(is_sheet);
+    sheets.for_each(|_| plan.leave_out("style"));
     plan.into_world(name)
 }
 
@@ -306,7 +310,14 @@ impl Plan {
             high,
             Point2::new(low.x, high.y),
         ];
-        let told = |(name, count): (String, usize)| format!("{count} × <{name}>");
+        let told = |(name, count): (String, usize)| {
+            let why = match name.as_str() {
+                "style" => " (what classes draw or hide does not count)",
+                "use" => " (copies of other parts)",
+                _ => "",
+            };
+            format!("{count} × <{name}>{why}")
+        };
         Ok(Imported {
             world: checked(fenced(world, corners))?,
             left_out: self.left_out.into_iter().map(told).collect(),

@@ -9,7 +9,7 @@ use crate::format::map_server::NOTHING_KNOWN;
 use crate::sim::{Caster, worlds};
 
 /// A world as a map shows it: what is nearer to a wall than 0.7 cells is occupied, what is farther away is free.
-fn drawn(world: &World, resolution: f64, origin: Pose2) -> OccupancyMap {
+pub(super) fn drawn(world: &World, resolution: f64, origin: Pose2) -> OccupancyMap {
     let (low, high) = world.bounds();
     let caster = Caster::new(world.walls());
     let corners = [
@@ -238,7 +238,7 @@ fn paper_hidden_things_and_words_are_no_walls() {
     let plan = drawing("<rect width='40' height='40'/><use href='#a'/><use href='#b'/><image/>");
     assert_eq!(
         of_svg(plan.as_bytes(), None, "s").unwrap().left_out,
-        ["2 × <use>", "1 × <image>"]
+        ["2 × <use> (copies of other parts)", "1 × <image>"]
     );
 }
 
@@ -383,4 +383,15 @@ proptest! {
             Err(error) => prop_assert!(!error.to_string().is_empty()),
         }
     }
+}
+
+#[test]
+fn a_style_sheet_that_is_not_read_is_named() {
+    let plan = r#"<svg xmlns="http://www.w3.org/2000/svg" data-metres-per-unit="1">
+        <defs><style>.hidden { display: none }</style></defs>
+        <rect width="4" height="3" fill="none" stroke="black"/><path class="hidden" d="M2 0v1" stroke="black"/></svg>"#;
+    assert_eq!(
+        of_svg(plan.as_bytes(), None, "s").unwrap().left_out,
+        ["1 × <style> (what classes draw or hide does not count)"]
+    );
 }

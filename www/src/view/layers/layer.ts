@@ -20,7 +20,7 @@ export interface Brush {
   /** Planners side by side, while somebody looks at them. */
   readonly contest: { readonly found: ContestState | null; readonly start: readonly [number, number] | null; readonly goal: readonly [number, number] | null } | null;
   /** Rooms and doors, and the number of the chosen one. */
-  readonly rooms: { readonly found: Rooms; readonly chosen: number | null } | null;
+  readonly rooms: { readonly found: Rooms; readonly numbers: readonly number[]; readonly chosen: number | null } | null;
   /** Lines of the last scan with what they were compared with; empty while nobody looks into the filter. */
   readonly sightings: readonly Sighting[];
 }

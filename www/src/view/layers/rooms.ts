@@ -13,7 +13,7 @@ const WRITTEN_FROM = 22;
 export function draw(brush: Brush): void {
   const { context, camera, palette, rooms } = brush;
   if (!rooms) return;
-  const { found, chosen } = rooms;
+  const { found, numbers, chosen } = rooms;
   let corner = 0;
   const paths = Array.from({ length: found.regions.length / REGION_STRIDE }, () => new Path2D());
   for (let i = 0; i + 1 < found.rings.length; i += 2) {
@@ -23,7 +23,7 @@ export function draw(brush: Brush): void {
   }
   paths.forEach((path, region) => {
     const isCorridor = found.regions[region * REGION_STRIDE + REGION.kind] === 1;
-    const colour = palette.css[isCorridor ? CORRIDOR : TINTS[region % TINTS.length] ?? CORRIDOR];
+    const colour = palette.css[isCorridor ? CORRIDOR : TINTS[((numbers[region] ?? 1) - 1) % TINTS.length] ?? CORRIDOR];
     context.fillStyle = colour;
     context.globalAlpha = region === chosen ? 0.5 : 0.24;
     context.fill(path, "evenodd");

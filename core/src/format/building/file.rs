@@ -1,0 +1,150 @@
+//! Files that show a building, told apart by their names.
+//!
+//! In: names and bytes of a map of ROS (YAML and image), an `OGmap.txt`, a floor plan (SVG) or a world (JSON). Out: a [`BuildingFile`],
+//! which becomes a world to drive in, or walls to find a robot by, or both.
+
+use super::{
+    BuildingError, FENCE_SIDES, Imported, of_map, of_svg, sides, start_in_map, walls_of_map,
+};
+use crate::format::map_server::{self, MapServerError, OccupancyMap};
+use crate::format::og_map::{self, OgMapError};
+use crate::format::world::{self, WorldFileError};
+use crate::geom::{Pose2, Segment};
+use crate::sim::World;
+
+/// How far walls of a drawing may be off, m: they are drawn to about a centimetre.
+const DRAWN_SIGMA: f64 = 0.01;
+/// How far walls of a grid may be off, in cells: those of even spread over a cell, 1/√12, and a little.
+const GRID_SIGMA: f64 = 1.0 / 3.0;
+
+/// A building that was read.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BuildingFile {
+    /// A grid: of ROS, or an `OGmap.txt`.
+    Map(OccupancyMap),
+    /// A floor plan.
+    Plan(Imported),
+    /// A world file.
+    World(World),
+}
+
+/// What of a file a robot can be found by, in the frame of the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KnownWalls {
+    /// Faces of the walls: what is free lies to the left of the way from `a` to `b`.
+    pub faces: Vec<Segment>,
+    /// How far they may be off, m: standard deviation.
+    pub sigma: f64,
+    /// Where a robot begins in it if nobody says otherwise: `file_from_robot`.
+    pub start: Pose2,
+    /// What was left out, in words.
+    pub left_out: Vec<String>,
+}
+
+/// Why files show no building.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BuildingFileError {
+    /// Names that tell no format.
+    #[error(
+        "`{0}` is no building; expected .yaml with .pgm or .png, OGmap.txt, .svg or a world as .json"
+    )]
+    Unknown(String),
+    /// The YAML of a map without its image, or the other way round.
+    #[error("`{0}` is one half of a map; expected its YAML and its image (.pgm or .png) together")]
+    Half(String),
+    /// The map of ROS.
+    #[error(transparent)]
+    Map(#[from] MapServerError),
+    /// The map as text.
+    #[error(transparent)]
+    Text(#[from] OgMapError),
+    /// What the file holds is no building.
+    #[error(transparent)]
+    Building(#[from] BuildingError),
+    /// The world file.
+    #[error(transparent)]
+    World(#[from] WorldFileError),
+}
+
+impl BuildingFile {
+    /// Reads one file, or the YAML and the image of a map in any order. `svg_unit`: metres in a unit of a floor plan that does not
+    /// say it itself.
+    ///
+    /// # Errors    [`BuildingFileError`], with what stands where and what was expected.
+    pub fn read(files: &[(&str, &[u8])], svg_unit: Option<f64>) -> Result<Self, BuildingFileError> {
+        let of_kind = |kinds: &[&str]| {
+            let is_one = |name: &str| kinds.contains(&extension(name).as_str());
+            files.iter().find(|(name, _)| is_one(name)).copied()
+        };
+        let image = of_kind(&["pgm", "png"]);
+        if let Some((name, yaml)) = of_kind(&["yaml", "yml"]) {
+            let (_, image) = image.ok_or_else(|| BuildingFileError::Half(name.to_owned()))?;
+            return Ok(Self::Map(map_server::read(yaml, image)?));
+        }
+        if let Some((name, _)) = image {
+            return Err(BuildingFileError::Half(name.to_owned()));
+        }
+        let (name, bytes) = files.first().copied().unwrap_or_default();
+        match extension(name).as_str() {
+            "txt" => Ok(Self::Map(og_map::parse(bytes)?.into())),
+            "svg" => Ok(Self::Plan(of_svg(bytes, svg_unit, name)?)),
+            "json" => Ok(Self::World(world::read(bytes)?)),
+            _ => Err(BuildingFileError::Unknown(name.to_owned())),
+        }
+    }
+
+    /// The building to drive in; a world file's own name stays.
+    ///
+    /// # Errors    [`BuildingError`].
+    pub fn into_world(self, name: &str) -> Result<Imported, BuildingError> {
+        Ok(match self {
+            Self::Map(map) => of_map(&map, name)?,
+            Self::Plan(plan) => plan,
+            Self::World(world) => Imported {
+                world,
+                left_out: vec![],
+            },
+        })
+    }
+
+    /// The walls to find a robot by.
+    ///
+    /// # Errors    [`BuildingError`]: too many cells, no wall.
+    pub fn known_walls(&self) -> Result<KnownWalls, BuildingError> {
+        match self {
+            Self::Map(map) => Ok(KnownWalls {
+                faces: sides(&walls_of_map(map)?).collect(),
+                sigma: GRID_SIGMA * map.resolution,
+                start: start_in_map(map)?,
+                left_out: vec![],
+            }),
+            Self::Plan(plan) => Ok(KnownWalls {
+                left_out: plan.left_out.clone(),
+                ..of_thin_walls(&plan.world, FENCE_SIDES)?
+            }),
+            Self::World(world) => of_thin_walls(world, 0),
+        }
+    }
+}
+
+/// Both faces of all walls but the last.
+fn of_thin_walls(world: &World, last: usize) -> Result<KnownWalls, BuildingError> {
+    let mut walls = world.walls();
+    walls.truncate(walls.len().saturating_sub(last));
+    if walls.is_empty() {
+        return Err(BuildingError::NoWalls);
+    }
+    let both = |Segment { a, b }: Segment| [Segment::new(a, b), Segment::new(b, a)];
+    Ok(KnownWalls {
+        faces: walls.iter().flat_map(|wall| both(wall.segment)).collect(),
+        sigma: DRAWN_SIGMA,
+        start: world.start,
+        left_out: vec![],
+    })
+}
+
+fn extension(name: &str) -> String {
+    let end = name.rsplit_once('.').map_or("", |(_, end)| end);
+    end.to_ascii_lowercase()
+}

@@ -1,0 +1,98 @@
+//! One building in every format: told apart by the name, the same walls in each.
+
+use super::*;
+use crate::format::map_server::{self, MapImage, MapMode};
+use crate::format::{og_map, world};
+use crate::sim::{Caster, worlds};
+
+/// `doors` in each format: names and bytes.
+fn formats() -> Vec<Vec<(&'static str, Vec<u8>)>> {
+    let doors = worlds::builtin("doors").unwrap();
+    let map = super::tests::drawn(&doors, 0.05, Pose2::new(-0.4, -0.3, 0.0));
+    let ros = map_server::write(&map, MapMode::Trinary, MapImage::Pgm, "doors.pgm").unwrap();
+    let text = og_map::write(&og_map::OgMap {
+        width: map.width,
+        height: map.height,
+        resolution: map.resolution,
+        origin: map.origin.position(),
+        probabilities: map.cells.iter().map(|&c| f64::from(c) / 100.0).collect(),
+    });
+    let walls: Vec<_> = doors.walls().iter().map(|wall| wall.segment).collect();
+    let svg = walls.iter().fold(String::new(), |all, w| {
+        let [a, b] = [w.a, w.b];
+        let line = format!(
+            r#"<line x1="{}" y1="{}" x2="{}" y2="{}" stroke="black"/>"#,
+            a.x, -a.y, b.x, -b.y
+        );
+        all + &line
+    });
+    let svg =
+        format!(r#"<svg xmlns="http://www.w3.org/2000/svg" data-metres-per-unit="1">{svg}</svg>"#);
+    vec![
+        vec![
+            ("maps/doors.pgm", ros.image),
+            ("doors.YAML", ros.yaml.into()),
+        ],
+        vec![("OGmap.txt", text.into())],
+        vec![("doors.svg", svg.into())],
+        vec![("doors.json", world::write(&doors).into())],
+    ]
+}
+
+fn read(files: &[(&'static str, Vec<u8>)]) -> Result<BuildingFile, BuildingFileError> {
+    let files: Vec<(&str, &[u8])> = files.iter().map(|(n, b)| (*n, b.as_slice())).collect();
+    BuildingFile::read(&files, None)
+}
+
+#[test]
+fn every_format_shows_the_same_walls_to_drive_in_and_to_be_found_by() {
+    let doors = worlds::builtin("doors").unwrap();
+    let truth = Caster::new(doors.walls());
+    for files in formats() {
+        let (name, _) = files[0];
+        let building = read(&files).unwrap();
+        let known = building.known_walls().unwrap();
+        let length: f64 = known.faces.iter().map(Segment::length).sum();
+        let whole: f64 = doors.walls().iter().map(|w| w.segment.length()).sum();
+        assert!(
+            (1.2..2.2).contains(&(length / whole)),
+            "{name}: {length} of {whole}"
+        );
+        for face in &known.faces {
+            // Along the face; the borders of cells lie beside the walls.
+            for k in 0..=4 {
+                let at = face.a + face.vector() * f64::from(k) / 4.0;
+                assert!(truth.clearance(at, 1.0) < 0.1, "{name}: {at}");
+            }
+        }
+        assert!(truth.clearance(known.start.position(), 1.0) > 0.1, "{name}");
+        let world = building.into_world("again").unwrap().world;
+        assert!(world.validate(world.robot.model().radius()).is_ok());
+    }
+}
+
+#[test]
+fn the_fence_around_a_plan_is_no_wall_to_be_found_by() {
+    let [_, _, svg, _] = &formats()[..] else {
+        panic!("four formats")
+    };
+    let plan = read(svg).unwrap();
+    let known = plan.known_walls().unwrap().faces.len();
+    let walls = plan.into_world("").unwrap().world.walls().len();
+    assert_eq!(known, 2 * (walls - FENCE_SIDES));
+}
+
+#[test]
+fn what_shows_no_building_is_named() {
+    let told = |files: &[(&'static str, Vec<u8>)]| read(files).unwrap_err().to_string();
+    let all = formats();
+    assert!(told(&all[0][..1]).starts_with("`maps/doors.pgm` is one half of a map"));
+    assert!(told(&all[0][1..]).starts_with("`doors.YAML` is one half of a map"));
+    assert!(told(&[("drive.clf", vec![])]).starts_with("`drive.clf` is no building; expected"));
+    assert!(told(&[]).starts_with("`` is no building"));
+    let cut = vec![("OGmap.txt", all[1][0].1[..2000].to_vec())];
+    assert!(told(&cut).starts_with("line "), "{}", told(&cut));
+    let nothing = vec![("OGmap.txt", b"2 2 0.05 0 0\n0.1 0.1\n0.1 0.1\n".to_vec())];
+    let error = read(&nothing).unwrap().known_walls().unwrap_err();
+    assert_eq!(error, BuildingError::NoWalls);
+}

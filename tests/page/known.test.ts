@@ -1,0 +1,64 @@
+// A map to be found in: of the world in another frame, of another building, or the one drawn so far.
+import { expect, test } from './fixture.ts';
+
+/** Doors of a flat of two rooms, 5 m x 4 m; `shift` moves its frame. */
+function flat(shift: number): Buffer {
+  const at = (x: number, y: number): string => `${x + shift},${y - 2 * shift}`;
+  return Buffer.from(`<svg xmlns="http://www.w3.org/2000/svg" data-metres-per-unit="1">
+    <polygon points="${at(0, 0)} ${at(5, 0)} ${at(5, 4)} ${at(0, 4)}" fill="none" stroke="black"/>
+    <path d="M${at(2.5, 0)}v1.5m0 1v1.5" stroke="black"/>
+    <circle id="start" cx="${1 + shift}" cy="${2 - 2 * shift}" r=".1"/></svg>`);
+}
+const file = (name: string, buffer: Buffer) => ({ name, mimeType: '', buffer });
+const fit = 'known-fit';
+
+test('a robot finds itself in another map than its world, told where it begins there', async ({ lab, page }) => {
+  test.setTimeout(150_000);
+  await lab.open();
+  await lab.show('run');
+  await lab.at('file').setInputFiles(file('flat.svg', flat(0)));
+  await expect.poll(async () => (await lab.state()).title).toBe('flat.svg');
+  await lab.at('known-file').setInputFiles(file('moved.svg', flat(7)));
+  await expect.poll(async () => (await lab.state()).method).toBe('known-map');
+  await expect(lab.at('known-name')).toContainText('moved.svg');
+  expect((await lab.state()).title, 'the world stays').toBe('flat.svg');
+  await expect(lab.at('known-x'), 'where the drawing says').toHaveValue('8');
+  await lab.speed('20');
+  await expect(lab.at(fit)).toContainText('The map fits', { timeout: 60_000 });
+  await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(0.5);
+  expect((await lab.status()).positionError).toBeLessThan(0.15);
+  // Told that it begins elsewhere, it says that this cannot be.
+  await lab.at('known-x').fill('9.6');
+  await lab.at('known-x').press('Enter');
+  await expect(lab.at(fit)).toContainText('does not fit', { timeout: 60_000 });
+  await expect(lab.at('toast')).toContainText('The known map does not fit');
+  await lab.at('known-world').click();
+  await expect(lab.at('known-name')).toContainText('true walls');
+  await expect(lab.at(fit)).toContainText('The map fits', { timeout: 60_000 });
+  expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
+});
+
+test('what was mapped is a map to be found in; what is no map leaves the run as it is', async ({ lab }) => {
+  test.setTimeout(150_000);
+  await lab.open();
+  await lab.enter('arena', '20');
+  await lab.watch((s) => s.explored, 'most is known', 90_000).toBeGreaterThan(0.9);
+  await lab.show('run');
+  await lab.at('known-file').setInputFiles(file('OGmap.txt', Buffer.from('3 2 0.05 0 0\n0.5 0.5 0.5\n0.5 7 0.5\n')));
+  await expect(lab.at('toast')).toContainText('line 3, field 2 is "7", expected a number from 0 to 1');
+  await lab.at('known-file').setInputFiles(file('half.yaml', Buffer.from('image: half.pgm\n')));
+  await expect(lab.at('toast')).toContainText('one half of a map');
+  expect((await lab.state()).method, 'the run goes on').toBe('line-ekf');
+  await lab.at('known-this').click();
+  await expect(lab.at('known-name')).toContainText('map of arena');
+  await expect(lab.at(fit)).toContainText('The map fits', { timeout: 60_000 });
+});
+
+test('OGmap.txt is a world too', async ({ lab }) => {
+  await lab.open();
+  await lab.show('run');
+  const rows = Array.from({ length: 60 }, (_, row) => Array.from({ length: 80 }, (_, col) => (row % 59 === 0 || col % 79 === 0 ? 0.97 : 0.02)).join(' '));
+  await lab.at('file').setInputFiles(file('OGmap.txt', Buffer.from(`80 60 0.05 -1 -1\n${rows.join('\n')}\n`)));
+  await expect.poll(async () => (await lab.state()).title).toBe('OGmap.txt');
+  await lab.watch((s) => s.scans, 'it looks round').toBeGreaterThan(3);
+});

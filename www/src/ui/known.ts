@@ -1,0 +1,97 @@
+// The map that a robot is to be found in: where it comes from, where the robot begins in it, and whether it fits.
+
+import { css, html, nothing, type TemplateResult } from "lit";
+import type { KnownMap } from "../protocol.js";
+import type { Topic } from "../store.js";
+import { SlamElement } from "./element.js";
+import { percent } from "./format.js";
+import { icons } from "./icons.js";
+import { shared } from "./style.js";
+
+/** Numbers of the start: name, what a person reads, and units of the page in one of the module. */
+const START = [["x", "x, m", 1], ["y", "y, m", 1], ["heading", "heading, °", 180 / Math.PI]] as const;
+
+export class SlamKnown extends SlamElement {
+  static override styles = [
+    shared,
+    css`
+      :host { display: block; }
+      h2 { margin: 18px 0 8px; }
+      p { margin: 0 0 8px; font-size: 12.5px; line-height: 1.4; color: var(--muted); }
+      p.bad { color: var(--danger); font-weight: 600; }
+      .two label { display: contents; }
+      .two, .three { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; margin-bottom: 8px; }
+      .three { grid-template-columns: 1fr 1fr 1fr; }
+      .three label { display: grid; gap: 4px; font-size: 12.5px; color: var(--muted); }
+      input[type="number"] { width: 100%; min-width: 0; }
+      input[type="file"] { position: absolute; width: 1px; height: 1px; opacity: 0; }
+      input[type="file"]:focus-visible + .button { outline: 2px solid var(--focus); outline-offset: 2px; }
+      .button:hover { border-color: var(--line-strong); background: var(--hover); }
+      @media (pointer: coarse) { .button { min-height: 44px; } }
+    `,
+  ];
+
+  protected override readonly topics: readonly Topic[] = ["run", "moment"];
+
+  override render(): TemplateResult | typeof nothing {
+    const { source, method, setup } = this.store;
+    if (source === "bridge") return nothing;
+    const { known } = setup;
+    const isUsed = method === "known-map";
+    return html`
+      <h2 id="known">Known map</h2>
+      ${isUsed ? this.#used(known) : html`<p>Give the robot a map, and it only has to find itself in it: a map of ROS, OGmap.txt, a floor plan (.svg), a world (.json), or what it has mapped so far. It may be of this world or of another.</p>`}
+      <div class="two">
+        <label>
+          <input type="file" accept=".yaml,.yml,.pgm,.png,.txt,.svg,.json" multiple data-testid="known-file" aria-label="Open a map to be found in: YAML with its image, OGmap.txt, SVG or a world" @change=${this.#open}>
+          <span class="button">${icons.open} Open map…</span>
+        </label>
+        <button data-testid="known-this" title="Begin again, and find yourself in the map drawn so far" @click=${() => this.client.knowThis()}>${icons.again} Map so far</button>
+      </div>
+      ${isUsed && known && source === "sim" ? html`<button data-testid="known-world" @click=${() => this.client.findIn(null)}>Use the walls of the world instead</button>` : nothing}
+    `;
+  }
+
+  #used(known: KnownMap | null): TemplateResult {
+    return html`
+      <p data-testid="known-name">The robot finds itself ${known ? html`in <b>${known.name}</b>, drawn on the map as the layer Known map.` : "among the true walls of its world."}</p>
+      ${this.#fit()}
+      ${known ? html`<div class="three" role="group" aria-label="Where the robot begins in the known map, in the frame of its file">
+        ${START.map(([name, words, unit], i) => html`<label>${i === 0 ? "Begins at " : ""}${words}
+          <input type="number" inputmode="decimal" step="any" data-testid="known-${name}" .value=${String(Number(((known.start[i] ?? 0) * unit).toFixed(3)))}
+            @change=${(e: Event) => this.#place(known, i, unit, e.target as HTMLInputElement)}></label>`)}
+      </div>` : nothing}`;
+  }
+
+  #fit(): TemplateResult {
+    const { status } = this.store;
+    const isJudged = status !== null && Number.isFinite(status.knownPart);
+    const part = percent(status?.knownPart ?? NaN);
+    const misfit = status?.knownMisfit ?? false;
+    const words = !isJudged ? "Whether the map fits is told after some scans."
+      : misfit ? `The map does not fit: only ${part} of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it.`
+      : `The map fits: ${part} of what the sensor hits is a wall of it.`;
+    return html`<p class=${misfit ? "bad" : ""} data-testid="known-fit">${words}</p>`;
+  }
+
+  #place(known: KnownMap, index: number, unit: number, input: HTMLInputElement): void {
+    const value = Number(input.value || NaN) / unit;
+    if (Number.isFinite(value)) {
+      const [x, y, heading] = known.start;
+      const start = [x, y, heading] as [number, number, number];
+      start[index] = value;
+      this.client.findIn({ ...known, start });
+      return;
+    }
+    // The field says again where the robot began.
+    input.value = String(Number(((known.start[index] ?? 0) * unit).toFixed(3)));
+  }
+
+  #open(event: Event): void {
+    const input = event.target as HTMLInputElement;
+    void this.client.openKnown([...(input.files ?? [])]);
+    input.value = "";
+  }
+}
+
+customElements.define("slam-known", SlamKnown);
