@@ -116,7 +116,6 @@ impl Live {
     /// The connection ended and another begins: map and pose stay, the right to drive does not.
     pub fn reconnect(&mut self) {
         self.client = Client::new(&self.config.name, self.config.token.as_deref());
-        self.wants_to_arm = false;
         self.end_errand();
     }
 
@@ -236,7 +235,9 @@ impl Live {
         self.notes.push(Note { severity, text });
     }
 
+    /// Nothing is under way any more, an arming that waits for its lease neither: it would come after the Stop.
     fn end_errand(&mut self) {
+        self.wants_to_arm = false;
         let state = &mut self.state;
         state.pilot.stop();
         state.is_told_to_stand = false;

@@ -41,11 +41,11 @@ mod unix {
         }
 
         fn facts(&self) -> Value {
-            let late = self.robot.late().max(self.lidar.late()).as_secs_f64();
+            let lost = (self.robot.lost() + self.lidar.lost()).as_secs_f64();
             self.robot.with(|robot| {
                 let simulation = robot.simulation();
                 json!({
-                    "late": late,
+                    "lost": lost,
                     "pose": in_map(&self.world, &simulation.truth()),
                     "moves": robot.is_moving(),
                     "told_to_move": robot.was_told_to_move(),

@@ -18,15 +18,18 @@ export class Bridge {
   /** Those of this process that were started. */
   static readonly #started: Bridge[] = [];
 
-  private constructor(private readonly process: ChildProcess, readonly url: string) {}
+  url = '';
+
+  private constructor(private readonly process: ChildProcess) {}
 
   /** With these flags beside those of the page; on a free port unless one is given. */
   static async start(flags: string[] = [], port = '0'): Promise<Bridge> {
     const program = process.env.SLAMLAB_BRIDGE ?? `${root}/target/debug/slamlab-bridge`;
-    const bridge = spawn(program, ['--port', port, '--page', `${root}/www/dist`, ...flags], { stdio: ['ignore', 'pipe', 'inherit'] });
-    const started = new Bridge(bridge, await addressOf(bridge));
-    this.#started.push(started);
-    return started;
+    const bridge = new Bridge(spawn(program, ['--port', port, '--page', `${root}/www/dist`, ...flags], { stdio: ['ignore', 'pipe', 'inherit'] }));
+    // Before it has told anything: one that never does is ended too.
+    this.#started.push(bridge);
+    bridge.url = await addressOf(bridge.process);
+    return bridge;
   }
 
   /** Ends what a test that failed left behind: its bridge would look for its robot's port for ever, which is soon that of the next test. */

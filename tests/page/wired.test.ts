@@ -7,11 +7,10 @@ import { existsSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import type { Download } from '@playwright/test';
-import type { Status } from '../../www/src/protocol.ts';
 import { Bridge } from './bridge.ts';
 import { expect, test as base } from './fixture.ts';
 import type { Lab } from './lab.ts';
-import { arm, bridgeState, type MapTruth, PATIENCE, turnByHand, WiredRobot, withRobot } from './wired.ts';
+import { bridgeState, exploreUntil, type MapTruth, PATIENCE, together, turnByHand, WiredRobot, withRobot } from './wired.ts';
 
 /** The firmware stands so long after the last command, by its registers and its own time, s. */
 const WATCHDOG = 0.4;
@@ -45,23 +44,6 @@ async function open({ robot, lab, folder }: Run): Promise<Bridge> {
   return bridge;
 }
 
-/** Sends it exploring. */
-async function explore({ robot, lab }: Run): Promise<void> {
-  await arm(lab, robot);
-  await lab.at('mode-explore').click();
-}
-
-/** Explores until something is so. A machine that starves the robot looks to the bridge like a robot that fell silent: it is armed again. */
-async function exploreUntil(run: Run, message: string, done: (status: Status) => boolean | Promise<boolean>): Promise<void> {
-  const look = async () => {
-    const status = await run.lab.status();
-    if (await done(status)) return true;
-    if (!(await bridgeState(run.lab))?.armed || status.mode !== 'explore') await explore(run);
-    return false;
-  };
-  await expect.poll(look, { timeout: 600_000, intervals: [250], message }).toBe(true);
-}
-
 /** Pulls the cables of a robot that drives: it stops by itself, and stays where it is when they are back. Gives after what time its registers
     were 0, s; null where they were already, undefined where it has none. */
 async function pullTheCables({ robot, lab }: Run): Promise<number | null | undefined> {
@@ -71,7 +53,8 @@ async function pullTheCables({ robot, lab }: Run): Promise<number | null | undef
   await expect.poll(disarmed, { ...PATIENCE, message: 'the page learns it' }).toBe(true);
   await expect.poll(async () => stands(robot), { ...PATIENCE, message: 'it has come to rest' }).toBe(true);
   const { pose, stopped_after } = await robot.facts();
-  expect(stopped_after ?? 0, 's of the chip, by OCR1A and OCR1B').toBeLessThanOrEqual(WATCHDOG);
+  // Only the real firmware has registers; they were 0 already where it happened to stand.
+  if (typeof stopped_after === 'number') expect(stopped_after, 's of the chip, by OCR1A and OCR1B').toBeLessThanOrEqual(WATCHDOG);
   await robot.plug();
   const { scans } = await lab.status();
   const isBack = async () => (await bridgeState(lab))?.devices.every((device) => device.state === 'sending');
@@ -121,26 +104,29 @@ for (const { name, program, more } of ROBOTS) {
     await withRobot(robot, async () => {
       const run = { robot, lab, folder };
       const bridge = await open(run);
-      await exploreUntil(run, 'it is on its way', async (s) => s.distance > 0.5 && (await robot.facts()).moves);
+      const begun = await robot.facts();
+      await exploreUntil(lab, robot, 'it is on its way', async (s) => s.distance > 0.5 && (await robot.facts()).moves);
       const stops = [await pullTheCables(run)];
-      await exploreUntil(run, 'exploration ends by itself', (s) => s.finished);
-      const truth = await mapTruth(run);
-      const [error, { contacts, seconds, behind, fault }] = [await positionError(run), await robot.facts()];
-      const found = JSON.stringify({ ...truth, error, contacts, seconds, behind });
-      info.annotations.push({ type: 'map', description: found });
-      console.log(found);
-      expect(truth.explored).toBeGreaterThan(0.95);
-      expect(truth.true_walls).toBeGreaterThan(0.95);
-      expect(truth.found_walls).toBeGreaterThan(0.9);
-      expect(error).toBeLessThan(0.1);
-      expect(contacts).toBe(0);
-      expect(fault ?? null).toBeNull();
+      await together(robot, begun, async () => {
+        await exploreUntil(lab, robot, 'exploration ends by itself', (s) => s.finished);
+        const truth = await mapTruth(run);
+        const [error, { contacts, seconds, behind, lost }] = [await positionError(run), await robot.facts()];
+        const found = JSON.stringify({ ...truth, error, contacts, seconds, behind, lost });
+        info.annotations.push({ type: 'map', description: found });
+        console.log(found);
+        expect(truth.explored).toBeGreaterThan(0.95);
+        expect(truth.true_walls).toBeGreaterThan(0.95);
+        expect(truth.found_walls).toBeGreaterThan(0.9);
+        expect(error).toBeLessThan(0.1);
+        expect(contacts).toBe(0);
+      });
+      expect((await robot.facts()).fault ?? null).toBeNull();
       // By hand from here on: the key is held all through the cut.
       await turnByHand(lab, robot);
       stops.push(await pullTheCables(run));
       info.annotations.push({ type: 'stopped after, s', description: JSON.stringify(stops) });
       console.log(JSON.stringify({ stops }));
-      expect(stops[1], 'it turned when the cables were pulled').not.toBeNull();
+      if (program === 'rp6_sim') expect(stops.at(-1), 's of the chip: it turned when the cables were pulled').toEqual(expect.any(Number));
       await turnByHand(lab, robot);
       await lab.page.keyboard.up('ArrowLeft');
       await bridge.stop();
@@ -157,7 +143,8 @@ test('the real firmware without a lidar sweeps its rangers, drives and maps', as
     const run = { robot, lab, folder };
     const bridge = await open(run);
     const sweeps = Number(process.env.SLAMLAB_SWEEPS ?? 6);
-    await exploreUntil(run, 'its sweeps come as scans, from place to place', (s) => s.scans > sweeps);
+    // Between two looks it sees nothing: contacts are told, not judged.
+    await exploreUntil(lab, robot, 'its sweeps come as scans, from place to place', (s) => s.scans > sweeps, ['Bumper']);
     const truth = await mapTruth(run);
     const { seconds, behind, fault, contacts } = await robot.facts();
     const error = await positionError(run);

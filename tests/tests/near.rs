@@ -127,6 +127,25 @@ fn nothing_moves_before_the_wheel_is_taken() {
     assert!(!cable.robot.was_told_to_move());
 }
 
+/// The lease is granted after the Stop was pressed: it arms nothing any more.
+#[test]
+fn a_stop_overtakes_the_arming_that_waits_for_its_lease() {
+    let stops: [fn(&mut Live, u64); 3] = [Live::stop, Live::emergency_stop, Live::leave_wheel];
+    for stop in stops {
+        let mut cable = Cable::new();
+        cable.run(2.0);
+        cable.live.take_wheel(cable.micros(), false);
+        let now = cable.micros();
+        stop(&mut cable.live, now);
+        for _ in 0..200 {
+            cable.live.drive(1.0, 0.0);
+            cable.step();
+            assert!(!cable.live.client().is_armed());
+        }
+        assert!(!cable.robot.was_told_to_move());
+    }
+}
+
 #[test]
 fn a_driven_robot_tells_where_it_is() {
     let cable = Cable::driving();

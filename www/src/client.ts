@@ -7,6 +7,8 @@ import type { Contest, Store } from "./store.js";
 import type { Scene } from "./view/scene.js";
 
 const TOKEN_KEY = "slamlab-token";
+/** Wall milliseconds within which the answer to Drive comes. */
+const WHEEL_MILLIS = 5000;
 
 export class Client {
   readonly #worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: "slamlab" });
@@ -21,7 +23,12 @@ export class Client {
   /** What a building that is about to start was read without. */
   #leftOut = "";
   #bridge: { url: string; token: string } | null = null;
-  readonly #ports = new SerialPorts((text) => this.#store.set("toast", { toast: { level: "warn", text } }));
+  #askedWheelAt = -Infinity;
+  readonly #ports = new SerialPorts((text) => {
+    // What the mapper heard of the robot is the last of it.
+    this.send({ kind: "unplug" });
+    this.#store.set("toast", { toast: { level: "warn", text } });
+  });
   /** Called when a run begins, before its first frame. */
   onStart: () => void = () => {};
 
@@ -151,8 +158,16 @@ export class Client {
 
   /** Takes the right to drive, or gives it back. */
   wheel(take: boolean): void {
+    this.#askedWheelAt = take ? performance.now() : -Infinity;
     const driver = this.#store.bridge?.driver ?? "";
     this.send({ kind: "wheel", take, force: driver !== "" });
+  }
+
+  /** Whether this page drives a real robot, or is about to: the answer to Drive may be on its way. */
+  get mayBeDriving(): boolean {
+    const { source, bridge } = this.#store;
+    const isAsked = performance.now() - this.#askedWheelAt < WHEEL_MILLIS;
+    return source === "bridge" && (this.plugged.length > 0 || (bridge?.hasLease ?? false) || isAsked);
   }
 
   /** A door of the simulated world; it moves with the next step, so a paused run goes on. */
@@ -215,7 +230,10 @@ export class Client {
     this.#store.set("run", { aiming: false });
     // Past the worker that maps, which may be busy.
     this.#ports.stop(false);
-    this.send({ kind: this.#store.source !== "replay" && !this.#store.reading ? "stop" : "cancel" });
+    const { source, reading } = this.#store;
+    // A robot is stopped also while a recording is being read.
+    if (source === "bridge" || (source === "sim" && !reading)) this.send({ kind: "stop" });
+    if (reading || source === "replay") this.send({ kind: "cancel" });
   }
 
   /** What runs now, from its beginning: with the method given, or else with the one it had. */

@@ -172,7 +172,7 @@ Object.defineProperty(window, "slamlab", {
 
 // Nobody steers a robot from a page that is out of sight.
 document.addEventListener("visibilitychange", () => {
-  if (document.hidden && store.source === "bridge" && store.bridge?.hasLease) client.stop();
+  if (document.hidden && client.mayBeDriving) client.stop();
 });
 
 void client.begin();

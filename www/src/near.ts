@@ -50,14 +50,17 @@ class Lines {
     this.flush();
   }
 
-  /** Stops the robot, and has the lines closed. */
+  /** Stops the robot, and has the lines closed: also where the rules themselves have failed and cannot say anything more. */
   close(): void {
     clearInterval(this.#ticker);
-    this.#near.close(micros());
-    this.flush();
-    for (let line = 0; line < this.#count; line += 1) wish(line, "close", {});
-    this.#driver.close();
-    this.#near.free();
+    try {
+      this.#near.close(micros());
+      this.flush();
+      this.#near.free();
+    } finally {
+      for (let line = 0; line < this.#count; line += 1) wish(line, "close", {});
+      this.#driver.close();
+    }
   }
 
   #tick(): void {
@@ -122,16 +125,18 @@ function guard(act: () => void): void {
     // Nobody knows what comes of it: the robot is left standing.
     try {
       end();
-    } finally {
-      post({ kind: "failed", text: error instanceof Error ? error.message : String(error) });
+    } catch (also) {
+      console.error(also);
     }
+    post({ kind: "failed", text: error instanceof Error ? error.message : String(error) });
   }
 }
 
-const module = init({ module_or_path: new URL("slamlab_web_bg.wasm", self.location.href) });
+const isLoaded = init({ module_or_path: new URL("slamlab_web_bg.wasm", self.location.href) }).then(() => true, (error: unknown) => {
+  post({ kind: "failed", text: `The rules of the robot could not be loaded: ${String(error)}. Reload the page.` });
+  return false;
+});
 
 self.onmessage = async (event: MessageEvent<NearCommand>) => {
-  await module.catch(() => undefined);
-  guard(() => handle(event.data));
+  if (await isLoaded) guard(() => handle(event.data));
 };
-module.catch((error: unknown) => post({ kind: "failed", text: `The rules of the robot could not be loaded: ${String(error)}. Reload the page.` }));

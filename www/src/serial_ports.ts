@@ -5,6 +5,8 @@ import type { LineWish, NearAnswer, NearCommand, SerialKind } from "./protocol.j
 
 /** Milliseconds before a line is tried again, the longest last. */
 const RETRY_MILLIS = [250, 500, 1000, 2000];
+/** Wall milliseconds that a port, or the worker with the rules, is waited for when it is left. */
+const LEAVE_MILLIS = 1000;
 
 /** What is used of Web Serial; the library of the language does not know it. */
 interface Port {
@@ -18,6 +20,7 @@ interface Port {
 
 interface Serial extends EventTarget {
   requestPort(): Promise<Port>;
+  getPorts(): Promise<Port[]>;
 }
 
 /** Web Serial, where the browser has it: Chrome, Edge and Opera on a computer, from an address that is this computer's or `https`. */
@@ -39,8 +42,14 @@ class Line {
   readonly closed: Promise<void>;
   isClosed: () => void = () => {};
 
-  constructor(readonly kind: SerialKind, public port: Port) {
+  /** With `wasOpen` its port was open once, in this run or one before: it is the right one. */
+  constructor(readonly kind: SerialKind, public port: Port, public wasOpen = false) {
     this.closed = new Promise((done) => (this.isClosed = done));
+  }
+
+  /** The same for another run. */
+  again(): Line {
+    return new Line(this.kind, this.port, this.wasOpen);
   }
 
   /** Whether this port may be the same adapter, put in again: it is then a new port to the browser. */
@@ -51,14 +60,15 @@ class Line {
 }
 
 export class SerialPorts {
-  readonly #warn: (text: string) => void;
+  readonly #failed: (text: string) => void;
   #lines: Line[] = [];
   #rules: Worker | null = null;
+  #leaving: Promise<void> | null = null;
 
-  /** `warn` tells the person what went wrong. */
-  constructor(warn: (text: string) => void) {
-    this.#warn = warn;
-    webSerial()?.addEventListener("connect", (event) => this.#connected(event.target as unknown as Port));
+  /** `failed`: the rules are of no use any more, and the lines were closed. */
+  constructor(failed: (text: string) => void) {
+    this.#failed = failed;
+    webSerial()?.addEventListener("connect", (event) => void this.#connected(event.target as unknown as Port));
   }
 
   /** What is at the ports, in the order of their numbers. */
@@ -72,13 +82,13 @@ export class SerialPorts {
     if (!port) throw new Error("This browser has no Web Serial.");
     await this.leave();
     const others = this.#lines.filter((line) => line.kind !== kind && line.port !== port);
-    this.#lines = [...others.map((line) => new Line(line.kind, line.port)), new Line(kind, port)];
+    this.#lines = [...others.map((line) => line.again()), new Line(kind, port)];
   }
 
   /** The same lines once more, for a run that begins anew. */
   async again(): Promise<void> {
     await this.leave();
-    this.#lines = this.#lines.map((line) => new Line(line.kind, line.port));
+    this.#lines = this.#lines.map((line) => line.again());
   }
 
   /** No device is at hand any more. */
@@ -89,14 +99,15 @@ export class SerialPorts {
 
   /** Devices and rules begin, and open the lines. Gives the wire to the one who maps and drives. */
   begin(): MessagePort {
+    this.#endRules();
     const { port1: driver, port2: wire } = new MessageChannel();
     const rules = new Worker(new URL("near.js", import.meta.url), { type: "module", name: "slamlab-near" });
     rules.onmessage = (event: MessageEvent<NearAnswer>) => {
       if (this.#rules !== rules) return;
       if (event.data.kind === "line") this.#wish(event.data);
-      else this.#failed(event.data.text);
+      else this.#lose(rules, event.data.text);
     };
-    rules.onerror = (event) => this.#failed(event.message || "their worker could not be started");
+    rules.onerror = (event) => this.#lose(rules, event.message || "the worker with its rules could not be started");
     this.#rules = rules;
     this.#send({ kind: "begin", devices: this.kinds, driver }, [driver]);
     return wire;
@@ -107,10 +118,23 @@ export class SerialPorts {
     this.#send({ kind: "stop", cutOff });
   }
 
-  /** The run that uses the lines ends: its robot is stopped first, and then they are closed. */
-  async leave(): Promise<void> {
+  /** The run that uses the lines ends: its robot is stopped first, and then they are closed. Who leaves twice waits for the same end. */
+  leave(): Promise<void> {
+    this.#leaving ??= this.#leave().finally(() => (this.#leaving = null));
+    return this.#leaving;
+  }
+
+  async #leave(): Promise<void> {
     this.#send({ kind: "end" });
-    await Promise.all(this.#lines.filter((line) => line.baud > 0).map((line) => line.closed));
+    const used = this.#lines.filter((line) => line.baud > 0);
+    await within(LEAVE_MILLIS, Promise.all(used.map((line) => line.closed)));
+    // Rules that do not answer any more have not asked for it.
+    for (const line of used) if (!line.isLeft) void this.#close(line);
+    await Promise.all(used.map((line) => line.closed));
+    this.#endRules();
+  }
+
+  #endRules(): void {
     this.#rules?.terminate();
     this.#rules = null;
   }
@@ -120,15 +144,19 @@ export class SerialPorts {
   }
 
   /** Without its rules the robot is left alone: it stops by itself when nobody speaks to it. */
-  #failed(text: string): void {
-    this.#warn(`The robot at the cable was left: ${text}`);
+  #lose(rules: Worker, text: string): void {
+    if (this.#rules !== rules) return;
+    this.#endRules();
     for (const line of this.#lines) void this.#close(line);
+    this.#failed(`The robot at the cable was left: ${text}`);
   }
 
   /** An adapter was put in: where it is that of a line that broke, the line is opened at once. */
-  #connected(port: Port): void {
+  async #connected(port: Port): Promise<void> {
+    const there = (await webSerial()?.getPorts()) ?? [];
     const down = this.#lines.filter((line) => line.baud > 0 && line.reader === null && !line.isLeft);
-    const alike = down.filter((line) => line.isLike(port));
+    // One that is only busy, or was never open, is not put in again elsewhere.
+    const alike = down.filter((line) => line.wasOpen && !there.includes(line.port) && line.isLike(port));
     // Of two that look the same nobody knows which it is: the person chooses.
     const line = down.find((line) => line.port === port) ?? (alike.length === 1 ? alike[0] : undefined);
     if (!line) return;
@@ -178,6 +206,7 @@ export class SerialPorts {
       if (!readable || !writable) throw new Error("the port cannot be read and written");
       line.reader = readable.getReader();
       line.writer = writable.getWriter();
+      line.wasOpen = true;
       this.#send({ kind: "line", line: number, event: "opened" });
       for (;;) {
         const { value, done } = await line.reader.read();
@@ -204,19 +233,22 @@ export class SerialPorts {
   }
 }
 
-/** Ends reading and writing, and closes the port; what is broken already is closed too. */
+/** Whether it ends in time, well or not. */
+async function within(millis: number, act: Promise<unknown>): Promise<boolean> {
+  let timer: ReturnType<typeof setTimeout> | undefined;
+  const late = new Promise<boolean>((done) => (timer = setTimeout(() => done(false), millis)));
+  const ended = await Promise.race([act.then(() => true, () => true), late]);
+  clearTimeout(timer);
+  return ended;
+}
+
+/** Ends reading and writing, and closes the port; what is broken already is closed too, and what hangs is given up. */
 async function shut({ port, reader, writer, retry }: Pick<Line, "port" | "reader" | "writer" | "retry">): Promise<void> {
   if (retry !== null) clearTimeout(retry);
-  const quietly = async (act: Promise<unknown> | undefined): Promise<void> => {
-    try {
-      await act;
-    } catch {
-      // It was closed, or gone.
-    }
-  };
-  await quietly(writer?.close());
+  // A device that takes nothing keeps a write waiting for ever.
+  if (writer && !(await within(LEAVE_MILLIS, writer.close()))) await within(LEAVE_MILLIS, writer.abort());
   writer?.releaseLock();
-  await quietly(reader?.cancel());
+  if (reader) await within(LEAVE_MILLIS, reader.cancel());
   reader?.releaseLock();
-  await quietly(port.close());
+  await within(LEAVE_MILLIS, port.close());
 }

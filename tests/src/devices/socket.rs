@@ -45,7 +45,7 @@ struct Shared<D> {
     is_plugged: bool,
     cut_in_the_middle: bool,
     has_ended: bool,
-    late: Duration,
+    lost: Duration,
 }
 
 impl<D: Device> Socket<D> {
@@ -74,7 +74,7 @@ impl<D: Device> Socket<D> {
             is_plugged: false,
             cut_in_the_middle: false,
             has_ended: false,
-            late: Duration::ZERO,
+            lost: Duration::ZERO,
         }));
         let (for_thread, path_of_thread) = (Arc::clone(&shared), path.clone());
         let body = move || live(&for_thread, &path_of_thread);
@@ -117,11 +117,11 @@ impl<D: Device> Socket<D> {
         change(&mut self.lock().device)
     }
 
-    /// The longest that the machine let the device wait for the processor: more than some tenths of a second look to the bridge like a
-    /// device that fell silent.
+    /// The real time that the device's own has lost so far, because the machine let it wait for the processor. Half a second at once
+    /// looks to the bridge like a device that fell silent.
     #[must_use]
-    pub fn late(&self) -> Duration {
-        self.lock().late
+    pub fn lost(&self) -> Duration {
+        self.lock().lost
     }
 
     fn lock(&self) -> MutexGuard<'_, Shared<D>> {
@@ -152,7 +152,7 @@ fn live<D: Device>(shared: &Mutex<Shared<D>>, path: &Path) {
         let elapsed = waited.as_secs_f64().min(MOST_AT_ONCE);
         last = Instant::now();
         let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
-        shared.late = shared.late.max(waited);
+        shared.lost += waited.saturating_sub(Duration::from_secs_f64(MOST_AT_ONCE));
         if shared.has_ended {
             return;
         }

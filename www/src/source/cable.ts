@@ -4,6 +4,7 @@
 // The messages are those of a bridge, so that all that is shown and done is the same.
 
 import type { WebLive } from "../../pkg/slamlab_web.js";
+import type { Connection } from "../protocol.js";
 import { type LinkEvents, type Link, bridgeState, micros } from "./link.js";
 
 /** Wall milliseconds between two looks of the pilot. */
@@ -16,12 +17,17 @@ export class CableLink implements Link {
   readonly #events: LinkEvents;
   readonly #ticker: ReturnType<typeof setInterval>;
   #toldAt = -Infinity;
+  /** The rules need a while to load: before they spoke, nobody is silent. */
+  #connection: Connection = "connecting";
   #fault = "";
 
   constructor(module: WebLive, wire: MessagePort, events: LinkEvents) {
     [this.#module, this.#wire, this.#events] = [module, wire, events];
     wire.onmessage = (event: MessageEvent<Uint8Array>) => {
-      this.#guard(() => this.#module.receive(micros(), event.data));
+      this.#guard("refused", () => {
+        this.#module.receive(micros(), event.data);
+        [this.#connection, this.#fault] = ["open", ""];
+      });
       this.flush();
       this.#events.moved();
     };
@@ -46,20 +52,23 @@ export class CableLink implements Link {
   }
 
   #tick(): void {
-    this.#guard(() => this.#module.tick(micros()));
+    if (this.#connection !== "connecting") this.#guard("lost", () => this.#module.tick(micros()));
     this.flush();
     const now = performance.now();
     if (now - this.#toldAt >= STATE_MILLIS) {
       this.#toldAt = now;
-      this.#events.state(bridgeState(this.#module, this.#fault === "" ? "open" : "refused", this.#fault));
+      this.#events.state(bridgeState(this.#module, this.#connection, this.#fault));
     }
   }
 
-  #guard(act: () => void): void {
+  /** What fails leaves the connection as it says, until the next message that is understood. */
+  #guard(otherwise: "lost" | "refused", act: () => void): void {
     try {
       act();
     } catch (error) {
-      this.#fault = error instanceof Error ? error.message : String(error);
+      this.#connection = otherwise;
+      // The module speaks of bridge and network, and there is none.
+      this.#fault = otherwise === "lost" ? "The robot's rules in this page have been silent for five seconds." : error instanceof Error ? error.message : String(error);
     }
   }
 }

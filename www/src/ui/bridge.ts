@@ -70,7 +70,7 @@ export class SlamBridge extends SlamElement {
       <h2>Robot</h2>
       <p role="status" data-testid="bridge-state">${sentence(bridge)}</p>
       ${bridge.connection === "open" ? figures(bridge) : ""}
-      <button class="emergency" data-testid="emergency" aria-pressed=${bridge.emergency} ?disabled=${bridge.connection !== "open" || (bridge.emergency && !bridge.hasLease)}
+      <button class="emergency" data-testid="emergency" aria-pressed=${bridge.emergency} ?disabled=${(bridge.connection !== "open" && this.client.plugged.length === 0) || (bridge.emergency && !bridge.hasLease)}
         title=${bridge.emergency ? "Take the right to drive, then undo the emergency stop; nothing moves by that" : "Cuts the motors off, whoever drives; they stay off until somebody undoes it"}
         @click=${() => this.client.emergency(!bridge.emergency)}>${icons.stop} ${bridge.emergency ? "Undo the emergency stop" : "Emergency stop"}</button>
     `;

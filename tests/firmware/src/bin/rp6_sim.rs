@@ -40,11 +40,11 @@ impl console::Wired for Robot {
     }
 
     fn facts(&self) -> Value {
-        let of_lidar = self.lidar.as_ref().map(Socket::late).unwrap_or_default();
-        let late = self.socket.late().max(of_lidar).as_secs_f64();
+        let of_lidar = self.lidar.as_ref().map(Socket::lost).unwrap_or_default();
+        let of_chip = self.socket.lost().as_secs_f64();
         self.socket.with(|robot| {
             json!({
-                "late": late,
+                "lost": of_chip + of_lidar.as_secs_f64(),
                 "pose": in_map(&self.world, &robot.rig.pose()),
                 "moves": robot.is_driven(),
                 "duties": robot.rig.chip.duties(),
@@ -53,7 +53,7 @@ impl console::Wired for Robot {
                 "edge": robot.edge(),
                 "contacts": robot.rig.contacts(),
                 "seconds": robot.rig.seconds(),
-                "behind": robot.behind(),
+                "behind": of_chip + robot.behind(),
                 "fault": robot.fault(),
             })
         })
