@@ -193,6 +193,9 @@ fn run(args: &Args) -> Result<()> {
         let off = (goal - experiment.truth().position()).norm();
         report["goal_distance_m"] = off.into();
     }
+    if let Err(full) = experiment.slam().grid().is_whole() {
+        eprintln!("simulate: {full}");
+    }
     print(&report, args.json).context("cannot write to standard output")
 }
 

@@ -16,17 +16,22 @@ pub struct Rooms {
     pub corners: Vec<f32>,
     /// Of each outline its region and number of corners.
     pub rings: Vec<u32>,
+    /// Version and revision of the grid that they are of.
+    pub generation: u32,
+    pub revision: f64,
 }
 
 impl Rooms {
-    /// What a grid holds.
-    pub(crate) fn of(grid: &Grid) -> Self {
+    /// What a version of a grid holds.
+    pub(crate) fn of(grid: &Grid, generation: u32) -> Self {
         let topology = Topology::of_grid(grid, &TopologyConfig::default());
         let mut rooms = Self {
             regions: topology.regions().iter().flat_map(region).collect(),
             doors: topology.doors().iter().flat_map(door).collect(),
             corners: vec![],
             rings: vec![],
+            generation,
+            revision: grid.revision() as f64,
         };
         for (number, outlines) in topology.outlines().iter().enumerate() {
             for ring in outlines {

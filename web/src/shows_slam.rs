@@ -44,13 +44,13 @@ macro_rules! shows_slam {
                 $crate::view::free_area(self.slam())
             }
 
-            /// Rooms, corridors and doors of the map, if the grid has changed since `revision` of `generation`. Costs more than a
-            /// step.
+            /// Rooms, corridors and doors of the map, if the grid that the pose's sensor draws has changed since `revision` of
+            /// `generation`, as they were told with the last ones. Costs more than a step.
             #[must_use]
             pub fn rooms(&self, generation: u32, revision: f64) -> Option<$crate::Rooms> {
                 let (grid, now) = (self.slam().grid(), self.slam().grid_version() as u32);
                 let is_known = now == generation && grid.revision() as f64 == revision;
-                (!is_known).then(|| $crate::Rooms::of(grid))
+                (!is_known).then(|| $crate::Rooms::of(grid, now))
             }
 
             /// Files to save, named after `stem`: `map`, `map-scale`, `map-raw`, `og-map`, `plan`, `rooms`, `tum` or `carmen`.

@@ -42,6 +42,8 @@ pub struct RunStatus {
     pub loop_closures: u32,
     pub known_part: f64,
     pub known_misfit: bool,
+    /// Something was seen that the grid has no room for.
+    pub map_full: bool,
     pub finished: bool,
 }
 
@@ -84,6 +86,7 @@ impl RunStatus {
             loop_closures: slam.loop_closures() as u32,
             known_part: fit.and_then(KnownFit::part).unwrap_or(f64::NAN),
             known_misfit: fit.is_some_and(KnownFit::is_misfit),
+            map_full: slam.grid().is_whole().is_err(),
             finished: false,
         }
     }

@@ -29,6 +29,7 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
   #notes: Note[] = [];
   #knownSent = false;
   #misfitTold = false;
+  #fullTold = false;
 
   constructor(module: Module, title: string, method: MethodName) {
     this.module = module;
@@ -79,11 +80,10 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
   }
 
   rooms(): Rooms | null {
-    const { generation, revision } = this.#known;
     const found = this.module.rooms(this.#roomsOf.generation, this.#roomsOf.revision);
     if (!found) return null;
+    const { regions, doors, corners, rings, generation, revision } = found;
     this.#roomsOf = { generation, revision };
-    const { regions, doors, corners, rings } = found;
     found.free();
     return { regions, doors, corners, rings };
   }
@@ -110,6 +110,14 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
     this.#notes.push({ time: this.time, level: "warn", text, alert: true });
   }
 
+  /** Says once that the map could not grow any further. */
+  #tellFull(s: RunStatus): void {
+    if (!s.map_full || this.#fullTold) return;
+    this.#fullTold = true;
+    const text = "The map is full: what lies beyond it is left out, and what is in it stays. Save it, or begin again with larger cells (Settings, Map).";
+    this.#notes.push({ time: this.time, level: "warn", text, alert: true });
+  }
+
   /** Reads the numbers of the moment. */
   protected read<T>(use: (status: RunStatus) => T): T {
     const status = this.module.status();
@@ -123,6 +131,7 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
   /** Keeps what the plots need of the scan just taken in. */
   protected sample(s: RunStatus, scanMillis: number, explored: number): void {
     this.#tellMisfit(s);
+    this.#tellFull(s);
     const merged = this.module.merged();
     for (let i = 0; i + 1 < merged.length; i += 2) {
       this.note("info", `Wall ${merged[i + 1]} turned out to be a part of wall ${merged[i]}: one wall from now on`, "merged");
