@@ -16,8 +16,9 @@ pub struct Rooms {
     pub corners: Vec<f32>,
     /// Of each outline its region and number of corners.
     pub rings: Vec<u32>,
-    /// Version and revision of the grid that they are of.
+    /// Version of the grid that they are of.
     pub generation: u32,
+    /// Its revision.
     pub revision: f64,
 }
 
