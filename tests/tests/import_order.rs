@@ -22,7 +22,10 @@ const MAY_IMPORT: [(&str, Imports); 23] = [
     ("robot", These(&["geom"])),
     ("points", These(&["geom", "lanes", "robot"])),
     ("features", These(&["geom", "lanes", "robot", "points"])),
-    ("map", These(&["geom", "robot", "points", "features"])),
+    (
+        "map",
+        These(&["geom", "lanes", "robot", "points", "features"]),
+    ),
     ("association", These(&["geom", "points", "features", "map"])),
     ("registration", These(&["geom", "robot", "points", "map"])),
     (

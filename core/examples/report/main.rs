@@ -89,6 +89,9 @@ struct Args {
     /// For `explore`: only by this strategy; can be given several times. Default all.
     #[arg(long = "strategy")]
     strategies: Vec<String>,
+    /// For `explore`: only by this sensor, `lidar` or `rangers`. Default both.
+    #[arg(long)]
+    sensor: Option<String>,
     /// For `ekf-cost`: milliseconds of the bar of a step by number of landmarks, as `100=0.2,200=0.7,500=4`.
     #[arg(long)]
     bar_ms: Option<String>,
