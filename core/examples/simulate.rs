@@ -11,6 +11,8 @@
 
 #[path = "shared/known.rs"]
 mod known;
+#[path = "shared/options.rs"]
+mod options;
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -67,7 +69,7 @@ struct Args {
     #[arg(long, default_value = "3600", value_parser = duration, allow_hyphen_values = true)]
     max_seconds: f64,
     /// A setting other than its default, `KEY=NUMBER`; as often as wanted. Keys are those of `core::settings`.
-    #[arg(long = "set", value_name = "KEY=NUMBER", value_parser = setting)]
+    #[arg(long = "set", value_name = "KEY=NUMBER", value_parser = options::setting)]
     settings: Vec<(String, f64)>,
     /// Settings from a preset file, as `evaluate --fit` writes one; `--set` overrules it.
     #[arg(long, value_name = "FILE")]
@@ -107,14 +109,6 @@ fn duration(text: &str) -> Result<f64, String> {
         .ok()
         .filter(|s: &f64| s.is_finite() && *s > 0.0);
     seconds.ok_or_else(|| "expected a finite number of seconds above 0".to_owned())
-}
-
-fn setting(text: &str) -> Result<(String, f64), String> {
-    let (key, number) = text.split_once('=').ok_or("expected KEY=NUMBER")?;
-    let number = number
-        .parse()
-        .map_err(|error| format!("{number}: {error}"))?;
-    Ok((key.to_owned(), number))
 }
 
 fn main() -> ExitCode {

@@ -225,6 +225,9 @@ impl Experiment {
         if let Some(scan) = self.sim.take_scan_beside() {
             self.slam.sonar_scan(&scan)?;
         }
+        while let Some(look) = self.sim.take_look() {
+            self.slam.look(&look)?;
+        }
         let scan = self.sim.take_scan();
         if let Some(scan) = scan.as_ref().filter(|_| self.log.len() < MOST_LOGGED) {
             self.log

@@ -18,7 +18,7 @@ use crate::estimation::{ConsistencyWindow, Drive, DriveFit, OdometryFit};
 use crate::geom::Pose2;
 use crate::pilot::{Mode, Pilot, PilotConfig, Situation};
 use crate::robot::{Bumpers, Command, Odometry, RobotModel, Scan, Stamp, ToldOdometry};
-use crate::slam::{Method, Slam, SlamConfig, SlamError};
+use crate::slam::{KnownMap, Method, Slam, SlamConfig, SlamError};
 use crate::twin::Twin;
 use crate::wire::client::{Client, ClientError};
 use crate::wire::message::{
@@ -47,6 +47,9 @@ pub struct LiveConfig {
     pub token: Option<String>,
     /// How the pose is estimated.
     pub method: Method,
+    /// The map that [`Method::KnownMap`] finds the robot in, placed by where the robot is when the bridge names it; without one the
+    /// line filter draws its own.
+    pub known: Option<KnownMap>,
     /// Of the planner's random numbers.
     pub seed: u64,
 }
@@ -443,18 +446,22 @@ impl Live {
 
 impl State {
     fn new(config: &LiveConfig, figures: Option<RobotFigures>) -> Result<Self, SlamError> {
-        let (slam, pilot) = match &figures {
+        let (mut slam, pilot) = match &figures {
             Some(figures) if figures.scans_on_command => {
                 (SlamConfig::short_range(), PilotConfig::short_range())
             }
             _ => (SlamConfig::default(), PilotConfig::default()),
         };
         // Without wheels, lines alone do not tell how far along a corridor the sensor was carried.
-        let method = match (&figures, config.method) {
+        let method = match (&figures, config.method, &config.known) {
+            (Some(_), Method::KnownMap, Some(known)) => {
+                slam.known.clone_from(known);
+                Method::KnownMap
+            }
             // A bridge has no map to hand out.
-            (Some(_), Method::KnownMap) => Method::LineEkf,
-            (Some(_), method) => method,
-            (None, _) => Method::ScanMatching,
+            (Some(_), Method::KnownMap, None) => Method::LineEkf,
+            (Some(_), method, _) => method,
+            (None, ..) => Method::ScanMatching,
         };
         let model = figures.as_ref().and_then(RobotFigures::model);
         let model = model.unwrap_or_else(RobotModel::pioneer);

@@ -5,6 +5,8 @@
 //! 1. By hand: the wished speeds, made safe.
 //! 2. Else a goal: the one that was given, or the frontier that promises most for its way.
 //! 3. A way to it: straight, by trees, or over cells; shortened to straight legs.
+//!    On the way to a goal that was given, a robot that is no disc may also take a way that only its outline passes; it is then kept
+//!    safe by the outline. All else is for the disc around it.
 //! 4. Continuous sensors: follow the legs by turn-and-go, or go around people by the dynamic window, every speed made safe. The way is compared with the map twice
 //!    a second, and planned anew when something stands in it or the frontier has vanished. A sensor on a servo: scan,
 //!    plan, one turn and one leg over what has been seen, again.
@@ -15,6 +17,7 @@
 //! Planning happens on these events only, never at the rate of the ticks.
 
 mod around;
+mod blocked;
 mod config;
 mod cycle;
 mod errand;
@@ -29,13 +32,14 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::control::{
-    SafeConfig, Steering, Underway, limit_among_walkers, limit_speed, within_model,
+    SafeConfig, Steering, Underway, limit_among_walkers, limit_outline, limit_speed, within_model,
 };
 use crate::geom::{Pose2, PoseEstimate, Segment};
 use crate::map::Grid;
 use crate::plan::{Frontier, Path, Planner};
 use crate::points::Points;
 use crate::robot::{Bumpers, Command, RobotModel, Stamp};
+use around::people_are_near;
 pub use config::PilotConfig;
 pub use stages::{Cut, Cycle, Stage, StageReport};
 pub use status::{Failure, Finish, Mode, Status};
@@ -83,6 +87,15 @@ pub struct Pilot {
     hand_scan: cycle::HandScan,
     /// Whether bumpers were pressed at the last tick.
     was_bumped: bool,
+}
+
+/// What safe mode leaves of speeds that are wished.
+#[derive(Clone, Copy, Debug)]
+struct Limited {
+    /// For what stands around, people included.
+    among_things: (f64, f64),
+    /// And because people may walk on.
+    among_people: (f64, f64),
 }
 
 impl Pilot {
@@ -140,11 +153,7 @@ impl Pilot {
         match self.mode {
             Mode::Manual => self.by_hand(now),
             _ if self.status.is_over() => Some(Command::Stop),
-            // A leg that leads into something ends here; the cycle looks again.
-            _ if now.robot_is_busy => {
-                let ends = has_bumped && matches!(self.phase, cycle::Phase::Going(_));
-                ends.then_some(Command::Stop)
-            }
+            _ if now.robot_is_busy => self.under_way(has_bumped, now),
             _ if now.scans_on_command => self.in_cycle(now),
             _ => Some(self.continuously(has_bumped, now)),
         }
@@ -212,6 +221,10 @@ impl Pilot {
             return Command::Stop;
         }
         if self.errand.watch.idle_for(now.stamp, &now.estimate.pose) > self.config.patience {
+            // People go away, or become things that the next plan goes around: no reason to give a goal up. Of frontiers there are others.
+            if matches!(self.mode, Mode::GoTo(_)) && people_are_near(now) {
+                self.errand.stuck = 0;
+            }
             self.get_unstuck(now);
             return Command::Stop;
         }
@@ -258,21 +271,50 @@ impl Pilot {
             false => wish,
         };
         let (forward, turn) = match now.points {
-            Some(points) => {
-                let underway = Underway {
-                    told: self.told,
-                    runs: now.speeds,
-                    since_scan: now.motion_since_scan,
-                    scan_age: now.stamp.since(points.stamp),
-                };
-                let safe = limit_speed(wish, points, &underway, &self.model, &config);
-                limit_among_walkers(safe, now.walkers, &underway, &self.model, &config)
-            }
+            Some(points) => self.limited(wish, points, now, &config).among_people,
             None if now.scans_on_command => within_model(wish, &self.model),
             None => (0.0, 0.0),
         };
         self.told = (forward, turn);
         Command::Velocity { forward, turn }
+    }
+
+    fn limited(
+        &self,
+        wish: (f64, f64),
+        points: &Points,
+        now: &Situation,
+        config: &SafeConfig,
+    ) -> Limited {
+        let underway = self.underway(points, now);
+        let limit = match self.goes_by_outline(now) {
+            true => limit_outline,
+            false => limit_speed,
+        };
+        let among_things = limit(wish, points, &underway, &self.model, config);
+        Limited {
+            among_things,
+            among_people: limit_among_walkers(
+                among_things,
+                now.walkers,
+                &underway,
+                &self.model,
+                config,
+            ),
+        }
+    }
+
+    fn underway(&self, points: &Points, now: &Situation) -> Underway {
+        Underway {
+            told: self.told,
+            runs: now.speeds,
+            since_scan: now.motion_since_scan,
+            // A scan that was ordered is as old as it is; who came since is told by looks.
+            scan_age: match now.scans_on_command {
+                true => 0.0,
+                false => now.stamp.since(points.stamp),
+            },
+        }
     }
 
     /// What it is to do.

@@ -68,6 +68,8 @@ impl Replay {
             notes.push("No robot is in this recording: it is mapped by scan matching".into());
             Method::ScanMatching
         };
+        let mut slam = Slam::new(method, config)?;
+        slam.leave_walkers_out();
         Ok(Self {
             robot: log.robot(),
             feed: Feed::of(&log),
@@ -80,7 +82,7 @@ impl Replay {
             drive: Drive::default(),
             twin: None,
             notes,
-            slam: Slam::new(method, config)?,
+            slam,
             consistency: ConsistencyWindow::default(),
         })
     }

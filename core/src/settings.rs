@@ -18,7 +18,7 @@ pub use table::table;
 
 use crate::experiment::ExperimentConfig;
 use crate::pilot::PilotConfig;
-use crate::robot::{OdometryNoise, RobotModel, ToldOdometry, TrackNoise, TrackWear};
+use crate::robot::{BodyShape, OdometryNoise, RobotModel, ToldOdometry, TrackNoise, TrackWear};
 use crate::sim::sensors::SonarModel;
 use crate::sim::{SensorModel, World};
 use crate::slam::SlamConfig;
@@ -30,6 +30,8 @@ pub struct Settings {
     pub sensor: SensorModel,
     /// Sonars beside it, if any.
     pub sonars_beside: Option<SonarModel>,
+    /// A simulated robot's body.
+    pub body: SimulatedBody,
     /// How a simulated robot's tracks differ from the model.
     pub wear: SimulatedWear,
     /// What the odometry says of its own errors.
@@ -38,6 +40,37 @@ pub struct Settings {
     pub slam: SlamConfig,
     /// Planning and driving.
     pub pilot: PilotConfig,
+}
+
+/// What of a simulated robot's body touches walls, and its size.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SimulatedBody {
+    /// Its shape.
+    pub shape: BodyShape,
+    /// Length and width of a rectangle, m; 0: as the robot's model says.
+    pub size: [f64; 2],
+}
+
+impl SimulatedBody {
+    /// The robot with this body.
+    #[must_use]
+    pub fn on(&self, robot: RobotModel) -> RobotModel {
+        let mut robot = RobotModel {
+            shape: self.shape,
+            ..robot
+        };
+        if self.shape == BodyShape::Rectangle {
+            for (own, given) in [&mut robot.length, &mut robot.width]
+                .into_iter()
+                .zip(self.size)
+            {
+                if given > 0.0 {
+                    *own = given;
+                }
+            }
+        }
+        robot
+    }
 }
 
 /// How a simulated robot's tracks differ from the model.
@@ -183,6 +216,7 @@ impl Settings {
         Self {
             sensor,
             sonars_beside: None,
+            body: SimulatedBody::default(),
             wear: SimulatedWear::default(),
             odometry: ToldNoise::of(robot),
             slam,
@@ -200,7 +234,7 @@ impl Settings {
             odometry: self.odometry.used(),
             slam: self.slam.clone(),
             pilot: self.pilot.clone(),
-            ..ExperimentConfig::new(world, robot, self.sensor.clone(), seed)
+            ..ExperimentConfig::new(world, self.body.on(robot), self.sensor.clone(), seed)
         }
     }
 

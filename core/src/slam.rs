@@ -13,6 +13,7 @@ mod estimator;
 mod known;
 #[cfg(test)]
 mod known_tests;
+mod localiser;
 mod method;
 mod sonars;
 #[cfg(test)]
@@ -34,7 +35,7 @@ use crate::points::{MotionHistory, NearField, Points, WalkerConfig, Walkers, sec
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
 pub use config::SlamConfig;
 use estimator::{Estimator, Sweep};
-pub use known::{KnownFit, KnownMap};
+pub use known::{KnownBy, KnownFit, KnownMap};
 pub use method::{Method, UnknownMethod};
 pub use sonars::SonarsConfig;
 
@@ -74,7 +75,8 @@ pub struct Slam {
     estimator: Estimator,
     points: Option<Points>,
     near: NearField,
-    walkers: Walkers,
+    /// `None` where nobody is driven.
+    walkers: Option<Walkers>,
     /// The same points, with what is near and was not seen.
     obstacles: Option<Points>,
     motion_since_scan: Pose2,
@@ -114,7 +116,7 @@ impl Slam {
             // The slowest sweep is that of a ranger on a servo, a few seconds.
             history: MotionHistory::new(5.0),
             near: NearField::new(config.near),
-            walkers: Walkers::new(WalkerConfig::default()),
+            walkers: Some(Walkers::new(WalkerConfig::default())),
             vector: VectorMap::new(config.vector),
             sonar_grid: None,
             config,
@@ -225,10 +227,30 @@ impl Slam {
     fn conclude(&mut self, points: Points) {
         walls::observe(&mut self.vector, &self.estimator, &points);
         self.near.update(&points, &self.motion_since_scan);
-        self.walkers.update(&points, &self.motion_since_scan);
+        if let Some(walkers) = &mut self.walkers {
+            walkers.update(&points, &self.motion_since_scan);
+        }
         self.obstacles = Some(self.near.with_unseen(&points));
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
+    }
+
+    /// Takes a few readings on the move, of a sensor that scans only standing: they tell who came since the last scan
+    /// ([`Self::walkers`]), and nothing of pose or map.
+    ///
+    /// # Errors    [`SlamError::Scan`]: the readings break a scan's promises.
+    pub fn look(&mut self, look: &Scan) -> Result<(), SlamError> {
+        look.validate()?;
+        let moved = self.motion_since_scan;
+        let look = self.near.without_folded(look, &moved);
+        let points = self.points_of(&look);
+        let Some(walkers) = &mut self.walkers else {
+            return Ok(());
+        };
+        for at in walkers.look(&points, &moved) {
+            self.near.came(at);
+        }
+        Ok(())
     }
 
     /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids, of the vector map and of the scan matcher
@@ -377,10 +399,15 @@ impl Slam {
         self.obstacles.as_ref()
     }
 
+    /// Nobody is driven by what is seen: from here on nobody is looked for who walks about, and [`Self::look`] tells nothing.
+    pub fn leave_walkers_out(&mut self) {
+        self.walkers = None;
+    }
+
     /// Points of those who walk about, or did so a moment ago; in the robot frame when the last scan came.
     #[must_use]
     pub fn walkers(&self) -> &[Point2<f64>] {
-        self.walkers.points()
+        self.walkers.as_ref().map_or(&[], Walkers::points)
     }
 
     /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.

@@ -44,6 +44,57 @@ test('bad files are refused in words, and the map stays', async ({ lab, page }) 
   await lab.watch((s) => s.time, 'the run goes on').toBeGreaterThan((before.status?.time ?? 0) + 0.5);
 });
 
+/** A map of ROS: 20 x 10 cells, free. */
+const yaml = (changes: Readonly<Record<string, string | null>> = {}): string => Object.entries({
+  image: 'hall.pgm', resolution: '0.05', origin: '[0, 0, 0]', negate: '0', occupied_thresh: '0.65', free_thresh: '0.196', ...changes,
+}).flatMap(([key, value]) => (value === null ? [] : [`${key}: ${value}\n`])).join('');
+const pgm = (width: number, height: number, bytes = 200): Buffer => Buffer.concat([Buffer.from(`P5\n${width} ${height}\n255\n`), Buffer.alloc(bytes, 254)]);
+
+const MAPS: readonly [what: string, yaml: string, pgm: Buffer, says: RegExp][] = [
+  ['no resolution', yaml({ resolution: null }), pgm(20, 10), /hall\.yaml.*resolution/is],
+  ['resolution 0', yaml({ resolution: '0' }), pgm(20, 10), /hall\.yaml.*resolution.* 0/is],
+  ['a resolution in words', yaml({ resolution: 'fine' }), pgm(20, 10), /hall\.yaml.*resolution.*fine/is],
+  ['fewer cells than the header says', yaml(), pgm(20, 10, 150), /hall\.yaml.*150/is],
+  ['an image without end', yaml(), pgm(4_000_000_000, 4_000_000_000), /hall\.yaml.*4000000000/is],
+];
+
+test('bad maps are refused in words, as a world and as a map to be found in, and the run stays', async ({ lab, page }) => {
+  test.setTimeout(120_000);
+  await lab.open();
+  await lab.pause();
+  await lab.show('run');
+  const before = await lab.state();
+  for (const [what, text, image, says] of MAPS) {
+    for (const input of ['file', 'known-file']) {
+      await test.step(`${what}, ${input}`, async () => {
+        await lab.at(input).setInputFiles([
+          { name: 'hall.yaml', mimeType: 'text/yaml', buffer: Buffer.from(text) },
+          { name: 'hall.pgm', mimeType: 'image/x-portable-graymap', buffer: image },
+        ]);
+        await expect(lab.at('toast')).toHaveText(says);
+        const after = await lab.state();
+        expect([after.blocks, after.hash, after.method], what).toEqual([before.blocks, before.hash, before.method]);
+        expect(after.setup).toEqual(before.setup);
+        await page.getByRole('button', { name: 'Close the message' }).click();
+        await expect(lab.at('toast')).toBeHidden();
+      });
+    }
+  }
+});
+
+test('a goal far off the map is refused in words', async ({ lab, isMobile }) => {
+  await lab.open();
+  await lab.enter('arena', '4');
+  await lab.watch((s) => s.distance, 'there is a map').toBeGreaterThan(0.3);
+  // A phone has no buttons for it.
+  const box = (await lab.at('map').boundingBox())!;
+  await lab.page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  for (let i = 0; i < 12; i += 1) await lab.page.mouse.wheel(0, 400);
+  await lab.pointAt(20, 120, !!isMobile);
+  await lab.watch((s) => s.reason, 'it says why').toMatch(/the goal at \(\d+\.\d\d, 1\d\d\.\d\d\) m is inside an obstacle, too near to one, or off the map/);
+  expect((await lab.status()).finished, 'and the errand is over').toBe(true);
+});
+
 test('a good world file is entered', async ({ lab, page }) => {
   await lab.open();
   await drop(page, 'room.json', Buffer.from(world(1)));

@@ -123,6 +123,11 @@ async function fakeSerial(page: Page, paths: readonly string[]): Promise<FakeSer
 /** Plugs the robot in, and waits until it is shown. */
 async function plugRobot(lab: Lab): Promise<void> {
   await lab.open();
+  await plugHere(lab);
+}
+
+/** In the page as it is. */
+async function plugHere(lab: Lab): Promise<void> {
   await lab.show('run');
   await lab.at('cable').locator('summary').click();
   await lab.at('plug-rp6').click();
@@ -262,6 +267,26 @@ test('rules that need long to load drive the robot, and rules that fail leave it
     await page.keyboard.up('ArrowLeft');
     await serial.end();
   });
+});
+
+test('the rules for devices are there before one is plugged: at a robot there may be no server', async ({ lab, page, hasTouch, problems }) => {
+  test.skip(hasTouch, 'phones have no Web Serial');
+  test.setTimeout(120_000);
+  const robot = await WiredRobot.start('wired_robot', 'arena');
+  const serial = await fakeSerial(page, [robot.ports.rp6!]);
+  await withRobot(robot, async () => {
+    await lab.open();
+    await page.waitForLoadState('networkidle');
+    await page.context().setOffline(true);
+    await plugHere(lab);
+    await turnByHand(lab, robot);
+    await page.keyboard.up('ArrowLeft');
+    // A run that begins anew has the same rules.
+    await page.keyboard.press('r');
+    await expect.poll(async () => (await bridgeState(lab))?.connection, { ...PATIENCE, message: 'the run begins anew' }).toBe('open');
+    await serial.end();
+  });
+  problems.length = 0;
 });
 
 test('a browser without Web Serial says so', async ({ lab, page }) => {

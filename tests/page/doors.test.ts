@@ -28,6 +28,9 @@ test('doors are shut and opened by button and by a click on the map', async ({ l
   await expect.poll(() => open(lab)).toEqual([false, false, false, false]);
   await lab.at('doors-all').click();
   await expect.poll(() => open(lab)).toEqual([true, true, true, true]);
+  // A door is a door also where rooms are chosen by clicks.
+  await lab.show('layers');
+  await lab.at('layer-rooms').check();
   await lab.hidePanels();
   const [x, y] = await middle(lab, 0);
   await lab.pointAt(x, y, hasTouch);

@@ -1,5 +1,10 @@
 // A map to be found in: of the world in another frame, of another building, or the one drawn so far.
+import { readFile } from 'node:fs/promises';
+import { Bridge } from './bridge.ts';
 import { expect, test } from './fixture.ts';
+import type { Lab } from './lab.ts';
+import { drop } from './lab.ts';
+import { record } from './recording.ts';
 
 /** Doors of a flat of two rooms, 5 m x 4 m; `shift` moves its frame. */
 function flat(shift: number): Buffer {
@@ -9,6 +14,10 @@ function flat(shift: number): Buffer {
     <path d="M${at(2.5, 0)}v1.5m0 1v1.5" stroke="black"/>
     <circle id="start" cx="${1 + shift}" cy="${2 - 2 * shift}" r=".1"/></svg>`);
 }
+/** A hall with eight sides of 6 m: no two of its walls stand as those of a flat. */
+const hall = Buffer.from(`<svg xmlns="http://www.w3.org/2000/svg" data-metres-per-unit="1">
+    <polygon points="5,0 11,0 15.2,4.2 15.2,10.2 11,14.4 5,14.4 .8,10.2 .8,4.2" fill="none" stroke="black"/>
+    <circle id="start" cx="8" cy="7" r=".1"/></svg>`);
 const file = (name: string, buffer: Buffer) => ({ name, mimeType: '', buffer });
 const fit = 'known-fit';
 
@@ -27,9 +36,9 @@ test('a robot finds itself in another map than its world, told where it begins t
   await expect(lab.at(fit)).toContainText('The map fits', { timeout: 60_000 });
   await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(0.5);
   expect((await lab.status()).positionError).toBeLessThan(0.15);
-  // Told that it begins elsewhere, it says that this cannot be.
-  await lab.at('known-x').fill('9.6');
-  await lab.at('known-x').press('Enter');
+  // Told of another building, it says that this cannot be.
+  await lab.at('known-file').setInputFiles(file('hall.svg', hall));
+  await expect(lab.at('known-name')).toContainText('hall.svg');
   await expect(lab.at(fit)).toContainText('does not fit', { timeout: 60_000 });
   await expect(lab.at('toast')).toContainText('The known map does not fit');
   await lab.at('known-world').click();
@@ -61,4 +70,53 @@ test('OGmap.txt is a world too', async ({ lab }) => {
   await lab.at('file').setInputFiles(file('OGmap.txt', Buffer.from(`80 60 0.05 -1 -1\n${rows.join('\n')}\n`)));
   await expect.poll(async () => (await lab.state()).title).toBe('OGmap.txt');
   await lab.watch((s) => s.scans, 'it looks round').toBeGreaterThan(3);
+});
+
+/** Presses Save map, and gives both files. */
+async function savedMap(lab: Lab): Promise<{ name: string; mimeType: string; buffer: Buffer }[]> {
+  const files: { name: string; mimeType: string; buffer: Buffer }[] = [];
+  lab.page.on('download', async (download) => files.push(file(download.suggestedFilename(), await readFile(await download.path()))));
+  await lab.show('run');
+  await lab.at('save-map').click();
+  await expect.poll(() => files.length, 'two files come').toBe(2);
+  return files;
+}
+
+test('a recording is found in the map that was made of it', async ({ lab, page }) => {
+  test.setTimeout(150_000);
+  const recording = record(420);
+  await lab.open();
+  await drop(page, 'laps.log', Buffer.from(recording.text));
+  await expect.poll(async () => (await lab.state()).source, 'the recording is shown').toBe('replay');
+  await lab.watch((s) => s.finished, 'the recording ends').toBe(true);
+  const map = await savedMap(lab);
+  await lab.at('known-file').setInputFiles(map);
+  await expect.poll(async () => (await lab.state()).method, 'it begins again').toBe('known-map');
+  await lab.watch((s) => s.finished, 'and ends again').toBe(true);
+  await lab.show('run');
+  await expect(lab.at(fit)).toContainText('The map fits');
+  const { x, y } = await lab.status();
+  expect(Math.hypot(x - recording.end.x, y - recording.end.y), 'it ends where the robot did').toBeLessThan(0.1);
+});
+
+test('a robot at a bridge is found in a map that was saved before', async ({ lab, page }) => {
+  test.setTimeout(180_000);
+  const bridge = await Bridge.start(['--source', 'sim:office,lidar']);
+  await lab.open(bridge.url);
+  await expect.poll(async () => (await lab.state()).source).toBe('bridge');
+  await lab.watch((s) => s.scans, 'it looks round').toBeGreaterThan(30);
+  const map = await savedMap(lab);
+  await lab.at('known-file').setInputFiles(map);
+  await expect.poll(async () => (await lab.state()).method, 'the bridge is asked again').toBe('known-map');
+  await expect(lab.at('known-name')).toContainText('.yaml');
+  await expect(lab.at(fit)).toContainText('The map fits', { timeout: 60_000 });
+  expect(Math.hypot((await lab.status()).x, (await lab.status()).y), 'the robot has not moved').toBeLessThan(0.1);
+  // Told that it stands elsewhere, it says that this cannot be.
+  await lab.at('known-x').fill('3.1');
+  await lab.at('known-x').press('Enter');
+  await expect(lab.at(fit)).toContainText('does not fit', { timeout: 60_000 });
+  await lab.at('method').selectOption('line-ekf');
+  await lab.watch((s) => s.features, 'without the map it draws its own').toBeGreaterThan(2);
+  expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
+  await bridge.stop();
 });

@@ -2,7 +2,7 @@
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import type { BridgeState } from '../../www/src/protocol.ts';
+import type { BridgeState } from '../../www/src/protocol/devices.ts';
 import { Bridge } from './bridge.ts';
 import { expect, test as base } from './fixture.ts';
 

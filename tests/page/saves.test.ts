@@ -2,6 +2,8 @@
 import { readFile } from 'node:fs/promises';
 import type { Download } from '@playwright/test';
 import { expect, test } from './fixture.ts';
+import { drop } from './lab.ts';
+import { record } from './recording.ts';
 
 test('the map is saved as PGM and YAML', async ({ lab, page }) => {
   await lab.open();
@@ -27,6 +29,31 @@ test('the map is saved as PGM and YAML', async ({ lab, page }) => {
   expect(JSON.parse(value('origin'))).toHaveLength(3);
   expect(value('negate')).toBe('0');
   expect(Number(value('occupied_thresh'))).toBeGreaterThan(Number(value('free_thresh')));
+});
+
+test('Shift + A saves the map as M does, A alone steers, and in a recording A saves too', async ({ lab, page, isMobile }) => {
+  test.skip(!!isMobile, 'keys are for the desktop');
+  await lab.open();
+  const names: string[] = [];
+  page.on('download', (download) => names.push(download.suggestedFilename()));
+  await lab.at('map').focus();
+  for (const key of ['Shift+KeyA', 'm']) {
+    names.length = 0;
+    await page.keyboard.press(key);
+    await expect.poll(() => [...names].sort(), key).toEqual(['office.pgm', 'office.yaml']);
+  }
+  names.length = 0;
+  await page.keyboard.down('a');
+  await expect.poll(async () => (await lab.status()).mode, 'it is driven by hand').toBe('manual');
+  const { heading } = await lab.status();
+  await lab.watch((s) => Math.sin(s.heading - heading), 'it turns to the left').toBeGreaterThan(0.1);
+  await page.keyboard.up('a');
+  expect(names, 'steering saves nothing').toEqual([]);
+  await drop(page, 'short.log', Buffer.from(record(40).text));
+  await expect.poll(async () => (await lab.state()).source, 'the recording is shown').toBe('replay');
+  await lab.watch((s) => s.finished, 'the recording ends').toBe(true);
+  await page.keyboard.press('a');
+  await expect.poll(() => [...names].sort()).toEqual(['short.pgm', 'short.yaml']);
 });
 
 test('the map is saved as a picture', async ({ lab, page }) => {

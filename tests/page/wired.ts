@@ -4,7 +4,8 @@ import { once } from 'node:events';
 import { createInterface } from 'node:readline';
 import { fileURLToPath } from 'node:url';
 import { expect, test } from '@playwright/test';
-import type { BridgeState, Status } from '../../www/src/protocol.ts';
+import type { BridgeState } from '../../www/src/protocol/devices.ts';
+import type { Status } from '../../www/src/protocol/frame.ts';
 import type { Lab } from './lab.ts';
 
 const root = fileURLToPath(new URL('../..', import.meta.url));

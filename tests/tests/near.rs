@@ -33,6 +33,7 @@ impl Cable {
             name: "page".to_owned(),
             token: None,
             method: Method::LineEkf,
+            known: None,
             seed: 1,
         };
         let mut cable = Self {

@@ -3,8 +3,9 @@
 use nalgebra::Point2;
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::plan::{
-    CONTESTANTS, Contest, ContestConfig, NoPath, Planner, Query, RouteConfig, Unknown,
+    Contest, ContestBody, ContestConfig, NoPath, Planner, Query, RouteConfig, Unknown,
 };
+use slamlab_core::robot::RobotModel;
 use slamlab_core::slam::Slam;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
@@ -27,17 +28,25 @@ pub enum AskError {
 #[derive(Debug)]
 pub struct WebContest {
     contest: Contest,
-}
-
-/// Names of the planners, in the order of all that is told of them.
-#[wasm_bindgen]
-#[must_use]
-pub fn contestants() -> Vec<String> {
-    CONTESTANTS.map(|planner| format!("{planner:?}")).into()
+    /// Width of the disc around the robot, m.
+    disc: f64,
 }
 
 #[wasm_bindgen]
 impl WebContest {
+    /// Names of those who take part, in the order of all that is told of them; `Outline` only for a robot that is no disc.
+    #[must_use]
+    pub fn planners(&self) -> Vec<String> {
+        let planners = self.contest.planners();
+        planners.map(|planner| format!("{planner:?}")).collect()
+    }
+
+    /// Width of the disc that the others plan for, m.
+    #[must_use]
+    pub fn disc(&self) -> f64 {
+        self.disc
+    }
+
     /// One turn of one planner; whether there was anything to do.
     pub fn step(&mut self) -> bool {
         self.contest.step()
@@ -54,7 +63,7 @@ impl WebContest {
         self.contest.is_over()
     }
 
-    /// Numbers of each planner, see `STANDING` of www/src/protocol.ts.
+    /// Numbers of each planner, see `STANDING` of www/src/protocol/contest.ts.
     #[must_use]
     pub fn standings(&self) -> Vec<f64> {
         let flag = |yes| f64::from(u8::from(yes));
@@ -98,7 +107,9 @@ impl WebContest {
     /// x y of the corners of a planner's best path.
     #[must_use]
     pub fn path(&self, place: usize) -> Vec<f32> {
-        let path = planner_at(place).and_then(|planner| self.contest.path(planner));
+        let path = self
+            .planner_at(place)
+            .and_then(|planner| self.contest.path(planner));
         path.map(|path| view::polyline(&path.points))
             .unwrap_or_default()
     }
@@ -106,14 +117,18 @@ impl WebContest {
     /// x1 y1 x2 y2 of what a planner tried.
     #[must_use]
     pub fn tree(&self, place: usize) -> Vec<f32> {
-        let tree = planner_at(place).map(|planner| self.contest.tree(planner));
+        let tree = self
+            .planner_at(place)
+            .map(|planner| self.contest.tree(planner));
         view::segments(tree.iter().flatten(), &Pose2::identity())
     }
 
     /// Time taken and length of a planner's path, whenever that became shorter.
     #[must_use]
     pub fn curve(&self, place: usize) -> Vec<f64> {
-        let curve = planner_at(place).map(|planner| self.contest.curve(planner));
+        let curve = self
+            .planner_at(place)
+            .map(|planner| self.contest.curve(planner));
         curve
             .unwrap_or_default()
             .iter()
@@ -126,8 +141,7 @@ impl WebContest {
 pub(crate) struct Ground<'a> {
     pub(crate) slam: &'a Slam,
     pub(crate) walls: Option<(Vec<Segment>, Pose2)>,
-    /// Of the robot, m.
-    pub(crate) radius: f64,
+    pub(crate) robot: &'a RobotModel,
 }
 
 impl WebContest {
@@ -149,26 +163,30 @@ impl WebContest {
             seconds,
             ..ContestConfig::default()
         };
-        let narrowest = RouteConfig::default().margins.last().copied();
-        let keep = ground.radius + narrowest.unwrap_or_default();
+        let margin = RouteConfig::default().narrowest();
+        let body = ContestBody {
+            keep: ground.robot.radius() + margin,
+            outline: ground.robot.outline(margin),
+        };
         let grid = ground.slam.grid();
         let contest = match (name, ground.walls) {
             ("truth", Some((walls, map_from_world))) => {
                 let into_map =
                     |w: &Segment| Segment::new(map_from_world * w.a, map_from_world * w.b);
                 let walls = walls.iter().map(into_map).collect();
-                Contest::among_walls(walls, keep, query, config)?
+                Contest::among_walls(walls, body, query, config)?
             }
-            ("map", _) => Contest::on_grid(grid, keep, Unknown::Free, query, config)?,
-            ("known", _) => Contest::on_grid(grid, keep, Unknown::Blocked, query, config)?,
+            ("map", _) => Contest::on_grid(grid, body, Unknown::Free, query, config)?,
+            ("known", _) => Contest::on_grid(grid, body, Unknown::Blocked, query, config)?,
             (other, _) => return Err(AskError::Ground(other.to_owned()).into()),
         };
-        Ok(Self { contest })
+        let disc = 2.0 * ground.robot.radius();
+        Ok(Self { contest, disc })
     }
-}
 
-fn planner_at(place: usize) -> Option<Planner> {
-    CONTESTANTS.get(place).copied()
+    fn planner_at(&self, place: usize) -> Option<Planner> {
+        self.contest.planners().nth(place)
+    }
 }
 
 fn kind_of(reason: NoPath) -> &'static str {

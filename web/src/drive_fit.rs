@@ -110,7 +110,7 @@ pub(crate) fn told(
     Ok(settings.odometry.told(robot))
 }
 
-/// Samples of the twin from number `from` on, see `TWIN` of www/src/protocol.ts.
+/// Samples of the twin from number `from` on, see `TWIN` of www/src/protocol/figures.ts.
 pub(crate) fn samples_since(twin: Option<&Twin>, from: u32) -> Vec<f64> {
     let samples = twin.map_or(&[][..], Twin::samples);
     let flat = |s: &TwinSample| {

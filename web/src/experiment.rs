@@ -5,15 +5,15 @@ use std::cell::OnceCell;
 use nalgebra::Point2;
 use slamlab_core::experiment::Experiment;
 use slamlab_core::format::carmen::CarmenLog;
-use slamlab_core::geom::Pose2;
+use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::pilot::{Mode, Stage};
+use slamlab_core::robot::RobotModel;
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::{Material, ReachableArea, SensorModel, Wall, reachable_area};
 use slamlab_core::slam::Slam;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::bench::{BenchResponse, BenchTrial};
-use crate::contest::{Ground, WebContest};
 use crate::export::trajectory_of;
 use crate::settings::apply;
 use crate::setup::WebSetup;
@@ -297,44 +297,6 @@ impl WebExperiment {
         self.experiment.stop();
     }
 
-    /// All planners from `ends` (x and y of start, of goal, m) for `seconds` each: among the true walls (`truth`), on the map
-    /// (`map`, the unknown taken to be free) or only where it is known (`known`).
-    ///
-    /// # Errors    A sentence on start, goal or ground that cannot be.
-    #[allow(
-        clippy::needless_pass_by_value,
-        reason = "lists cross the border by value only"
-    )]
-    pub fn contest(
-        &self,
-        ground: &str,
-        ends: Vec<f64>,
-        seconds: f64,
-    ) -> Result<WebContest, JsError> {
-        let on = Ground {
-            slam: self.experiment.slam(),
-            walls: Some((
-                self.experiment
-                    .sim()
-                    .caster()
-                    .walls()
-                    .iter()
-                    .map(|wall| wall.segment)
-                    .collect(),
-                self.experiment.map_from_world(),
-            )),
-            radius: self.experiment.sim().robot().radius(),
-        };
-        WebContest::on(on, ground, &ends, seconds)
-    }
-
-    /// Half length and half width of the robot, m.
-    #[must_use]
-    pub fn half_size(&self) -> Vec<f64> {
-        let robot = self.experiment.sim().robot();
-        vec![0.5 * robot.length, 0.5 * robot.width]
-    }
-
     /// x1 y1 x2 y2 of the true walls, without doors.
     #[must_use]
     pub fn truth(&self) -> Vec<f32> {
@@ -455,6 +417,17 @@ shows_slam!(WebExperiment);
 impl WebExperiment {
     fn slam(&self) -> &Slam {
         self.experiment.slam()
+    }
+
+    fn robot(&self) -> &RobotModel {
+        self.experiment.sim().robot()
+    }
+
+    /// The true walls, doors as they are now, and the motion into the map's frame.
+    fn true_walls(&self) -> Option<(Vec<Segment>, Pose2)> {
+        let walls = self.experiment.sim().caster().walls().iter();
+        let segments = walls.map(|wall| wall.segment).collect();
+        Some((segments, self.experiment.map_from_world()))
     }
 
     fn trajectory(&self) -> Vec<(f64, Pose2)> {

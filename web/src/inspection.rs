@@ -7,7 +7,7 @@ use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::view;
 
-/// The line filter after the last scan; codes and strides as in `Inspection` of www/src/protocol.ts.
+/// The line filter after the last scan; codes and strides as in `Inspection` of www/src/protocol/filter.ts.
 #[wasm_bindgen(getter_with_clone)]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inspection {

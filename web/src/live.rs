@@ -4,14 +4,15 @@ use std::collections::VecDeque;
 
 use nalgebra::Point2;
 use slamlab_core::format::carmen::CarmenLog;
-use slamlab_core::geom::Pose2;
+use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::live::{Live, LiveConfig, Note};
 use slamlab_core::pilot::Mode;
+use slamlab_core::robot::RobotModel;
 use slamlab_core::slam::Slam;
 use slamlab_core::wire::message::{DeviceState, Severity};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
-use crate::contest::{Ground, WebContest};
+use crate::building::Known;
 use crate::drive_fit::{FitTable, samples_since, told};
 use crate::experiment::mode_name;
 use crate::export::{ExportError, trajectory_of};
@@ -33,7 +34,7 @@ pub struct WebLive {
 #[derive(Clone, Debug, PartialEq)]
 #[expect(
     missing_docs,
-    reason = "names and units as in `BridgeState` of www/src/protocol.ts"
+    reason = "names and units as in `BridgeState` of www/src/protocol/devices.ts"
 )]
 pub struct BridgeStatus {
     pub is_in: bool,
@@ -56,15 +57,27 @@ pub struct BridgeStatus {
 
 #[wasm_bindgen]
 impl WebLive {
-    /// `name` is how others see this page; an empty `token` only watches.
+    /// `name` is how others see this page; an empty `token` only watches. `known` is the map that the method `known-map` finds the
+    /// robot in, placed by where the robot is now.
     ///
     /// # Errors    A sentence on a method that does not exist.
     #[wasm_bindgen(constructor)]
-    pub fn new(name: &str, token: &str, method: &str, seed: u32) -> Result<Self, JsError> {
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "handed over: the page need not free it"
+    )]
+    pub fn new(
+        name: &str,
+        token: &str,
+        method: &str,
+        seed: u32,
+        known: Option<Known>,
+    ) -> Result<Self, JsError> {
         let live = Live::new(LiveConfig {
             name: name.to_owned(),
             token: (!token.is_empty()).then(|| token.to_owned()),
             method: method.parse()?,
+            known: known.as_ref().map(Into::into),
             seed: u64::from(seed),
         })?;
         Ok(Self {
@@ -240,35 +253,13 @@ impl WebLive {
         self.live.pilot().status().to_string()
     }
 
-    /// All planners from `ends` (x and y of start, of goal, m) for `seconds` each: on the map (`map`, the unknown taken to
-    /// be free) or only where it is known (`known`).
-    ///
-    /// # Errors    A sentence on start, goal or ground that cannot be.
-    #[allow(
-        clippy::needless_pass_by_value,
-        reason = "lists cross the border by value only"
-    )]
-    pub fn contest(
-        &self,
-        ground: &str,
-        ends: Vec<f64>,
-        seconds: f64,
-    ) -> Result<WebContest, JsError> {
-        let on = Ground {
-            slam: self.live.slam(),
-            walls: None,
-            radius: self.live.model().radius(),
-        };
-        WebContest::on(on, ground, &ends, seconds)
-    }
-
     /// What the drive so far tells of the robot.
     #[must_use]
     pub fn fit(&self) -> FitTable {
         FitTable::of(&self.live.fit())
     }
 
-    /// Samples of the twin from number `from` on, see `TWIN` of www/src/protocol.ts.
+    /// Samples of the twin from number `from` on, see `TWIN` of www/src/protocol/figures.ts.
     #[must_use]
     pub fn twin_since(&self, from: u32) -> Vec<f64> {
         samples_since(self.live.twin(), from)
@@ -305,13 +296,6 @@ impl WebLive {
         Ok(())
     }
 
-    /// Half length and half width of the robot, m.
-    #[must_use]
-    pub fn half_size(&self) -> Vec<f64> {
-        let robot = self.live.model();
-        vec![0.5 * robot.length, 0.5 * robot.width]
-    }
-
     /// x y of each corner of the path.
     #[must_use]
     pub fn path(&self) -> Vec<f32> {
@@ -340,6 +324,14 @@ shows_slam!(WebLive);
 impl WebLive {
     fn slam(&self) -> &Slam {
         self.live.slam()
+    }
+
+    fn robot(&self) -> &RobotModel {
+        self.live.model()
+    }
+
+    fn true_walls(&self) -> Option<(Vec<Segment>, Pose2)> {
+        None
     }
 
     fn trajectory(&self) -> Vec<(f64, Pose2)> {

@@ -1,7 +1,7 @@
 //! A recorded log, for the page.
 
 use slamlab_core::format::carmen::CarmenLog;
-use slamlab_core::geom::Pose2;
+use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::replay::{Log, LogReader, Replay};
 use slamlab_core::robot::{RobotModel, Scan};
 use slamlab_core::settings::Settings;
@@ -10,7 +10,6 @@ use slamlab_core::slam::{Method, Slam};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::building::Known;
-use crate::contest::{Ground, WebContest};
 use crate::drive_fit::{FitTable, samples_since};
 use crate::settings::apply;
 use crate::shows_slam::shows_slam;
@@ -134,7 +133,7 @@ impl WebReplay {
         FitTable::of(&self.replay.fit())
     }
 
-    /// Samples of the twin from number `from` on, see `TWIN` of www/src/protocol.ts.
+    /// Samples of the twin from number `from` on, see `TWIN` of www/src/protocol/figures.ts.
     #[must_use]
     pub fn twin_since(&self, from: u32) -> Vec<f64> {
         samples_since(self.replay.twin(), from)
@@ -184,35 +183,6 @@ impl WebReplay {
             .collect()
     }
 
-    /// All planners from `ends` (x and y of start, of goal, m) for `seconds` each: on the map (`map`, the unknown taken to
-    /// be free) or only where it is known (`known`).
-    ///
-    /// # Errors    A sentence on start, goal or ground that cannot be.
-    #[allow(
-        clippy::needless_pass_by_value,
-        reason = "lists cross the border by value only"
-    )]
-    pub fn contest(
-        &self,
-        ground: &str,
-        ends: Vec<f64>,
-        seconds: f64,
-    ) -> Result<WebContest, JsError> {
-        let on = Ground {
-            slam: self.replay.slam(),
-            walls: None,
-            radius: self.replay.robot().radius(),
-        };
-        WebContest::on(on, ground, &ends, seconds)
-    }
-
-    /// Half length and half width of the robot, m; of a Pioneer where the log does not tell, for most were recorded with one.
-    #[must_use]
-    pub fn half_size(&self) -> Vec<f64> {
-        let robot = self.replay.robot();
-        vec![0.5 * robot.length, 0.5 * robot.width]
-    }
-
     /// Whether the filter is honest, and the likeliest cause if not: a name of `Diagnosis`.
     #[must_use]
     pub fn diagnosis(&self) -> String {
@@ -231,6 +201,15 @@ shows_slam!(WebReplay);
 impl WebReplay {
     fn slam(&self) -> &Slam {
         self.replay.slam()
+    }
+
+    /// Of a Pioneer where the log does not tell, for most were recorded with one.
+    fn robot(&self) -> &RobotModel {
+        self.replay.robot()
+    }
+
+    fn true_walls(&self) -> Option<(Vec<Segment>, Pose2)> {
+        None
     }
 
     fn trajectory(&self) -> Vec<(f64, Pose2)> {

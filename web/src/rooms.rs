@@ -4,7 +4,7 @@ use nalgebra::Point2;
 use slamlab_core::map::{Door, Grid, Region, RegionKind, Topology, TopologyConfig};
 use wasm_bindgen::prelude::wasm_bindgen;
 
-/// The topological map; strides as of `Rooms` in www/src/protocol.ts, map frame, m.
+/// The topological map; strides as of `Rooms` in www/src/protocol/rooms.ts, map frame, m.
 #[wasm_bindgen(getter_with_clone)]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rooms {

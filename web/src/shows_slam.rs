@@ -1,6 +1,7 @@
 //! What the page asks of an estimate and its map: the same of a simulation, of a recording and of a robot.
 
-/// Gives a class that has a `slam()`, a `trajectory()` and a `scan_log()` the methods that show and save them.
+/// Gives a class that has a `slam()`, a `robot()`, `true_walls()`, a `trajectory()` and a `scan_log()` the methods that show, plan in
+/// and save them.
 macro_rules! shows_slam {
     ($class:ident) => {
         #[wasm_bindgen::prelude::wasm_bindgen]
@@ -44,6 +45,21 @@ macro_rules! shows_slam {
                 $crate::view::free_area(self.slam())
             }
 
+            /// A field of the grid that the pose's sensor draws, in the blocks in which it may have changed since `revision` of `generation`:
+            /// `distance` to the nearest wall, `likelihood` of a beam's end, or `room` around the centre of the robot.
+            ///
+            /// # Errors    There is no such field.
+            pub fn field(
+                &self,
+                name: &str,
+                generation: u32,
+                revision: f64,
+            ) -> Result<$crate::FieldView, wasm_bindgen::prelude::JsError> {
+                let (slam, radius) = (self.slam(), self.robot().radius());
+                let field = $crate::FieldView::since(slam, radius, name, generation, revision);
+                Ok(field?)
+            }
+
             /// Rooms, corridors and doors of the map, if the grid that the pose's sensor draws has changed since `revision` of
             /// `generation`, as they were told with the last ones. Costs more than a step.
             #[must_use]
@@ -51,6 +67,34 @@ macro_rules! shows_slam {
                 let (grid, now) = (self.slam().grid(), self.slam().grid_version() as u32);
                 let is_known = now == generation && grid.revision() as f64 == revision;
                 (!is_known).then(|| $crate::Rooms::of(grid, now))
+            }
+
+            /// All planners from `ends` (x and y of start, of goal, m) for `seconds` each: among the true walls (`truth`), where there
+            /// are any, on the map (`map`, the unknown taken to be free) or only where it is known (`known`).
+            ///
+            /// # Errors    A sentence on start, goal or ground that cannot be.
+            #[allow(
+                clippy::needless_pass_by_value,
+                reason = "lists cross the border by value only"
+            )]
+            pub fn contest(
+                &self,
+                ground: &str,
+                ends: Vec<f64>,
+                seconds: f64,
+            ) -> Result<$crate::WebContest, wasm_bindgen::prelude::JsError> {
+                let on = $crate::contest::Ground {
+                    slam: self.slam(),
+                    walls: self.true_walls(),
+                    robot: self.robot(),
+                };
+                $crate::WebContest::on(on, ground, &ends, seconds)
+            }
+
+            /// Half length and half width of the robot, m; 1 where walls are touched by that rectangle, 0 where by the disc around it.
+            #[must_use]
+            pub fn body(&self) -> Vec<f64> {
+                $crate::view::body(self.robot())
             }
 
             /// Files to save, named after `stem`: `map`, `map-scale`, `map-raw`, `og-map`, `plan`, `rooms`, `tum` or `carmen`.

@@ -10,7 +10,7 @@ use wasm_bindgen::prelude::wasm_bindgen;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(
     missing_docs,
-    reason = "names and units as in `Status` of www/src/protocol.ts"
+    reason = "names and units as in `Status` of www/src/protocol/frame.ts"
 )]
 pub struct RunStatus {
     pub time: f64,

@@ -4,6 +4,7 @@ use nalgebra::Point2;
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::map::CellState;
 use slamlab_core::points::{Beam, Points};
+use slamlab_core::robot::{BodyShape, RobotModel};
 use slamlab_core::slam::Slam;
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -28,7 +29,7 @@ pub struct SlamView {
     pub beams: Vec<f32>,
     /// x1 y1 x2 y2 of the lines found in the last scan.
     pub found: Vec<f32>,
-    /// The walls of the line map, see `LINE_STRIDE` of www/src/protocol.ts.
+    /// The walls of the line map, see `LINE_STRIDE` of www/src/protocol/frame.ts.
     pub lines: Vec<f64>,
 }
 
@@ -172,6 +173,16 @@ pub(crate) fn polyline(points: &[Point2<f64>]) -> Vec<f32> {
 
 fn flat(point: Point2<f64>) -> [f32; 2] {
     [point.x as f32, point.y as f32]
+}
+
+/// Half length and half width of a robot, m; 1 where walls are touched by that rectangle, 0 where by the disc around it.
+pub(crate) fn body(robot: &RobotModel) -> Vec<f64> {
+    let is_rectangle = robot.shape == BodyShape::Rectangle;
+    vec![
+        0.5 * robot.length,
+        0.5 * robot.width,
+        f64::from(u8::from(is_rectangle)),
+    ]
 }
 
 #[cfg(test)]

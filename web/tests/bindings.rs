@@ -160,6 +160,24 @@ fn the_grid_is_told_in_blocks_that_changed() {
 }
 
 #[wasm_bindgen_test]
+fn fields_are_told_in_blocks_that_may_have_changed() {
+    let mut run = experiment("arena", false).expect("a built-in world");
+    for _ in 0..60 {
+        step(&mut run);
+    }
+    for name in ["distance", "likelihood", "room"] {
+        let all = run.field(name, 0, 0.0).map_err(words).expect("a field");
+        assert!(!all.blocks.is_empty() && all.cells.contains(&0));
+        assert_eq!(all.cells.len(), all.blocks.len() / 2 * BLOCK);
+        assert!(all.step > 0.0 && all.cells.iter().any(|&byte| byte > 0));
+        let again = run.field(name, all.generation, all.revision);
+        assert!(again.map_err(words).expect("a field").blocks.is_empty());
+    }
+    let refused = run.field("cake", 0, 0.0).map_err(words);
+    assert!(refused.expect_err("no such field").contains("`cake`"));
+}
+
+#[wasm_bindgen_test]
 fn a_run_through_the_bindings_has_the_bits_of_the_core() {
     let mut run = experiment("doors", false).expect("a built-in world");
     let config = ExperimentConfig {

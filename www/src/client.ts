@@ -1,6 +1,9 @@
 // The page's end of the wire to the worker: sends commands, hands frames to scene and store.
 
-import type { Answer, Command, GivenFile, KnownMap, MethodName, SerialKind, SettingValues, Setup, SourceKind, Told } from "./protocol.js";
+import type { Answer, Command } from "./protocol.js";
+import type { SerialKind } from "./protocol/devices.js";
+import type { Told } from "./protocol/figures.js";
+import type { GivenFile, KnownMap, MethodName, SettingValues, Setup, SourceKind } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
 import type { Contest, Store } from "./store.js";
@@ -148,12 +151,18 @@ export class Client {
   #cable(method: MethodName): void {
     this.send({ kind: "unplug" });
     const wire = this.#ports.begin();
-    this.send({ kind: "cable", wire, method }, [wire]);
+    this.send({ kind: "cable", wire, ...this.#found(method) }, [wire]);
   }
 
   connect(url: string, token: string, method: MethodName = this.#store.setup.method): void {
     this.#bridge = { url, token };
-    this.send({ kind: "connect", url, token, method });
+    this.send({ kind: "connect", url, token, ...this.#found(method) });
+  }
+
+  /** How a robot's pose is found: a bridge has no map to hand out, so that without one its robot draws its own. */
+  #found(method: MethodName): { method: MethodName; known: KnownMap | null } {
+    const { known } = this.#store.setup;
+    return method === "known-map" && !known ? { method: "line-ekf", known } : { method, known };
   }
 
   /** Takes the right to drive, or gives it back. */
@@ -335,6 +344,7 @@ export class Client {
     switch (answer.kind) {
       case "ready":
         store.set("run", { worlds: answer.worlds, sensors: answer.sensors, presets: answer.presets, dataSheet: answer.dataSheet });
+        this.#ports.prepare();
         break;
       case "started":
         this.#run = answer.run;

@@ -1,6 +1,6 @@
 // Reads an inspection: rows of the matrix, walls by name, and what was compared with what.
 
-import { CANDIDATE, CANDIDATE_STRIDE, GATES, type Inspection, SIGHTING, SIGHTING_STRIDE, VERDICTS } from "./protocol.js";
+import { CANDIDATE, CANDIDATE_STRIDE, GATES, type Inspection, SIGHTING, SIGHTING_STRIDE, VERDICTS } from "./protocol/filter.js";
 
 export type Verdict = (typeof VERDICTS)[number];
 export type Gate = (typeof GATES)[number];

@@ -3,6 +3,8 @@
 export interface KeyActions {
   drive(forward: number, turn: number): void;
   stop(): void;
+  /** Whether there is a robot to steer; otherwise the letters of driving are free for what acts once. */
+  steers(): boolean;
   /** Keys that act once, by the lower-case key. */
   once: Readonly<Record<string, () => void>>;
   /** Something modal is open and owns the keys. */
@@ -43,7 +45,7 @@ export function startKeyboard(actions: KeyActions): void {
       event.preventDefault();
       release();
       actions.stop();
-    } else if (!event.shiftKey && (event.code in FORWARD || event.code in TURN)) {
+    } else if (!event.shiftKey && actions.steers() && (event.code in FORWARD || event.code in TURN)) {
       event.preventDefault();
       if (held.has(event.code)) return;
       held.add(event.code);

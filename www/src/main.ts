@@ -4,6 +4,7 @@ import { Client } from "./client.js";
 import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
 import { download, mapPicture } from "./save.js";
+import type { FieldName } from "./protocol/frame.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
 import "./ui/bench.js";
@@ -83,9 +84,13 @@ store.on("tab", () => {
   if (store.tab !== "filter") store.point({ hovered: [], pinned: null });
 });
 
-/** And of rooms only while they are shown. */
+/** And of rooms, and of fields of the grid, only while they are shown. */
 let showsRooms = false;
+let shownField: FieldName | null = null;
 store.on("view", () => {
+  const { gridView: view, layers } = store;
+  const field = view === "continuous" || view === "three" || !layers.grid ? null : view;
+  if (field !== shownField) client.send({ kind: "field", name: (shownField = field) });
   if (store.layers.rooms === showsRooms) return;
   showsRooms = store.layers.rooms;
   if (!showsRooms) store.set("rooms", { rooms: null, roomSpot: null });
@@ -106,6 +111,7 @@ startGamepad(byHand);
 startKeyboard({
   ...byHand,
   busy: () => help.shown,
+  steers: () => store.source !== "replay",
   once: {
     p: () => client.send({ kind: store.playing ? "pause" : "play" }),
     n: () => client.send({ kind: "step" }),
@@ -123,7 +129,7 @@ startKeyboard({
     f: () => map.toggleFollow(),
     r: () => client.again(),
     m: () => client.send({ kind: "save", what: "map" }),
-    // Celej's key for it; without Shift it steers to the left.
+    // Celej's key for it; where there is a robot to steer, only with Shift.
     a: () => client.send({ kind: "save", what: "map" }),
     t: () => switchTheme(store),
     "?": () => help.show(),

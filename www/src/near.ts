@@ -4,7 +4,7 @@
 // With the one who maps and drives they exchange the messages of a bridge, over a port of its own; `null` is its farewell.
 
 import init, { WebNear } from "../pkg/slamlab_web.js";
-import type { LineEvent, LineWish, NearAnswer, NearCommand } from "./protocol.js";
+import type { LineEvent, LineWish, NearAnswer, NearCommand } from "./protocol/devices.js";
 import { micros } from "./source/link.js";
 
 /** Wall milliseconds between two looks of the devices. */

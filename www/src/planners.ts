@@ -2,8 +2,11 @@
 
 const TITLES: Readonly<Record<string, string>> = {
   Straight: "a straight line", Rrt: "RRT", RrtConnect: "RRT-Connect", RrtStar: "RRT*", InformedRrtStar: "Informed RRT*",
-  AStar: "A*", ThetaStar: "Theta*", Rooms: "rooms, then Theta*", Visibility: "the visibility graph", Wavefront: "a wave over the grid",
+  AStar: "A*", ThetaStar: "Theta*", Rooms: "rooms, then Theta*", Visibility: "the visibility graph", Outline: "the outline's turns and steps", Wavefront: "a wave over the grid",
 };
+
+/** Where a list wants another word than a sentence. */
+const LABELS: Readonly<Record<string, string>> = { Visibility: "Visibility", Outline: "Outline" };
 
 /** As a part of a sentence. */
 export function plannerTitle(name: string): string {
@@ -12,5 +15,5 @@ export function plannerTitle(name: string): string {
 
 /** As an entry of a list. */
 export function plannerLabel(name: string): string {
-  return name === "Visibility" ? "Visibility" : plannerTitle(name);
+  return LABELS[name] ?? plannerTitle(name);
 }

@@ -1,7 +1,7 @@
 // Serial ports of this computer, by Web Serial: the person chooses them, bytes go to and fro here. What they mean is the matter of a worker
 // of their own (near.ts), and so is when a line is opened anew.
 
-import type { LineWish, NearAnswer, NearCommand, SerialKind } from "./protocol.js";
+import type { LineWish, NearAnswer, NearCommand, SerialKind } from "./protocol/devices.js";
 
 /** Milliseconds before a line is tried again, the longest last. */
 const RETRY_MILLIS = [250, 500, 1000, 2000];
@@ -63,12 +63,25 @@ export class SerialPorts {
   readonly #failed: (text: string) => void;
   #lines: Line[] = [];
   #rules: Worker | null = null;
+  /** Loaded beforehand, and kept from run to run: at a robot there may be no server any more. */
+  #spare: Worker | null = null;
   #leaving: Promise<void> | null = null;
 
   /** `failed`: the rules are of no use any more, and the lines were closed. */
   constructor(failed: (text: string) => void) {
     this.#failed = failed;
     webSerial()?.addEventListener("connect", (event) => void this.#connected(event.target as unknown as Port));
+  }
+
+  /** Loads the rules, where there may be a device to plug. */
+  prepare(): void {
+    if (!webSerial() || this.#rules || this.#spare) return;
+    const spare = rulesWorker();
+    // Whoever plugs a device tries again, and is told why.
+    spare.onerror = () => {
+      if (this.#spare === spare) this.#spare = null;
+    };
+    this.#spare = spare;
   }
 
   /** What is at the ports, in the order of their numbers. */
@@ -101,7 +114,8 @@ export class SerialPorts {
   begin(): MessagePort {
     this.#endRules();
     const { port1: driver, port2: wire } = new MessageChannel();
-    const rules = new Worker(new URL("near.js", import.meta.url), { type: "module", name: "slamlab-near" });
+    const rules = this.#spare ?? rulesWorker();
+    this.#spare = null;
     rules.onmessage = (event: MessageEvent<NearAnswer>) => {
       if (this.#rules !== rules) return;
       if (event.data.kind === "line") this.#wish(event.data);
@@ -128,9 +142,11 @@ export class SerialPorts {
     this.#send({ kind: "end" });
     const used = this.#lines.filter((line) => line.baud > 0);
     await within(LEAVE_MILLIS, Promise.all(used.map((line) => line.closed)));
+    const hasAnswered = used.every((line) => line.isLeft);
     // Rules that do not answer any more have not asked for it.
     for (const line of used) if (!line.isLeft) void this.#close(line);
     await Promise.all(used.map((line) => line.closed));
+    if (hasAnswered && this.#rules) [this.#spare, this.#rules] = [this.#rules, null];
     this.#endRules();
   }
 
@@ -231,6 +247,10 @@ export class SerialPorts {
     await shut({ reader, writer, port, retry: null });
     if (!line.isLeft) line.retry = setTimeout(() => void this.#open(number, line), wait);
   }
+}
+
+function rulesWorker(): Worker {
+  return new Worker(new URL("near.js", import.meta.url), { type: "module", name: "slamlab-near" });
 }
 
 /** Whether it ends in time, well or not. */

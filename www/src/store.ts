@@ -1,8 +1,16 @@
 // What the page knows, and who wants to hear of changes. Components read it and send commands; nothing is computed here.
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
-import { type BenchResponse, type BridgeState, type Calibration, type ContestState, type Cycle, type DriveFit, type Frame, type Ground, type Inspection, type LogLevel, type MethodName, type Named, type Preset, type Rooms, type Setting, type Setup, type SigmaCurve, type SourceKind, type Status, type Told, TWIN_STRIDE } from "./protocol.js";
+import type { LogLevel } from "./protocol.js";
+import type { ContestState, Ground } from "./protocol/contest.js";
+import type { BridgeState } from "./protocol/devices.js";
+import { type BenchResponse, type Calibration, type DriveFit, type SigmaCurve, type Told, TWIN_STRIDE } from "./protocol/figures.js";
+import type { Inspection } from "./protocol/filter.js";
+import type { Cycle, Frame, Status } from "./protocol/frame.js";
+import type { Rooms } from "./protocol/rooms.js";
+import type { MethodName, Named, Preset, Setting, Setup, SourceKind } from "./protocol/setup.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
+import type { GridView } from "./view/tiles.js";
 import { History } from "./history.js";
 import { numbered } from "./room_numbers.js";
 
@@ -91,7 +99,7 @@ export class Store {
   /** Go to is chosen, and the next click on the map says where. */
   aiming = false;
   follow = false;
-  threeTones = false;
+  gridView: GridView = "continuous";
   layers: Record<LayerName, boolean> = Object.fromEntries(
     LAYERS.map((name) => [name, name !== "tree" && name !== "rawPath" && name !== "found" && name !== "rooms"]),
   ) as Record<LayerName, boolean>;

@@ -1,53 +1,41 @@
-// Runs the core for the page: with near.ts the only file that knows the WebAssembly module.
+// Runs the core for the page: with near.ts the only file that starts the WebAssembly module.
 //
 // It paces the source (simulated seconds for each second), works in slices short enough that every message is heard within
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
-import init, { BuildingFiles, type FitTable, Known, WebExperiment, WebLive, WebLogReader, WebSetup, calibrate, data_sheet, preset_list, read_preset, sensor_names, setting_list, world_names, write_preset } from "../pkg/slamlab_web.js";
-import { type Answer, type Clock, type Command, type GivenFile, type Inspection, type KnownMap, type MethodName, type Named, type Rooms, type SavedFile, type SettingValues, type Setup, transferables } from "./protocol.js";
+import init, { WebExperiment, WebLive, data_sheet, preset_list, sensor_names, world_names } from "../pkg/slamlab_web.js";
+import { fail, post, refuse, wordsOf } from "./answer.js";
+import type { Answer, Command } from "./protocol.js";
+import type { Inspection } from "./protocol/filter.js";
+import { type Clock, type FieldChange, type FieldName, transferables } from "./protocol/frame.js";
+import type { Rooms } from "./protocol/rooms.js";
+import type { KnownMap, MethodName, Named, SettingValues } from "./protocol/setup.js";
 import { BridgeSource } from "./source/bridge.js";
-import { calibrationOf, driveFit, listOf, presetOf, settingOf } from "./source/convert.js";
+import { build, know, knownOf, setupOf } from "./source/building.js";
+import { listOf, presetOf } from "./source/convert.js";
 import { CableLink } from "./source/cable.js";
 import { BridgeLink, type Link, type LinkEvents } from "./source/link.js";
 import { ContestRunner } from "./source/contest.js";
+import { Sparing } from "./source/feeds.js";
+import { answerOf } from "./source/figures.js";
+import { LogReading } from "./source/reading.js";
 import { ReplaySource } from "./source/replay.js";
 import { SimSource } from "./source/sim.js";
 import type { Source } from "./source/source.js";
-
-const post = (answer: Answer, transfer: Transferable[] = []): void => {
-  (self as unknown as { postMessage(message: Answer, transfer: Transferable[]): void }).postMessage(answer, transfer);
-};
 
 /** Wall milliseconds between two looks when there is nothing to do yet. */
 const IDLE_MILLIS = 6;
 /** Wall milliseconds that one turn may take before it looks for messages. */
 const SLICE_MILLIS = 12;
 const HASH_MILLIS = 500;
-/** Bytes of a log that are read at a time, and wall milliseconds between two reports on it. */
-const CHUNK = 1 << 16;
-const READING_MILLIS = 50;
 /** Wall milliseconds between two looks into the filter: a matrix is long, and nobody reads faster. */
 const INSPECT_MILLIS = 200;
-/** Wall milliseconds between two looks at the rooms: walls come slowly, and all cells are looked at. */
-const ROOMS_MILLIS = 1000;
 
-/** A log on its way into the module. */
-interface Reading {
-  readonly name: string;
-  readonly method: MethodName;
-  readonly bytes: Uint8Array;
-  readonly reader: WebLogReader;
-  at: number;
-  toldAt: number;
-}
-
-let reading: Reading | null = null;
+let reading: LogReading | null = null;
 
 let source: Source | null = null;
 /** What is known better of a robot than it says itself. */
 let told: { settings: SettingValues; twin: boolean } = { settings: {}, twin: false };
-/** The fit that was asked for last. */
-let fitted: FitTable | null = null;
 let contest: ContestRunner | null = null;
 let run = 0;
 let seq = 0;
@@ -67,7 +55,9 @@ let inspectAt = -Infinity;
 /** Scans that the page has looked into. */
 let inspected = -1;
 let showsRooms = false;
-let roomsAt = -Infinity;
+const roomsSparing = new Sparing<Rooms>();
+let shownField: FieldName | null = null;
+const fieldSparing = new Sparing<FieldChange>();
 let scheduled = false;
 const immediate = new MessageChannel();
 immediate.port1.onmessage = () => turn();
@@ -116,21 +106,12 @@ function turn(): void {
 }
 
 /** One slice of reading; at the end of the log its replay begins. */
-function readOn(log: Reading): void {
+function readOn(log: LogReading): void {
   try {
-    const begun = performance.now();
-    while (log.at < log.bytes.length && performance.now() - begun < SLICE_MILLIS) {
-      log.reader.push(log.bytes.subarray(log.at, log.at + CHUNK));
-      log.at += CHUNK;
-    }
-    if (log.at >= log.bytes.length) {
+    const replay = log.readOn(SLICE_MILLIS);
+    if (replay) {
       reading = null;
-      const replay = log.reader.finish();
-      post({ kind: "reading", name: log.name, done: null });
       begin(new ReplaySource(replay, log.name, log.method), { setup: null, playing: true });
-    } else if (begun - log.toldAt >= READING_MILLIS) {
-      log.toldAt = begun;
-      post({ kind: "reading", name: log.name, done: log.at / log.bytes.length });
     }
   } catch (error) {
     stopReading();
@@ -141,7 +122,7 @@ function readOn(log: Reading): void {
 
 function stopReading(): void {
   if (reading) {
-    reading.reader.free();
+    reading.free();
     reading = null;
   }
   post({ kind: "reading", name: "", done: null });
@@ -185,7 +166,7 @@ function show(): void {
   const elapsed = source.kind === "replay" ? (performance.now() - began) / 1000 : NaN;
   const remaining = moment.progress > 0.005 ? (elapsed * (1 - moment.progress)) / moment.progress : NaN;
   const status = { ...moment, realTimeFactor: playing ? pace.factor : NaN, remaining };
-  const frame = { kind: "frame", run, seq, clock: clock(), status, ...change, inspection: inspection(source, now), rooms: rooms(source, now) } as const;
+  const frame = { kind: "frame", run, seq, clock: clock(), status, ...change, inspection: inspection(source, now), ...lookedAt(source) } as const;
   post(frame, transferables(frame));
 }
 
@@ -197,11 +178,13 @@ function inspection(source: Source, now: number): Inspection | null {
   return source.inspect(inspecting.matrix);
 }
 
-/** Where somebody looks at them: when the grid has changed, but once a second at most. */
-function rooms(source: Source, now: number): Rooms | null {
-  if (!showsRooms || (playing && now - roomsAt < ROOMS_MILLIS)) return null;
-  roomsAt = now;
-  return source.rooms();
+/** What somebody looks at beside the run. */
+function lookedAt(source: Source): { rooms: Rooms | null; field: FieldChange | null } {
+  const name = shownField;
+  return {
+    rooms: showsRooms ? roomsSparing.ask(playing, () => source.rooms()) : null,
+    field: name ? fieldSparing.ask(playing, () => source.field(name)) : null,
+  };
 }
 
 function clock(): Clock {
@@ -215,9 +198,9 @@ let began = 0;
 let live: { link: Link; module: WebLive } | null = null;
 
 /** Begins a conversation; its run begins when the other end has said who it is. */
-function converse(token: string, method: MethodName, title: string, wire: (module: WebLive, events: LinkEvents) => Link): void {
+function converse({ token = "", method, known }: { token?: string; method: MethodName; known: KnownMap | null }, title: string, wire: (module: WebLive, events: LinkEvents) => Link): void {
   disconnect();
-  const module = new WebLive(navigator.userAgent.includes("Mobile") ? "phone" : "browser", token, method, 1);
+  const module = new WebLive(navigator.userAgent.includes("Mobile") ? "phone" : "browser", token, method, 1, known && method === "known-map" ? knownOf(known) : undefined);
   // The other end may speak while its link is being made.
   let link: Link | null = null;
   link = wire(module, {
@@ -261,7 +244,8 @@ function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, 
   source?.close();
   source = next;
   inspected = -1;
-  roomsAt = -Infinity;
+  roomsSparing.refresh();
+  fieldSparing.refresh();
   run += 1;
   seq = 0;
   stale = true;
@@ -298,16 +282,14 @@ function handle(command: Command): void {
       break;
     case "know":
       try {
-        know(command.name, command.files);
+        know(command.name, command.files, source);
       } catch (error) {
         refuse(command.name, error);
       }
       break;
     case "replay":
       if (reading) stopReading();
-      reading = { name: command.name, method: command.method, bytes: new Uint8Array(command.bytes), reader: new WebLogReader(command.method, ...listOf({ ...command.settings, ...told.settings })), at: 0, toldAt: -Infinity };
-      if (told.twin) reading.reader.with_twin();
-      if (command.known) reading.reader.find_in(knownOf(command.known));
+      reading = new LogReading(command, told);
       schedule(true);
       break;
     case "play":
@@ -345,30 +327,13 @@ function handle(command: Command): void {
       sim?.configure(...listOf(command.settings));
       break;
     case "settings":
-      post({ kind: "settings", settings: setting_list(command.sensor, ...listOf(command.settings)).map(settingOf) });
-      break;
     case "calibrate":
-      post({ kind: "calibrated", ...attempt("calibration", () => calibrationOf(calibrate(command.pairs.text, command.pairs.variable))) });
-      break;
     case "sigma":
-      if (source) post({ kind: "sigma", ...attempt("curve", () => source?.estimateSigma(command.growth) ?? null) });
-      break;
     case "fit":
-      if (source instanceof ReplaySource || source instanceof BridgeSource) {
-        fitted?.free();
-        fitted = source.fit();
-        post({ kind: "fit", fit: driveFit(fitted), error: "" });
-      }
-      break;
     case "preset":
-      try {
-        const { name, keys, values } = read_preset(new Uint8Array(command.bytes));
-        // Keys and ranges are looked at before anything takes them.
-        for (const setting of setting_list("lidar", keys, values)) setting.free();
-        post({ kind: "preset", name, settings: Object.fromEntries(keys.map((key, i) => [key, values[i] ?? NaN])) });
-      } catch (error) {
-        refuse(command.name, error);
-      }
+    case "bench":
+    case "save":
+      answerOf(command, source);
       break;
     case "tell":
       bridge?.tell(command.settings, command.twin);
@@ -378,11 +343,11 @@ function handle(command: Command): void {
       break;
     case "connect":
       if (reading) stopReading();
-      converse(command.token, command.method, new URL(command.url).host, (module, events) => new BridgeLink(module, command.url, events));
+      converse(command, new URL(command.url).host, (module, events) => new BridgeLink(module, command.url, events));
       break;
     case "cable":
       if (reading) stopReading();
-      converse("", command.method, "the cable", (module, events) => new CableLink(module, command.wire, events));
+      converse(command, "the cable", (module, events) => new CableLink(module, command.wire, events));
       break;
     case "unplug":
       if (live?.link instanceof CableLink) disconnect();
@@ -433,9 +398,16 @@ function handle(command: Command): void {
       break;
     case "rooms":
       showsRooms = command.on;
-      roomsAt = -Infinity;
+      roomsSparing.refresh();
       source?.forgetRooms();
       stale ||= showsRooms;
+      show();
+      break;
+    case "field":
+      shownField = command.name;
+      fieldSparing.refresh();
+      source?.forgetField();
+      stale ||= shownField !== null;
       show();
       break;
     case "contest": {
@@ -456,94 +428,11 @@ function handle(command: Command): void {
     case "contest-stop":
       contest?.stop();
       break;
-    case "bench":
-      if (sim) post({ kind: "bench", response: sim.bench(command.trial) });
-      break;
-    case "save":
-      if (!source) break;
-      try {
-        post({ kind: "saved", files: command.what === "fit" ? presetFile(source) : source.export(command.what) });
-      } catch (error) {
-        refuse("", error);
-      }
-      break;
     case "drawn":
       pageReady = true;
       if (stale) show();
       break;
   }
-}
-
-/** What was fitted last, as a preset. */
-function presetFile({ title }: Source): SavedFile[] {
-  if (!fitted) throw new Error("Nothing was fitted yet.");
-  const text = write_preset(`fit of ${title}`, fitted);
-  return [{ name: `${title.replace(/[^\w-]+/g, "-")}-preset.json`, mime: "application/json", bytes: new TextEncoder().encode(text) }];
-}
-
-function buildingOf<T>(files: readonly GivenFile[], use: (building: BuildingFiles) => T): T {
-  const building = new BuildingFiles();
-  try {
-    for (const { name, bytes } of files) building.add(name, new Uint8Array(bytes));
-    return use(building);
-  } finally {
-    building.free();
-  }
-}
-
-function build(name: string, files: readonly GivenFile[]): void {
-  const building = buildingOf(files, (given) => given.world(name));
-  const { world: worldJson, left_out: leftOut } = building;
-  building.free();
-  post({ kind: "built", name, worldJson, leftOut });
-}
-
-function know(name: string, files: readonly GivenFile[]): void {
-  const map = files.length > 0 ? buildingOf(files, (given) => given.known()) : source?.asKnown();
-  if (!map) return;
-  const { faces, sigma, start: [x = 0, y = 0, heading = 0], left_out: leftOut } = map;
-  map.free();
-  post({ kind: "known", known: { name, faces, sigma, start: [x, y, heading] }, leftOut });
-}
-
-function knownOf({ faces, sigma, start }: KnownMap): Known {
-  return new Known(faces, sigma, Float64Array.from(start));
-}
-
-function setupOf(setup: Setup): WebSetup {
-  const web = new WebSetup();
-  const [keys, values] = listOf(setup.settings);
-  return Object.assign(web, {
-    world: setup.worldJson ?? setup.world, is_file: setup.worldJson !== null, sensor: setup.sensor, seed: setup.seed, method: setup.method, mode: setup.mode,
-    cycle: setup.cycle, keys, values, calibration: setup.calibration?.text ?? "", variable: setup.calibration?.variable ?? "",
-    known: setup.known ? knownOf(setup.known) : undefined,
-  });
-}
-
-/** A result under its name, or in words why there is none: what was given is the giver's to mend. */
-function attempt<Name extends string, T>(name: Name, work: () => T): { [key in Name]: T | null } & { error: string } {
-  let [result, error] = [null as T | null, ""];
-  try {
-    result = work();
-  } catch (thrown) {
-    error = wordsOf(thrown);
-  }
-  return { [name]: result, error } as { [key in Name]: T | null } & { error: string };
-}
-
-/** What was given cannot be used: that is the giver's to mend, and no fault of the page. */
-function refuse(name: string, error: unknown): void {
-  console.warn(error);
-  post({ kind: "failed", text: `${name === "" ? "" : `${name}: `}${wordsOf(error)}` });
-}
-
-function fail(error: unknown): void {
-  console.error(error);
-  post({ kind: "failed", text: wordsOf(error) });
-}
-
-function wordsOf(error: unknown): string {
-  return error instanceof Error ? error.message : String(error);
 }
 
 const module = init({ module_or_path: new URL("slamlab_web_bg.wasm", self.location.href) });

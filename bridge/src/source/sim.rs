@@ -185,6 +185,9 @@ impl Life {
         while let Some(scan) = self.simulation.take_scan() {
             self.port.send(Event::Scan(scan));
         }
+        while let Some(look) = self.simulation.take_look() {
+            self.port.send(Event::Look(look));
+        }
         self.readings();
     }
 

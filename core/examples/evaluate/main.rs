@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p slamlab-core --example evaluate -- --log FILE [--relations FILE] [--method NAME]
 //! [--tum OUT] [--map OUT.pgm|OUT.png] [--map-mode MODE] [--og-map OUT] [--carmen OUT] [--preset FILE]
-//! [--fit OUT.json] [--known MAP.yaml [--start X,Y,DEGREES]] [--json]`
+//! [--fit OUT.json] [--set KEY=NUMBER] [--known MAP.yaml [--start X,Y,DEGREES]] [--json]`
 //!
 //! The core has no files and no clock; this program does the reading, the writing and the timing.
 #![allow(
@@ -12,6 +12,8 @@
 
 #[path = "../shared/known.rs"]
 mod known;
+#[path = "../shared/options.rs"]
+mod options;
 mod output;
 
 use std::io::Write as _;
@@ -66,6 +68,9 @@ struct Arguments {
     /// Estimate with the settings of a preset file, as `--fit` writes one.
     #[arg(long)]
     preset: Option<PathBuf>,
+    /// A setting other than its default, `KEY=NUMBER`; as often as wanted; it overrules the preset.
+    #[arg(long = "set", value_name = "KEY=NUMBER", value_parser = options::setting)]
+    settings: Vec<(String, f64)>,
     /// Fit odometry and ranges to the drive, print them, and write what is known as a preset here.
     #[arg(long)]
     fit: Option<PathBuf>,
@@ -104,7 +109,10 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     let start = Instant::now();
     let log = read_log(&arguments.log)?;
     let (scans, log_seconds) = (log.scans(), log.duration());
-    let settings = settings_for(&log, arguments.preset.as_deref())?;
+    let mut settings = settings_for(&log, arguments.preset.as_deref())?;
+    for (key, value) in &arguments.settings {
+        settings.set(key, *value).context("--set")?;
+    }
     let told = settings.odometry.told(&log.robot());
     let mut slam = settings.slam;
     match (&arguments.known, method) {

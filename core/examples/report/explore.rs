@@ -6,6 +6,7 @@
 //! 2. Where the four rangers are enough ([`RANGER_WORLDS`]): the same by them, with a scan at each stand.
 //! 3. A run ends by itself, or after an hour of simulated time, with the rangers three, which is a failure. Explored is the part of the area that a robot
 //!    of its size could see from where it could stand; the way is the true one.
+//! 4. Contacts are with what the robot drove into. People who walk into a robot that stands are told apart, and are no fault of it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +22,7 @@ use crate::clock::cpu_seconds;
 
 const SEEDS: u64 = 20;
 const LEFT_OUT: &str = "campus";
-/// Worlds whose halls a ranger of 1.5 m can follow, and where nobody walks while a robot that looks only from where it stands drives.
+/// Worlds whose halls a ranger of 1.5 m can follow, and where nobody walks: whoever comes stops a robot that can look round only standing.
 const RANGER_WORLDS: [&str; 6] = ["arena", "doors", "office", "corridor", "loop", "maze"];
 const CELL: f64 = 0.05;
 /// So much of the reachable area has to be seen, in the median of each world.

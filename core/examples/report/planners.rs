@@ -5,7 +5,7 @@
 //!    visibility graph, and by a flood that knows nothing of it: where the two differ, the report says so. Among the 50 000 walls of
 //!    `campus` one graph takes minutes: there, as many queries as `ASKING` seconds hold, and those that take longer than
 //!    `OPTIMUM` seconds are `undecided` and left out.
-//! 2. RRT, RRT-Connect (both shortened by chords as well, and pulled tight), A* and Theta* over 5 cm cells, on the first
+//! 2. RRT, RRT-Connect (both shortened as driving does it as well, by chords, and pulled tight), A* and Theta* over 5 cm cells, on the first
 //!    part of the queries; RRT* and Informed RRT* for one second of processor time each on some. Success of the solvable, length against the
 //!    visibility graph, time.
 //! 3. Every path is checked leg by leg against every wall, by sampled points with the distance formula written out here.
@@ -52,7 +52,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
             worlds::NAMES.join(", ")
         );
     }
-    let (mut informed, mut shortened) = (vec![], vec![]);
+    let mut lengths = Worst::default();
     let mut totals = Totals::default();
     let wanted = |name: &&str| args.worlds.is_empty() || args.worlds.iter().any(|w| w == name);
     for name in worlds::NAMES.into_iter().filter(wanted) {
@@ -72,8 +72,11 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
             let found = run(&scene, &asked, *contender);
             say.done(label, found.asked);
             match *label {
-                "informed_rrt_star_1s" => informed.extend(found.excess.iter().copied()),
-                "rrt_shortened" => shortened.extend(found.excess.iter().copied()),
+                "informed_rrt_star_1s" => {
+                    lengths.informed_median.push(median(&found.excess));
+                    lengths.informed_p90.push(quantile(&found.excess, 0.9));
+                }
+                "rrt_shortened" => lengths.shortened_median.push(median(&found.excess)),
                 _ => {}
             }
             totals.collisions += found.collisions;
@@ -87,21 +90,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
         outcome.figure(name, Value::Object(figures));
     }
     totals.require(&mut outcome);
-    outcome.at_most(
-        "informed_1s_length_over_optimum_median",
-        median(&informed),
-        1.02,
-    );
-    outcome.at_most(
-        "informed_1s_length_over_optimum_p90",
-        quantile(&informed, 0.9),
-        1.02,
-    );
-    outcome.at_most(
-        "rrt_shortened_length_over_optimum_median",
-        median(&shortened),
-        1.05,
-    );
+    lengths.require(&mut outcome);
     Ok(outcome)
 }
 
@@ -120,6 +109,35 @@ impl Progressed {
         let now = cpu_seconds();
         let took = now - std::mem::replace(&mut self.since, now);
         eprintln!("{}: {what}, {queries} queries, {took:.1} s", self.world);
+    }
+}
+
+/// Lengths over the optimum, one of each world: the claim holds in the worst of them.
+#[derive(Default)]
+struct Worst {
+    informed_median: Vec<f64>,
+    informed_p90: Vec<f64>,
+    shortened_median: Vec<f64>,
+}
+
+impl Worst {
+    fn require(&self, outcome: &mut Outcome) {
+        let worst = |values: &[f64]| quantile(values, 1.0);
+        outcome.at_most(
+            "informed_1s_length_over_optimum_median_in_worst_world",
+            worst(&self.informed_median),
+            1.02,
+        );
+        outcome.at_most(
+            "informed_1s_length_over_optimum_p90_in_worst_world",
+            worst(&self.informed_p90),
+            1.02,
+        );
+        outcome.at_most(
+            "rrt_shortened_length_over_optimum_median_in_worst_world",
+            worst(&self.shortened_median),
+            1.05,
+        );
     }
 }
 

@@ -183,6 +183,10 @@ fn check(path: &Path, query: &Query, space: &SegmentSpace) -> Result<()> {
 struct CellsOnly;
 
 impl ConfigSpace for CellsOnly {
+    fn walls_near(&self, _point: Point2<f64>, _reach: f64) -> Vec<Segment> {
+        vec![]
+    }
+
     fn room(&self, _point: Point2<f64>) -> f64 {
         f64::INFINITY
     }

@@ -9,10 +9,14 @@
 //! 4. A sensor that scans all the time and was not heard for half a second lets nothing move but a turn on the spot, and stops what
 //!    is under way. One
 //!    that scans on command only limits legs by its last scan, as old as that is; so does its pilot.
+//! 5. Its looks on the move tell who came since: speeds are limited by that, a leg ends where it is no longer safe ([`leg_is_safe`]).
 //!
 //! Source: Celej §5.
 
-use super::{SafeConfig, Underway, free_distance, limit_among_walkers, limit_speed, within_model};
+use super::{
+    SafeConfig, Underway, free_distance, leg_is_safe, limit_among_walkers, limit_speed,
+    within_model,
+};
 use crate::geom::Pose2;
 use crate::points::{
     MotionHistory, NearConfig, NearField, PointConfig, Points, WalkerConfig, Walkers,
@@ -93,6 +97,18 @@ impl SafeMode {
         self.again()
     }
 
+    /// Takes a look: a few readings on the move, of a sensor that scans on command. Says what to tell the robot now, where that is no
+    /// longer what it was.
+    pub fn look(&mut self, look: &Scan) -> Option<Command> {
+        let moved = self.motion_since_scan;
+        let look = self.near.without_folded(look, &moved);
+        let points = Points::from_rolling_scan(&look, &self.history, &PointConfig::default());
+        for at in self.walkers.look(&points, &moved) {
+            self.near.came(at);
+        }
+        self.again()
+    }
+
     /// The command as far as it is safe.
     pub fn limit(&mut self, wish: Command) -> Command {
         self.wish = wish;
@@ -123,8 +139,17 @@ impl SafeMode {
                 self.stopped();
                 Some(Command::Stop)
             }
+            Command::Forward(_) if !self.is_safe_leg() => {
+                self.stopped();
+                Some(Command::Stop)
+            }
             _ => None,
         }
+    }
+
+    fn is_safe_leg(&self) -> bool {
+        let (walkers, underway) = (self.walkers.points(), self.underway());
+        leg_is_safe(self.leg, walkers, &underway, &self.model, &self.config)
     }
 
     fn safe(&self, wish: Command) -> Command {
@@ -154,16 +179,24 @@ impl SafeMode {
         match &self.points {
             Some(points) => {
                 let (model, config) = (&self.model, &self.config);
-                let underway = Underway {
-                    told: self.told,
-                    runs: self.history.speeds(RUNS),
-                    since_scan: self.motion_since_scan,
-                    scan_age: self.scan_age(),
-                };
+                let underway = self.underway();
                 let safe = limit_speed(wish, points, &underway, model, config);
                 limit_among_walkers(safe, self.walkers.points(), &underway, model, config)
             }
             None => within_model(wish, &self.model),
+        }
+    }
+
+    fn underway(&self) -> Underway {
+        Underway {
+            told: self.told,
+            runs: self.history.speeds(RUNS),
+            since_scan: self.motion_since_scan,
+            // A scan that was ordered is no older than the robot's place; looks are new.
+            scan_age: match self.scans_on_command {
+                true => 0.0,
+                false => self.scan_age(),
+            },
         }
     }
 

@@ -92,7 +92,7 @@ impl Underway {
 }
 
 /// Along a wall that is nearer than [`SafeConfig::gap`] the robot runs no faster, m/s.
-const CREEP: f64 = 0.1;
+pub(super) const CREEP: f64 = 0.1;
 
 /// The speeds (m/s, rad/s) that are safe, for a robot that is at something.
 #[must_use]

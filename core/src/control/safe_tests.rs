@@ -272,6 +272,30 @@ fn among_walkers_the_way_they_may_walk_unseen_counts() {
     }
 }
 
+#[test]
+fn a_leg_goes_on_only_where_its_full_speed_is_safe() {
+    let model = RobotModel::rp6();
+    let config = SafeConfig::default();
+    let (v, brake) = (model.max_speed, config.braking * model.max_acceleration);
+    let way = v * config.reaction + v * v / (2.0 * brake);
+    let needs = config.walking * (config.reaction + v / brake) + way + model.radius();
+    for (at, forward, goes_on) in [
+        (needs + 1e-6, 0.3, true),
+        (needs - 1e-6, 0.3, false),
+        // However slow it is on its leg yet: it will be as fast.
+        (needs - 1e-6, 0.1, false),
+        (-0.3, 0.3, true),
+        (-0.3, -0.3, false),
+        // It is at its end.
+        (0.3, 0.005, true),
+    ] {
+        let walkers = [Point2::new(at, 0.0)];
+        let underway = Underway::default();
+        let safe = leg_is_safe(forward, &walkers, &underway, &model, &config);
+        assert_eq!(safe, goes_on, "somebody at {at} m, {forward} m/s");
+    }
+}
+
 /// A post of one or two points beside the heading is no wall that may be crept along.
 #[test]
 fn a_thin_post_beside_the_heading_is_not_driven_into() {

@@ -25,6 +25,24 @@ const STEP: f64 = 0.05;
 /// A lidar is this old when it is as new as can be, s: [`SafeConfig::reaction`] counts on it.
 const FRESH: f64 = 0.2;
 
+/// Slower than this a robot is about to stand, m/s.
+const STANDS: f64 = 0.01;
+
+/// Whether a robot on a straight leg, which runs forward (or back, where negative) as fast as it can, may go on among those who walk:
+/// a leg cannot be slowed down, only stopped. `walkers` as for [`limit_among_walkers`].
+#[must_use]
+pub fn leg_is_safe(
+    forward: f64,
+    walkers: &[Point2<f64>],
+    underway: &Underway,
+    model: &RobotModel,
+    config: &SafeConfig,
+) -> bool {
+    let wish = (model.max_speed.copysign(forward), 0.0);
+    let safe = limit_among_walkers(wish, walkers, underway, model, config);
+    forward.abs() < STANDS || safe == wish
+}
+
 /// The speeds (m/s, rad/s) that are safe among those who walk, for a robot that is at something. `walkers` stand in the robot frame of
 /// the last scan.
 #[must_use]

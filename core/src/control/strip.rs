@@ -19,7 +19,7 @@ const STEP: f64 = 0.01;
 const SCATTER: f64 = 0.01;
 /// Room from which on points may come nearer by that, and room that all keep, m.
 pub(super) const TIGHT: f64 = 0.02;
-const LEAST: f64 = 0.01;
+pub(super) const LEAST: f64 = 0.01;
 /// Beside a wall so many points at once are needed to touch it: single ones are noise.
 const SEVERAL: usize = 3;
 /// What lies within 45° of where the robot drives is in front: the cosine. One point will do.

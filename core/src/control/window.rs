@@ -5,10 +5,11 @@
 //! 1. The window: forward speeds and turn rates within what the motors can change in [`WindowConfig::period`].
 //! 2. Each pair is an arc; its free distance is where the robot's disc would first touch a point, exactly ([`free_on_arc`]).
 //! 3. A pair is admissible if the robot can stand within that distance: v t + v²/(2 a), with safe mode's reaction and braking.
+//!    Its speed then is what [`super::limit_among_walkers`] leaves of it: who may walk on would cut it to that anyway.
 //! 4. Of those the one with the greatest G = α heading + β distance + γ speed is taken, each term between 0 and 1: how straight the
 //!    robot will look at the point on its way, how far the arc is free, how fast it is.
 //!
-//! Points of people count where they are now; that they may walk on is what [`super::limit_among_walkers`] is for, which follows.
+//! The free distance of an arc keeps off people by [`WindowConfig::berth`] more: who passes them nearer is slowed down by them.
 //!
 //! Source: Fox, Burgard & Thrun (1997), "The dynamic window approach to collision avoidance", eqs. (13) to (16), without smoothing;
 //! the reaction time is ours.
@@ -18,6 +19,7 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{Point2, Vector2};
 
 use super::safe::{SafeConfig, Underway};
+use super::separation::limit_among_walkers;
 use super::strip::arc;
 use crate::geom::{Pose2, wrap};
 use crate::points::Points;
@@ -29,7 +31,7 @@ pub enum Avoidance {
     /// Keeps to its way, slows down, waits, and plans anew.
     #[default]
     KeepsToWay,
-    /// Leaves its way by the dynamic window while somebody walks about.
+    /// The same, but leaves its way by the dynamic window while somebody who walks about holds it up.
     DynamicWindow,
 }
 
@@ -46,6 +48,8 @@ pub struct WindowConfig {
     pub speed: f64,
     /// What is free for so long a way is free, m. Default 2.
     pub far: f64,
+    /// Room that an arc keeps to people beyond that to things to count as free, m. Default 0.4.
+    pub berth: f64,
 }
 
 impl Default for WindowConfig {
@@ -56,6 +60,7 @@ impl Default for WindowConfig {
             distance: 0.2,
             speed: 0.2,
             far: 2.0,
+            berth: 0.4,
         }
     }
 }
@@ -66,18 +71,30 @@ const TURNS: u32 = 15;
 /// Turn rates below this make a straight line, rad/m.
 const STRAIGHT: f64 = 1e-6;
 
+/// What stands around, robot frame of the last scan, m.
+#[derive(Clone, Copy, Debug)]
+pub struct People<'a> {
+    /// All points.
+    pub points: &'a Points,
+    /// Those of who walks.
+    pub walkers: &'a [Point2<f64>],
+}
+
 /// The speeds (m/s, rad/s) with the greatest G for a robot that wants to `aim` (robot frame, m); `None` where none is admissible.
-/// `points` stand in the robot frame of the last scan.
 #[must_use]
 pub fn choose_in_window(
     aim: Point2<f64>,
-    points: &Points,
+    around: &People,
     underway: &Underway,
     model: &RobotModel,
     (safe, config): (&SafeConfig, &WindowConfig),
 ) -> Option<(f64, f64)> {
     let radius = model.radius() + safe.gap;
-    let near = points_within(points, &underway.since_scan, radius + config.far);
+    let near = points_within(around.points, &underway.since_scan, radius + config.far);
+    let robot_from_scan = underway.since_scan.inverse();
+    let people: Vec<Point2<f64>> = (around.walkers.iter())
+        .map(|walker| robot_from_scan * *walker)
+        .collect();
     let brake = safe.braking * model.max_acceleration;
     let mut best: Option<(f64, (f64, f64))> = None;
     for (forward, turn) in window(underway.runs, model, config.period) {
@@ -85,6 +102,10 @@ pub fn choose_in_window(
         if forward * safe.reaction + forward * forward / (2.0 * brake) > free {
             continue;
         }
+        let wish = (forward, turn);
+        let (forward, _) = limit_among_walkers(wish, around.walkers, underway, model, safe);
+        let apart = radius + config.berth;
+        let free = free_on_arc((forward, turn), &people, apart, config.far).min(free);
         let off = heading_error(aim, (forward, turn), model, config.period);
         let value = config.heading * (1.0 - off / PI)
             + config.distance * free / config.far
@@ -147,7 +168,8 @@ fn points_within(
 }
 
 /// How far a disc of `radius` moves forward on the arc of the speeds until it touches one of the points, m; at most `most`. A point within
-/// the disc stops it at once where it is in front, and not at all where it is behind.
+/// the disc stops it at once where it is in front, or beside and farther in than the arc's centre: the disc would come round to it. Else
+/// it is left behind.
 ///
 /// The middle of the disc is at distance ρ = v/ω of the arc's centre, a point at distance d; they are `radius` apart where the angle
 /// between them has cosine (ρ² + d² − radius²) / (2 ρ d).
@@ -158,7 +180,7 @@ fn free_on_arc((forward, turn): (f64, f64), points: &[Point2<f64>], radius: f64,
     let bend = turn / forward;
     let touches = points.iter().filter_map(|point| {
         if point.coords.norm() < radius {
-            return (point.x > 0.0).then_some(0.0);
+            return (point.x > 0.0 || bend * point.y > 1.0).then_some(0.0);
         }
         if bend.abs() < STRAIGHT {
             let ahead = (radius * radius - point.y * point.y).max(0.0).sqrt();

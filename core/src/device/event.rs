@@ -13,6 +13,9 @@ pub enum Event {
     Odometry(Odometry),
     /// A whole sweep; it passed [`Scan::validate`].
     Scan(Scan),
+    /// A few readings on the move, of a robot that scans only standing: they tell who came, and are nothing to map. It passed
+    /// [`Scan::validate`].
+    Look(Scan),
     /// Single readings of rangers.
     Rangers {
         /// When.

@@ -69,7 +69,8 @@ impl Devices {
                 damaged: link.damaged,
                 skipped: link.skipped,
             }),
-            Event::Busy { .. } => return None,
+            // What a look means for driving is known here.
+            Event::Busy { .. } | Event::Look(_) => return None,
             Event::Device {
                 state,
                 model,

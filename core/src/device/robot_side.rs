@@ -102,6 +102,10 @@ impl RobotSide {
             return consequence;
         }
         match event {
+            Event::Look(look) => {
+                let safe_mode = self.safe_mode.as_mut();
+                consequence.correction = safe_mode.and_then(|safe_mode| safe_mode.look(look));
+            }
             Event::Odometry(odometry) => {
                 if odometry.from < self.newest.0 {
                     self.begin_anew();

@@ -6,6 +6,7 @@
 //!    anew all the time by whoever drives; where none came for a quarter of a second the source itself stops the robot.
 //! 3. The robot's stamps are put on the bridge's clock ([`crate::wire::ClockMap`]), on which the scans of other devices are.
 //! 4. Each sweep of its rangers becomes a scan, on that clock too.
+//!    A robot that drives looks by single readings meanwhile (`looks`).
 //! 5. An emergency stop is remembered while nobody answers, and given again to a robot that comes back.
 
 use std::collections::VecDeque;
@@ -21,6 +22,7 @@ use crate::device::line::{Device, Want, Weight};
 use crate::device::report::Report;
 
 mod errand;
+mod looks;
 mod robot;
 mod sweeps;
 #[cfg(test)]
@@ -28,7 +30,7 @@ mod tests;
 pub mod words;
 
 use robot::{Motion, Robot};
-use sweeps::Sweeps;
+use sweeps::{Sweeps, Swept};
 
 /// Seconds between two signs of life.
 const ALIVE: f64 = 0.1;
@@ -151,7 +153,8 @@ impl Rp6 {
             ..odometry
         };
         robot.last_end = Some(stamp);
-        if robot.may_be_done(now) && !telemetry.state.moving() && !telemetry.state.sweeping() {
+        let sweeps = telemetry.state.sweeping() && !robot.looks.moves;
+        if robot.may_be_done(now) && !telemetry.state.moving() && !sweeps {
             robot.motion = Motion::None;
         }
         let [left, right] = [
@@ -180,6 +183,7 @@ impl Rp6 {
         self.wants.extend(events.map(Want::Tell));
         self.fault(telemetry.fault);
         self.sweep(|sweeps| sweeps.telemetry(telemetry));
+        self.look_on(telemetry, now);
         // The end of an errand comes after its scan.
         if is_due {
             self.busy = None;
@@ -219,19 +223,23 @@ impl Rp6 {
     }
 
     /// Tells the sweep that this ends, if it ends one.
-    fn sweep(&mut self, end: impl FnOnce(&mut Sweeps) -> Option<Scan>) {
+    fn sweep(&mut self, end: impl FnOnce(&mut Sweeps) -> Option<Swept>) {
         let Some(robot) = &mut self.robot else {
             return;
         };
-        let Some(mut scan) = robot.sweeps.as_mut().and_then(end) else {
+        let Some(swept) = robot.sweeps.as_mut().and_then(end) else {
             return;
+        };
+        let (mut scan, event): (Scan, fn(Scan) -> Event) = match swept {
+            Swept::Scan(scan) => (scan, Event::Scan),
+            Swept::Look(look) => (look, Event::Look),
         };
         let Some(stamp) = robot.host_time((scan.stamp.0 / 1000) as u32) else {
             return;
         };
         scan.stamp = stamp;
         match scan.validate() {
-            Ok(()) => self.tell(Event::Scan(scan)),
+            Ok(()) => self.tell(event(scan)),
             Err(error) => self.note(Weight::Warning, error.to_string()),
         }
     }
@@ -276,6 +284,7 @@ impl Rp6 {
             _ => Motion::Errand(now),
         };
         robot.errand_taken = None;
+        robot.looks.moves = wire.moves();
         if wire.moves() && !self.link.is_armed() && self.link.arm().is_err() {
             return;
         }

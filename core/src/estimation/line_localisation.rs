@@ -100,27 +100,10 @@ impl LineLocaliser {
         association: AssociationConfig,
     ) -> Result<Self, EkfError> {
         association.validate()?;
-        let at = &start.pose;
-        let numbers = [
-            ("start.pose", at.x() + at.y() + at.heading()),
-            ("start.cov", start.cov.sum()),
-            ("prior.curvature", prior.curvature),
-            ("prior.turn_scale", prior.turn_scale),
-        ];
-        if let Some(&(field, value)) = numbers.iter().find(|(_, value)| !value.is_finite()) {
-            return Err(EkfError::Setting {
-                field,
-                value,
-                expected: "finite numbers",
-            });
-        }
-        let mut state = RobotState::new(prior);
-        state.pose = start.pose;
-        state.cov.fixed_view_mut::<3, 3>(0, 0).copy_from(&start.cov);
         Ok(Self {
             map,
             association,
-            state,
+            state: RobotState::starting(start, prior)?,
         })
     }
 
@@ -134,9 +117,7 @@ impl LineLocaliser {
     ///
     /// # Errors   [`EkfError::Odometry`]; then nothing has changed.
     pub fn predict(&mut self, odometry: &Odometry) -> Result<(), EkfError> {
-        odometry.validate()?;
-        self.state = self.state.moved_by(odometry);
-        Ok(())
+        self.state.predict(odometry)
     }
 
     /// Steps 2 and 3: takes in the lines of one scan, robot frame; tells which of them were found in the map.

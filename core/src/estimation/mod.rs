@@ -11,6 +11,7 @@ mod measures;
 mod odometry_fit;
 mod pose_graph;
 mod relations;
+mod scan_localisation;
 mod scan_matching;
 mod submap;
 mod sweep_smoother;
@@ -31,6 +32,7 @@ pub use odometry_fit::{
 };
 pub use pose_graph::{Edge, GraphError, GraphReport, Kernel, PoseGraph, information_at_end};
 pub use relations::{RelationErrors, relation_errors};
+pub use scan_localisation::{ScanLocaliser, ScanLocaliserConfig};
 pub use scan_matching::{MatchReport, ScanMatcher, ScanMatcherConfig, ScanMatcherError};
 pub use submap::ClosureConfig;
 pub use sweep_smoother::{BeamPose, SweepSmoother};

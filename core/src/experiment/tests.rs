@@ -1,6 +1,8 @@
 //! The cycle: the same bits stage by stage, every stage in its turn, and every sensor that can look round gets to its goal.
 
 mod beside;
+mod outline;
+mod people;
 mod turning;
 
 use nalgebra::Point2;

@@ -17,7 +17,9 @@ mod file;
 mod file_tests;
 mod room;
 mod svg;
+mod svg_copies;
 mod svg_shape;
+mod svg_style;
 #[cfg(test)]
 mod tests;
 

@@ -1,8 +1,9 @@
-//! Angles, poses, lines, segments and covariances: the vocabulary of every other module.
+//! Angles, poses, lines, segments, outlines and covariances: the vocabulary of every other module.
 
 mod angle;
 mod chi2;
 mod covariance;
+mod footprint;
 mod line;
 mod pose2;
 mod ring;
@@ -11,6 +12,7 @@ mod segment;
 pub use angle::{sin_cos, wrap};
 pub use chi2::chi2_quantile;
 pub use covariance::{CHI2_2DOF_95, CHI2_2DOF_99, Ellipse, PoseEstimate, symmetrize};
+pub use footprint::{Footprint, FootprintError};
 pub use line::Line;
 pub use pose2::Pose2;
 pub use ring::sides_of;

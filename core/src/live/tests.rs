@@ -3,6 +3,8 @@
 use nalgebra::Point2;
 
 use super::*;
+use crate::estimation::KnownLine;
+use crate::geom::Segment;
 use crate::pilot::{Finish, Status};
 use crate::replay::{Log, Replay};
 use crate::robot::Robot;
@@ -157,6 +159,7 @@ fn live() -> Live {
         name: "test".to_owned(),
         token: Some("secret".to_owned()),
         method: Method::LineEkf,
+        known: None,
         seed: 1,
     })
     .unwrap()
@@ -182,7 +185,10 @@ fn replayed(told: &[(u64, FromBridge)]) -> Replay {
 
 /// Drives to a goal; where the robot stood at the end, and what it did until then.
 fn drive_to(goal: Point2<f64>, sensor: SensorModel) -> (Bridge, Live) {
-    let (mut bridge, mut live) = (Bridge::new(sensor), live());
+    drive(Bridge::new(sensor), live(), goal)
+}
+
+fn drive(mut bridge: Bridge, mut live: Live, goal: Point2<f64>) -> (Bridge, Live) {
     bridge.greet(&mut live);
     bridge.hear(&mut live);
     live.take_wheel(bridge.micros(), false);
@@ -227,6 +233,48 @@ fn a_robot_behind_a_bridge_is_driven_to_a_goal_and_mapped() {
     assert_eq!(replay.scans_done(), live.scans() as usize);
     assert_eq!(replay.slam().trajectory(), live.slam().trajectory());
     assert!(replay.time() > 2.0 && replay.odometry_trajectory().count() == replay.scans_done());
+}
+
+#[test]
+fn a_robot_behind_a_bridge_finds_itself_in_a_known_map_and_fits_another_building_worse() {
+    let goal = Point2::new(0.7, 0.0);
+    let known_to = |name: &str| {
+        let world = worlds::builtin(name).unwrap();
+        let walls: Vec<Segment> = world.walls().iter().map(|wall| wall.segment).collect();
+        let mut live = live();
+        live.config.method = Method::KnownMap;
+        live.config.known = Some(KnownMap {
+            lines: KnownLine::of_walls(&walls, &world.start.inverse()),
+            ..KnownMap::default()
+        });
+        live
+    };
+    let (mut bridge, mut live) = drive(Bridge::new(SensorModel::lidar()), known_to("arena"), goal);
+    // Whether it fits is said after thirty scans.
+    while live.scans() < 40 {
+        bridge.step(&mut live);
+    }
+    assert_eq!(live.slam().method(), Method::KnownMap);
+    let fit = live.slam().known_fit().unwrap();
+    assert!(!fit.is_misfit() && fit.part() > Some(0.9), "{fit:?}");
+    let error = (live.slam().estimate().pose.position() - truth(&bridge).position()).norm();
+    assert!(error < 0.02, "estimate is {error} m off");
+    // The maze is another building.
+    let (mut bridge, mut live) = (Bridge::new(SensorModel::lidar()), known_to("maze"));
+    bridge.greet(&mut live);
+    for _ in 0..200 {
+        bridge.step(&mut live);
+    }
+    let part = live.slam().known_fit().unwrap().part();
+    assert!(part.is_some_and(|part| part < 0.9), "{part:?}");
+}
+
+#[test]
+fn without_a_map_the_line_filter_draws_its_own() {
+    let mut live = live();
+    live.config.method = Method::KnownMap;
+    Bridge::new(SensorModel::lidar()).greet(&mut live);
+    assert_eq!(live.slam().method(), Method::LineEkf);
 }
 
 /// Sweeps of a robot that stands take seconds; the recording names the robot, and so it is mapped as one.

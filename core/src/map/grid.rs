@@ -31,7 +31,7 @@ mod tests;
 
 use std::sync::Arc;
 
-use nalgebra::{Point2, Vector2};
+use nalgebra::Point2;
 
 use self::area::Area;
 use self::block::{Cells, Marks, Odds};
@@ -194,21 +194,6 @@ impl Grid {
         self.write_marked();
     }
 
-    /// Believes a disc around `centre` to be free: the robot stands there, so nothing else does.
-    pub fn clear_disc(&mut self, centre: Point2<f64>, radius: f64) {
-        self.revision += 1;
-        let reach = Vector2::new(radius, radius);
-        let (low, high) = (self.cell_at(centre - reach), self.cell_at(centre + reach));
-        for row in low.row..=high.row {
-            for col in low.col..=high.col {
-                let cell = CellIndex { col, row };
-                if (self.centre_of(cell) - centre).norm() <= radius {
-                    self.write_miss(cell);
-                }
-            }
-        }
-    }
-
     /// The blocks that changed after `revision`, with their log-odds in rows from the lower left cell.
     pub fn blocks_since(&self, revision: u64) -> impl Iterator<Item = (BlockIndex, &[f32])> {
         self.directory
@@ -276,17 +261,6 @@ impl Grid {
     fn write_marked(&mut self) {
         lanes::run(WriteMarks(self));
         self.marked = 0;
-    }
-
-    fn write_miss(&mut self, cell: CellIndex) {
-        let (index, offset) = split(cell);
-        let Some(slot) = self.slot(index) else {
-            return;
-        };
-        if let Some(Some(block)) = self.directory.blocks.get_mut(slot) {
-            block.write_miss(offset, &self.odds);
-            block.revision = self.revision;
-        }
     }
 }
 

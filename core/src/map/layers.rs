@@ -165,7 +165,11 @@ mod tests {
         assert_eq!(known.blocks_since(0).len(), 2);
         let revision = known.revision();
         assert!(known.blocks_since(revision).is_empty());
-        sonar.clear_disc(Point2::new(0.5, 0.5), 0.1);
+        let near = Evidence {
+            free: vec![[Point2::new(0.01, 0.01), Point2::new(0.5, 0.5)]],
+            hits: vec![],
+        };
+        sonar.draw(&near, &Pose2::identity());
         let later = Layers {
             main: &laser,
             sonar: Some(&sonar),

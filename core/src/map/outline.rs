@@ -152,12 +152,13 @@ fn simplified(corners: &[Point2<f64>], tolerance: f64) -> Vec<Point2<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::sides_of;
     use proptest::prelude::*;
 
     fn area(polygon: &[Point2<f64>]) -> f64 {
-        let next = polygon.iter().cycle().skip(1);
-        let cross = polygon.iter().zip(next).map(|(a, b)| a.x * b.y - a.y * b.x);
-        0.5 * cross.sum::<f64>()
+        0.5 * sides_of(polygon)
+            .map(|(a, b)| a.coords.perp(&b.coords))
+            .sum::<f64>()
     }
 
     fn picture(rows: &[&str]) -> (usize, Vec<bool>) {
@@ -228,7 +229,7 @@ mod tests {
                     borders += i32::from(at(c, r) != at(c + 1, r)) + i32::from(at(c, r) != at(c, r + 1));
                 }
             }
-            let length: f64 = found.iter().map(|p| p.iter().zip(p.iter().cycle().skip(1)).map(|(a, b)| (b - a).norm()).sum::<f64>()).sum();
+            let length: f64 = found.iter().map(|p| sides_of(p).map(|(a, b)| (b - a).norm()).sum::<f64>()).sum();
             prop_assert!((length - f64::from(borders)).abs() < 1e-9);
         }
 
@@ -236,7 +237,7 @@ mod tests {
         fn no_corner_is_farther_off_than_allowed(width in 2_usize..14, cells in proptest::collection::vec(any::<bool>(), 4..140), tolerance in 0.3..2.0_f64) {
             let cells = &cells[..(cells.len() / width) * width];
             let kept = outlines(width, cells, tolerance);
-            let segments: Vec<_> = kept.iter().flat_map(|p| p.iter().zip(p.iter().cycle().skip(1)).map(|(a, b)| crate::geom::Segment::new(*a, *b))).collect();
+            let segments: Vec<_> = kept.iter().flat_map(|p| sides_of(p).map(|(a, b)| crate::geom::Segment::new(*a, *b))).collect();
             for corner in outlines(width, cells, 0.0).iter().filter(|p| area(p).abs() > 40.0).flatten() {
                 let off = segments.iter().map(|s| s.distance(*corner)).fold(f64::INFINITY, f64::min);
                 // Half a side from a corner to the next middle.

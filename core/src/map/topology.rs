@@ -18,16 +18,15 @@
 //!    (`regions`).
 //!
 //! Sources: Thrun (1998), "Learning metric-topological maps for indoor mobile robot navigation"; Bormann et al. (2016), "Room
-//! segmentation: survey, implementation, and analysis", who compare its kin. Linear in cells but for the islands' and doors' own size,
-//! and for a pass over all gaps for each region too small for a room.
+//! segmentation: survey, implementation, and analysis", who compare its kin. Linear in cells but for the islands' and doors' own size.
 //! What it cannot tell: a corridor as narrow as its doors is no region of its own.
 
+mod disjoint_sets;
 mod doors;
 mod flood;
 mod floor;
 mod outline;
 mod regions;
-mod sets;
 #[cfg(test)]
 mod tests;
 mod unite;
@@ -178,7 +177,7 @@ impl Topology {
         let floor = Floor::new(rect, resolution, states, config);
         let basins = flood::basins(&floor, config);
         let gaps = doors::gaps(&floor, &basins);
-        let plan = unite::unite(&floor, &basins, &gaps, config);
+        let plan = unite::unite(&floor, basins, &gaps, config);
         regions::gather(rect, &floor, &plan, &gaps, config)
     }
 

@@ -1,40 +1,103 @@
 //! Leaving the way for people who stand or walk in it.
+//!
+//! In: the speeds that the follower wishes. Out: those speeds, or those of the dynamic window.
+//!
+//! 1. The window is asked only while people hold the robot up: safe mode has cut the wish below [`HELD`] of it, because of somebody who
+//!    walks, for [`HELD_FOR`]. Most people are out of the way by then, and whoever turns aside for them drives farther for nothing.
+//! 2. It is done as soon as safe mode would let [`FREE`] of the follower's wish through.
+//!
+//! The times and parts are ours.
 
 use nalgebra::Point2;
 
 use super::{Pilot, Situation};
-use crate::control::{Avoidance, Underway, choose_in_window};
+use crate::control::{Avoidance, People, choose_in_window};
 use crate::plan::Path;
+use crate::points::Points;
+use crate::robot::Stamp;
 
 /// How far ahead on its way the robot looks for where to go, m.
 const AHEAD: f64 = 1.0;
+/// Who is let through less of its wish than this is held up; whoever is let through more than that is free again.
+const HELD: f64 = 0.5;
+const FREE: f64 = 0.8;
+/// Who was held up for so long goes around, s.
+const HELD_FOR: f64 = 1.0;
+
+/// Somebody so near may be what it cannot pass, m.
+const NEAR: f64 = 1.0;
+
+/// Whether it goes around somebody.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Detour {
+    /// Held up since.
+    held: Option<Stamp>,
+    is_on: bool,
+}
+
+impl Detour {
+    /// Takes which part of its wish the robot is let through.
+    fn update(&mut self, part: f64, now: Stamp) {
+        if part >= FREE || (part >= HELD && !self.is_on) {
+            *self = Self::default();
+            return;
+        }
+        let since = *self.held.get_or_insert(now);
+        self.is_on |= now.since(since) >= HELD_FOR;
+    }
+}
 
 impl Pilot {
-    /// The speeds that the follower wishes; or, where somebody walks about and it is to go around them, those of the dynamic window.
-    /// Without an admissible pair the wish stays, for safe mode to limit.
-    pub(super) fn around_people(&self, wish: (f64, f64), now: &Situation) -> (f64, f64) {
+    /// The speeds that the follower wishes; or, where somebody holds the robot up and it is to go around them, those of the dynamic window.
+    /// The window is the disc's: a robot that goes by its outline keeps to its way. Without an admissible pair the wish stays, for safe mode to limit.
+    pub(super) fn around_people(&mut self, wish: (f64, f64), now: &Situation) -> (f64, f64) {
         let turns_on_spot = wish.0 <= 0.0;
-        if self.config.avoidance == Avoidance::KeepsToWay || now.walkers.is_empty() || turns_on_spot
-        {
+        let (Some(points), false) = (now.points, turns_on_spot) else {
+            return wish;
+        };
+        if self.config.avoidance == Avoidance::KeepsToWay || self.goes_by_outline(now) {
             return wish;
         }
-        let (Some(points), Some(follower)) = (now.points, &self.errand.follower) else {
+        let part = self.part_let_through(wish, points, now);
+        self.errand.detour.update(part, now.stamp);
+        if !self.errand.detour.is_on {
             return wish;
-        };
+        }
         let here = now.estimate.pose;
-        let Some(aim) = point_along(&follower.remaining(here.position()), AHEAD) else {
+        let follower = self.errand.follower.as_ref();
+        let ahead = follower.and_then(|f| point_along(&f.remaining(here.position()), AHEAD));
+        let Some(aim) = ahead else {
             return wish;
         };
-        let underway = Underway {
-            told: self.told,
-            runs: now.speeds,
-            since_scan: now.motion_since_scan,
-            scan_age: now.stamp.since(points.stamp),
+        let underway = self.underway(points, now);
+        let people = People {
+            points,
+            walkers: now.walkers,
         };
         let configs = (&self.config.safe, &self.config.window);
         let aim = here.inverse() * aim;
-        choose_in_window(aim, points, &underway, &self.model, configs).unwrap_or(wish)
+        choose_in_window(aim, &people, &underway, &self.model, configs).unwrap_or(wish)
     }
+
+    /// What people leave of the speed that things leave. Separation keeps it farther off people than off things: where things let it go
+    /// nowhere, they are people only if some are near.
+    fn part_let_through(&self, wish: (f64, f64), points: &Points, now: &Situation) -> f64 {
+        if now.walkers.is_empty() {
+            return 1.0;
+        }
+        let safe = self.limited(wish, points, now, &self.config.safe);
+        if safe.among_things.0 > 0.0 {
+            return safe.among_people.0 / safe.among_things.0;
+        }
+        f64::from(u8::from(!people_are_near(now)))
+    }
+}
+
+/// Whether somebody walks about, or did a moment ago, right beside the robot.
+pub(super) fn people_are_near(now: &Situation) -> bool {
+    let here = now.motion_since_scan.position();
+    let mut walkers = now.walkers.iter();
+    walkers.any(|walker| (walker - here).norm() < NEAR)
 }
 
 /// The point so far along a path, or its end; `None` of an empty one.

@@ -4,15 +4,17 @@
 //! 2. A leg ends where the map does, and where odometry would have lost the heading: tracks slip by degrees in a turn or
 //!    a metre, and the next scan has to find walls where the filter's first order still holds. A turn that uses all of
 //!    that up is followed by a scan, then by the leg.
+//! 3. A leg ends early where a bumper is pressed, and where a look on the move shows that somebody came whom the robot could not stand
+//!    before at its speed ([`leg_is_safe`]); then it looks round again. After such a look while it turned the leg is not begun.
 //!
 //! Source: TDK 2016 §6.3: scan, plan, truncate the path to what has been seen (first turn and first leg, the leg no
-//! longer than the sensor sees), command, repeat. Step 2 is ours.
+//! longer than the sensor sees), command, repeat. Steps 2 and 3 are ours.
 
 use nalgebra::Point2;
 
 use super::stages::{Cut, StageReport};
 use super::{Pilot, Situation, Status};
-use crate::control::free_distance;
+use crate::control::{free_distance, leg_is_safe};
 use crate::geom::{Pose2, Segment, wrap};
 use crate::map::CellState;
 use crate::robot::{Command, RobotModel, Stamp, Tracks};
@@ -69,6 +71,28 @@ impl Pilot {
                 Next::Wait => return None,
             }
         }
+    }
+
+    /// While a turn, a leg or a sweep is under way: whether it ends here.
+    pub(super) fn under_way(&mut self, has_bumped: bool, now: &Situation) -> Option<Command> {
+        if has_bumped && matches!(self.phase, Phase::Going(_)) {
+            return Some(Command::Stop);
+        }
+        if self.somebody_came(now.speeds.0, now) {
+            // It ends for no fault of the way: nothing to back off from.
+            self.phase = Phase::Look;
+            return Some(Command::Stop);
+        }
+        None
+    }
+
+    /// Whether somebody came whom a robot that runs forward (back, where negative) could not stand before.
+    fn somebody_came(&self, forward: f64, now: &Situation) -> bool {
+        let config = &self.config.safe;
+        now.points.is_some_and(|points| {
+            let underway = self.underway(points, now);
+            !leg_is_safe(forward, now.walkers, &underway, &self.model, config)
+        })
     }
 
     /// One stage of the cycle.
@@ -205,6 +229,10 @@ impl Pilot {
             self.phase = Phase::Leg(to, turns + 1);
             self.cycle.tell(StageReport::Turn { angle });
             return Next::Tell(Command::Turn(angle));
+        }
+        if self.somebody_came(self.model.max_speed, now) {
+            self.phase = Phase::Look;
+            return Next::Wait;
         }
         self.phase = Phase::Going(pose.position());
         let wished = way.norm();

@@ -2,16 +2,18 @@
 
 use nalgebra::Point2;
 
+use super::around::Detour;
+use super::blocked::{is_blocked, outline_is_blocked};
 use super::explorer::{Explorer, Reason};
 use super::{Failure, Finish, Mode, Pilot, Situation, Status};
 use crate::control::{Follower, ProgressWatch};
 use crate::geom::Segment;
-use crate::map::{CellIndex, CellRect, CellState, Grid};
+use crate::map::CellState;
 use crate::plan::{
-    ConfigSpace, Frontier, FrontierChoice, GridSpace, NoPath, Path, Route, SAME_GOAL, Unknown,
-    Wavefront, find_frontiers, order_by_tour, plan_route, rect_around,
+    Frontier, FrontierChoice, GridSpace, NoPath, Planner, Route, SAME_GOAL, Unknown, Wavefront,
+    find_frontiers, order_by_tour, plan_outline_route, plan_route, rect_around,
 };
-use crate::robot::Stamp;
+use crate::robot::{BodyShape, Stamp};
 
 /// State of one errand; a new mode begins with a new one.
 #[derive(Clone, Debug, Default)]
@@ -22,6 +24,7 @@ pub(super) struct Errand {
     pub(super) explorer: Explorer,
     pub(super) goal: Option<Point2<f64>>,
     pub(super) watch: ProgressWatch,
+    pub(super) detour: Detour,
     pub(super) backing_until: Option<Stamp>,
     pub(super) stuck: usize,
     /// Not planned or reviewed again before.
@@ -82,7 +85,15 @@ impl Pilot {
         if let (Some(follower), Some(route)) = (&self.errand.follower, &self.errand.route) {
             let ahead = follower.remaining(here);
             let keep = self.model.radius() + route.least_margin();
-            if is_blocked(now.grid, &ahead, keep, self.config.review_reach) {
+            let reach = self.config.review_reach;
+            // Of the outline so much less than a cell is thicker than the wall in it.
+            let is_blocked = match self.model.outline(-0.5 * now.grid.resolution()) {
+                Some(outline) if route.by == Planner::Outline => {
+                    outline_is_blocked(now.grid, &ahead, &outline, reach)
+                }
+                _ => is_blocked(now.grid, &ahead, keep, reach),
+            };
+            if is_blocked {
                 self.errand.drop_route();
             }
         }
@@ -229,8 +240,7 @@ impl Pilot {
     /// # Errors    [`NoPath::StartBlocked`] where the robot is enclosed.
     fn look_for_frontiers(&self, now: &Situation) -> Result<Vec<Frontier>, NoPath> {
         let here = now.estimate.pose.position();
-        let narrowest = self.config.route.margins.last().copied().unwrap_or(0.0);
-        let keep = self.model.radius() + narrowest;
+        let keep = self.model.radius() + self.config.route.narrowest();
         let Some(rect) = rect_around(now.grid, &[here], 2, i32::MAX) else {
             return Ok(vec![]);
         };
@@ -277,6 +287,12 @@ impl Pilot {
         }
     }
 
+    /// Whether a goal was given to a robot that is no disc and looks round as it drives.
+    pub(super) fn goes_by_outline(&self, now: &Situation) -> bool {
+        let is_disc = self.model.shape == BodyShape::Disc;
+        matches!(self.mode, Mode::GoTo(_)) && !is_disc && !now.scans_on_command
+    }
+
     fn route_to(
         &mut self,
         goal: Point2<f64>,
@@ -295,7 +311,14 @@ impl Pilot {
         }
         self.errand.goal = Some(goal);
         let radius = self.model.radius();
-        match plan_route(now.grid, start, goal, radius, &config, &mut self.rng) {
+        let of_disc = plan_route(now.grid, start, goal, radius, &config, &mut self.rng);
+        let planned = match of_disc {
+            Err(_) if self.goes_by_outline(now) => {
+                plan_outline_route(now.grid, &now.estimate.pose, goal, &self.model, &config)
+            }
+            of_disc => of_disc,
+        };
+        match planned {
             Ok(route) => {
                 // The cycle drives straight legs.
                 let is_rounded = !route.pieces.is_empty() && !now.scans_on_command;
@@ -334,50 +357,5 @@ impl Pilot {
             let (x, y) = (now.estimate.pose.x(), now.estimate.pose.y());
             self.status = Status::Failed(Failure::Stuck { x, y, attempts });
         }
-    }
-}
-
-/// Whether a wall stands in the next `reach` metres of a path. The first decimetres do not count: the robot stands
-/// there, and may be leaving a place that is too near to a wall.
-fn is_blocked(grid: &Grid, ahead: &Path, keep: f64, reach: f64) -> bool {
-    let mut left = reach;
-    let mut skip = 0.15;
-    for leg in ahead.legs() {
-        let length = leg.length();
-        if length <= skip {
-            skip -= length;
-            continue;
-        }
-        let along = leg.vector() / length;
-        let part = Segment::new(
-            leg.a + along * skip,
-            leg.a + along * length.min(skip + left),
-        );
-        skip = 0.0;
-        let space = GridSpace::new(grid, rect_of(grid, &part, keep), keep, Unknown::Free);
-        if !space.leg_is_free(&part) {
-            return true;
-        }
-        left -= part.length();
-        if left <= 0.0 {
-            break;
-        }
-    }
-    false
-}
-
-/// The cells around a leg.
-fn rect_of(grid: &Grid, leg: &Segment, spare: f64) -> CellRect {
-    let (a, b) = (grid.cell_at(leg.a), grid.cell_at(leg.b));
-    let spare = (spare / grid.resolution()).ceil() as i32 + 2;
-    CellRect {
-        min: CellIndex {
-            col: a.col.min(b.col) - spare,
-            row: a.row.min(b.row) - spare,
-        },
-        max: CellIndex {
-            col: a.col.max(b.col) + spare + 1,
-            row: a.row.max(b.row) + spare + 1,
-        },
     }
 }

@@ -215,6 +215,7 @@ impl fmt::Display for StageReport {
                     Planner::ThetaStar => "found by Theta*",
                     Planner::Rooms => "found from room to room",
                     Planner::Visibility => "found by the visibility graph",
+                    Planner::Outline => "found over places and headings",
                     Planner::Wavefront => "found by a wave over the grid",
                 };
                 let (x, y) = (goal.x, goal.y);

@@ -10,23 +10,26 @@
 //!    does not depend on who else takes part.
 //! 3. Lengths are held against that of the visibility graph, which is the shortest there is; over a grid, where there is no
 //!    such graph, against the shortest found.
-//! 4. If one found nothing and the visibility graph has proved nothing, a flood may prove that there is nothing.
+//! 4. For a robot that is no disc one more takes part, [`Planner::Outline`], which plans for the outline; all others plan for the disc
+//!    around it. Nobody's path is then known to be the shortest.
+//! 5. If one found nothing and the visibility graph has proved nothing, a flood may prove that there is nothing.
+
+mod entrant;
 
 use nalgebra::Point2;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 
+use self::entrant::Entrant;
 use super::cspace::{ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown, rect_around};
 use super::path::{NoPath, Path, Planner};
-use super::query::{Progress, Query};
+use super::query::Query;
 use super::rooms::NoRooms;
 use super::rrt::RrtConfig;
 use super::sampler::Sampler;
 use super::search::Search;
-use crate::geom::Segment;
+use crate::geom::{Footprint, Segment};
 use crate::map::Grid;
 
-/// The planners that a contest knows.
+/// The planners that a contest of discs knows.
 pub const CONTESTANTS: [Planner; 8] = [
     Planner::Rrt,
     Planner::RrtConnect,
@@ -65,6 +68,24 @@ impl Default for ContestConfig {
             slice: 0.004,
             rrt: RrtConfig::default(),
             seed: 1,
+        }
+    }
+}
+
+/// The robot that a path is looked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContestBody {
+    /// Distance that its centre keeps from walls, taken as a disc, m.
+    pub keep: f64,
+    /// Its outline, where it is no disc; at the start it may have any heading.
+    pub outline: Option<Footprint>,
+}
+
+impl From<f64> for ContestBody {
+    fn from(keep: f64) -> Self {
+        Self {
+            keep,
+            outline: None,
         }
     }
 }
@@ -115,22 +136,11 @@ pub struct Shortest {
     pub is_optimum: bool,
 }
 
-struct Entrant {
-    planner: Planner,
-    search: Option<Search>,
-    refused: Option<NoPath>,
-    rng: ChaCha8Rng,
-    /// Iterations of the next turn.
-    budget: usize,
-    seconds: f64,
-    is_over: bool,
-    /// Time taken, s, and length, m, whenever the path became shorter.
-    curve: Vec<(f64, f64)>,
-}
-
 /// Planners that look for the same path in the same space.
 pub struct Contest {
     space: Box<dyn ConfigSpace>,
+    /// The same for the disc within the outline, and that.
+    outline: Option<(Box<dyn ConfigSpace>, Footprint)>,
     query: Query,
     config: ContestConfig,
     entrants: Vec<Entrant>,
@@ -150,12 +160,12 @@ impl std::fmt::Debug for Contest {
 }
 
 impl Contest {
-    /// Among walls, for a robot whose centre keeps `keep` metres away from them and inside the rectangle around them.
+    /// Among walls, for a robot whose centre keeps away from them and stays inside the rectangle around them.
     ///
     /// # Errors    [`ContestError`]: walls or distance that cannot be, start or goal that is not free.
     pub fn among_walls(
         walls: Vec<Segment>,
-        keep: f64,
+        body: impl Into<ContestBody>,
         query: Query,
         config: ContestConfig,
     ) -> Result<Self, ContestError> {
@@ -163,16 +173,21 @@ impl Contest {
         let (low, high) = ends.fold((query.start, query.start), |(low, high), end| {
             (low.inf(&end), high.sup(&end))
         });
+        let ContestBody { keep, outline } = body.into();
         let space = SegmentSpace::new(walls, keep, (low, high))?;
-        Ok(Self::new(Box::new(space), query, config)?)
+        let outline = outline.map(|outline| {
+            let within = space.with_keep(outline.radius_within());
+            (Box::new(within) as Box<dyn ConfigSpace>, outline)
+        });
+        Ok(Self::held(Box::new(space), outline, query, config)?)
     }
 
-    /// On a snapshot of a grid, for a robot whose centre keeps `keep` metres away from what is occupied.
+    /// On a snapshot of a grid, for a robot whose centre keeps away from what is occupied.
     ///
     /// # Errors    [`ContestError::Query`]: start or goal that is not free, or is far off the grid.
     pub fn on_grid(
         grid: &Grid,
-        keep: f64,
+        body: impl Into<ContestBody>,
         unknown: Unknown,
         query: Query,
         config: ContestConfig,
@@ -182,35 +197,33 @@ impl Contest {
         let (x, y) = (query.goal.x, query.goal.y);
         let rect =
             rect_around(grid, &ends, SPARE_CELLS, farthest).ok_or(NoPath::GoalBlocked { x, y })?;
+        let ContestBody { keep, outline } = body.into();
         let space = GridSpace::new(grid, rect, keep, unknown);
-        Ok(Self::new(Box::new(space), query, config)?)
+        let outline = outline.map(|outline| {
+            let within = space.clone().with_keep(outline.radius_within());
+            (Box::new(within) as Box<dyn ConfigSpace>, outline)
+        });
+        Ok(Self::held(Box::new(space), outline, query, config)?)
     }
 
-    /// In any space.
-    ///
-    /// # Errors    [`NoPath::StartBlocked`], [`NoPath::GoalBlocked`].
-    pub fn new(
+    fn held(
         space: Box<dyn ConfigSpace>,
+        outline: Option<(Box<dyn ConfigSpace>, Footprint)>,
         query: Query,
         config: ContestConfig,
     ) -> Result<Self, NoPath> {
-        query.check(&*space)?;
-        let entrant = |planner| Entrant {
-            planner,
-            search: None,
-            refused: None,
-            rng: ChaCha8Rng::seed_from_u64(config.seed),
-            budget: 1,
-            seconds: 0.0,
-            is_over: false,
-            curve: vec![],
-        };
+        // What the disc around refuses the outline may take.
+        query.check(outline.as_ref().map_or(&*space, |(within, _)| &**within))?;
+        let discs = CONTESTANTS.into_iter();
+        let planners = discs.chain(outline.is_some().then_some(Planner::Outline));
+        let entrants: Vec<Entrant> = planners.map(|p| Entrant::new(p, config.seed)).collect();
         Ok(Self {
             space,
+            outline,
             query,
             config,
-            entrants: CONTESTANTS.map(entrant).into(),
-            turn: CONTESTANTS.len() - 1,
+            turn: entrants.len() - 1,
+            entrants,
             apart: None,
         })
     }
@@ -225,11 +238,22 @@ impl Contest {
         };
         self.turn = turn;
         let entrant = &mut self.entrants[turn];
+        let of_outline = self.outline.as_ref();
+        let outline = of_outline.filter(|_| entrant.planner == Planner::Outline);
+        let space = outline.map_or(&*self.space, |(within, _)| &**within);
         let Some(search) = &mut entrant.search else {
-            entrant.begin(&*self.space, self.query, self.config.rrt);
+            let query = self.query;
+            let begun = match outline {
+                Some((_, outline)) => Search::for_outline(space, outline.clone(), query, None),
+                None => {
+                    let sampler = || Sampler::anywhere(space);
+                    Search::new(entrant.planner, space, query, self.config.rrt, sampler)
+                }
+            };
+            entrant.begin(begun, space);
             return true;
         };
-        let progress = search.step(&*self.space, &mut entrant.rng, entrant.budget);
+        let progress = search.step(space, &mut entrant.rng, entrant.budget);
         entrant.is_over = progress.is_over();
         true
     }
@@ -265,8 +289,10 @@ impl Contest {
         if self.apart.is_some() || self.entrants.iter().all(has_path) {
             return false;
         }
-        let is_joined = self.entrants.iter().any(has_path);
-        let is_proved = self.entrants.iter().any(Entrant::has_proof);
+        // An outline passes where the disc around it does not: it says nothing of the others.
+        let mut discs = self.entrants.iter().take(CONTESTANTS.len());
+        let is_joined = discs.clone().any(has_path);
+        let is_proved = discs.any(Entrant::has_proof);
         let Query { start, goal } = self.query;
         // Its time is no planner's.
         self.turn = self.entrants.len();
@@ -282,7 +308,12 @@ impl Contest {
         is_settled && self.entrants.iter().all(|e| e.is_over)
     }
 
-    /// How all stand, in the order of [`CONTESTANTS`].
+    /// Who takes part: [`CONTESTANTS`], and after them [`Planner::Outline`] for a robot that is no disc.
+    pub fn planners(&self) -> impl Iterator<Item = Planner> + '_ {
+        self.entrants.iter().map(|entrant| entrant.planner)
+    }
+
+    /// How all stand, in the order of [`Self::planners`].
     #[must_use]
     pub fn standings(&self) -> Vec<Standing> {
         let shortest = self.shortest();
@@ -311,7 +342,7 @@ impl Contest {
     #[must_use]
     pub fn shortest(&self) -> Option<Shortest> {
         let length = |e: &Entrant| e.curve.last().map(|last| last.1);
-        let graph = self.entrants.iter();
+        let graph = self.entrants.iter().filter(|_| self.outline.is_none());
         let mut graph = graph.filter(|e| e.planner == Planner::Visibility && e.is_over);
         if let Some(length) = graph.find_map(length) {
             return Some(Shortest {
@@ -333,7 +364,14 @@ impl Contest {
         let iterations = entrant.search.as_ref().map_or(0, Search::iterations);
         let own = entrant.failure().or(entrant.refused);
         match own {
-            Some(NoPath::NotOffered { .. }) => own,
+            Some(
+                NoPath::NotOffered { .. }
+                | NoPath::StartBlocked { .. }
+                | NoPath::GoalBlocked { .. },
+            ) => own,
+            _ if entrant.planner == Planner::Outline => {
+                own.or(Some(NoPath::BudgetSpent { iterations }))
+            }
             _ if self.apart == Some(true) => Some(self.query.unreachable()),
             _ => own.or(Some(NoPath::BudgetSpent { iterations })),
         }
@@ -367,34 +405,6 @@ impl Contest {
     #[must_use]
     pub fn ends(&self) -> [Point2<f64>; 2] {
         [self.query.start, self.query.goal]
-    }
-}
-
-impl Entrant {
-    fn begin(&mut self, space: &dyn ConfigSpace, query: Query, rrt: RrtConfig) {
-        let sampler = || Sampler::anywhere(space);
-        match Search::new(self.planner, space, query, rrt, sampler) {
-            Ok(mut search) => {
-                // A straight line is found at once.
-                self.is_over = search.step(space, &mut self.rng, 0).is_over();
-                self.search = Some(search);
-            }
-            Err(reason) => {
-                self.is_over = true;
-                self.refused = Some(reason);
-            }
-        }
-    }
-
-    fn failure(&self) -> Option<NoPath> {
-        match self.search.as_ref()?.progress() {
-            Progress::Failed(reason) => Some(reason),
-            _ => None,
-        }
-    }
-
-    fn has_proof(&self) -> bool {
-        matches!(self.failure(), Some(NoPath::Unreachable { .. }))
     }
 }
 

@@ -26,7 +26,7 @@ use nalgebra::Point2;
 use super::cspace::GridSpace;
 use super::view::view_gain;
 use super::wavefront::Wavefront;
-use crate::map::{CellIndex, CellState, RegionKind, Topology, TopologyConfig};
+use crate::map::{CellIndex, CellState, RegionKind, Rings, Topology, TopologyConfig, spread};
 
 /// Which of the frontiers is the best.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -258,18 +258,15 @@ fn cut(survey: &Survey, cells: Vec<usize>, longest: usize) -> Vec<Vec<usize>> {
     if cells.len() <= longest {
         return vec![cells];
     }
-    let steps_from = |seed: usize| {
+    let spread_from = |seed: usize| {
         let mut left: BTreeSet<usize> = cells.iter().copied().collect();
-        spread(survey, seed, &mut left)
+        spread_over(survey, seed, &mut left)
     };
-    let end = steps_from(cells[0])
-        .last()
-        .map_or(cells[0], |&(cell, _)| cell);
-    let steps = steps_from(end);
-    let bands = steps.chunk_by(|a, b| a.1 / longest == b.1 / longest);
-    let band = |band: &[(usize, usize)]| band.iter().map(|&(cell, _)| cell).collect();
+    let end = spread_from(cells[0]).cells().last().unwrap_or(cells[0]);
+    let bands = spread_from(end);
+    let bands = bands.bands(longest);
     bands
-        .flat_map(|cells| components(survey, band(cells)))
+        .flat_map(|band| components(survey, band.into_iter().collect()))
         .collect()
 }
 
@@ -277,24 +274,20 @@ fn cut(survey: &Survey, cells: Vec<usize>, longest: usize) -> Vec<Vec<usize>> {
 fn components(survey: &Survey, mut cells: BTreeSet<usize>) -> Vec<Vec<usize>> {
     let mut components = vec![];
     while let Some(seed) = cells.first().copied() {
-        let component = spread(survey, seed, &mut cells);
-        components.push(component.into_iter().map(|(cell, _)| cell).collect());
+        let component = spread_over(survey, seed, &mut cells);
+        components.push(component.cells().collect());
     }
     components
 }
 
-/// Takes out of `left` what is connected with `seed`: each cell with its number of steps, the nearest first.
-fn spread(survey: &Survey, seed: usize, left: &mut BTreeSet<usize>) -> Vec<(usize, usize)> {
+/// Takes out of `left` what is connected with `seed`.
+fn spread_over(survey: &Survey, seed: usize, left: &mut BTreeSet<usize>) -> Rings {
     left.remove(&seed);
-    let mut reached = vec![(seed, 0)];
-    let mut next = 0;
-    while next < reached.len() {
-        let (at, steps) = reached[next];
-        let found = survey.neighbours_8(at).filter(|to| left.remove(to));
-        reached.extend(found.map(|to| (to, steps + 1)));
-        next += 1;
-    }
-    reached
+    spread(
+        seed,
+        |cell| survey.neighbours_8(cell),
+        |to| left.remove(&to),
+    )
 }
 
 /// The states with their neighbourhoods.

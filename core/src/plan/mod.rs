@@ -4,7 +4,6 @@ mod a_star;
 mod branches;
 mod contest;
 mod cspace;
-mod footprint;
 mod frontier;
 #[cfg(test)]
 mod frontier_tests;
@@ -40,12 +39,13 @@ mod visibility;
 mod wavefront;
 
 pub use a_star::AStar;
-pub use contest::{CONTESTANTS, Contest, ContestConfig, ContestError, Shortest, Standing};
+pub use contest::{
+    CONTESTANTS, Contest, ContestBody, ContestConfig, ContestError, Shortest, Standing,
+};
 pub use cspace::{Both, ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown, rect_around};
-pub use footprint::{Footprint, FootprintError};
 pub use frontier::{Frontier, FrontierChoice, FrontierConfig, find_frontiers};
 pub use lattice::Lattice;
-pub use outline::{OutlineConfig, plan_outline};
+pub use outline::{OutlineConfig, OutlineSearch, follows, plan_outline, plan_outline_route};
 pub use path::{NoPath, Path, Planner};
 pub use pull_tight::pull_tight;
 pub use query::{Answer, Progress, Query};

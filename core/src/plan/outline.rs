@@ -1,6 +1,6 @@
 //! Paths for a robot that is not round: through doors that the disc around it does not pass.
 //!
-//! In: walls, an outline, from where to where, the heading at the start. Out: straight legs, with turns on the spot between them,
+//! In: walls, an outline, from where to where, the heading at the start unless any will do. Out: straight legs, with turns on the spot between them,
 //! that the outline follows without touching a wall; or the typed reason.
 //!
 //! 1. A state is a place on a raster whose origin is the start, and one of 16 headings, those of the raster's shortest steps. From a
@@ -12,17 +12,22 @@
 //!
 //! Source: Latombe (1991), "Robot motion planning", chapter 9, for the search over places and headings.
 
+mod corners;
+mod on_grid;
+
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::rc::Rc;
 
 use nalgebra::{Point2, Vector2};
 
-use super::cspace::{ConfigSpace, SegmentSpace};
-use super::footprint::Footprint;
+use super::cspace::ConfigSpace;
 use super::path::{NoPath, Path};
 use super::query::Query;
-use crate::geom::{Pose2, Segment, wrap};
+use crate::geom::{Footprint, Pose2, Segment, wrap};
+use corners::drop_corners;
+pub use corners::follows;
+pub use on_grid::plan_outline_route;
 
 /// How a path for an outline is looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,36 +50,37 @@ impl Default for OutlineConfig {
     }
 }
 
-/// Plans for an outline, from a heading in rad; at the goal it may have any.
+/// Plans for an outline, from a heading in rad, or from whichever is best; at the goal it may have any.
 ///
-/// `space` holds the walls and the bounds; the outline takes the place of the distance that it keeps.
+/// `space` holds the walls and the bounds; its centre keeps what the disc within the outline needs.
 ///
 /// # Errors    [`NoPath::StartBlocked`] where the outline does not fit at the start, [`NoPath::GoalBlocked`] where not even the disc
 /// within it fits at the goal, [`NoPath::Unreachable`] where that disc provably cannot get there, [`NoPath::Exhausted`] and
 /// [`NoPath::BudgetSpent`].
-pub fn plan_outline(
-    space: &SegmentSpace,
+pub fn plan_outline<S: ConfigSpace + ?Sized>(
+    space: &S,
     outline: &Footprint,
     query: Query,
-    heading: f64,
+    heading: Option<f64>,
     config: &OutlineConfig,
 ) -> Result<Path, NoPath> {
-    let within = space.with_keep(outline.radius_within());
-    query.check(&within)?;
-    let search = Search {
-        walls: space.segments(),
-        spare: outline.radius_around() - outline.radius_within(),
-        space: &within,
-        outline,
-        query,
-        config,
-        places: BTreeMap::new(),
-        numbers: BTreeMap::new(),
-        states: vec![],
-        open: BinaryHeap::new(),
-    };
-    let path = search.run(heading)?;
-    Ok(drop_corners(path, heading, outline, space.segments()))
+    let mut search = OutlineSearch::new(space, outline.clone(), query, heading, *config)?;
+    for _ in 0..config.max_iterations {
+        if !search.iterate(space) {
+            break;
+        }
+    }
+    match search.path() {
+        Some(path) => Ok(path.clone()),
+        // What the disc within cannot reach, the outline cannot.
+        None if space.are_apart(query.start, query.goal) => Err(query.unreachable()),
+        None if search.is_exhausted() => Err(NoPath::Exhausted {
+            iterations: search.iterations,
+        }),
+        None => Err(NoPath::BudgetSpent {
+            iterations: search.iterations,
+        }),
+    }
 }
 
 /// The 16 steps, in the order of their headings.
@@ -103,7 +109,7 @@ const NEAR: f64 = 3.0;
 type At = (i32, i32);
 
 /// What is known of a place: where it is, its room beyond the disc within the outline, and the walls that the outline might touch.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 struct Place {
     point: Point2<f64>,
     room: f64,
@@ -111,7 +117,7 @@ struct Place {
 }
 
 /// A place that was come to with a heading.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct State {
     at: At,
     heading: f64,
@@ -120,14 +126,16 @@ struct State {
     is_done: bool,
 }
 
-struct Search<'a> {
-    walls: &'a [Segment],
+/// A search over places and headings that can be gone on with, always in the space that it was begun in.
+#[derive(Clone, Debug)]
+pub struct OutlineSearch {
+    outline: Footprint,
+    query: Query,
+    /// At the start, rad; `None`: any.
+    heading: Option<f64>,
+    config: OutlineConfig,
     /// By how much the disc around is wider than the disc within, m.
     spare: f64,
-    space: &'a SegmentSpace,
-    outline: &'a Footprint,
-    query: Query,
-    config: &'a OutlineConfig,
     /// `None` for places that are not free.
     places: BTreeMap<At, Option<Place>>,
     /// By place and number of the step that led there.
@@ -135,62 +143,134 @@ struct Search<'a> {
     states: Vec<State>,
     /// Way and rest, as bits: those of numbers that are not negative are in order.
     open: BinaryHeap<Reverse<(u64, usize)>>,
+    iterations: usize,
+    path: Option<Path>,
 }
 
-impl Search<'_> {
-    fn run(mut self, heading: f64) -> Result<Path, NoPath> {
-        let Query { start, .. } = self.query;
-        let pose = Pose2::new(start.x, start.y, heading);
-        if !self.outline.fits(&pose, self.walls) {
+impl OutlineSearch {
+    /// Begins; see [`plan_outline`].
+    ///
+    /// # Errors    [`NoPath::StartBlocked`], [`NoPath::GoalBlocked`].
+    pub fn new<S: ConfigSpace + ?Sized>(
+        space: &S,
+        outline: Footprint,
+        query: Query,
+        heading: Option<f64>,
+        config: OutlineConfig,
+    ) -> Result<Self, NoPath> {
+        query.check(space)?;
+        let start = query.start;
+        let walls = space.walls_near(start, outline.radius_around());
+        let headings = match heading {
+            Some(heading) => vec![heading],
+            None => STEPS.iter().map(heading_of_step).collect(),
+        };
+        let fits = |heading: &f64| outline.fits(&Pose2::new(start.x, start.y, *heading), &walls);
+        let roots = headings.into_iter().filter(fits).enumerate();
+        let states: Vec<State> = roots
+            .map(|(number, heading)| State {
+                at: (0, 0),
+                heading,
+                way: 0.0,
+                from: number,
+                is_done: false,
+            })
+            .collect();
+        if states.is_empty() {
             let (x, y) = (start.x, start.y);
             return Err(NoPath::StartBlocked { x, y });
         }
-        self.states.push(State {
-            at: (0, 0),
+        Ok(Self {
+            spare: outline.radius_around() - outline.radius_within(),
+            outline,
+            query,
             heading,
-            way: 0.0,
-            from: 0,
-            is_done: false,
-        });
-        self.open.push(Reverse((0, 0)));
-        let mut iterations = 0;
-        while let Some(Reverse((_, number))) = self.open.pop() {
-            if std::mem::replace(&mut self.states[number].is_done, true) {
-                continue;
-            }
-            let state = self.states[number];
-            let Some(place) = self.place(state.at) else {
-                continue;
-            };
-            if self.reaches_goal(&state, &place) {
-                return Ok(self.path_to(number));
-            }
-            iterations += 1;
-            if iterations > self.config.max_iterations {
-                return Err(NoPath::BudgetSpent { iterations });
-            }
-            for step in 0..STEPS.len() {
-                self.try_step(number, &place, step);
-            }
-        }
-        // What the disc within cannot reach, the outline cannot.
-        if self.space.are_apart(start, self.query.goal) {
-            return Err(self.query.unreachable());
-        }
-        Err(NoPath::Exhausted { iterations })
+            config,
+            places: BTreeMap::new(),
+            numbers: BTreeMap::new(),
+            open: (0..states.len())
+                .map(|number| Reverse((0, number)))
+                .collect(),
+            states,
+            iterations: 0,
+            path: None,
+        })
     }
 
-    fn place(&mut self, at: At) -> Option<Place> {
-        let (space, walls, side) = (self.space, self.walls, self.config.side);
+    /// Expands one state; whether there is more to do.
+    pub fn iterate<S: ConfigSpace + ?Sized>(&mut self, space: &S) -> bool {
+        if self.path.is_some() {
+            return false;
+        }
+        let Some(Reverse((_, number))) = self.open.pop() else {
+            return false;
+        };
+        if std::mem::replace(&mut self.states[number].is_done, true) {
+            return true;
+        }
+        let state = self.states[number];
+        let Some(place) = self.place(space, state.at) else {
+            return true;
+        };
+        if self.reaches_goal(&state, &place) {
+            let path = self.path_to(space, number);
+            self.path = Some(drop_corners(path, self.heading, &self.outline, space));
+            return false;
+        }
+        self.iterations += 1;
+        for step in 0..STEPS.len() {
+            self.try_step(space, number, &place, step);
+        }
+        true
+    }
+
+    /// The path, once it is found.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_ref()
+    }
+
+    /// States expanded.
+    #[must_use]
+    pub fn iterations(&self) -> usize {
+        self.iterations
+    }
+
+    /// Whether all was tried.
+    #[must_use]
+    pub fn is_exhausted(&self) -> bool {
+        self.open.is_empty()
+    }
+
+    /// The steps that led to each state, to be drawn.
+    #[must_use]
+    pub fn edges(&self) -> Vec<Segment> {
+        let point = |at: At| self.places.get(&at)?.as_ref().map(|place| place.point);
+        let edge = |state: &State| {
+            let from = self.states[state.from].at;
+            // At the start nothing was driven yet.
+            if from == state.at {
+                return None;
+            }
+            Some(Segment::new(point(from)?, point(state.at)?))
+        };
+        self.states.iter().filter_map(edge).collect()
+    }
+
+    fn place<S: ConfigSpace + ?Sized>(&mut self, space: &S, at: At) -> Option<Place> {
+        let side = self.config.side;
         let point = self.query.start + Vector2::new(f64::from(at.0), f64::from(at.1)) * side;
         let reach = self.outline.radius_around() + (NEAR + 1.0) * side;
         let look = || {
             let room = space.room(point);
-            let near = walls.iter().filter(|wall| wall.distance(point) <= reach);
             (room >= 0.0).then(|| Place {
                 point,
                 room,
-                near: near.copied().collect(),
+                // Around the disc nothing is near, whatever the step.
+                near: match room >= self.spare + NEAR * side {
+                    true => Rc::from([]),
+                    false => space.walls_near(point, reach).into(),
+                },
             })
         };
         self.places.entry(at).or_insert_with(look).clone()
@@ -213,10 +293,16 @@ impl Search<'_> {
         is_near && (leg.length() == 0.0 || self.is_free(state.heading, place, &leg))
     }
 
-    fn try_step(&mut self, from: usize, place: &Place, step: usize) {
+    fn try_step<S: ConfigSpace + ?Sized>(
+        &mut self,
+        space: &S,
+        from: usize,
+        place: &Place,
+        step: usize,
+    ) {
         let state = self.states[from];
         let at = (state.at.0 + STEPS[step].0, state.at.1 + STEPS[step].1);
-        let Some(next) = self.place(at) else {
+        let Some(next) = self.place(space, at) else {
             return;
         };
         let leg = Segment::new(place.point, next.point);
@@ -246,11 +332,14 @@ impl Search<'_> {
     }
 
     /// The corners of the way over a state to the goal.
-    fn path_to(&mut self, number: usize) -> Path {
+    fn path_to<S: ConfigSpace + ?Sized>(&mut self, space: &S, number: usize) -> Path {
         let mut points = vec![self.query.goal];
         let mut at = number;
-        while at != 0 {
-            points.extend(self.place(self.states[at].at).map(|place| place.point));
+        while self.states[at].from != at {
+            points.extend(
+                self.place(space, self.states[at].at)
+                    .map(|place| place.point),
+            );
             at = self.states[at].from;
         }
         points.push(self.query.start);
@@ -265,28 +354,8 @@ fn heading_of(leg: &Segment) -> f64 {
     libm::atan2(along.y, along.x)
 }
 
-/// Step 4: again and again from the start, until every corner is needed.
-fn drop_corners(mut path: Path, heading: f64, outline: &Footprint, walls: &[Segment]) -> Path {
-    let mut at = 1;
-    let mut is_shorter = false;
-    while at + 1 < path.points.len() {
-        let before = match at {
-            1 => heading,
-            _ => heading_of(&Segment::new(path.points[at - 2], path.points[at - 1])),
-        };
-        let mut around = vec![path.points[at - 1]];
-        around.extend(path.points.iter().skip(at + 1).take(2));
-        if outline.follows(&Path { points: around }, before, walls) {
-            path.points.remove(at);
-            is_shorter = true;
-        } else {
-            at += 1;
-        }
-        if at + 1 >= path.points.len() && std::mem::take(&mut is_shorter) {
-            at = 1;
-        }
-    }
-    path
+fn heading_of_step(step: &(i32, i32)) -> f64 {
+    libm::atan2(f64::from(step.1), f64::from(step.0))
 }
 
 #[cfg(test)]

@@ -48,6 +48,8 @@ pub enum Planner {
     Rooms,
     /// Tangents of the walls' ends: the shortest path there is.
     Visibility,
+    /// Places and headings, for an outline that is no disc (Latombe 1991).
+    Outline,
     /// The cells of the grid, when the trees had spent their budget and the grid proved that there is a way.
     Wavefront,
 }

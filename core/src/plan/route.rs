@@ -69,6 +69,14 @@ impl Default for RouteConfig {
     }
 }
 
+impl RouteConfig {
+    /// The last margin to be tried, m: what a robot keeps at least.
+    #[must_use]
+    pub fn narrowest(&self) -> f64 {
+        self.margins.last().copied().unwrap_or(0.0)
+    }
+}
+
 /// How a path is made shorter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shortening {
@@ -140,7 +148,7 @@ pub struct RouteFailure {
 /// Part of the margin that rounding leaves.
 const LEAST_PART: f64 = 0.5;
 /// A goal farther than this off the map is no goal, m.
-const FARTHEST_OFF: f64 = 50.0;
+pub(super) const FARTHEST_OFF: f64 = 50.0;
 
 /// Plans from `start` to `goal` for a robot of the given radius.
 ///

@@ -16,6 +16,7 @@ use rand::Rng;
 use super::a_star::AStar;
 use super::cspace::ConfigSpace;
 use super::lattice::Lattice;
+use super::outline::{OutlineConfig, OutlineSearch};
 use super::path::{NoPath, Path, Planner};
 use super::query::{Answer, Progress, Query};
 use super::rooms::{NoRooms, RoomSearch};
@@ -25,7 +26,7 @@ use super::rrt_star::RrtStar;
 use super::sampler::Sampler;
 use super::theta_star::ThetaStar;
 use super::visibility::Visibility;
-use crate::geom::Segment;
+use crate::geom::{Footprint, Segment};
 
 /// A search that can be gone on with.
 #[derive(Clone, Debug)]
@@ -47,13 +48,15 @@ enum Kind {
     ThetaStar(Box<ThetaStar>),
     Rooms(Box<RoomSearch>),
     Visibility(Box<Visibility>),
+    Outline(Box<OutlineSearch>),
 }
 
 impl Search {
     /// Begins; draws points from what `sampler` makes, where the planner draws any.
     ///
     /// # Errors    [`NoPath::StartBlocked`], [`NoPath::GoalBlocked`]; [`NoPath::NotOffered`] where the planner cannot work in
-    /// this space: [`Planner::Visibility`] needs walls, and [`Planner::Wavefront`] is for routes alone.
+    /// this space: [`Planner::Visibility`] needs walls, [`Planner::Outline`] an outline ([`Search::for_outline`]), and
+    /// [`Planner::Wavefront`] is for routes alone.
     pub fn new<S: ConfigSpace + ?Sized>(
         planner: Planner,
         space: &S,
@@ -84,7 +87,7 @@ impl Search {
                 let graph = graph.ok_or(NoPath::NotOffered { planner })?;
                 Kind::Visibility(Box::new(graph))
             }
-            Planner::Wavefront => return Err(NoPath::NotOffered { planner }),
+            Planner::Wavefront | Planner::Outline => return Err(NoPath::NotOffered { planner }),
         };
         let progress = match (is_straight, &kind) {
             (true, _) => Progress::Finished,
@@ -101,6 +104,26 @@ impl Search {
             kind,
             iterations: 0,
             progress,
+        })
+    }
+
+    /// Begins for an outline, from a heading in rad or from any; the space keeps what the disc within the outline needs.
+    ///
+    /// # Errors    [`NoPath::StartBlocked`], [`NoPath::GoalBlocked`].
+    pub fn for_outline<S: ConfigSpace + ?Sized>(
+        space: &S,
+        outline: Footprint,
+        query: Query,
+        heading: Option<f64>,
+    ) -> Result<Self, NoPath> {
+        let config = OutlineConfig::default();
+        let search = OutlineSearch::new(space, outline, query, heading, config)?;
+        Ok(Self {
+            query,
+            planner: Planner::Outline,
+            kind: Kind::Outline(Box::new(search)),
+            iterations: 0,
+            progress: Progress::Searching,
         })
     }
 
@@ -152,6 +175,7 @@ impl Search {
             Kind::ThetaStar(search) => (search.iterate(space), search.is_found()),
             Kind::Rooms(search) => (search.iterate(space), search.is_found()),
             Kind::Visibility(graph) => (graph.iterate(space), graph.is_found()),
+            Kind::Outline(search) => (search.iterate(space), search.path().is_some()),
         };
         match (goes_on, is_found) {
             (true, _) => Progress::Searching,
@@ -180,6 +204,7 @@ impl Search {
             Kind::ThetaStar(search) => search.path(),
             Kind::Rooms(search) => search.path(),
             Kind::Visibility(graph) => graph.path(),
+            Kind::Outline(search) => search.path().cloned(),
         }
     }
 
@@ -195,6 +220,7 @@ impl Search {
             Kind::ThetaStar(search) => search.edges(),
             Kind::Rooms(search) => search.edges(),
             Kind::Visibility(graph) => graph.edges(),
+            Kind::Outline(search) => search.edges(),
         }
     }
 

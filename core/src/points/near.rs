@@ -6,7 +6,7 @@
 //! 1. Remembered points are moved into the robot's present frame by odometry.
 //! 2. A point is forgotten when a beam in its direction ends clearly behind it (it has gone), or not behind it (it is seen
 //!    again), and when the robot has left it behind. A beam without a reading says nothing: that is what blindness looks like.
-//! 3. Hits nearer than [`NearConfig::reach`] are remembered for the next scan.
+//! 3. Hits nearer than [`NearConfig::reach`] are remembered for the next scan, and so is who came since ([`NearField::came`]).
 //!
 //! A sensor whose readings fold back (an infra-red ranger before its peak) does worse than see nothing: a wall nearer than
 //! [`NearConfig::blind`] looks far, with nothing in the reading that tells. Before such a scan is used,
@@ -65,6 +65,9 @@ impl Default for NearConfig {
 const MOST: usize = 1000;
 /// Remembered neighbours nearer to one another than this are one surface, m: less than the robot could pass through.
 const LINK: f64 = 0.1;
+
+/// Half of what a reading of a person stands for, m: narrower than anybody, and one surface.
+const HALF_PERSON: f64 = 0.08;
 
 /// Remembers what is near.
 #[derive(Clone, Debug, Default)]
@@ -153,6 +156,16 @@ impl NearField {
         self.remembered.extend(near.map(|beam| beam.end_in_robot));
         let too_many = self.remembered.len().saturating_sub(MOST);
         self.remembered.drain(..too_many);
+    }
+
+    /// Somebody came since the last scan and was seen there (robot frame of that scan): they may be too near to be seen by the next. A
+    /// single reading stands for a piece of them across it.
+    pub fn came(&mut self, at: Point2<f64>) {
+        let across = Vector2::new(-at.y, at.x) / at.coords.norm().max(f64::MIN_POSITIVE);
+        if at.coords.norm() < self.config.reach {
+            let piece = [-HALF_PERSON, 0.0, HALF_PERSON].map(|by| at + across * by);
+            self.remembered.extend(piece);
+        }
     }
 
     /// Points that the last scan did not see although they are there, robot frame at that scan, m.

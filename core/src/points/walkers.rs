@@ -13,11 +13,14 @@
 //!    somebody was last seen to walk there, a second for each scan that saw them walk: who only paused may walk on, and what only
 //!    seemed to have moved is forgotten soon.
 //!
+//! A sensor that sweeps only standing is too slow for that; [`Walkers::look`] compares single readings on the move with its last scan.
+//!
 //! A robot that turns by half a radian a second or more sees only who walks fast: its heading is too uncertain for more.
 //!
 //! Ours; step 2 is the test of visibility by which Lindström & Eklundh (2001), "Detecting and tracking moving objects from a
 //! mobile platform using a laser range scanner", find what violates the free room.
 
+mod look;
 mod turn;
 
 use std::collections::VecDeque;
@@ -39,7 +42,8 @@ pub struct WalkerConfig {
     pub behind: f64,
     /// Hits this near to a place where somebody walked are of them, m. Default 0.3: about the radius of a person.
     pub size: f64,
-    /// Who stands still is still somebody who may walk on for this long, s. Default 5.
+    /// Who stands still is still somebody who may walk on for this long, s. Default 15: people who jam before one another stand for more
+    /// than five, and then step out.
     pub memory: f64,
 }
 
@@ -49,7 +53,7 @@ impl Default for WalkerConfig {
             reach: 4.0,
             behind: 0.08,
             size: 0.3,
-            memory: 5.0,
+            memory: 15.0,
         }
     }
 }
@@ -87,7 +91,18 @@ pub struct Walkers {
     /// Newest at the back.
     past: VecDeque<Past>,
     places: Vec<Place>,
+    /// By single readings since the last scan.
+    newcomers: Vec<look::Newcomer>,
     points: Vec<Point2<f64>>,
+}
+
+/// What a hit has to be in front of to have entered free room.
+#[derive(Clone, Copy, Debug)]
+struct Margin {
+    /// How far all older beams went on behind it, m.
+    behind: f64,
+    /// By how much odometry may err in a turn, rad for the first radian.
+    turn_drift: f64,
 }
 
 /// An older scan.
@@ -147,6 +162,7 @@ impl Walkers {
         }
         let near = |p: &Point2<f64>| (p - points.sensor_in_robot).norm() < self.config.reach;
         let hits: Vec<Point2<f64>> = points.hits().map(|b| b.end_in_robot).filter(near).collect();
+        self.newcomers.clear();
         self.see_walking(&hits, points.stamp);
         self.keep_places(&hits, points.stamp);
         self.past.extend(Past::of(points));
@@ -179,8 +195,11 @@ impl Walkers {
 
     /// Steps 2 and 3.
     fn see_walking(&mut self, hits: &[Point2<f64>], now: Stamp) {
-        let behind = self.config.behind;
-        let looked_past = |hit| self.past.iter().any(|past| past.looked_past(hit, behind));
+        let margin = Margin {
+            behind: self.config.behind,
+            turn_drift: TURN_DRIFT,
+        };
+        let looked_past = |hit| self.past.iter().any(|past| past.looked_past(hit, &margin));
         let known = self.places.clone();
         let mut before: Option<Point2<f64>> = None;
         for hit in hits {
@@ -261,14 +280,14 @@ impl Past {
     }
 
     /// Whether all beams towards a point (robot frame now) went on behind it.
-    fn looked_past(&self, point: Point2<f64>, behind: f64) -> bool {
+    fn looked_past(&self, point: Point2<f64>, margin: &Margin) -> bool {
         let point = self.now_from_then.inverse() * point;
         let to = point - self.sensor;
         let (distance, bearing) = (to.norm().max(NEAR), libm::atan2(to.y, to.x));
         let moved = &self.now_from_then;
         let (turned, way) = (moved.heading().abs(), moved.position().coords.norm());
         let blur = DRIFT * way;
-        let half = 1.6 * self.spacing + TURN_DRIFT * turned.sqrt() + blur / distance;
+        let half = 1.6 * self.spacing + margin.turn_drift * turned.sqrt() + blur / distance;
         let half = half.min(SEAM);
         let (sin_half, _) = sin_cos(half);
         let window = (half + self.parallax / distance).min(SEAM);
@@ -285,7 +304,7 @@ impl Past {
             if beam.along.dot(&to) <= 0.0 || beam.along.perp(&to).abs() > sin_half * distance {
                 continue;
             }
-            if beam.range <= distance + behind + blur {
+            if beam.range <= distance + margin.behind + blur {
                 return false;
             }
             beside += 1;

@@ -35,6 +35,8 @@ pub struct MatchConfig {
     pub redundancy: f64,
     /// Cosine of the largest angle between surfaces that may be the same. Default 0.7.
     pub min_cosine: f64,
+    /// Whether a surface is met from behind as well: walls of a drawing have no thickness. Default false.
+    pub two_sided: bool,
     /// Fewer matched points than this are too few. Default 12.
     pub min_points: usize,
     /// Where fewer of the points than this part lie on the map, the points' say is lowered with the square of the part:
@@ -53,6 +55,7 @@ impl Default for MatchConfig {
             sigma: 0.03,
             redundancy: 3.0,
             min_cosine: 0.7,
+            two_sided: false,
             min_points: 12,
             full_overlap: 0.5,
             min_share: 0.02,
@@ -228,6 +231,11 @@ fn accumulate(
         let normal = surfel.normal;
         let (nx, ny) = (point.normal.x, point.normal.y);
         let cosine = normal.x * (cos * nx - sin * ny) + normal.y * (sin * nx + cos * ny);
+        let cosine = if config.two_sided {
+            cosine.abs()
+        } else {
+            cosine
+        };
         if cosine < config.min_cosine {
             continue;
         }

@@ -28,6 +28,12 @@ pub trait Robot {
     /// The oldest scan that nobody took yet.
     fn take_scan(&mut self) -> Option<Scan>;
 
+    /// The oldest look that nobody took yet: a few readings on the move, of a sensor that sweeps only when the robot stands. Other sensors
+    /// look round all the time and give none.
+    fn take_look(&mut self) -> Option<Scan> {
+        None
+    }
+
     /// Which bumpers are pressed now; a robot without any presses none.
     fn bumpers(&self) -> Bumpers {
         Bumpers::default()

@@ -22,7 +22,7 @@ pub use characteristic::{
 };
 pub use command::Command;
 pub use interface::Robot;
-pub use model::{OdometryBias, OdometryNoise, RobotModel};
+pub use model::{BodyShape, OdometryBias, OdometryNoise, RobotModel};
 pub use motor::{DriveTrain, MotorError, MotorModel};
 pub use odometry::{Odometry, OdometryError, TrackNoise, TrackOdometry, Tracks};
 pub use scan::{Scan, ScanError};

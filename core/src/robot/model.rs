@@ -1,6 +1,7 @@
 //! The figures of a robot: size, speeds, encoders, and how far its odometry can be trusted.
 
 use super::DriveTrain;
+use crate::geom::Footprint;
 
 /// Everything about the chassis that the algorithms need to know.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,6 +12,8 @@ pub struct RobotModel {
     pub length: f64,
     /// Width of the body, m.
     pub width: f64,
+    /// What of the body touches walls.
+    pub shape: BodyShape,
     /// Effective distance of the tracks when turning, m: slip makes it larger than the one a ruler finds.
     pub track_width: f64,
     /// The distance of the tracks that a ruler finds, m.
@@ -31,6 +34,16 @@ pub struct RobotModel {
     pub odometry_noise: OdometryNoise,
     /// How the odometry of a single robot of this kind errs always; what no filter is told.
     pub odometry_bias: OdometryBias,
+}
+
+/// What of a robot's body touches walls.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BodyShape {
+    /// The disc around it, whatever its heading (TDK 2016 §5.1).
+    #[default]
+    Disc,
+    /// The rectangle of its length and width about the centre.
+    Rectangle,
 }
 
 /// Growth of the odometry's variance with the way.
@@ -67,6 +80,7 @@ impl RobotModel {
             name: "rp6",
             length: 0.189,
             width: 0.113,
+            shape: BodyShape::Disc,
             track_width: 0.197,
             ruled_width: 0.103,
             metres_per_tick: 0.000_24,
@@ -95,6 +109,7 @@ impl RobotModel {
             name: "pioneer",
             length: 0.44,
             width: 0.38,
+            shape: BodyShape::Disc,
             track_width: 0.33,
             ruled_width: 0.33,
             metres_per_tick: 0.000_1,
@@ -119,6 +134,17 @@ impl RobotModel {
     #[must_use]
     pub fn radians_per_count(&self) -> f64 {
         self.metres_per_tick / self.drive.metres_per_radian
+    }
+
+    /// The body's outline, wider by `margin` m on every side; `None` where it is a disc, or no outline is left.
+    #[must_use]
+    pub fn outline(&self, margin: f64) -> Option<Footprint> {
+        let rectangle =
+            || Footprint::rectangle(self.length + 2.0 * margin, self.width + 2.0 * margin);
+        match self.shape {
+            BodyShape::Disc => None,
+            BodyShape::Rectangle => rectangle().ok(),
+        }
     }
 
     /// Radius of the disc that holds the body, m.

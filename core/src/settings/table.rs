@@ -1,5 +1,6 @@
 //! The settings. Accessors are plain functions, so that the table is a constant and each entry stands in one place.
 
+mod body;
 mod driving;
 mod estimation;
 mod near;
@@ -13,6 +14,7 @@ use super::Setting;
 pub fn table() -> impl Iterator<Item = &'static Setting> + Clone {
     let parts = [
         sensor::SENSOR,
+        body::BODY,
         odometry::ODOMETRY,
         perception::PERCEPTION,
         near::NEAR,

@@ -61,6 +61,8 @@ fn every_setting_reads_what_was_written_and_leaves_the_others_alone() {
     // Those that come with a choice.
     let with_choice = [
         "sonars.shown",
+        "body.length",
+        "body.width",
         "points.sector_no_returns",
         "points.sigma_constant",
         "points.sigma_slope",
@@ -71,6 +73,8 @@ fn every_setting_reads_what_was_written_and_leaves_the_others_alone() {
     for (choice, key, value) in [
         ("points.sigma", "points.sigma_slope", 0.05),
         ("lines.rule", "lines.threshold", 0.05),
+        ("body.shape", "body.length", 0.5),
+        ("body.shape", "body.width", 0.3),
         ("sonars.beside", "sonars.shown", 2.0),
         ("points.sector", "points.sector_no_returns", 7.0),
     ] {

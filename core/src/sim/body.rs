@@ -9,9 +9,12 @@
 //! 2. Collision: the disc of the body is swept along the motion; the first touch of a wall grown by the radius
 //!    (a stadium around each segment) ends the motion there, and the rest of it slides along the wall. Swept, not
 //!    sampled: no speed and no time step lets it through a wall.
+//!    A body that is not round moves and turns as far as its outline is proved to touch nothing ([`outline`]).
 //! 3. Where room is known to be free in a whole circle, nothing is swept until the circle is left.
 //!
 //! Source for the sweep: ray against an offset shape, Ericson (2005), "Real-Time Collision Detection", §5.5.7.
+
+mod outline;
 
 use nalgebra::{Point2, Vector2};
 use rand::{Rng, RngExt};
@@ -19,7 +22,7 @@ use rand::{Rng, RngExt};
 use super::contact::{Contacts, Touch};
 use super::noise::gaussian_pair;
 use super::{Caster, Disc};
-use crate::geom::{Pose2, Segment, sin_cos, wrap};
+use crate::geom::{Footprint, Pose2, Segment, sin_cos, wrap};
 use crate::robot::{Bumpers, OdometryNoise, RobotModel, TrackWear, Tracks};
 
 /// The body stops this far before a touch, m, so that rounding never puts it inside of a wall.
@@ -34,7 +37,10 @@ const LOOKOUT: f64 = 0.4;
 /// The robot's body in the world.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
+    /// Of the disc around it.
     radius: f64,
+    /// Of a body that is not that disc.
+    outline: Option<Footprint>,
     track_width: f64,
     noise: OdometryNoise,
     /// How this robot differs from its model.
@@ -63,6 +69,7 @@ impl Body {
                 track_width: own(model.odometry_bias.track_width),
             },
             radius: model.radius(),
+            outline: model.outline(0.0),
             track_width: model.track_width,
             noise: model.odometry_noise,
             position: world_from_robot.position(),
@@ -138,10 +145,20 @@ impl Body {
         let before = self.position;
         if tracks.left != 0.0 || tracks.right != 0.0 {
             let (way, turn) = self.slipped(tracks, rng);
-            let lost = self.move_by(way, caster, movers);
             let (sin, cos) = sin_cos(self.heading);
+            let lost = match self.outline.take() {
+                Some(outline) => {
+                    let lost = self.move_outline(&outline, (way, turn), caster, movers);
+                    self.outline = Some(outline);
+                    lost
+                }
+                None => {
+                    let lost = self.move_by(way, caster, movers);
+                    self.heading = wrap(self.heading + turn);
+                    lost
+                }
+            };
             self.lost = lost.dot(&Vector2::new(cos, sin));
-            self.heading = wrap(self.heading + turn);
         }
         self.feel(self.position - before, caster, movers);
     }
@@ -241,9 +258,12 @@ impl Body {
 
     /// Counts a contact when one begins, in a step in which the body moved by `way`.
     fn feel(&mut self, way: Vector2<f64>, caster: &Caster, movers: &[Disc]) {
-        let touching = self
-            .nearest(caster, movers)
-            .filter(|touch| touch.to.norm() <= self.radius + TOUCH);
+        let touching = match &self.outline {
+            Some(outline) => self.touch_of_outline(outline, caster, movers),
+            None => self
+                .nearest(caster, movers)
+                .filter(|touch| touch.to.norm() <= self.radius + TOUCH),
+        };
         if let (Some(touch), None) = (&touching, &self.touching) {
             self.contacts.count(touch, way);
         }

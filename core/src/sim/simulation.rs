@@ -7,6 +7,7 @@
 mod beside;
 mod check;
 mod interface;
+mod looks;
 mod past;
 
 use std::collections::VecDeque;
@@ -17,6 +18,7 @@ use rand_chacha::ChaCha8Rng;
 use self::beside::Beside;
 pub use self::check::SimError;
 use self::check::check_robot;
+use self::looks::Looks;
 use self::past::Moment;
 use super::battery::{Battery, BatteryModel};
 use super::body::Body;
@@ -60,6 +62,7 @@ pub struct Simulation {
     battery: Battery,
     sensor: Sensor,
     beside: Option<Beside>,
+    looks: Looks,
     motion_rng: ChaCha8Rng,
     sensor_rng: ChaCha8Rng,
     steps: u64,
@@ -123,6 +126,7 @@ impl Simulation {
             battery: Battery::new(BatteryModel::for_motors(robot.drive.battery)),
             sensor: at_work,
             beside: None,
+            looks: Looks::new(seed),
             motion_rng,
             sensor_rng,
             steps: 0,
@@ -142,6 +146,7 @@ impl Simulation {
     pub fn command(&mut self, command: Command) {
         self.drive.command(command);
         self.sensor.abort();
+        self.sensor.moves(looks::moves(&command), self.seconds());
         self.scan = match command {
             Command::Scan => ScanOrder::Waiting,
             _ => ScanOrder::None,
@@ -329,6 +334,7 @@ impl Simulation {
         if let Some(beside) = &mut self.beside {
             beside.step(&span, &view);
         }
+        self.looks.step(&mut self.sensor, &span, &view);
         if let Some(scan) = self.sensor.step(&span, &view, &mut self.sensor_rng) {
             self.keep(scan);
         }

@@ -1,6 +1,6 @@
 //! The settings of every stage, nested as the stages are.
 
-use super::{KnownMap, SonarsConfig};
+use super::{KnownBy, KnownMap, SonarsConfig};
 use crate::estimation::{EkfConfig, ScanMatcherConfig};
 use crate::features::LineConfig;
 use crate::map::{EvidenceConfig, GridConfig, VectorConfig};
@@ -31,6 +31,8 @@ pub struct SlamConfig {
     pub vector: VectorConfig,
     /// The map that [`Method::KnownMap`](super::Method::KnownMap) finds the robot in.
     pub known: KnownMap,
+    /// What of a scan is found in it. Default surfaces; with rangers, whose few readings stand in many places equally well, lines.
+    pub known_by: KnownBy,
 }
 
 impl SlamConfig {
@@ -42,6 +44,7 @@ impl SlamConfig {
             near: NearConfig::short_range(),
             grid: GridConfig::celej(),
             lines: LineConfig::short_range(),
+            known_by: KnownBy::Lines,
             ekf: EkfConfig::short_range(),
             evidence: EvidenceConfig::short_range(),
             matcher: ScanMatcherConfig {

@@ -1,9 +1,8 @@
 //! The methods behind [`super::Slam`], each with the map it fills.
 
+use super::localiser::Localiser;
 use super::{KnownFit, Method, SlamConfig, SlamError};
-use crate::estimation::{
-    EkfSlam, LineLocaliser, ScanMatcher, SweepSmoother, SweepTiming, UpdateReport,
-};
+use crate::estimation::{EkfSlam, ScanMatcher, SweepSmoother, SweepTiming, UpdateReport};
 use crate::features::{LineExtractor, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::map::{Evidence, Grid};
@@ -31,7 +30,7 @@ pub(super) enum Estimator {
         since_scan: Option<Odometry>,
     },
     Known {
-        localiser: Box<LineLocaliser>,
+        localiser: Localiser,
         extractor: Box<LineExtractor>,
         features: Vec<LineFeature>,
         fit: KnownFit,
@@ -51,15 +50,25 @@ pub(super) struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
+    /// Variance of the heading that odometry gathered since each beam of the scan was taken, rad².
+    pub(super) fn heading_variances(&self) -> Vec<f64> {
+        let moved = self.moved_since(0..self.scan.len());
+        moved.iter().map(|m| m.heading_variance).collect()
+    }
+
     /// How well the direction of each usable beam is known in the robot's frame of now, by odometry and the sensor, rad.
     fn direction_sigmas(&self) -> Vec<f64> {
-        let (scan, end) = (self.scan, self.scan.stamp.seconds());
-        let taken =
-            |beam: &Beam| Stamp::from_seconds(end - scan.sweep * scan.age_fraction(beam.beam_idx));
-        let moved = self.history.since(self.points.beams.iter().map(taken));
+        let moved = self.moved_since(self.points.beams.iter().map(|beam| beam.beam_idx));
         let bearing = self.points.bearing_sigma * self.points.bearing_sigma;
         let sigma = |m: &MovedSince| (m.heading_variance + bearing).sqrt();
         moved.iter().map(sigma).collect()
+    }
+
+    /// The motion since each of the beams was taken.
+    fn moved_since(&self, beams: impl Iterator<Item = usize>) -> Vec<MovedSince> {
+        let (scan, end) = (self.scan, self.scan.stamp.seconds());
+        let taken = |beam| Stamp::from_seconds(end - scan.sweep * scan.age_fraction(beam));
+        self.history.since(beams.map(taken))
     }
 
     /// What the scan surely says, once the filter has corrected the pose at some instants of it.
@@ -114,18 +123,9 @@ impl Estimator {
     }
 
     fn in_known_map(config: &SlamConfig) -> Result<Self, SlamError> {
-        if config.known.lines.is_empty() {
-            return Err(SlamError::NoKnownMap);
-        }
         config.lines.validate()?;
-        let localiser = LineLocaliser::new(
-            config.known.lines.clone(),
-            &config.known.start(),
-            &config.ekf.odometry_prior,
-            config.ekf.association,
-        )?;
         Ok(Self::Known {
-            localiser: Box::new(localiser),
+            localiser: Localiser::new(config)?,
             extractor: Box::new(LineExtractor::new(config.lines)),
             features: vec![],
             fit: KnownFit::default(),
@@ -221,8 +221,7 @@ impl Estimator {
                 ..
             } => {
                 let known = &sweep.config.known;
-                let loose: Vec<LineFeature> = features.iter().map(|f| known.loosened(f)).collect();
-                localiser.update(&loose)?;
+                localiser.update(sweep, features)?;
                 let pose = localiser.estimate().pose;
                 fit.push(points, &pose, known);
                 let (sigmas, config) = (sweep.direction_sigmas(), &sweep.config.evidence);

@@ -25,6 +25,16 @@ const AT_WALL: f64 = 0.05;
 /// of a map that fits.
 const FITS_ABOVE: f64 = 0.5;
 
+/// What of a scan is found in the map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum KnownBy {
+    /// Each of its lines, by the filter of TDK 2016 §3.2.
+    Lines,
+    /// All of its surfaces at once, by scan matching.
+    #[default]
+    Surfaces,
+}
+
 /// A map to be localised in.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KnownMap {
@@ -71,9 +81,18 @@ impl KnownMap {
         }
     }
 
-    /// A line of a scan, as uncertain as scan and map are together.
-    pub(super) fn loosened(&self, feature: &LineFeature) -> LineFeature {
+    /// A line of a scan, as uncertain as scan, map and the heading since it was seen are together: `heading_variances` by beam, rad².
+    pub(super) fn loosened(&self, feature: &LineFeature, heading_variances: &[f64]) -> LineFeature {
         let mut loose = *feature;
+        // Seen from where the robot was then, the line was turned about it, and no nearer.
+        let since = |beam| heading_variances.get(beam).copied().unwrap_or(0.0);
+        let (first, last) = (feature.first_beam, feature.last_beam);
+        loose.cov[(0, 0)] += since(usize::midpoint(first, last));
+        // While it was swept over, the heading walked at random from the middle beam to either end.
+        let walked = 0.5 * (since(first) - since(last)).abs();
+        for by_heading in feature.by_heading {
+            loose.cov += by_heading * by_heading.transpose() * walked;
+        }
         let variance = self.sigma * self.sigma;
         let length = feature.length().max(self.sigma);
         // The direction errs about the middle of the piece; r is that of the foot point, as far along the line.

@@ -61,7 +61,8 @@ fn a_sweep_runs_backwards_too_and_a_servo_command_ends_it() -> Result<()> {
         to_mrad: -700,
         step_mrad: 350,
     })?;
-    host.drive(0.19)?;
+    // 110 ms to the first angle, the way of the servo among them, 90 to the second.
+    host.drive(0.25)?;
     host.command(Command::Servo { angle_mrad: 0 })?;
     host.drive(0.5)?;
     let angles: Vec<i16> = host

@@ -1,7 +1,8 @@
 // A robot behind a bridge: the module estimates, maps and drives; the link carries its bytes.
 
 import type { FitTable, RunStatus, WebLive } from "../../pkg/slamlab_web.js";
-import type { Growth, MethodName, ModeName, SettingValues, SigmaCurve } from "../protocol.js";
+import type { Growth, SigmaCurve } from "../protocol/figures.js";
+import type { MethodName, ModeName, SettingValues } from "../protocol/setup.js";
 import { listOf } from "./convert.js";
 import { errand } from "./errand.js";
 import { Trail } from "./feeds.js";

@@ -4,7 +4,7 @@
 // The messages are those of a bridge, so that all that is shown and done is the same.
 
 import type { WebLive } from "../../pkg/slamlab_web.js";
-import type { Connection } from "../protocol.js";
+import type { Connection } from "../protocol/devices.js";
 import { type LinkEvents, type Link, bridgeState, micros } from "./link.js";
 
 /** Wall milliseconds between two looks of the pilot. */

@@ -1,14 +1,14 @@
 // All planners on one query: steps them in slices, takes their times, and tells how they stand.
 
-import { contestants, type WebContest } from "../../pkg/slamlab_web.js";
-import type { Answer, ContestAsk, ContestState } from "../protocol.js";
+import type { WebContest } from "../../pkg/slamlab_web.js";
+import type { Answer } from "../protocol.js";
+import type { ContestAsk, ContestState } from "../protocol/contest.js";
 
 /** Wall milliseconds of one slice, and between two reports. */
 const SLICE_MILLIS = 10;
 const REPORT_MILLIS = 120;
 
 export class ContestRunner {
-  readonly #names = contestants();
   readonly #post: (answer: Answer) => void;
   readonly #channel = new MessageChannel();
   #contest: WebContest | null = null;
@@ -82,10 +82,11 @@ export class ContestRunner {
   #report(contest: WebContest, running: boolean): void {
     if (!this.#ask) return;
     this.#reportAt = performance.now();
-    const places = this.#names.map((_, place) => place);
+    const planners = contest.planners();
+    const places = planners.map((_, place) => place);
     const [shortest = NaN, isOptimum = 0] = contest.shortest();
     const state: ContestState = {
-      ...this.#ask, running, watched: this.#watched, planners: this.#names,
+      ...this.#ask, running, watched: this.#watched, planners, disc: contest.disc(),
       standings: contest.standings(), reasons: contest.reasons().map(reasonOf), shortest, isOptimum: isOptimum === 1,
       paths: places.map((place) => contest.path(place)), curves: places.map((place) => contest.curve(place)), tree: contest.tree(this.#watched),
     };

@@ -1,7 +1,8 @@
 // What the module hands over once, as plain objects of the protocol; the module's own are freed.
 
 import type { Calibration as WebCalibration, FitTable, PresetInfo, SettingInfo, SigmaCurve as WebSigmaCurve } from "../../pkg/slamlab_web.js";
-import type { Calibration, DriveFit, Growth, Preset, Setting, SettingValues, SigmaCurve } from "../protocol.js";
+import type { Calibration, DriveFit, Growth, SigmaCurve } from "../protocol/figures.js";
+import type { Preset, Setting, SettingValues } from "../protocol/setup.js";
 
 /** Keys and their numbers, as the module takes them. */
 export function listOf(settings: SettingValues): [string[], Float64Array] {

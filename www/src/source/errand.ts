@@ -1,6 +1,6 @@
 // What the robot is about to do, in words a visitor understands.
 
-import type { ModeName } from "../protocol.js";
+import type { ModeName } from "../protocol/setup.js";
 
 const WINDS = ["east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east"] as const;
 

@@ -1,6 +1,6 @@
 // What is collected between two frames, and what costs too much to ask for at each.
 
-import { SAMPLE, SAMPLE_STRIDE, TRAIL_STRIDE } from "../protocol.js";
+import { SAMPLE, SAMPLE_STRIDE, TRAIL_STRIDE } from "../protocol/frame.js";
 
 /** A number that costs more than a step, asked for a few times a second only. */
 export class Slow {
@@ -25,6 +25,30 @@ export class Slow {
   /** Asks again at the next look. */
   refresh(): void {
     this.#at = -Infinity;
+  }
+}
+
+/** What is worked out beside a run, for somebody who looks at it: seldom, and for a small part of the time. */
+export class Sparing<T> {
+  /** Wall milliseconds between two looks: walls come slowly, and many cells are looked at. */
+  static readonly MILLIS = 1000;
+  /** And that many times as long as they took, not at all: a twentieth of the time at most, for the robot is driven here too. */
+  static readonly REST = 19;
+  #due = -Infinity;
+
+  /** Null where it is not due; a run that stands still waits for nothing. */
+  ask(runs: boolean, work: () => T | null): T | null {
+    const before = performance.now();
+    if (runs && before < this.#due) return null;
+    const found = work();
+    const after = performance.now();
+    this.#due = after + Math.max(Sparing.MILLIS, Sparing.REST * (after - before));
+    return found;
+  }
+
+  /** The next look is due. */
+  refresh(): void {
+    this.#due = -Infinity;
   }
 }
 

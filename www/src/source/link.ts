@@ -3,7 +3,7 @@
 // What the bytes mean is the module's matter. A robot that was lost and found again goes on in the map there was.
 
 import type { WebLive } from "../../pkg/slamlab_web.js";
-import type { BridgeState, Connection } from "../protocol.js";
+import type { BridgeState, Connection } from "../protocol/devices.js";
 
 /** Wall milliseconds between two looks of the pilot. */
 const TICK_MILLIS = 50;

@@ -1,7 +1,9 @@
 // A recorded log through the same SLAM. It knows no truth, takes no commands, and ends.
 
 import type { FitTable, RunStatus, WebReplay } from "../../pkg/slamlab_web.js";
-import { type Growth, type MethodName, type SigmaCurve, TRAIL_STRIDE } from "../protocol.js";
+import type { Growth, SigmaCurve } from "../protocol/figures.js";
+import { TRAIL_STRIDE } from "../protocol/frame.js";
+import type { MethodName } from "../protocol/setup.js";
 import { sigmaCurve } from "./convert.js";
 import { Trail } from "./feeds.js";
 import { Run } from "./run.js";

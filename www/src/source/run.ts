@@ -1,7 +1,13 @@
 // What a simulated and a recorded run have in common: both are SLAM with a pose, a map and a log of what happened.
 
 import type { Known, RunStatus, WebContest, WebExperiment, WebLive, WebReplay } from "../../pkg/slamlab_web.js";
-import { type ContestAsk, type DiagnosisName, type Frame, type Growth, type Inspection, LINE, LINE_STRIDE, type MethodName, type Rooms, type SavedFile, type SavedKind, type SigmaCurve, type SourceKind } from "../protocol.js";
+import type { SavedFile, SavedKind } from "../protocol.js";
+import type { ContestAsk } from "../protocol/contest.js";
+import type { Growth, SigmaCurve } from "../protocol/figures.js";
+import type { DiagnosisName, Inspection } from "../protocol/filter.js";
+import { type FieldChange, type FieldName, type Frame, LINE, LINE_STRIDE } from "../protocol/frame.js";
+import type { Rooms } from "../protocol/rooms.js";
+import type { MethodName, SourceKind } from "../protocol/setup.js";
 import { Samples, Slow } from "./feeds.js";
 import type { Change, Moment, Note, Source } from "./source.js";
 
@@ -20,11 +26,12 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
   finished = false;
   protected readonly module: Module;
   protected readonly knownArea: Slow;
-  #half: Float64Array;
+  #body: Float64Array;
   #features = 0;
   #known = { generation: 0, revision: 0, version: -1 };
   /** The grid whose rooms were told last. */
   #roomsOf = { generation: -1, revision: -1 };
+  #fieldOf = { generation: -1, revision: -1 };
   #samples = new Samples();
   #notes: Note[] = [];
   #knownSent = false;
@@ -35,7 +42,7 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
     this.module = module;
     this.title = title;
     this.method = method;
-    this.#half = module.half_size();
+    this.#body = module.body();
     this.knownArea = new Slow(() => module.known_area());
   }
 
@@ -90,6 +97,20 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
 
   forgetRooms(): void {
     this.#roomsOf = { generation: -1, revision: -1 };
+  }
+
+  field(name: FieldName): FieldChange | null {
+    const before = this.#fieldOf;
+    const view = this.module.field(name, before.generation, before.revision);
+    const { generation, revision, resolution, step, blocks, cells } = view;
+    view.free();
+    this.#fieldOf = { generation, revision };
+    const anew = generation !== before.generation;
+    return blocks.length === 0 && !anew ? null : { name, anew, step, resolution, blockCells: BLOCK_CELLS, index: blocks, cells };
+  }
+
+  forgetField(): void {
+    this.#fieldOf = { generation: -1, revision: -1 };
   }
 
   abstract estimateSigma(growth: Growth): SigmaCurve;
@@ -151,7 +172,7 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
 
   /** The numbers that every source has. */
   protected momentOf(s: RunStatus): Omit<Moment, "source" | "mode" | "reason" | "activity" | "explored" | "beamHalfAngle"> {
-    const [halfLength = 0.1, halfWidth = 0.1] = this.#half;
+    const [halfLength = 0.1, halfWidth = 0.1, isRectangle = 0] = this.#body;
     return {
       diagnosis: this.module.diagnosis() as DiagnosisName,
       time: s.time, scans: s.scans, progress: s.progress, finished: this.finished,
@@ -163,7 +184,7 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
       positionError: Math.hypot(s.x - s.truth_x, s.y - s.truth_y), headingError: turnBetween(s.heading, s.truth_heading),
       odometryError: Math.hypot(s.odometry_x - s.truth_x, s.odometry_y - s.truth_y),
       knownPart: s.known_part, knownMisfit: s.known_misfit, knownArea: this.knownArea.value, features: this.#features,
-      distance: s.distance, contacts: s.contacts, halfLength, halfWidth,
+      distance: s.distance, contacts: s.contacts, halfLength, halfWidth, isRectangle: isRectangle === 1,
     };
   }
 

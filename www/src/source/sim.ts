@@ -2,7 +2,9 @@
 
 import type { RunStatus, WebExperiment } from "../../pkg/slamlab_web.js";
 import { plannerTitle } from "../planners.js";
-import type { BenchResponse, BenchTrial, Cycle, Growth, ModeName, Setup, SigmaCurve } from "../protocol.js";
+import type { BenchResponse, BenchTrial, Growth, SigmaCurve } from "../protocol/figures.js";
+import type { Cycle } from "../protocol/frame.js";
+import type { ModeName, Setup } from "../protocol/setup.js";
 import { sigmaCurve } from "./convert.js";
 import { errand } from "./errand.js";
 import { Slow, Trail } from "./feeds.js";

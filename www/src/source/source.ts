@@ -1,10 +1,16 @@
 // The one shape that all sources of the worker share.
 
 import type { Known, WebContest } from "../../pkg/slamlab_web.js";
-import type { ContestAsk, Frame, Growth, Inspection, LogLevel, MethodName, Rooms, SavedFile, SavedKind, SigmaCurve, SourceKind, Status } from "../protocol.js";
+import type { LogLevel, SavedFile, SavedKind } from "../protocol.js";
+import type { ContestAsk } from "../protocol/contest.js";
+import type { Growth, SigmaCurve } from "../protocol/figures.js";
+import type { Inspection } from "../protocol/filter.js";
+import type { FieldChange, FieldName, Frame, Status } from "../protocol/frame.js";
+import type { Rooms } from "../protocol/rooms.js";
+import type { MethodName, SourceKind } from "../protocol/setup.js";
 
 /** What changed since the last call; the worker adds run, number and pace. */
-export type Change = Omit<Frame, "kind" | "run" | "seq" | "clock" | "status" | "inspection" | "rooms">;
+export type Change = Omit<Frame, "kind" | "run" | "seq" | "clock" | "status" | "inspection" | "rooms" | "field">;
 
 /** A status without the pace, which only the worker knows. */
 export type Moment = Omit<Status, "realTimeFactor" | "remaining">;
@@ -40,6 +46,10 @@ export interface Source {
   rooms(): Rooms | null;
   /** They are told anew when they are next asked for. */
   forgetRooms(): void;
+  /** A field of the grid where it may have changed; null where it is as it was when it was told last. */
+  field(name: FieldName): FieldChange | null;
+  /** It is told anew when it is next asked for. */
+  forgetField(): void;
   /** σ(ρ) of the sensor from scans taken standing; throws in words where it cannot be told. */
   estimateSigma(growth: Growth): SigmaCurve;
   /** What happened since the last call, for the log. */

@@ -1,7 +1,7 @@
 // The robot behind a bridge: devices, link, battery, who drives, recording, emergency stop. Hidden where there is no bridge.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import type { BridgeState, Device } from "../protocol.js";
+import type { BridgeState, Device } from "../protocol/devices.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { DASH, fixed } from "./format.js";

@@ -1,7 +1,7 @@
 // A robot at a serial port of this computer, without a bridge: chosen here, driven like any other.
 
 import { css, html, type TemplateResult } from "lit";
-import type { SerialKind } from "../protocol.js";
+import type { SerialKind } from "../protocol/devices.js";
 import { webSerial } from "../serial_ports.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";

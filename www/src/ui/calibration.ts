@@ -3,7 +3,8 @@
 import { css, html, type TemplateResult, unsafeCSS } from "lit";
 import uPlot from "uplot";
 import plotCss from "uplot/dist/uPlot.min.css";
-import type { Calibration, Pairs } from "../protocol.js";
+import type { Calibration } from "../protocol/figures.js";
+import type { Pairs } from "../protocol/setup.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";

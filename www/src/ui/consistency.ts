@@ -1,7 +1,8 @@
 // Is the filter honest? Its two figures with their bands, and a sentence that names the likely cause where they leave them.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import { type DiagnosisName, ODOMETRY, SAMPLE } from "../protocol.js";
+import { type DiagnosisName, ODOMETRY } from "../protocol/filter.js";
+import { SAMPLE } from "../protocol/frame.js";
 import type { Topic } from "../store.js";
 import { type Curve, SlamCharts } from "./charts.js";
 import { degrees, fixed } from "./format.js";

@@ -4,7 +4,7 @@ import { css, html, nothing, type TemplateResult, unsafeCSS } from "lit";
 import uPlot from "uplot";
 import plotCss from "uplot/dist/uPlot.min.css";
 import { plannerLabel } from "../planners.js";
-import { type ContestState, type Ground, STANDING, STANDING_STRIDE } from "../protocol.js";
+import { type ContestState, type Ground, STANDING, STANDING_STRIDE } from "../protocol/contest.js";
 import type { Topic } from "../store.js";
 import { CONTEST_COLOURS } from "../view/layers/contest.js";
 import { SlamElement } from "./element.js";
@@ -43,7 +43,8 @@ export class SlamContest extends SlamElement {
       th:first-child { text-align: left; padding-left: 0; }
       td { padding: 0 0 0 5px; text-align: right; font: 500 11.5px/1.2 var(--mono); font-variant-numeric: tabular-nums; white-space: nowrap; border-top: 1px solid var(--line); letter-spacing: -.02em; }
       td:first-child { padding-left: 0; text-align: left; }
-      td.why { font-family: var(--sans); letter-spacing: 0; color: var(--muted); }
+      td.why { font-family: var(--sans); letter-spacing: 0; color: var(--muted); white-space: normal; }
+      td:first-child button { text-align: left; }
       td button { border: 0; border-radius: 6px; background: transparent; min-height: 31px; padding: 0 4px 0 0; gap: 6px; font: 500 12.5px/1.2 var(--sans); width: 100%; justify-content: flex-start; }
       tr { cursor: pointer; }
       tbody tr:hover td, tr.watched td { background: var(--sunk); }
@@ -109,7 +110,8 @@ export class SlamContest extends SlamElement {
       </table>
       ${straight ? html`<p data-testid="contest-straight">Nothing is in the way: the straight line is free.</p>` : nothing}
       ${found.reasons.map(({ kind, text }, row) => kind === "rooms" ? html`<p data-testid="contest-fallback">${plannerLabel(found.planners[row] ?? "")} searched all cells: ${text}.</p>` : nothing)}
-      ${found.isOptimum || !Number.isFinite(found.shortest) ? nothing : html`<p>Without walls as lines there is no visibility graph: lengths are held against the shortest that was found.</p>`}`;
+      ${found.planners.includes("Outline") ? html`<p data-testid="contest-outline">Outline plans for the robot's rectangle, all others for the disc around it, ${fixed(found.disc, 2)} m wide.</p>` : nothing}
+      ${found.isOptimum || found.planners.includes("Outline") || !Number.isFinite(found.shortest) ? nothing : html`<p>Without walls as lines there is no visibility graph: lengths are held against the shortest that was found.</p>`}`;
   }
 
   #row(found: ContestState, name: string, row: number): TemplateResult {

@@ -21,7 +21,7 @@ const KEYS: readonly (readonly [string, string])[] = [
   ["+ − 0", "zoom in, zoom out, show everything"],
   ["F", "follow the robot"],
   ["R", "start again"],
-  ["M, Shift + A", "save the map"],
+  ["M, or Shift + A", "save the map; A alone steers to the left, and saves where there is nothing to steer: in a recording"],
   ["T", "dark or light"],
   ["?", "this page"],
 ];

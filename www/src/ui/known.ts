@@ -1,7 +1,7 @@
 // The map that a robot is to be found in: where it comes from, where the robot begins in it, and whether it fits.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import type { KnownMap } from "../protocol.js";
+import type { KnownMap } from "../protocol/setup.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { percent } from "./format.js";
@@ -33,9 +33,8 @@ export class SlamKnown extends SlamElement {
 
   protected override readonly topics: readonly Topic[] = ["run", "moment"];
 
-  override render(): TemplateResult | typeof nothing {
+  override render(): TemplateResult {
     const { source, method, setup } = this.store;
-    if (source === "bridge") return nothing;
     const { known } = setup;
     const isUsed = method === "known-map";
     return html`
@@ -56,8 +55,9 @@ export class SlamKnown extends SlamElement {
     return html`
       <p data-testid="known-name">The robot finds itself ${known ? html`in <b>${known.name}</b>, drawn on the map as the layer Known map.` : "among the true walls of its world."}</p>
       ${this.#fit()}
+      ${known && this.store.source === "bridge" ? html`<p>Where the robot stood when it was given the map, in the frame of its file. Whoever changes that says where it stands now: leave it standing meanwhile.</p>` : nothing}
       ${known ? html`<div class="three" role="group" aria-label="Where the robot begins in the known map, in the frame of its file">
-        ${START.map(([name, words, unit], i) => html`<label>${i === 0 ? "Begins at " : ""}${words}
+        ${START.map(([name, words, unit], i) => html`<label>${i === 0 ? (this.store.source === "bridge" ? "Stands at " : "Begins at ") : ""}${words}
           <input type="number" inputmode="decimal" step="any" data-testid="known-${name}" .value=${String(Number(((known.start[i] ?? 0) * unit).toFixed(3)))}
             @change=${(e: Event) => this.#place(known, i, unit, e.target as HTMLInputElement)}></label>`)}
       </div>` : nothing}`;

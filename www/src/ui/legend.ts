@@ -1,9 +1,11 @@
 // Every layer with its sign, what it means, and a switch.
 
-import { css, html, svg, type TemplateResult } from "lit";
+import { css, html, nothing, svg, type TemplateResult } from "lit";
 import type { Topic } from "../store.js";
 import type { LayerName, Scene } from "../view/scene.js";
+import type { GridView } from "../view/tiles.js";
 import { SlamElement } from "./element.js";
+import { fixed } from "./format.js";
 import { shared } from "./style.js";
 
 interface Entry {
@@ -57,6 +59,17 @@ const MATERIALS: readonly { has: (scene: Scene) => boolean; label: string; meani
     sign: svg`<circle cx="14" cy="9" r="7" fill="var(--map-people)" fill-opacity=".28" stroke="var(--map-people)" stroke-width="1.5"/><circle cx="14" cy="9" r="2.8" fill="var(--map-people)" stroke="none"/>` },
 ];
 
+/** Distances are told up to so many cells. */
+const MOST_CELLS = 64;
+/** What the grid can show; ends of the scale and meaning for fields. */
+const VIEWS: readonly { view: GridView; label: string; ends?: readonly [string, string]; meaning?: string }[] = [
+  { view: "continuous", label: "how sure each cell is" },
+  { view: "three", label: "three tones, as it is saved" },
+  { view: "distance", label: "distance to the nearest wall", ends: ["0 m", "{most} and more"], meaning: "From the middle of each known cell to that of the nearest occupied one." },
+  { view: "likelihood", label: "likelihood of a beam's end", ends: ["0: 0.4 m off", "1: on a wall"], meaning: "How well a beam that ends there fits the map, walls taken to be off by 0.1 m (standard deviation)." },
+  { view: "room", label: "where the robot may be", ends: ["0 m of room", "{most} and more"], meaning: "Configuration space: how far the middle of the robot's disc may move. Dark: it may not be there at all." },
+];
+
 export class SlamLegend extends SlamElement {
   static override styles = [
     shared,
@@ -75,7 +88,12 @@ export class SlamLegend extends SlamElement {
       input:checked::after { left: 14px; }
       small { display: none; color: var(--muted); font-size: 12.5px; line-height: 1.35; grid-column: 2 / -1; margin: -4px 0 4px; }
       .material div { display: grid; grid-template-columns: 28px 1fr; align-items: center; gap: 9px; padding: 2px 0 2px 16px; font-size: 12.5px; color: var(--muted); min-height: 24px; }
-      .tones { margin-top: 6px; padding-top: 8px; border-top: 1px solid var(--line); }
+      .tones { display: grid; gap: 5px; margin-top: 6px; padding-top: 8px; border-top: 1px solid var(--line); font-size: 13px; }
+      .tones select { width: 100%; }
+      .scale { display: grid; grid-template-columns: 1fr auto; gap: 2px 8px; font: 500 11.5px/1.3 var(--mono); color: var(--muted); }
+      .scale i { grid-column: 1 / -1; height: 10px; border-radius: 3px; border: 1px solid var(--line); background: linear-gradient(to right, var(--map-field), color-mix(in srgb, var(--map-field), var(--map-free) 50%) 25%, var(--map-free)); }
+      .scale i.likelihood { background: linear-gradient(to right, var(--map-free), var(--map-field)); }
+      .scale small { display: block; grid-column: 1 / -1; margin: 2px 0 0; font-family: var(--sans); }
       @media (max-width: 760px) { small { display: block; } label { min-height: 40px; font-size: 14px; } li { border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); } }
     `,
   ];
@@ -107,11 +125,23 @@ export class SlamLegend extends SlamElement {
             <small>${e.meaning}</small></label></li>`,
         )}
         ${store.source === "sim" && store.layers.truth ? MATERIALS.filter((m) => m.has(this.scene)).map((m) => html`<li class="material" title=${m.meaning} data-testid="material-${m.label}"><div><svg viewBox="0 0 28 18" aria-hidden="true">${m.sign}</svg><span>${m.label}</span><small>${m.meaning}</small></div></li>`) : ""}
-        <li class="tones"><label title="Show the grid in three tones only, as it is saved, instead of by probability">
-          <svg viewBox="0 0 28 18" aria-hidden="true"><path d="M2 9h24" stroke="var(--muted)" stroke-width="8" stroke-dasharray="8 0.01" stroke-opacity=".5"/></svg><span>Three tones</span>
-          <input type="checkbox" role="switch" data-testid="three-tones" aria-label="Three tones" .checked=${store.threeTones} @change=${() => store.set("view", { threeTones: !store.threeTones })}></label></li>
+        <li class="tones"><span id="grid-view">The map shows</span>
+          <select data-testid="grid-view" aria-labelledby="grid-view" @change=${(e: Event) => store.set("view", { gridView: (e.target as HTMLSelectElement).value as GridView })}>
+            ${VIEWS.map(({ view, label }) => html`<option value=${view} .selected=${store.gridView === view}>${label}</option>`)}
+          </select>
+          ${this.#scale()}</li>
       </ul>
     `;
+  }
+
+  /** What the colours of a field mean. */
+  #scale(): TemplateResult | typeof nothing {
+    const { gridView: view } = this.store;
+    const chosen = VIEWS.find((entry) => entry.view === view);
+    if (!chosen?.ends) return nothing;
+    const [low, high] = chosen.ends;
+    const most = `${fixed(MOST_CELLS * this.scene.tiles.resolution, 1)} m`;
+    return html`<div class="scale" data-testid="grid-scale"><i class=${view}></i><span>${low}</span><span>${high.replace("{most}", most)}</span><small>${chosen.meaning}</small></div>`;
   }
 
   toggle(name: LayerName): void {

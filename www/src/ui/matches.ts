@@ -2,7 +2,7 @@
 
 import { css, html, nothing, svg, type TemplateResult } from "lit";
 import { type Candidate, type Gate, type Sighting, sightingsOf, type Verdict } from "../inspect.js";
-import type { Inspection } from "../protocol.js";
+import type { Inspection } from "../protocol/filter.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { degrees, fixed } from "./format.js";

@@ -1,7 +1,7 @@
 // Rooms and corridors of the map as a list: what each is, its area, and its doors with where they lead.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import { DOORWAY, DOORWAY_STRIDE, REGION, REGION_STRIDE, type Rooms } from "../protocol.js";
+import { DOORWAY, DOORWAY_STRIDE, REGION, REGION_STRIDE, type Rooms } from "../protocol/rooms.js";
 import type { Topic } from "../store.js";
 import { roomAt } from "../view/layers/rooms.js";
 import { SlamElement } from "./element.js";
@@ -28,7 +28,8 @@ export class SlamRooms extends SlamElement {
       dl { margin: 4px 0 10px; padding: 0 8px 0 16px; font-size: 12.5px; }
       dl div { display: flex; justify-content: space-between; gap: 8px; padding: 2px 0; }
       dt { color: var(--muted); }
-      dd { margin: 0; text-align: right; }
+      dd { margin: 0; text-align: right; flex: none; }
+      @media (pointer: coarse) { li > button { min-height: 44px; } }
     `,
   ];
 
@@ -43,7 +44,7 @@ export class SlamRooms extends SlamElement {
     return html`
       <h2 id="rooms">Rooms</h2>
       <p data-testid="rooms-summary">${rooms && count > 0
-        ? `${count} ${count === 1 ? "region" : "regions"} and ${rooms.doors.length / DOORWAY_STRIDE} doors in the map so far.`
+        ? `${counted(count, "region")} and ${counted(rooms.doors.length / DOORWAY_STRIDE, "door")} in the map so far.`
         : "No room is known yet: let the robot look around."}</p>
       ${rooms ? html`<ul aria-labelledby="rooms">${byNumber.map((room) => this.#item(rooms, room, room === chosen))}</ul>` : nothing}
     `;
@@ -62,11 +63,15 @@ export class SlamRooms extends SlamElement {
         <div><dt>Kind</dt><dd>${at(REGION.kind) === 1 ? "corridor: much longer than wide" : "room"}</dd></div>
         <div><dt>Free floor</dt><dd class="num">${fixed(at(REGION.area), 1)} m²</dd></div>
         <div><dt>Width between its walls</dt><dd class="num">${fixed(at(REGION.width), 2)} m</dd></div>
-        ${doorsOf(rooms, room).map(({ leadsTo, width, framed }) => html`<div title=${framed ? "" : "One of its posts was not seen yet"}>
-          <dt>Door to ${this.#nameOf(rooms, leadsTo).toLowerCase()}</dt><dd class="num">${Math.round(100 * width)} cm${framed ? "" : " ?"}</dd></div>`)}
+        ${doorsOf(rooms, room).map(({ leadsTo, width, framed }) => html`<div>
+          <dt>Door to ${this.#nameOf(rooms, leadsTo).toLowerCase()}${framed ? "" : ", one post not seen yet"}</dt><dd class="num">${framed ? "" : "about "}${Math.round(100 * width)} cm</dd></div>`)}
       </dl>` : nothing}
     </li>`;
   }
+}
+
+function counted(count: number, what: string): string {
+  return `${count} ${what}${count === 1 ? "" : "s"}`;
 }
 
 function doorsOf({ doors }: Rooms, room: number): Doorway[] {

@@ -1,7 +1,8 @@
 // What a run starts from: world, sensor, seed, method; files in and out.
 
 import { css, html, type TemplateResult } from "lit";
-import { type MethodName, SAVED, type SavedKind } from "../protocol.js";
+import { SAVED, type SavedKind } from "../protocol.js";
+import type { MethodName } from "../protocol/setup.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
@@ -84,7 +85,7 @@ export class SlamSetup extends SlamElement {
           <select data-testid="method" @change=${(e: Event) => this.client.again(value(e) as MethodName)}>
             <option value="line-ekf" .selected=${method === "line-ekf"}>Line EKF-SLAM</option>
             <option value="scan-matching" .selected=${method === "scan-matching"}>Scan matching</option>
-            ${source === "sim" || (source === "replay" && setup.known) ? html`<option value="known-map" .selected=${method === "known-map"}>Known map</option>` : ""}
+            ${source === "sim" || setup.known ? html`<option value="known-map" .selected=${method === "known-map"}>Known map</option>` : ""}
           </select>
         </label>
         ${recorded ? "" : html`<p class="wide about" data-testid="about-sensor">${SENSOR_WORDS[setup.sensor] ?? ""}${setup.calibration && setup.sensor === "rangers" ? html` <b>Own calibration.</b>` : ""}</p>`}
@@ -107,7 +108,7 @@ export class SlamSetup extends SlamElement {
           <input type="file" accept=".clf,.log,.mcap,.json,.svg,.txt,.yaml,.yml,.pgm,.png" multiple data-testid="file" aria-label="Open a recording (.mcap, .clf, .log), a world (.json), a floor plan (.svg), OGmap.txt or a map of ROS (.yaml with .pgm or .png)" @change=${this.#open}>
           <span class="button">${icons.open} Open file…</span>
         </label>
-        <button data-testid="save-map" title="Save the map as PGM and YAML (M)" @click=${() => this.client.send({ kind: "save", what: "map" })}>${icons.save} Map</button>
+        <button data-testid="save-map" title="Save the map as PGM and YAML (M, or Shift + A)" aria-keyshortcuts="M Shift+A" @click=${() => this.client.send({ kind: "save", what: "map" })}>${icons.save} Map</button>
         <button data-testid="save-plan" title="Save the walls with their lengths as SVG, DXF and GeoJSON" @click=${() => this.client.send({ kind: "save", what: "plan" })}>${icons.ruler} Walls</button>
         <label>
           <select data-testid="save-as" aria-label="Save as another file" title="Save as another file" @change=${this.#saveAs}>

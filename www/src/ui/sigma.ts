@@ -3,7 +3,7 @@
 import { css, html, type TemplateResult, unsafeCSS } from "lit";
 import uPlot from "uplot";
 import plotCss from "uplot/dist/uPlot.min.css";
-import { type Growth, SIGMA_BIN, SIGMA_BIN_STRIDE, type SigmaCurve } from "../protocol.js";
+import { type Growth, SIGMA_BIN, SIGMA_BIN_STRIDE, type SigmaCurve } from "../protocol/figures.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";

@@ -1,7 +1,7 @@
 // Time and purpose: play, step, speed, what the robot should do, and Stop.
 
 import { css, html, type TemplateResult } from "lit";
-import type { ModeName } from "../protocol.js";
+import type { ModeName } from "../protocol/setup.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { clock, percent } from "./format.js";

@@ -2,7 +2,7 @@
 
 import { css, html, LitElement, type TemplateResult } from "lit";
 import type { Client } from "../client.js";
-import { DOOR, DOOR_STRIDE } from "../protocol.js";
+import { DOOR, DOOR_STRIDE } from "../protocol/frame.js";
 import { Listening, type Store } from "../store.js";
 import { icons } from "../ui/icons.js";
 import { shared } from "../ui/style.js";
@@ -18,6 +18,7 @@ import { type Reading, readingAt } from "./layers/scan.js";
 import { wallAt } from "./layers/spot.js";
 import { type Palette, readPalette } from "./palette.js";
 import type { Scene } from "./scene.js";
+import type { GridView, Tiles } from "./tiles.js";
 
 /** Fraction of the way to its target that the camera goes in a second, as 1 - e^-rate. */
 const EASE = 6;
@@ -194,14 +195,14 @@ export class SlamMap extends LitElement {
     if (this.store.follow) this.store.set("view", { follow: false });
   }
 
-  /** A wall, where somebody looks into the filter; a room, where rooms are shown; a door; else where the robot should go. */
+  /** A wall, where somebody looks into the filter; a door; a room, where rooms are shown; else where the robot should go. */
   #choose(x: number, y: number): void {
     const wall = this.#wallAt(x, y);
     const door = this.#doorAt(x, y);
     if (wall !== null && !this.store.aiming) this.store.point({ pinned: wall });
     else if (this.store.tab === "paths" && !this.store.aiming) this.client.contest({ [this.store.contest.picking]: [x, y] });
-    else if (this.#roomAt(x, y) !== null) this.store.set("rooms", { roomSpot: [x, y] });
     else if (door !== null) this.client.setDoor(door, !this.#isOpen(door));
+    else if (this.#roomAt(x, y) !== null) this.store.set("rooms", { roomSpot: [x, y] });
     else if (this.store.source === "sim" || this.store.bridge?.armed) this.client.goTo(x, y);
   }
 
@@ -232,7 +233,10 @@ export class SlamMap extends LitElement {
     const door = this.#doorAt(x, y);
     const room = this.#roomAt(x, y);
     const reading = this.store.layers.scan ? readingAt(this.scene.scan, this.scene.beams, x, y, this.camera.px(8)) : null;
+    const tiles = this.#tiles();
+    const told = tiles === this.scene.tiles ? 0 : tiles.byteAt(x, y);
     const more = [
+      told === 0 ? "" : ` · ${fieldWords(this.store.gridView, told, this.scene.field.step)}`,
       wall === null ? "" : ` · wall ${wall}`,
       door === null ? "" : ` · door ${door + 1}, click to ${this.#isOpen(door) ? "shut" : "open"} it`,
       room === null ? "" : ` · region ${this.store.roomNumbers[room]}`,
@@ -340,18 +344,25 @@ export class SlamMap extends LitElement {
   #paint(time: number): void {
     const { camera, scene, store } = this;
     const palette = (this.#palette ??= readPalette());
-    scene.tiles.colour(palette, store.threeTones);
-    const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.threeTones, JSON.stringify(store.layers), store.tab === "paths"].join();
-    const ground = `${view},${scene.tiles.version},${scene.truth.length}`;
+    const tiles = this.#tiles();
+    tiles.colour(palette, tiles === scene.tiles ? (store.gridView === "three" ? "three" : "continuous") : store.gridView);
+    const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.gridView, JSON.stringify(store.layers), store.tab === "paths"].join();
+    const ground = `${view},${tiles === scene.tiles},${tiles.version},${scene.truth.length}`;
     const alive = store.playing && !this.#still.matches;
     const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
-    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, time: this.#still.matches ? 0 : time, spot: store.spot, sightings: this.#sightings, contest: this.#contest(), rooms: this.#rooms() });
+    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, sightings: this.#sightings, contest: this.#contest(), rooms: this.#rooms() });
     if (ground !== this.#drawn.ground) {
       drawGround(brush("ground"), store.layers);
       this.#scaleBar();
     }
     if (overlays !== this.#drawn.overlays) drawOverlays(brush("overlays"), store.layers);
     this.#drawn = { ground, overlays };
+  }
+
+  /** The grid, or the field of it that is looked at, once it has come. */
+  #tiles(): Tiles {
+    const { tiles, field } = this.scene;
+    return field.name !== null && field.name === this.store.gridView ? field.tiles : tiles;
   }
 
   /** What the contest was asked, while its panel is open: the robot may have gone on since. */
@@ -386,6 +397,14 @@ export class SlamMap extends LitElement {
     if (!element) throw new Error(`no #${id} in the map`);
     return element;
   }
+}
+
+/** What a byte of a field says. */
+function fieldWords(view: GridView, byte: number, step: number): string {
+  const [value, more] = [(byte - 1) * step, byte === 255 ? "at least " : ""];
+  if (view === "likelihood") return `likelihood ${value.toFixed(2)}`;
+  if (view === "room") return byte === 1 ? "the robot may not be here" : `the robot's middle has ${more}${value.toFixed(2)} m of room`;
+  return `${more}${value.toFixed(2)} m to the nearest wall`;
 }
 
 /** What the sensor said of a hit: the range with its σ, and how strong the echo was where it tells. */

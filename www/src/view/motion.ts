@@ -4,7 +4,7 @@
 // clock, so this lies between two states that were both computed, and nothing is guessed. A run that is paused, or goes as fast
 // as it can, is drawn as of its newest step.
 
-import type { Clock, Frame, Status } from "../protocol.js";
+import type { Clock, Frame, Status } from "../protocol/frame.js";
 
 /** How far behind its clock a run is drawn: a picture of the screen, wall seconds, */
 const DELAY_SECONDS = 0.02;

@@ -3,8 +3,8 @@
 
 const NAMES = [
   "unknown", "free", "occupied", "gridline", "truth", "odometry", "estimate", "robot", "scan", "walls", "lines", "path", "tree",
-  "frontiers", "ink", "glass", "dark", "people", "found", "door", "twin", "known",
-  "contest0", "contest1", "contest2", "contest3", "contest4", "contest5", "contest6", "contest7",
+  "frontiers", "ink", "glass", "dark", "people", "found", "door", "twin", "known", "field",
+  "contest0", "contest1", "contest2", "contest3", "contest4", "contest5", "contest6", "contest7", "contest8",
 ] as const;
 
 export type PaletteName = (typeof NAMES)[number];
@@ -31,7 +31,7 @@ export function readPalette(): Palette {
   return { css, tones: { unknown: rgb(css.unknown), free: rgb(css.free), occupied: rgb(css.occupied) } };
 }
 
-function rgb(css: string): Rgb {
+export function rgb(css: string): Rgb {
   const [r = 128, g = 128, b = 128] = (css.match(/[\d.]+/g) ?? []).map(Number);
   return [r, g, b];
 }

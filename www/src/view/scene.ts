@@ -1,6 +1,6 @@
 // What there is to draw: the latest of everything, taken from frames as they come.
 
-import { type Frame, type Status, TRAIL_STRIDE } from "../protocol.js";
+import { type FieldChange, type FieldName, type Frame, type Status, TRAIL_STRIDE } from "../protocol/frame.js";
 import type { Box } from "./camera.js";
 import { Motion } from "./motion.js";
 import { Tiles } from "./tiles.js";
@@ -12,6 +12,8 @@ const EMPTY = new Float32Array(0);
 
 export class Scene {
   readonly tiles = new Tiles();
+  /** The field that came last, and what a byte more of it means. */
+  readonly field = { name: null as FieldName | null, step: 0, tiles: new Tiles() };
   /** Status and movers as of the picture that is being drawn, see `animate`. */
   status: Status | null = null;
   scan: Float32Array = EMPTY;
@@ -43,6 +45,8 @@ export class Scene {
 
   clear(): void {
     this.tiles.clear();
+    this.field.tiles.clear();
+    this.field.name = null;
     this.status = null;
     this.#motion.clear();
     this.materials = new Uint8Array(0);
@@ -53,10 +57,17 @@ export class Scene {
     this.version += 1;
   }
 
+  #takeField(change: FieldChange): void {
+    if (change.anew) this.field.tiles.clear();
+    Object.assign(this.field, { name: change.name, step: change.step });
+    this.field.tiles.take(change);
+  }
+
   take(frame: Frame): void {
     this.#motion.take(frame);
     if (frame.gridAnew) this.tiles.clear();
     if (frame.grid) this.tiles.take(frame.grid);
+    if (frame.field) this.#takeField(frame.field);
     this.scan = frame.scan ?? this.scan;
     this.beams = frame.beams ?? this.beams;
     this.doors = frame.doors ?? this.doors;

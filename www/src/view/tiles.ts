@@ -1,8 +1,11 @@
 // Grid cells as pictures: dirty blocks are painted into tiles of 8 x 8 blocks, which the grid layer then only stretches.
 
-import type { GridChange } from "../protocol.js";
+import type { FieldName, GridChange } from "../protocol/frame.js";
 import type { Box } from "./camera.js";
-import type { Palette } from "./palette.js";
+import { type Palette, type Rgb, rgb } from "./palette.js";
+
+/** What the grid shows: how sure it is, that in three tones as it is saved, or a field of it. */
+export type GridView = "continuous" | "three" | FieldName;
 
 const BLOCKS_PER_TILE = 8;
 
@@ -65,22 +68,27 @@ export class Tiles {
   }
 
   /** Chooses colours; repaints everything where they differ from the present ones. */
-  colour(palette: Palette, threeTones: boolean): void {
-    const key = JSON.stringify([palette.tones, threeTones]);
+  colour(palette: Palette, view: GridView): void {
+    const key = JSON.stringify([palette.tones, palette.css.field, view]);
     if (key === this.#key) return;
     this.#key = key;
-    this.#colours = colourTable(palette, threeTones);
+    this.#colours = view === "continuous" || view === "three" ? colourTable(palette, view === "three") : fieldTable(palette, view);
     for (const block of this.#blocks.values()) this.#paint(block);
     this.version += 1;
   }
 
   /** Probability of an obstacle at a map point; null where nothing is known. */
   probabilityAt(x: number, y: number): number | null {
+    const value = this.byteAt(x, y);
+    return value === 0 ? null : (value - 1) / 254;
+  }
+
+  /** What the cell at a map point is told as; 0 where nothing is known. */
+  byteAt(x: number, y: number): number {
     const side = this.blockCells;
     const [col, row] = [Math.floor(x / this.resolution), Math.floor(y / this.resolution)];
     const block = this.#blocks.get(`${Math.floor(col / side)},${Math.floor(row / side)}`);
-    const value = block?.cells[modulo(row, side) * side + modulo(col, side)] ?? 0;
-    return value === 0 ? null : (value - 1) / 254;
+    return block?.cells[modulo(row, side) * side + modulo(col, side)] ?? 0;
   }
 
   /** The rectangle of everything known, to a cell; null while nothing is. */
@@ -149,10 +157,33 @@ function colourTable(palette: Palette, threeTones: boolean): Uint32Array {
     // Full tone where the state is decided, so that a room looks the same after two sightings and after twenty.
     const certainty = threeTones ? (p > 0.65 || p < 0.35 ? 1 : 0) : Math.min(1, Math.abs(p - 0.5) * 2.6);
     const tone = p > 0.5 ? occupied : free;
-    const mix = (i: 0 | 1 | 2): number => Math.round(unknown[i] + (tone[i] - unknown[i]) * certainty);
-    table[value] = ((255 << 24) | (mix(2) << 16) | (mix(1) << 8) | mix(0)) >>> 0;
+    table[value] = packed(mix(unknown, tone, certainty));
   }
   return table;
+}
+
+/** From walls, or where the robot may not be, in the tone of what is occupied, to free in a hue of its own; a likelihood the other way round. */
+function fieldTable(palette: Palette, view: FieldName): Uint32Array {
+  const { free, occupied } = palette.tones;
+  const hue = rgb(palette.css.field);
+  const table = new Uint32Array(256);
+  for (let value = 1; value < 256; value += 1) {
+    const part = (value - 1) / 254;
+    // Near walls is where distances matter.
+    const t = view === "likelihood" ? part : Math.sqrt(part);
+    const mixed = view === "likelihood" ? mix(free, hue, t) : mix(hue, free, t);
+    table[value] = packed(value === 1 && view === "room" ? occupied : mixed);
+  }
+  return table;
+}
+
+function mix(from: Rgb, to: Rgb, part: number): Rgb {
+  const at = (i: 0 | 1 | 2): number => Math.round(from[i] + (to[i] - from[i]) * part);
+  return [at(0), at(1), at(2)];
+}
+
+function packed([r, g, b]: Rgb): number {
+  return ((255 << 24) | (b << 16) | (g << 8) | r) >>> 0;
 }
 
 function modulo(a: number, n: number): number {

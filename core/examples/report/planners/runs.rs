@@ -5,9 +5,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 use slamlab_core::geom::Segment;
-use slamlab_core::plan::{
-    Path, Planner, Progress, Query, RrtConfig, Sampler, Search, pull_tight, shorten,
-};
+use slamlab_core::plan::{Path, Planner, Progress, Query, RrtConfig, Sampler, Search, Shortening};
 
 use super::scene::{Asked, Scene};
 use super::{SLOW, median, quantile};
@@ -113,8 +111,8 @@ fn find(scene: &Scene, query: Query, contender: Contender, rng: &mut ChaCha8Rng)
     let path = search.path()?;
     Some(match contender {
         Once(_) | Timed(_) => path,
-        Shortened(_) => shorten(&path, space),
-        Tight(_) => pull_tight(&shorten(&path, space), space),
+        Shortened(_) => Shortening::Chords.apply(&path, space),
+        Tight(_) => Shortening::Tight.apply(&path, space),
     })
 }
 

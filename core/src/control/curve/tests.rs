@@ -3,12 +3,17 @@ use proptest::prelude::*;
 use super::super::Follower;
 use super::super::tests::{TICK, drive};
 use super::*;
+use crate::geom::Segment;
 use crate::plan::{ConfigSpace, SmoothConfig, smooth};
 
 /// Nothing in the way.
 struct Open;
 
 impl ConfigSpace for Open {
+    fn walls_near(&self, _point: Point2<f64>, _reach: f64) -> Vec<Segment> {
+        vec![]
+    }
+
     fn room(&self, _: Point2<f64>) -> f64 {
         f64::INFINITY
     }

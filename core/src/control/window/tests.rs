@@ -24,6 +24,15 @@ fn seen(at: &[(f64, f64)]) -> Points {
 }
 
 fn chosen(aim: (f64, f64), at: &[(f64, f64)], runs: (f64, f64)) -> Option<(f64, f64)> {
+    chosen_among(aim, at, &[], runs)
+}
+
+fn chosen_among(
+    aim: (f64, f64),
+    at: &[(f64, f64)],
+    walkers: &[Point2<f64>],
+    runs: (f64, f64),
+) -> Option<(f64, f64)> {
     let underway = Underway {
         told: runs,
         runs,
@@ -31,9 +40,10 @@ fn chosen(aim: (f64, f64), at: &[(f64, f64)], runs: (f64, f64)) -> Option<(f64, 
     };
     let (safe, config) = (SafeConfig::default(), WindowConfig::default());
     let aim = Point2::new(aim.0, aim.1);
+    let points = &seen(at);
     choose_in_window(
         aim,
-        &seen(at),
+        &People { points, walkers },
         &underway,
         &RobotModel::pioneer(),
         (&safe, &config),
@@ -107,4 +117,22 @@ fn nothing_is_admissible_for_who_is_too_fast_to_stand() {
     assert_eq!(chosen((1.0, 0.0), &wall, (0.7, 0.0)), None);
     // From standing there is always turning on the spot.
     assert!(chosen((1.0, 0.0), &wall, (0.0, 0.0)).is_some());
+}
+
+#[test]
+fn who_may_walk_on_is_given_a_wider_berth_than_a_thing_and_no_more_speed_than_separation_leaves() {
+    let at = [(1.6, 0.5)];
+    let walkers = at.map(|(x, y)| Point2::new(x, y));
+    let runs = (0.3, 0.0);
+    let thing = chosen((1.5, 0.0), &at, runs).unwrap();
+    let person = chosen_among((1.5, 0.0), &at, &walkers, runs).unwrap();
+    assert!(person.1 < thing.1, "{person:?} {thing:?}");
+    let underway = Underway {
+        told: runs,
+        runs,
+        ..Underway::default()
+    };
+    let model = RobotModel::pioneer();
+    let safe = limit_among_walkers(person, &walkers, &underway, &model, &SafeConfig::default());
+    assert!(person.0 > 0.0 && safe == person, "{safe:?} {person:?}");
 }

@@ -5,16 +5,17 @@ use std::time::Duration;
 use crate::robot::Stamp;
 use crate::wire::rp6;
 
+use super::looks::is_look;
 use super::robot::Motion;
 use super::{ALIVE, FORGOTTEN, Rp6};
 use crate::device::event::Event;
 
 impl Rp6 {
     pub(super) fn acknowledged(&mut self, command: rp6::Command, now: Stamp) {
-        let asked = self.robot.as_mut().and_then(|robot| robot.asked.take());
-        if let Some((asked, given)) = asked
-            && asked == command
-        {
+        self.sweep_acknowledged(&command);
+        let asked = self.robot.as_mut().map(|robot| &mut robot.asked);
+        let asked = asked.and_then(|asked| asked.take_if(|(asked, _)| *asked == command));
+        if let Some((_, given)) = asked {
             if let Some(robot) = &mut self.robot
                 && matches!(robot.motion, Motion::Errand(_))
             {
@@ -22,6 +23,14 @@ impl Rp6 {
             }
             self.report
                 .set_round_trip(Duration::from_secs_f64(now.since(given).max(0.0)));
+        }
+    }
+
+    fn sweep_acknowledged(&mut self, command: &rp6::Command) {
+        let is_round = matches!(command, rp6::Command::Sweep { .. }) && !is_look(command);
+        let sweeps = self.robot.as_mut().and_then(|robot| robot.sweeps.as_mut());
+        if let Some(sweeps) = sweeps.filter(|_| is_round) {
+            sweeps.sweeps();
         }
     }
 

@@ -4,6 +4,7 @@ use crate::robot::Stamp;
 use crate::wire::ClockMap;
 use crate::wire::rp6::{self, Hello, Odometer, Report, Telemetry};
 
+use super::looks::Looks;
 use super::sweeps::Sweeps;
 
 /// Seconds without an order to move before one counts, after the robot came up.
@@ -36,6 +37,7 @@ pub(super) struct Robot {
     pub(super) last_end: Option<Stamp>,
     /// None where it has no rangers.
     pub(super) sweeps: Option<Sweeps>,
+    pub(super) looks: Looks,
 }
 
 /// What the robot was told to do.
@@ -65,6 +67,7 @@ impl Robot {
             clock: ClockMap::new(telemetry_delay()),
             last_end: None,
             sweeps,
+            looks: Looks::default(),
         }
     }
 

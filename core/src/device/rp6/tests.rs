@@ -180,6 +180,70 @@ fn a_sweep_while_the_tracks_run_is_no_scan() {
     assert_eq!(pair.scans(), []);
 }
 
+/// Looks that were told.
+fn looks(pair: &mut Pair) -> Vec<Scan> {
+    pair.hear();
+    let told = std::mem::take(&mut pair.told).into_iter();
+    let look = |event| match event {
+        Event::Look(look) => Some(look),
+        _ => None,
+    };
+    told.filter_map(look).collect()
+}
+
+/// Where the servo was sent since the last time, mrad.
+fn pointed(pair: &mut Pair) -> Vec<i16> {
+    pair.hear();
+    let given = std::mem::take(&mut pair.given).into_iter();
+    let at = |(_, command)| match command {
+        rp6::Command::Sweep {
+            from_mrad, to_mrad, ..
+        } if from_mrad == to_mrad => Some(from_mrad),
+        _ => None,
+    };
+    given.filter_map(at).collect()
+}
+
+#[test]
+fn a_robot_that_drives_looks_to_and_fro_and_its_looks_are_no_scans() {
+    let mut pair = Pair::up();
+    pair.telemetry(State(0), [0, 0]);
+    assert!(pointed(&mut pair).is_empty(), "it stands");
+    order(&mut pair, Command::Forward(0.5));
+    let moving_and_sweeping = State(MOVING.0 | SWEEPING.0);
+    let mut servo: Vec<i16> = vec![];
+    for look in 0..5_i32 {
+        pair.telemetry(MOVING, [100 * look; 2]);
+        let to = pointed(&mut pair);
+        servo.extend(&to);
+        pair.telemetry(moving_and_sweeping, [100 * look + 50; 2]);
+        pair.reading(look as u8 + 1, to[0], 0.5);
+    }
+    assert_eq!(servo, [0, 524, 0, -524, 0]);
+    pair.telemetry(MOVING, [500; 2]);
+    let told = looks(&mut pair);
+    assert_eq!(told.len(), 5);
+    for (look, bearing) in told.iter().zip([0.0, 0.524, 0.0, -0.524, 0.0]) {
+        assert!((look.bearings[0] - bearing).abs() < 1e-9 && look.len() == 1);
+        assert!((f64::from(look.ranges[0]) - 0.5).abs() < 0.05);
+    }
+    // It stands, and sweeps all round: what the servo still reads of a look is no part of that.
+    let _ = pointed(&mut pair);
+    order(&mut pair, Command::Stop);
+    pair.telemetry(SWEEPING, [520; 2]);
+    pair.reading(6, 524, 0.7);
+    order(&mut pair, Command::Scan);
+    pair.hear();
+    pair.reading(7, -785, 0.4);
+    pair.telemetry(SWEEPING, [520; 2]);
+    pair.telemetry(State(0), [520; 2]);
+    let scans = pair.scans();
+    assert_eq!(scans.len(), 1);
+    assert_eq!(scans[0].len(), 1);
+    assert!((scans[0].bearings[0] + 0.785).abs() < 1e-9);
+    assert!(pointed(&mut pair).is_empty(), "it stands");
+}
+
 const MOVING: State = State(1 << 2);
 
 /// What was told of being busy since the last time, each change once.
@@ -213,6 +277,7 @@ fn an_errand_is_over_when_the_robot_stands_that_has_taken_it() {
     assert!(busy(&mut pair).is_empty());
     for step in 1..=30 {
         pair.telemetry(MOVING, [10 * step; 2]);
+        pair.hear();
     }
     assert!(!busy(&mut pair).contains(&false));
     pair.telemetry(State(0), [300; 2]);

@@ -14,6 +14,7 @@
 
 use nalgebra::{Matrix3, Matrix5, Point2, SMatrix};
 
+use super::EkfError;
 use crate::geom::{Pose2, PoseEstimate, symmetrize};
 use crate::robot::Odometry;
 
@@ -112,6 +113,43 @@ impl RobotState {
             errors: OdometryErrors::default(),
             cov,
         }
+    }
+
+    /// At `start`.
+    ///
+    /// # Errors   [`EkfError::Setting`] where start or prior are no numbers.
+    pub(in crate::estimation) fn starting(
+        start: &PoseEstimate,
+        prior: &OdometryErrors,
+    ) -> Result<Self, EkfError> {
+        let at = &start.pose;
+        let numbers = [
+            ("start.pose", at.x() + at.y() + at.heading()),
+            ("start.cov", start.cov.sum()),
+            ("prior.curvature", prior.curvature),
+            ("prior.turn_scale", prior.turn_scale),
+        ];
+        if let Some(&(field, value)) = numbers.iter().find(|(_, value)| !value.is_finite()) {
+            return Err(EkfError::Setting {
+                field,
+                value,
+                expected: "finite numbers",
+            });
+        }
+        let mut state = Self::new(prior);
+        state.pose = start.pose;
+        let mut pose = state.cov.fixed_view_mut::<POSE, POSE>(0, 0);
+        pose.copy_from(&start.cov);
+        Ok(state)
+    }
+
+    /// Moves by odometry.
+    ///
+    /// # Errors   [`EkfError::Odometry`]; then nothing has changed.
+    pub(in crate::estimation) fn predict(&mut self, odometry: &Odometry) -> Result<(), EkfError> {
+        odometry.validate()?;
+        *self = self.moved_by(odometry);
+        Ok(())
     }
 
     /// Moved by odometry, to first order.

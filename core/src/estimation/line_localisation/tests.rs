@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::geom::Line;
+use crate::geom::{Line, sides_of};
 use crate::robot::{OdometryNoise, Stamp, Tracks};
 
 const WIDTH: f64 = 0.2;
@@ -18,8 +18,7 @@ fn normal(rng: &mut ChaCha8Rng) -> f64 {
 /// A room of 5 x 4 m, seen from inside.
 fn room() -> Vec<KnownLine> {
     let corners = [(0.0, 0.0), (5.0, 0.0), (5.0, 4.0), (0.0, 4.0)].map(|(x, y)| Point2::new(x, y));
-    let walls = corners.iter().zip(corners.iter().cycle().skip(1));
-    walls
+    sides_of(&corners)
         .filter_map(|(a, b)| KnownLine::left_face(&Segment::new(*a, *b)))
         .collect()
 }

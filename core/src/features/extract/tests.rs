@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use nalgebra::{Point2, Vector2};
 
 use super::*;
-use crate::geom::{Line, Pose2, Segment, wrap};
+use crate::geom::{Line, Pose2, Segment, sides_of, wrap};
 use crate::points::Beam;
 use crate::robot::Stamp;
 
@@ -49,10 +49,7 @@ fn wall(ax: f64, ay: f64, bx: f64, by: f64) -> Segment {
 }
 
 fn polygon(points: &[(f64, f64)]) -> Vec<Segment> {
-    let next = points.iter().cycle().skip(1);
-    points
-        .iter()
-        .zip(next)
+    sides_of(points)
         .map(|(a, b)| wall(a.0, a.1, b.0, b.1))
         .collect()
 }

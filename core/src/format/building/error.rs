@@ -85,6 +85,12 @@ pub enum SvgError {
     /// A scale that is none.
     #[error("a scale of {0} m a unit, expected a finite number above 0")]
     NoScale(f64),
+    /// Copies of copies without end.
+    #[error("more than {most} elements, copies counted")]
+    TooManyCopies {
+        /// The most there may be.
+        most: usize,
+    },
     /// More straight pieces than a world may have.
     #[error("more than {most} straight walls")]
     TooMany {

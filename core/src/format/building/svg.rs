@@ -2,14 +2,14 @@
 //!
 //! 1. `line`, `polyline`, `polygon`, `rect`, `circle`, `ellipse` and `path` are walls where they have a visible stroke or filling; those
 //!    drawn in white are paper. Walls are the lines themselves, without the width of the pen; curves become straight pieces to within
-//!    5 mm. Groups and `transform` count; text, definitions and what is hidden do not; `use` and `image` are left out and named.
+//!    5 mm. Groups, `transform`, copies by `use`, classes and what hides them count; text and definitions do not; `image` is left out and
+//!    named, and so are copies of what is not there and rules of style sheets that are not read ([`super::svg_style`]).
 //! 2. A unit of the drawing is as many metres as the caller says; or as `data-metres-per-unit` of `<svg>` says; or what `width` and
 //!    `viewBox` make of it where `width` is in mm, cm, in, pt or pc; else a centimetre.
 //! 3. y points down in a drawing and up in a world.
 //! 4. The robot starts in the middle of the element with the id `start`, if there is one, and its goal is that with the id `goal`.
 //!
-//! Source: W3C, Scalable Vector Graphics 1.1, chapters 5, 7, 8 and 9. Style sheets are not read: they are named among what
-//! was left out, for lines that only they hide are walls here, and lines that only they draw are none.
+//! Source: W3C, Scalable Vector Graphics 1.1, chapters 5, 6, 7, 8 and 9.
 
 use std::str::FromStr as _;
 
@@ -19,7 +19,9 @@ use roxmltree::{Document, Node, ParsingOptions};
 use svgtypes::{Length, LengthUnit, ViewBox};
 
 use super::room::Room;
+use super::svg_copies::Copies;
 use super::svg_shape::{Pen, path_of, transform_of};
+use super::svg_style::Styles;
 use super::{BuildingError, CLEARANCE, Imported, SvgError, checked, fenced};
 use crate::geom::Pose2;
 use crate::map::cells_on_ray;
@@ -79,10 +81,9 @@ pub fn of_svg(
     }
     let scale = scale_of(&root, metres_per_unit)?;
     let mut plan = Plan::new(scale);
-    plan.read(root)?;
-    let is_sheet = |node: &Node| node.tag_name().name() == "style";
-    let sheets = root.descendants().filter(is_sheet);
-    sheets.for_each(|_| plan.leave_out("style"));
+    let styles = Styles::of(&document)?;
+    plan.read(root, &styles, &mut Copies::of(&document))?;
+    (0..styles.left_out).for_each(|_| plan.leave_out("style"));
     plan.into_world(name)
 }
 
@@ -162,24 +163,44 @@ impl Plan {
     }
 
     /// Reads an element and all in it; a stack of its own, for drawings may be nested deeply.
-    fn read(&mut self, root: Node) -> Result<(), SvgError> {
+    fn read<'a>(
+        &mut self,
+        root: Node<'a, 'a>,
+        styles: &'a Styles,
+        copies: &mut Copies<'a>,
+    ) -> Result<(), SvgError> {
         let world_from_page = Affine::new([self.scale, 0.0, 0.0, -self.scale, 0.0, 0.0]);
-        let mut todo = vec![(root, world_from_page, Pen::default())];
-        while let Some((node, outer, pen)) = todo.pop() {
-            let pen = pen.of(&node);
-            if !node.is_element() || pen.is_hidden {
+        let mut todo = vec![(root, world_from_page, Pen::default(), None)];
+        let mut read = 0;
+        while let Some((node, outer, pen, copy)) = todo.pop() {
+            let pen = pen.of(&node, styles);
+            if !node.is_element() || pen.is_gone {
                 continue;
+            }
+            read += 1;
+            if read > MOST_NODES {
+                let most = MOST_NODES as usize;
+                return Err(SvgError::TooManyCopies { most });
             }
             let inner = outer * transform_of(&node)?;
             match node.tag_name().name() {
-                "svg" | "g" | "a" | "switch" => {
+                // A symbol is drawn where it is copied alone.
+                "symbol" if copy.is_none() => {}
+                "svg" | "g" | "a" | "switch" | "symbol" => {
                     // Popped in the order of the file.
-                    todo.extend(node.children().rev().map(|child| (child, inner, pen)));
+                    let children = node.children().rev();
+                    todo.extend(children.map(|child| (child, inner, pen, copy)));
                 }
-                "use" | "image" | "foreignObject" => self.leave_out(node.tag_name().name()),
+                "use" => match copies.copy(&node, copy)? {
+                    Some((part, place, number)) => {
+                        todo.push((part, inner * place, pen, Some(number)));
+                    }
+                    None => self.leave_out("use"),
+                },
+                "image" | "foreignObject" => self.leave_out(node.tag_name().name()),
                 _ => {
                     if let Some(path) = path_of(&node, FLATNESS / self.scale)? {
-                        self.take(&node, (inner * path).iter(), &pen)?;
+                        self.take(&node, (inner * path).iter(), &pen, copy.is_some())?;
                     }
                 }
             }
@@ -199,6 +220,7 @@ impl Plan {
         node: &Node,
         path: impl Iterator<Item = PathEl> + Clone,
         pen: &Pen,
+        is_copy: bool,
     ) -> Result<(), SvgError> {
         self.check_extent(path.clone())?;
         let mut lines: Vec<(Vec<Point2<f64>>, bool)> = vec![];
@@ -223,6 +245,8 @@ impl Plan {
         });
         if let Some(middle) = middle_of(lines.iter().flat_map(|(points, _)| points)) {
             match node.attribute("id") {
+                // Copies of them are none.
+                Some("start" | "goal") if is_copy => {}
                 Some("start") => self.start = Some(middle),
                 Some("goal") => self.goal = Some(middle),
                 _ if pen.is_visible(node.tag_name().name() != "line") => self.add(lines)?,
@@ -312,8 +336,8 @@ impl Plan {
         ];
         let told = |(name, count): (String, usize)| {
             let why = match name.as_str() {
-                "style" => " (what classes draw or hide does not count)",
-                "use" => " (copies of other parts)",
+                "style" => " (rules for elements within others, or for some media only)",
+                "use" => " (copies of what is not in the file, or has a view box of its own)",
                 _ => "",
             };
             format!("{count} × <{name}>{why}")

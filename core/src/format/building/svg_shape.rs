@@ -6,6 +6,7 @@ use svgtypes::{Length, LengthUnit, PointsParser, TransformListParser, TransformL
 
 use super::SvgError;
 use super::svg::{line_of, wrong};
+use super::svg_style::Styles;
 use crate::geom::sin_cos;
 
 /// Largest radius, in parts of how far a polygon may be off it: 100 km of half centimetres.
@@ -16,7 +17,10 @@ const FINEST: f64 = 2e7;
 pub(super) struct Pen {
     has_stroke: bool,
     has_fill: bool,
-    pub(super) is_hidden: bool,
+    /// Neither it nor what is in it is drawn.
+    pub(super) is_gone: bool,
+    /// It is not drawn; what is in it may be.
+    is_hidden: bool,
 }
 
 impl Default for Pen {
@@ -24,6 +28,7 @@ impl Default for Pen {
         Self {
             has_stroke: false,
             has_fill: true,
+            is_gone: false,
             is_hidden: false,
         }
     }
@@ -31,33 +36,29 @@ impl Default for Pen {
 
 impl Pen {
     /// The pen of an element within a group that has this one.
-    pub(super) fn of(mut self, node: &Node) -> Self {
-        if let Some(stroke) = property(node, "stroke") {
+    pub(super) fn of<'a>(mut self, node: &Node<'a, 'a>, styles: &'a Styles) -> Self {
+        if !node.is_element() {
+            return self;
+        }
+        if let Some(stroke) = styles.property(node, "stroke") {
             self.has_stroke = is_ink(stroke);
         }
-        if let Some(fill) = property(node, "fill") {
+        if let Some(fill) = styles.property(node, "fill") {
             self.has_fill = is_ink(fill);
         }
-        self.is_hidden |= property(node, "display") == Some("none")
-            || matches!(property(node, "visibility"), Some("hidden" | "collapse"));
+        self.is_gone |= styles.property(node, "display") == Some("none");
+        match styles.property(node, "visibility") {
+            Some("hidden" | "collapse") => self.is_hidden = true,
+            Some("visible") => self.is_hidden = false,
+            _ => {}
+        }
         self
     }
 
     /// Whether a shape that this pen draws is seen; a line has no area to fill.
     pub(super) fn is_visible(self, has_area: bool) -> bool {
-        self.has_stroke || (has_area && self.has_fill)
+        !self.is_hidden && (self.has_stroke || (has_area && self.has_fill))
     }
-}
-
-/// A property from the attribute `style`, or else from its own attribute.
-fn property<'a>(node: &Node<'a, '_>, name: &str) -> Option<&'a str> {
-    let in_style = node.attribute("style").and_then(|style| {
-        style.split(';').find_map(|part| {
-            let (key, value) = part.split_once(':')?;
-            (key.trim() == name).then(|| value.trim())
-        })
-    });
-    in_style.or_else(|| node.attribute(name)).map(str::trim)
 }
 
 /// White is paper.
@@ -172,7 +173,6 @@ fn points(node: &Node) -> Result<Option<BezPath>, SvgError> {
     Ok(Some(path).filter(|path| path.elements().len() > 1))
 }
 
-/// A length in the units of the drawing, 0 where nothing is said.
 /// A radius that becomes a bounded number of curves.
 fn radius(node: &Node, name: &'static str, flatness: f64) -> Result<f64, SvgError> {
     let radius = length(node, name)?;
@@ -183,7 +183,8 @@ fn radius(node: &Node, name: &'static str, flatness: f64) -> Result<f64, SvgErro
     Ok(radius)
 }
 
-fn length(node: &Node, name: &'static str) -> Result<f64, SvgError> {
+/// A length in the units of the drawing, 0 where nothing is said.
+pub(super) fn length(node: &Node, name: &'static str) -> Result<f64, SvgError> {
     let Some(text) = node.attribute(name) else {
         return Ok(0.0);
     };

@@ -235,10 +235,12 @@ fn paper_hidden_things_and_words_are_no_walls() {
         walls("<g stroke='none' fill='none'><line x2='9' stroke='red'/></g>").len(),
         1
     );
-    let plan = drawing("<rect width='40' height='40'/><use href='#a'/><use href='#b'/><image/>");
+    let plan =
+        drawing("<rect width='40' height='40'/><use href='#a'/><use href='o.svg#b'/><image/>");
+    let none = "2 × <use> (copies of what is not in the file, or has a view box of its own)";
     assert_eq!(
         of_svg(plan.as_bytes(), None, "s").unwrap().left_out,
-        ["2 × <use> (copies of other parts)", "1 × <image>"]
+        [none, "1 × <image>"]
     );
 }
 
@@ -385,13 +387,116 @@ proptest! {
     }
 }
 
+/// A room of 4 m x 3 m, and what stands in it.
+fn in_room(inner: &str) -> Result<Imported, BuildingError> {
+    let plan = format!(
+        r#"<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" data-metres-per-unit="1">
+        <rect width="4" height="3" fill="none" stroke="black"/><circle id="start" cx="3.5" cy="2.5" r=".1"/>{inner}</svg>"#
+    );
+    of_svg(plan.as_bytes(), None, "s")
+}
+
+/// Corners of all that stands in the room, in the order of the file: the room comes first and the fence last.
+fn corners_in_room(inner: &str) -> Vec<(f64, f64)> {
+    let Imported { world, left_out } = in_room(inner).unwrap();
+    assert_eq!(left_out, [""; 0]);
+    let shapes = &world.obstacles[1..world.obstacles.len() - 1];
+    let corners = shapes.iter().flat_map(|obstacle| match &obstacle.shape {
+        Shape::Polyline { points, .. } => points.clone(),
+        other => panic!("{other:?}"),
+    });
+    // To the millimetre.
+    let round = |x: f64| (1000.0 * x).round() / 1000.0;
+    corners.map(|p| (round(p.x), round(p.y))).collect()
+}
+
 #[test]
-fn a_style_sheet_that_is_not_read_is_named() {
-    let plan = r#"<svg xmlns="http://www.w3.org/2000/svg" data-metres-per-unit="1">
-        <defs><style>.hidden { display: none }</style></defs>
-        <rect width="4" height="3" fill="none" stroke="black"/><path class="hidden" d="M2 0v1" stroke="black"/></svg>"#;
+fn copies_stand_where_their_transforms_put_them() {
+    let bar = "<defs><g id='bar' transform='translate(0 .5)'><path d='M1 0h.5' stroke='black'/></g></defs>";
+    for link in ["href", "xlink:href"] {
+        let copies = format!(
+            "{bar}<use {link}='#bar'/><use {link}='#bar' x='1' y='.5'/><use {link}='#bar' x='1' transform='scale(2 1)'/>"
+        );
+        let expect = [
+            (1.0, -0.5),
+            (1.5, -0.5),
+            (2.0, -1.0),
+            (2.5, -1.0),
+            (4.0, -0.5),
+            (5.0, -0.5),
+        ];
+        assert_eq!(corners_in_room(&copies), expect);
+    }
+    // A copy of copies; a symbol is drawn where it is copied alone; what a part does not say of its pen the copy says.
+    let nested = "<symbol id='dot'><path id='one' d='M1 1h.1'/></symbol><g stroke='red'><use id='two' href='#dot'/></g><use href='#two' x='1' stroke='red'/>";
     assert_eq!(
-        of_svg(plan.as_bytes(), None, "s").unwrap().left_out,
-        ["1 × <style> (what classes draw or hide does not count)"]
+        corners_in_room(nested),
+        [(1.0, -1.0), (1.1, -1.0), (2.0, -1.0), (2.1, -1.0)]
+    );
+    // The copy of a start is none.
+    let start = in_room("<use href='#start' x='-2'/>").unwrap().world.start;
+    assert_eq!(start.position(), Point2::new(3.5, -2.5));
+}
+
+#[test]
+fn copies_of_themselves_and_without_end_are_refused() {
+    for round in [
+        "<g id='a'><use href='#a'/></g>",
+        "<use id='a' href='#b'/><use id='b' href='#a'/>",
+        "<defs><g id='a'><use href='#b'/></g><g id='b'><use href='#a'/></g></defs><use href='#a'/>",
+    ] {
+        let said = in_room(round).unwrap_err().to_string();
+        assert!(said.contains("does not hold this copy itself"), "{said}");
+    }
+    // Ten times ten times ten …
+    let mut laughs = "<defs><g id='g0'><path d='M1 1'/></g>".to_owned();
+    for i in 1..10 {
+        let ten = format!("<use href='#g{}'/>", i - 1).repeat(10);
+        laughs += &format!("<g id='g{i}'>{ten}</g>");
+    }
+    let said = in_room(&(laughs + "</defs><use href='#g9'/>"))
+        .unwrap_err()
+        .to_string();
+    assert!(said.contains("more than 1000000 elements"), "{said}");
+}
+
+#[test]
+fn classes_draw_and_hide_as_the_style_sheet_says() {
+    let bar = |attributes: &str| format!("<path d='M1 1h1' fill='none' {attributes}/>");
+    let sheet = "<style>.off { display: none } .dim { visibility: hidden } .wall, #w { stroke: black } path { stroke: none } .off.on { display: inline } \
+                 .must { stroke: none !important }</style>";
+    for (attributes, is_wall) in [
+        ("class='wall'", true),
+        ("id='w'", true),
+        ("", false),
+        ("stroke='black'", false),
+        ("style='stroke: black'", true),
+        ("class='wall off'", false),
+        ("class='wall dim'", false),
+        ("class='wall off on'", true),
+        ("class='must' style='stroke: black'", false),
+    ] {
+        let found = corners_in_room(&format!("{sheet}{}", bar(attributes)));
+        assert_eq!(!found.is_empty(), is_wall, "{attributes}: {found:?}");
+    }
+    // What is gone takes all in it along; in what is only hidden a part may be seen.
+    let inner = bar("class='wall' style='visibility: visible'");
+    assert_eq!(
+        corners_in_room(&format!("{sheet}<g class='off'>{inner}</g>")),
+        []
+    );
+    assert_eq!(
+        corners_in_room(&format!("{sheet}<g class='dim'>{inner}</g>")).len(),
+        2
+    );
+}
+
+#[test]
+fn rules_that_are_not_read_are_named() {
+    let sheet = "<style>g path { display: none } @media print { path { display: none } }</style>";
+    let told = in_room(sheet).unwrap().left_out;
+    assert_eq!(
+        told,
+        ["2 × <style> (rules for elements within others, or for some media only)"]
     );
 }

@@ -129,13 +129,6 @@ impl Block {
             self.cells = free.clone();
         }
     }
-
-    /// One miss for one cell.
-    pub(super) fn write_miss(&mut self, offset: usize, odds: &Odds) {
-        if let Some(cell) = Arc::make_mut(&mut self.cells).get_mut(offset) {
-            odds.change(cell, odds.miss);
-        }
-    }
 }
 
 /// Visits the cells of a row whose bits are set, run by run: long runs are what a processor is good at.

@@ -1,7 +1,7 @@
 //! What a grid holds of a rectangle.
 
 use super::{BLOCK, Grid};
-use crate::map::{CellRect, CellState};
+use crate::map::{BlockIndex, CellRect, CellState};
 
 impl Grid {
     /// What is believed of the cells of a rectangle, in rows from the lower left one; read block by block.
@@ -9,12 +9,9 @@ impl Grid {
     pub fn states(&self, rect: CellRect) -> Vec<CellState> {
         let width = rect.width();
         let mut states = vec![CellState::Unknown; width * rect.height()];
-        for (block, cells) in self.blocks_since(0) {
+        for (block, cells) in self.blocks_in(rect) {
             let (col0, row0) = (block.col * BLOCK, block.row * BLOCK);
             let cols = rect.min.col.max(col0)..rect.max.col.min(col0 + BLOCK);
-            if cols.is_empty() {
-                continue;
-            }
             for row in rect.min.row.max(row0)..rect.max.row.min(row0 + BLOCK) {
                 let from = ((row - row0) * BLOCK + cols.start - col0) as usize;
                 let to =
@@ -29,6 +26,18 @@ impl Grid {
             }
         }
         states
+    }
+
+    /// The blocks that a rectangle of cells meets, of those that there are.
+    fn blocks_in(&self, rect: CellRect) -> impl Iterator<Item = (BlockIndex, &[f32])> {
+        let span = |low: i32, high: i32| {
+            low.div_euclid(BLOCK)..high.saturating_sub(1).div_euclid(BLOCK) + 1
+        };
+        let cols = span(rect.min.col, rect.max.col);
+        let rows = span(rect.min.row, rect.max.row);
+        let indices =
+            rows.flat_map(move |row| cols.clone().map(move |col| BlockIndex { col, row }));
+        indices.filter_map(|index| Some((index, self.block(index)?)))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use nalgebra::Vector2;
 use proptest::prelude::*;
 
 use super::*;

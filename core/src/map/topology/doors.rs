@@ -8,7 +8,7 @@ use super::NONE;
 use super::flood::Basins;
 use super::floor::Floor;
 use crate::geom::Segment;
-use crate::map::CellState;
+use crate::map::{CellState, spread};
 
 /// Cells of two basins that touch.
 pub(super) struct Gap {
@@ -57,26 +57,18 @@ pub(super) fn gaps(floor: &Floor, basins: &Basins) -> Vec<Gap> {
 
 /// Pieces of sorted cells that touch, also at corners.
 fn connected(cells: &[usize], width: usize) -> Vec<Vec<usize>> {
-    let around = [1, width - 1, width, width + 1];
+    let steps = [1, width - 1, width, width + 1];
+    let around = |cell: usize| steps.into_iter().flat_map(move |by| [cell - by, cell + by]);
     let mut left = vec![true; cells.len()];
     let mut pieces = vec![];
-    for seed in 0..cells.len() {
-        if !std::mem::take(&mut left[seed]) {
-            continue;
+    for (at, &seed) in cells.iter().enumerate() {
+        if std::mem::take(&mut left[at]) {
+            let is_new = |cell: usize| {
+                let at = cells.binary_search(&cell);
+                at.is_ok_and(|at| std::mem::take(&mut left[at]))
+            };
+            pieces.push(spread(seed, around, is_new).cells().collect());
         }
-        let mut piece = vec![cells[seed]];
-        let mut next = 0;
-        while let Some(&cell) = piece.get(next) {
-            next += 1;
-            for to in around.iter().flat_map(|by| [cell - by, cell + by]) {
-                if let Ok(at) = cells.binary_search(&to)
-                    && std::mem::take(&mut left[at])
-                {
-                    piece.push(to);
-                }
-            }
-        }
-        pieces.push(piece);
     }
     pieces
 }

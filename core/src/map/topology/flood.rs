@@ -1,7 +1,7 @@
 //! Basins of the floor: a flood from the widest places down, step 3.
 
+use super::disjoint_sets::DisjointSets;
 use super::floor::Floor;
-use super::sets::Sets;
 use super::{NONE, TopologyConfig};
 
 /// The floor in basins.
@@ -18,7 +18,7 @@ pub(super) fn basins(floor: &Floor, config: &TopologyConfig) -> Basins {
         floor,
         config,
         labels: vec![NONE; floor.bounds.len()],
-        sets: Sets::of(0),
+        sets: DisjointSets::of(0),
         peaks: vec![],
     };
     for cell in widest_first(floor) {
@@ -31,7 +31,7 @@ struct Flood<'a> {
     floor: &'a Floor,
     config: &'a TopologyConfig,
     labels: Vec<u32>,
-    sets: Sets,
+    sets: DisjointSets,
     /// Clearance of the widest place of each set, m, by its name.
     peaks: Vec<f32>,
 }
@@ -103,28 +103,28 @@ impl Flood<'_> {
 /// Cells of the floor by falling clearance, and by their number where that is equal: sorted by counting, for squared distances
 /// are whole numbers of cells.
 fn widest_first(floor: &Floor) -> Vec<u32> {
-    let key = |clearance: f32| {
-        let cells = f64::from(clearance) / floor.resolution();
+    let key = |cell: usize| {
+        let cells = f64::from(floor.clearance[cell]) / floor.resolution();
         ((cells * cells + 0.5) as usize).min(MOST_SQUARED)
     };
-    let is_floor = |cell: &usize| !floor.bounds[*cell];
-    let open = (0..floor.bounds.len()).filter(is_floor);
-    let keys: Vec<(u32, u32)> = open
-        .map(|cell| (cell as u32, key(floor.clearance[cell]) as u32))
-        .collect();
-    let most = keys.iter().map(|(_, key)| *key).max().unwrap_or(0) as usize;
-    let mut starts = vec![0_u32; most + 2];
-    for (_, key) in &keys {
-        starts[most - *key as usize + 1] += 1;
+    let open = || (0..floor.bounds.len()).filter(|cell| !floor.bounds[*cell]);
+    let mut places: Vec<u32> = vec![];
+    for key in open().map(key) {
+        if key >= places.len() {
+            places.resize(key + 1, 0);
+        }
+        places[key] += 1;
     }
-    for i in 1..starts.len() {
-        starts[i] += starts[i - 1];
+    // So many of each become the place of the first: behind all that are wider.
+    let mut wider = 0;
+    for place in places.iter_mut().rev() {
+        wider += std::mem::replace(place, wider);
     }
-    let mut sorted = vec![0_u32; keys.len()];
-    for (cell, key) in keys {
-        let start = &mut starts[most - key as usize];
-        sorted[*start as usize] = cell;
-        *start += 1;
+    let mut sorted = vec![0; wider as usize];
+    for cell in open() {
+        let place = &mut places[key(cell)];
+        sorted[*place as usize] = cell as u32;
+        *place += 1;
     }
     sorted
 }

@@ -5,7 +5,7 @@
 use nalgebra::{Point2, Vector2};
 
 use super::TopologyConfig;
-use crate::map::{CellIndex, CellRect, CellState, DistanceField, without_stripes};
+use crate::map::{CellIndex, CellRect, CellState, DistanceField, spread, without_stripes};
 
 /// A raster with a rim of one cell, so that every cell within has eight neighbours.
 pub(super) struct Floor {
@@ -104,48 +104,38 @@ fn with_rim(width: usize, height: usize, states: &[CellState]) -> Vec<CellState>
 
 /// Takes away what stands free and reaches no farther than `reach` cells from its middle. Cells that touch at a corner are one.
 fn leave_out_islands(bounds: &mut [bool], width: usize, reach: f64) {
-    let mut seen: Vec<bool> = bounds.iter().map(|b| !b).collect();
-    let mut cells = vec![];
-    for seed in 0..bounds.len() {
-        if seen[seed] {
+    let (w, count) = (width as isize, bounds.len());
+    let steps = [-w - 1, -w, -w + 1, -1, 1, w - 1, w, w + 1];
+    let around = |cell: usize| {
+        let near = steps
+            .into_iter()
+            .filter_map(move |by| cell.checked_add_signed(by));
+        near.filter(move |to| *to < count)
+    };
+    let mut left = bounds.to_vec();
+    for seed in 0..count {
+        if !std::mem::take(&mut left[seed]) {
             continue;
         }
-        gather(seed, width, &mut seen, &mut cells);
+        let cells = spread(seed, around, |cell| std::mem::take(&mut left[cell]));
         // The first piece is the rim, with all that reaches out of the raster.
-        if seed > 0 && is_within(&cells, width, reach) {
-            cells.iter().for_each(|&cell| bounds[cell] = false);
+        if seed > 0 && is_within(|| cells.cells(), width, reach) {
+            cells.cells().for_each(|cell| bounds[cell] = false);
         }
     }
 }
 
-fn gather(seed: usize, width: usize, seen: &mut [bool], cells: &mut Vec<usize>) {
-    let (w, count) = (width as isize, seen.len());
-    let around = [-w - 1, -w, -w + 1, -1, 1, w - 1, w, w + 1];
-    cells.clear();
-    cells.push(seed);
-    seen[seed] = true;
-    let mut next = 0;
-    while let Some(&cell) = cells.get(next) {
-        next += 1;
-        let near = around.iter().filter_map(|&by| cell.checked_add_signed(by));
-        for to in near.filter(|&to| to < count) {
-            if !seen[to] {
-                seen[to] = true;
-                cells.push(to);
-            }
-        }
-    }
-}
-
-fn is_within(cells: &[usize], width: usize, reach: f64) -> bool {
+fn is_within<C: ExactSizeIterator<Item = usize>>(
+    cells: impl Fn() -> C,
+    width: usize,
+    reach: f64,
+) -> bool {
+    let count = cells().len() as f64;
     // No disc of that radius has more cells.
-    if cells.len() as f64 > std::f64::consts::PI * (reach + 1.0) * (reach + 1.0) {
+    if count > std::f64::consts::PI * (reach + 1.0) * (reach + 1.0) {
         return false;
     }
-    let place = |&cell: &usize| Vector2::new((cell % width) as f64, (cell / width) as f64);
-    let sum: Vector2<f64> = cells.iter().map(place).sum();
-    let middle = sum / cells.len().max(1) as f64;
-    cells
-        .iter()
-        .all(|cell| (place(cell) - middle).norm() <= reach)
+    let places = || cells().map(|cell| Vector2::new((cell % width) as f64, (cell / width) as f64));
+    let middle = places().sum::<Vector2<f64>>() / count.max(1.0);
+    places().all(|place| (place - middle).norm() <= reach)
 }

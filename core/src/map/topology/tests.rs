@@ -7,7 +7,7 @@ use nalgebra::Vector2;
 use proptest::prelude::*;
 
 use super::*;
-use crate::geom::sin_cos;
+use crate::geom::{sides_of, sin_cos};
 
 const CELL: f64 = 0.05;
 /// Thickness of the walls around what is free, m.
@@ -348,8 +348,7 @@ fn outlines_hold_the_area_with_the_floor_on_their_left() {
 }
 
 fn signed_area(ring: &[Point2<f64>]) -> f64 {
-    let next = ring.iter().cycle().skip(1);
-    let crosses = ring.iter().zip(next).map(|(a, b)| a.x * b.y - b.x * a.y);
+    let crosses = sides_of(ring).map(|(a, b)| a.coords.perp(&b.coords));
     0.5 * crosses.sum::<f64>()
 }
 

@@ -1,11 +1,12 @@
 //! Which basins are a region together: those that no framed gap parts, and those too small for a room, step 4.
 
-use std::collections::BTreeSet;
+use std::cmp::Reverse;
+use std::collections::{BTreeSet, BinaryHeap};
 
+use super::disjoint_sets::DisjointSets;
 use super::doors::Gap;
 use super::flood::Basins;
 use super::floor::Floor;
-use super::sets::Sets;
 use super::{NONE, TopologyConfig};
 
 /// Region of each cell of the floor's raster, [`NONE`] for none; the largest region is number 0.
@@ -16,7 +17,7 @@ pub(super) struct Plan {
     pub(super) count: usize,
 }
 
-pub(super) fn unite(floor: &Floor, basins: &Basins, gaps: &[Gap], config: &TopologyConfig) -> Plan {
+pub(super) fn unite(floor: &Floor, basins: Basins, gaps: &[Gap], config: &TopologyConfig) -> Plan {
     let cell = floor.resolution() * floor.resolution();
     let mut areas = vec![0.0; basins.count];
     for (cell_index, &label) in basins.labels.iter().enumerate() {
@@ -25,7 +26,7 @@ pub(super) fn unite(floor: &Floor, basins: &Basins, gaps: &[Gap], config: &Topol
         }
     }
     let mut union = Union {
-        sets: Sets::of(basins.count),
+        sets: DisjointSets::of(basins.count),
         areas,
     };
     let passable: Vec<&Gap> = gaps
@@ -37,14 +38,17 @@ pub(super) fn unite(floor: &Floor, basins: &Basins, gaps: &[Gap], config: &Topol
     let regions = union.numbers(config.least_area);
     let count = regions.iter().filter(|r| **r != NONE).max();
     Plan {
-        labels: of_cells(floor, basins, &regions),
+        labels: of_cells(floor, basins.labels, &regions),
         count: count.map_or(0, |most| *most as usize + 1),
         regions,
     }
 }
 
+/// Area of the smaller set, width of the gap and its number: the least area comes first out of a heap.
+type Turn = Reverse<(u64, Reverse<u64>, usize)>;
+
 struct Union {
-    sets: Sets,
+    sets: DisjointSets,
     /// Free floor, m², by the name of a set.
     areas: Vec<f64>,
 }
@@ -69,25 +73,28 @@ impl Union {
 
     /// Sets too small for a room go to the neighbour with the widest gap, the smallest first.
     fn small(&mut self, gaps: &[&Gap], least: f64) {
-        while let Some(gap) = self.smallest(gaps, least) {
-            self.unite(gap.basins);
+        let mut queue: BinaryHeap<_> = (0..gaps.len())
+            .filter_map(|at| self.turn(gaps, at, least))
+            .collect();
+        while let Some(turn) = queue.pop() {
+            let Reverse((_, _, at)) = turn;
+            match self.turn(gaps, at, least) {
+                Some(now) if now == turn => self.unite(gaps[at].basins),
+                // The set has grown meanwhile.
+                later => queue.extend(later),
+            }
         }
     }
 
-    /// The widest gap of the smallest set that has any.
-    fn smallest<'a>(&mut self, gaps: &[&'a Gap], least: f64) -> Option<&'a Gap> {
-        let mut best: Option<(f64, &Gap)> = None;
-        for &gap in gaps {
-            let [a, b] = gap.basins.map(|basin| self.sets.name_of(basin));
-            let area = self.areas[a as usize].min(self.areas[b as usize]);
-            let is_better = best.is_none_or(|(smallest, widest)| {
-                area < smallest || (area == smallest && gap.width > widest.width)
-            });
-            if a != b && area < least && is_better {
-                best = Some((area, gap));
-            }
-        }
-        best.map(|(_, gap)| gap)
+    /// When it is a gap's turn: by the area of the smaller of the sets beside it, of equal ones the widest first. `None` where it
+    /// parts nothing, or nothing that is too small.
+    fn turn(&mut self, gaps: &[&Gap], at: usize, least: f64) -> Option<Turn> {
+        let gap = gaps[at];
+        let [a, b] = gap.basins.map(|basin| self.sets.name_of(basin));
+        let area = self.areas[a as usize].min(self.areas[b as usize]);
+        // Bits of numbers that are not negative are in the order of the numbers.
+        let turn = Reverse((area.to_bits(), Reverse(gap.width.to_bits()), at));
+        (a != b && area < least).then_some(turn)
     }
 
     /// Numbers from the largest region on. What is too small by now has no gap to anything, and is a scrap behind a hole.
@@ -107,11 +114,15 @@ impl Union {
     }
 }
 
-/// Only free cells belong to a region: furniture does not.
-fn of_cells(floor: &Floor, basins: &Basins, regions: &[u32]) -> Vec<u32> {
-    let region = |(cell, &basin): (usize, &u32)| {
-        let is_in = basin != NONE && floor.is_free(cell);
-        if is_in { regions[basin as usize] } else { NONE }
-    };
-    basins.labels.iter().enumerate().map(region).collect()
+/// Basins become regions. Only free cells belong to one: furniture does not.
+fn of_cells(floor: &Floor, mut labels: Vec<u32>, regions: &[u32]) -> Vec<u32> {
+    for (cell, label) in labels.iter_mut().enumerate() {
+        let is_in = *label != NONE && floor.is_free(cell);
+        *label = if is_in {
+            regions[*label as usize]
+        } else {
+            NONE
+        };
+    }
+    labels
 }

@@ -1,3 +1,6 @@
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
 use super::*;
 use crate::geom::Pose2;
 use crate::map::{Evidence, GridConfig};
@@ -221,4 +224,62 @@ fn nothing_in_the_way_is_said_so() {
         assert!(standing.is_straight, "{standing:?}");
         assert!((standing.length.unwrap() - std::f64::consts::FRAC_1_SQRT_2).abs() < 1e-12);
     }
+}
+
+#[test]
+fn through_a_door_that_the_disc_does_not_pass_only_the_outline_finds_a_way() {
+    let door = |low: f64, high: f64| vec![wall(2.0, 0.0, 2.0, low), wall(2.0, high, 2.0, 3.0)];
+    let body = || ContestBody {
+        keep: 0.3,
+        outline: Footprint::rectangle(0.5, 0.3).ok(),
+    };
+    let mut config = short();
+    config.seconds = 2.0;
+    let narrow = [room(), door(1.3, 1.7)].concat();
+    let mut contest = Contest::among_walls(narrow, body(), QUERY, config).unwrap();
+    assert_eq!(contest.planners().last(), Some(Planner::Outline));
+    run(&mut contest);
+    assert!(contest.shortest().is_some_and(|s| !s.is_optimum));
+    let standings = contest.standings();
+    for standing in &standings {
+        let is_outline = standing.planner == Planner::Outline;
+        assert_eq!(standing.length.is_some(), is_outline, "{standing:?}");
+        if !is_outline {
+            assert!(matches!(standing.reason, Some(NoPath::Unreachable { .. })));
+        }
+    }
+    // A wide one the disc passes too, on a way that is no shorter.
+    let wide = [room(), door(1.0, 2.0)].concat();
+    let mut contest = Contest::among_walls(wide, body(), QUERY, config).unwrap();
+    run(&mut contest);
+    let lengths: Vec<f64> = contest
+        .standings()
+        .iter()
+        .filter_map(|s| s.length)
+        .collect();
+    assert_eq!(lengths.len(), 9, "{:?}", contest.standings());
+    // Its raster costs it up to a tenth.
+    let least = lengths.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(lengths[8] < 1.1 * least, "{lengths:?}");
+}
+
+#[test]
+fn start_where_only_the_outline_fits_is_no_start_for_discs_alone() {
+    // A corridor 40 cm wide.
+    let corridor = [
+        room(),
+        vec![wall(0.0, 0.8, 4.0, 0.8), wall(0.0, 1.2, 4.0, 1.2)],
+    ]
+    .concat();
+    let body = ContestBody {
+        keep: 0.3,
+        outline: Footprint::rectangle(0.5, 0.3).ok(),
+    };
+    let mut contest = Contest::among_walls(corridor.clone(), body, QUERY, short()).unwrap();
+    run(&mut contest);
+    for standing in contest.standings() {
+        let is_said = matches!(standing.reason, Some(NoPath::StartBlocked { .. }));
+        assert_ne!(is_said, standing.length.is_some(), "{standing:?}");
+    }
+    assert!(Contest::among_walls(corridor, 0.3, QUERY, short()).is_err());
 }

@@ -237,6 +237,37 @@ impl ConfigSpace for GridSpace {
         Some(self.resolution)
     }
 
+    /// The sides of occupied cells, but for those between two of them.
+    fn walls_near(&self, point: Point2<f64>, reach: f64) -> Vec<Segment> {
+        let at = |x: f64| (x / self.resolution).floor() as i32;
+        let is_occupied = |col: i32, row: i32| {
+            let state = self.index_of(CellIndex { col, row });
+            state.is_some_and(|index| self.states[index] == CellState::Occupied)
+        };
+        let corner =
+            |col: i32, row: i32| Point2::new(f64::from(col), f64::from(row)) * self.resolution;
+        let (min, max) = (self.rect.min, self.rect.max);
+        let mut sides = vec![];
+        for row in at(point.y - reach).max(min.row)..=at(point.y + reach).min(max.row - 1) {
+            for col in at(point.x - reach).max(min.col)..=at(point.x + reach).min(max.col - 1) {
+                if !is_occupied(col, row) {
+                    continue;
+                }
+                let ring = [(0, 0, 0, -1), (1, 0, 1, 0), (1, 1, 0, 1), (0, 1, -1, 0)];
+                for (i, (dx, dy, beside, above)) in ring.into_iter().enumerate() {
+                    let (ex, ey, ..) = ring[(i + 1) % ring.len()];
+                    if !is_occupied(col + beside, row + above) {
+                        sides.push(Segment::new(
+                            corner(col + dx, row + dy),
+                            corner(col + ex, row + ey),
+                        ));
+                    }
+                }
+            }
+        }
+        sides
+    }
+
     fn are_apart(&self, a: Point2<f64>, b: Point2<f64>) -> bool {
         !may_reach(self, a, b)
     }

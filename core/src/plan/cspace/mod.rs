@@ -48,6 +48,9 @@ pub trait ConfigSpace {
         None
     }
 
+    /// At least the walls within `reach` metres of a point, as lines: what an outline that is no disc is held against.
+    fn walls_near(&self, point: Point2<f64>, reach: f64) -> Vec<Segment>;
+
     /// Whether it is proved that no path joins two free places. `false` proves nothing.
     fn are_apart(&self, _a: Point2<f64>, _b: Point2<f64>) -> bool {
         false
@@ -109,6 +112,12 @@ impl<A: ConfigSpace, B: ConfigSpace> ConfigSpace for Both<A, B> {
     fn bounds(&self) -> (Point2<f64>, Point2<f64>) {
         let ((a, b), (c, d)) = (self.0.bounds(), self.1.bounds());
         (a.sup(&c), b.inf(&d))
+    }
+
+    fn walls_near(&self, point: Point2<f64>, reach: f64) -> Vec<Segment> {
+        let mut walls = self.0.walls_near(point, reach);
+        walls.extend(self.1.walls_near(point, reach));
+        walls
     }
 
     fn are_apart(&self, a: Point2<f64>, b: Point2<f64>) -> bool {

@@ -5,7 +5,7 @@
 
 use nalgebra::{Point2, Vector2};
 
-use crate::geom::Segment;
+use crate::geom::{Segment, sides_of};
 
 /// Cells for each wall: more make lists short and walks long.
 const CELLS_PER_WALL: f64 = 8.0;
@@ -182,7 +182,7 @@ fn distance_to_box(segment: &Segment, low: Point2<f64>, side: f64) -> f64 {
         high,
         Point2::new(low.x, high.y),
     ];
-    (0..4)
-        .map(|i| Segment::new(corners[i], corners[(i + 1) % 4]).distance_to(segment))
+    sides_of(&corners)
+        .map(|(a, b)| Segment::new(*a, *b).distance_to(segment))
         .fold(f64::INFINITY, f64::min)
 }

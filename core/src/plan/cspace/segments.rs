@@ -182,6 +182,14 @@ impl ConfigSpace for SegmentSpace {
         Some((&self.segments, self.keep))
     }
 
+    fn walls_near(&self, point: Point2<f64>, reach: f64) -> Vec<Segment> {
+        let walls = self.segments.iter();
+        walls
+            .filter(|wall| wall.distance(point) <= reach)
+            .copied()
+            .collect()
+    }
+
     fn are_apart(&self, a: Point2<f64>, b: Point2<f64>) -> bool {
         // Finer squares prove more, and take longer.
         let sides = [0.5, 0.1].map(|part| part * self.keep);

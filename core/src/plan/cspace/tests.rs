@@ -88,3 +88,47 @@ fn nonsense_is_refused_by_name() {
     let nowhere = Point2::new(f64::NAN, 1.0);
     assert!(!space.is_free(nowhere) && space.room(nowhere) < 0.0);
 }
+
+/// What is shown of a map as its configuration space is that of the planners.
+#[test]
+fn the_room_that_is_shown_is_that_of_the_space() {
+    use crate::geom::Pose2;
+    use crate::map::{BLOCK_CELLS, CellIndex, Evidence, Field, Grid, GridConfig};
+    let mut grid = Grid::new(GridConfig::default()).unwrap();
+    let wall = |at: f64| [Point2::new(0.52, 0.53), Point2::new(at, 3.0 - at)];
+    let ways: Vec<_> = (-60..60).map(|at| wall(f64::from(at) * 0.05)).collect();
+    let evidence = Evidence {
+        hits: ways.iter().map(|[_, end]| *end).collect(),
+        free: ways,
+    };
+    (0..4).for_each(|_| grid.draw(&evidence, &Pose2::identity()));
+    let (keep, size) = (0.2, BLOCK_CELLS as i32);
+    let space = GridSpace::new(&grid, grid.bounds().unwrap(), keep, Unknown::Free);
+    let shown = Field::Room { keep }.since(&grid, 0);
+    let mut told = [0, 0];
+    for (block, bytes) in shown
+        .blocks
+        .iter()
+        .zip(shown.bytes.chunks(BLOCK_CELLS * BLOCK_CELLS))
+    {
+        for (at, byte) in bytes
+            .iter()
+            .enumerate()
+            .filter(|(_, byte)| (1..255).contains(*byte))
+        {
+            let cell = CellIndex {
+                col: block.col * size + at as i32 % size,
+                row: block.row * size + at as i32 / size,
+            };
+            let room = space.room_of(space.index_of(cell).unwrap());
+            let found = f64::from(byte - 1) * shown.step;
+            assert_eq!(*byte > 1, room > 0.0, "{cell:?}");
+            assert!(
+                (found - room.max(0.0)).abs() < shown.step + 1e-9,
+                "{cell:?}: {found}, {room}"
+            );
+            told[usize::from(*byte > 1)] += 1;
+        }
+    }
+    assert!(told.iter().all(|cells| *cells > 100), "{told:?}");
+}

@@ -1,5 +1,5 @@
 use super::*;
-use crate::plan::{Planner, RrtConfig, Sampler, Search as AnySearch};
+use crate::plan::{Planner, RrtConfig, Sampler, Search as AnySearch, SegmentSpace};
 use proptest::prelude::*;
 
 const LENGTH: f64 = 0.5;
@@ -15,7 +15,7 @@ fn wall(x0: f64, y0: f64, x1: f64, y1: f64) -> Segment {
 
 fn space(walls: Vec<Segment>) -> SegmentSpace {
     let bounds = (Point2::origin(), Point2::new(4.0, 3.0));
-    SegmentSpace::new(walls, 0.0, bounds).unwrap()
+    SegmentSpace::new(walls, 0.5 * WIDTH, bounds).unwrap()
 }
 
 /// Two rooms with a door of the given width between them.
@@ -77,7 +77,7 @@ fn a_long_robot_passes_a_door_narrower_than_the_disc_around_it_and_touches_nothi
     let disc = rooms.with_keep(robot().radius_around());
     assert!(disc.are_apart(asked.start, asked.goal));
     for heading in [0.0, 1.5, -2.8] {
-        let path = plan_outline(&rooms, &robot(), asked, heading, &config).unwrap();
+        let path = plan_outline(&rooms, &robot(), asked, Some(heading), &config).unwrap();
         assert_eq!(path.points.first(), Some(&asked.start));
         assert_eq!(path.points.last(), Some(&asked.goal));
         let depth = deepest(&path, heading, rooms.segments());
@@ -104,7 +104,7 @@ fn doors_narrower_than_the_robot_and_bends_without_room_to_turn_are_refused() {
     let config = OutlineConfig::default();
     let asked = query((0.6, 0.6), (3.3, 2.4));
     // 6 cm less than its width: proved by the disc within.
-    let shut = plan_outline(&two_rooms(0.24), &robot(), asked, 0.0, &config);
+    let shut = plan_outline(&two_rooms(0.24), &robot(), asked, Some(0.0), &config);
     assert!(matches!(shut, Err(NoPath::Unreachable { .. })), "{shut:?}");
     // A bent corridor, 36 cm wide: the disc within passes, the robot cannot turn in the bend.
     let bend = space(vec![
@@ -114,14 +114,15 @@ fn doors_narrower_than_the_robot_and_bends_without_room_to_turn_are_refused() {
         wall(2.0, 1.36, 2.0, 3.0),
     ]);
     let asked = query((0.4, 1.18), (2.18, 2.7));
-    let stuck = plan_outline(&bend, &robot(), asked, 0.0, &config);
+    let stuck = plan_outline(&bend, &robot(), asked, Some(0.0), &config);
     assert!(matches!(stuck, Err(NoPath::Exhausted { .. })), "{stuck:?}");
     let short = Footprint::rectangle(0.3, 0.18).unwrap();
-    assert!(plan_outline(&bend, &short, asked, 0.0, &config).is_ok());
+    let bend = bend.with_keep(short.radius_within());
+    assert!(plan_outline(&bend, &short, asked, Some(0.0), &config).is_ok());
     // Straight on along it the long one drives, but across it does not even stand.
     let along = query((0.4, 1.18), (1.6, 1.18));
-    assert!(plan_outline(&bend, &robot(), along, 0.0, &config).is_ok());
-    let across = plan_outline(&bend, &robot(), along, 1.57, &config);
+    assert!(plan_outline(&bend, &robot(), along, Some(0.0), &config).is_ok());
+    let across = plan_outline(&bend, &robot(), along, Some(1.57), &config);
     assert!(
         matches!(across, Err(NoPath::StartBlocked { .. })),
         "{across:?}"
@@ -139,7 +140,7 @@ proptest! {
         let walls = ends.iter().map(|&(x, y, dx, dy)| wall(x, y, x + dx, y + dy)).collect();
         let space = space(walls);
         let asked = query((0.3, 0.3), (3.7, 2.7));
-        if let Ok(path) = plan_outline(&space, &robot(), asked, heading, &OutlineConfig::default()) {
+        if let Ok(path) = plan_outline(&space, &robot(), asked, Some(heading), &OutlineConfig::default()) {
             let depth = deepest(&path, heading, space.segments());
             prop_assert!(depth <= 1e-9, "{} m into a wall", depth);
         }

@@ -156,7 +156,7 @@ fn who_stands_is_remembered_for_a_while() {
         Some((1.5, y, 0.2))
     };
     let standing = Pose2::identity();
-    for (scans, is_seen) in [(6, true), (20, true), (40, false)] {
+    for (scans, is_seen) in [(6, true), (20, true), (100, false)] {
         assert_eq!(
             !seen(standing, scans, person).is_empty(),
             is_seen,
@@ -167,4 +167,42 @@ fn who_stands_is_remembered_for_a_while() {
     let leaves = |number: usize| person(number).filter(|_| number < 8);
     assert!(seen(standing, 9, leaves).is_empty());
     assert!(seen(standing, 9, |_| Some((1.5, 0.0, 0.2))).is_empty());
+}
+
+/// What four rangers see of the room from a pose where odometry has the robot, one of them ahead.
+fn four(pose: &Pose2, person: Option<(f64, f64, f64)>) -> Points {
+    let still = Pose2::identity();
+    let mut points = sweep((&still, &still), pose, person, 1);
+    points.beams.retain(|beam| beam.beam_idx % 90 == 0);
+    points
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// By single readings of a robot that has driven on since its last scan, whose odometry errs by two standard deviations of the turn at
+    /// most: nobody where nobody is, and whoever stands in room that was free.
+    #[test]
+    fn who_came_since_the_last_scan_is_seen_by_one_reading(
+        forward in 0.0..0.7_f64, turn in -0.8..0.8_f64, slip in -0.08..0.08_f64, away in 0.5..1.2_f64,
+    ) {
+        let mut walkers = Walkers::default();
+        let still = Pose2::identity();
+        walkers.update(&sweep((&still, &still), &still, None, 0), &still);
+        let told = Pose2::new(0.0, 0.0, turn) * Pose2::new(forward, 0.0, 0.0);
+        let slipped = turn + slip * turn.abs().sqrt();
+        let truth = Pose2::new(0.0, 0.0, slipped) * Pose2::new(forward, 0.0, 0.0);
+        let came = walkers.look(&four(&truth, None), &told);
+        prop_assert!(came.is_empty() && walkers.points().is_empty(), "{came:?}");
+        let at = truth * Point2::new(away, 0.0);
+        let to_pillar = Vector2::new(at.x - PILLAR.0, at.y - PILLAR.1).norm();
+        prop_assume!(to_pillar > 1.2 && at.coords.amax() < HALF - 0.8);
+        let came = walkers.look(&four(&truth, Some((at.x, at.y, 0.2))), &told);
+        // In the frame of the scan, as odometry has it.
+        let expect = told * Point2::new(away - 0.2, 0.0);
+        prop_assert!(came.len() == 1 && (came[0] - expect).norm() < 1e-6, "{came:?} instead of {expect}");
+        prop_assert_eq!(walkers.points(), came);
+        walkers.update(&sweep((&still, &still), &truth, None, 9), &told);
+        prop_assert!(walkers.points().is_empty());
+    }
 }

@@ -183,7 +183,7 @@ pub(super) const DRIVING: &[Setting] = &[
         range: [0.0, 1.0],
         kind: Kind::Choice(&["keeps to its way", "dynamic window"]),
         acts: Acts::AtOnce,
-        meaning: "Keeps to its way, slows down and waits; or leaves it by the dynamic window (Fox, Burgard & Thrun 1997). Safe mode limits both.",
+        meaning: "Keeps to its way, slows down and waits; or leaves it by the dynamic window (Fox, Burgard & Thrun 1997) while people hold it up. Safe mode limits both.",
         get: |s| {
             Some(f64::from(u8::from(
                 s.pilot.avoidance == Avoidance::DynamicWindow,

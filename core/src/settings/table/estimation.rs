@@ -4,6 +4,7 @@ use crate::association::AssociationMethod;
 use crate::estimation::Consistency;
 use crate::map::Sweep;
 use crate::settings::{Acts, Kind, Setting};
+use crate::slam::KnownBy;
 
 /// The settings.
 pub(super) const ESTIMATION: &[Setting] = &[
@@ -182,6 +183,24 @@ pub(super) const ESTIMATION: &[Setting] = &[
         meaning: "Two walls that differ less become one.",
         get: |s| Some(s.slam.ekf.merge.gate),
         set: |s, v| s.slam.ekf.merge.gate = v,
+    },
+    Setting {
+        key: "known.by",
+        group: "Known map",
+        name: "Finds itself by",
+        unit: "",
+        range: [0.0, 1.0],
+        kind: Kind::Choice(&["lines (TDK 2016)", "whole scans"]),
+        acts: Acts::OnRestart,
+        meaning: "What of a scan is found in a known map: each straight wall by the filter, or all that was hit at once, which a map of cells with furniture in it asks for.",
+        get: |s| Some(f64::from(u8::from(s.slam.known_by == KnownBy::Surfaces))),
+        set: |s, v| {
+            s.slam.known_by = if v > 0.5 {
+                KnownBy::Surfaces
+            } else {
+                KnownBy::Lines
+            };
+        },
     },
     Setting {
         key: "match.keyframe_distance",

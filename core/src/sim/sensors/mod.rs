@@ -192,4 +192,21 @@ impl Sensor {
             Self::Sonar(sonar) => sonar.step(span, view, rng),
         }
     }
+
+    /// Whether the robot moves: rangers on a servo look to and fro meanwhile, which others need not be told.
+    pub(super) fn moves(&mut self, moves: bool, seconds: f64) {
+        match self {
+            Self::Rangers(rangers) if moves => rangers.look_on_the_move(seconds),
+            Self::Rangers(rangers) => rangers.look_no_more(),
+            Self::Lidar(_) | Self::Sonar(_) => (),
+        }
+    }
+
+    /// A few readings of a robot that moves, by a sensor that can sweep only standing.
+    pub(super) fn look(&mut self, span: &Span, view: &View, rng: &mut impl Rng) -> Option<Scan> {
+        match self {
+            Self::Rangers(rangers) => rangers.look(span, view, rng),
+            Self::Lidar(_) | Self::Sonar(_) => None,
+        }
+    }
 }

@@ -18,8 +18,11 @@
 //! The readings are handed on in the order of their bearings, with `sweep` 0: nothing moved meanwhile, and neighbours
 //! in the scan are neighbours in the room.
 //!
+//! A robot that moves looks by single readings ([`look`]).
+//!
 //! Source: TDK 2016 §1.3 (four rangers, servo); Sharp GP2Y0A02 and GP2Y0A21 data sheets; the specification, "Sensors".
 
+mod look;
 #[cfg(test)]
 mod tests;
 
@@ -162,6 +165,8 @@ pub(in crate::sim) struct Rangers {
     cycles: [(f64, f64); RANGERS],
     /// (bearing, range, σ) so far.
     readings: Vec<(f64, f32, f32)>,
+    /// The look under way of a robot that moves.
+    look: Option<look::Look>,
 }
 
 /// From counts to a range.
@@ -185,11 +190,13 @@ impl Rangers {
             began: None,
             cycles: [(0.0, model.cycle); RANGERS],
             readings: Vec::new(),
+            look: None,
         })
     }
 
     pub(super) fn begin(&mut self, seconds: f64) {
         self.began = Some(seconds);
+        self.look = None;
         self.readings.clear();
     }
 
@@ -248,8 +255,16 @@ impl Rangers {
     }
 
     fn bearing(&self, ranger: usize, position: usize) -> f64 {
-        let servo = FRAC_PI_2 * position as f64 / self.model.positions as f64 - FRAC_PI_4;
-        wrap(servo + FRAC_PI_2 * ranger as f64)
+        wrap(self.servo(position) + FRAC_PI_2 * ranger as f64)
+    }
+
+    fn servo(&self, position: usize) -> f64 {
+        FRAC_PI_2 * position as f64 / self.model.positions as f64 - FRAC_PI_4
+    }
+
+    /// Where a sweep leaves the servo.
+    fn servo_at_rest(&self) -> f64 {
+        self.servo(self.model.positions.saturating_sub(1))
     }
 
     fn complete(&mut self, seconds: f64) -> Scan {

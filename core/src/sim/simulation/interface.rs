@@ -28,6 +28,10 @@ impl Robot for Simulation {
         self.take_scan()
     }
 
+    fn take_look(&mut self) -> Option<Scan> {
+        self.take_look()
+    }
+
     fn bumpers(&self) -> Bumpers {
         self.bumpers()
     }

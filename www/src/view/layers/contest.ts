@@ -1,12 +1,14 @@
 // A contest of planners: the tree of the one that is watched, all paths, start and goal.
 
 import type { PaletteName } from "../palette.js";
+import { drawGhosts } from "./body.js";
 import { addPolyline, addSegments, type Brush } from "./layer.js";
 
 /** The colours of the planners, in their order. */
-export const CONTEST_COLOURS = ["contest0", "contest1", "contest2", "contest3", "contest4", "contest5", "contest6", "contest7"] as const satisfies readonly PaletteName[];
+export const CONTEST_COLOURS = ["contest0", "contest1", "contest2", "contest3", "contest4", "contest5", "contest6", "contest7", "contest8"] as const satisfies readonly PaletteName[];
 
-export function draw({ context, camera, palette, contest }: Brush): void {
+export function draw(brush: Brush): void {
+  const { context, camera, palette, contest } = brush;
   if (!contest) return;
   const { found, start, goal } = contest;
   context.lineJoin = context.lineCap = "round";
@@ -32,6 +34,7 @@ export function draw({ context, camera, palette, contest }: Brush): void {
         addPolyline(context, path);
         context.stroke();
       }
+      if (place === found.watched && found.planners[place] === "Outline") drawGhosts(brush, path, colour(place));
     }
   }
   if (start) pin(context, start, camera.px(7), palette.css.free, palette.css.ink, false);

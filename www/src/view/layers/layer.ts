@@ -1,11 +1,13 @@
 // What every layer is given.
 
 import type { Sighting } from "../../inspect.js";
-import type { ContestState, Rooms } from "../../protocol.js";
+import type { ContestState } from "../../protocol/contest.js";
+import type { Rooms } from "../../protocol/rooms.js";
 import type { Spot } from "../../store.js";
 import type { Camera } from "../camera.js";
 import type { Palette } from "../palette.js";
 import type { Scene } from "../scene.js";
+import type { Tiles } from "../tiles.js";
 
 /** The context draws in map metres, y up. */
 export interface Brush {
@@ -13,6 +15,8 @@ export interface Brush {
   readonly camera: Camera;
   readonly palette: Palette;
   readonly scene: Scene;
+  /** What the grid shows. */
+  readonly tiles: Tiles;
   /** Seconds since the page opened, for what breathes; stands still where reduced motion is asked for. */
   readonly time: number;
   /** Walls that light up. */

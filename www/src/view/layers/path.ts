@@ -1,8 +1,10 @@
 // The path: as the search found it (dotted), and after shortening (solid), with the goal.
 
+import { drawGhosts } from "./body.js";
 import { addPolyline, type Brush } from "./layer.js";
 
-export function draw({ context, camera, palette, scene, time }: Brush): void {
+export function draw(brush: Brush): void {
+  const { context, camera, palette, scene, time } = brush;
   const { path, status } = scene;
   context.strokeStyle = palette.css.path;
   context.lineJoin = context.lineCap = "round";
@@ -10,6 +12,7 @@ export function draw({ context, camera, palette, scene, time }: Brush): void {
   context.beginPath();
   addPolyline(context, path);
   context.stroke();
+  drawGhosts(brush, path, palette.css.path);
   if (status && Number.isFinite(status.goalX)) {
     const ring = camera.px(7 + 1.5 * Math.sin(time * 3));
     context.lineWidth = camera.px(2);

@@ -1,6 +1,7 @@
-// The robot where it believes to be, with the ellipse that holds 95 % of its position and the wedge of its heading;
+// The robot where it believes to be, with what of it touches walls at its true size, with the ellipse that holds 95 % of its position and the wedge of its heading;
 // its true place and where its wheels alone would put it as outlines.
 
+import { addBody } from "./body.js";
 import type { Brush } from "./layer.js";
 
 /** 95 % of a two-dimensional normal distribution: χ² with 2 degrees of freedom. */
@@ -37,6 +38,14 @@ export function draw(brush: Brush): void {
   context.globalAlpha = 1;
   context.lineWidth = camera.px(1.5);
   context.stroke();
+
+  context.strokeStyle = palette.css.robot;
+  context.lineWidth = camera.px(1);
+  context.globalAlpha = 0.6;
+  context.beginPath();
+  addBody(brush, x, y, heading);
+  context.stroke();
+  context.globalAlpha = 1;
 
   body(brush, x, y, heading);
   context.fillStyle = palette.css.robot;

@@ -1,6 +1,6 @@
 // Rooms and corridors tinted, the doors between them with their widths, and the graph that joins them.
 
-import { DOORWAY, DOORWAY_STRIDE, REGION, REGION_STRIDE, type Rooms } from "../../protocol.js";
+import { DOORWAY, DOORWAY_STRIDE, REGION, REGION_STRIDE, type Rooms } from "../../protocol/rooms.js";
 import type { PaletteName } from "../palette.js";
 import type { Brush } from "./layer.js";
 
@@ -14,14 +14,7 @@ export function draw(brush: Brush): void {
   const { context, camera, palette, rooms } = brush;
   if (!rooms) return;
   const { found, numbers, chosen } = rooms;
-  let corner = 0;
-  const paths = Array.from({ length: found.regions.length / REGION_STRIDE }, () => new Path2D());
-  for (let i = 0; i + 1 < found.rings.length; i += 2) {
-    const [region, count] = [found.rings[i] ?? 0, found.rings[i + 1] ?? 0];
-    paths[region]?.addPath(ring(found.corners, corner, count));
-    corner += count;
-  }
-  paths.forEach((path, region) => {
+  pathsOf(found).forEach((path, region) => {
     const isCorridor = found.regions[region * REGION_STRIDE + REGION.kind] === 1;
     const colour = palette.css[isCorridor ? CORRIDOR : TINTS[((numbers[region] ?? 1) - 1) % TINTS.length] ?? CORRIDOR];
     context.fillStyle = colour;
@@ -81,6 +74,22 @@ function drawGraph({ context, camera, palette }: Brush, { regions, doors }: Room
     context.fillText(text, 7, -6);
     context.restore();
   }
+}
+
+/** The outlines of the last answer, built once: they are drawn at every frame. */
+const drawn: { of: Rooms | null; paths: readonly Path2D[] } = { of: null, paths: [] };
+
+function pathsOf(found: Rooms): readonly Path2D[] {
+  if (drawn.of === found) return drawn.paths;
+  const paths = Array.from({ length: found.regions.length / REGION_STRIDE }, () => new Path2D());
+  let corner = 0;
+  for (let i = 0; i + 1 < found.rings.length; i += 2) {
+    const [region, count] = [found.rings[i] ?? 0, found.rings[i + 1] ?? 0];
+    paths[region]?.addPath(ring(found.corners, corner, count));
+    corner += count;
+  }
+  Object.assign(drawn, { of: found, paths });
+  return paths;
 }
 
 function ring(corners: Float32Array, first: number, count: number): Path2D {

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::super::*;
 use super::{ONCE, odometry};
-use crate::geom::{Line, Segment, wrap};
+use crate::geom::{Line, Segment, sides_of, wrap};
 use crate::robot::{OdometryNoise, Tracks};
 
 /// A run through known walls with sightings made straight from the truth.
@@ -174,11 +174,8 @@ impl Run {
 }
 
 pub(super) fn polygon(points: &[(f64, f64)]) -> Vec<Segment> {
-    let next = points.iter().cycle().skip(1);
     let corner = |p: &(f64, f64)| Point2::new(p.0, p.1);
-    points
-        .iter()
-        .zip(next)
+    sides_of(points)
         .map(|(a, b)| Segment::new(corner(a), corner(b)))
         .collect()
 }

@@ -166,6 +166,59 @@ fn rangers_look_round_once_when_told_and_the_robot_stands_meanwhile() {
 }
 
 #[test]
+fn rangers_on_the_move_look_where_they_say_and_see_what_is_there() {
+    let mut sim = simulation("arena", SensorModel::rangers(), 4);
+    sim.advance(2.0);
+    assert_eq!(sim.take_look(), None, "it stands");
+    let (mut looked, mut seen, mut wild) = (vec![], 0, 0);
+    for _ in 0..20 {
+        for command in [
+            Command::Forward(0.3),
+            Command::Turn(0.4),
+            Command::Forward(-0.3),
+        ] {
+            sim.command(command);
+            while sim.is_busy() {
+                sim.advance(TIME_STEP);
+                let Some(look) = sim.take_look() else {
+                    continue;
+                };
+                assert_eq!((look.validate(), look.len()), (Ok(()), 4));
+                for (i, &bearing) in look.bearings.iter().enumerate() {
+                    looked.push(
+                        (bearing.to_degrees().rem_euclid(360.0) / 30.0).round() as usize % 12,
+                    );
+                    let angle = sim.truth().heading() + bearing;
+                    let direction = nalgebra::Vector2::new(libm::cos(angle), libm::sin(angle));
+                    let truth = sim.caster().cast(sim.truth().position(), direction, 1.2);
+                    let Some(truth) = truth.filter(|t| t.distance > 0.25) else {
+                        continue;
+                    };
+                    let (range, sigma) = (f64::from(look.ranges[i]), f64::from(look.sigmas[i]));
+                    // The servo's noise, on walls that are met aslant.
+                    let off = (range - truth.distance).abs();
+                    seen += 1;
+                    wild += i32::from(off.is_nan() || off >= 4.0 * sigma + 0.05);
+                }
+            }
+        }
+    }
+    // Ahead, left, back and right twice as often as what lies between.
+    let count = |at: usize| looked.iter().filter(|l| **l == at).count();
+    for at in 0..12 {
+        let part = count(at) as f64 / looked.len() as f64;
+        let expect = if at % 3 == 0 { 1.0 / 8.0 } else { 1.0 / 16.0 };
+        assert!((part - expect).abs() < 0.02, "{}°: {part}", 30 * at);
+    }
+    assert!(seen > 300 && wild * 20 < seen, "{wild} of {seen}");
+    // What was not taken of the last leg; the sweep and standing add none.
+    finish(&mut sim, Command::Scan);
+    while sim.take_look().is_some() {}
+    sim.advance(2.0);
+    assert_eq!(sim.take_look(), None);
+}
+
+#[test]
 fn rangers_tell_the_true_ranges_within_their_sigmas() {
     let mut sim = simulation("arena", SensorModel::rangers(), 8);
     let (mut squares, mut count, mut lost) = (0.0, 0.0, 0.0);

@@ -1,11 +1,13 @@
-//! Sets that unite (union-find with path halving).
+//! Disjoint sets that unite (union-find with path halving).
+//!
+//! Source: Tarjan & van Leeuwen (1984), "Worst-case analysis of set union algorithms".
 
 /// Each number is in one set, named by one of its members.
-pub(super) struct Sets {
+pub(super) struct DisjointSets {
     parents: Vec<u32>,
 }
 
-impl Sets {
+impl DisjointSets {
     /// A set for each of the first `count` numbers.
     pub(super) fn of(count: usize) -> Self {
         Self {

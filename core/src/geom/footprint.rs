@@ -1,19 +1,20 @@
 //! The robot's outline as a second, exact test: for doors that the disc around it does not pass.
 //!
 //! In: a convex outline in the robot's frame, and walls. Out: whether the robot can stand in a pose, drive a leg, turn on the
-//! spot, and so follow a path, without touching a wall.
+//! spot, and so follow a path, without touching a wall; and how near it stands to one.
 //!
 //! 1. Standing: a wall touches a convex outline if clipping it by all sides leaves something (Cyrus & Beck 1978).
 //! 2. Driving straight: what is swept is the convex hull of the outline at both ends.
 //! 3. Turning: nothing is touched at the beginning, and what is touched first is touched by a corner of the outline on its
 //!    arc, or is the end of a wall that a side sweeps over. Both are circles cut by segments, in closed form.
+//! 4. Apart: of an outline and a wall that do not touch, one end of the shortest line between them is a corner of the one or an
+//!    end of the other.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Point2, Vector2};
 
-use super::path::Path;
-use crate::geom::{Pose2, Segment, sides_of, wrap};
+use super::{Pose2, Segment, sides_of, wrap};
 
 /// A convex outline, counter-clockwise, the robot's centre inside.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,6 +88,51 @@ impl Footprint {
         corners.fold(0.0, f64::max)
     }
 
+    /// The corners in the robot's frame, m, counter-clockwise.
+    #[must_use]
+    pub fn corners(&self) -> &[Point2<f64>] {
+        &self.corners
+    }
+
+    /// How far a point (robot frame, m) is from the outline, m; negative within, by the nearest side.
+    #[must_use]
+    pub fn distance(&self, point: Point2<f64>) -> f64 {
+        let mut depth = f64::INFINITY;
+        let mut apart = f64::INFINITY;
+        for (a, b) in sides_of(&self.corners) {
+            let side = Segment::new(*a, *b);
+            let along = side.vector();
+            depth = depth.min(along.perp(&(point - a)) / along.norm());
+            apart = apart.min(side.distance(point));
+        }
+        if depth > 0.0 { -depth } else { apart }
+    }
+
+    /// The point of the outline nearest to a point outside of it, robot frame, m.
+    #[must_use]
+    pub fn closest_point(&self, point: Point2<f64>) -> Point2<f64> {
+        let on_sides =
+            sides_of(&self.corners).map(|(a, b)| Segment::new(*a, *b).closest_point(point));
+        let nearer = |p: &Point2<f64>, q: &Point2<f64>| {
+            let off = |at: &Point2<f64>| (at - point).norm_squared();
+            off(p).total_cmp(&off(q))
+        };
+        on_sides.min_by(nearer).unwrap_or(point)
+    }
+
+    /// Step 4: the points of outline and wall that are nearest to each other, world frame, m, for a robot that does not touch the wall.
+    #[must_use]
+    pub fn nearest(&self, pose: &Pose2, wall: &Segment) -> [Point2<f64>; 2] {
+        let inverse = pose.inverse();
+        let seen = Segment::new(inverse * wall.a, inverse * wall.b);
+        let of_corners = self.corners.iter().map(|&c| [c, seen.closest_point(c)]);
+        let of_ends = [seen.a, seen.b].map(|end| [self.closest_point(end), end]);
+        let pairs = of_corners.chain(of_ends);
+        let apart = |[p, q]: &[Point2<f64>; 2]| (p - q).norm_squared();
+        let nearest = pairs.min_by(|p, q| apart(p).total_cmp(&apart(q)));
+        nearest.unwrap_or_default().map(|point| *pose * point)
+    }
+
     fn at(&self, pose: &Pose2) -> Vec<Point2<f64>> {
         self.corners.iter().map(|&corner| *pose * corner).collect()
     }
@@ -122,20 +168,23 @@ impl Footprint {
         };
         // Corners go round by `turn`; as the robot sees it, ends of walls go round the other way.
         let by_corner = self.corners.iter().any(|&c| meets(c, turn, &in_robot));
-        let count = self.corners.len();
-        let sides =
-            || (0..count).map(|i| Segment::new(self.corners[i], self.corners[(i + 1) % count]));
+        let sides = || sides_of(&self.corners).map(|(a, b)| Segment::new(*a, *b));
         let over_end = [in_robot.a, in_robot.b]
             .iter()
             .any(|&end| sides().any(|side| meets(end, -turn, &side)));
         by_corner || over_end
     }
 
-    /// Whether the robot can follow a path from a heading, turning on the spot at its corners.
-    #[must_use]
-    pub fn follows(&self, path: &Path, heading: f64, walls: &[Segment]) -> bool {
+    /// Whether the robot can follow straight legs from a heading, turning on the spot at their corners.
+    pub fn follows(
+        &self,
+        legs: impl IntoIterator<Item = Segment>,
+        heading: f64,
+        walls: &[Segment],
+    ) -> bool {
         let mut heading = heading;
-        path.legs().filter(|leg| leg.length() > 0.0).all(|leg| {
+        let mut legs = legs.into_iter().filter(|leg| leg.length() > 0.0);
+        legs.all(|leg| {
             let next = libm::atan2(leg.vector().y, leg.vector().x);
             let pose = Pose2::new(leg.a.x, leg.a.y, heading);
             let turn = wrap(next - heading);
@@ -212,103 +261,4 @@ fn hull(mut points: Vec<Point2<f64>>) -> Vec<Point2<f64>> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    fn robot() -> Footprint {
-        Footprint::rectangle(0.5, 0.3).unwrap()
-    }
-
-    fn wall() -> impl Strategy<Value = Segment> {
-        proptest::array::uniform4(-1.0..1.0_f64)
-            .prop_map(|w| Segment::new(Point2::new(w[0], w[1]), Point2::new(w[2], w[3])))
-    }
-
-    /// Depth of the wall in the outline, by sampled points of the wall: positive inside.
-    fn depth(pose: &Pose2, wall: &Segment) -> f64 {
-        let inverse = pose.inverse();
-        let points = (0..=400).map(|i| inverse * (wall.a + wall.vector() * (f64::from(i) / 400.0)));
-        let depth = points.map(|p| (0.25 - p.x.abs()).min(0.15 - p.y.abs()));
-        depth.fold(f64::NEG_INFINITY, f64::max)
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(300))]
-
-        #[test]
-        fn standing_turning_and_driving_touch_what_sampled_poses_touch(
-            wall in wall(), x in -0.3..0.3_f64, y in -0.3..0.3_f64, heading in -3.1..3.1_f64, turn in -3.1..3.1_f64, length in 0.05..0.8_f64,
-        ) {
-            let robot = robot();
-            let pose = Pose2::new(x, y, heading);
-            let deepest = |poses: &mut dyn Iterator<Item = Pose2>| {
-                poses.map(|pose| depth(&pose, &wall)).fold(f64::NEG_INFINITY, f64::max)
-            };
-            let check = |found: bool, deepest: f64| {
-                // Within what sampling misses it decides nothing.
-                deepest.abs() < 8e-3 || found == (deepest < 0.0)
-            };
-            prop_assert!(check(robot.fits(&pose, &[wall]), depth(&pose, &wall)));
-            let part = |i: i32| f64::from(i) / 200.0;
-            let mut turned = (0..=200).map(|i| Pose2::new(x, y, heading + turn * part(i)));
-            prop_assert!(check(robot.turns(&pose, turn, &[wall]), deepest(&mut turned)));
-            let along = Vector2::new(libm::cos(heading), libm::sin(heading)) * length;
-            let leg = Segment::new(Point2::new(x, y), Point2::new(x, y) + along);
-            let mut driven = (0..=200).map(|i| Pose2::new(x + along.x * part(i), y + along.y * part(i), heading));
-            prop_assert!(check(robot.drives(&leg, &[wall]), deepest(&mut driven)));
-        }
-    }
-
-    #[test]
-    fn a_door_wider_than_the_robot_but_not_than_its_disc_is_passed_straight_only() {
-        let post = |y0: f64, y1: f64| Segment::new(Point2::new(1.0, y0), Point2::new(1.0, y1));
-        let walls = [post(-2.0, -0.16), post(0.16, 2.0)];
-        let path = |points: &[(f64, f64)]| Path {
-            points: points.iter().map(|&(x, y)| Point2::new(x, y)).collect(),
-        };
-        let through = path(&[(0.0, 0.0), (2.0, 0.0)]);
-        assert!(robot().follows(&through, 2.0, &walls));
-        // The disc around it has a radius of 29 cm.
-        assert!(
-            through
-                .legs()
-                .any(|leg| walls.iter().any(|w| w.distance_to(&leg) < 0.29))
-        );
-        assert!(!robot().follows(&path(&[(0.0, 0.0), (1.2, 0.0), (1.2, 1.0)]), 0.0, &walls));
-        assert!(!robot().follows(&path(&[(0.3, -0.7), (1.7, 0.7)]), 0.0, &walls));
-    }
-
-    #[test]
-    fn the_discs_within_and_around_are_those_of_the_rectangle() {
-        assert!((robot().radius_within() - 0.15).abs() < 1e-12);
-        assert!((robot().radius_around() - libm::hypot(0.25, 0.15)).abs() < 1e-12);
-    }
-
-    #[test]
-    fn outlines_that_are_none_are_refused() {
-        let corners =
-            |points: &[(f64, f64)]| points.iter().map(|&(x, y)| Point2::new(x, y)).collect();
-        assert_eq!(
-            Footprint::new(corners(&[(1.0, 0.0), (0.0, 1.0)])),
-            Err(FootprintError::TooFew { count: 2 })
-        );
-        let dented = corners(&[
-            (1.0, -1.0),
-            (0.2, 0.0),
-            (1.0, 1.0),
-            (-1.0, 1.0),
-            (-1.0, -1.0),
-        ]);
-        assert!(matches!(
-            Footprint::new(dented),
-            Err(FootprintError::NotConvex { .. })
-        ));
-        let beside = corners(&[(1.0, 0.0), (2.0, 0.0), (1.5, 1.0)]);
-        assert!(matches!(
-            Footprint::new(beside),
-            Err(FootprintError::NotConvex { .. })
-        ));
-        assert!(Footprint::rectangle(f64::NAN, 1.0).is_err());
-    }
-}
+mod tests;

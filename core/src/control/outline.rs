@@ -1,0 +1,148 @@
+//! Safe mode by the robot's outline: for ways that the disc around it does not pass.
+//!
+//! In: the speeds that are wished, the last scan's points, how the robot runs, its outline. Out: speeds that stop before contact.
+//!
+//! 1. Turning: the outline is turned in steps of 2° for as far as the robot turns on before it stands; the rate is such that it stands
+//!    before a point would come into the outline. Unlike a disc an outline can touch by turning alone.
+//! 2. Driving: the outline is moved along the arcs of [`super::safe`], in steps of a centimetre. The first point that comes into it
+//!    gives the free distance, and speed follows from that as for the disc.
+//! 3. Both with the gap around the outline; where that leaves nothing, creeping with a centimetre around it, for points of door posts
+//!    scatter. A point that is nearer than that already counts if it comes nearer still.
+
+use nalgebra::Point2;
+
+use super::safe::{CREEP, SafeConfig, Underway, within_model};
+use super::strip::{LEAST, Strip, arc};
+use crate::geom::{Footprint, Pose2};
+use crate::points::Points;
+use crate::robot::RobotModel;
+
+/// Steps along an arc, m, and of a turn, rad.
+const STEP: f64 = 0.01;
+const TURN_STEP: f64 = 0.035;
+/// Points scatter: one that is in the way already may come nearer by so much, m.
+const SCATTER: f64 = 0.005;
+/// Turning with next to no room is no faster, rad/s.
+const SLOW_TURN: f64 = 0.2;
+
+/// The speeds (m/s, rad/s) that are safe for an outline; those for the disc where the robot is one.
+#[must_use]
+pub fn limit_outline(
+    wish: (f64, f64),
+    points: &Points,
+    underway: &Underway,
+    model: &RobotModel,
+    config: &SafeConfig,
+) -> (f64, f64) {
+    let grown = model
+        .outline(config.gap)
+        .zip(model.outline(LEAST.min(config.gap)));
+    let Some((wide, tight)) = grown else {
+        return super::limit_speed(wish, points, underway, model, config);
+    };
+    let (forward, turn) = within_model(wish, model);
+    let near_within = |most: f64| {
+        let strip = Strip {
+            radius: wide.radius_around(),
+            spread: 0.0,
+            least: None,
+        };
+        strip.near(points, &underway.since_scan, most)
+    };
+    let turn = limit_turn(turn, &near_within(0.0), [&wide, &tight], model, config);
+    if forward == 0.0 {
+        return (0.0, turn);
+    }
+    let brake = config.braking * model.max_acceleration;
+    let longest = forward.abs() * config.reaction + forward * forward / (2.0 * brake);
+    let near = near_within(longest);
+    let runs = (underway.runs.0 * forward > 0.0).then_some(underway.runs);
+    let arcs = underway.turns(turn).map(|turn| (forward, turn));
+    let free = |outline: &Footprint| {
+        let arcs = arcs.iter().copied().chain(runs);
+        arcs.map(|arc| free_distance(outline, arc, &near, longest))
+            .fold(longest, f64::min)
+    };
+    let speed_for = |free: f64| match free >= longest {
+        true => forward.abs(),
+        false => stopping(free, brake, config.reaction).min(forward.abs()),
+    };
+    let mut speed = speed_for(free(&wide));
+    if speed < CREEP.min(forward.abs()) {
+        speed = speed_for(free(&tight)).min(CREEP).max(speed);
+    }
+    (speed.copysign(forward), turn)
+}
+
+/// The greatest speed from which a robot stands within `free`: v t + v²/(2 a) = d.
+fn stopping(free: f64, brake: f64, reaction: f64) -> f64 {
+    let at = brake * reaction;
+    (at * at + 2.0 * brake * free).sqrt() - at
+}
+
+fn limit_turn(
+    turn: f64,
+    near: &[Point2<f64>],
+    [wide, tight]: [&Footprint; 2],
+    model: &RobotModel,
+    config: &SafeConfig,
+) -> f64 {
+    let brake = config.braking * model.max_turn_acceleration;
+    let longest = turn.abs() * config.reaction + turn * turn / (2.0 * brake);
+    if turn == 0.0 || near.is_empty() {
+        return turn;
+    }
+    let rate_for = |outline: &Footprint| {
+        let steps = (longest / TURN_STEP).ceil().max(1.0);
+        let pose_at = |part: f64| Pose2::new(0.0, 0.0, part * longest.copysign(turn));
+        let free = free_steps(outline, near, steps as usize, pose_at);
+        match free >= steps as usize {
+            true => turn.abs(),
+            false => {
+                stopping(longest * free as f64 / steps, brake, config.reaction).min(turn.abs())
+            }
+        }
+    };
+    let mut rate = rate_for(wide);
+    if rate < SLOW_TURN.min(turn.abs()) {
+        rate = rate_for(tight).min(SLOW_TURN).max(rate);
+    }
+    rate.copysign(turn)
+}
+
+/// How far the outline moves along the arc of two speeds before a point comes into it, m.
+fn free_distance(
+    outline: &Footprint,
+    (forward, turn): (f64, f64),
+    near: &[Point2<f64>],
+    most: f64,
+) -> f64 {
+    let steps = (most / STEP).ceil().clamp(1.0, 1e3);
+    let pose_at = |part: f64| {
+        let time = part * most / forward.abs();
+        let at = arc(forward * time, turn * time);
+        Pose2::new(at.x, at.y, turn * time)
+    };
+    most * free_steps(outline, near, steps as usize, pose_at) as f64 / steps
+}
+
+/// How many of the steps can be done before a point comes into the outline, or deeper into it by more than it scatters.
+fn free_steps(
+    outline: &Footprint,
+    near: &[Point2<f64>],
+    steps: usize,
+    pose_at: impl Fn(f64) -> Pose2,
+) -> usize {
+    let first: Vec<f64> = near.iter().map(|p| outline.distance(*p)).collect();
+    let is_free = |step: &usize| {
+        let robot = pose_at(*step as f64 / steps as f64).inverse();
+        near.iter().zip(&first).all(|(point, &first)| {
+            let now = outline.distance(robot * *point);
+            now >= 0.0 || now >= first - SCATTER
+        })
+    };
+    (1..=steps).take_while(is_free).count()
+}
+
+#[cfg(test)]
+mod tests;

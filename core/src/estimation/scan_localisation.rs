@@ -1,0 +1,274 @@
+//! In: odometry, the points of each scan, and the walls of a map that is known. Out: the robot's pose in that map, with covariance.
+//!
+//! 1. **Predict**: pose and covariance move by the odometry, whose systematic errors are states like the pose
+//!    (`ekf_slam::robot_state`; TDK 2016 eq. (3.1)-(3.4)).
+//! 2. **Match** the surfaces of the scan to the walls (`registration`), with the predicted pose as prior.
+//! 3. Where too little of the scan stands on walls, **look around**: branch and bound over a window that grows with each scan that
+//!    finds nothing. A pose found so counts only if it is fixed in all directions and explains much more.
+//! 4. **Update**: the matched pose is the mean given prior and points; what it says of the odometry's errors follows from their
+//!    covariance with the pose.
+//!
+//! Unlike [`super::LineLocaliser`] it asks no line to be the line of the map: a map of cells, in which furniture and doorposts are
+//! short and jagged, is used as it was drawn.
+
+use nalgebra::{Matrix3, Point2, Vector3};
+
+use super::OdometryErrors;
+use super::ekf_slam::{EkfError, RobotState};
+use crate::geom::{Pose2, PoseEstimate, Segment, symmetrize, wrap};
+use crate::map::{LikelihoodPyramid, Surfel, SurfelConfig, SurfelMap};
+use crate::points::OrientedPoint;
+use crate::registration::{
+    MatchConfig, Prior, Registration, SearchWindow, Verdict, match_to_surfels, search,
+};
+use crate::robot::Odometry;
+
+/// How a scan is found in a known map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScanLocaliserConfig {
+    /// How scans are matched to the walls.
+    pub matching: MatchConfig,
+    /// Distance of the pieces into which walls are cut, m. Default 0.05.
+    pub spacing: f64,
+    /// Odometry and the map together are never believed better than this from scan to scan, m: neighbouring scans see the same
+    /// errors of the map. Default 0.01.
+    pub floor: f64,
+    /// The same for the heading, rad. Default 0.003.
+    pub turn_floor: f64,
+    /// Where a smaller part of a scan than this stands on walls, the pose is looked for. Default 0.4.
+    pub lost_below: f64,
+    /// A pose that was looked for has to put this part of the scan on walls in the first window, and this in the widest: the more poses
+    /// there are, the likelier is one that fits by chance. Default 0.5 and 0.8.
+    pub found_above: [f64; 2],
+    /// The window of the first look.
+    pub window: SearchWindow,
+    /// The window after many. Default 4 m and 1 rad.
+    pub widest: SearchWindow,
+}
+
+impl Default for ScanLocaliserConfig {
+    fn default() -> Self {
+        Self {
+            matching: MatchConfig::default(),
+            spacing: 0.05,
+            floor: 0.01,
+            turn_floor: 0.003,
+            lost_below: 0.4,
+            found_above: [0.5, 0.8],
+            window: SearchWindow {
+                shift: 0.5,
+                turn: 0.2,
+            },
+            widest: SearchWindow {
+                shift: 4.0,
+                turn: 1.0,
+            },
+        }
+    }
+}
+
+/// Scans after which the widest window is looked through.
+const LOOKS: f64 = 20.0;
+/// Most points that a look takes.
+const LOOKED_AT: usize = 200;
+/// Cells and standard deviation of the likelihood, m, in which it looks; and levels of its pyramid.
+const LOOK_CELL: f64 = 0.1;
+const LOOK_LEVELS: usize = 6;
+/// Least mean likelihood of a pose that was looked for.
+const LOOK_SCORE: f64 = 0.3;
+
+/// Finds a robot in a known map by whole scans.
+#[derive(Clone, Debug)]
+pub struct ScanLocaliser {
+    config: ScanLocaliserConfig,
+    walls: SurfelMap,
+    pyramid: Option<LikelihoodPyramid>,
+    state: RobotState,
+    /// Scans since one stood on the walls.
+    lost_for: usize,
+}
+
+impl ScanLocaliser {
+    /// A robot at `start`, map frame, in a map whose `faces` have what is free to the left of the way from `a` to `b`; odometry is as
+    /// good as `prior` says (standard deviations).
+    ///
+    /// # Errors   [`EkfError::Setting`] where start or prior are no numbers.
+    pub fn new(
+        faces: impl IntoIterator<Item = Segment>,
+        start: &PoseEstimate,
+        prior: &OdometryErrors,
+        mut config: ScanLocaliserConfig,
+    ) -> Result<Self, EkfError> {
+        let state = RobotState::starting(start, prior)?;
+        let faces: Vec<Segment> = faces.into_iter().collect();
+        config.matching.two_sided |= are_thin(&faces);
+        let cut = |face: &Segment| pieces(face, config.spacing);
+        let pieces: Vec<Surfel> = faces.iter().flat_map(cut).collect();
+        let farthest = pieces.iter().map(|p| p.position.coords.amax());
+        let surfels = SurfelConfig {
+            half_side: farthest.fold(1.0, f64::max) + 1.0,
+            ..SurfelConfig::default()
+        };
+        let places = pieces.iter().map(|piece| piece.position);
+        Ok(Self {
+            pyramid: LikelihoodPyramid::new(places, LOOK_CELL, LOOK_CELL, LOOK_LEVELS),
+            walls: SurfelMap::from_surfels(surfels, pieces),
+            config,
+            state,
+            lost_for: 0,
+        })
+    }
+
+    /// The pose in the map.
+    #[must_use]
+    pub fn estimate(&self) -> PoseEstimate {
+        self.state.estimate()
+    }
+
+    /// Step 1.
+    ///
+    /// # Errors   [`EkfError::Odometry`]; then nothing has changed.
+    pub fn predict(&mut self, odometry: &Odometry) -> Result<(), EkfError> {
+        self.state.predict(odometry)
+    }
+
+    /// Steps 2 to 4: takes in the surfaces of one scan, robot frame, and the variance of the heading that odometry gathered since
+    /// they were seen, in the mean, rad².
+    pub fn update(&mut self, surfaces: &[OrientedPoint], heading_variance: f64) -> Registration {
+        let (way, turn) = (self.config.floor, self.config.turn_floor);
+        let floor = Vector3::new(way * way, way * way, turn * turn);
+        let mut predicted = self.state.estimate();
+        predicted.cov += Matrix3::from_diagonal(&floor);
+        let prior = Prior {
+            pose: predicted.pose,
+            information: predicted.cov.try_inverse().unwrap_or_else(Matrix3::zeros),
+        };
+        let found = self.matched(surfaces, &prior.pose, &prior);
+        if found.overlap >= self.config.lost_below {
+            self.lost_for = 0;
+        } else if !surfaces.is_empty() {
+            self.lost_for += 1;
+            if let Some(again) = self.look_around(surfaces, &prior) {
+                self.lost_for = 0;
+                self.restart(&again);
+                return again;
+            }
+        }
+        if matches!(
+            found.verdict,
+            Verdict::Converged | Verdict::Degenerate { .. }
+        ) {
+            self.correct(&predicted, &found, heading_variance);
+        }
+        found
+    }
+
+    fn matched(&self, surfaces: &[OrientedPoint], start: &Pose2, prior: &Prior) -> Registration {
+        match_to_surfels(surfaces, &self.walls, start, prior, &self.config.matching)
+    }
+
+    /// Step 3.
+    fn look_around(&self, surfaces: &[OrientedPoint], prior: &Prior) -> Option<Registration> {
+        let (first, last) = (&self.config.window, &self.config.widest);
+        let part = (self.lost_for as f64 / LOOKS).min(1.0);
+        let window = SearchWindow {
+            shift: first.shift + part * (last.shift - first.shift),
+            turn: first.turn + part * (last.turn - first.turn),
+        };
+        let every = surfaces.len() / LOOKED_AT + 1;
+        let points: Vec<Point2<f64>> = surfaces.iter().step_by(every).map(|s| s.position).collect();
+        let map = self.pyramid.as_ref()?;
+        let candidate = search(&points, map, &prior.pose, &window, LOOK_SCORE)?;
+        let weak = Prior {
+            pose: candidate.pose,
+            information: Matrix3::from_diagonal_element(10.0),
+        };
+        let again = self.matched(surfaces, &candidate.pose, &weak);
+        let [in_first, in_last] = self.config.found_above;
+        let is_found = again.overlap >= in_first + part * (in_last - in_first);
+        (is_found && again.verdict == Verdict::Converged).then_some(again)
+    }
+
+    /// Step 4. The match is the mean of prior and points, x = (P⁻¹ + I)⁻¹ (P⁻¹ x̂ + I z). But what the points say is worth less than
+    /// I: the heading errs by Q from the middle of the sweep to now. With I' = (I⁻¹ + Q)⁻¹ = (1 + I Q)⁻¹ I, which asks for no inverse
+    /// of I, the update is P' = (P⁻¹ + I')⁻¹ and x' = x̂ + P' (1 + I Q)⁻¹ (P⁻¹ + I) (x - x̂).
+    fn correct(&mut self, predicted: &PoseEstimate, found: &Registration, heading_variance: f64) {
+        let swept = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, heading_variance));
+        let said = found.information;
+        let Some(information) = predicted.cov.try_inverse() else {
+            return;
+        };
+        let Some(less) = (Matrix3::identity() + said * swept).try_inverse() else {
+            return;
+        };
+        let Some(mut cov) = (information + less * said).try_inverse() else {
+            return;
+        };
+        symmetrize(&mut cov);
+        let (before, matched) = (&predicted.pose, &found.estimate.pose);
+        let matched = Vector3::new(
+            matched.x() - before.x(),
+            matched.y() - before.y(),
+            wrap(matched.heading() - before.heading()),
+        );
+        let shift = cov * less * (information + said) * matched;
+        let state = &mut self.state;
+        // Regression of the odometry's errors on the pose.
+        let by_pose = state.cov.fixed_view::<2, 3>(3, 0) * information;
+        let errors = by_pose * shift;
+        let less = by_pose * (predicted.cov - cov) * by_pose.transpose();
+        let cross = by_pose * cov;
+        state.pose = Pose2::new(
+            before.x() + shift[0],
+            before.y() + shift[1],
+            before.heading() + shift[2],
+        );
+        state.errors.curvature += errors[0];
+        state.errors.turn_scale += errors[1];
+        state.cov.fixed_view_mut::<3, 3>(0, 0).copy_from(&cov);
+        state.cov.fixed_view_mut::<2, 3>(3, 0).copy_from(&cross);
+        state
+            .cov
+            .fixed_view_mut::<3, 2>(0, 3)
+            .copy_from(&cross.transpose());
+        let mut own = state.cov.fixed_view_mut::<2, 2>(3, 3);
+        own -= less;
+        symmetrize(&mut state.cov);
+    }
+
+    /// The pose comes from the scan alone, and says nothing of the odometry.
+    fn restart(&mut self, found: &Registration) {
+        let state = &mut self.state;
+        state.pose = found.estimate.pose;
+        let cov = &found.estimate.cov;
+        state.cov.fixed_view_mut::<3, 3>(0, 0).copy_from(cov);
+        state.cov.fixed_view_mut::<2, 3>(3, 0).fill(0.0);
+        state.cov.fixed_view_mut::<3, 2>(0, 3).fill(0.0);
+    }
+}
+
+/// Whether most walls have no thickness: one face after the other, they are there and back.
+fn are_thin(faces: &[Segment]) -> bool {
+    let is_back = |pair: &&[Segment]| pair[0].a == pair[1].b && pair[0].b == pair[1].a;
+    2 * faces.chunks_exact(2).filter(is_back).count() > faces.len() / 2
+}
+
+/// A face cut into pieces, in their middles.
+fn pieces(face: &Segment, spacing: f64) -> impl Iterator<Item = Surfel> + use<> {
+    let (a, along) = (face.a, face.vector());
+    let length = along.norm();
+    let count = if length > 0.0 && length.is_finite() {
+        (length / spacing).ceil().clamp(1.0, 1e5) as usize
+    } else {
+        0
+    };
+    let normal = nalgebra::Vector2::new(-along.y, along.x) / length;
+    (0..count).map(move |i| Surfel {
+        position: a + along * ((i as f64 + 0.5) / count as f64),
+        normal,
+        weight: 1.0,
+    })
+}
+
+#[cfg(test)]
+mod tests;

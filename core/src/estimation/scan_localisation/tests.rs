@@ -1,0 +1,179 @@
+//! A room with a pillar, seen exactly; and the update against the textbook's, written out.
+
+use nalgebra::{Matrix5, SMatrix, Vector2, Vector5};
+
+use super::*;
+use crate::robot::Stamp;
+
+/// Faces of a room of 6 x 4 m and of a pillar in it: the free side lies to the left.
+fn faces() -> Vec<Segment> {
+    let ring = |corners: &[[f64; 2]]| -> Vec<Segment> {
+        let at = |i: usize| {
+            let [x, y] = corners[i % corners.len()];
+            Point2::new(x, y)
+        };
+        let count = corners.len();
+        (0..count).map(|i| Segment::new(at(i), at(i + 1))).collect()
+    };
+    let mut all = ring(&[[-2.0, -1.0], [4.0, -1.0], [4.0, 3.0], [-2.0, 3.0]]);
+    all.extend(ring(&[[2.0, 1.0], [2.0, 1.6], [2.7, 1.6], [2.7, 1.0]]));
+    all
+}
+
+/// Surfaces seen from `at`: every piece whose free side looks there; what hides what does not matter.
+fn seen_from(at: &Pose2, faces: &[Segment]) -> Vec<OrientedPoint> {
+    let to = at.inverse();
+    let pieces = faces.iter().flat_map(|face| pieces(face, 0.04));
+    let faces_robot = |s: &Surfel| s.normal.dot(&(at.position() - s.position)) > 0.0;
+    pieces
+        .filter(faces_robot)
+        .map(|s| OrientedPoint {
+            position: to * s.position,
+            normal: to.rotate(s.normal),
+        })
+        .collect()
+}
+
+fn begun_at(start: Pose2, sigmas: [f64; 3]) -> ScanLocaliser {
+    let sigmas = Vector3::from(sigmas);
+    let start = PoseEstimate {
+        pose: start,
+        cov: Matrix3::from_diagonal(&sigmas.component_mul(&sigmas)),
+    };
+    let prior = OdometryErrors {
+        curvature: 0.05,
+        turn_scale: 0.05,
+    };
+    ScanLocaliser::new(faces(), &start, &prior, ScanLocaliserConfig::default()).unwrap()
+}
+
+fn off(localiser: &ScanLocaliser, truth: &Pose2) -> [f64; 2] {
+    let d = truth.delta_to(&localiser.estimate().pose);
+    [d.position().coords.norm(), d.heading().abs()]
+}
+
+#[test]
+fn a_start_that_is_roughly_known_becomes_exact() {
+    let truth = Pose2::new(0.3, 0.4, 0.8);
+    let mut localiser = begun_at(truth * Pose2::new(0.1, -0.08, 0.06), [0.1, 0.1, 0.06]);
+    for _ in 0..5 {
+        localiser.update(&seen_from(&truth, &faces()), 0.0);
+    }
+    let [way, turn] = off(&localiser, &truth);
+    assert!(way < 2e-3 && turn < 1e-3, "{way} m, {turn} rad");
+}
+
+#[test]
+fn a_robot_carried_off_is_found_again() {
+    let told = Pose2::new(0.0, 0.0, 0.0);
+    let mut localiser = begun_at(told, [0.01, 0.01, 0.01]);
+    localiser.update(&seen_from(&told, &faces()), 0.0);
+    let truth = Pose2::new(1.1, 0.9, 0.4);
+    let mut scans = 0;
+    while off(&localiser, &truth)[0] > 0.01 {
+        localiser.update(&seen_from(&truth, &faces()), 0.0);
+        scans += 1;
+        assert!(scans < 40, "{:?}", localiser.estimate().pose);
+    }
+    // The first window reaches half a metre: it took more than one look.
+    assert!(scans > 1, "{scans}");
+}
+
+#[test]
+fn a_scan_of_another_place_moves_nothing_far() {
+    let start = Pose2::new(0.0, 0.0, 0.0);
+    let mut localiser = begun_at(start, [0.01, 0.01, 0.01]);
+    // Walls as of a star: no three of them fit the room.
+    let strange: Vec<OrientedPoint> = (0..200)
+        .map(|i| {
+            let angle = 0.4 * f64::from(i);
+            let (sin, cos) = crate::geom::sin_cos(angle);
+            OrientedPoint {
+                position: Point2::new(
+                    cos * (0.3 + 0.003 * f64::from(i)),
+                    sin * (0.3 + 0.003 * f64::from(i)),
+                ),
+                normal: Vector2::new(-cos, -sin),
+            }
+        })
+        .collect();
+    for _ in 0..40 {
+        localiser.update(&strange, 0.0);
+    }
+    assert!(
+        off(&localiser, &start)[0] < 0.2,
+        "{:?}",
+        localiser.estimate().pose
+    );
+}
+
+#[test]
+fn walls_without_thickness_are_met_from_both_sides() {
+    let there = faces();
+    let both: Vec<Segment> = there
+        .iter()
+        .flat_map(|f| [*f, Segment::new(f.b, f.a)])
+        .collect();
+    assert!(are_thin(&both) && !are_thin(&there));
+}
+
+#[test]
+fn the_update_is_that_of_a_filter_over_all_five_states() {
+    // A measured pose z with information I, worth less by Q: Kalman's update of (x, y, θ, κ, s) with R = I⁻¹ + Q.
+    let mut localiser = begun_at(Pose2::new(0.2, -0.1, 0.3), [0.03, 0.02, 0.04]);
+    let moved = Odometry {
+        motion: Pose2::new(0.5, 0.0, 0.4),
+        cov: Matrix3::from_diagonal_element(1e-4),
+        ..Odometry::standing(Stamp(0))
+    };
+    localiser.predict(&moved).unwrap();
+    let before = localiser.state;
+    let said = Matrix3::new(900.0, 40.0, -30.0, 40.0, 1600.0, 55.0, -30.0, 55.0, 2500.0);
+    let z = Vector3::new(0.012, -0.009, 0.021);
+    let predicted = before.estimate();
+    let information = predicted.cov.try_inverse().unwrap();
+    let both = (information + said).try_inverse().unwrap();
+    let matched = both * said * z;
+    let at = &predicted.pose;
+    let found = Registration {
+        estimate: PoseEstimate {
+            pose: Pose2::new(
+                at.x() + matched[0],
+                at.y() + matched[1],
+                at.heading() + matched[2],
+            ),
+            cov: both,
+        },
+        information: said,
+        inliers: 100,
+        overlap: 1.0,
+        residual: 0.0,
+        iterations: 1,
+        verdict: Verdict::Converged,
+    };
+    let swept = 3e-4;
+    localiser.correct(&predicted, &found, swept);
+
+    let h = SMatrix::<f64, 3, 5>::identity();
+    let mut noise = said.try_inverse().unwrap();
+    noise[(2, 2)] += swept;
+    let gain = before.cov
+        * h.transpose()
+        * (h * before.cov * h.transpose() + noise)
+            .try_inverse()
+            .unwrap();
+    let cov = (Matrix5::identity() - gain * h) * before.cov;
+    let shift: Vector5<f64> = gain * z;
+    let after = &localiser.state;
+    let got = [
+        after.pose.x() - at.x(),
+        after.pose.y() - at.y(),
+        wrap(after.pose.heading() - at.heading()),
+        after.errors.curvature,
+        after.errors.turn_scale,
+    ];
+    for (i, got) in got.into_iter().enumerate() {
+        assert!((got - shift[i]).abs() < 1e-9, "{i}: {got} {}", shift[i]);
+    }
+    assert!((after.cov - cov).amax() < 1e-9, "{}", after.cov - cov);
+}

@@ -1,0 +1,78 @@
+//! Copies of other parts of a drawing: `use`.
+//!
+//! In: an element `use`, and of what its own place is a copy. Out: what it copies and where that lies, or why it cannot be copied.
+//!
+//! Source: W3C, Scalable Vector Graphics 1.1, chapter 5.6. A `symbol` with a view box of its own, and what stands in another file, are left
+//! out.
+
+use std::collections::BTreeMap;
+
+use kurbo::Affine;
+use roxmltree::{Document, Node, NodeId};
+
+use super::SvgError;
+use super::svg::wrong;
+use super::svg_shape::length;
+
+/// Copies within copies, at most.
+const DEEPEST: usize = 32;
+const XLINK: &str = "http://www.w3.org/1999/xlink";
+
+/// The parts of a drawing that have a name, and the copies that are being read.
+#[derive(Debug)]
+pub(super) struct Copies<'a> {
+    named: BTreeMap<&'a str, Node<'a, 'a>>,
+    /// What was copied, and the number of the copy that this is in.
+    made: Vec<(NodeId, Option<usize>)>,
+}
+
+/// A copy: what, where, and its number.
+pub(super) type Copy<'a> = (Node<'a, 'a>, Affine, usize);
+
+impl<'a> Copies<'a> {
+    pub(super) fn of(document: &'a Document) -> Self {
+        let mut named = BTreeMap::new();
+        for node in document.root_element().descendants() {
+            if let Some(id) = node.attribute("id") {
+                named.entry(id).or_insert(node);
+            }
+        }
+        Self {
+            named,
+            made: vec![],
+        }
+    }
+
+    /// What a `use` copies, which stands in the copy with the number `within`; `None` where that is left out.
+    ///
+    /// # Errors    [`SvgError::Attribute`]: a copy of what it stands in itself, copies too deep within each other, a place that is none.
+    pub(super) fn copy(
+        &mut self,
+        node: &Node<'a, 'a>,
+        within: Option<usize>,
+    ) -> Result<Option<Copy<'a>>, SvgError> {
+        let link = node.attribute((XLINK, "href"));
+        let link = node.attribute("href").or(link).unwrap_or("").trim();
+        let target = link.strip_prefix('#').and_then(|id| self.named.get(id));
+        let has_view = |node: &Node| node.attribute("viewBox").is_some();
+        let Some(&target) = target.filter(|target| !has_view(target)) else {
+            return Ok(None);
+        };
+        let (mut outer, mut depth) = (within, 0);
+        while let Some(&(copied, next)) = outer.and_then(|number| self.made.get(number)) {
+            depth += 1;
+            if copied == target.id() {
+                let expected = "a part that does not hold this copy itself";
+                return Err(wrong(node, "href", link, expected));
+            }
+            if depth == DEEPEST {
+                let expected = "copies within copies no deeper than 32";
+                return Err(wrong(node, "href", link, expected));
+            }
+            outer = next;
+        }
+        self.made.push((target.id(), within));
+        let place = Affine::translate((length(node, "x")?, length(node, "y")?));
+        Ok(Some((target, place, self.made.len() - 1)))
+    }
+}

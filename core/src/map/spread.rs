@@ -1,0 +1,92 @@
+//! Cells that hang together.
+//!
+//! In: a cell, what lies around each, and which are meant. Out: all that can be reached from it, ring by ring.
+
+/// Cells in the order in which they were reached.
+pub(crate) struct Rings {
+    cells: Vec<u32>,
+    /// Where each ring begins among them.
+    starts: Vec<usize>,
+}
+
+/// Spreads from `seed` over cells that `take` gives, once each: it tells whether a cell is meant and was not reached before. The seed
+/// must be as one that was reached.
+pub(crate) fn spread<N: IntoIterator<Item = usize>>(
+    seed: usize,
+    around: impl Fn(usize) -> N,
+    mut take: impl FnMut(usize) -> bool,
+) -> Rings {
+    let mut cells = vec![seed as u32];
+    let mut starts = vec![];
+    let mut next = 0;
+    while next < cells.len() {
+        starts.push(next);
+        let ring = next..cells.len();
+        next = cells.len();
+        for at in ring {
+            for to in around(cells[at] as usize) {
+                if take(to) {
+                    cells.push(to as u32);
+                }
+            }
+        }
+    }
+    Rings { cells, starts }
+}
+
+impl Rings {
+    /// All cells, the nearest first.
+    pub(crate) fn cells(&self) -> impl ExactSizeIterator<Item = usize> {
+        self.cells.iter().map(|&cell| cell as usize)
+    }
+
+    /// The cells of so many rings at a time.
+    pub(crate) fn bands(&self, rings: usize) -> impl Iterator<Item = Vec<usize>> {
+        let starts = || self.starts.iter().copied().step_by(rings.max(1));
+        let ends = starts().skip(1).chain([self.cells.len()]);
+        let cells = |(from, to)| self.cells().take(to).skip(from).collect();
+        starts().zip(ends).map(cells)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn rings_are_the_cells_at_that_many_steps() {
+        // A street that goes round the corner, and a yard beside it that it does not touch.
+        let street = [0, 1, 2, 3, 13, 23, 33, 32, 31];
+        let mut left: BTreeSet<usize> = street.into_iter().chain([51, 52]).collect();
+        left.remove(&2);
+        let around = |cell: usize| {
+            [
+                cell + 1,
+                cell + 10,
+                cell.wrapping_sub(1),
+                cell.wrapping_sub(10),
+            ]
+        };
+        let rings = spread(2, around, |cell| left.remove(&cell));
+        assert_eq!(left, BTreeSet::from([51, 52]));
+        let all: Vec<usize> = rings.cells().collect();
+        assert_eq!(all, [2, 3, 1, 13, 0, 23, 33, 32, 31]);
+        let bands: Vec<_> = rings.bands(2).collect();
+        assert_eq!(
+            bands,
+            [vec![2, 3, 1], vec![13, 0, 23], vec![33, 32], vec![31]][..]
+        );
+        assert_eq!(
+            rings.bands(7).map(|band| band.len()).collect::<Vec<_>>(),
+            [9]
+        );
+    }
+
+    #[test]
+    fn a_cell_by_itself_is_one_ring() {
+        let rings = spread(7, |cell| [cell + 1], |_| false);
+        assert_eq!(rings.bands(3).collect::<Vec<_>>(), [vec![7]]);
+    }
+}

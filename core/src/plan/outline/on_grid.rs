@@ -1,0 +1,96 @@
+//! A route over a grid for a robot that is no disc.
+//!
+//! In: the grid, start, goal, heading, the robot. Out: a [`Route`] of straight legs, or the typed reason.
+//!
+//! The margins are tried in order, each around the outline. One at which not even the disc within gets through is passed over at once,
+//! for the wavefront tells that sooner than a search over headings.
+//!
+//! A cell is thicker than the wall in it, and a robot between two posts may seem to stand in them. Where it does, the outline is tried
+//! without a margin, and then half a cell smaller: what it then comes near to is up to safe mode.
+
+use super::{OutlineConfig, OutlineSearch};
+use crate::geom::Pose2;
+use crate::map::Grid;
+use crate::plan::cspace::{ConfigSpace, GridSpace, rect_around};
+use crate::plan::path::{NoPath, Planner};
+use crate::plan::query::Query;
+use crate::plan::route::{FARTHEST_OFF, Route, RouteConfig, RouteFailure};
+use crate::robot::RobotModel;
+
+/// Most states to expand at one margin.
+const MOST_STATES: usize = 60_000;
+/// Cells around start and goal that may be driven through.
+const SPARE_CELLS: i32 = 20;
+
+/// Plans from a pose to `query.goal` for the robot's outline.
+///
+/// # Errors    [`RouteFailure`] with the reason at the narrowest margin; [`NoPath::NotOffered`] for a robot that is a disc.
+pub fn plan_outline_route(
+    grid: &Grid,
+    from: &Pose2,
+    goal: nalgebra::Point2<f64>,
+    robot: &RobotModel,
+    config: &RouteConfig,
+) -> Result<Route, RouteFailure> {
+    let planner = Planner::Outline;
+    let start = from.position();
+    let mut failure = RouteFailure {
+        reason: NoPath::NotOffered { planner },
+        iterations: 0,
+        tree: vec![],
+    };
+    let farthest = (FARTHEST_OFF / grid.resolution()) as i32;
+    let Some(rect) = rect_around(grid, &[start, goal], SPARE_CELLS, farthest) else {
+        failure.reason = NoPath::GoalBlocked {
+            x: goal.x,
+            y: goal.y,
+        };
+        return Err(failure);
+    };
+    let mut space = GridSpace::new(grid, rect, 0.0, config.unknown);
+    let where_it_stands = [0.0, -0.5 * grid.resolution()];
+    for (at, &margin) in config.margins.iter().chain(&where_it_stands).enumerate() {
+        let seems_to_touch = matches!(failure.reason, NoPath::StartBlocked { .. });
+        let outline = robot.outline(margin);
+        let Some(outline) = outline.filter(|_| at < config.margins.len() || seems_to_touch) else {
+            return Err(failure);
+        };
+        space = space.with_keep(outline.radius_within());
+        let goal = space.nearest_free(goal, config.goal_reach).unwrap_or(goal);
+        let query = Query { start, goal };
+        if space.is_free(start) && space.is_free(goal) && space.are_apart(start, goal) {
+            failure.reason = query.unreachable();
+            continue;
+        }
+        let limits = OutlineConfig::default();
+        let heading = Some(from.heading());
+        let mut search = match OutlineSearch::new(&space, outline, query, heading, limits) {
+            Ok(search) => search,
+            Err(reason) => {
+                failure.reason = reason;
+                continue;
+            }
+        };
+        let is_cut_off = !(0..MOST_STATES).any(|_| !search.iterate(&space));
+        failure.iterations += search.iterations();
+        if let Some(path) = search.path() {
+            return Ok(Route {
+                path: path.clone(),
+                pieces: vec![],
+                raw: path.clone(),
+                tree: search.edges(),
+                by: planner,
+                fallback: None,
+                iterations: failure.iterations,
+                margin,
+            });
+        }
+        let iterations = failure.iterations;
+        failure.tree = search.edges();
+        failure.reason = match is_cut_off {
+            true => NoPath::BudgetSpent { iterations },
+            false => NoPath::Exhausted { iterations },
+        };
+    }
+    Err(failure)
+}

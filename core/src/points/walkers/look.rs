@@ -1,0 +1,56 @@
+//! Who came since the last scan, by a few readings on the move: what a sensor that sweeps only standing can tell of people.
+//!
+//! 1. A reading in room that the last scan looked past, by more than both may err, is of somebody who came.
+//! 2. They are where they were seen for [`KEPT_FOR`], or until the next scan.
+//!
+//! One reading is enough: a wrong one costs a sweep, and the next comes after half a metre of somebody's way.
+
+use nalgebra::Point2;
+
+use super::{Beam, Margin, Points, Walkers};
+use crate::geom::Pose2;
+use crate::robot::Stamp;
+
+/// How long somebody counts who was not seen again, s: a turn and the beginning of a leg.
+const KEPT_FOR: f64 = 3.0;
+/// By how many standard deviations a reading may err.
+const SIGMAS: f64 = 3.0;
+/// By how much odometry may err in a turn, as [`super::TURN_DRIFT`]; it grows with the root of the turn. Two standard deviations of tracks that
+/// slip by 2e-3 rad²/rad: they are those of the small robots that carry such sensors.
+const TURN_DRIFT: f64 = 0.09;
+
+/// Somebody who came, robot frame of the last scan.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Newcomer {
+    pub(super) at: Point2<f64>,
+    seen: Stamp,
+}
+
+impl Walkers {
+    /// Takes readings on the move; `robot_at_scan_from_robot` is the motion since the last scan. [`Self::points`] are those who came;
+    /// gives those whom this look saw, robot frame of the last scan, m.
+    pub fn look(&mut self, look: &Points, robot_at_scan_from_robot: &Pose2) -> Vec<Point2<f64>> {
+        self.newcomers
+            .retain(|other| look.stamp.since(other.seen) <= KEPT_FOR);
+        if let Some(past) = self.past.back_mut() {
+            past.now_from_then = robot_at_scan_from_robot.inverse();
+        }
+        let Some(past) = self.past.back() else {
+            return vec![];
+        };
+        let has_come = |beam: &&Beam| {
+            let margin = Margin {
+                behind: self.config.behind + SIGMAS * beam.sigma,
+                turn_drift: TURN_DRIFT,
+            };
+            past.looked_past(beam.end_in_robot, &margin)
+        };
+        let in_scan = |beam: &Beam| *robot_at_scan_from_robot * beam.end_in_robot;
+        let came: Vec<_> = look.hits().filter(has_come).map(in_scan).collect();
+        let seen = look.stamp;
+        self.newcomers
+            .extend(came.iter().map(|&at| Newcomer { at, seen }));
+        self.points = self.newcomers.iter().map(|other| other.at).collect();
+        came
+    }
+}
