@@ -7,7 +7,8 @@
 //! 2. Driving: the outline is moved along the arcs of [`super::safe`], in steps of a centimetre. The first point that comes into it
 //!    gives the free distance, and speed follows from that as for the disc.
 //! 3. Both with the gap around the outline; where that leaves nothing, creeping with a centimetre around it, for points of door posts
-//!    scatter. A point that is nearer than that already counts if it comes nearer still.
+//!    scatter. A point that is nearer than that already may come nearer by a little, but to within 5 mm of the body only: a bound that
+//!    is taken anew at each tick would let the robot creep into a wall, tick by tick.
 
 use nalgebra::Point2;
 
@@ -20,8 +21,10 @@ use crate::robot::RobotModel;
 /// Steps along an arc, m, and of a turn, rad.
 const STEP: f64 = 0.01;
 const TURN_STEP: f64 = 0.035;
-/// Points scatter: one that is in the way already may come nearer by so much, m.
+/// Points scatter: one that is in the way already may come nearer by so much, m, and to the body no nearer than the same.
 const SCATTER: f64 = 0.005;
+/// What moves away from a point or along it may come nearer by rounding, m.
+const ROUNDING: f64 = 1e-9;
 /// Turning with next to no room is no faster, rad/s.
 const SLOW_TURN: f64 = 0.2;
 
@@ -34,16 +37,14 @@ pub fn limit_outline(
     model: &RobotModel,
     config: &SafeConfig,
 ) -> (f64, f64) {
-    let grown = model
-        .outline(config.gap)
-        .zip(model.outline(LEAST.min(config.gap)));
+    let grown = Grown::new(model, config.gap).zip(Grown::new(model, LEAST.min(config.gap)));
     let Some((wide, tight)) = grown else {
         return super::limit_speed(wish, points, underway, model, config);
     };
     let (forward, turn) = within_model(wish, model);
     let near_within = |most: f64| {
         let strip = Strip {
-            radius: wide.radius_around(),
+            radius: wide.outline.radius_around(),
             spread: 0.0,
             least: None,
         };
@@ -58,7 +59,7 @@ pub fn limit_outline(
     let near = near_within(longest);
     let runs = (underway.runs.0 * forward > 0.0).then_some(underway.runs);
     let arcs = underway.turns(turn).map(|turn| (forward, turn));
-    let free = |outline: &Footprint| {
+    let free = |outline: &Grown| {
         let arcs = arcs.iter().copied().chain(runs);
         arcs.map(|arc| free_distance(outline, arc, &near, longest))
             .fold(longest, f64::min)
@@ -83,7 +84,7 @@ fn stopping(free: f64, brake: f64, reaction: f64) -> f64 {
 fn limit_turn(
     turn: f64,
     near: &[Point2<f64>],
-    [wide, tight]: [&Footprint; 2],
+    [wide, tight]: [&Grown; 2],
     model: &RobotModel,
     config: &SafeConfig,
 ) -> f64 {
@@ -92,10 +93,10 @@ fn limit_turn(
     if turn == 0.0 || near.is_empty() {
         return turn;
     }
-    let rate_for = |outline: &Footprint| {
+    let rate_for = |outline: &Grown| {
         let steps = (longest / TURN_STEP).ceil().max(1.0);
         let pose_at = |part: f64| Pose2::new(0.0, 0.0, part * longest.copysign(turn));
-        let free = free_steps(outline, near, steps as usize, pose_at);
+        let free = outline.free_steps(near, steps as usize, pose_at);
         match free >= steps as usize {
             true => turn.abs(),
             false => {
@@ -112,7 +113,7 @@ fn limit_turn(
 
 /// How far the outline moves along the arc of two speeds before a point comes into it, m.
 fn free_distance(
-    outline: &Footprint,
+    outline: &Grown,
     (forward, turn): (f64, f64),
     near: &[Point2<f64>],
     most: f64,
@@ -123,25 +124,42 @@ fn free_distance(
         let at = arc(forward * time, turn * time);
         Pose2::new(at.x, at.y, turn * time)
     };
-    most * free_steps(outline, near, steps as usize, pose_at) as f64 / steps
+    most * outline.free_steps(near, steps as usize, pose_at) as f64 / steps
 }
 
-/// How many of the steps can be done before a point comes into the outline, or deeper into it by more than it scatters.
-fn free_steps(
-    outline: &Footprint,
-    near: &[Point2<f64>],
-    steps: usize,
-    pose_at: impl Fn(f64) -> Pose2,
-) -> usize {
-    let first: Vec<f64> = near.iter().map(|p| outline.distance(*p)).collect();
-    let is_free = |step: &usize| {
-        let robot = pose_at(*step as f64 / steps as f64).inverse();
-        near.iter().zip(&first).all(|(point, &first)| {
-            let now = outline.distance(robot * *point);
-            now >= 0.0 || now >= first - SCATTER
-        })
-    };
-    (1..=steps).take_while(is_free).count()
+/// The robot's outline with a margin around it.
+struct Grown {
+    outline: Footprint,
+    /// m.
+    margin: f64,
+}
+
+impl Grown {
+    /// `None` for a disc.
+    fn new(model: &RobotModel, margin: f64) -> Option<Self> {
+        let outline = model.outline(margin)?;
+        Some(Self { outline, margin })
+    }
+
+    /// How many of the steps can be done before a point comes into the outline, or deeper into it by more than it scatters.
+    fn free_steps(
+        &self,
+        near: &[Point2<f64>],
+        steps: usize,
+        pose_at: impl Fn(f64) -> Pose2,
+    ) -> usize {
+        let first: Vec<f64> = near.iter().map(|p| self.outline.distance(*p)).collect();
+        let deepest = (SCATTER - self.margin).min(0.0);
+        let is_free = |step: &usize| {
+            let robot = pose_at(*step as f64 / steps as f64).inverse();
+            near.iter().zip(&first).all(|(point, &first)| {
+                let now = self.outline.distance(robot * *point);
+                let least = (first - SCATTER).max(deepest).min(first - ROUNDING);
+                now >= least.min(0.0)
+            })
+        };
+        (1..=steps).take_while(is_free).count()
+    }
 }
 
 #[cfg(test)]

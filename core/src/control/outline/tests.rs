@@ -90,6 +90,32 @@ proptest! {
     }
 }
 
+/// Each tick it could come nearer by what points scatter, and crept through the wall.
+#[test]
+fn a_wish_that_is_held_does_not_creep_into_a_wall() {
+    let outline = long().outline(0.0).unwrap();
+    for (wall, first, held) in [
+        (
+            [(0.4492, -0.3767), (0.5369, -0.4541)],
+            (0.258, -0.312),
+            (0.055, -1.681),
+        ),
+        (
+            [(-0.3186, 0.1328), (-0.6232, -0.1065)],
+            (-0.2525, -0.2191),
+            (-0.0359, 1.2322),
+        ),
+    ] {
+        let [a, b] = wall.map(|(x, y)| Point2::new(x, y));
+        let walls = [Segment::new(a, b)];
+        let mut wishes = vec![first; 2];
+        wishes.extend([held; 20]);
+        for pose in drive(&walls, &wishes) {
+            assert!(outline.fits(&pose, &walls), "{walls:?}: {pose:?}");
+        }
+    }
+}
+
 #[test]
 fn a_gap_narrower_than_the_disc_is_driven_through_and_no_turn_is_made_in_it() {
     // 40 cm between the walls; the disc around the robot is 58 cm wide.
