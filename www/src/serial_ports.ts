@@ -76,10 +76,19 @@ export class SerialPorts {
   /** Loads the rules, where there may be a device to plug. */
   prepare(): void {
     if (!webSerial() || this.#rules || this.#spare) return;
-    const spare = rulesWorker();
-    // Whoever plugs a device tries again, and is told why.
-    spare.onerror = () => {
-      if (this.#spare === spare) this.#spare = null;
+    this.#keep(rulesWorker());
+  }
+
+  /** Keeps loaded rules for the next run. Where they fail, whoever plugs a device tries again, and is told why. */
+  #keep(spare: Worker): void {
+    const drop = () => {
+      if (this.#spare !== spare) return;
+      this.#spare = null;
+      spare.terminate();
+    };
+    spare.onerror = drop;
+    spare.onmessage = (event: MessageEvent<NearAnswer>) => {
+      if (event.data.kind === "failed") drop();
     };
     this.#spare = spare;
   }
@@ -146,7 +155,10 @@ export class SerialPorts {
     // Rules that do not answer any more have not asked for it.
     for (const line of used) if (!line.isLeft) void this.#close(line);
     await Promise.all(used.map((line) => line.closed));
-    if (hasAnswered && this.#rules) [this.#spare, this.#rules] = [this.#rules, null];
+    if (hasAnswered && this.#rules) {
+      this.#keep(this.#rules);
+      this.#rules = null;
+    }
     this.#endRules();
   }
 

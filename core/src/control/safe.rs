@@ -12,6 +12,8 @@
 //! 5. Tracks slip, so that a robot that turns on the spot wanders by a centimetre a second and no encoder tells. One that is driven by
 //!    hand and has come too near to something that way is eased off it ([`super::ease`]) while it turns.
 //!
+//! What is thinner than the gap between two beams, a wall without thickness seen end-on, is hidden from a scan, and so from this.
+//!
 //! Source: Celej §5 (safe mode); braking distance plus reaction time as in the specification.
 
 use super::ease::ease_off;

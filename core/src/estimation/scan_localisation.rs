@@ -74,6 +74,11 @@ const LOOKED_AT: usize = 200;
 /// Cells and standard deviation of the likelihood, m, in which it looks; and levels of its pyramid.
 const LOOK_CELL: f64 = 0.1;
 const LOOK_LEVELS: usize = 6;
+/// Where the walls span more than the likelihood has cells, it is laid in cells twice as large, so many times at most.
+const COARSER: i32 = 5;
+/// Most pieces of walls, and how far from the origin they may lie, m: the map of them reaches no farther.
+const MOST_PIECES: f64 = 2e6;
+const FARTHEST: f64 = 800.0;
 /// Least mean likelihood of a pose that was looked for.
 const LOOK_SCORE: f64 = 0.3;
 
@@ -92,7 +97,8 @@ impl ScanLocaliser {
     /// A robot at `start`, map frame, in a map whose `faces` have what is free to the left of the way from `a` to `b`; odometry is as
     /// good as `prior` says (standard deviations).
     ///
-    /// # Errors   [`EkfError::Setting`] where start or prior are no numbers.
+    /// # Errors   [`EkfError::Setting`] where start or prior are no numbers, and where the walls are longer or lie farther off than can be
+    /// held.
     pub fn new(
         faces: impl IntoIterator<Item = Segment>,
         start: &PoseEstimate,
@@ -101,6 +107,7 @@ impl ScanLocaliser {
     ) -> Result<Self, EkfError> {
         let state = RobotState::starting(start, prior)?;
         let faces: Vec<Segment> = faces.into_iter().collect();
+        check_size(&faces, config.spacing)?;
         config.matching.two_sided |= are_thin(&faces);
         let cut = |face: &Segment| pieces(face, config.spacing);
         let pieces: Vec<Surfel> = faces.iter().flat_map(cut).collect();
@@ -111,7 +118,10 @@ impl ScanLocaliser {
         };
         let places = pieces.iter().map(|piece| piece.position);
         Ok(Self {
-            pyramid: LikelihoodPyramid::new(places, LOOK_CELL, LOOK_CELL, LOOK_LEVELS),
+            pyramid: (0..=COARSER).find_map(|times| {
+                let cell = LOOK_CELL * f64::from(1 << times);
+                LikelihoodPyramid::new(places.clone(), cell, cell, LOOK_LEVELS)
+            }),
             walls: SurfelMap::from_surfels(surfels, pieces),
             config,
             state,
@@ -245,6 +255,32 @@ impl ScanLocaliser {
         state.cov.fixed_view_mut::<2, 3>(3, 0).fill(0.0);
         state.cov.fixed_view_mut::<3, 2>(0, 3).fill(0.0);
     }
+}
+
+/// Before there are any pieces: a plan of a few kilobytes may show walls of a thousand kilometres.
+fn check_size(faces: &[Segment], spacing: f64) -> Result<(), EkfError> {
+    let finite = faces.iter().filter(|face| face.length().is_finite());
+    let count: f64 = finite.map(|face| (face.length() / spacing).ceil()).sum();
+    if count > MOST_PIECES {
+        return Err(EkfError::Setting {
+            field: "length of the known map's walls, m",
+            value: count * spacing,
+            expected: "at most two million pieces of a wall",
+        });
+    }
+    let ends = faces.iter().flat_map(|face| [face.a, face.b]);
+    let farthest = ends
+        .map(|end| end.coords.amax())
+        .filter(|far| far.is_finite());
+    let farthest = farthest.fold(0.0, f64::max);
+    if farthest > FARTHEST {
+        return Err(EkfError::Setting {
+            field: "distance of the known map's walls from its origin, m",
+            value: farthest,
+            expected: "at most 800; with known.by = 0 the robot is found by lines, however far",
+        });
+    }
+    Ok(())
 }
 
 /// Whether most walls have no thickness: one face after the other, they are there and back.

@@ -1,11 +1,10 @@
 //! Whether the map still allows the way ahead, for a disc and for an outline.
 
+use nalgebra::Point2;
+
 use crate::geom::{Footprint, Segment};
 use crate::map::{CellIndex, CellRect, Grid};
-use crate::plan::{ConfigSpace, GridSpace, Path, Unknown, follows, rect_around};
-
-/// Cells around a path that an outline is held against.
-const SPARE_CELLS: i32 = 20;
+use crate::plan::{ConfigSpace, GridSpace, Path, Unknown, follows};
 
 /// Whether a wall stands in the next `reach` metres of a path. The first decimetres do not count: the robot stands
 /// there, and may be leaving a place that is too near to a wall.
@@ -24,7 +23,10 @@ pub(super) fn is_blocked(grid: &Grid, ahead: &Path, keep: f64, reach: f64) -> bo
             leg.a + along * length.min(skip + left),
         );
         skip = 0.0;
-        let space = GridSpace::new(grid, rect_of(grid, &part, keep), keep, Unknown::Free);
+        let Some(cells) = cells_around(grid, &[part.a, part.b], keep) else {
+            continue;
+        };
+        let space = GridSpace::new(grid, cells, keep, Unknown::Free);
         if !space.leg_is_free(&part) {
             return true;
         }
@@ -43,33 +45,103 @@ pub(super) fn outline_is_blocked(
     outline: &Footprint,
     reach: f64,
 ) -> bool {
-    let mut left = reach;
-    let near = ahead.legs().take_while(|leg| {
-        let is_near = left > 0.0;
-        left -= leg.length();
-        is_near
-    });
-    let count = near.count() + 1;
-    let corners = ahead.points.get(..count).unwrap_or_default();
-    let Some(rect) = rect_around(grid, corners, SPARE_CELLS, i32::MAX) else {
+    let corners = beginning(ahead, reach);
+    let Some(cells) = cells_around(grid, &corners, outline.radius_around()) else {
         return false;
     };
-    let space = GridSpace::new(grid, rect, 0.0, Unknown::Free);
-    !follows(outline, corners, None, &space)
+    let space = GridSpace::new(grid, cells, 0.0, Unknown::Free);
+    !follows(outline, &corners, None, &space)
 }
 
-/// The cells around a leg.
-fn rect_of(grid: &Grid, leg: &Segment, spare: f64) -> CellRect {
-    let (a, b) = (grid.cell_at(leg.a), grid.cell_at(leg.b));
+/// The corners in the first `length` metres of a path, and where these end.
+fn beginning(path: &Path, length: f64) -> Vec<Point2<f64>> {
+    let mut corners: Vec<_> = path.points.first().copied().into_iter().collect();
+    let mut left = length;
+    for leg in path.legs() {
+        let part = (left / leg.length().max(f64::MIN_POSITIVE)).min(1.0);
+        corners.push(leg.a + leg.vector() * part);
+        left -= leg.length();
+        if left <= 0.0 {
+            break;
+        }
+    }
+    corners
+}
+
+/// The cells around points, and `spare` metres farther; `None` without points.
+fn cells_around(grid: &Grid, points: &[Point2<f64>], spare: f64) -> Option<CellRect> {
     let spare = (spare / grid.resolution()).ceil() as i32 + 2;
-    CellRect {
+    let cells = points.iter().map(|point| grid.cell_at(*point));
+    let around = |cell: CellIndex| CellRect {
         min: CellIndex {
-            col: a.col.min(b.col) - spare,
-            row: a.row.min(b.row) - spare,
+            col: cell.col - spare,
+            row: cell.row - spare,
         },
         max: CellIndex {
-            col: a.col.max(b.col) + spare + 1,
-            row: a.row.max(b.row) + spare + 1,
+            col: cell.col + spare + 1,
+            row: cell.row + spare + 1,
         },
+    };
+    cells.map(around).reduce(|all, one| CellRect {
+        min: CellIndex {
+            col: all.min.col.min(one.min.col),
+            row: all.min.row.min(one.min.row),
+        },
+        max: CellIndex {
+            col: all.max.col.max(one.max.col),
+            row: all.max.row.max(one.max.row),
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Pose2;
+    use crate::map::GridConfig;
+    use crate::pilot::tests::{look, wall};
+    use crate::robot::Stamp;
+
+    fn path(points: &[(f64, f64)]) -> Path {
+        let points = points.iter().map(|&(x, y)| Point2::new(x, y)).collect();
+        Path { points }
+    }
+
+    #[test]
+    fn the_beginning_of_a_path_ends_at_its_length() {
+        let bent = path(&[(0.0, 0.0), (1.0, 0.0), (1.0, 5.0)]);
+        assert_eq!(
+            beginning(&bent, 0.5),
+            path(&[(0.0, 0.0), (0.5, 0.0)]).points
+        );
+        assert_eq!(
+            beginning(&bent, 3.0),
+            path(&[(0.0, 0.0), (1.0, 0.0), (1.0, 2.0)]).points
+        );
+        assert_eq!(beginning(&bent, 99.0), bent.points);
+        assert_eq!(beginning(&path(&[]), 1.0), vec![]);
+    }
+
+    #[test]
+    fn a_wall_on_the_way_blocks_it_within_reach_only_whatever_else_the_map_holds() {
+        let mut grid = Grid::new(GridConfig::default()).unwrap();
+        let walls = [wall(3.0, -0.5, 3.0, 0.5), wall(901.0, 899.0, 901.0, 901.0)];
+        // The second is far from the way: it is not looked at.
+        for at in [Pose2::identity(), Pose2::new(900.0, 900.0, 0.0)] {
+            for _ in 0..9 {
+                grid.insert(&look(&walls, &at, Stamp(0), 8.0), &at);
+            }
+        }
+        let outline = Footprint::rectangle(0.5, 0.3).unwrap();
+        let ahead = path(&[(0.0, 0.0), (9.0, 0.0)]);
+        assert!(!outline_is_blocked(&grid, &ahead, &outline, 2.5));
+        assert!(outline_is_blocked(&grid, &ahead, &outline, 3.0));
+        assert!(!outline_is_blocked(
+            &grid,
+            &path(&[(0.0, 0.0), (0.0, 9.0)]),
+            &outline,
+            3.0
+        ));
+        assert!(!outline_is_blocked(&grid, &path(&[]), &outline, 3.0));
     }
 }

@@ -86,8 +86,9 @@ impl Pilot {
             let ahead = follower.remaining(here);
             let keep = self.model.radius() + route.least_margin();
             let reach = self.config.review_reach;
-            // Of the outline so much less than a cell is thicker than the wall in it.
-            let is_blocked = match self.model.outline(-0.5 * now.grid.resolution()) {
+            // Of the outline so much less than a cell is thicker than the wall in it, if so much is there.
+            let within = self.model.outline(-0.5 * now.grid.resolution());
+            let is_blocked = match within.or_else(|| self.model.outline(0.0)) {
                 Some(outline) if route.by == Planner::Outline => {
                     outline_is_blocked(now.grid, &ahead, &outline, reach)
                 }
@@ -164,6 +165,7 @@ impl Pilot {
                     NoPath::StartBlocked { .. }
                         | NoPath::Unreachable { .. }
                         | NoPath::BudgetSpent { .. }
+                        | NoPath::Exhausted { .. }
                 );
                 self.errand.failed_plans += 1;
                 if !may_pass || self.errand.failed_plans >= PLAN_ATTEMPTS {

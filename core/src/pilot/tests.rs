@@ -127,7 +127,7 @@ impl Toy {
     }
 }
 
-fn look(walls: &[Segment], pose: &Pose2, stamp: Stamp, max_range: f64) -> Points {
+pub(super) fn look(walls: &[Segment], pose: &Pose2, stamp: Stamp, max_range: f64) -> Points {
     let beams = 360;
     let beams = (0..beams)
         .map(|beam_idx| {
@@ -156,7 +156,7 @@ fn look(walls: &[Segment], pose: &Pose2, stamp: Stamp, max_range: f64) -> Points
     }
 }
 
-fn wall(ax: f64, ay: f64, bx: f64, by: f64) -> Segment {
+pub(super) fn wall(ax: f64, ay: f64, bx: f64, by: f64) -> Segment {
     Segment::new(Point2::new(ax, ay), Point2::new(bx, by))
 }
 

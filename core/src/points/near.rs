@@ -154,6 +154,10 @@ impl NearField {
         self.remembered.clone_from(&self.unseen);
         let near = points.hits().filter(|beam| beam.range < reach);
         self.remembered.extend(near.map(|beam| beam.end_in_robot));
+        self.forget_oldest();
+    }
+
+    fn forget_oldest(&mut self) {
         let too_many = self.remembered.len().saturating_sub(MOST);
         self.remembered.drain(..too_many);
     }
@@ -165,6 +169,7 @@ impl NearField {
         if at.coords.norm() < self.config.reach {
             let piece = [-HALF_PERSON, 0.0, HALF_PERSON].map(|by| at + across * by);
             self.remembered.extend(piece);
+            self.forget_oldest();
         }
     }
 

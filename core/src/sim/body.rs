@@ -142,7 +142,7 @@ impl Body {
         rng: &mut impl Rng,
     ) {
         self.lost = 0.0;
-        let before = self.position;
+        let (before, heading) = (self.position, self.heading);
         if tracks.left != 0.0 || tracks.right != 0.0 {
             let (way, turn) = self.slipped(tracks, rng);
             let (sin, cos) = sin_cos(self.heading);
@@ -160,7 +160,8 @@ impl Body {
             };
             self.lost = lost.dot(&Vector2::new(cos, sin));
         }
-        self.feel(self.position - before, caster, movers);
+        let turned = wrap(self.heading - heading);
+        self.feel((self.position - before, turned), caster, movers);
     }
 
     /// The motion in the world frame that comes of the tracks' way, and the turn.
@@ -256,8 +257,8 @@ impl Body {
         first
     }
 
-    /// Counts a contact when one begins, in a step in which the body moved by `way`.
-    fn feel(&mut self, way: Vector2<f64>, caster: &Caster, movers: &[Disc]) {
+    /// Counts a contact when one begins, in a step in which the body moved by a way and a turn.
+    fn feel(&mut self, motion: (Vector2<f64>, f64), caster: &Caster, movers: &[Disc]) {
         let touching = match &self.outline {
             Some(outline) => self.touch_of_outline(outline, caster, movers),
             None => self
@@ -265,7 +266,7 @@ impl Body {
                 .filter(|touch| touch.to.norm() <= self.radius + TOUCH),
         };
         if let (Some(touch), None) = (&touching, &self.touching) {
-            self.contacts.count(touch, way);
+            self.contacts.count(touch, motion);
         }
         self.touching = touching;
     }
@@ -275,7 +276,11 @@ impl Body {
         let mut nearest: Option<Touch> = None;
         let mut take = |to: Vector2<f64>, is_mover: bool| {
             if nearest.is_none_or(|n| to.norm_squared() < n.to.norm_squared()) {
-                nearest = Some(Touch { to, is_mover });
+                nearest = Some(Touch {
+                    to,
+                    into: to,
+                    is_mover,
+                });
             }
         };
         if (self.position - self.free.0).norm() > self.free.1 {

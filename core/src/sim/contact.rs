@@ -21,6 +21,8 @@ pub struct Contacts {
 pub(super) struct Touch {
     /// From the middle of the body to the touched place, world frame, m.
     pub(super) to: Vector2<f64>,
+    /// From the body into what it touches, world frame; of any length.
+    pub(super) into: Vector2<f64>,
     /// Whether it is a mover.
     pub(super) is_mover: bool,
 }
@@ -33,9 +35,11 @@ impl Contacts {
         self.walls.saturating_add(people)
     }
 
-    /// Counts a touch that begins in a step in which the body moved by `way` (world frame, m).
-    pub(super) fn count(&mut self, touch: &Touch, way: Vector2<f64>) {
-        let drove = way.dot(&touch.to) > STANDING * touch.to.norm();
+    /// Counts a touch that begins in a step in which the body's middle moved by `way` (world frame, m) and it turned by `turn`, rad: a
+    /// corner may come into somebody while the middle stands.
+    pub(super) fn count(&mut self, touch: &Touch, (way, turn): (Vector2<f64>, f64)) {
+        let way = way + Vector2::new(-touch.to.y, touch.to.x) * turn;
+        let drove = way.dot(&touch.into) > STANDING * touch.into.norm();
         let counter = match (touch.is_mover, drove) {
             (false, _) => &mut self.walls,
             (true, true) => &mut self.drove_into_mover,
@@ -53,18 +57,37 @@ mod tests {
     fn who_came_is_told_by_the_way_of_the_robot() {
         let ahead = |is_mover| Touch {
             to: Vector2::new(0.11, 0.0),
+            into: Vector2::new(0.11, 0.0),
             is_mover,
         };
         let mut contacts = Contacts::default();
-        contacts.count(&ahead(true), Vector2::new(1e-3, 0.0));
-        contacts.count(&ahead(true), Vector2::zeros());
-        contacts.count(&ahead(true), Vector2::new(-1e-3, 0.0));
-        contacts.count(&ahead(false), Vector2::zeros());
+        contacts.count(&ahead(true), (Vector2::new(1e-3, 0.0), 0.0));
+        contacts.count(&ahead(true), (Vector2::zeros(), 0.1));
+        contacts.count(&ahead(true), (Vector2::new(-1e-3, 0.0), 0.0));
+        contacts.count(&ahead(false), (Vector2::zeros(), 0.0));
         let expect = Contacts {
             walls: 1,
             drove_into_mover: 1,
             mover_walked_in: 2,
         };
         assert_eq!((contacts, contacts.total()), (expect, 4));
+    }
+
+    #[test]
+    fn a_corner_that_turns_into_somebody_drove_into_them() {
+        // The corner ahead and to the left, somebody to the left of it.
+        let corner = Touch {
+            to: Vector2::new(0.25, 0.15),
+            into: Vector2::new(0.0, 1.0),
+            is_mover: true,
+        };
+        let mut contacts = Contacts::default();
+        contacts.count(&corner, (Vector2::zeros(), 0.01));
+        contacts.count(&corner, (Vector2::zeros(), -0.01));
+        contacts.count(&corner, (Vector2::new(0.0, -0.01), 0.01));
+        assert_eq!(
+            (contacts.drove_into_mover, contacts.mover_walked_in),
+            (1, 2)
+        );
     }
 }

@@ -66,6 +66,8 @@ impl Sweeps {
     pub(super) fn sweeps(&mut self) {
         if std::mem::take(&mut self.are_looks) {
             self.reader.spoil();
+            // Where the tracks were as it looked says nothing of where it stands now.
+            self.began = None;
         }
     }
 

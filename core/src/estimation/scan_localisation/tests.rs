@@ -177,3 +177,27 @@ fn the_update_is_that_of_a_filter_over_all_five_states() {
     }
     assert!((after.cov - cov).amax() < 1e-9, "{}", after.cov - cov);
 }
+
+#[test]
+fn walls_longer_or_farther_than_can_be_held_are_refused_before_memory_is_taken() {
+    let start = PoseEstimate::exact(Pose2::identity());
+    let made = |faces: Vec<Segment>| {
+        let config = ScanLocaliserConfig::default();
+        ScanLocaliser::new(faces, &start, &OdometryErrors::default(), config)
+    };
+    let wall = |x: f64, y: f64| Segment::new(Point2::new(-x, y), Point2::new(x, y));
+    let parallel = |count: u32, x: f64| (0..count).map(move |row| wall(x, f64::from(row) * 0.1));
+    let said = |faces: Vec<Segment>| made(faces).err().map(|error| error.to_string());
+    assert!(
+        said(parallel(200, 700.0).collect())
+            .unwrap()
+            .contains("pieces")
+    );
+    assert!(said(vec![wall(900.0, 0.0)]).unwrap().contains("800"));
+    assert!(said(parallel(20, 700.0).collect()).is_none());
+    // As wide as `campus`, and wider: a robot that is lost is looked for all the same.
+    for half in [180.0, 700.0] {
+        let around = vec![wall(half, -half), wall(half, half)];
+        assert!(made(around).unwrap().pyramid.is_some(), "{half} m");
+    }
+}

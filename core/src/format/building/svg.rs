@@ -81,8 +81,8 @@ pub fn of_svg(
     }
     let scale = scale_of(&root, metres_per_unit)?;
     let mut plan = Plan::new(scale);
-    let styles = Styles::of(&document)?;
-    plan.read(root, &styles, &mut Copies::of(&document))?;
+    let mut styles = Styles::of(&document)?;
+    plan.read(root, &mut styles, &mut Copies::of(&document))?;
     (0..styles.left_out).for_each(|_| plan.leave_out("style"));
     plan.into_world(name)
 }
@@ -166,21 +166,25 @@ impl Plan {
     fn read<'a>(
         &mut self,
         root: Node<'a, 'a>,
-        styles: &'a Styles,
+        styles: &mut Styles<'a>,
         copies: &mut Copies<'a>,
     ) -> Result<(), SvgError> {
         let world_from_page = Affine::new([self.scale, 0.0, 0.0, -self.scale, 0.0, 0.0]);
         let mut todo = vec![(root, world_from_page, Pen::default(), None)];
         let mut read = 0;
         while let Some((node, outer, pen, copy)) = todo.pop() {
-            let pen = pen.of(&node, styles);
-            if !node.is_element() || pen.is_gone {
-                continue;
-            }
+            // Text, comments and what is not drawn take time too, once for each copy.
             read += 1;
             if read > MOST_NODES {
                 let most = MOST_NODES as usize;
                 return Err(SvgError::TooManyCopies { most });
+            }
+            if !node.is_element() {
+                continue;
+            }
+            let pen = pen.of(&styles.style(&node));
+            if pen.is_gone {
+                continue;
             }
             let inner = outer * transform_of(&node)?;
             match node.tag_name().name() {

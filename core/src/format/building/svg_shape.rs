@@ -6,7 +6,7 @@ use svgtypes::{Length, LengthUnit, PointsParser, TransformListParser, TransformL
 
 use super::SvgError;
 use super::svg::{line_of, wrong};
-use super::svg_style::Styles;
+use super::svg_style::Style;
 use crate::geom::sin_cos;
 
 /// Largest radius, in parts of how far a polygon may be off it: 100 km of half centimetres.
@@ -35,19 +35,16 @@ impl Default for Pen {
 }
 
 impl Pen {
-    /// The pen of an element within a group that has this one.
-    pub(super) fn of<'a>(mut self, node: &Node<'a, 'a>, styles: &'a Styles) -> Self {
-        if !node.is_element() {
-            return self;
-        }
-        if let Some(stroke) = styles.property(node, "stroke") {
+    /// The pen of an element with this style within a group that has this pen.
+    pub(super) fn of(mut self, style: &Style) -> Self {
+        if let Some(stroke) = style.stroke() {
             self.has_stroke = is_ink(stroke);
         }
-        if let Some(fill) = styles.property(node, "fill") {
+        if let Some(fill) = style.fill() {
             self.has_fill = is_ink(fill);
         }
-        self.is_gone |= styles.property(node, "display") == Some("none");
-        match styles.property(node, "visibility") {
+        self.is_gone |= style.display() == Some("none");
+        match style.visibility() {
             Some("hidden" | "collapse") => self.is_hidden = true,
             Some("visible") => self.is_hidden = false,
             _ => {}

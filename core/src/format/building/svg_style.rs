@@ -2,26 +2,106 @@
 //!
 //! In: an element and the name of a property. Out: its value.
 //!
-//! 1. The attribute `style` comes before style sheets, these before an attribute of the property's name; `!important` before all.
+//! 1. The attribute `style` comes before style sheets, these before an attribute of the property's name; `!important` before all. Of two
+//!    that weigh the same the later holds.
 //! 2. Of the rules of style sheets those for elements, classes, identifiers and attributes are read. Rules for elements within or beside
 //!    others are not, nor those for some media only: they are counted.
+//! 3. Only what tells whether something is drawn is kept, and each element is held against the rules once, however often it is copied.
+
+use std::collections::BTreeMap;
 
 use roxmltree::{Document, Node};
-use simplecss::{AttributeOperator, PseudoClass, Rule, StyleSheet};
+use simplecss::{AttributeOperator, Declaration, PseudoClass, StyleSheet};
 
 use super::SvgError;
 use super::svg::line_of;
 
-/// More rules than this are refused: each is held against each element.
-const MOST_RULES: usize = 1000;
+/// More selectors than this are refused, for each is held against each element; and more declarations, for the parser takes
+/// time with the square of their number.
+const MOST_SELECTORS: usize = 1000;
+const MOST_DECLARATIONS: usize = 10_000;
+
+/// What tells whether an element is drawn, in the order of [`Style`]'s values.
+const NAMES: [&str; 4] = ["stroke", "fill", "display", "visibility"];
+
+/// What an element has of itself, not of its group.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Style<'a> {
+    values: [Option<&'a str>; NAMES.len()],
+}
+
+impl<'a> Style<'a> {
+    pub(super) fn stroke(&self) -> Option<&'a str> {
+        self.values[0]
+    }
+
+    pub(super) fn fill(&self) -> Option<&'a str> {
+        self.values[1]
+    }
+
+    pub(super) fn display(&self) -> Option<&'a str> {
+        self.values[2]
+    }
+
+    pub(super) fn visibility(&self) -> Option<&'a str> {
+        self.values[3]
+    }
+
+    /// Values of its own, and those of `lesser` where it has none.
+    fn or(self, lesser: Self) -> Self {
+        let mut values = self.values;
+        for (value, other) in values.iter_mut().zip(lesser.values) {
+            *value = value.or(other);
+        }
+        Self { values }
+    }
+}
+
+/// What a rule, or an attribute `style`, declares.
+#[derive(Clone, Copy, Debug, Default)]
+struct Declared<'a> {
+    said: Style<'a>,
+    important: Style<'a>,
+}
+
+impl<'a> Declared<'a> {
+    fn of(declarations: impl Iterator<Item = Declaration<'a>>) -> Self {
+        let mut all = Self::default();
+        for declaration in declarations {
+            let style = match declaration.important {
+                true => &mut all.important,
+                false => &mut all.said,
+            };
+            if let Some(at) = NAMES.iter().position(|name| *name == declaration.name) {
+                style.values[at] = Some(declaration.value.trim());
+            }
+        }
+        all
+    }
+
+    fn is_empty(&self) -> bool {
+        let mut values = self.said.values.iter().chain(&self.important.values);
+        values.all(Option::is_none)
+    }
+
+    /// Both; what `later` declares holds.
+    fn then(self, later: Self) -> Self {
+        Self {
+            said: later.said.or(self.said),
+            important: later.important.or(self.important),
+        }
+    }
+}
 
 /// The style sheets of a drawing.
 #[derive(Debug)]
 pub(super) struct Styles<'a> {
     /// In the order of what they weigh.
-    rules: Vec<Rule<'a>>,
+    rules: Vec<(simplecss::Selector<'a>, Declared<'a>)>,
     /// Rules that were not read.
     pub(super) left_out: usize,
+    /// By where the element begins in the text.
+    known: BTreeMap<usize, Style<'a>>,
 }
 
 impl<'a> Styles<'a> {
@@ -30,54 +110,85 @@ impl<'a> Styles<'a> {
     /// # Errors    [`SvgError::Syntax`] for more rules than can be.
     pub(super) fn of(document: &'a Document) -> Result<Self, SvgError> {
         let mut sheet = StyleSheet::new();
-        let mut at_rules = 0;
+        let (mut left_out, mut selectors, mut declarations) = (0, 0, 0);
         let is_sheet = |node: &Node| node.tag_name().name() == "style";
         for style in document.root_element().descendants().filter(is_sheet) {
-            for text in style.children().filter_map(|child| child.text()) {
-                sheet.parse_more(text);
-                at_rules += text.matches('@').count();
+            let media = style.attribute("media").map_or("all", str::trim);
+            if !matches!(media, "all" | "screen" | "") {
+                left_out += 1;
+                continue;
             }
-            if sheet.rules.len() > MOST_RULES {
-                return Err(SvgError::Syntax {
-                    line: line_of(&style),
-                    what: format!("more than {MOST_RULES} rules in <style>"),
-                });
+            for text in style.children().filter_map(|child| child.text()) {
+                // Told before there are any.
+                let lists = text.split('}').filter_map(|rule| rule.split_once('{'));
+                selectors += lists
+                    .map(|(list, _)| 1 + list.matches(',').count())
+                    .sum::<usize>();
+                declarations += text.matches(';').count();
+                if selectors > MOST_SELECTORS || declarations > MOST_DECLARATIONS {
+                    return Err(SvgError::Syntax {
+                        line: line_of(&style),
+                        what: format!(
+                            "more than {MOST_SELECTORS} selectors or {MOST_DECLARATIONS} declarations in <style>"
+                        ),
+                    });
+                }
+                sheet.parse_more(text);
+                left_out += text.matches('@').count();
             }
         }
-        let all = sheet.rules.len();
-        let is_single = |rule: &Rule| !rule.selector.to_string().contains([' ', '>', '+']);
-        sheet.rules.retain(is_single);
+        let mut rules = Vec::with_capacity(sheet.rules.len());
+        for rule in sheet.rules {
+            let declared = Declared::of(rule.declarations.into_iter());
+            match rule.selector.to_string().contains([' ', '>', '+']) {
+                true => left_out += 1,
+                false if declared.is_empty() => {}
+                false => rules.push((rule.selector, declared)),
+            }
+        }
         Ok(Self {
-            left_out: all - sheet.rules.len() + at_rules,
-            rules: sheet.rules,
+            rules,
+            left_out,
+            known: BTreeMap::new(),
         })
     }
 
-    /// The value of a property that an element has of itself, not of its group.
-    pub(super) fn property<'s>(&'s self, node: &Node<'s, 's>, name: &str) -> Option<&'s str> {
-        let (mut said, mut important) = (None, None);
-        for rule in self
-            .rules
-            .iter()
-            .filter(|r| r.selector.matches(&InTree(*node)))
-        {
-            for found in rule.declarations.iter().filter(|d| d.name == name) {
-                *(if found.important {
-                    &mut important
-                } else {
-                    &mut said
-                }) = Some(found.value);
-            }
+    /// What an element has of itself, not of its group.
+    pub(super) fn style(&mut self, node: &Node<'a, 'a>) -> Style<'a> {
+        if let Some(style) = self.known.get(&node.range().start) {
+            return *style;
         }
-        let own = node.attribute("style").and_then(|style| {
-            style.split(';').find_map(|part| {
-                let (key, value) = part.split_once(':')?;
-                (key.trim() == name).then_some(value)
-            })
-        });
-        let found = important.or(own).or(said);
-        found.or_else(|| node.attribute(name)).map(str::trim)
+        let matching = |(selector, _): &&(simplecss::Selector, _)| selector.matches(&InTree(*node));
+        let rules = self.rules.iter().filter(matching);
+        let sheets = rules.fold(Declared::default(), |all, (_, rule)| all.then(*rule));
+        let own = node.attribute("style").unwrap_or_default();
+        let own = Declared::of(own.split(';').filter_map(declaration));
+        let attributes = Style {
+            values: NAMES.map(|name| node.attribute(name).map(str::trim)),
+        };
+        let style = own
+            .important
+            .or(sheets.important)
+            .or(own.said)
+            .or(sheets.said)
+            .or(attributes);
+        self.known.insert(node.range().start, style);
+        style
     }
+}
+
+/// One declaration of an attribute `style`.
+fn declaration(text: &str) -> Option<Declaration<'_>> {
+    let (name, value) = text.split_once(':')?;
+    let (value, important) = match value.split_once('!') {
+        Some((value, mark)) => (value, mark.trim() == "important"),
+        None => (value, false),
+    };
+    Some(Declaration {
+        name: name.trim(),
+        value,
+        important,
+    })
 }
 
 /// An element as selectors see it.
@@ -105,5 +216,84 @@ impl simplecss::Element for InTree<'_> {
     /// A drawing on paper is not hovered over.
     fn pseudo_class_matches(&self, class: PseudoClass<'_>) -> bool {
         class == PseudoClass::FirstChild && self.prev_sibling_element().is_none()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{BuildingError, of_svg};
+    use super::*;
+
+    /// What a style sheet and an attribute `style` make of a line's stroke.
+    fn stroke(sheet: &str, own: &str) -> Option<String> {
+        let text = format!("<svg><style>{sheet}</style><path style='{own}' stroke='red'/></svg>");
+        let document = Document::parse(&text).unwrap();
+        let mut styles = Styles::of(&document).unwrap();
+        let path = document.root_element().last_element_child().unwrap();
+        styles.style(&path).stroke().map(str::to_owned)
+    }
+
+    #[test]
+    fn the_later_and_the_more_important_holds() {
+        for (sheet, own, expect) in [
+            ("", "", "red"),
+            ("path { stroke: blue }", "", "blue"),
+            ("path { stroke: blue; stroke: green }", "", "green"),
+            ("path { stroke: blue }", "stroke: none", "none"),
+            ("path { stroke: blue !important }", "stroke: none", "blue"),
+            (
+                "path { stroke: blue !important }",
+                "stroke: none !important",
+                "none",
+            ),
+            ("", "stroke: blue; stroke: none", "none"),
+            ("", "stroke: none !important; stroke: blue", "none"),
+        ] {
+            assert_eq!(
+                stroke(sheet, own).as_deref(),
+                Some(expect),
+                "{sheet} | {own}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_style_sheet_for_paper_is_left_out_and_counted() {
+        let text = "<svg><style media='print'>path { stroke: none }</style></svg>";
+        let document = Document::parse(text).unwrap();
+        let styles = Styles::of(&document).unwrap();
+        assert!(styles.rules.is_empty());
+        assert_eq!(styles.left_out, 1);
+    }
+
+    /// A few megabytes that would ask for minutes: they are refused, or read at once.
+    #[test]
+    fn what_is_copied_costs_no_more_than_what_is_drawn() {
+        let comments = "<!---->".repeat(20_000);
+        let copies = "<use href='#a'/>".repeat(20_000);
+        for hidden in ["", " display='none'"] {
+            let text = format!(
+                "<svg><defs><g id='a'><g{hidden}>{comments}</g></g></defs>{copies}<path d='M0 0H900V900' stroke='red'/></svg>"
+            );
+            match (hidden, of_svg(text.as_bytes(), None, "copies")) {
+                ("", Err(BuildingError::Svg(SvgError::TooManyCopies { .. }))) => {}
+                (" display='none'", Ok(_)) => {}
+                (_, other) => panic!("{hidden}: {other:?}"),
+            }
+        }
+        let many = "stroke:x;".repeat(300_000);
+        let path = "<path d='M0 0H900V900' stroke='red'/>";
+        for sheet in [
+            format!("*{{{many}}}"),
+            format!("{}* {{ fill: none }}", "g,".repeat(2_000)),
+        ] {
+            let text = format!("<svg><style>{sheet}</style>{path}</svg>");
+            let refused = of_svg(text.as_bytes(), None, "sheet")
+                .unwrap_err()
+                .to_string();
+            assert!(refused.contains("more than 1000 selectors"), "{refused}");
+        }
+        let text = format!("<svg><g style='{many}'>{path}</g></svg>");
+        of_svg(text.as_bytes(), None, "own").unwrap();
     }
 }

@@ -201,3 +201,12 @@ fn folded_readings_of_a_remembered_wall_are_invalid_and_others_stay() {
     plain.update(&look(&walls, &before), &Pose2::identity());
     assert_eq!(*plain.without_folded(&scan, &before.delta_to(&now)), scan);
 }
+
+#[test]
+fn people_who_come_between_two_sweeps_are_not_gathered_without_end() {
+    let mut near = NearField::new(NearConfig::short_range());
+    for _ in 0..5_000 {
+        near.came(Point2::new(0.3, 0.1));
+    }
+    assert_eq!(near.remembered.len(), MOST);
+}

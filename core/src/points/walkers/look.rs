@@ -32,12 +32,11 @@ impl Walkers {
     pub fn look(&mut self, look: &Points, robot_at_scan_from_robot: &Pose2) -> Vec<Point2<f64>> {
         self.newcomers
             .retain(|other| look.stamp.since(other.seen) <= KEPT_FOR);
-        if let Some(past) = self.past.back_mut() {
-            past.now_from_then = robot_at_scan_from_robot.inverse();
-        }
-        let Some(past) = self.past.back() else {
+        let Some(mut past) = self.past.back().cloned() else {
             return vec![];
         };
+        // Of this look alone: the next scan brings the whole motion.
+        past.now_from_then = robot_at_scan_from_robot.inverse();
         let has_come = |beam: &&Beam| {
             let margin = Margin {
                 behind: self.config.behind + SIGMAS * beam.sigma,

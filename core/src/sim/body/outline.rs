@@ -129,6 +129,7 @@ impl Body {
         let touched = first.filter(|(near, _)| near.apart <= TOUCH);
         touched.map(|(near, is_mover)| Touch {
             to: near.on_body - self.position,
+            into: -near.normal,
             is_mover: *is_mover,
         })
     }

@@ -132,7 +132,7 @@ fn an_outline_slides_along_a_wall_touches_it_once_and_cannot_turn_in_a_narrow_co
     let outline = long().outline(0.0).unwrap();
     for _ in 0..200 {
         body.move_outline(&outline, (Vector2::new(0.005, 0.001), 0.0), &caster, &[]);
-        body.feel(Vector2::new(0.005, 0.0), &caster, &[]);
+        body.feel((Vector2::new(0.005, 0.0), 0.0), &caster, &[]);
     }
     // Its side is 15 cm from its middle.
     assert!((body.position - Point2::new(1.0, 0.05)).norm() < 1e-4);
