@@ -2,15 +2,13 @@
 
 mod explore;
 
-use std::f64::consts::TAU;
-
 use proptest::prelude::*;
 
 use super::*;
 use crate::geom::sin_cos;
 use crate::map::{CellIndex, CellState, GridConfig};
-use crate::points::Beam;
-use nalgebra::{Matrix3, Point2, Vector2};
+use crate::points::fixture::look;
+use nalgebra::{Matrix3, Point2};
 
 const TICK: f64 = 0.05;
 
@@ -31,7 +29,7 @@ struct Toy {
 impl Toy {
     fn new(walls: Vec<Segment>, pose: Pose2, model: RobotModel) -> Self {
         let mut toy = Self {
-            points: look(&walls, &pose, Stamp(0), 8.0),
+            points: look(&walls, &pose, 8.0),
             walls,
             scanned_at: pose,
             pose,
@@ -51,7 +49,10 @@ impl Toy {
     }
 
     fn scan(&mut self) {
-        self.points = look(&self.walls, &self.pose, self.stamp(), 8.0);
+        self.points = Points {
+            stamp: self.stamp(),
+            ..look(&self.walls, &self.pose, 8.0)
+        };
         self.scanned_at = self.pose;
         self.grid.insert(&self.points, &self.pose);
     }
@@ -124,35 +125,6 @@ impl Toy {
             }
         }
         known as f64 / seen.len() as f64
-    }
-}
-
-fn look(walls: &[Segment], pose: &Pose2, stamp: Stamp, max_range: f64) -> Points {
-    let beams = 360;
-    let beams = (0..beams)
-        .map(|beam_idx| {
-            let bearing = TAU * beam_idx as f64 / beams as f64;
-            let (sin, cos) = sin_cos(bearing);
-            let direction = Vector2::new(cos, sin);
-            let (origin, ray) = (pose.position(), pose.rotate(direction));
-            let hits = walls.iter().filter_map(|s| s.hit_by_ray(origin, ray));
-            let range = hits.fold(max_range, f64::min);
-            Beam {
-                beam_idx,
-                origin_in_robot: Point2::origin(),
-                end_in_robot: Point2::from(direction * range),
-                range,
-                sigma: 0.01,
-                is_hit: range < max_range,
-                quality: None,
-            }
-        })
-        .collect();
-    Points {
-        stamp,
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams,
     }
 }
 

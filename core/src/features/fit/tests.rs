@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::geom::{sin_cos, wrap};
+use crate::points::fixture::beam_along;
 
 fn normal(rng: &mut ChaCha8Rng) -> f64 {
     let (u, v): (f64, f64) = (rng.random(), rng.random());
@@ -15,13 +16,8 @@ fn normal(rng: &mut ChaCha8Rng) -> f64 {
 fn beam(bearing: f64, range: f64, sigma: f64) -> Beam {
     let (sin, cos) = sin_cos(bearing);
     Beam {
-        beam_idx: 0,
-        origin_in_robot: Point2::origin(),
-        end_in_robot: Point2::new(range * cos, range * sin),
-        range,
         sigma,
-        is_hit: true,
-        quality: None,
+        ..beam_along(0, Vector2::new(cos, sin), range, true)
     }
 }
 
