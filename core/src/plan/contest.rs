@@ -332,7 +332,7 @@ impl Contest {
                 fallback: search.and_then(Search::fallback),
                 seconds: entrant.seconds,
                 iterations: search.map_or(0, Search::iterations),
-                tried: search.map_or(0, |s| s.tree().len()),
+                tried: search.map_or(0, Search::tried),
             }
         };
         self.entrants.iter().map(stand).collect()

@@ -203,6 +203,7 @@ proptest! {
             prop_assert_eq!(once.path(), often.path());
             prop_assert_eq!(once.iterations(), often.iterations());
             prop_assert_eq!(once.tree(), often.tree());
+            prop_assert_eq!(once.tried(), once.tree().len());
         }
     }
 
