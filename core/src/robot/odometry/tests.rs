@@ -1,3 +1,5 @@
+//! Tracks against the exact arc, covariances against numeric propagation.
+
 use nalgebra::Vector3;
 
 use super::*;

@@ -23,17 +23,10 @@ fn telemetry() -> Telemetry {
 
 fn hello() -> Hello {
     Hello {
-        protocol: PROTOCOL,
         firmware: [1, 2],
-        nonce: 9,
         cause: ResetCause::External,
         capabilities: Capabilities(0x1F),
-        length_mm: 189,
-        width_mm: 113,
-        track_width_mm: 197,
-        count_nm: 240_000,
-        max_speed_mm_s: 300,
-        ranger_angles_mrad: vec![0, 1571, 3142, -1571],
+        ..fixture::hello(9)
     }
 }
 
