@@ -87,19 +87,24 @@ impl Toy {
                 pose: self.pose,
                 cov: Matrix3::identity() * 1e-6,
             };
-            let command = pilot.steer(&Situation {
-                stamp: self.stamp(),
-                estimate: &estimate,
-                grid: &self.grid,
-                points: Some(&self.points),
-                walkers: &[],
-                motion_since_scan: self.scanned_at.delta_to(&self.pose),
-                speeds: self.speeds,
-                bumpers: Bumpers::default(),
-                robot_is_busy: false,
-                scans_on_command: false,
-            });
+            let command = pilot.steer(&self.situation(&estimate));
             self.step(command);
+        }
+    }
+
+    /// What a pilot sees from here.
+    fn situation<'a>(&'a self, estimate: &'a PoseEstimate) -> Situation<'a> {
+        Situation {
+            stamp: self.stamp(),
+            estimate,
+            grid: &self.grid,
+            points: Some(&self.points),
+            walkers: &[],
+            motion_since_scan: self.scanned_at.delta_to(&self.pose),
+            speeds: self.speeds,
+            bumpers: Bumpers::default(),
+            robot_is_busy: false,
+            scans_on_command: false,
         }
     }
 
@@ -224,16 +229,9 @@ fn speeds_by_hand_are_the_models_before_the_first_scan_too() {
     let mut told = |forward, turn| {
         pilot.drive(forward, turn);
         pilot.steer(&Situation {
-            stamp: Stamp(0),
-            estimate: &estimate,
-            grid: &toy.grid,
             points: None,
-            walkers: &[],
-            motion_since_scan: Pose2::identity(),
-            speeds: (0.0, 0.0),
-            bumpers: Bumpers::default(),
-            robot_is_busy: false,
             scans_on_command: true,
+            ..toy.situation(&estimate)
         })
     };
     let velocity = |forward, turn| Some(Command::Velocity { forward, turn });
@@ -251,15 +249,7 @@ fn a_silent_lidar_holds_the_robot() {
     for (age, holds) in [(0.1, false), (0.45, false), (0.55, true), (9.0, true)] {
         let command = pilot.steer(&Situation {
             stamp: toy.points.stamp.plus(age),
-            estimate: &estimate,
-            grid: &toy.grid,
-            points: Some(&toy.points),
-            walkers: &[],
-            motion_since_scan: Pose2::identity(),
-            speeds: (0.0, 0.0),
-            bumpers: Bumpers::default(),
-            robot_is_busy: false,
-            scans_on_command: false,
+            ..toy.situation(&estimate)
         });
         assert_eq!(command == Some(Command::Stop), holds, "{age}: {command:?}");
     }
@@ -276,15 +266,10 @@ fn an_errand_waits_for_a_silent_lidar_says_so_and_goes_on() {
     for tick in 1..200_u32 {
         let command = pilot.steer(&Situation {
             stamp: points.stamp.plus(f64::from(tick) * TICK),
-            estimate: &estimate,
-            grid: &toy.grid,
             points: Some(&points),
-            walkers: &[],
             motion_since_scan: Pose2::identity(),
             speeds: (0.0, 0.0),
-            bumpers: Bumpers::default(),
-            robot_is_busy: false,
-            scans_on_command: false,
+            ..toy.situation(&estimate)
         });
         if tick > 10 {
             assert_eq!(command, Some(Command::Stop), "{tick}");
@@ -306,20 +291,13 @@ fn a_pressed_bumper_sends_the_robot_back_and_in_the_end_makes_it_give_the_goal_u
     while toy.stamp().seconds() < 120.0 && !pilot.status().is_over() {
         let touches = toy.pose.x() + toy.model.radius() >= pane;
         let estimate = PoseEstimate::exact(toy.pose);
+        let bumpers = Bumpers {
+            left: touches,
+            right: touches,
+        };
         let command = pilot.steer(&Situation {
-            stamp: toy.stamp(),
-            estimate: &estimate,
-            grid: &toy.grid,
-            points: Some(&toy.points),
-            walkers: &[],
-            motion_since_scan: toy.scanned_at.delta_to(&toy.pose),
-            speeds: toy.speeds,
-            bumpers: Bumpers {
-                left: touches,
-                right: touches,
-            },
-            robot_is_busy: false,
-            scans_on_command: false,
+            bumpers,
+            ..toy.situation(&estimate)
         });
         if touches && let Some(Command::Velocity { forward, .. }) = command {
             assert!(forward <= 0.0, "drives on into the pane");
