@@ -1,8 +1,9 @@
-//! Points for tests: made by hand, or what an exact lidar in the middle of the robot sees of walls. σ is 1 cm, the stamp 0.
+//! Points for tests: made by hand, or what an exact lidar in the middle of the robot sees of walls. σ is 1 cm, the stamp 0. And noise.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Point2, Vector2};
+use rand::{Rng, RngExt};
 
 use super::{Beam, Points};
 use crate::geom::{Pose2, Segment, sin_cos};
@@ -82,4 +83,10 @@ pub(crate) fn look(walls: &[Segment], world_from_robot: &Pose2, max_range: f64) 
         let range = range_to(walls, world_from_robot, direction);
         beam_along(beam_idx, direction, range.min(max_range), range < max_range)
     }))
+}
+
+/// A normal deviate by Box and Muller: noise that shares no code with the simulator's.
+pub(crate) fn normal(rng: &mut impl Rng) -> f64 {
+    let (u, v): (f64, f64) = (rng.random(), rng.random());
+    (-2.0 * libm::log(1.0 - u)).sqrt() * libm::cos(TAU * v)
 }

@@ -1,12 +1,13 @@
 //! Settings of a fit, given to a robot and a sensor whose errors are known, and figures that are written down.
 
 use nalgebra::{Matrix2, Matrix3, Vector2};
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::estimation::Drive;
 use crate::geom::Pose2;
+use crate::points::fixture::normal;
 use crate::points::{SigmaBin, SigmaConfig, estimate_sigma};
 use crate::robot::{Odometry, RobotModel, Scan, Stamp, TrackWear, Tracks};
 use crate::settings::Settings;
@@ -104,19 +105,13 @@ fn settings_of_a_drive_turn_what_was_counted_into_what_was_driven() {
 /// Scans of a sensor that stands, with σ(ρ) = 1 cm + 5 mm/m ρ.
 fn standing_scans() -> Vec<Scan> {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
-    // Twelve uniform numbers have a unit of variance.
-    let mut gaussian = || {
-        (0..12)
-            .map(|_| rng.random_range(-0.5..0.5_f64))
-            .sum::<f64>()
-    };
     let range = |beam: usize| 0.5 + 0.04 * beam as f64;
     let mut scan = |number: u64| Scan {
         stamp: Stamp(200_000 * number),
         robot_from_sensor: Pose2::identity(),
         bearings: (0..150).map(|beam| 0.01 * beam as f64).collect(),
         ranges: (0..150)
-            .map(|beam| (range(beam) + (0.01 + 0.005 * range(beam)) * gaussian()) as f32)
+            .map(|beam| (range(beam) + (0.01 + 0.005 * range(beam)) * normal(&mut rng)) as f32)
             .collect(),
         sigmas: vec![0.03; 150],
         qualities: vec![],

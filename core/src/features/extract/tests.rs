@@ -8,12 +8,7 @@ use nalgebra::{Point2, Vector2};
 use super::*;
 use crate::geom::{Line, Pose2, Segment, sides_of, wrap};
 use crate::points::Beam;
-use crate::points::fixture::{beam_along, range_to, scan_of};
-
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let (u, v): (f64, f64) = (rng.random(), rng.random());
-    (-2.0 * libm::log(1.0 - u)).sqrt() * libm::cos(TAU * v)
-}
+use crate::points::fixture::{beam_along, normal, range_to, scan_of};
 
 /// A revolution of `n` beams from `robot` against `walls`, with σ = 0.01 m + 0.005 ρ.
 fn look(walls: &[Segment], robot: &Pose2, n: usize, rng: &mut ChaCha8Rng) -> Points {

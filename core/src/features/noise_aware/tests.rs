@@ -1,17 +1,10 @@
-use std::f64::consts::TAU;
-
 use nalgebra::Vector2;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::features::columns::Noise;
-use crate::points::fixture::beam_along;
-
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let (u, v): (f64, f64) = (rng.random(), rng.random());
-    (-2.0 * libm::log(1.0 - u)).sqrt() * libm::cos(TAU * v)
-}
+use crate::points::fixture::{beam_along, normal};
 
 /// A wall 1 m ahead of `n` points, 8 mm apart, with σ = 1 cm.
 fn wall(n: u32, rng: &mut ChaCha8Rng) -> Columns {
