@@ -4,7 +4,7 @@
 //!
 //! 1. Bearings that rise or fall evenly stay as they are, turned into rising order.
 //! 2. Of others the fan begins behind the widest gap between neighbours: a sensor may look backwards, over ±π. All round no gap is
-//!    much wider than the rest, and the fan begins at the back.
+//!    wider than that at the back by two steps, and the fan begins there.
 //! 3. It has as many directions as there are beams. A beam stands for the direction next to it, at most half a step off; of two the
 //!    nearer reading counts, and a number before none.
 

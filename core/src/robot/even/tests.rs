@@ -57,11 +57,13 @@ fn all_round_the_fan_begins_at_the_back() {
 }
 
 proptest! {
-    /// A beam that a sensor left out costs no other its place, and none is off by more than half a step.
+    /// A beam that a sensor left out costs one other its place at most, and none is off by more than half a step: of a fan that leaves more
+    /// room open than all round.
     #[test]
     fn a_fan_with_a_hole_keeps_its_beams_in_their_directions(
-        middle in -3.2..3.2_f64, width in 0.2..5.5_f64, count in 8..200_usize, hole in 0.0..1.0_f64, is_falling: bool,
+        middle in -3.2..3.2_f64, part in 0.02..1.0_f64, count in 8..200_usize, hole in 0.0..1.0_f64, is_falling: bool,
     ) {
+        let width = part * TAU * (1.0 - 4.0 / (count - 1) as f64);
         let hole = 1 + (hole * (count - 3) as f64) as usize;
         let bearing = |i: usize| wrap(middle - 0.5 * width + width * i as f64 / (count - 1) as f64);
         let mut beams: Vec<(f64, f32)> = (0..count).filter(|i| *i != hole).map(|i| (bearing(i), 1.0 + i as f32)).collect();
@@ -70,7 +72,7 @@ proptest! {
         }
         let (bearings, ranges): (Vec<f64>, Vec<f32>) = beams.iter().copied().unzip();
         let kept = kept(&bearings, &ranges);
-        prop_assert!(kept.len() + 2 >= beams.len(), "{} of {}", kept.len(), beams.len());
+        prop_assert!(kept.len() + 1 >= beams.len(), "{} of {}", kept.len(), beams.len());
         let half_step = 0.5 * width / (beams.len() - 1) as f64;
         for (direction, range) in kept {
             let truth = bearing((range - 1.0) as usize);
