@@ -71,17 +71,18 @@ fn it_prints_its_address_and_ends_well_when_terminated() {
         .nth(1)
         .and_then(|rest| rest.split('/').next());
     let answers = address.is_some_and(|address| std::net::TcpStream::connect(address).is_ok());
-    let id = child.id().to_string();
-    assert!(
-        Command::new("kill")
-            .args(["-TERM", &id])
-            .status()
-            .unwrap()
-            .success()
-    );
+    terminate(&child);
     let status = child.wait().unwrap();
     assert!(answers, "{line}");
     assert!(status.success(), "{status}");
+}
+
+#[cfg(unix)]
+/// As systemd and Ctrl + C of a container do.
+fn terminate(child: &Child) {
+    let mut kill = Command::new("kill");
+    let status = kill.args(["-TERM", &child.id().to_string()]).status();
+    assert!(status.unwrap().success());
 }
 
 #[cfg(unix)]
@@ -190,14 +191,7 @@ fn systemd_is_told_that_it_serves_lives_and_ends() {
     hear("READY=1");
     hear("WATCHDOG=1");
     hear("WATCHDOG=1");
-    let id = child.id().to_string();
-    assert!(
-        Command::new("kill")
-            .args(["-TERM", &id])
-            .status()
-            .unwrap()
-            .success()
-    );
+    terminate(&child);
     hear("STOPPING=1");
     assert!(child.wait().unwrap().success());
 }

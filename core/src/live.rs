@@ -11,20 +11,21 @@
 //! 3. The pilot's commands go out only while this client has the lease and the robot is armed. Whatever disarms it also ends
 //!    the pilot's errand: nothing goes on by itself when the robot is armed again.
 
+mod shown;
+mod state;
 #[cfg(test)]
 mod tests;
 
-use crate::estimation::{ConsistencyWindow, Drive, DriveFit, OdometryFit};
-use crate::geom::Pose2;
-use crate::pilot::{Mode, Pilot, PilotConfig, Situation};
-use crate::robot::{Bumpers, Command, Odometry, RobotModel, Scan, Stamp, ToldOdometry};
-use crate::slam::{KnownMap, Method, Slam, SlamConfig, SlamError};
+use crate::pilot::Mode;
+use crate::robot::{Bumpers, ToldOdometry};
+use crate::slam::{KnownMap, Method, SlamError};
 use crate::twin::Twin;
 use crate::wire::client::{Client, ClientError};
 use crate::wire::message::{
-    Device, FromBridge, Motion, RecordingBody, RefusalReason, RobotFigures, Severity,
+    Device, FromBridge, RecordingBody, RefusalReason, RobotFigures, Severity,
 };
-use crate::wire::timeline::{Reading, Timeline, explain_gap};
+use crate::wire::timeline::{Reading, explain_gap};
+use state::State;
 
 /// How often [`Live::tick`] is due: the pilot decides, and a command is told again, s.
 pub const TICK_PERIOD: f64 = 0.05;
@@ -71,29 +72,6 @@ pub struct Live {
     watchers: u16,
     /// Arm as soon as the lease is granted.
     wants_to_arm: bool,
-}
-
-/// Estimate and intention.
-#[derive(Clone, Debug)]
-struct State {
-    figures: Option<RobotFigures>,
-    timeline: Timeline,
-    slam: Slam,
-    pilot: Pilot,
-    model: RobotModel,
-    bumpers: Bumpers,
-    now: Stamp,
-    scans: u32,
-    distance: f64,
-    dead_reckoning: Pose2,
-    consistency: ConsistencyWindow,
-    /// Standing was told already.
-    is_told_to_stand: bool,
-    /// What the tracks counted.
-    drive: Drive,
-    /// What is known better of the robot than it says.
-    told: ToldOdometry,
-    twin: Option<Twin>,
 }
 
 impl Live {
@@ -332,204 +310,5 @@ impl Live {
         let state = &mut self.state;
         let (width, at) = (state.model.track_width, state.slam.estimate().pose);
         state.twin = told.map(|told| Twin::new(told, width, at));
-    }
-
-    /// The twin that runs beside the robot.
-    #[must_use]
-    pub fn twin(&self) -> Option<&Twin> {
-        self.state.twin.as_ref()
-    }
-
-    /// What the drive so far tells of the odometry, with the poses of SLAM as the truth. Scans are not kept: of the ranges a recording
-    /// tells.
-    #[must_use]
-    pub fn fit(&self) -> DriveFit {
-        let trajectory = self.state.slam.trajectory();
-        let poses: Vec<Pose2> = trajectory.iter().map(|(_, pose)| *pose).collect();
-        DriveFit {
-            odometry: OdometryFit::new(&self.state.drive, &poses, &self.state.model),
-            ranges: None,
-            is_lidar: false,
-        }
-    }
-
-    /// The conversation with the bridge.
-    #[must_use]
-    pub fn client(&self) -> &Client {
-        &self.client
-    }
-
-    /// How often estimate and map began: with the first hello of a bridge, and with one that names another robot.
-    #[must_use]
-    pub fn begun(&self) -> u32 {
-        self.begun
-    }
-
-    /// What the robot believes.
-    #[must_use]
-    pub fn slam(&self) -> &Slam {
-        &self.state.slam
-    }
-
-    /// What it intends.
-    #[must_use]
-    pub fn pilot(&self) -> &Pilot {
-        &self.state.pilot
-    }
-
-    /// Figures of the robot; of a Pioneer where none is known.
-    #[must_use]
-    pub fn model(&self) -> &RobotModel {
-        &self.state.model
-    }
-
-    /// Where the wheels alone put the robot, map frame.
-    #[must_use]
-    pub fn odometry_pose(&self) -> Pose2 {
-        self.state.dead_reckoning
-    }
-
-    /// Way driven by the wheels, m.
-    #[must_use]
-    pub fn distance(&self) -> f64 {
-        self.state.distance
-    }
-
-    /// Scans taken in.
-    #[must_use]
-    pub fn scans(&self) -> u32 {
-        self.state.scans
-    }
-
-    /// The robot's clock, as one that never begins anew.
-    #[must_use]
-    pub fn stamp(&self) -> Stamp {
-        self.state.now
-    }
-
-    /// Whether the filter was honest in the last scans.
-    #[must_use]
-    pub fn consistency(&self) -> &ConsistencyWindow {
-        &self.state.consistency
-    }
-
-    /// Robot and sensors, as last told.
-    #[must_use]
-    pub fn devices(&self) -> &[Device] {
-        &self.devices
-    }
-
-    /// How the recording goes; none where nothing is recorded.
-    #[must_use]
-    pub fn recording(&self) -> Option<&RecordingBody> {
-        self.recording.as_ref()
-    }
-
-    /// Volts of the battery; none before the robot told.
-    #[must_use]
-    pub fn battery(&self) -> Option<f32> {
-        self.battery
-    }
-
-    /// Readings that this client missed because newer ones came before it took them.
-    #[must_use]
-    pub fn dropped(&self) -> u64 {
-        self.dropped
-    }
-
-    /// Clients that are connected to the bridge, this one included.
-    #[must_use]
-    pub fn watchers(&self) -> u16 {
-        self.watchers
-    }
-}
-
-impl State {
-    fn new(config: &LiveConfig, figures: Option<RobotFigures>) -> Result<Self, SlamError> {
-        let (mut slam, pilot) = match &figures {
-            Some(figures) if figures.scans_on_command => {
-                (SlamConfig::short_range(), PilotConfig::short_range())
-            }
-            _ => (SlamConfig::default(), PilotConfig::default()),
-        };
-        // Without wheels, lines alone do not tell how far along a corridor the sensor was carried.
-        let method = match (&figures, config.method, &config.known) {
-            (Some(_), Method::KnownMap, Some(known)) => {
-                slam.known.clone_from(known);
-                Method::KnownMap
-            }
-            // A bridge has no map to hand out.
-            (Some(_), Method::KnownMap, None) => Method::LineEkf,
-            (Some(_), method, _) => method,
-            (None, ..) => Method::ScanMatching,
-        };
-        let model = figures.as_ref().and_then(RobotFigures::model);
-        let model = model.unwrap_or_else(RobotModel::pioneer);
-        Ok(Self {
-            figures,
-            timeline: Timeline::default(),
-            slam: Slam::new(method, slam)?,
-            pilot: Pilot::new(model, pilot, config.seed),
-            model,
-            bumpers: Bumpers::default(),
-            now: Stamp(0),
-            scans: 0,
-            distance: 0.0,
-            dead_reckoning: Pose2::identity(),
-            consistency: ConsistencyWindow::default(),
-            is_told_to_stand: false,
-            drive: Drive::default(),
-            told: ToldOdometry::default(),
-            twin: None,
-        })
-    }
-
-    fn odometry(&mut self, odometry: &Odometry) -> Result<(), SlamError> {
-        self.now = odometry.to;
-        self.drive.odometry(odometry);
-        if let Some(twin) = &mut self.twin {
-            twin.odometry(odometry);
-        }
-        self.dead_reckoning = self.dead_reckoning * odometry.motion;
-        self.distance += odometry.motion.position().coords.norm();
-        let told = self.told.corrected(odometry, self.model.track_width);
-        self.slam.odometry(&told)
-    }
-
-    fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
-        self.scans += 1;
-        self.slam.scan(scan)?;
-        self.drive.scan();
-        if let (Some(twin), Some(points)) = (&mut self.twin, self.slam.points()) {
-            let at = scan.stamp.seconds();
-            twin.scan(at, &self.slam.estimate(), points, self.slam.grid());
-        }
-        if let Some(report) = self.slam.explain() {
-            self.consistency
-                .push(None, report.nis, report.nis_degrees());
-        }
-        Ok(())
-    }
-
-    /// What to tell the robot; `None` where nothing is to be said.
-    fn decide(&mut self, robot_is_busy: bool) -> Option<Command> {
-        let estimate = self.slam.estimate();
-        let command = self.pilot.steer(&Situation {
-            stamp: self.now,
-            estimate: &estimate,
-            grid: self.slam.grid(),
-            points: self.slam.obstacles(),
-            walkers: self.slam.walkers(),
-            bumpers: self.bumpers,
-            motion_since_scan: self.slam.motion_since_scan(),
-            speeds: self.slam.speeds(),
-            robot_is_busy,
-            scans_on_command: self.figures.as_ref().is_some_and(|f| f.scans_on_command),
-        })?;
-        // A robot that stands is told so once; the lease is kept without.
-        let stands = Motion::from(command) == Motion::Halt;
-        let again = stands && self.is_told_to_stand;
-        self.is_told_to_stand = stands;
-        (!again).then_some(command)
     }
 }

@@ -47,8 +47,10 @@ pub struct Settings {
 pub struct SimulatedBody {
     /// Its shape.
     pub shape: BodyShape,
-    /// Length and width of a rectangle, m; 0: as the robot's model says.
-    pub size: [f64; 2],
+    /// Length of a rectangle, m; 0: as the robot's model says.
+    pub length: f64,
+    /// Its width, m; 0: as the robot's model says.
+    pub width: f64,
 }
 
 impl SimulatedBody {
@@ -60,14 +62,9 @@ impl SimulatedBody {
             ..robot
         };
         if self.shape == BodyShape::Rectangle {
-            for (own, given) in [&mut robot.length, &mut robot.width]
-                .into_iter()
-                .zip(self.size)
-            {
-                if given > 0.0 {
-                    *own = given;
-                }
-            }
+            let given = |given: f64, own: f64| if given > 0.0 { given } else { own };
+            robot.length = given(self.length, robot.length);
+            robot.width = given(self.width, robot.width);
         }
         robot
     }

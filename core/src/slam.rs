@@ -15,6 +15,7 @@ mod known;
 mod known_tests;
 mod localiser;
 mod method;
+mod shown;
 mod sonars;
 #[cfg(test)]
 mod tests;
@@ -22,17 +23,12 @@ mod walls;
 
 use std::borrow::Cow;
 
-use nalgebra::Point2;
-
-use crate::estimation::{
-    Correlations, EkfError, Landmark, Match, OdometryErrors, ScanMatcherError, UpdateReport,
-};
-use crate::features::{LineError, LineFeature};
-use crate::geom::{Pose2, PoseEstimate};
-use crate::hash::StateHash;
+use crate::estimation::{EkfError, ScanMatcherError};
+use crate::features::LineError;
+use crate::geom::Pose2;
 use crate::map::{Grid, GridError, VectorMap};
 use crate::points::{MotionHistory, NearField, Points, WalkerConfig, Walkers, sectors};
-use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
+use crate::robot::{Odometry, OdometryError, Scan, ScanError};
 pub use config::SlamConfig;
 use estimator::{Estimator, Sweep};
 pub use known::{KnownBy, KnownFit, KnownMap};
@@ -278,187 +274,8 @@ impl Slam {
         }
     }
 
-    /// How the pose is estimated.
-    #[must_use]
-    pub fn method(&self) -> Method {
-        self.method
-    }
-
-    /// The settings.
-    #[must_use]
-    pub fn config(&self) -> &SlamConfig {
-        &self.config
-    }
-
-    /// Where the robot is now, map frame, the odometry since the last scan included.
-    #[must_use]
-    pub fn estimate(&self) -> PoseEstimate {
-        self.estimator.estimate()
-    }
-
-    /// The occupancy grid.
-    #[must_use]
-    pub fn grid(&self) -> &Grid {
-        self.estimator.grid()
-    }
-
-    /// The walls as segments with ends; empty for methods without lines.
-    #[must_use]
-    pub fn vector_map(&self) -> &VectorMap {
-        &self.vector
-    }
-
-    /// Walls of the line map; empty for methods without one.
-    #[must_use]
-    pub fn landmarks(&self) -> Vec<Landmark> {
-        match &self.estimator {
-            Estimator::Lines { ekf, .. } => ekf.landmarks().collect(),
-            _ => vec![],
-        }
-    }
-
-    /// Lines of the last scan, robot frame; empty for methods without.
-    #[must_use]
-    pub fn features(&self) -> &[LineFeature] {
-        match &self.estimator {
-            Estimator::Lines { features, .. } | Estimator::Known { features, .. } => features,
-            _ => &[],
-        }
-    }
-
-    /// Whether what is seen stands in the known map; `None` for other methods.
-    #[must_use]
-    pub fn known_fit(&self) -> Option<&KnownFit> {
-        match &self.estimator {
-            Estimator::Known { fit, .. } => Some(fit),
-            _ => None,
-        }
-    }
-
-    /// Which lines of the last scan were recognised as which walls.
-    #[must_use]
-    pub fn matches(&self) -> &[Match] {
-        match &self.estimator {
-            Estimator::Lines { ekf, .. } => &ekf.report().matches,
-            _ => &[],
-        }
-    }
-
-    /// What the last scan did to the line map and why, with the normalised innovation squared; `None` for methods without.
-    #[must_use]
-    pub fn explain(&self) -> Option<&UpdateReport> {
-        match &self.estimator {
-            Estimator::Lines { ekf, .. } => Some(ekf.report()),
-            _ => None,
-        }
-    }
-
-    /// What the filter has learned of the odometry's systematic errors, and the standard deviations of that; `None` for
-    /// methods that do not learn them.
-    #[must_use]
-    pub fn odometry_errors(&self) -> Option<[OdometryErrors; 2]> {
-        match &self.estimator {
-            Estimator::Lines { ekf, .. } => {
-                Some([ekf.odometry_errors(), ekf.odometry_error_sigmas()])
-            }
-            _ => None,
-        }
-    }
-
-    /// How the errors of pose and walls hang together; `None` for methods without a common covariance.
-    #[must_use]
-    pub fn correlations(&self) -> Option<Correlations> {
-        match &self.estimator {
-            Estimator::Lines { ekf, .. } => Some(ekf.correlations()),
-            _ => None,
-        }
-    }
-
-    /// Points of the last scan, in the robot frame when it came.
-    #[must_use]
-    pub fn points(&self) -> Option<&Points> {
-        self.points.as_ref()
-    }
-
-    /// Points of the scan that is taken in part by part, before its last part.
-    #[must_use]
-    pub fn pending_points(&self) -> Option<&Points> {
-        self.pending.as_ref().map(|pending| &pending.points)
-    }
-
-    /// The next part of the scan that is taken in part by part.
-    #[must_use]
-    pub fn pending_part(&self) -> Option<ScanPart> {
-        self.pending.as_ref().map(|pending| pending.next)
-    }
-
-    /// The same points and, beside them, what was seen before and stands nearer now than the sensor sees: what a pilot must
-    /// not drive into.
-    #[must_use]
-    pub fn obstacles(&self) -> Option<&Points> {
-        self.obstacles.as_ref()
-    }
-
     /// Nobody is driven by what is seen: from here on nobody is looked for who walks about, and [`Self::look`] tells nothing.
     pub fn leave_walkers_out(&mut self) {
         self.walkers = None;
-    }
-
-    /// Points of those who walk about, or did so a moment ago; in the robot frame when the last scan came.
-    #[must_use]
-    pub fn walkers(&self) -> &[Point2<f64>] {
-        self.walkers.as_ref().map_or(&[], Walkers::points)
-    }
-
-    /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.
-    #[must_use]
-    pub fn motion_since_scan(&self) -> Pose2 {
-        self.motion_since_scan
-    }
-
-    /// How fast the robot runs by its odometry, m/s and rad/s: a mean over a tenth of a second.
-    #[must_use]
-    pub fn speeds(&self) -> (f64, f64) {
-        self.history.speeds(0.1)
-    }
-
-    /// The pose at each scan, as known now: a closed loop changes earlier ones.
-    #[must_use]
-    pub fn trajectory(&self) -> Vec<(Stamp, Pose2)> {
-        self.estimator.trajectory()
-    }
-
-    /// Number of loops closed by the pose graph.
-    #[must_use]
-    pub fn loop_closures(&self) -> usize {
-        match &self.estimator {
-            Estimator::Matching { matcher, .. } => matcher.loop_closures(),
-            _ => 0,
-        }
-    }
-
-    /// Grows by one whenever the grid was drawn anew: what was shown of the old one is void then.
-    #[must_use]
-    pub fn grid_version(&self) -> u64 {
-        match &self.estimator {
-            Estimator::Matching { matcher, .. } => matcher.grid_version(),
-            _ => 0,
-        }
-    }
-
-    /// Adds pose, walls and map to a hash.
-    pub fn add_to(&self, hash: &mut StateHash) {
-        hash.estimate(&self.estimate());
-        for landmark in self.landmarks() {
-            hash.integer(u64::from(landmark.id.0))
-                .number(landmark.line.alpha())
-                .number(landmark.line.r());
-        }
-        let grids = [Some(self.grid()), self.sonar_grid.as_ref()];
-        for (block, cells) in grids.into_iter().flatten().flat_map(|g| g.blocks_since(0)) {
-            hash.integer(block.col as u64)
-                .integer(block.row as u64)
-                .singles(cells);
-        }
     }
 }

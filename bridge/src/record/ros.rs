@@ -20,7 +20,7 @@ use slamlab_core::map::Grid;
 use slamlab_core::wire::message::{FromBridge, Motion, ToBridge};
 
 use super::cdr::Cdr;
-pub(crate) use messages::{evenly, in_space, placed};
+pub(crate) use messages::{in_space, intensities, placed};
 pub(crate) use odom::{Moved, Odom};
 
 /// The topics.

@@ -5,9 +5,10 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use slamlab_core::geom::Pose2;
+use slamlab_core::robot::EvenBeams;
 use slamlab_core::wire::message::{FromBridge, ScanBody};
 
-use crate::record::ros::{Moved, Odom, evenly, in_space, placed};
+use crate::record::ros::{Moved, Odom, in_space, intensities, placed};
 
 /// What a client says. Fields that only tune how it is answered (queues, compression, types) are passed over.
 #[derive(Debug, PartialEq, Deserialize)]
@@ -160,20 +161,21 @@ fn transform(from: &Pose2, [parent, child]: [&str; 2], now: Duration) -> Value {
 
 /// What is no number becomes `null`, as rosbridge has it.
 fn scan(body: &ScanBody, now: Duration) -> Value {
-    let even = evenly(&body.bearings, &body.ranges);
-    let count = even.ranges.len();
+    let even = EvenBeams::of(&body.bearings, &body.ranges);
+    let (first, step) = (even.first as f32, even.step as f32);
+    let count = even.beams.len();
     let beams = count.max(2) as f64 - 1.0;
     json!({
         "header": header("laser", now),
-        "angle_min": even.first,
-        "angle_max": even.first + even.step * count.saturating_sub(1) as f32,
-        "angle_increment": even.step,
+        "angle_min": first,
+        "angle_max": first + step * count.saturating_sub(1) as f32,
+        "angle_increment": step,
         "time_increment": body.sweep / beams,
         "scan_time": body.sweep,
         "range_min": 0.0,
         "range_max": body.max_range,
-        "ranges": even.ranges,
-        "intensities": even.intensities(&body.qualities),
+        "ranges": even.pick(&body.ranges, f32::NAN),
+        "intensities": intensities(&even, &body.qualities),
     })
 }
 

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Point2, Vector2};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use slamlab_core::geom::{Segment, sin_cos};
+use slamlab_core::geom::{Segment, sides_of, sin_cos};
 use slamlab_core::points::{Beam, Points};
 use slamlab_core::robot::Stamp;
 
@@ -97,10 +97,8 @@ fn walls(rng: &mut ChaCha8Rng) -> Vec<Segment> {
 }
 
 fn closed(corners: &[Point2<f64>]) -> Vec<Segment> {
-    let next = corners.iter().cycle().skip(1);
-    (corners.iter().zip(next))
-        .map(|(a, b)| Segment::new(*a, *b))
-        .collect()
+    let sides = sides_of(corners);
+    sides.map(|(a, b)| Segment::new(*a, *b)).collect()
 }
 
 /// Centres and radii.

@@ -48,32 +48,16 @@ mod tests {
     use nalgebra::Point2;
 
     use super::*;
-    use crate::points::Beam;
-    use crate::robot::Stamp;
+    use crate::points::fixture::scan_of_hits;
 
     const RADIUS: f64 = 0.3;
 
     /// What is pushed for by points at angles (degrees) and distances from the disc, m.
     fn eased(at: &[(f64, f64)], moved: Pose2) -> f64 {
-        let beam = |(number, (degrees, room)): (usize, &(f64, f64))| {
+        let points = scan_of_hits(at.iter().map(|(degrees, room)| {
             let (sin, cos) = crate::geom::sin_cos(degrees.to_radians());
-            let range = RADIUS + room;
-            Beam {
-                beam_idx: number,
-                origin_in_robot: Point2::origin(),
-                end_in_robot: Point2::new(range * cos, range * sin),
-                range,
-                sigma: 0.01,
-                is_hit: true,
-                quality: None,
-            }
-        };
-        let points = Points {
-            stamp: Stamp(0),
-            sensor_in_robot: Point2::origin(),
-            bearing_sigma: 0.0,
-            beams: at.iter().enumerate().map(beam).collect(),
-        };
+            Point2::new(cos, sin) * (RADIUS + room)
+        }));
         ease_off(&points, &moved, RADIUS, 0.05)
     }
 

@@ -8,35 +8,19 @@ use rand_chacha::ChaCha8Rng;
 use super::tests::{TICK, drive};
 use super::*;
 use crate::geom::{Pose2, Segment, sin_cos};
-use crate::points::{Beam, Points};
-use crate::robot::{RobotModel, Stamp};
+use crate::points::Points;
+use crate::points::fixture::{beam_along, range_to, scan_of, scan_of_hits};
+use crate::robot::RobotModel;
 
 /// What a lidar in the middle of the robot sees of walls, 360 beams, each off by at most `noise`.
 fn look(pose: &Pose2, walls: &[Segment], noise: f64, rng: &mut ChaCha8Rng) -> Points {
     let mut beam = |beam_idx: u32| {
         let (sin, cos) = sin_cos(f64::from(beam_idx).to_radians());
         let local = Vector2::new(cos, sin);
-        let along = pose.rotate(local);
-        let hits = walls
-            .iter()
-            .filter_map(|wall| wall.hit_by_ray(pose.position(), along));
-        let range = hits.fold(f64::INFINITY, f64::min) + noise * rng.random_range(-1.0..1.0);
-        Beam {
-            beam_idx: beam_idx as usize,
-            origin_in_robot: Point2::origin(),
-            end_in_robot: Point2::from(local * range.min(50.0)),
-            range,
-            sigma: 0.01,
-            is_hit: range.is_finite(),
-            quality: None,
-        }
+        let range = range_to(walls, pose, local) + noise * rng.random_range(-1.0..1.0);
+        beam_along(beam_idx as usize, local, range.min(50.0), range.is_finite())
     };
-    Points {
-        stamp: Stamp(0),
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams: (0..360).map(&mut beam).collect(),
-    }
+    scan_of((0..360).map(&mut beam))
 }
 
 /// What became of a robot under a stick.
@@ -326,24 +310,7 @@ fn towards(posts: &[Point2<f64>], model: &RobotModel, config: &SafeConfig) -> f6
     let mut underway = Underway::default();
     let mut least = f64::INFINITY;
     for _ in 0..200 {
-        let hit = |(beam_idx, post): (usize, &Point2<f64>)| {
-            let end = pose.inverse() * *post;
-            Beam {
-                beam_idx,
-                origin_in_robot: Point2::origin(),
-                end_in_robot: end,
-                range: end.coords.norm(),
-                sigma: 0.01,
-                is_hit: true,
-                quality: None,
-            }
-        };
-        let points = Points {
-            stamp: Stamp(0),
-            sensor_in_robot: Point2::origin(),
-            bearing_sigma: 0.0,
-            beams: posts.iter().enumerate().map(hit).collect(),
-        };
+        let points = scan_of_hits(posts.iter().map(|post| pose.inverse() * *post));
         underway.since_scan = Pose2::identity();
         underway.told = limit_speed((model.max_speed, 0.0), &points, &underway, model, config);
         pose = drive(pose, &mut underway.runs, underway.told, model);

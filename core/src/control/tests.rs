@@ -6,7 +6,8 @@ use proptest::prelude::*;
 use super::*;
 use crate::geom::{Pose2, sin_cos};
 use crate::plan::Path;
-use crate::points::{Beam, Points};
+use crate::points::Points;
+use crate::points::fixture::scan_of_hits;
 use crate::robot::{RobotModel, Stamp};
 
 pub(super) const TICK: f64 = 0.05;
@@ -30,21 +31,7 @@ pub(super) fn drive(
 }
 
 fn obstacle(x: f64, y: f64) -> Points {
-    let end_in_robot = Point2::new(x, y);
-    Points {
-        stamp: Stamp(0),
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams: vec![Beam {
-            beam_idx: 0,
-            origin_in_robot: Point2::origin(),
-            end_in_robot,
-            range: end_in_robot.coords.norm(),
-            sigma: 0.01,
-            is_hit: true,
-            quality: None,
-        }],
-    }
+    scan_of_hits([Point2::new(x, y)])
 }
 
 /// A robot that was told these speeds and has reached them.

@@ -104,3 +104,6 @@ impl DriveFit {
         odometry.into_iter().chain(ranges).collect()
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -9,7 +9,7 @@ use nalgebra::Point2;
 
 use super::*;
 use crate::pilot::{Stage, Status};
-use crate::sim::{SensorKind, worlds};
+use crate::sim::{SensorKind, SensorModel, worlds};
 
 fn in_cycle(world: &str, sensor: SensorKind, mode: Mode, seed: u64) -> Experiment {
     let world = worlds::builtin(world).unwrap();

@@ -21,6 +21,8 @@ mod svg_copies;
 mod svg_shape;
 mod svg_style;
 #[cfg(test)]
+mod svg_tests;
+#[cfg(test)]
 mod tests;
 
 use nalgebra::Point2;

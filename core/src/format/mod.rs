@@ -14,6 +14,8 @@ mod rows;
 pub mod tum;
 pub mod world;
 
+pub use rows::RowError;
+
 /// More cells than this are no map: a square kilometre in cells of 10 cm.
 const MOST_CELLS: usize = 100_000_000;
 

@@ -19,30 +19,17 @@ pub struct Relation {
     pub motion: Pose2,
 }
 
+const COLUMNS: &str = "t1 t2 x y z roll pitch yaw";
+
 /// Why bytes are no relations.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RelationsError {
-    /// A line with a wrong number of fields.
-    #[error("line {line}: found {found} fields, expected 8: t1 t2 x y z roll pitch yaw")]
-    Count {
-        /// Line, from 1.
-        line: usize,
-        /// Number of fields.
-        found: usize,
-    },
-    /// A field that is no number.
-    #[error("line {line}, field {field} is \"{found}\", expected a finite number")]
-    Field {
-        /// Line, from 1.
-        line: usize,
-        /// Field, from 1.
-        field: usize,
-        /// What stands there.
-        found: String,
-    },
+    /// A row that is none.
+    #[error(transparent)]
+    Row(#[from] RowError),
     /// No line at all.
-    #[error("no relation in the file; expected lines of t1 t2 x y z roll pitch yaw")]
+    #[error("no relation in the file; expected lines of {COLUMNS}")]
     Empty,
 }
 
@@ -52,7 +39,7 @@ pub enum RelationsError {
 pub fn parse(bytes: &[u8]) -> Result<Vec<Relation>, RelationsError> {
     let text = String::from_utf8_lossy(bytes);
     let mut relations = vec![];
-    for row in rows(&text) {
+    for row in rows(&text, COLUMNS) {
         let [from_seconds, to_seconds, x, y, _, _, _, yaw] = row?;
         relations.push(Relation {
             from_seconds,
@@ -64,15 +51,6 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Relation>, RelationsError> {
         Err(RelationsError::Empty)
     } else {
         Ok(relations)
-    }
-}
-
-impl From<RowError> for RelationsError {
-    fn from(error: RowError) -> Self {
-        match error {
-            RowError::Count { line, found } => Self::Count { line, found },
-            RowError::Field { line, field, found } => Self::Field { line, field, found },
-        }
     }
 }
 

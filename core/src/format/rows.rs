@@ -1,32 +1,50 @@
 //! Rows of eight finite numbers with `#` comments: what relations and TUM trajectories are written in.
 
 /// What is wrong with a row.
-pub(super) enum RowError {
-    /// Not eight fields.
-    Count { line: usize, found: usize },
-    /// A field, counted from 1, that is no finite number.
-    Field {
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RowError {
+    /// A line with a wrong number of fields.
+    #[error("line {line}: found {found} fields, expected 8: {columns}")]
+    Count {
+        /// Line, from 1.
         line: usize,
+        /// Number of fields.
+        found: usize,
+        /// The fields, by their names.
+        columns: &'static str,
+    },
+    /// A field that is no number.
+    #[error("line {line}, field {field} is \"{found}\", expected a finite number")]
+    Field {
+        /// Line, from 1.
+        line: usize,
+        /// Field, from 1.
         field: usize,
+        /// What stands there.
         found: String,
     },
 }
 
-/// The rows of a text, empty ones and comments left out.
-pub(super) fn rows(text: &str) -> impl Iterator<Item = Result<[f64; 8], RowError>> {
-    text.lines().enumerate().filter_map(|(index, text)| {
+/// The rows of a text with these columns, empty ones and comments left out.
+pub(super) fn rows(
+    text: &str,
+    columns: &'static str,
+) -> impl Iterator<Item = Result<[f64; 8], RowError>> {
+    text.lines().enumerate().filter_map(move |(index, text)| {
         let text = text.split('#').next().unwrap_or("");
         let words: Vec<_> = text.split_ascii_whitespace().collect();
-        (!words.is_empty()).then(|| row(index + 1, &words))
+        (!words.is_empty()).then(|| row(index + 1, &words, columns))
     })
 }
 
-fn row(line: usize, words: &[&str]) -> Result<[f64; 8], RowError> {
+fn row(line: usize, words: &[&str], columns: &'static str) -> Result<[f64; 8], RowError> {
     let mut numbers = [0.0; 8];
     if words.len() != numbers.len() {
         return Err(RowError::Count {
             line,
             found: words.len(),
+            columns,
         });
     }
     for (field, (word, number)) in words.iter().zip(&mut numbers).enumerate() {

@@ -7,34 +7,12 @@ use std::fmt::Write as _;
 use super::rows::{RowError, rows};
 use crate::geom::{Pose2, sin_cos};
 
-/// Why bytes are no TUM trajectory.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum TumError {
-    /// A line with a wrong number of fields.
-    #[error("line {line}: found {found} fields, expected 8: seconds x y z qx qy qz qw")]
-    Count {
-        /// Line, from 1.
-        line: usize,
-        /// Number of fields.
-        found: usize,
-    },
-    /// A field that is no number.
-    #[error("line {line}, field {field} is \"{found}\", expected a finite number")]
-    Field {
-        /// Line, from 1.
-        line: usize,
-        /// Field, from 1.
-        field: usize,
-        /// What stands there.
-        found: String,
-    },
-}
+const COLUMNS: &str = "seconds x y z qx qy qz qw";
 
 /// Writes poses with their stamps in seconds: six digits of the second, nine of the metre.
 #[must_use]
 pub fn write(poses: impl IntoIterator<Item = (f64, Pose2)>) -> String {
-    let mut text = String::from("# seconds x y z qx qy qz qw\n");
+    let mut text = format!("# {COLUMNS}\n");
     for (seconds, pose) in poses {
         let (sin, cos) = sin_cos(0.5 * pose.heading());
         // Writing to a string cannot fail.
@@ -50,25 +28,16 @@ pub fn write(poses: impl IntoIterator<Item = (f64, Pose2)>) -> String {
 
 /// Reads stamped poses; z, roll and pitch are dropped.
 ///
-/// # Errors   [`TumError`], with line and field.
-pub fn parse(bytes: &[u8]) -> Result<Vec<(f64, Pose2)>, TumError> {
+/// # Errors   [`RowError`], with line and field.
+pub fn parse(bytes: &[u8]) -> Result<Vec<(f64, Pose2)>, RowError> {
     let text = String::from_utf8_lossy(bytes);
     let mut poses = vec![];
-    for row in rows(&text) {
+    for row in rows(&text, COLUMNS) {
         let [seconds, x, y, _, qx, qy, qz, qw] = row?;
         let heading = libm::atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz));
         poses.push((seconds, Pose2::new(x, y, heading)));
     }
     Ok(poses)
-}
-
-impl From<RowError> for TumError {
-    fn from(error: RowError) -> Self {
-        match error {
-            RowError::Count { line, found } => Self::Count { line, found },
-            RowError::Field { line, field, found } => Self::Field { line, field, found },
-        }
-    }
 }
 
 #[cfg(test)]

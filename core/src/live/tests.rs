@@ -4,14 +4,15 @@ use nalgebra::Point2;
 
 use super::*;
 use crate::estimation::KnownLine;
-use crate::geom::Segment;
+use crate::geom::{Pose2, Segment};
 use crate::pilot::{Finish, Status};
 use crate::replay::{Log, Replay};
-use crate::robot::Robot;
+use crate::robot::{Command, Robot};
 use crate::sim::{SensorModel, Simulation, worlds};
+use crate::slam::SlamConfig;
 use crate::wire::message::{
-    BridgeHello, CHALLENGE_BYTES, DisarmReason, ErrandBody, Format, Header, Lease, OdometryBody,
-    SCHEMA, SafetyBody, ScanBody, ToBridge, Watching, Welcome, decode, encode,
+    BridgeHello, CHALLENGE_BYTES, DisarmReason, ErrandBody, Format, Header, Lease, Motion,
+    OdometryBody, SCHEMA, SafetyBody, ScanBody, ToBridge, Watching, Welcome, decode, encode,
 };
 use crate::wire::recording::{Recording, fixture};
 

@@ -99,8 +99,8 @@ mod tests {
     use super::*;
     use crate::geom::Pose2;
     use crate::map::GridConfig;
-    use crate::pilot::tests::{look, wall};
-    use crate::robot::Stamp;
+    use crate::pilot::tests::wall;
+    use crate::points::fixture::look;
 
     fn path(points: &[(f64, f64)]) -> Path {
         let points = points.iter().map(|&(x, y)| Point2::new(x, y)).collect();
@@ -129,7 +129,7 @@ mod tests {
         // The second is far from the way: it is not looked at.
         for at in [Pose2::identity(), Pose2::new(900.0, 900.0, 0.0)] {
             for _ in 0..9 {
-                grid.insert(&look(&walls, &at, Stamp(0), 8.0), &at);
+                grid.insert(&look(&walls, &at, 8.0), &at);
             }
         }
         let outline = Footprint::rectangle(0.5, 0.3).unwrap();

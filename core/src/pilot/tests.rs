@@ -2,15 +2,13 @@
 
 mod explore;
 
-use std::f64::consts::TAU;
-
 use proptest::prelude::*;
 
 use super::*;
 use crate::geom::sin_cos;
 use crate::map::{CellIndex, CellState, GridConfig};
-use crate::points::Beam;
-use nalgebra::{Matrix3, Point2, Vector2};
+use crate::points::fixture::look;
+use nalgebra::{Matrix3, Point2};
 
 const TICK: f64 = 0.05;
 
@@ -31,7 +29,7 @@ struct Toy {
 impl Toy {
     fn new(walls: Vec<Segment>, pose: Pose2, model: RobotModel) -> Self {
         let mut toy = Self {
-            points: look(&walls, &pose, Stamp(0), 8.0),
+            points: look(&walls, &pose, 8.0),
             walls,
             scanned_at: pose,
             pose,
@@ -51,7 +49,10 @@ impl Toy {
     }
 
     fn scan(&mut self) {
-        self.points = look(&self.walls, &self.pose, self.stamp(), 8.0);
+        self.points = Points {
+            stamp: self.stamp(),
+            ..look(&self.walls, &self.pose, 8.0)
+        };
         self.scanned_at = self.pose;
         self.grid.insert(&self.points, &self.pose);
     }
@@ -86,19 +87,24 @@ impl Toy {
                 pose: self.pose,
                 cov: Matrix3::identity() * 1e-6,
             };
-            let command = pilot.steer(&Situation {
-                stamp: self.stamp(),
-                estimate: &estimate,
-                grid: &self.grid,
-                points: Some(&self.points),
-                walkers: &[],
-                motion_since_scan: self.scanned_at.delta_to(&self.pose),
-                speeds: self.speeds,
-                bumpers: Bumpers::default(),
-                robot_is_busy: false,
-                scans_on_command: false,
-            });
+            let command = pilot.steer(&self.situation(&estimate));
             self.step(command);
+        }
+    }
+
+    /// What a pilot sees from here.
+    fn situation<'a>(&'a self, estimate: &'a PoseEstimate) -> Situation<'a> {
+        Situation {
+            stamp: self.stamp(),
+            estimate,
+            grid: &self.grid,
+            points: Some(&self.points),
+            walkers: &[],
+            motion_since_scan: self.scanned_at.delta_to(&self.pose),
+            speeds: self.speeds,
+            bumpers: Bumpers::default(),
+            robot_is_busy: false,
+            scans_on_command: false,
         }
     }
 
@@ -124,35 +130,6 @@ impl Toy {
             }
         }
         known as f64 / seen.len() as f64
-    }
-}
-
-pub(super) fn look(walls: &[Segment], pose: &Pose2, stamp: Stamp, max_range: f64) -> Points {
-    let beams = 360;
-    let beams = (0..beams)
-        .map(|beam_idx| {
-            let bearing = TAU * beam_idx as f64 / beams as f64;
-            let (sin, cos) = sin_cos(bearing);
-            let direction = Vector2::new(cos, sin);
-            let (origin, ray) = (pose.position(), pose.rotate(direction));
-            let hits = walls.iter().filter_map(|s| s.hit_by_ray(origin, ray));
-            let range = hits.fold(max_range, f64::min);
-            Beam {
-                beam_idx,
-                origin_in_robot: Point2::origin(),
-                end_in_robot: Point2::from(direction * range),
-                range,
-                sigma: 0.01,
-                is_hit: range < max_range,
-                quality: None,
-            }
-        })
-        .collect();
-    Points {
-        stamp,
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams,
     }
 }
 
@@ -246,16 +223,9 @@ fn speeds_by_hand_are_the_models_before_the_first_scan_too() {
     let mut told = |forward, turn| {
         pilot.drive(forward, turn);
         pilot.steer(&Situation {
-            stamp: Stamp(0),
-            estimate: &estimate,
-            grid: &toy.grid,
             points: None,
-            walkers: &[],
-            motion_since_scan: Pose2::identity(),
-            speeds: (0.0, 0.0),
-            bumpers: Bumpers::default(),
-            robot_is_busy: false,
             scans_on_command: true,
+            ..toy.situation(&estimate)
         })
     };
     let velocity = |forward, turn| Some(Command::Velocity { forward, turn });
@@ -273,15 +243,7 @@ fn a_silent_lidar_holds_the_robot() {
     for (age, holds) in [(0.1, false), (0.45, false), (0.55, true), (9.0, true)] {
         let command = pilot.steer(&Situation {
             stamp: toy.points.stamp.plus(age),
-            estimate: &estimate,
-            grid: &toy.grid,
-            points: Some(&toy.points),
-            walkers: &[],
-            motion_since_scan: Pose2::identity(),
-            speeds: (0.0, 0.0),
-            bumpers: Bumpers::default(),
-            robot_is_busy: false,
-            scans_on_command: false,
+            ..toy.situation(&estimate)
         });
         assert_eq!(command == Some(Command::Stop), holds, "{age}: {command:?}");
     }
@@ -298,15 +260,10 @@ fn an_errand_waits_for_a_silent_lidar_says_so_and_goes_on() {
     for tick in 1..200_u32 {
         let command = pilot.steer(&Situation {
             stamp: points.stamp.plus(f64::from(tick) * TICK),
-            estimate: &estimate,
-            grid: &toy.grid,
             points: Some(&points),
-            walkers: &[],
             motion_since_scan: Pose2::identity(),
             speeds: (0.0, 0.0),
-            bumpers: Bumpers::default(),
-            robot_is_busy: false,
-            scans_on_command: false,
+            ..toy.situation(&estimate)
         });
         if tick > 10 {
             assert_eq!(command, Some(Command::Stop), "{tick}");
@@ -328,20 +285,13 @@ fn a_pressed_bumper_sends_the_robot_back_and_in_the_end_makes_it_give_the_goal_u
     while toy.stamp().seconds() < 120.0 && !pilot.status().is_over() {
         let touches = toy.pose.x() + toy.model.radius() >= pane;
         let estimate = PoseEstimate::exact(toy.pose);
+        let bumpers = Bumpers {
+            left: touches,
+            right: touches,
+        };
         let command = pilot.steer(&Situation {
-            stamp: toy.stamp(),
-            estimate: &estimate,
-            grid: &toy.grid,
-            points: Some(&toy.points),
-            walkers: &[],
-            motion_since_scan: toy.scanned_at.delta_to(&toy.pose),
-            speeds: toy.speeds,
-            bumpers: Bumpers {
-                left: touches,
-                right: touches,
-            },
-            robot_is_busy: false,
-            scans_on_command: false,
+            bumpers,
+            ..toy.situation(&estimate)
         });
         if touches && let Some(Command::Velocity { forward, .. }) = command {
             assert!(forward <= 0.0, "drives on into the pane");

@@ -150,6 +150,12 @@ impl AStar {
         };
         self.expanded.iter().map(leg).collect()
     }
+
+    /// How many [`Self::edges`] are.
+    #[must_use]
+    pub fn edge_count(&self) -> usize {
+        self.expanded.len()
+    }
 }
 
 /// Least length of a way over cells without walls.

@@ -1,12 +1,13 @@
 //! Which frontier comes first, in a room with more to see at its far end and a door close by.
 
-use nalgebra::Point2;
+use std::f64::consts::TAU;
+
+use nalgebra::{Point2, Vector2};
 
 use super::*;
 use crate::geom::Pose2;
 use crate::map::{CellIndex, CellState, Grid, GridConfig};
-use crate::points::{Beam, Points};
-use crate::robot::Stamp;
+use crate::points::fixture::{beam, beam_along, scan_of};
 
 const CELL: f64 = 0.05;
 
@@ -20,15 +21,7 @@ fn two_rooms() -> Grid {
     let mut grid = Grid::new(sure).unwrap();
     let mut beams = vec![];
     let mut draw = |x0: f64, x1: f64, y: f64, is_hit: bool| {
-        beams.push(Beam {
-            beam_idx: 0,
-            origin_in_robot: Point2::new(x0, y),
-            end_in_robot: Point2::new(x1, y),
-            range: x1 - x0,
-            sigma: 0.01,
-            is_hit,
-            quality: None,
-        });
+        beams.push(beam(0, Point2::new(x0, y), Point2::new(x1, y), is_hit));
     };
     for row in -1..=60 {
         let y = (f64::from(row) + 0.5) * CELL;
@@ -50,13 +43,7 @@ fn two_rooms() -> Grid {
             draw(4.06, 5.6, y, false);
         }
     }
-    let points = Points {
-        stamp: Stamp(0),
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams,
-    };
-    grid.insert(&points, &Pose2::identity());
+    grid.insert(&scan_of(beams), &Pose2::identity());
     grid
 }
 
@@ -85,24 +72,10 @@ fn room_by_room_finishes_the_room_and_gain_over_cost_goes_through_the_door() {
 /// A disc of floor that was seen from its middle, 2 m in radius.
 fn disc() -> Grid {
     let mut grid = Grid::new(GridConfig::default()).unwrap();
-    let beams = (0..720).map(|beam| {
-        let (sin, cos) = crate::geom::sin_cos(f64::from(beam) * std::f64::consts::TAU / 720.0);
-        Beam {
-            beam_idx: beam as usize,
-            origin_in_robot: Point2::origin(),
-            end_in_robot: Point2::new(2.0 * cos, 2.0 * sin),
-            range: 2.0,
-            sigma: 0.01,
-            is_hit: false,
-            quality: None,
-        }
-    });
-    let points = Points {
-        stamp: Stamp(0),
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams: beams.collect(),
-    };
+    let points = scan_of((0..720).map(|beam_idx| {
+        let (sin, cos) = crate::geom::sin_cos(TAU * beam_idx as f64 / 720.0);
+        beam_along(beam_idx, Vector2::new(cos, sin), 2.0, false)
+    }));
     for _ in 0..3 {
         grid.insert(&points, &Pose2::identity());
     }

@@ -21,6 +21,7 @@ use nalgebra::{Point2, Vector2};
 use rand::{Rng, RngExt};
 
 use super::cspace::ConfigSpace;
+use super::lattice::AROUND;
 use super::query::Query;
 use crate::geom::{Segment, sin_cos};
 
@@ -36,16 +37,6 @@ const REACH: f64 = 0.7;
 const CLOSER: f64 = 0.5;
 /// More room than this is of no use, m.
 const MOST_ROOM: f64 = 100.0;
-const AROUND: [(i32, i32); 8] = [
-    (1, 0),
-    (-1, 0),
-    (0, 1),
-    (0, -1),
-    (1, 1),
-    (-1, 1),
-    (1, -1),
-    (-1, -1),
-];
 
 /// Free floor around a place, m.
 #[derive(Clone, Copy, Debug)]

@@ -25,7 +25,7 @@ const TIGHT: u8 = 1;
 const WIDE: u8 = 2;
 
 /// The eight neighbours, straight ones first.
-const AROUND: [(isize, isize); 8] = [
+pub(super) const AROUND: [(i32, i32); 8] = [
     (1, 0),
     (-1, 0),
     (0, 1),
@@ -99,7 +99,7 @@ impl Lattice {
             side,
             width,
             kinds: vec![CLOSED; width * height],
-            offsets: AROUND.map(|(dx, dy)| dx + dy * width as isize),
+            offsets: AROUND.map(|(dx, dy)| dx as isize + dy as isize * width as isize),
             ends: None,
         }
     }

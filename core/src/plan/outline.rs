@@ -257,6 +257,13 @@ impl OutlineSearch {
         self.states.iter().filter_map(edge).collect()
     }
 
+    /// How many [`Self::edges`] are.
+    #[must_use]
+    pub fn edge_count(&self) -> usize {
+        let is_driven = |state: &&State| self.states[state.from].at != state.at;
+        self.states.iter().filter(is_driven).count()
+    }
+
     fn place<S: ConfigSpace + ?Sized>(&mut self, space: &S, at: At) -> Option<Place> {
         let side = self.config.side;
         let point = self.query.start + Vector2::new(f64::from(at.0), f64::from(at.1)) * side;

@@ -108,6 +108,12 @@ impl RoomSearch {
         self.search.edges()
     }
 
+    /// How many [`Self::edges`] are.
+    #[must_use]
+    pub fn edge_count(&self) -> usize {
+        self.search.edge_count()
+    }
+
     /// Why all cells were taken; `None` while the rooms are enough.
     #[must_use]
     pub fn fallback(&self) -> Option<NoRooms> {

@@ -136,4 +136,10 @@ impl Rrt {
     pub fn edges(&self) -> Vec<Segment> {
         self.tree.edges().collect()
     }
+
+    /// How many [`Self::edges`] are.
+    #[must_use]
+    pub fn edge_count(&self) -> usize {
+        self.tree.edge_count()
+    }
 }

@@ -113,4 +113,10 @@ impl RrtConnect {
     pub fn edges(&self) -> Vec<Segment> {
         self.growing.edges().chain(self.other.edges()).collect()
     }
+
+    /// How many [`Self::edges`] are.
+    #[must_use]
+    pub fn edge_count(&self) -> usize {
+        self.growing.edge_count() + self.other.edge_count()
+    }
 }

@@ -168,6 +168,16 @@ impl RrtStar {
             .collect()
     }
 
+    /// How many [`Self::edges`] are.
+    #[must_use]
+    pub fn edge_count(&self) -> usize {
+        match &self.scout {
+            Some(scout) => scout.edge_count(),
+            // All hang on another but for the root.
+            None => self.index.points().len().saturating_sub(1),
+        }
+    }
+
     /// Whatever is added or thrown away, no way over `point` is shorter.
     fn least_way_over(&self, point: Point2<f64>) -> f64 {
         (point - self.query.start).norm() + (self.query.goal - point).norm()

@@ -224,6 +224,22 @@ impl Search {
         }
     }
 
+    /// How many legs [`Self::tree`] has.
+    #[must_use]
+    pub fn tried(&self) -> usize {
+        match &self.kind {
+            Kind::Straight => 0,
+            Kind::Rrt(tree) => tree.edge_count(),
+            Kind::Connect(trees) => trees.edge_count(),
+            Kind::Star(tree) => tree.edge_count(),
+            Kind::AStar(search) => search.edge_count(),
+            Kind::ThetaStar(search) => search.edge_count(),
+            Kind::Rooms(search) => search.edge_count(),
+            Kind::Visibility(graph) => graph.edge_count(),
+            Kind::Outline(search) => search.edge_count(),
+        }
+    }
+
     /// How far it has come.
     #[must_use]
     pub fn progress(&self) -> Progress {

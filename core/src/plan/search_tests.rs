@@ -14,16 +14,6 @@ const QUERY: Query = Query {
     goal: Point2::new(3.7, 2.6),
 };
 const KEEP: f64 = 0.15;
-const ALL: [Planner; 8] = [
-    Planner::Rrt,
-    Planner::RrtConnect,
-    Planner::RrtStar,
-    Planner::InformedRrtStar,
-    Planner::AStar,
-    Planner::ThetaStar,
-    Planner::Visibility,
-    Planner::Rooms,
-];
 
 fn space_of(walls: &[Segment]) -> SegmentSpace {
     SegmentSpace::new(walls.to_vec(), KEEP, BOUNDS).unwrap()
@@ -124,7 +114,7 @@ fn every_planner_comes_as_near_to_the_closed_form_as_it_can() {
     let space = space_of(&walls);
     // Octile paths are longer by up to 8 %, first paths of trees by anything.
     let most = [9.0, 9.0, 1.01, 1.01, 1.09, 1.02, 1.0003];
-    for (planner, most) in ALL.into_iter().zip(most) {
+    for (planner, most) in CONTESTANTS.into_iter().zip(most) {
         let answer = ask(planner, &space, query, 20_000);
         let path = answer.path.unwrap();
         assert!(nearest(&path, &walls) > KEEP - 1e-9, "{planner:?}");
@@ -160,7 +150,7 @@ proptest! {
         }
         prop_assert!(graph.path.is_ok() || !space.are_apart(QUERY.start, QUERY.goal) || !floods(&walls, KEEP + 0.01));
         prop_assert!(graph.path.is_err() || !space.are_apart(QUERY.start, QUERY.goal), "the flood shuts what is open");
-        for planner in ALL {
+        for planner in CONTESTANTS {
             let answer = ask(planner, &space, QUERY, 3000);
             let Ok(path) = answer.path else {
                 let is_proof = matches!(answer.path, Err(NoPath::Unreachable { .. }));
@@ -183,7 +173,7 @@ proptest! {
     fn steps_of_any_size_make_the_same_search(walls in walls(), size in 1_usize..40) {
         let space = space_of(&walls);
         prop_assume!(QUERY.check(&space).is_ok());
-        for planner in ALL {
+        for planner in CONTESTANTS {
             let begin = || {
                 let sampler = || Sampler::anywhere(&space);
                 Search::new(planner, &space, QUERY, RrtConfig::default(), sampler).unwrap()
@@ -203,6 +193,7 @@ proptest! {
             prop_assert_eq!(once.path(), often.path());
             prop_assert_eq!(once.iterations(), often.iterations());
             prop_assert_eq!(once.tree(), often.tree());
+            prop_assert_eq!(once.tried(), once.tree().len());
         }
     }
 
@@ -244,7 +235,7 @@ proptest! {
 fn reasons_are_typed_and_budgets_kept() {
     let wall = Segment::new(Point2::new(2.0, 0.0), Point2::new(2.0, 3.0));
     let space = space_of(&[wall]);
-    for planner in ALL {
+    for planner in CONTESTANTS {
         let answer = ask(planner, &space, QUERY, 300);
         assert!(answer.iterations <= 300, "{planner:?}");
         assert!(

@@ -8,8 +8,8 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::geom::{Pose2, Segment};
 use crate::map::{CellIndex, CellRect, CellState, Grid, GridConfig};
-use crate::points::{Beam, Points};
-use crate::robot::Stamp;
+use crate::points::Beam;
+use crate::points::fixture::{beam, scan_of};
 
 const SIDE: i32 = 60;
 const RESOLUTION: f64 = 0.05;
@@ -35,30 +35,15 @@ fn floor(boxes: &[(i32, i32, i32, i32)]) -> Grid {
                 .iter()
                 .any(|&(c, r, w, h)| col >= c && col < c + w && row >= r && row < r + h)
     };
-    let beam = |a: Point2<f64>, b: Point2<f64>, is_hit| Beam {
-        beam_idx: 0,
-        origin_in_robot: a,
-        end_in_robot: b,
-        range: (b - a).norm(),
-        sigma: 0.01,
-        is_hit,
-        quality: None,
-    };
     let mut beams: Vec<Beam> = (0..SIDE)
-        .map(|row| beam(centre(0, row), centre(SIDE - 1, row), false))
+        .map(|row| beam(0, centre(0, row), centre(SIDE - 1, row), false))
         .collect();
     for row in 0..SIDE {
         for col in (0..SIDE).filter(|&col| is_wall(col, row)) {
-            beams.push(beam(centre(col, row), centre(col, row), true));
+            beams.push(beam(0, centre(col, row), centre(col, row), true));
         }
     }
-    let points = Points {
-        stamp: Stamp(0),
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams,
-    };
-    grid.insert(&points, &Pose2::identity());
+    grid.insert(&scan_of(beams), &Pose2::identity());
     grid
 }
 

@@ -188,4 +188,10 @@ impl ThetaStar {
         };
         self.expanded.iter().map(leg).collect()
     }
+
+    /// How many [`Self::edges`] are.
+    #[must_use]
+    pub fn edge_count(&self) -> usize {
+        self.expanded.len()
+    }
 }

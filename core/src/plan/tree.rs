@@ -80,6 +80,12 @@ impl Tree {
         self.vertices.iter().skip(1).map(|v| self.edge_of(v))
     }
 
+    /// How many [`Self::edges`] are.
+    #[must_use]
+    pub fn edge_count(&self) -> usize {
+        self.vertices.len().saturating_sub(1)
+    }
+
     fn edge_of(&self, vertex: &Vertex) -> Segment {
         Segment::new(self.vertices[vertex.parent].point, vertex.point)
     }

@@ -116,6 +116,11 @@ impl VertexTree {
         legs.map(|(v, &parent)| Segment::new(self.point(parent as usize), self.point(v)))
     }
 
+    /// How many [`Self::edges`] are.
+    pub(super) fn edge_count(&self) -> usize {
+        self.parents.len().saturating_sub(1)
+    }
+
     /// The points from the root to a vertex.
     pub(super) fn branch(&self, vertex: usize) -> Vec<Point2<f64>> {
         let mut points = vec![self.point(vertex)];

@@ -277,6 +277,12 @@ impl Visibility {
     pub fn edges(&self) -> Vec<Segment> {
         self.arrivals.iter().map(|a| a.tangent.leg).collect()
     }
+
+    /// How many [`Self::edges`] are.
+    #[must_use]
+    pub fn edge_count(&self) -> usize {
+        self.arrivals.len()
+    }
 }
 
 /// Ends of walls, each once.

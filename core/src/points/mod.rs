@@ -2,6 +2,8 @@
 
 mod cartesian;
 mod deskew;
+#[cfg(test)]
+pub(crate) mod fixture;
 mod near;
 mod oriented;
 mod range_sigma;

@@ -174,7 +174,8 @@ impl Scatter {
 mod tests {
     use super::*;
     use crate::geom::{Pose2, sin_cos};
-    use crate::points::{Beam, PointConfig};
+    use crate::points::PointConfig;
+    use crate::points::fixture::scan_of_hits;
     use crate::robot::{Scan, Stamp};
 
     /// 180 beams from the origin at a wall x cos a + y sin a = 2, hit where nearer than 8 m.
@@ -229,21 +230,8 @@ mod tests {
 
     #[test]
     fn lone_points_have_no_surface() {
-        let beam = |i: usize, x: f64| Beam {
-            beam_idx: i,
-            origin_in_robot: Point2::origin(),
-            end_in_robot: Point2::new(x, i as f64 * 0.01),
-            range: x,
-            sigma: 0.01,
-            is_hit: true,
-            quality: None,
-        };
-        let points = Points {
-            stamp: Stamp(0),
-            sensor_in_robot: Point2::origin(),
-            bearing_sigma: 0.0,
-            beams: (0..20).map(|i| beam(i, 1.0 + i as f64)).collect(),
-        };
+        let ends = (0..20).map(|i| Point2::new(1.0 + f64::from(i), f64::from(i) * 0.01));
+        let points = scan_of_hits(ends);
         assert!(oriented_points(&points, &OrientedConfig::default()).is_empty());
     }
 }

@@ -105,3 +105,50 @@ fn recorded_buildings_are_mapped_as_well_as_published() {
         );
     }
 }
+
+/// A robot that stands in a room while somebody crosses 1.5 m ahead of it at 1 m/s, five scans a second.
+fn log_with_somebody() -> CarmenLog {
+    let mut text = String::new();
+    for i in 0..12 {
+        let person = (1.5, 0.2 * f64::from(i) - 1.2);
+        text += "FLASER 180";
+        for beam in 0..180 {
+            let (sin, cos) = crate::geom::sin_cos((f64::from(beam) - 90.0).to_radians());
+            let wall = (3.0 / cos.max(1e-9)).min(2.0 / sin.abs().max(1e-9));
+            // The disc of 0.2 m about the person.
+            let (along, across) = (
+                person.0 * cos + person.1 * sin,
+                person.1 * cos - person.0 * sin,
+            );
+            let near = along - (0.04 - across * across).max(0.0).sqrt();
+            let range = if across.abs() < 0.2 {
+                near.min(wall)
+            } else {
+                wall
+            };
+            text += &format!(" {range:.3}");
+        }
+        text += &format!(" 0 0 0 0 0 0 {:.1} host 0\n", 100.0 + 0.2 * f64::from(i));
+    }
+    CarmenLog::parse(text.as_bytes()).unwrap()
+}
+
+#[test]
+fn nobody_is_looked_for_in_a_log() {
+    let log = log_with_somebody();
+    let mut slam = Slam::new(Method::Odometry, SlamConfig::default()).unwrap();
+    for scan in &log.scans {
+        slam.scan(&log.scan(scan)).unwrap();
+    }
+    assert!(!slam.walkers().is_empty(), "somebody is there to be seen");
+    slam.leave_walkers_out();
+    for scan in &log.scans {
+        slam.look(&log.scan(scan)).unwrap();
+        assert_eq!(slam.walkers(), []);
+    }
+    let mut replay = Replay::new(log, Method::Odometry, SlamConfig::default()).unwrap();
+    while replay.step().unwrap() {
+        assert_eq!(replay.slam().walkers(), []);
+    }
+    assert_eq!(replay.scans_done(), 12);
+}

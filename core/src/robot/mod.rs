@@ -7,6 +7,7 @@ mod characteristic;
 pub mod chassis;
 mod command;
 pub mod controller;
+mod even;
 mod interface;
 mod model;
 mod motor;
@@ -21,6 +22,7 @@ pub use characteristic::{
     CalibrationPair, Characteristic, CharacteristicError, Fit, LEAST_PAIRS, Variable,
 };
 pub use command::Command;
+pub use even::EvenBeams;
 pub use interface::Robot;
 pub use model::{BodyShape, OdometryBias, OdometryNoise, RobotModel};
 pub use motor::{DriveTrain, MotorError, MotorModel};

@@ -6,7 +6,7 @@ use crate::estimation::{EkfSlam, ScanMatcher, SweepSmoother, SweepTiming, Update
 use crate::features::{LineExtractor, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::map::{Evidence, Grid};
-use crate::points::{Beam, MotionHistory, MovedSince, Points};
+use crate::points::{Beam, MotionHistory, Points};
 use crate::robot::{Odometry, Scan, Stamp};
 
 /// A method and its state.
@@ -52,23 +52,19 @@ pub(super) struct Sweep<'a> {
 impl Sweep<'_> {
     /// Variance of the heading that odometry gathered since each beam of the scan was taken, rad².
     pub(super) fn heading_variances(&self) -> Vec<f64> {
-        let moved = self.moved_since(0..self.scan.len());
+        let (scan, end) = (self.scan, self.scan.stamp.seconds());
+        let taken = |beam| Stamp::from_seconds(end - scan.sweep * scan.age_fraction(beam));
+        let moved = self.history.since((0..scan.len()).map(taken));
         moved.iter().map(|m| m.heading_variance).collect()
     }
 
-    /// How well the direction of each usable beam is known in the robot's frame of now, by odometry and the sensor, rad.
-    fn direction_sigmas(&self) -> Vec<f64> {
-        let moved = self.moved_since(self.points.beams.iter().map(|beam| beam.beam_idx));
+    /// How well the direction of each usable beam is known in the robot's frame of now, by the heading since it was taken
+    /// ([`Self::heading_variances`]) and the sensor, rad.
+    fn direction_sigmas(&self, heading_variances: &[f64]) -> Vec<f64> {
         let bearing = self.points.bearing_sigma * self.points.bearing_sigma;
-        let sigma = |m: &MovedSince| (m.heading_variance + bearing).sqrt();
-        moved.iter().map(sigma).collect()
-    }
-
-    /// The motion since each of the beams was taken.
-    fn moved_since(&self, beams: impl Iterator<Item = usize>) -> Vec<MovedSince> {
-        let (scan, end) = (self.scan, self.scan.stamp.seconds());
-        let taken = |beam| Stamp::from_seconds(end - scan.sweep * scan.age_fraction(beam));
-        self.history.since(beams.map(taken))
+        let since = |beam: usize| heading_variances.get(beam).copied().unwrap_or(0.0);
+        let sigma = |beam: &Beam| (since(beam.beam_idx) + bearing).sqrt();
+        self.points.beams.iter().map(sigma).collect()
     }
 
     /// What the scan surely says, once the filter has corrected the pose at some instants of it.
@@ -221,10 +217,11 @@ impl Estimator {
                 ..
             } => {
                 let known = &sweep.config.known;
-                localiser.update(sweep, features)?;
+                let turned = sweep.heading_variances();
+                localiser.update(sweep, features, &turned)?;
                 let pose = localiser.estimate().pose;
                 fit.push(points, &pose, known);
-                let (sigmas, config) = (sweep.direction_sigmas(), &sweep.config.evidence);
+                let (sigmas, config) = (sweep.direction_sigmas(&turned), &sweep.config.evidence);
                 let evidence = Evidence::certain(points, &sigmas, grid.resolution(), config);
                 grid.draw(&evidence, &pose);
                 track.push((points.stamp, pose));
@@ -233,7 +230,8 @@ impl Estimator {
                 matcher,
                 since_scan,
             } => {
-                matcher.update_swept(points, &sweep.direction_sigmas());
+                let sigmas = sweep.direction_sigmas(&sweep.heading_variances());
+                matcher.update_swept(points, &sigmas);
                 *since_scan = None;
             }
         }

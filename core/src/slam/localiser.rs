@@ -48,23 +48,23 @@ impl Localiser {
         Ok(())
     }
 
-    /// Takes in a scan and the lines that were found in it.
+    /// Takes in a scan, the lines that were found in it, and what was `turned` since each of its beams
+    /// ([`Sweep::heading_variances`]).
     pub(super) fn update(
         &mut self,
         sweep: &Sweep,
         features: &[LineFeature],
+        turned: &[f64],
     ) -> Result<(), SlamError> {
         match self {
             Self::Lines(localiser) => {
                 let known = &sweep.config.known;
-                let turned = sweep.heading_variances();
-                let loose = features.iter().map(|f| known.loosened(f, &turned));
+                let loose = features.iter().map(|f| known.loosened(f, turned));
                 let loose: Vec<LineFeature> = loose.collect();
                 localiser.update(&loose)?;
             }
             Self::Surfaces(localiser) => {
                 let oriented = &sweep.config.matcher.oriented;
-                let turned = sweep.heading_variances();
                 let mean = turned.iter().sum::<f64>() / turned.len().max(1) as f64;
                 localiser.update(&oriented_points(sweep.points, oriented), mean);
             }

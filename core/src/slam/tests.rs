@@ -1,6 +1,7 @@
 //! Bad odometry changes nothing, and methods have names.
 
 use super::*;
+use crate::robot::Stamp;
 
 #[test]
 fn odometry_that_is_no_motion_leaves_every_method_as_it_was() {

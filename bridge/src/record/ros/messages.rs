@@ -6,6 +6,7 @@ use nalgebra::Matrix3;
 use slamlab_core::format::map_server::{MapMode, OccupancyMap};
 use slamlab_core::geom::{Pose2, PoseEstimate};
 use slamlab_core::map::Grid;
+use slamlab_core::robot::EvenBeams;
 use slamlab_core::wire::message::ScanBody;
 
 use super::super::cdr::Cdr;
@@ -45,8 +46,9 @@ pub(super) fn transform(pose: &Pose2, [parent, child]: [&str; 2], now: Duration)
 
 /// `sensor_msgs/LaserScan`.
 pub(super) fn scan(body: &ScanBody, now: Duration) -> Vec<u8> {
-    let even = evenly(&body.bearings, &body.ranges);
-    let (first, step, ranges) = (even.first, even.step, &even.ranges);
+    let even = EvenBeams::of(&body.bearings, &body.ranges);
+    let (first, step) = (even.first as f32, even.step as f32);
+    let ranges = even.pick(&body.ranges, f32::NAN);
     let mut cdr = Cdr::new();
     cdr.header(now, "laser");
     cdr.f32(first)
@@ -56,10 +58,10 @@ pub(super) fn scan(body: &ScanBody, now: Duration) -> Vec<u8> {
     cdr.f32(body.sweep as f32 / beams).f32(body.sweep as f32);
     cdr.f32(0.0).f32(body.max_range as f32);
     cdr.u32(ranges.len() as u32);
-    for &range in ranges {
+    for &range in &ranges {
         cdr.f32(range);
     }
-    let intensities = even.intensities(&body.qualities);
+    let intensities = intensities(&even, &body.qualities);
     cdr.u32(intensities.len() as u32);
     for intensity in intensities {
         cdr.f32(intensity);
@@ -125,56 +127,13 @@ pub(crate) fn in_space(cov: &Matrix3<f64>) -> [f64; 36] {
     all
 }
 
-/// Beams at equal angles.
-pub(crate) struct Even {
-    /// First bearing, rad.
-    pub(crate) first: f32,
-    /// From one beam to the next, rad.
-    pub(crate) step: f32,
-    pub(crate) ranges: Vec<f32>,
-    /// Which beam of the scan each range is of; `None` where there was none so near.
-    beams: Vec<Option<usize>>,
-}
-
-impl Even {
-    /// Quality of each beam, 0 where there is none; empty where the sensor tells none.
-    pub(crate) fn intensities(&self, qualities: &[u8]) -> Vec<f32> {
-        if qualities.is_empty() {
-            return Vec::new();
-        }
-        let of = |beam: &Option<usize>| beam.and_then(|beam| qualities.get(beam)).copied();
-        let tell = |beam| f32::from(of(beam).unwrap_or_default());
-        self.beams.iter().map(tell).collect()
+/// Quality of each beam, 0 where there is none; empty where the sensor tells none.
+pub(crate) fn intensities(even: &EvenBeams, qualities: &[u8]) -> Vec<f32> {
+    if qualities.is_empty() {
+        return Vec::new();
     }
-}
-
-pub(crate) fn evenly(bearings: &[f64], ranges: &[f32]) -> Even {
-    let least = bearings.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = bearings.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let gaps = bearings.len().saturating_sub(1);
-    let step = (most - least) / gaps.max(1) as f64;
-    let mut even = Even {
-        first: least as f32,
-        step: step as f32,
-        ranges: vec![f32::NAN; bearings.len()],
-        beams: vec![None; bearings.len()],
-    };
-    for (beam, (bearing, &range)) in bearings.iter().zip(ranges).enumerate() {
-        // Equal bearings have no step; all fall on the first beam.
-        let at = if step > 0.0 {
-            ((bearing - least) / step).round() as usize
-        } else {
-            0
-        };
-        let (Some(nearest), Some(from)) = (even.ranges.get_mut(at), even.beams.get_mut(at)) else {
-            continue;
-        };
-        // Of two in one place the nearer one counts, and a number before NaN.
-        if from.is_none() || nearest.is_nan() || range < *nearest {
-            (*nearest, *from) = (range, Some(beam));
-        }
-    }
-    even
+    let picked = even.pick(qualities, 0);
+    picked.into_iter().map(f32::from).collect()
 }
 
 #[cfg(test)]
@@ -182,19 +141,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bearings_come_into_counter_clockwise_order_at_equal_steps() {
-        let even = evenly(&[0.2, 0.1, 0.0], &[3.0, 2.0, 1.0]);
-        assert_eq!((even.first, &even.ranges), (0.0, &vec![1.0, 2.0, 3.0]));
-        assert!((even.step - 0.1).abs() < 1e-6);
-        assert_eq!(even.intensities(&[7, 8, 9]), [9.0, 8.0, 7.0]);
-        assert!(even.intensities(&[]).is_empty());
-        let uneven = evenly(&[0.0, 0.01, 0.3], &[1.0, 0.5, 2.0]);
-        assert_eq!(uneven.intensities(&[7, 8, 9]), [8.0, 0.0, 9.0]);
-        let uneven = uneven.ranges;
-        assert_eq!((uneven[0], uneven[2]), (0.5, 2.0));
-        assert!(uneven[1].is_nan());
-        let same = evenly(&[1.0, 1.0], &[f32::INFINITY, f32::NAN]).ranges;
-        assert!(same[0].is_infinite() && same[1].is_nan());
+    fn beams_without_a_quality_have_none_and_directions_without_a_beam_have_0() {
+        let uneven = EvenBeams::of(&[0.0, 0.01, 0.3], &[1.0, 0.5, 2.0]);
+        assert_eq!(intensities(&uneven, &[7, 8, 9]), [8.0, 0.0, 9.0]);
+        assert!(intensities(&uneven, &[]).is_empty());
     }
 
     #[test]

@@ -4,8 +4,8 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::geom::Segment;
-use crate::points::Beam;
-use crate::robot::{BodyShape, Stamp};
+use crate::points::fixture::scan_of_hits;
+use crate::robot::BodyShape;
 
 fn long() -> RobotModel {
     RobotModel {
@@ -25,21 +25,7 @@ fn seen(walls: &[Segment], pose: &Pose2) -> Points {
         (0..=count).map(move |i| a + along * (i as f64 / count as f64))
     };
     let ends = walls.iter().flat_map(on).map(|p| robot_from_world * p);
-    let beam = |(beam_idx, end): (usize, Point2<f64>)| Beam {
-        beam_idx,
-        origin_in_robot: Point2::origin(),
-        end_in_robot: end,
-        range: end.coords.norm(),
-        sigma: 0.01,
-        is_hit: true,
-        quality: None,
-    };
-    Points {
-        stamp: Stamp(0),
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams: ends.enumerate().map(beam).collect(),
-    }
+    scan_of_hits(ends)
 }
 
 /// Drives with these wishes, each for a second, the speeds following as the model allows; the pose at each tick.

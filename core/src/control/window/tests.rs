@@ -2,25 +2,10 @@ use proptest::prelude::*;
 
 use super::super::strip::free_distance;
 use super::*;
-use crate::points::Beam;
-use crate::robot::Stamp;
+use crate::points::fixture::scan_of_hits;
 
 fn seen(at: &[(f64, f64)]) -> Points {
-    let beam = |(number, &(x, y)): (usize, &(f64, f64))| Beam {
-        beam_idx: number,
-        origin_in_robot: Point2::origin(),
-        end_in_robot: Point2::new(x, y),
-        range: libm::hypot(x, y),
-        sigma: 0.01,
-        is_hit: true,
-        quality: None,
-    };
-    Points {
-        stamp: Stamp(0),
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams: at.iter().enumerate().map(beam).collect(),
-    }
+    scan_of_hits(at.iter().map(|&(x, y)| Point2::new(x, y)))
 }
 
 fn chosen(aim: (f64, f64), at: &[(f64, f64)], runs: (f64, f64)) -> Option<(f64, f64)> {

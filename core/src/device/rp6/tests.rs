@@ -2,9 +2,8 @@
 
 use crate::robot::Adc;
 use crate::sim::sensors::Sharp;
-use crate::wire::rp6::{
-    Capabilities, Decoder, PROTOCOL, Report as Said, ResetCause, State, Verdict, encode,
-};
+use crate::wire::rp6::fixture::hello;
+use crate::wire::rp6::{Decoder, Report as Said, State, Verdict, encode};
 
 use super::*;
 
@@ -113,22 +112,6 @@ impl Pair {
             _ => None,
         };
         told.filter_map(scan).collect()
-    }
-}
-
-fn hello(nonce: u8) -> Hello {
-    Hello {
-        protocol: PROTOCOL,
-        firmware: [1, 0],
-        nonce,
-        cause: ResetCause::PowerOn,
-        capabilities: Capabilities::RANGERS,
-        length_mm: 189,
-        width_mm: 113,
-        track_width_mm: 197,
-        count_nm: 240_000,
-        max_speed_mm_s: 300,
-        ranger_angles_mrad: vec![0, 1571, 3142, -1571],
     }
 }
 

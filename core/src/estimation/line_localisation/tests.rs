@@ -1,19 +1,13 @@
-use std::f64::consts::TAU;
-
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::geom::{Line, sides_of};
+use crate::points::fixture::normal;
 use crate::robot::{OdometryNoise, Stamp, Tracks};
 
 const WIDTH: f64 = 0.2;
-
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let (u, v): (f64, f64) = (rng.random(), rng.random());
-    (-2.0 * libm::log(1.0 - u)).sqrt() * libm::cos(TAU * v)
-}
 
 /// A room of 5 x 4 m, seen from inside.
 fn room() -> Vec<KnownLine> {

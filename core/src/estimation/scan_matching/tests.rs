@@ -1,13 +1,14 @@
 //! Two laps of a ring with odometry that drifts, and what bad input does.
 
 use nalgebra::{Point2, Vector3};
-use rand::{Rng, RngExt, SeedableRng};
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::geom::{Segment, sin_cos, wrap};
 use crate::map::CellState;
 use crate::points::PointConfig;
+use crate::points::fixture::normal;
 use crate::robot::Scan;
 
 /// A ring of corridors, 2 m wide, around a block of 8 m x 6 m, with niches that tell its sides apart.
@@ -33,12 +34,6 @@ fn ring() -> Vec<Segment> {
         walls.extend(rectangle(x, y, x + w, y + h));
     }
     walls
-}
-
-/// A normal deviate by Box and Muller.
-fn normal(rng: &mut impl Rng) -> f64 {
-    let (u, v): (f64, f64) = (rng.random(), rng.random());
-    (-2.0 * libm::log(1.0 - u)).sqrt() * libm::cos(std::f64::consts::TAU * v)
 }
 
 fn points_of(scan: &Scan) -> Points {

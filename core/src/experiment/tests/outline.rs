@@ -3,7 +3,8 @@
 use super::*;
 use crate::pilot::{Failure, Finish};
 use crate::plan::{NoPath, Planner};
-use crate::robot::BodyShape;
+use crate::robot::{BodyShape, RobotModel};
+use crate::sim::World;
 
 /// Two rooms of 3 m by 3 m with a door of 46 cm between them; the robot is 50 cm long and 30 cm wide, the disc around it 58 cm.
 fn to_the_other_room(shape: BodyShape, seed: u64) -> Experiment {

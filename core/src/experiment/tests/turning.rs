@@ -2,7 +2,7 @@
 
 use super::super::*;
 use crate::geom::wrap;
-use crate::robot::{OdometryBias, OdometryNoise};
+use crate::robot::{OdometryBias, OdometryNoise, RobotModel};
 use crate::sim::{SensorKind, worlds};
 
 /// Turn rate of the tests, rad/s: in one control period 2.9°, between two scans 11°.

@@ -1,14 +1,13 @@
 use super::*;
+use crate::points::fixture;
 
 fn beams(n: usize) -> Vec<Beam> {
+    let (from, to) = (Point2::new(0.5, -0.25), |i| {
+        Point2::new(2.5, i as f64 - 0.25)
+    });
     let beam = |i: usize| Beam {
-        beam_idx: i,
-        origin_in_robot: Point2::new(0.5, -0.25),
-        end_in_robot: Point2::new(2.5, i as f64 - 0.25),
-        range: Vector2::new(2.0, i as f64).norm(),
         sigma: 0.5,
-        is_hit: true,
-        quality: None,
+        ..fixture::beam(i, from, to(i), true)
     };
     (0..n).map(beam).collect()
 }

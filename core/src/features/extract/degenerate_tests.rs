@@ -5,34 +5,16 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::features::{AcceptConfig, FitError, MergeConfig, fit_line};
+use crate::points::fixture::{hit, scan_of};
 use crate::points::{Beam, SpacingModel};
-use crate::robot::Stamp;
 
 fn beam(beam_idx: usize, x: f64, y: f64) -> Beam {
-    let end = Point2::new(x, y);
-    Beam {
-        beam_idx,
-        origin_in_robot: Point2::origin(),
-        end_in_robot: end,
-        range: end.coords.norm(),
-        sigma: 0.01,
-        is_hit: true,
-        quality: None,
-    }
-}
-
-fn scan(beams: Vec<Beam>) -> Points {
-    Points {
-        stamp: Stamp(0),
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams,
-    }
+    hit(beam_idx, Point2::new(x, y))
 }
 
 fn wall() -> Points {
     let along = (0..60).map(|i| beam(i, 2.0, 0.03 * i as f64 - 0.9));
-    scan(along.collect())
+    scan_of(along)
 }
 
 /// Every rule, with and without the gates.
@@ -89,15 +71,11 @@ fn points_without_a_line_are_typed_errors_of_the_fit() {
 
 #[test]
 fn scans_without_a_line_give_none() {
-    let equal = scan((0..30).map(|i| beam(i, 1.0, 1.0)).collect());
-    let two = scan(vec![beam(0, 1.0, 0.0), beam(1, 1.0, 0.01)]);
-    let to_sensor = scan(
-        (0..30)
-            .map(|i| beam(i, 1.0 + 0.02 * i as f64, 0.0))
-            .collect(),
-    );
+    let equal = scan_of((0..30).map(|i| beam(i, 1.0, 1.0)));
+    let two = scan_of([beam(0, 1.0, 0.0), beam(1, 1.0, 0.01)]);
+    let to_sensor = scan_of((0..30).map(|i| beam(i, 1.0 + 0.02 * i as f64, 0.0)));
     for config in configs() {
-        for points in [&equal, &two, &to_sensor, &scan(vec![])] {
+        for points in [&equal, &two, &to_sensor, &scan_of([])] {
             let mut lines = vec![];
             LineExtractor::new(config)
                 .extract(points, &mut lines)
@@ -176,7 +154,7 @@ proptest! {
             let direction = Vector2::new(libm::cos(bearing), libm::sin(bearing));
             Beam { sigma, is_hit, range, end_in_robot: Point2::from(direction * range), ..beam(i, 1.0, 0.0) }
         });
-        let points = Points { bearing_sigma, ..scan(beams.collect()) };
+        let points = Points { bearing_sigma, ..scan_of(beams) };
         let config = configs()[which];
         let mut lines = vec![];
         prop_assert!(LineExtractor::new(config).extract(&points, &mut lines).is_ok());

@@ -8,40 +8,22 @@ use nalgebra::{Point2, Vector2};
 use super::*;
 use crate::geom::{Line, Pose2, Segment, sides_of, wrap};
 use crate::points::Beam;
-use crate::robot::Stamp;
-
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let (u, v): (f64, f64) = (rng.random(), rng.random());
-    (-2.0 * libm::log(1.0 - u)).sqrt() * libm::cos(TAU * v)
-}
+use crate::points::fixture::{beam_along, normal, range_to, scan_of};
 
 /// A revolution of `n` beams from `robot` against `walls`, with σ = 0.01 m + 0.005 ρ.
 fn look(walls: &[Segment], robot: &Pose2, n: usize, rng: &mut ChaCha8Rng) -> Points {
     let beams = (0..n).map(|i| {
         let bearing = TAU * i as f64 / n as f64;
         let direction = Vector2::new(libm::cos(bearing), libm::sin(bearing));
-        let range = walls
-            .iter()
-            .filter_map(|w| w.hit_by_ray(robot.position(), robot.rotate(direction)))
-            .fold(f64::INFINITY, f64::min);
+        let range = range_to(walls, robot, direction);
         let sigma = 0.01 + 0.005 * range;
         let noisy = (range + sigma * normal(rng)).clamp(0.05, 12.0);
         Beam {
-            beam_idx: i,
-            origin_in_robot: Point2::origin(),
-            end_in_robot: Point2::from(direction * noisy),
-            range: noisy,
             sigma: if range.is_finite() { sigma } else { 0.05 },
-            is_hit: range < 12.0,
-            quality: None,
+            ..beam_along(i, direction, noisy, range < 12.0)
         }
     });
-    Points {
-        stamp: Stamp(0),
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams: beams.collect(),
-    }
+    scan_of(beams)
 }
 
 fn wall(ax: f64, ay: f64, bx: f64, by: f64) -> Segment {

@@ -1,4 +1,4 @@
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
@@ -6,22 +6,13 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::geom::{sin_cos, wrap};
-
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let (u, v): (f64, f64) = (rng.random(), rng.random());
-    (-2.0 * libm::log(1.0 - u)).sqrt() * libm::cos(TAU * v)
-}
+use crate::points::fixture::{beam_along, normal};
 
 fn beam(bearing: f64, range: f64, sigma: f64) -> Beam {
     let (sin, cos) = sin_cos(bearing);
     Beam {
-        beam_idx: 0,
-        origin_in_robot: Point2::origin(),
-        end_in_robot: Point2::new(range * cos, range * sin),
-        range,
         sigma,
-        is_hit: true,
-        quality: None,
+        ..beam_along(0, Vector2::new(cos, sin), range, true)
     }
 }
 

@@ -1,17 +1,10 @@
-use std::f64::consts::TAU;
-
-use nalgebra::Point2;
+use nalgebra::Vector2;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::features::columns::Noise;
-use crate::points::Beam;
-
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let (u, v): (f64, f64) = (rng.random(), rng.random());
-    (-2.0 * libm::log(1.0 - u)).sqrt() * libm::cos(TAU * v)
-}
+use crate::points::fixture::{beam_along, normal};
 
 /// A wall 1 m ahead of `n` points, 8 mm apart, with σ = 1 cm.
 fn wall(n: u32, rng: &mut ChaCha8Rng) -> Columns {
@@ -21,15 +14,7 @@ fn wall(n: u32, rng: &mut ChaCha8Rng) -> Columns {
             let y = -half + 2.0 * half * f64::from(i) / f64::from(n - 1);
             let range = libm::hypot(1.0, y);
             let noisy = range + 0.01 * normal(rng);
-            Beam {
-                beam_idx: i as usize,
-                origin_in_robot: Point2::origin(),
-                end_in_robot: Point2::new(noisy / range, y * noisy / range),
-                range: noisy,
-                sigma: 0.01,
-                is_hit: true,
-                quality: None,
-            }
+            beam_along(i as usize, Vector2::new(1.0, y) / range, noisy, true)
         })
         .collect();
     let mut columns = Columns::default();

@@ -1,20 +1,15 @@
 //! From scans to a log, and from a log to text.
 //!
-//! 1. A log knows one direction of the first beam and one step. Scans whose beams are spread evenly keep their beams, in the order of
-//!    rising directions; of others each of as many even directions gets the reading of the nearest beam, none (0) where that is
-//!    farther than half a step.
+//! 1. A log knows one direction of the first beam and one step: beams are put at equal angles ([`EvenBeams`]), and a direction without a
+//!    beam has no reading (0).
 //! 2. A message has no time within a sweep: what was measured while the robot turned is written as if at the stamp.
 //! 3. Numbers are written with as many digits as they need to come back to the bit.
 
-use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 use super::{BeamFan, CarmenLog, CarmenScan, Laser};
-use crate::geom::{Pose2, wrap};
-use crate::robot::Scan;
-
-/// Steps between beams that differ by more than this part of a step are uneven.
-const EVEN: f64 = 1e-3;
+use crate::geom::Pose2;
+use crate::robot::{EvenBeams, Scan};
 
 impl CarmenLog {
     /// A log without scans, of a laser that says its own fan.
@@ -51,14 +46,18 @@ impl CarmenLog {
             r if r.is_nan() => 0.0,
             r => r.min(max_range),
         };
-        let (fan, ranges) = evenly(&scan.bearings, &scan.ranges);
+        let even = EvenBeams::of(&scan.bearings, &scan.ranges);
         let start = self.readings.len();
+        let ranges = even.pick(&scan.ranges, f32::NAN);
         self.readings.extend(ranges.into_iter().map(reading));
         self.scans.push(CarmenScan {
             ipc_seconds: seconds,
             odom_from_robot: *odom_from_robot,
             robot_from_sensor: scan.robot_from_sensor,
-            fan,
+            fan: BeamFan {
+                first: even.first,
+                step: even.step,
+            },
             max_range,
             start,
             beams: self.readings.len() - start,
@@ -114,54 +113,4 @@ impl CarmenLog {
         let seconds = scan.ipc_seconds;
         let _ = writeln!(text, " {seconds} slamlab {seconds}");
     }
-}
-
-/// Readings in evenly spread directions.
-fn evenly(bearings: &[f64], ranges: &[f32]) -> (BeamFan, Vec<f32>) {
-    let (Some(&first), Some(&last)) = (bearings.first(), bearings.last()) else {
-        let fan = BeamFan {
-            first: 0.0,
-            step: 0.0,
-        };
-        return (fan, vec![]);
-    };
-    let steps = || bearings.windows(2).map(|pair| wrap(pair[1] - pair[0]));
-    let count = bearings.len();
-    let step = steps().sum::<f64>() / count.saturating_sub(1).max(1) as f64;
-    if steps().all(|s| (s - step).abs() <= EVEN * step.abs()) {
-        return match step < 0.0 {
-            true => {
-                let fan = BeamFan {
-                    first: wrap(last),
-                    step: -step,
-                };
-                (fan, ranges.iter().rev().copied().collect())
-            }
-            false => {
-                let fan = BeamFan {
-                    first: wrap(first),
-                    step,
-                };
-                (fan, ranges.to_vec())
-            }
-        };
-    }
-    let step = TAU / count as f64;
-    // Of each direction the nearest beam, and how far off it is, in steps.
-    let mut nearest = vec![(0.5, 0.0); count];
-    for (bearing, &range) in bearings.iter().zip(ranges) {
-        let place = (wrap(*bearing) + std::f64::consts::PI) / step;
-        let slot = place.round();
-        let off = (place - slot).abs();
-        if let Some(known) = nearest.get_mut(slot as usize % count)
-            && off <= known.0
-        {
-            *known = (off, range);
-        }
-    }
-    let fan = BeamFan {
-        first: -std::f64::consts::PI,
-        step,
-    };
-    (fan, nearest.into_iter().map(|(_, range)| range).collect())
 }

@@ -5,8 +5,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::map::GridConfig;
-use crate::points::{Beam, Points};
-use crate::robot::Stamp;
+use crate::points::fixture::{beam, scan_of};
 
 const YAML: &str = "image: map.pgm\nresolution: 0.5\norigin: [-1.5, 2, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
 
@@ -16,21 +15,8 @@ fn small_grid() -> Grid {
         ..GridConfig::default()
     })
     .unwrap();
-    let beam = Beam {
-        beam_idx: 0,
-        origin_in_robot: Point2::new(0.25, 0.25),
-        end_in_robot: Point2::new(0.25, 1.25),
-        range: 1.0,
-        sigma: 0.01,
-        is_hit: true,
-        quality: None,
-    };
-    let points = Points {
-        stamp: Stamp(0),
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams: vec![beam],
-    };
+    let (from, to) = (Point2::new(0.25, 0.25), Point2::new(0.25, 1.25));
+    let points = scan_of([beam(0, from, to, true)]);
     for _ in 0..4 {
         grid.insert(&points, &Pose2::identity());
     }

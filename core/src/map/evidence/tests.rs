@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::geom::Pose2;
 use crate::map::{CellIndex, CellState, Grid, GridConfig};
-use crate::robot::Stamp;
+use crate::points::fixture::{beam_along, scan_of};
 
 const CELL: f64 = 0.05;
 
@@ -17,22 +17,9 @@ fn points(range: impl Fn(f64) -> Option<f64>) -> Points {
         let bearing = TAU * beam_idx as f64 / 360.0;
         let (range, is_hit) = range(bearing).map_or((12.0, false), |r| (r, true));
         let (sin, cos) = libm::sincos(bearing);
-        Beam {
-            beam_idx,
-            origin_in_robot: Point2::origin(),
-            end_in_robot: Point2::new(cos, sin) * range,
-            range,
-            sigma: 0.01,
-            is_hit,
-            quality: None,
-        }
+        beam_along(beam_idx, Vector2::new(cos, sin), range, is_hit)
     };
-    Points {
-        stamp: Stamp(0),
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams: (0..360).map(beam).collect(),
-    }
+    scan_of((0..360).map(beam))
 }
 
 /// Range to the wall y = `y` along a bearing; nothing beyond 12 m.

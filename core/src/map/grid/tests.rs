@@ -3,26 +3,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use proptest::prelude::*;
 
 use super::*;
-use crate::points::Beam;
-use crate::robot::Stamp;
+use crate::points::fixture::{beam, scan_of};
 
 fn beam_to(end: (f64, f64), is_hit: bool) -> Points {
-    let end_in_robot = Point2::new(end.0, end.1);
-    let beam = Beam {
-        beam_idx: 0,
-        origin_in_robot: Point2::origin(),
-        end_in_robot,
-        range: end_in_robot.coords.norm(),
-        sigma: 0.01,
-        is_hit,
-        quality: None,
-    };
-    Points {
-        stamp: Stamp(0),
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams: vec![beam],
-    }
+    let (from, to) = (Point2::origin(), Point2::new(end.0, end.1));
+    scan_of([beam(0, from, to, is_hit)])
 }
 
 fn grid() -> Grid {

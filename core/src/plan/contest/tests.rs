@@ -244,6 +244,7 @@ fn through_a_door_that_the_disc_does_not_pass_only_the_outline_finds_a_way() {
     for standing in &standings {
         let is_outline = standing.planner == Planner::Outline;
         assert_eq!(standing.length.is_some(), is_outline, "{standing:?}");
+        assert_eq!(contest.tree(standing.planner).len(), standing.tried);
         if !is_outline {
             assert!(matches!(standing.reason, Some(NoPath::Unreachable { .. })));
         }

@@ -6,7 +6,7 @@
 use nalgebra::Point2;
 
 use super::ConfigSpace;
-use crate::geom::Segment;
+use crate::geom::{Segment, sides_of};
 use crate::map::{CellIndex, CellRect, CellState, DistanceField, Grid, without_stripes};
 use crate::plan::reach::may_reach;
 
@@ -254,8 +254,7 @@ impl ConfigSpace for GridSpace {
                     continue;
                 }
                 let ring = [(0, 0, 0, -1), (1, 0, 1, 0), (1, 1, 0, 1), (0, 1, -1, 0)];
-                for (i, (dx, dy, beside, above)) in ring.into_iter().enumerate() {
-                    let (ex, ey, ..) = ring[(i + 1) % ring.len()];
+                for (&(dx, dy, beside, above), &(ex, ey, ..)) in sides_of(&ring) {
                     if !is_occupied(col + beside, row + above) {
                         sides.push(Segment::new(
                             corner(col + dx, row + dy),

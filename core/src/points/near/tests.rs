@@ -3,38 +3,17 @@
 use std::f64::consts::TAU;
 
 use super::*;
-use crate::geom::{Segment, sin_cos};
+use crate::geom::Segment;
+use crate::points::fixture;
 use crate::robot::Stamp;
 
 const BLIND: f64 = 0.15;
 
 /// What a lidar sees of `walls` from `world_from_robot`: nothing of what is nearer than 0.15 m.
 fn look(walls: &[Segment], world_from_robot: &Pose2) -> Points {
-    let beam = |beam_idx: usize| {
-        let bearing = TAU * beam_idx as f64 / 360.0;
-        let (sin, cos) = sin_cos(bearing);
-        let direction = nalgebra::Vector2::new(cos, sin);
-        let ahead = world_from_robot.rotate(direction);
-        let hits = walls
-            .iter()
-            .filter_map(|w| w.hit_by_ray(world_from_robot.position(), ahead));
-        let range = hits.fold(f64::INFINITY, f64::min);
-        (range >= BLIND).then(|| Beam {
-            beam_idx,
-            origin_in_robot: Point2::origin(),
-            end_in_robot: Point2::from(direction * range.min(5.0)),
-            range: range.min(5.0),
-            sigma: 0.01,
-            is_hit: range < 5.0,
-            quality: None,
-        })
-    };
-    Points {
-        stamp: Stamp(0),
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams: (0..360).filter_map(beam).collect(),
-    }
+    let mut seen = fixture::look(walls, world_from_robot, 5.0);
+    seen.beams.retain(|beam| beam.range >= BLIND);
+    seen
 }
 
 fn wall() -> Vec<Segment> {

@@ -2,35 +2,19 @@ use nalgebra::{Point2, Vector2};
 use proptest::prelude::*;
 
 use super::*;
-use crate::geom::Segment;
+use crate::geom::{Pose2, Segment};
 use crate::points::SpacingModel;
-use crate::robot::Stamp;
+use crate::points::fixture::{beam_along, range_to, scan_of};
 
 /// `n` beams from the origin around the circle (or the arc `from..to`, degrees) against walls.
 fn look(walls: &[Segment], n: usize, from: f64, to: f64) -> Points {
     let beams = (0..n).map(|i| {
         let bearing = (from + (to - from) * i as f64 / n as f64).to_radians();
         let direction = Vector2::new(libm::cos(bearing), libm::sin(bearing));
-        let range = walls
-            .iter()
-            .filter_map(|w| w.hit_by_ray(Point2::origin(), direction))
-            .fold(12.0, f64::min);
-        Beam {
-            beam_idx: i,
-            origin_in_robot: Point2::origin(),
-            end_in_robot: Point2::from(direction * range),
-            range,
-            sigma: 0.01,
-            is_hit: range < 12.0,
-            quality: None,
-        }
+        let range = range_to(walls, &Pose2::identity(), direction);
+        beam_along(i, direction, range.min(12.0), range < 12.0)
     });
-    Points {
-        stamp: Stamp(0),
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams: beams.collect(),
-    }
+    scan_of(beams)
 }
 
 fn wall(ax: f64, ay: f64, bx: f64, by: f64) -> Segment {

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::geom::sin_cos;
-use crate::points::Beam;
+use crate::points::fixture::{self, scan_of};
 use nalgebra::Vector2;
 use proptest::prelude::*;
 
@@ -51,21 +51,12 @@ fn sweep(
         let range = discs
             .map(|disc| to_disc(from, along, disc))
             .fold(to_room(from, along), f64::min);
-        Beam {
-            beam_idx,
-            origin_in_robot: then.position(),
-            end_in_robot: then.position() + then.rotate(local) * range,
-            range,
-            sigma: 0.01,
-            is_hit: true,
-            quality: None,
-        }
+        let (from, along) = (then.position(), then.rotate(local));
+        fixture::beam(beam_idx, from, from + along * range, true)
     };
     Points {
         stamp: Stamp::from_seconds(PERIOD * number as f64),
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams: (0..360).map(beam).collect(),
+        ..scan_of((0..360).map(beam))
     }
 }
 

@@ -1,12 +1,12 @@
 //! The simulated robot's body.
 
 use crate::robot::BodyShape;
-use crate::settings::{Acts, Kind, Setting, Settings};
+use crate::settings::{Acts, Kind, Setting, Settings, SimulatedBody};
 
-/// Length or width of a rectangle; a disc has none.
-fn size(settings: &Settings, side: usize) -> Option<f64> {
+/// A side of a rectangle; a disc has none.
+fn side(settings: &Settings, of: impl Fn(&SimulatedBody) -> f64) -> Option<f64> {
     let body = &settings.body;
-    (body.shape == BodyShape::Rectangle).then_some(body.size[side])
+    (body.shape == BodyShape::Rectangle).then(|| of(body))
 }
 
 /// The settings.
@@ -37,8 +37,8 @@ pub(super) const BODY: &[Setting] = &[
         kind: Kind::Real,
         acts: Acts::OnRestart,
         meaning: "Along the way it drives, the centre in the middle. 0: as the robot's model says.",
-        get: |s| size(s, 0),
-        set: |s, v| s.body.size[0] = v,
+        get: |s| side(s, |body| body.length),
+        set: |s, v| s.body.length = v,
     },
     Setting {
         key: "body.width",
@@ -49,7 +49,7 @@ pub(super) const BODY: &[Setting] = &[
         kind: Kind::Real,
         acts: Acts::OnRestart,
         meaning: "Across. 0: as the robot's model says.",
-        get: |s| size(s, 1),
-        set: |s, v| s.body.size[1] = v,
+        get: |s| side(s, |body| body.width),
+        set: |s, v| s.body.width = v,
     },
 ];

@@ -48,6 +48,8 @@
 
 mod bytes;
 mod convert;
+#[cfg(test)]
+pub(crate) mod fixture;
 mod frame;
 mod link;
 mod message;

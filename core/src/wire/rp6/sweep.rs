@@ -148,22 +148,10 @@ mod tests {
     use super::*;
     use crate::robot::{Characteristic, Variable};
     use crate::sim::sensors::Sharp;
-    use crate::wire::rp6::{Capabilities, PROTOCOL, ResetCause};
+    use crate::wire::rp6::fixture::hello;
 
     fn reader() -> SweepReader {
-        let hello = Hello {
-            protocol: PROTOCOL,
-            firmware: [1, 0],
-            nonce: 1,
-            cause: ResetCause::PowerOn,
-            capabilities: Capabilities::RANGERS,
-            length_mm: 189,
-            width_mm: 113,
-            track_width_mm: 197,
-            count_nm: 240_000,
-            max_speed_mm_s: 300,
-            ranger_angles_mrad: vec![0, 1571, 3142, -1571],
-        };
+        let hello = hello(1);
         let pairs = Sharp::Long.data_sheet();
         let figures = RangerFigures {
             fit: Characteristic::fit(&pairs, Variable::PerVolt).unwrap(),

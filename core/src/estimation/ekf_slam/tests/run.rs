@@ -1,14 +1,13 @@
 //! Runs through known walls, with sightings made straight from the truth.
 
-use std::f64::consts::TAU;
-
 use nalgebra::{Vector2, Vector3};
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::super::*;
 use super::{ONCE, odometry};
 use crate::geom::{Line, Segment, sides_of, wrap};
+use crate::points::fixture::normal;
 use crate::robot::{OdometryNoise, Tracks};
 
 /// A run through known walls with sightings made straight from the truth.
@@ -227,11 +226,6 @@ pub(super) fn drive_ring(config: EkfConfig, w: f64, h: f64, laps: usize, seed: u
         }
     }
     run
-}
-
-pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let (u, v): (f64, f64) = (rng.random(), rng.random());
-    (-2.0 * libm::log(1.0 - u)).sqrt() * libm::cos(TAU * v)
 }
 
 /// Two correlated normal numbers of the given covariance.

@@ -1,5 +1,6 @@
 use super::*;
-use crate::wire::rp6::{Capabilities, PROTOCOL, ResetCause};
+use crate::wire::rp6::fixture::hello;
+use crate::wire::rp6::{Capabilities, ResetCause};
 
 /// A link, a clock, and the robot's end of the line as the protocol has it.
 struct Bench {
@@ -60,19 +61,7 @@ impl Bench {
     }
 
     fn hello(&mut self, nonce: u8) {
-        self.say(&Report::Hello(Hello {
-            protocol: PROTOCOL,
-            firmware: [1, 0],
-            nonce,
-            cause: ResetCause::PowerOn,
-            capabilities: Capabilities::default(),
-            length_mm: 189,
-            width_mm: 113,
-            track_width_mm: 197,
-            count_nm: 240_000,
-            max_speed_mm_s: 300,
-            ranger_angles_mrad: Vec::new(),
-        }));
+        self.say(&Report::Hello(hello(nonce)));
     }
 
     /// Waits for the next greeting and answers it.
