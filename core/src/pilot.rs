@@ -42,7 +42,7 @@ use crate::robot::{Bumpers, Command, RobotModel, Stamp};
 use around::people_are_near;
 pub use config::PilotConfig;
 pub use stages::{Cut, Cycle, Stage, StageReport};
-pub use status::{Failure, Finish, Mode, Status};
+pub use status::{Failure, Finish, Homecoming, Mode, Status};
 
 /// What the pilot knows at a tick.
 #[derive(Clone, Copy, Debug)]
@@ -76,6 +76,8 @@ pub struct Pilot {
     model: RobotModel,
     config: PilotConfig,
     rng: ChaCha8Rng,
+    /// Where it drives when all is explored, m.
+    home: Point2<f64>,
     mode: Mode,
     status: Status,
     wish: (f64, f64),
@@ -99,13 +101,14 @@ struct Limited {
 }
 
 impl Pilot {
-    /// A pilot that stands in [`Mode::Manual`].
+    /// A pilot that stands in [`Mode::Manual`]; its home is the origin of the map.
     #[must_use]
     pub fn new(model: RobotModel, config: PilotConfig, seed: u64) -> Self {
         Self {
             model,
             config,
             rng: ChaCha8Rng::seed_from_u64(seed),
+            home: Point2::origin(),
             mode: Mode::Manual,
             status: Status::Idle,
             wish: (0.0, 0.0),
@@ -116,6 +119,12 @@ impl Pilot {
             hand_scan: cycle::HandScan::default(),
             was_bumped: false,
         }
+    }
+
+    /// Where the robot began, map frame, m: in a map that was drawn before that is not its origin.
+    #[must_use]
+    pub fn at_home(self, home: Point2<f64>) -> Self {
+        Self { home, ..self }
     }
 
     /// Begins a new errand; the old one is forgotten.
@@ -222,7 +231,7 @@ impl Pilot {
         }
         if self.errand.watch.idle_for(now.stamp, &now.estimate.pose) > self.config.patience {
             // People go away, or become things that the next plan goes around: no reason to give a goal up. Of frontiers there are others.
-            if matches!(self.mode, Mode::GoTo(_)) && people_are_near(now) {
+            if self.has_one_goal() && people_are_near(now) {
                 self.errand.stuck = 0;
             }
             self.get_unstuck(now);
@@ -241,6 +250,17 @@ impl Pilot {
             }
             None => Command::Stop,
         }
+    }
+
+    /// Whether there is no other goal to turn to.
+    fn has_one_goal(&self) -> bool {
+        matches!(self.mode, Mode::GoTo(_)) || self.is_homeward()
+    }
+
+    /// Whether all is explored, and the robot on its way back to where it began.
+    #[must_use]
+    pub fn is_homeward(&self) -> bool {
+        self.errand.is_homeward()
     }
 
     /// Whether a continuous sensor has fallen silent.

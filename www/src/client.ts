@@ -1,5 +1,6 @@
 // The page's end of the wire to the worker: sends commands, hands frames to scene and store.
 
+import { chosen } from "./chosen.js";
 import type { Answer, Command } from "./protocol.js";
 import type { SerialKind } from "./protocol/devices.js";
 import type { Told } from "./protocol/figures.js";
@@ -30,7 +31,7 @@ export class Client {
   readonly #ports = new SerialPorts((text) => {
     // What the mapper heard of the robot is the last of it.
     this.send({ kind: "unplug" });
-    this.#store.set("toast", { toast: { level: "warn", text } });
+    this.#warn(text);
   });
   /** Called when a run begins, before its first frame. */
   onStart: () => void = () => {};
@@ -254,27 +255,24 @@ export class Client {
     else this.start({ mode: "explore", ...(method === undefined ? {} : { method }) });
   }
 
-  /** Files that were dropped or chosen together: one alone, or a map of ROS with its image. */
+  /** Files that were dropped or chosen together. */
   async openAll(files: readonly File[]): Promise<void> {
-    const [file, ...more] = files;
-    const text = files.find(({ name }) => /\.txt$/i.test(name));
-    const ends = (pattern: RegExp): File[] => files.filter(({ name }) => pattern.test(name));
-    const [drawing, yaml, image] = [ends(/\.svg$/i)[0], ends(/\.ya?ml$/i)[0], ends(/\.(pgm|png)$/i)[0]];
-    const warn = (text: string): void => this.#store.set("toast", { toast: { level: "warn", text } });
-    if (!file) return;
-    if (files.length === 2 && yaml && image) await this.#build(yaml.name, [yaml, image]);
-    else if (more.length > 0) warn(`These are ${files.length} files: drop one at a time, or the YAML and the image of a map together.`);
-    else if (drawing) await this.#build(drawing.name, [drawing]);
-    else if (text) await this.#build(text.name, [text]);
-    else if (yaml) warn(`${yaml.name} is one half of a map: drop it together with the image that it names (.pgm or .png).`);
-    else if (image) warn(`${image.name} is one half of a map: drop it together with its YAML file.`);
-    else await this.open(file);
+    const given = chosen(files);
+    if (given.kind === "refused") this.#warn(given.text);
+    else if (given.kind === "building") await this.#build(given.name, given.files);
+    else if (given.kind === "file") await this.open(given.file);
   }
 
-  /** A map to be found in; the run begins anew in it. */
+  /** A map to be found in, which may also be a world; the run begins anew in it. */
   async openKnown(files: readonly File[]): Promise<void> {
-    const name = (files.find((file) => /\.ya?ml$/i.test(file.name)) ?? files[0])?.name;
-    if (name !== undefined) await this.#build(name, files, "know");
+    const given = chosen(files);
+    if (given.kind === "refused") this.#warn(given.text);
+    else if (given.kind === "building") await this.#build(given.name, given.files, "know");
+    else if (given.kind === "file") await this.#build(given.file.name, files, "know");
+  }
+
+  #warn(text: string): void {
+    this.#store.set("toast", { toast: { level: "warn", text } });
   }
 
   /** The map as it was drawn so far, to be found in. */
@@ -296,7 +294,7 @@ export class Client {
       this.send({ kind, name, files: await Promise.all(given) });
     } catch (error) {
       const why = error instanceof Error ? error.message : String(error);
-      this.#store.set("toast", { toast: { level: "warn", text: `${name} could not be read: ${why}` } });
+      this.#warn(`${name} could not be read: ${why}`);
     }
   }
 
@@ -316,7 +314,7 @@ export class Client {
       }
     } catch (error) {
       const why = error instanceof Error ? error.message : String(error);
-      store.set("toast", { toast: { level: "warn", text: `${file.name} could not be read: ${why}` } });
+      this.#warn(`${file.name} could not be read: ${why}`);
     }
   }
 

@@ -5,13 +5,23 @@ use crate::plan::FrontierChoice;
 
 /// Explores the flat from a heading of `seed` rad.
 fn explored(choice: FrontierChoice, return_home: bool, seed: u64) -> (Toy, Pilot) {
+    let home = Point2::origin();
+    explored_from(home, choice, return_home, seed)
+}
+
+fn explored_from(
+    home: Point2<f64>,
+    choice: FrontierChoice,
+    return_home: bool,
+    seed: u64,
+) -> (Toy, Pilot) {
     let mut toy = Toy::new(flat(), Pose2::new(0.0, 0.0, seed as f64), RobotModel::rp6());
     let mut config = PilotConfig {
         return_home,
         ..PilotConfig::default()
     };
     config.frontier.choice = choice;
-    let mut pilot = Pilot::new(toy.model, config, seed);
+    let mut pilot = Pilot::new(toy.model, config, seed).at_home(home);
     pilot.set_mode(Mode::Explore);
     toy.run(&mut pilot, 600.0);
     assert!(
@@ -49,6 +59,30 @@ fn asked_to_come_home_it_does_and_says_the_same() {
         assert!(off(&home) < 0.05, "{} m from home", off(&home));
         assert!(home.explored(Point2::origin()) > 0.95 && home.nearest > home.model.radius());
         let said = pilot.status().to_string();
-        assert!(said.starts_with("explored"), "{said}");
+        assert!(
+            said.starts_with("explored") && said.ends_with("; home again"),
+            "{said}"
+        );
     }
+}
+
+#[test]
+fn home_is_where_it_is_told_that_it_began() {
+    let began = Point2::new(1.0, 0.5);
+    let (toy, pilot) = explored_from(began, FrontierChoice::default(), true, 1);
+    let off = (toy.pose.position() - began).norm();
+    assert!(off < 0.05, "{off} m from home: {}", pilot.status());
+}
+
+#[test]
+fn who_cannot_come_home_has_explored_all_the_same_and_says_both() {
+    // Beyond the walls of the flat.
+    let outside = Point2::new(40.0, 0.0);
+    let (toy, pilot) = explored_from(outside, FrontierChoice::default(), true, 1);
+    let said = pilot.status().to_string();
+    assert!(
+        said.contains("; not home again: no way leads to (40.00, 0.00) m"),
+        "{said}"
+    );
+    assert!(!pilot.is_homeward() && toy.explored(Point2::origin()) > 0.95);
 }
