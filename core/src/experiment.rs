@@ -142,7 +142,7 @@ impl Experiment {
     /// # Errors    [`ExperimentError`] naming what cannot be.
     pub fn new(config: ExperimentConfig) -> Result<Self, ExperimentError> {
         let map_from_world = config.world.start.inverse();
-        let slam = Slam::new(config.method, known_map::settings(&config))?;
+        let slam = known_map::settings(&config);
         let mut sim = Simulation::new(config.world, config.robot, config.sensor, config.seed)?;
         if let Some(sonars) = &config.sonars_beside {
             sim.put_sonars_beside(sonars, config.seed)?;
@@ -152,8 +152,7 @@ impl Experiment {
             config.robot,
             config.pilot,
             config.seed ^ 0x9E37_79B9_7F4A_7C15,
-        )
-        .at_home(slam.estimate().pose.position());
+        );
         pilot.set_mode(config.mode);
         sim.set_on_command(config.cycle);
         sim.tell_noise(config.odometry);
@@ -163,7 +162,7 @@ impl Experiment {
         }
         Ok(Self {
             sim,
-            slam,
+            slam: Slam::new(config.method, slam)?,
             pilot,
             dead_reckoning: Pose2::identity(),
             map_from_world,

@@ -465,13 +465,11 @@ impl State {
         };
         let model = figures.as_ref().and_then(RobotFigures::model);
         let model = model.unwrap_or_else(RobotModel::pioneer);
-        let slam = Slam::new(method, slam)?;
-        let home = slam.estimate().pose.position();
         Ok(Self {
             figures,
             timeline: Timeline::default(),
-            slam,
-            pilot: Pilot::new(model, pilot, config.seed).at_home(home),
+            slam: Slam::new(method, slam)?,
+            pilot: Pilot::new(model, pilot, config.seed),
             model,
             bumpers: Bumpers::default(),
             now: Stamp(0),

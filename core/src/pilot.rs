@@ -76,8 +76,6 @@ pub struct Pilot {
     model: RobotModel,
     config: PilotConfig,
     rng: ChaCha8Rng,
-    /// Where it drives when all is explored, m.
-    home: Point2<f64>,
     mode: Mode,
     status: Status,
     wish: (f64, f64),
@@ -101,14 +99,13 @@ struct Limited {
 }
 
 impl Pilot {
-    /// A pilot that stands in [`Mode::Manual`]; its home is the origin of the map.
+    /// A pilot that stands in [`Mode::Manual`].
     #[must_use]
     pub fn new(model: RobotModel, config: PilotConfig, seed: u64) -> Self {
         Self {
             model,
             config,
             rng: ChaCha8Rng::seed_from_u64(seed),
-            home: Point2::origin(),
             mode: Mode::Manual,
             status: Status::Idle,
             wish: (0.0, 0.0),
@@ -119,12 +116,6 @@ impl Pilot {
             hand_scan: cycle::HandScan::default(),
             was_bumped: false,
         }
-    }
-
-    /// Where the robot began, map frame, m: in a map that was drawn before that is not its origin.
-    #[must_use]
-    pub fn at_home(self, home: Point2<f64>) -> Self {
-        Self { home, ..self }
     }
 
     /// Begins a new errand; the old one is forgotten.

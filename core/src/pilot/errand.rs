@@ -59,6 +59,8 @@ impl Left {
 
 /// How often it is asked on the way whether another frontier is better, s.
 const CHOICE_PERIOD: f64 = 2.0;
+/// The map begins where the robot did, whatever file it is of.
+const HOME: Point2<f64> = Point2::new(0.0, 0.0);
 /// From so near it need not go home, m.
 const HOME_IS_NEAR: f64 = 0.2;
 /// Ways that fail for reasons that may pass are tried so often.
@@ -205,7 +207,7 @@ impl Pilot {
     /// Chooses a frontier and plans to it; `false` where the robot has to stand.
     pub(super) fn plan_exploration(&mut self, now: &Situation) -> bool {
         if self.errand.is_homeward() {
-            return self.plan_to(self.home, now);
+            return self.plan_to(HOME, now);
         }
         self.status = Status::Scanning;
         if let Some(since) = self.errand.arrived {
@@ -305,7 +307,7 @@ impl Pilot {
                 unreached: explorer.left(Reason::NoWay),
                 fruitless: explorer.left(Reason::NoGain),
             };
-            let away = now.estimate.pose.position() - self.home;
+            let away = now.estimate.pose.position() - HOME;
             if !self.config.return_home {
                 self.status = left.finish(Homecoming::NotAsked);
             } else if away.norm() > HOME_IS_NEAR {

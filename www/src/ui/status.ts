@@ -57,10 +57,10 @@ export class SlamStatus extends SlamElement {
         ${row("Distance", `${fixed(s?.distance ?? NaN, 1)} m`, "distance")}
         ${row("Features", String(s?.features ?? DASH), "features", "Lines in the filter's map")}
         ${row("Known", `${fixed(s?.knownArea ?? NaN, 0)} m²`, "known-area", "Area known to be free")}
-        ${sim ? row("Heading error", `${fixed(Math.abs(degrees(s?.headingError ?? NaN)), 1)}° (3σ ${fixed(degrees(3 * Math.sqrt(s?.covHeading ?? NaN)), 1)}°)`, "heading-error",
-          "How far its heading is off now, and the 3σ that the filter claims. Tracks slip in a turn: by a degree or two until the next scan shows it", "wide") : row("Scans", String(s?.scans ?? DASH), "scans-row")}
         ${sim ? row("Contacts", fixed(s?.contacts ?? NaN, 0), "contacts", "How often the robot touched a wall") : ""}
-        ${sim ? row("Scans", String(s?.scans ?? DASH), "scans") : ""}
+        ${row("Scans", String(s?.scans ?? DASH), sim ? "scans" : "scans-row")}
+        ${sim ? row("Heading error", `${fixed(Math.abs(degrees(s?.headingError ?? NaN)), 1)}° (3σ ${fixed(degrees(3 * Math.sqrt(s?.covHeading ?? NaN)), 1)}°)`, "heading-error",
+          "How far its heading is off now, and the 3σ that the filter claims. Tracks slip in a turn: by a degree or two until the next scan shows it", "wide") : ""}
         <div class="wide" title="A fingerprint of the whole state. The same run gives the same one here and on the command line."><dt>State hash</dt><dd class="num" data-testid="hash">${this.store.hash || DASH}</dd></div>
       </dl>
     `;
