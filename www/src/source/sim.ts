@@ -239,7 +239,7 @@ export class SimSource extends Run<WebExperiment> {
     if (reached.length > this.#told.milestones) {
       this.note("info", `${Math.round(100 * (reached.at(-1) ?? 0))} % of what can be reached is known, after ${s.distance.toFixed(1)} m`);
     }
-    if (s.contacts > this.#told.contacts) this.note("warn", "Touched something");
+    if (s.contacts > this.#told.contacts) this.note("warn", "Touched something", "contact");
     if (ends) this.note(/^(goal|explored)(?!.*not home again)/.test(end) ? "good" : "warn", end.charAt(0).toUpperCase() + end.slice(1));
     this.#told = { ...this.#told, end, contacts: s.contacts, milestones: Math.max(this.#told.milestones, reached.length) };
   }

@@ -59,12 +59,17 @@ export class SlamStatus extends SlamElement {
         ${row("Known", `${fixed(s?.knownArea ?? NaN, 0)} m²`, "known-area", "Area known to be free")}
         ${sim ? row("Contacts", fixed(s?.contacts ?? NaN, 0), "contacts", "How often the robot touched a wall") : ""}
         ${row("Scans", String(s?.scans ?? DASH), sim ? "scans" : "scans-row")}
-        ${sim ? row("Heading error", `${fixed(Math.abs(degrees(s?.headingError ?? NaN)), 1)}° (3σ ${fixed(degrees(3 * Math.sqrt(s?.covHeading ?? NaN)), 1)}°)`, "heading-error",
+        ${sim ? row("Heading error", `${fixed(Math.abs(degrees(s?.headingError ?? NaN)), 1)}° (3σ ${claimed(3 * Math.sqrt(s?.covHeading ?? NaN))})`, "heading-error",
           "How far its heading is off now, and the 3σ that the filter claims. Tracks slip in a turn: by a degree or two until the next scan shows it", "wide") : ""}
         <div class="wide" title="A fingerprint of the whole state. The same run gives the same one here and on the command line."><dt>State hash</dt><dd class="num" data-testid="hash">${this.store.hash || DASH}</dd></div>
       </dl>
     `;
   }
+}
+
+/** Of a heading, rad: half a turn is as much as nothing. */
+function claimed(bound: number): string {
+  return bound >= Math.PI ? "over 180°" : `${fixed(degrees(bound), 1)}°`;
 }
 
 function whole(fraction: number | undefined): string {
