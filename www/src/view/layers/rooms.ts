@@ -7,8 +7,9 @@ import type { Brush } from "./layer.js";
 /** Rooms take turns; a corridor is grey. */
 const TINTS = ["contest5", "contest3", "contest0", "contest2", "contest1"] as const satisfies readonly PaletteName[];
 const CORRIDOR = "contest4" satisfies PaletteName;
-/** Pixels for a metre from which on widths are written. */
+/** Pixels for a metre from which on widths are written, and from which on numbers, which are short. */
 const WRITTEN_FROM = 22;
+const NUMBERED_FROM = 8;
 
 export function draw(brush: Brush): void {
   const { context, camera, palette, rooms } = brush;
@@ -28,12 +29,11 @@ export function draw(brush: Brush): void {
   });
   context.globalAlpha = 1;
   drawGraph(brush, found);
-  if (camera.scale < WRITTEN_FROM) return;
   const { regions, doors } = found;
-  for (let i = 0; i + DOORWAY_STRIDE <= doors.length; i += DOORWAY_STRIDE) {
+  for (let i = 0; camera.scale >= WRITTEN_FROM && i + DOORWAY_STRIDE <= doors.length; i += DOORWAY_STRIDE) {
     write(brush, doors[i + DOORWAY.x], doors[i + DOORWAY.y], `${Math.round(100 * (doors[i + DOORWAY.width] ?? NaN))} cm`, 500);
   }
-  for (let i = 0; i + REGION_STRIDE <= regions.length; i += REGION_STRIDE) {
+  for (let i = 0; camera.scale >= NUMBERED_FROM && i + REGION_STRIDE <= regions.length; i += REGION_STRIDE) {
     write(brush, regions[i + REGION.x], regions[i + REGION.y], String(numbers[i / REGION_STRIDE] ?? ""), 600);
   }
 }
