@@ -201,7 +201,8 @@ fn write_files(args: &Args, experiment: &Experiment) -> Result<()> {
         let walls = slam.vector_map().walls();
         let named =
             |extension: &str, text: String| (format!("{stem}.{extension}").into(), text.into());
-        files.push(named("svg", floor_plan::svg(&walls)?));
+        let began = slam.trajectory().first().map(|(_, pose)| pose.position());
+        files.push(named("svg", floor_plan::svg(&walls, began)?));
         files.push(named("dxf", floor_plan::dxf(&walls)?));
         files.push(named("geojson", floor_plan::geojson(&walls)?));
     }

@@ -42,7 +42,7 @@ use crate::robot::{Bumpers, Command, RobotModel, Stamp};
 use around::people_are_near;
 pub use config::PilotConfig;
 pub use stages::{Cut, Cycle, Stage, StageReport};
-pub use status::{Failure, Finish, Mode, Status};
+pub use status::{Failure, Finish, Homecoming, Mode, Status};
 
 /// What the pilot knows at a tick.
 #[derive(Clone, Copy, Debug)]
@@ -222,7 +222,7 @@ impl Pilot {
         }
         if self.errand.watch.idle_for(now.stamp, &now.estimate.pose) > self.config.patience {
             // People go away, or become things that the next plan goes around: no reason to give a goal up. Of frontiers there are others.
-            if matches!(self.mode, Mode::GoTo(_)) && people_are_near(now) {
+            if self.has_one_goal() && people_are_near(now) {
                 self.errand.stuck = 0;
             }
             self.get_unstuck(now);
@@ -241,6 +241,17 @@ impl Pilot {
             }
             None => Command::Stop,
         }
+    }
+
+    /// Whether there is no other goal to turn to.
+    fn has_one_goal(&self) -> bool {
+        matches!(self.mode, Mode::GoTo(_)) || self.is_homeward()
+    }
+
+    /// Whether all is explored, and the robot on its way back to where it began.
+    #[must_use]
+    pub fn is_homeward(&self) -> bool {
+        self.errand.is_homeward()
     }
 
     /// Whether a continuous sensor has fallen silent.

@@ -102,6 +102,29 @@ test('a good world file is entered', async ({ lab, page }) => {
   await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(0);
 });
 
+test('what is written for other programs is told apart, and files that are no building together', async ({ lab, page }) => {
+  await lab.open();
+  await lab.show('run');
+  const { setup } = await lab.state();
+  const file = (name: string) => ({ name, mimeType: '', buffer: Buffer.from('0\nSECTION\n') });
+  const cases: readonly [names: string[], says: RegExp][] = [
+    [['office.dxf'], /office\.dxf is for other programs.*does not read them.*\.svg/],
+    [['office.geojson'], /office\.geojson is for other programs.*\.svg/],
+    [['office.tum'], /office\.tum is for other programs.*CARMEN/],
+    [['office.svg', 'office.dxf', 'office.geojson'], /These are 3 files/],
+    [['office.yaml', 'office.pgm', 'OGmap.txt'], /These are 3 files/],
+    [['office.yaml', 'other.yaml'], /These are 2 files/],
+  ];
+  for (const [names, says] of cases) {
+    for (const input of ['file', 'known-file']) {
+      await lab.at(input).setInputFiles(names.map(file));
+      await expect(lab.at('toast'), `${names.join()}, ${input}`).toHaveText(says);
+      await page.getByRole('button', { name: 'Close the message' }).click();
+    }
+  }
+  expect((await lab.state()).setup).toEqual(setup);
+});
+
 test('what is no seed, and two files at once, are refused in words', async ({ lab, page }) => {
   await lab.open();
   await lab.show('run');

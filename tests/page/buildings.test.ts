@@ -1,4 +1,4 @@
-// Buildings from files of others: a floor plan, and a map of ROS, become worlds to drive in and maps to be found in.
+// Buildings from files: a floor plan, a map of ROS, and what was saved here, become worlds to drive in and maps to be found in.
 import { readFile } from 'node:fs/promises';
 import type { Download } from '@playwright/test';
 import { expect, test } from './fixture.ts';
@@ -41,4 +41,28 @@ test('a map that was saved is a world again; half of one is asked for its other 
   await lab.at('file').setInputFiles([{ ...yaml, buffer: Buffer.from('image: arena.pgm') }, files.find(({ name }) => name.endsWith('.pgm'))!]);
   await expect(lab.at('toast')).toContainText('the key `resolution` is missing');
   expect((await lab.state()).title).toBe('arena.yaml');
+});
+
+test('walls that were saved are a map and a world again, in which the robot begins where it did', async ({ lab, page }) => {
+  test.setTimeout(120_000);
+  await lab.open();
+  await lab.enter('arena', '10');
+  await lab.watch((s) => s.explored, 'most is known').toBeGreaterThan(0.9);
+  await lab.pause();
+  await lab.show('run');
+  const downloads: Download[] = [];
+  page.on('download', (download) => downloads.push(download));
+  await lab.at('save-plan').click();
+  await expect.poll(() => downloads.length).toBe(3);
+  const drawing = downloads.find((d) => d.suggestedFilename().endsWith('.svg'))!;
+  const plan = { name: 'walls.svg', mimeType: 'image/svg+xml', buffer: await readFile(await drawing.path()) };
+  await lab.at('known-file').setInputFiles(plan);
+  await expect(lab.at('known-name')).toContainText('walls.svg');
+  for (const name of ['x', 'y']) expect(Math.abs(Number(await lab.at(`known-${name}`).inputValue())), name).toBeLessThan(0.02);
+  await expect(lab.at('known-fit')).toContainText('The map fits', { timeout: 60_000 });
+  await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(0.5);
+  expect((await lab.status()).positionError, 'its place is the true one').toBeLessThan(0.15);
+  await lab.at('file').setInputFiles(plan);
+  await expect.poll(async () => (await lab.state()).title).toBe('walls.svg');
+  await lab.watch((s) => s.scans, 'it looks round').toBeGreaterThan(0);
 });

@@ -32,6 +32,7 @@ async function ask(lab: Lab, page: Page, isTouch: boolean): Promise<void> {
 test('all planners find the way and are held against the shortest', async ({ lab, page, isMobile }) => {
   await ask(lab, page, !!isMobile);
   const { goalX } = await lab.status();
+  await expect(lab.at('contest-Rrt'), 'nobody has to look for the table').toBeInViewport();
   for (const planner of PLANNERS) {
     const [, length, ratio, time] = await cells(lab, planner);
     expect(Number(length), `${planner} found a way`).toBeGreaterThan(4);
@@ -52,6 +53,16 @@ test('on the map that was learned there is no visibility graph, and the table sa
   await expect(lab.at('contest-Visibility').locator('.why')).toHaveText('needs walls', { timeout: 60_000 });
   await over(lab);
   expect(Number((await cells(lab, 'ThetaStar'))[1])).toBeGreaterThan(4);
+});
+
+test('a start inside of a wall is refused as what it is: the robot stands elsewhere', async ({ lab, isMobile }) => {
+  await ask(lab, lab.page, !!isMobile);
+  await lab.at('contest-start').click();
+  await lab.pointAt(3, -0.9, !!isMobile);
+  await expect(lab.at('contest-error')).toContainText(/^the start at \(3\.\d\d, -0\.\d\d\) m is inside an obstacle or enclosed/);
+  await lab.at('contest-robot').click();
+  await over(lab);
+  await expect(lab.at('contest-error')).toHaveCount(0);
 });
 
 test('a goal inside of a wall is refused with the reason', async ({ lab, isMobile }) => {

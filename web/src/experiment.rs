@@ -6,7 +6,7 @@ use nalgebra::Point2;
 use slamlab_core::experiment::Experiment;
 use slamlab_core::format::carmen::CarmenLog;
 use slamlab_core::geom::{Pose2, Segment};
-use slamlab_core::pilot::{Mode, Stage};
+use slamlab_core::pilot::{Mode, Pilot, Stage, Status};
 use slamlab_core::robot::RobotModel;
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::{Material, ReachableArea, SensorModel, Wall, reachable_area};
@@ -28,6 +28,14 @@ pub(crate) fn mode_name(mode: Mode) -> &'static str {
         Mode::Manual => "manual",
         Mode::GoTo(_) => "goto",
         Mode::Explore => "explore",
+    }
+}
+
+/// What a pilot is doing, or how its errand ended, in words; on its way back from an exploration `homeward`.
+pub(crate) fn activity_of(pilot: &Pilot) -> String {
+    match pilot.status() {
+        Status::Driving if pilot.is_homeward() => "homeward".to_owned(),
+        status => status.to_string(),
     }
 }
 
@@ -216,7 +224,7 @@ impl WebExperiment {
     /// What the pilot is doing, or how its errand ended, in words.
     #[must_use]
     pub fn activity(&self) -> String {
-        self.experiment.status().to_string()
+        activity_of(self.experiment.pilot())
     }
 
     /// Which planner found the path; empty without a path.

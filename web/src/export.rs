@@ -102,7 +102,8 @@ impl Files {
             }
             "plan" => {
                 let walls = slam.vector_map().walls();
-                let svg = floor_plan::svg(&walls)?;
+                let began = slam.trajectory().first().map(|(_, pose)| pose.position());
+                let svg = floor_plan::svg(&walls, began)?;
                 let dxf = floor_plan::dxf(&walls)?;
                 let geojson = floor_plan::geojson(&walls)?;
                 Ok(Self::default()

@@ -14,7 +14,7 @@ use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::building::Known;
 use crate::drive_fit::{FitTable, samples_since, told};
-use crate::experiment::mode_name;
+use crate::experiment::{activity_of, mode_name};
 use crate::export::{ExportError, trajectory_of};
 use crate::shows_slam::shows_slam;
 use crate::status::RunStatus;
@@ -250,7 +250,7 @@ impl WebLive {
     /// What the pilot is doing, or how its errand ended, in words.
     #[must_use]
     pub fn activity(&self) -> String {
-        self.live.pilot().status().to_string()
+        activity_of(self.live.pilot())
     }
 
     /// What the drive so far tells of the robot.

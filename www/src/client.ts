@@ -1,5 +1,7 @@
 // The page's end of the wire to the worker: sends commands, hands frames to scene and store.
 
+import { bridgeBehind, tokenOf } from "./behind.js";
+import { chosen } from "./chosen.js";
 import type { Answer, Command } from "./protocol.js";
 import type { SerialKind } from "./protocol/devices.js";
 import type { Told } from "./protocol/figures.js";
@@ -9,7 +11,6 @@ import { SerialPorts } from "./serial_ports.js";
 import type { Contest, Store } from "./store.js";
 import type { Scene } from "./view/scene.js";
 
-const TOKEN_KEY = "slamlab-token";
 /** Wall milliseconds within which the answer to Drive comes. */
 const WHEEL_MILLIS = 5000;
 
@@ -30,7 +31,7 @@ export class Client {
   readonly #ports = new SerialPorts((text) => {
     // What the mapper heard of the robot is the last of it.
     this.send({ kind: "unplug" });
-    this.#store.set("toast", { toast: { level: "warn", text } });
+    this.#warn(text);
   });
   /** Called when a run begins, before its first frame. */
   onStart: () => void = () => {};
@@ -115,19 +116,9 @@ export class Client {
   /** Looks whether the page's own server is a bridge with something behind it; the simulation begins where none is. */
   async begin(): Promise<void> {
     const token = tokenOf(location);
-    try {
-      const answer = await fetch("bridge.json", { cache: "no-store" });
-      const about = answer.ok ? ((await answer.json()) as { websocket: string; sources: string[] }) : null;
-      if (about && about.sources.length > 0) {
-        const url = new URL(about.websocket, location.href);
-        url.protocol = url.protocol.replace("http", "ws");
-        this.connect(url.href, token);
-        return;
-      }
-    } catch {
-      // A server that knows nothing of bridges: the page is a laboratory of its own.
-    }
-    this.start();
+    const url = await bridgeBehind(location);
+    if (url) this.connect(url, token);
+    else this.start();
   }
 
   /** Devices at serial ports that this page has open. */
@@ -143,7 +134,7 @@ export class Client {
     } catch (error) {
       // Whoever chose no port knows that.
       if (error instanceof DOMException && error.name === "NotFoundError") return;
-      this.#store.set("toast", { toast: { level: "warn", text: `The port cannot be used: ${error instanceof Error ? error.message : String(error)}` } });
+      this.#warn(`The port cannot be used: ${error instanceof Error ? error.message : String(error)}`);
     }
   }
 
@@ -254,27 +245,24 @@ export class Client {
     else this.start({ mode: "explore", ...(method === undefined ? {} : { method }) });
   }
 
-  /** Files that were dropped or chosen together: one alone, or a map of ROS with its image. */
+  /** Files that were dropped or chosen together. */
   async openAll(files: readonly File[]): Promise<void> {
-    const [file, ...more] = files;
-    const text = files.find(({ name }) => /\.txt$/i.test(name));
-    const ends = (pattern: RegExp): File[] => files.filter(({ name }) => pattern.test(name));
-    const [drawing, yaml, image] = [ends(/\.svg$/i)[0], ends(/\.ya?ml$/i)[0], ends(/\.(pgm|png)$/i)[0]];
-    const warn = (text: string): void => this.#store.set("toast", { toast: { level: "warn", text } });
-    if (!file) return;
-    if (files.length === 2 && yaml && image) await this.#build(yaml.name, [yaml, image]);
-    else if (more.length > 0) warn(`These are ${files.length} files: drop one at a time, or the YAML and the image of a map together.`);
-    else if (drawing) await this.#build(drawing.name, [drawing]);
-    else if (text) await this.#build(text.name, [text]);
-    else if (yaml) warn(`${yaml.name} is one half of a map: drop it together with the image that it names (.pgm or .png).`);
-    else if (image) warn(`${image.name} is one half of a map: drop it together with its YAML file.`);
-    else await this.open(file);
+    const given = chosen(files);
+    if (given.kind === "refused") this.#warn(given.text);
+    else if (given.kind === "building") await this.#build(given.name, given.files);
+    else if (given.kind === "file") await this.open(given.file);
   }
 
-  /** A map to be found in; the run begins anew in it. */
+  /** A map to be found in, which may also be a world; the run begins anew in it. */
   async openKnown(files: readonly File[]): Promise<void> {
-    const name = (files.find((file) => /\.ya?ml$/i.test(file.name)) ?? files[0])?.name;
-    if (name !== undefined) await this.#build(name, files, "know");
+    const given = chosen(files);
+    if (given.kind === "refused") this.#warn(given.text);
+    else if (given.kind === "building") await this.#build(given.name, given.files, "know");
+    else if (given.kind === "file") await this.#build(given.file.name, files, "know");
+  }
+
+  #warn(text: string): void {
+    this.#store.set("toast", { toast: { level: "warn", text } });
   }
 
   /** The map as it was drawn so far, to be found in. */
@@ -296,7 +284,7 @@ export class Client {
       this.send({ kind, name, files: await Promise.all(given) });
     } catch (error) {
       const why = error instanceof Error ? error.message : String(error);
-      this.#store.set("toast", { toast: { level: "warn", text: `${name} could not be read: ${why}` } });
+      this.#warn(`${name} could not be read: ${why}`);
     }
   }
 
@@ -316,7 +304,7 @@ export class Client {
       }
     } catch (error) {
       const why = error instanceof Error ? error.message : String(error);
-      store.set("toast", { toast: { level: "warn", text: `${file.name} could not be read: ${why}` } });
+      this.#warn(`${file.name} could not be read: ${why}`);
     }
   }
 
@@ -352,35 +340,7 @@ export class Client {
         if (answer.source === "replay") this.#recording = this.#opening;
         this.#pace(answer.source);
         this.#scene.clear();
-        store.history.clear();
-        store.inspection = null;
-        store.cycle = null;
-        store.doors = new Float32Array(0);
-        store.sigma = { curve: null, error: "" };
-        // A recording that is mapped anew with what was fitted to it keeps the table.
-        if (answer.source !== store.source || answer.title !== store.title) store.fit = { fit: null, error: "" };
-        store.twin.clear();
-        store.spot = { hovered: [], pinned: null };
-        store.rooms = store.roomSpot = null;
-        // Another map: its places are others. Only a simulation knows true walls.
-        store.contest = { ...store.contest, start: null, goal: null, picking: "goal", found: null, error: "", ground: answer.source === "sim" ? store.contest.ground : store.contest.ground === "truth" ? "map" : store.contest.ground };
-        store.log = [];
-        store.status = null;
-        store.hash = "";
-        store.toast = null;
-        store.set("run", {
-          source: answer.source, title: answer.title, playing: answer.playing, method: answer.method, setup: answer.setup ?? store.setup, aiming: false, entering: "",
-        });
-        store.tell("toast");
-        store.tell("log");
-        store.tell("inspection");
-        store.tell("cycle");
-        store.tell("doors");
-        store.tell("sigma");
-        store.tell("fit");
-        store.tell("contest");
-        store.tell("rooms");
-        store.started = { ...store.setup };
+        store.begin(answer);
         this.send({ kind: "settings", sensor: store.setup.sensor, settings: store.setup.settings });
         this.onStart();
         if (this.#leftOut !== "") {
@@ -456,19 +416,6 @@ export class Client {
         break;
     }
   }
-}
-
-/** The right to drive comes behind the `#` of the address, which no server ever sees; there it does not stay. */
-function tokenOf(where: Location): string {
-  const given = new URLSearchParams(where.hash.slice(1)).get("token");
-  try {
-    if (given === null) return sessionStorage.getItem(TOKEN_KEY) ?? "";
-    sessionStorage.setItem(TOKEN_KEY, given);
-  } catch {
-    // Without storage a reload needs the whole address again.
-  }
-  if (given !== null) history.replaceState(null, "", where.pathname + where.search);
-  return given ?? "";
 }
 
 /** Settings that a recording knows too: it has its own sensor and its own odometry. */

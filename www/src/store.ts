@@ -57,6 +57,9 @@ export interface Toast {
   text: string;
 }
 
+/** What the worker tells of a run that begins. */
+export type Begun = Pick<Store, "source" | "title" | "playing" | "method"> & { setup: Setup | null };
+
 export class Store {
   status: Status | null = null;
   hash = "";
@@ -136,6 +139,25 @@ export class Store {
   set<K extends keyof Store>(topic: Topic, patch: Pick<Store, K>): void {
     Object.assign(this, patch);
     this.tell(topic);
+  }
+
+  /** A run begins: what was shown of the one before is gone. */
+  begin({ source, title, playing, method, setup }: Begun): void {
+    this.history.clear();
+    this.twin.clear();
+    const ended: Partial<Store> = {
+      inspection: null, cycle: null, doors: new Float32Array(0), sigma: { curve: null, error: "" }, spot: { hovered: [], pinned: null },
+      rooms: null, roomSpot: null, log: [], status: null, hash: "", toast: null,
+    };
+    Object.assign(this, ended);
+    // A recording that is mapped anew with what was fitted to it keeps the table.
+    if (source !== this.source || title !== this.title) this.fit = { fit: null, error: "" };
+    // Another map: its places are others. Only a simulation knows true walls.
+    const ground = source !== "sim" && this.contest.ground === "truth" ? "map" : this.contest.ground;
+    this.contest = { ...this.contest, start: null, goal: null, picking: "goal", found: null, error: "", ground };
+    this.set("run", { source, title, playing, method, setup: setup ?? this.setup, aiming: false, entering: "" });
+    for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms"] as const) this.tell(topic);
+    this.started = { ...this.setup };
   }
 
   take(frame: Frame): void {

@@ -6,9 +6,7 @@
 import init, { WebExperiment, WebLive, data_sheet, preset_list, sensor_names, world_names } from "../pkg/slamlab_web.js";
 import { fail, post, refuse, wordsOf } from "./answer.js";
 import type { Answer, Command } from "./protocol.js";
-import type { Inspection } from "./protocol/filter.js";
-import { type Clock, type FieldChange, type FieldName, transferables } from "./protocol/frame.js";
-import type { Rooms } from "./protocol/rooms.js";
+import { transferables } from "./protocol/frame.js";
 import type { KnownMap, MethodName, Named, SettingValues } from "./protocol/setup.js";
 import { BridgeSource } from "./source/bridge.js";
 import { build, know, knownOf, setupOf } from "./source/building.js";
@@ -16,8 +14,9 @@ import { listOf, presetOf } from "./source/convert.js";
 import { CableLink } from "./source/cable.js";
 import { BridgeLink, type Link, type LinkEvents } from "./source/link.js";
 import { ContestRunner } from "./source/contest.js";
-import { Sparing } from "./source/feeds.js";
 import { answerOf } from "./source/figures.js";
+import { Looks } from "./source/looks.js";
+import { Pace } from "./source/pace.js";
 import { LogReading } from "./source/reading.js";
 import { ReplaySource } from "./source/replay.js";
 import { SimSource } from "./source/sim.js";
@@ -28,8 +27,6 @@ const IDLE_MILLIS = 6;
 /** Wall milliseconds that one turn may take before it looks for messages. */
 const SLICE_MILLIS = 12;
 const HASH_MILLIS = 500;
-/** Wall milliseconds between two looks into the filter: a matrix is long, and nobody reads faster. */
-const INSPECT_MILLIS = 200;
 
 let reading: LogReading | null = null;
 
@@ -40,24 +37,13 @@ let contest: ContestRunner | null = null;
 let run = 0;
 let seq = 0;
 let playing = false;
-let speed = 1;
 /** The page has drawn the last frame and can take another. */
 let pageReady = true;
 /** Something changed that no frame has shown. */
 let stale = false;
-/** Wall ms and source s from which the pace counts. */
-let anchor = { wall: 0, time: 0 };
-/** The pace over the last second. */
-let pace = { wall: 0, time: 0, factor: NaN };
+const pace = new Pace();
 let hashAt = -Infinity;
-let inspecting = { on: false, matrix: false };
-let inspectAt = -Infinity;
-/** Scans that the page has looked into. */
-let inspected = -1;
-let showsRooms = false;
-const roomsSparing = new Sparing<Rooms>();
-let shownField: FieldName | null = null;
-const fieldSparing = new Sparing<FieldChange>();
+const looks = new Looks();
 let scheduled = false;
 const immediate = new MessageChannel();
 immediate.port1.onmessage = () => turn();
@@ -70,9 +56,7 @@ function schedule(now: boolean): void {
 }
 
 function rebase(): void {
-  const wall = performance.now();
-  anchor = { wall, time: source?.time ?? 0 };
-  pace = { wall, time: anchor.time, factor: NaN };
+  pace.rebase(performance.now(), source?.time ?? 0);
 }
 
 /** One slice of work. */
@@ -86,7 +70,7 @@ function turn(): void {
   if (!source || !playing || source.kind === "bridge") return;
   try {
     const begin = performance.now();
-    const target = speed === Infinity ? Infinity : anchor.time + ((begin - anchor.wall) / 1000) * speed;
+    const target = pace.target(begin);
     let behind = false;
     while (source.time < target && !source.finished) {
       source.step();
@@ -94,9 +78,8 @@ function turn(): void {
       behind = performance.now() - begin >= SLICE_MILLIS;
       if (behind) break;
     }
-    // A slower machine falls behind; it must not race when the load ends.
-    if (behind && speed !== Infinity && target - source.time > 0.25 * speed) anchor = { wall: begin, time: source.time };
-    measurePace();
+    if (behind) pace.fallBehind(begin, source.time);
+    pace.measure(performance.now(), source.time);
     if (source.finished) setPlaying(false);
     show();
     schedule(behind);
@@ -130,12 +113,6 @@ function stopReading(): void {
   schedule(true);
 }
 
-function measurePace(): void {
-  const wall = performance.now();
-  if (!source || wall - pace.wall < 700) return;
-  pace = { wall, time: source.time, factor: ((source.time - pace.time) * 1000) / (wall - pace.wall) };
-}
-
 function setPlaying(next: boolean): void {
   if (next !== playing) {
     playing = next;
@@ -166,29 +143,9 @@ function show(): void {
   const elapsed = source.kind === "replay" ? (performance.now() - began) / 1000 : NaN;
   const remaining = moment.progress > 0.005 ? (elapsed * (1 - moment.progress)) / moment.progress : NaN;
   const status = { ...moment, realTimeFactor: playing ? pace.factor : NaN, remaining };
-  const frame = { kind: "frame", run, seq, clock: clock(), status, ...change, inspection: inspection(source, now), ...lookedAt(source) } as const;
+  const clock = pace.clock(playing && source.kind !== "bridge");
+  const frame = { kind: "frame", run, seq, clock, status, ...change, ...looks.into(source, now, playing) } as const;
   post(frame, transferables(frame));
-}
-
-/** Where somebody looks into the filter: after a scan, but a few times a second at most. */
-function inspection(source: Source, now: number): Inspection | null {
-  if (!inspecting.on || inspected === source.version || (playing && now - inspectAt < INSPECT_MILLIS)) return null;
-  inspectAt = now;
-  inspected = source.version;
-  return source.inspect(inspecting.matrix);
-}
-
-/** What somebody looks at beside the run. */
-function lookedAt(source: Source): { rooms: Rooms | null; field: FieldChange | null } {
-  const name = shownField;
-  return {
-    rooms: showsRooms ? roomsSparing.ask(playing, () => source.rooms()) : null,
-    field: name ? fieldSparing.ask(playing, () => source.field(name)) : null,
-  };
-}
-
-function clock(): Clock {
-  return { wall: performance.timeOrigin + anchor.wall, time: anchor.time, rate: playing && speed !== Infinity && source?.kind !== "bridge" ? speed : 0 };
 }
 
 /** Wall ms at which the present run began. */
@@ -243,9 +200,7 @@ function begin(next: Source, answer: Omit<Extract<Answer, { kind: "started" }>, 
   contest?.close();
   source?.close();
   source = next;
-  inspected = -1;
-  roomsSparing.refresh();
-  fieldSparing.refresh();
+  looks.anew();
   run += 1;
   seq = 0;
   stale = true;
@@ -307,7 +262,7 @@ function handle(command: Command): void {
       break;
     }
     case "speed":
-      speed = command.factor;
+      pace.speed = command.factor;
       rebase();
       schedule(true);
       break;
@@ -390,24 +345,9 @@ function handle(command: Command): void {
       }
       break;
     case "inspect":
-      inspecting = { on: command.on, matrix: command.matrix };
-      inspectAt = -Infinity;
-      inspected = -1;
-      stale ||= inspecting.on;
-      show();
-      break;
     case "rooms":
-      showsRooms = command.on;
-      roomsSparing.refresh();
-      source?.forgetRooms();
-      stale ||= showsRooms;
-      show();
-      break;
     case "field":
-      shownField = command.name;
-      fieldSparing.refresh();
-      source?.forgetField();
-      stale ||= shownField !== null;
+      if (looks.turn(command, source)) stale = true;
       show();
       break;
     case "contest": {

@@ -7,8 +7,9 @@
 //!    that it can be driven over. A run begins with a turn towards its beginning.
 //! 2. The robot's place on the run is the nearest point a little ahead of its last place: it never jumps to where the run
 //!    comes by again.
-//! 3. A point ahead on the run is aimed at on a circle: turn rate 2 v sin(error) / distance (pure pursuit, Coulter 1992). In
-//!    arcs it is nearer, so that the robot does not cut them.
+//! 3. A point ahead on the run is aimed at on a circle: turn rate 2 v sin(error) / distance (pure pursuit, Coulter 1992). It is the
+//!    farther ahead the faster the robot may go there, for its turn rate takes time to change: with a point too near it swings to
+//!    and fro ever more. In arcs it is nearer, so that the robot does not cut them.
 //! 4. The speed is such that the turn rate of every arc ahead can be driven, braking for it in time; and it ends in a braking
 //!    curve as that of straight legs does.
 
@@ -25,6 +26,8 @@ const SPACING: f64 = 0.02;
 const WINDOW: f64 = 0.4;
 /// Part of an arc's radius at which its aim lies ahead: it cuts an arc by about 4 % of its radius.
 const AIM_PART: f64 = 0.6;
+/// The robot aims no nearer than it drives in so long, s.
+const HEADWAY: f64 = 0.8;
 /// Smaller turns on the spot are driven over, rad, as if they took so much way, m.
 const KINK: f64 = 0.35;
 const KINK_WAY: f64 = 0.15;
@@ -101,7 +104,8 @@ impl CurveFollower {
     ) -> Steering {
         let run = &self.runs[self.run];
         let here = run[self.place];
-        let ahead = config.look_ahead;
+        let fastest = speed(run, self.place, left, model, config);
+        let ahead = config.look_ahead.max(HEADWAY * fastest);
         let sharpest = sharpest(run, self.place, ahead);
         let aim = aim(run, here.way + ahead.min(AIM_PART / sharpest.max(1e-9)));
         let to_aim = aim - pose.position();
@@ -115,8 +119,7 @@ impl CurveFollower {
         let (sin, _) = crate::geom::sin_cos(error);
         let bend = 2.0 * sin / distance;
         let most_turn = config.pace * model.max_turn_rate;
-        let forward =
-            speed(run, self.place, left, model, config).min(most_turn / bend.abs().max(1e-9));
+        let forward = fastest.min(most_turn / bend.abs().max(1e-9));
         Steering::Velocity {
             forward,
             turn: (forward * bend).clamp(-most_turn, most_turn),

@@ -5,7 +5,7 @@ use nalgebra::Point2;
 use super::around::Detour;
 use super::blocked::{is_blocked, outline_is_blocked};
 use super::explorer::{Explorer, Reason};
-use super::{Failure, Finish, Mode, Pilot, Situation, Status};
+use super::{Failure, Finish, Homecoming, Mode, Pilot, Situation, Status};
 use crate::control::{Follower, ProgressWatch};
 use crate::geom::Segment;
 use crate::map::CellState;
@@ -33,16 +33,33 @@ pub(super) struct Errand {
     next_choice: Stamp,
     /// Standing at an exploration goal since.
     pub(super) arrived: Option<Stamp>,
-    /// What there is to tell once it is home again.
-    homeward: Option<Finish>,
+    /// What was found, to be told once it is home again.
+    homeward: Option<Left>,
     empty_looks: usize,
     failed_plans: usize,
     last_look: Option<Stamp>,
 }
 
+/// Centres of what stays unknown when an exploration ends, m.
+#[derive(Clone, Debug, PartialEq)]
+struct Left {
+    unreached: Vec<Point2<f64>>,
+    fruitless: Vec<Point2<f64>>,
+}
+
+impl Left {
+    fn finish(self, homecoming: Homecoming) -> Status {
+        Status::Finished(Finish::Explored {
+            unreached: self.unreached,
+            fruitless: self.fruitless,
+            homecoming,
+        })
+    }
+}
+
 /// How often it is asked on the way whether another frontier is better, s.
 const CHOICE_PERIOD: f64 = 2.0;
-/// The map begins where the robot did.
+/// The map begins where the robot did, whatever file it is of.
 const HOME: Point2<f64> = Point2::new(0.0, 0.0);
 /// From so near it need not go home, m.
 const HOME_IS_NEAR: f64 = 0.2;
@@ -53,6 +70,11 @@ impl Errand {
     fn drop_route(&mut self) {
         self.route = None;
         self.follower = None;
+    }
+
+    /// Whether all is explored, and the robot on its way back to where it began.
+    pub(super) fn is_homeward(&self) -> bool {
+        self.homeward.is_some()
     }
 }
 
@@ -98,7 +120,7 @@ impl Pilot {
                 self.errand.drop_route();
             }
         }
-        if self.mode == Mode::Explore && self.errand.homeward.is_none() {
+        if self.mode == Mode::Explore && !self.errand.is_homeward() {
             self.errand.explorer.pass(here);
             if self.errand.explorer.target_has_vanished(now.grid) {
                 self.errand.drop_route();
@@ -110,7 +132,7 @@ impl Pilot {
     /// Other frontiers may have come in sight: is the one that it drives to still the first of the tour?
     fn reconsider(&mut self, now: &Situation) {
         let is_touring = self.mode == Mode::Explore
-            && self.errand.homeward.is_none()
+            && !self.errand.is_homeward()
             && self.config.frontier.choice == FrontierChoice::ShortestTour;
         let Some(goal) = self.errand.explorer.target.as_ref().and_then(|t| t.goal) else {
             return;
@@ -141,8 +163,8 @@ impl Pilot {
                 self.status = Status::Finished(Finish::GoalReached { off });
             }
             Mode::Explore => {
-                if let Some(finish) = self.errand.homeward.take() {
-                    self.status = Status::Finished(finish);
+                if let Some(left) = self.errand.homeward.take() {
+                    self.status = left.finish(Homecoming::Home);
                     return;
                 }
                 self.status = Status::Scanning;
@@ -169,16 +191,24 @@ impl Pilot {
                 );
                 self.errand.failed_plans += 1;
                 if !may_pass || self.errand.failed_plans >= PLAN_ATTEMPTS {
-                    self.status = Status::Failed(Failure::NoPath(reason));
+                    self.give_up_errand(Failure::NoPath(reason));
                 }
                 false
             }
         }
     }
 
+    /// Whoever has explored all and cannot come home has explored all none the less.
+    fn give_up_errand(&mut self, why: Failure) {
+        self.status = match self.errand.homeward.take() {
+            Some(left) => left.finish(Homecoming::Failed(why)),
+            None => Status::Failed(why),
+        };
+    }
+
     /// Chooses a frontier and plans to it; `false` where the robot has to stand.
     pub(super) fn plan_exploration(&mut self, now: &Situation) -> bool {
-        if self.errand.homeward.is_some() {
+        if self.errand.is_homeward() {
             return self.plan_to(HOME, now);
         }
         self.status = Status::Scanning;
@@ -275,16 +305,18 @@ impl Pilot {
         self.errand.empty_looks += usize::from(is_news);
         if self.errand.empty_looks >= self.config.last_looks {
             let explorer = &self.errand.explorer;
-            let finish = Finish::Explored {
+            let left = Left {
                 unreached: explorer.left(Reason::NoWay),
                 fruitless: explorer.left(Reason::NoGain),
             };
             let away = now.estimate.pose.position() - HOME;
-            if self.config.return_home && away.norm() > HOME_IS_NEAR {
-                self.errand.homeward = Some(finish);
-                self.errand.failed_plans = 0;
+            if !self.config.return_home {
+                self.status = left.finish(Homecoming::NotAsked);
+            } else if away.norm() > HOME_IS_NEAR {
+                self.errand.homeward = Some(left);
+                (self.errand.failed_plans, self.errand.stuck) = (0, 0);
             } else {
-                self.status = Status::Finished(finish);
+                self.status = left.finish(Homecoming::Home);
             }
         }
     }
@@ -353,11 +385,11 @@ impl Pilot {
             return;
         }
         let attempts = std::mem::take(&mut self.errand.stuck) - 1;
-        if self.mode == Mode::Explore && self.errand.homeward.is_none() {
+        if self.mode == Mode::Explore && !self.errand.is_homeward() {
             self.errand.explorer.give_up(Reason::NoWay);
         } else {
             let (x, y) = (now.estimate.pose.x(), now.estimate.pose.y());
-            self.status = Status::Failed(Failure::Stuck { x, y, attempts });
+            self.give_up_errand(Failure::Stuck { x, y, attempts });
         }
     }
 }

@@ -66,7 +66,20 @@ pub enum Finish {
         unreached: Vec<Point2<f64>>,
         /// Centres of the frontiers that stayed what they were when looked at.
         fruitless: Vec<Point2<f64>>,
+        /// Whether it came home.
+        homecoming: Homecoming,
     },
+}
+
+/// What became of the way home after an exploration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Homecoming {
+    /// Nobody asked for it: the robot stands where it ended.
+    NotAsked,
+    /// It is where it began.
+    Home,
+    /// It stands on the way, for this reason.
+    Failed(Failure),
 }
 
 impl std::fmt::Display for Finish {
@@ -79,16 +92,22 @@ impl std::fmt::Display for Finish {
             Self::Explored {
                 unreached,
                 fruitless,
+                homecoming,
             } => {
                 f.write_str("explored: ")?;
                 if unreached.is_empty() && fruitless.is_empty() {
-                    return f.write_str("nothing unknown is left within reach");
+                    f.write_str("nothing unknown is left within reach")?;
                 }
                 write_places(f, unreached, "could not be reached")?;
                 if !(unreached.is_empty() || fruitless.is_empty()) {
                     f.write_str("; ")?;
                 }
-                write_places(f, fruitless, "showed nothing new when looked at")
+                write_places(f, fruitless, "showed nothing new when looked at")?;
+                match homecoming {
+                    Homecoming::NotAsked => Ok(()),
+                    Homecoming::Home => f.write_str("; home again"),
+                    Homecoming::Failed(why) => write!(f, "; not home again: {why}"),
+                }
             }
         }
     }

@@ -59,7 +59,9 @@ pub enum Planner {
 #[non_exhaustive]
 pub enum NoPath {
     /// The robot is enclosed where it stands.
-    #[error("the robot at ({x:.2}, {y:.2}) m is enclosed: no free place within reach")]
+    #[error(
+        "the start at ({x:.2}, {y:.2}) m is inside an obstacle or enclosed: no free place within reach"
+    )]
     StartBlocked {
         /// x of the start, m.
         x: f64,

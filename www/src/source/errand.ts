@@ -4,7 +4,7 @@ import type { ModeName } from "../protocol/setup.js";
 
 const WINDS = ["east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east"] as const;
 
-/** `activity` is the pilot's own word: idle, driving, looking. North is up on the map. */
+/** `activity` is the pilot's own word: idle, driving, homeward, looking. North is up on the map. */
 export function errand(mode: ModeName, activity: string, x: number, y: number, goalX: number, goalY: number): string {
   if (mode === "manual") return "";
   if (activity === "looking") return "stands and looks around";
@@ -12,5 +12,6 @@ export function errand(mode: ModeName, activity: string, x: number, y: number, g
   const [dx, dy] = [goalX - x, goalY - y];
   const wind = WINDS[Math.round(Math.atan2(dy, dx) / (Math.PI / 4) + 8) % 8] ?? "";
   const way = `${Math.hypot(dx, dy).toFixed(1)} m to the ${wind}`;
+  if (activity === "homeward") return `all is explored, drives home, ${way}`;
   return mode === "explore" ? `heads for a frontier ${way}` : way;
 }

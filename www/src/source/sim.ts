@@ -219,6 +219,10 @@ export class SimSource extends Run<WebExperiment> {
     if (goal === "") return;
     const planner = this.module.planner();
     const by = planner ? `, way found by ${plannerTitle(planner)}` : "";
+    if (this.module.activity() === "homeward") {
+      this.note("info", `All is explored: drives home to ${goal}${by}`, `home ${this.#errands}`);
+      return;
+    }
     // An explorer looks for the best frontier again and again: that is one story, not a hundred.
     const isLeg = this.module.mode() === "explore";
     this.note("info", isLeg ? `Heads for a frontier at ${goal}${by}` : `Goal ${goal}${by}`, `errand ${this.#errands}`);
@@ -235,8 +239,8 @@ export class SimSource extends Run<WebExperiment> {
     if (reached.length > this.#told.milestones) {
       this.note("info", `${Math.round(100 * (reached.at(-1) ?? 0))} % of what can be reached is known, after ${s.distance.toFixed(1)} m`);
     }
-    if (s.contacts > this.#told.contacts) this.note("warn", "Touched something");
-    if (ends) this.note(/^(goal|explored)/.test(end) ? "good" : "warn", end.charAt(0).toUpperCase() + end.slice(1));
+    if (s.contacts > this.#told.contacts) this.note("warn", "Touched something", "contact");
+    if (ends) this.note(/^(goal|explored)(?!.*not home again)/.test(end) ? "good" : "warn", end.charAt(0).toUpperCase() + end.slice(1));
     this.#told = { ...this.#told, end, contacts: s.contacts, milestones: Math.max(this.#told.milestones, reached.length) };
   }
 }

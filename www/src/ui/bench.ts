@@ -21,7 +21,10 @@ export class SlamBench extends SlamElement {
     css`
       :host { display: block; margin-top: 14px; border-top: 1px solid var(--line); padding-top: 12px; }
       :host([hidden]) { display: none; }
-      summary { cursor: pointer; font-weight: 550; font-size: 13.5px; min-height: 28px; }
+      summary { cursor: pointer; font-weight: 550; font-size: 13.5px; min-height: 40px; display: flex; align-items: center; list-style: none; }
+      summary::before { content: "›"; width: 10px; margin-right: 6px; line-height: 1; text-align: center; color: var(--muted); transition: transform .12s; }
+      summary::-webkit-details-marker { display: none; }
+      details[open] > summary::before { transform: rotate(90deg); }
       p { margin: 8px 0; font-size: 12.5px; color: var(--muted); }
       label { display: grid; grid-template-columns: 1fr auto; gap: 2px 8px; font-size: 12.5px; margin-bottom: 8px; }
       input[type="range"] { grid-column: 1 / -1; width: 100%; accent-color: var(--accent); margin: 0; min-height: 24px; }

@@ -26,15 +26,20 @@ export function caption(store: Store): Caption {
     if (bridge.emergency) return { doing: "Emergency stop", more: "the motors are cut off" };
     if (store.aiming) return { doing: "Click the map where the robot should go", more: "" };
     if (bridge.armed && status.finished) return { doing: sentence(status.reason) || "Finished", more: "" };
-    if (bridge.armed) return { doing: { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode], more: status.activity || "arrow keys, WASD or the stick" };
+    if (bridge.armed) return { doing: { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode], more: status.activity || byHand() };
     return { doing: bridge.driver ? `${bridge.driver} drives` : `Watching ${title}`, more: "" };
   }
   const known = Number.isFinite(status.explored) ? `${percent(status.explored)} known` : "";
   if (status.finished) return { doing: sentence(status.reason) || "Finished", more: known };
   if (store.aiming) return { doing: "Click the map where the robot should go", more: "" };
   const doing = { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode];
-  const hint = status.mode === "manual" ? "arrow keys, WASD or the stick" : "";
+  const hint = status.mode === "manual" ? byHand() : "";
   return { doing: playing ? doing : `Paused · ${doing.toLowerCase()}`, more: [known, status.activity || hint].filter(Boolean).join(" · ") };
+}
+
+/** What steers: a thumb has no keys. */
+function byHand(): string {
+  return matchMedia("(pointer: coarse)").matches ? "by the stick" : "arrow keys, WASD or the stick";
 }
 
 function sentence(text: string): string {

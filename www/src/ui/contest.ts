@@ -65,6 +65,7 @@ export class SlamContest extends SlamElement {
 
   protected override readonly topics: readonly Topic[] = ["contest", "run", "theme", "tab"];
   #plot: uPlot | null = null;
+  #hasTable = false;
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -75,12 +76,13 @@ export class SlamContest extends SlamElement {
     const { source, contest } = this.store;
     const { found, error, start, goal, picking, ground, seconds } = contest;
     const from = start ? place(start) : "where the robot is";
+    const click = matchMedia("(pointer: coarse)").matches ? "tap" : "click";
     return html`
       <h2>Planners, side by side</h2>
-      <p>${goal ? "All look for the same way, each for its own time. Choose one to see what it tried." : html`${matchMedia("(pointer: coarse)").matches ? "Tap" : "Click"} the map where the way should lead. The robot stays: this is a contest on paper.`}</p>
-      <div class="row ends" role="group" aria-label="What the next click on the map sets">
-        <button data-testid="contest-start" aria-pressed=${picking === "start"} title="The next click on the map sets the start" @click=${() => this.#pick("start")}><span>Start</span><span class="num">${from}</span></button>
-        <button data-testid="contest-goal" aria-pressed=${picking === "goal"} title="The next click on the map sets the goal" @click=${() => this.#pick("goal")}><span>Goal</span><span class="num">${goal ? place(goal) : "next click"}</span></button>
+      <p>${goal ? "All look for the same way, each for its own time. Choose one to see what it tried." : html`${click === "tap" ? "Tap" : "Click"} the map where the way should lead. The robot stays: this is a contest on paper.`}</p>
+      <div class="row ends" role="group" aria-label="What the next ${click} on the map sets">
+        <button data-testid="contest-start" aria-pressed=${picking === "start"} title="The next ${click} on the map sets the start" @click=${() => this.#pick("start")}><span>Start</span><span class="num">${from}</span></button>
+        <button data-testid="contest-goal" aria-pressed=${picking === "goal"} title="The next ${click} on the map sets the goal" @click=${() => this.#pick("goal")}><span>Goal</span><span class="num">${goal ? place(goal) : `next ${click}`}</span></button>
       </div>
       <div class="row">
         <label>Among<select data-testid="contest-ground" @change=${(e: Event) => this.client.contest({ ground: (e.target as HTMLSelectElement).value as Ground })}>
@@ -129,6 +131,9 @@ export class SlamContest extends SlamElement {
 
   override updated(): void {
     const { found } = this.store.contest;
+    // The table is what was asked for: on a wide screen it may have come below the edge.
+    if (found && !this.#hasTable && matchMedia("(min-width: 761px)").matches) document.querySelector("slam-tabs")?.scrollIntoView({ block: "start" });
+    this.#hasTable = found !== null;
     const host = this.renderRoot.querySelector<HTMLElement>(".plot");
     this.#plot?.destroy();
     this.#plot = null;

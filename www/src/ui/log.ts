@@ -11,6 +11,8 @@ export class SlamLog extends SlamElement {
     shared,
     css`
       :host { display: flex; flex-direction: column; min-height: 120px; }
+      /* Room for a dozen entries, where there is a page to scroll. */
+      @media (min-width: 761px) { :host { min-height: min(420px, 60dvh); } }
       h2 { margin-bottom: 10px; }
       ol { list-style: none; margin: 0; padding: 0; overflow-y: auto; flex: 1; font-size: 12.5px; line-height: 1.4; }
       li { display: grid; grid-template-columns: 42px 1fr; gap: 8px; padding: 3px 0; }

@@ -19,7 +19,7 @@ export class SlamSettings extends SlamElement {
       .bar span { flex: 1; }
       details { border-top: 1px solid var(--line); }
       summary { display: flex; justify-content: space-between; align-items: center; cursor: pointer; min-height: 40px; font-weight: 550; font-size: 13.5px; list-style: none; }
-      summary::before { content: "›"; width: 16px; color: var(--muted); transition: transform .12s; }
+      summary::before { content: "›"; width: 10px; margin-right: 6px; line-height: 1; text-align: center; color: var(--muted); transition: transform .12s; }
       details[open] > summary::before { transform: rotate(90deg); }
       summary > span:first-of-type { flex: 1; }
       summary::-webkit-details-marker { display: none; }

@@ -118,7 +118,7 @@ export class SlamSetup extends SlamElement {
         </label>
         <button data-testid="save-png" title="Save the map as a picture" @click=${() => this.dispatchEvent(new CustomEvent("save-picture", { bubbles: true, composed: true }))}>${icons.image} PNG</button>
       </div>
-      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : "Drop a recording (.mcap), a CARMEN log (.clf, .log), a world (.json), a floor plan (.svg), OGmap.txt or a map of ROS (.yaml and .pgm or .png together) anywhere on the page."}</p>
+      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : `${matchMedia("(pointer: coarse)").matches ? "Open" : "Open or drop anywhere"}: a recording (.mcap), a CARMEN log (.clf, .log), a world (.json), a floor plan (.svg), OGmap.txt or a map of ROS (.yaml and .pgm or .png together).`}</p>
     `;
   }
 

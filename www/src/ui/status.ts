@@ -25,7 +25,7 @@ export class SlamStatus extends SlamElement {
       dl div { display: flex; justify-content: space-between; gap: 8px; padding: 4px 0; border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); }
       dt { color: var(--muted); }
       dd { margin: 0; }
-      .hash { grid-column: 1 / -1; }
+      .wide { grid-column: 1 / -1; }
     `,
   ];
 
@@ -36,8 +36,8 @@ export class SlamStatus extends SlamElement {
     const sim = this.store.source === "sim";
     const error = length(s?.positionError ?? NaN);
     const wheels = length(s?.odometryError ?? NaN);
-    const row = (name: string, value: string, id: string, title = ""): TemplateResult =>
-      html`<div title=${title}><dt>${name}</dt><dd class="num" data-testid=${id}>${value}</dd></div>`;
+    const row = (name: string, value: string, id: string, title = "", wide = ""): TemplateResult =>
+      html`<div class=${wide} title=${title}><dt>${name}</dt><dd class="num" data-testid=${id}>${value}</dd></div>`;
     return html`
       <h2>Status</h2>
       <div class="big">
@@ -57,14 +57,19 @@ export class SlamStatus extends SlamElement {
         ${row("Distance", `${fixed(s?.distance ?? NaN, 1)} m`, "distance")}
         ${row("Features", String(s?.features ?? DASH), "features", "Lines in the filter's map")}
         ${row("Known", `${fixed(s?.knownArea ?? NaN, 0)} m²`, "known-area", "Area known to be free")}
-        ${sim ? row("Heading err.", `${fixed(Math.abs(degrees(s?.headingError ?? NaN)), 1)}° (3σ ${fixed(degrees(3 * Math.sqrt(s?.covHeading ?? NaN)), 1)}°)`, "heading-error",
-          "How far its heading is off now, and the 3σ that the filter claims. Tracks slip in a turn: by a degree or two until the next scan shows it") : row("Scans", String(s?.scans ?? DASH), "scans-row")}
         ${sim ? row("Contacts", fixed(s?.contacts ?? NaN, 0), "contacts", "How often the robot touched a wall") : ""}
-        ${sim ? row("Scans", String(s?.scans ?? DASH), "scans") : ""}
-        <div class="hash" title="A fingerprint of the whole state. The same run gives the same one here and on the command line."><dt>State hash</dt><dd class="num" data-testid="hash">${this.store.hash || DASH}</dd></div>
+        ${row("Scans", String(s?.scans ?? DASH), sim ? "scans" : "scans-row")}
+        ${sim ? row("Heading error", `${fixed(Math.abs(degrees(s?.headingError ?? NaN)), 1)}° (3σ ${claimed(3 * Math.sqrt(s?.covHeading ?? NaN))})`, "heading-error",
+          "How far its heading is off now, and the 3σ that the filter claims. Tracks slip in a turn: by a degree or two until the next scan shows it", "wide") : ""}
+        <div class="wide" title="A fingerprint of the whole state. The same run gives the same one here and on the command line."><dt>State hash</dt><dd class="num" data-testid="hash">${this.store.hash || DASH}</dd></div>
       </dl>
     `;
   }
+}
+
+/** Of a heading, rad: half a turn is as much as nothing. */
+function claimed(bound: number): string {
+  return bound >= Math.PI ? "over 180°" : `${fixed(degrees(bound), 1)}°`;
 }
 
 function whole(fraction: number | undefined): string {

@@ -7,7 +7,7 @@ export const tool = css`
   :host { display: block; border-top: 1px solid var(--line); margin-top: 14px; padding-top: 4px; }
   :host([hidden]), [hidden] { display: none; }
   summary { cursor: pointer; font-weight: 550; font-size: 13.5px; min-height: 40px; display: flex; align-items: center; list-style: none; }
-  summary::before { content: "›"; width: 16px; color: var(--muted); transition: transform .12s; }
+  summary::before { content: "›"; width: 10px; margin-right: 6px; line-height: 1; text-align: center; color: var(--muted); transition: transform .12s; }
   summary::-webkit-details-marker { display: none; }
   details[open] > summary::before { transform: rotate(90deg); }
   p { margin: 6px 0 8px; font-size: 12.5px; line-height: 1.5; color: var(--muted); }

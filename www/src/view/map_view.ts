@@ -14,15 +14,18 @@ import { doorAt } from "./layers/doors.js";
 import { ruleStep } from "./layers/grid.js";
 import type { Brush } from "./layers/layer.js";
 import { roomAt } from "./layers/rooms.js";
-import { type Reading, readingAt } from "./layers/scan.js";
+import { readingAt } from "./layers/scan.js";
 import { wallAt } from "./layers/spot.js";
 import { type Palette, readPalette } from "./palette.js";
 import type { Scene } from "./scene.js";
-import type { GridView, Tiles } from "./tiles.js";
+import type { Tiles } from "./tiles.js";
+import { fieldWords, metres, readingWords } from "./words.js";
 
 /** Fraction of the way to its target that the camera goes in a second, as 1 - e^-rate. */
 const EASE = 6;
 const REFIT_MILLIS = 300;
+/** Pixels of free height from which on a phone has room for the scale. */
+const LEAST_SCALED = 140;
 
 /** The panels that a phone shows as a sheet over the map. */
 const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", paths: "#paths-panel", settings: "#settings-panel", layers: "#legend", log: "#log-panel" } as const;
@@ -51,6 +54,7 @@ export class SlamMap extends LitElement {
       @container stage (max-width: 1700px) { #foot { bottom: 92px; } }
       @media (max-width: 760px) {
         #foot { bottom: auto; top: 12px; left: 12px; }
+        :host([low]) #scale { display: none; }
         #hover { display: none; }
         #tools { right: 10px; top: 10px; }
       }
@@ -240,7 +244,7 @@ export class SlamMap extends LitElement {
       wall === null ? "" : ` · wall ${wall}`,
       door === null ? "" : ` · door ${door + 1}, click to ${this.#isOpen(door) ? "shut" : "open"} it`,
       room === null ? "" : ` · region ${this.store.roomNumbers[room]}`,
-      reading === null ? "" : ` · ${wordsOf(reading)}`,
+      reading === null ? "" : ` · ${readingWords(reading)}`,
     ];
     readout.textContent = `x ${metres(x)}  y ${metres(y)} m · ${what}${more.join("")}`;
     this.#element("pad").classList.toggle("door", door !== null);
@@ -284,6 +288,8 @@ export class SlamMap extends LitElement {
     // An open sheet covers the lower part of the map: what is fitted goes above it.
     const sheet = phone && this.store.tab !== "" ? document.querySelector(SHEETS[this.store.tab])?.getBoundingClientRect() : undefined;
     const covered = sheet && sheet.height > 0 ? this.getBoundingClientRect().bottom - sheet.top : dock;
+    // In the strip that a long sheet leaves there is room for the robot only.
+    this.toggleAttribute("low", clientHeight - covered < LEAST_SCALED);
     const legend = matchMedia("(min-width: 1180px)").matches ? 238 : 14;
     this.camera.inset = phone
       ? { top: 12, right: 12, bottom: covered + 12, left: 12 }
@@ -397,24 +403,6 @@ export class SlamMap extends LitElement {
     if (!element) throw new Error(`no #${id} in the map`);
     return element;
   }
-}
-
-/** What a byte of a field says. */
-function fieldWords(view: GridView, byte: number, step: number): string {
-  const [value, more] = [(byte - 1) * step, byte === 255 ? "at least " : ""];
-  if (view === "likelihood") return `likelihood ${value.toFixed(2)}`;
-  if (view === "room") return byte === 1 ? "the robot may not be here" : `the robot's middle has ${more}${value.toFixed(2)} m of room`;
-  return `${more}${value.toFixed(2)} m to the nearest wall`;
-}
-
-/** What the sensor said of a hit: the range with its σ, and how strong the echo was where it tells. */
-function wordsOf({ range, sigma, quality }: Reading): string {
-  const strength = Number.isNaN(quality) ? "" : `, quality ${quality}`;
-  return `beam ${range.toFixed(2)} ± ${sigma.toFixed(2)} m${strength}`;
-}
-
-function metres(value: number): string {
-  return (value < 0 ? "−" : "") + Math.abs(value).toFixed(2);
 }
 
 customElements.define("slam-map", SlamMap);

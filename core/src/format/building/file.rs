@@ -57,7 +57,7 @@ pub enum BuildingFileError {
     #[error(transparent)]
     Map(#[from] MapServerError),
     /// The map as text.
-    #[error(transparent)]
+    #[error("{0} (a text is read as an OGmap.txt)")]
     Text(#[from] OgMapError),
     /// What the file holds is no building.
     #[error(transparent)]

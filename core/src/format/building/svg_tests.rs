@@ -148,7 +148,7 @@ fn a_floor_plan_that_was_written_is_read_back() {
         wall(3, (4.0, 3.0), (0.0, 3.0)),
         wall(4, (0.0, 3.0), (-0.5, 0.0)),
     ];
-    let text = floor_plan::svg(&walls).unwrap();
+    let text = floor_plan::svg(&walls, Some(Point2::new(1.25, 2.0))).unwrap();
     let world = of_svg(text.as_bytes(), None, "plan").unwrap().world;
     for (wall, back) in walls.iter().zip(world.walls()) {
         assert!(
@@ -157,6 +157,8 @@ fn a_floor_plan_that_was_written_is_read_back() {
         );
     }
     assert_eq!(world.wall_count(), 8);
+    let off = world.start.position() - Point2::new(1.25, 2.0);
+    assert!(off.norm() < 1e-3, "the robot begins where it did: {off}");
 }
 
 #[test]

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use nalgebra::Point2;
+
 use super::{FloorPlanError, Label, bounds};
 use crate::map::Wall;
 
@@ -10,10 +12,11 @@ const MARGIN: f64 = 0.5;
 /// Height of the lengths' digits, m.
 const TEXT: f64 = 0.16;
 
-/// A drawing of the walls. One unit of it is a metre; printed, a metre is a centimetre.
+/// A drawing of the walls. One unit of it is a metre; printed, a metre is a centimetre. `start`, map frame, m, is where the
+/// robot began: marked, so that whoever takes the drawing for a building ([`crate::format::building::of_svg`]) begins there.
 ///
 /// # Errors    [`FloorPlanError`].
-pub fn svg(walls: &[Wall]) -> Result<String, FloorPlanError> {
+pub fn svg(walls: &[Wall], start: Option<Point2<f64>>) -> Result<String, FloorPlanError> {
     let (low, high) = bounds(walls)?;
     let (width, height) = (high.x - low.x + 2.0 * MARGIN, high.y - low.y + 2.0 * MARGIN);
     let mut text = format!(
@@ -41,6 +44,13 @@ pub fn svg(walls: &[Wall]) -> Result<String, FloorPlanError> {
         );
     }
     text.push_str("</g>\n");
+    if let Some(Point2 { coords: at }) = start {
+        let _ = writeln!(
+            text,
+            "<circle id=\"start\" cx=\"{:.4}\" cy=\"{:.4}\" r=\"0.06\" fill=\"#c14f00\"><title>Here the robot began</title></circle>",
+            at.x, -at.y,
+        );
+    }
     let _ = writeln!(
         text,
         "<g fill=\"#56636a\" font-family=\"sans-serif\" font-size=\"{TEXT}\" text-anchor=\"middle\">"

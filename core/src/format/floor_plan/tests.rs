@@ -36,10 +36,11 @@ fn attributes(svg: &str, element: &str, name: &str) -> Vec<f64> {
 
 #[test]
 fn svg_draws_each_wall_where_it_is_with_y_down() {
-    let svg = svg(&walls()).unwrap();
+    let svg = svg(&walls(), Some(Point2::new(0.5, 1.5))).unwrap();
     assert_eq!(attributes(&svg, "line", "x1"), [0.0, -1.5, 1.0]);
     assert_eq!(attributes(&svg, "line", "y2"), [-4.0, -0.25, -1.3]);
     assert!(svg.contains("<title>5.000 m</title>"));
+    assert!(svg.contains("<circle id=\"start\" cx=\"0.5000\" cy=\"-1.5000\""));
     // The short one has no text; upwards or downwards, a text's head is never below.
     assert_eq!(svg.matches("<text").count(), 2);
     assert!(svg.contains(">5.00</text>") && svg.contains(">2.00</text>"));
@@ -97,7 +98,7 @@ fn geojson_holds_every_wall_to_the_bit() {
 
 #[test]
 fn nothing_and_nonsense_are_refused() {
-    assert_eq!(svg(&[]), Err(FloorPlanError::Empty));
+    assert_eq!(svg(&[], None), Err(FloorPlanError::Empty));
     assert_eq!(geojson(&[]), Err(FloorPlanError::Empty));
     let bad = [wall(7, (0.0, f64::NAN), (1.0, 0.0))];
     assert_eq!(dxf(&bad), Err(FloorPlanError::NotFinite { id: 7 }));

@@ -38,7 +38,7 @@ pub(super) const PERCEPTION: &[Setting] = &[
         range: [0.0, 1.5],
         kind: Kind::Real,
         acts: Acts::AtOnce,
-        meaning: "The least range of a sector stands for it (Celej: 0.175, that is 10°). 0: every beam counts.",
+        meaning: "The least range of a sector stands for it (Celej: 0.175, that is 10°). 0: every beam counts. Wide sectors leave no lines to find the pose by: it drifts with the wheels.",
         get: |s| Some(s.slam.sectors.map_or(0.0, |sectors| sectors.width)),
         set: |s, v| {
             s.slam.sectors = (v > 0.0).then(|| SectorConfig {

@@ -1,4 +1,4 @@
-// Rooms and corridors tinted, the doors between them with their widths, and the graph that joins them.
+// Rooms and corridors tinted and numbered, the doors between them with their widths, and the graph that joins them.
 
 import { DOORWAY, DOORWAY_STRIDE, REGION, REGION_STRIDE, type Rooms } from "../../protocol/rooms.js";
 import type { PaletteName } from "../palette.js";
@@ -7,8 +7,9 @@ import type { Brush } from "./layer.js";
 /** Rooms take turns; a corridor is grey. */
 const TINTS = ["contest5", "contest3", "contest0", "contest2", "contest1"] as const satisfies readonly PaletteName[];
 const CORRIDOR = "contest4" satisfies PaletteName;
-/** Pixels for a metre from which on widths are written. */
+/** Pixels for a metre from which on widths are written, and from which on numbers, which are short. */
 const WRITTEN_FROM = 22;
+const NUMBERED_FROM = 8;
 
 export function draw(brush: Brush): void {
   const { context, camera, palette, rooms } = brush;
@@ -28,6 +29,27 @@ export function draw(brush: Brush): void {
   });
   context.globalAlpha = 1;
   drawGraph(brush, found);
+  const { regions, doors } = found;
+  for (let i = 0; camera.scale >= WRITTEN_FROM && i + DOORWAY_STRIDE <= doors.length; i += DOORWAY_STRIDE) {
+    write(brush, doors[i + DOORWAY.x], doors[i + DOORWAY.y], `${Math.round(100 * (doors[i + DOORWAY.width] ?? NaN))} cm`, 500);
+  }
+  for (let i = 0; camera.scale >= NUMBERED_FROM && i + REGION_STRIDE <= regions.length; i += REGION_STRIDE) {
+    write(brush, regions[i + REGION.x], regions[i + REGION.y], String(numbers[i / REGION_STRIDE] ?? ""), 600);
+  }
+}
+
+/** Text stands upright beside its place: it is written in pixels, not in metres. */
+function write({ context, camera, palette }: Brush, mapX = 0, mapY = 0, text: string, weight: number): void {
+  const [x, y] = camera.toScreen(mapX, mapY);
+  context.save();
+  context.setTransform(camera.ratio, 0, 0, camera.ratio, x * camera.ratio, y * camera.ratio);
+  context.font = `${weight} ${weight > 500 ? 13 : 11}px IBM Plex Mono, monospace`;
+  context.lineWidth = 3;
+  context.strokeStyle = palette.css.free;
+  context.fillStyle = palette.css.ink;
+  context.strokeText(text, 7, -6);
+  context.fillText(text, 7, -6);
+  context.restore();
 }
 
 function drawGraph({ context, camera, palette }: Brush, { regions, doors }: Rooms): void {
@@ -59,21 +81,6 @@ function drawGraph({ context, camera, palette }: Brush, { regions, doors }: Room
     context.stroke();
   }
   context.setLineDash([]);
-  if (camera.scale < WRITTEN_FROM) return;
-  for (let i = 0; i + DOORWAY_STRIDE <= doors.length; i += DOORWAY_STRIDE) {
-    const [x, y] = camera.toScreen(doors[i + DOORWAY.x] ?? 0, doors[i + DOORWAY.y] ?? 0);
-    // Text stands upright: it is written in pixels, not in metres.
-    context.save();
-    context.setTransform(camera.ratio, 0, 0, camera.ratio, x * camera.ratio, y * camera.ratio);
-    context.font = "500 11px IBM Plex Mono, monospace";
-    context.lineWidth = 3;
-    context.strokeStyle = palette.css.free;
-    context.fillStyle = palette.css.ink;
-    const text = `${Math.round(100 * (doors[i + DOORWAY.width] ?? NaN))} cm`;
-    context.strokeText(text, 7, -6);
-    context.fillText(text, 7, -6);
-    context.restore();
-  }
 }
 
 /** The outlines of the last answer, built once: they are drawn at every frame. */

@@ -1,0 +1,20 @@
+// The figures of the moment: each on one line, at every size of the page.
+import { expect, test } from './fixture.ts';
+
+test('every figure keeps to its line, also an uncertain heading', async ({ lab }) => {
+  await lab.open();
+  await lab.show('status');
+  const one = (await lab.at('distance').boundingBox())!.height;
+  await expect(lab.at('heading-error')).toHaveText(/^\d+\.\d° \(3σ \d+\.\d°\)$/);
+  for (const figure of ['time', 'pace', 'features', 'known-area', 'contacts', 'scans', 'heading-error', 'hash']) {
+    expect((await lab.at(figure).boundingBox())!.height, figure).toBeLessThan(1.5 * one);
+  }
+  // By its wheels alone a robot that turns about knows its heading less and less.
+  await lab.show('run');
+  await lab.at('sensor').selectOption('sonar');
+  await lab.speed('Infinity');
+  await lab.watch((s) => 3 * Math.sqrt(s.covHeading), 'the heading is lost', 45_000).toBeGreaterThan(Math.PI);
+  await lab.pause();
+  await lab.show('status');
+  await expect(lab.at('heading-error')).toContainText('(3σ over 180°)');
+});

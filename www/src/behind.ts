@@ -1,0 +1,31 @@
+// What is behind the page: a bridge with a robot, and the right to drive it.
+
+const TOKEN_KEY = "slamlab-token";
+
+/** Address of the WebSocket of the bridge that serves this page; null where none does, or nothing is behind it. */
+export async function bridgeBehind(where: Location): Promise<string | null> {
+  try {
+    const answer = await fetch("bridge.json", { cache: "no-store" });
+    const about = answer.ok ? ((await answer.json()) as { websocket: string; sources: string[] }) : null;
+    if (!about || about.sources.length === 0) return null;
+    const url = new URL(about.websocket, where.href);
+    url.protocol = url.protocol.replace("http", "ws");
+    return url.href;
+  } catch {
+    // A server that knows nothing of bridges: the page is a laboratory of its own.
+    return null;
+  }
+}
+
+/** The right to drive comes behind the `#` of the address, which no server ever sees; there it does not stay. */
+export function tokenOf(where: Location): string {
+  const given = new URLSearchParams(where.hash.slice(1)).get("token");
+  try {
+    if (given === null) return sessionStorage.getItem(TOKEN_KEY) ?? "";
+    sessionStorage.setItem(TOKEN_KEY, given);
+  } catch {
+    // Without storage a reload needs the whole address again.
+  }
+  if (given !== null) history.replaceState(null, "", where.pathname + where.search);
+  return given ?? "";
+}

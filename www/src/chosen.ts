@@ -1,0 +1,31 @@
+// What files that somebody dropped or chose together are: a building, something else to open, or nothing that can be opened.
+
+export type Chosen =
+  | { kind: "nothing" }
+  /** A map of ROS with its image, an OGmap.txt, or a floor plan. */
+  | { kind: "building"; name: string; files: readonly File[] }
+  /** A recording, a world or a preset: what is in it tells. */
+  | { kind: "file"; file: File }
+  | { kind: "refused"; text: string };
+
+/** What the page writes for other programs, and where the same is to be had in a form that it reads. */
+const WRITTEN_ONLY: Readonly<Record<string, string>> = {
+  dxf: "The floor plan that was saved with it (.svg) holds the same walls.",
+  geojson: "Walls are in the floor plan that was saved with them (.svg), rooms are found anew in every map.",
+  tum: "The log of the scans (CARMEN) gives the same way again.",
+};
+
+export function chosen(files: readonly File[]): Chosen {
+  const [file, ...more] = files;
+  if (!file) return { kind: "nothing" };
+  const ends = (pattern: RegExp): File | undefined => files.find(({ name }) => pattern.test(name));
+  const [yaml, image] = [ends(/\.ya?ml$/i), ends(/\.(pgm|png)$/i)];
+  if (files.length === 2 && yaml && image) return { kind: "building", name: yaml.name, files: [yaml, image] };
+  if (more.length > 0) return { kind: "refused", text: `These are ${files.length} files: drop one at a time, or the YAML and the image of a map together.` };
+  if (yaml) return { kind: "refused", text: `${yaml.name} is one half of a map: drop it together with the image that it names (.pgm or .png).` };
+  if (image) return { kind: "refused", text: `${image.name} is one half of a map: drop it together with its YAML file.` };
+  if (/\.(svg|txt)$/i.test(file.name)) return { kind: "building", name: file.name, files };
+  const elsewhere = WRITTEN_ONLY[/\.(\w+)$/.exec(file.name)?.[1]?.toLowerCase() ?? ""];
+  if (elsewhere !== undefined) return { kind: "refused", text: `${file.name} is for other programs: this page writes such files and does not read them. ${elsewhere}` };
+  return { kind: "file", file };
+}
