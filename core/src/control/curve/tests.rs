@@ -216,8 +216,12 @@ fn nothing_to_drive_has_arrived() {
 proptest! {
     /// Coulter (1992), "Implementation of the pure pursuit path tracking algorithm": curvature 2 sin α / L. The oracle is the circle itself.
     #[test]
-    fn the_circle_it_drives_touches_its_heading_and_meets_the_point_it_aims_at(y in -0.12..0.12_f64, heading in -0.3..0.3_f64) {
-        let (model, config) = (RobotModel::pioneer(), FollowConfig::default());
+    fn the_circle_it_drives_touches_its_heading_and_meets_the_point_it_aims_at(
+        y in -0.12..0.12_f64, heading in -0.3..0.3_f64, pioneer: bool,
+    ) {
+        let config = FollowConfig::default();
+        // The one aims 0.25 m ahead, the other as far as it drives in 0.8 s.
+        let (model, ahead) = if pioneer { (RobotModel::pioneer(), 0.56) } else { (RobotModel::rp6(), 0.25) };
         let straight = crate::geom::Segment::new(Point2::origin(), Point2::new(5.0, 0.0));
         let mut follower = CurveFollower::new(&[Piece::Line(straight)]);
         // Looking along the line it drives off.
@@ -226,7 +230,7 @@ proptest! {
         let Steering::Velocity { forward, turn } = follower.steer(&pose, &model, &config) else {
             return Err(TestCaseError::fail("it has not arrived"));
         };
-        let to_aim = Point2::new(0.1 + config.look_ahead, 0.0) - pose.position();
+        let to_aim = Point2::new(0.1 + ahead, 0.0) - pose.position();
         let astray = wrap(libm::atan2(to_aim.y, to_aim.x) - heading).abs();
         prop_assume!(astray < config.astray && astray > 0.01);
         prop_assert!(forward > 0.0 && turn.abs() <= model.max_turn_rate);
