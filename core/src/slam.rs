@@ -39,6 +39,9 @@ pub use known::{KnownBy, KnownFit, KnownMap};
 pub use method::{Method, UnknownMethod};
 pub use sonars::SonarsConfig;
 
+/// How old a ranger's reading may be that is held, s, as a standard deviation: cycles of 38 ms.
+const HELD_FOR: f64 = 0.02;
+
 /// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -80,6 +83,10 @@ pub struct Slam {
     /// The same points, with what is near and was not seen.
     obstacles: Option<Points>,
     motion_since_scan: Pose2,
+    /// Variance of the heading at the last scan, rad².
+    heading_variance: f64,
+    /// Whether readings between scans correct the pose.
+    is_led_by_looks: bool,
     vector: VectorMap,
     /// What sonars beside the main sensor have drawn.
     sonar_grid: Option<Grid>,
@@ -123,6 +130,8 @@ impl Slam {
             points: None,
             obstacles: None,
             motion_since_scan: Pose2::identity(),
+            heading_variance: 0.0,
+            is_led_by_looks: false,
             pending: None,
         })
     }
@@ -233,10 +242,11 @@ impl Slam {
         self.obstacles = Some(self.near.with_unseen(&points));
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
+        self.heading_variance = self.estimate().cov[(2, 2)];
     }
 
-    /// Takes a few readings on the move, of a sensor that scans only standing: they tell who came since the last scan
-    /// ([`Self::walkers`]), and nothing of pose or map.
+    /// Takes a few readings on the move, of a sensor that scans only standing: they correct the pose by the walls that are known, where
+    /// the method can ([`Self::heading_drift`]), and tell who came since the last scan ([`Self::walkers`]).
     ///
     /// # Errors    [`SlamError::Scan`]: the readings break a scan's promises.
     pub fn look(&mut self, look: &Scan) -> Result<(), SlamError> {
@@ -244,6 +254,9 @@ impl Slam {
         let moved = self.motion_since_scan;
         let look = self.near.without_folded(look, &moved);
         let points = self.points_of(&look);
+        let (_, turn) = self.speeds();
+        let unsteady = HELD_FOR * turn.abs();
+        self.is_led_by_looks = self.estimator.take_readings(&points, unsteady);
         let Some(walkers) = &mut self.walkers else {
             return Ok(());
         };
@@ -414,6 +427,13 @@ impl Slam {
     #[must_use]
     pub fn motion_since_scan(&self) -> Pose2 {
         self.motion_since_scan
+    }
+
+    /// How uncertain the heading has become since the last scan, rad; `None` where no readings on the move correct it.
+    #[must_use]
+    pub fn heading_drift(&self) -> Option<f64> {
+        let grown = self.estimate().cov[(2, 2)] - self.heading_variance;
+        self.is_led_by_looks.then(|| grown.max(0.0).sqrt())
     }
 
     /// How fast the robot runs by its odometry, m/s and rad/s: a mean over a tenth of a second.

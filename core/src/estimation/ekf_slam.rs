@@ -36,6 +36,7 @@ mod joint;
 mod landmark;
 mod merge;
 mod motion;
+mod readings;
 mod report;
 mod robot_state;
 mod sweep;
@@ -258,6 +259,13 @@ impl EkfSlam {
         self.scratch = scratch;
         self.forget(&mut report);
         self.cov.settle();
+        self.look_ahead();
+        self.report = report;
+        Ok(&self.report)
+    }
+
+    /// The estimate at the end of the odometry that is kept back.
+    fn look_ahead(&mut self) {
         self.ahead = RobotState {
             pose: self.pose,
             errors: self.errors,
@@ -266,8 +274,6 @@ impl EkfSlam {
         for odometry in &self.pending {
             self.ahead = self.ahead.moved_by(odometry);
         }
-        self.report = report;
-        Ok(&self.report)
     }
 
     /// Steps 3 and 4 for one line, in the robot frame of the state: its number, and what it is where all lines of the scan were

@@ -33,14 +33,24 @@ pub(super) enum Phase {
     Truncate { leg: Segment, has_turned: bool },
     /// To turn by this angle, and to scan then.
     TurnAndLook(f64),
-    /// To drive to this point, after so many turns.
-    Leg(Point2<f64>, usize),
+    /// To drive to this point.
+    Leg(Leg),
     /// A leg was begun here.
     Going(Point2<f64>),
     /// A turn was begun that is to be followed by a scan.
     Turning,
     /// That scan was asked for at this time.
     LookingAfterTurn(Stamp),
+}
+
+/// What is left to do of a leg.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leg {
+    to: Point2<f64>,
+    /// Turns towards it so far.
+    turns: usize,
+    /// Whether it follows a scan that followed a turn: then it is driven, whatever the next turn costs.
+    has_turned: bool,
 }
 
 /// Turns smaller than this are left to the next leg, rad.
@@ -83,7 +93,17 @@ impl Pilot {
             self.phase = Phase::Look;
             return Some(Command::Stop);
         }
+        if matches!(self.phase, Phase::Going(_)) && self.is_lost(now) {
+            self.phase = Phase::Look;
+            return Some(Command::Stop);
+        }
         None
+    }
+
+    /// Whether readings on the move did not keep the heading, and a scan may.
+    fn is_lost(&self, now: &Situation) -> bool {
+        now.heading_drift
+            .is_some_and(|drift| drift > self.config.leg_heading_sigma)
     }
 
     /// Whether somebody came whom a robot that runs forward (back, where negative) could not stand before.
@@ -114,7 +134,7 @@ impl Pilot {
                 self.cycle.tell(StageReport::Turn { angle });
                 Next::Tell(Command::Turn(angle))
             }
-            Phase::Leg(to, turns) => self.begin_leg(to, turns, now),
+            Phase::Leg(leg) => self.begin_leg(&leg, now),
             Phase::Going(from) => {
                 self.phase = Phase::Look;
                 if (now.estimate.pose.position() - from).norm() < 0.5 * SHORT_LEG {
@@ -195,7 +215,9 @@ impl Pilot {
         let turn = wrap(libm::atan2(way.y, way.x) - now.estimate.pose.heading());
         let trusted = trusted_length(turn, &self.model, self.config.leg_heading_sigma);
         // Once for each leg: where two ways are alike, the robot must not turn to and fro.
-        if trusted < 2.0 * SHORT_LEG && !has_turned {
+        // What readings on the move correct shows after the turn.
+        let is_led = now.heading_drift.is_some();
+        if trusted < 2.0 * SHORT_LEG && !has_turned && !is_led {
             self.tell_cut(0.0, leg, Cut::TurnFirst);
             self.phase = Phase::TurnAndLook(turn);
             return Next::Stage;
@@ -204,14 +226,24 @@ impl Pilot {
         let cuts = [
             (self.seen_length(leg, now), Cut::Unseen),
             (self.config.longest_leg, Cut::Longest),
-            (trusted.max(2.0 * SHORT_LEG), Cut::Odometry),
+            (
+                match is_led {
+                    true => f64::INFINITY,
+                    false => trusted.max(2.0 * SHORT_LEG),
+                },
+                Cut::Odometry,
+            ),
         ];
         let (length, cut) = cuts.into_iter().fold((whole, Cut::Nothing), |least, next| {
             if next.0 < least.0 { next } else { least }
         });
         self.tell_cut(length, leg, cut);
         let to = leg.a + way * (length / whole).min(1.0);
-        self.phase = Phase::Leg(to, 0);
+        self.phase = Phase::Leg(Leg {
+            to,
+            turns: 0,
+            has_turned,
+        });
         Next::Stage
     }
 
@@ -221,12 +253,20 @@ impl Pilot {
     }
 
     /// Turns towards the end of the leg, then drives.
-    fn begin_leg(&mut self, to: Point2<f64>, turns: usize, now: &Situation) -> Next {
+    fn begin_leg(&mut self, leg: &Leg, now: &Situation) -> Next {
+        let &Leg { to, turns, has_turned } = leg;
+        if turns > 0 && !has_turned && self.is_lost(now) {
+            self.phase = Phase::Turning;
+            return Next::Stage;
+        }
         let pose = &now.estimate.pose;
         let way = to - pose.position();
         let angle = wrap(libm::atan2(way.y, way.x) - pose.heading());
         if angle.abs() > SMALL_TURN && turns < 3 {
-            self.phase = Phase::Leg(to, turns + 1);
+            self.phase = Phase::Leg(Leg {
+                turns: turns + 1,
+                ..*leg
+            });
             self.cycle.tell(StageReport::Turn { angle });
             return Next::Tell(Command::Turn(angle));
         }

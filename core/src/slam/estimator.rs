@@ -162,6 +162,18 @@ impl Estimator {
         }
     }
 
+    /// Takes in readings between two scans, where the method can; `unsteady` is how far the direction of each beam errs because the
+    /// robot moves, rad. Tells whether it can.
+    pub(super) fn take_readings(&mut self, points: &Points, unsteady: f64) -> bool {
+        match self {
+            Self::Lines { ekf, .. } => {
+                ekf.take_readings(points, unsteady);
+                true
+            }
+            _ => false,
+        }
+    }
+
     /// First part of a scan: the lines in it, for a method that uses them.
     pub(super) fn find_lines(&mut self, points: &Points) -> Result<(), SlamError> {
         if let Self::Lines {
