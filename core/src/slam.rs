@@ -25,7 +25,8 @@ use std::borrow::Cow;
 use nalgebra::Point2;
 
 use crate::estimation::{
-    Correlations, EkfError, Landmark, Match, OdometryErrors, ScanMatcherError, UpdateReport,
+    Correlations, EkfError, Landmark, Match, OdometryErrors, Readings, ScanMatcherError,
+    UpdateReport,
 };
 use crate::features::{LineError, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
@@ -255,8 +256,12 @@ impl Slam {
         let look = self.near.without_folded(look, &moved);
         let points = self.points_of(&look);
         let (_, turn) = self.speeds();
-        let unsteady = HELD_FOR * turn.abs();
-        self.is_led_by_looks = self.estimator.take_readings(&points, unsteady);
+        let readings = Readings {
+            points: &points,
+            scanned: self.scanned(),
+            unsteady: HELD_FOR * turn.abs(),
+        };
+        self.is_led_by_looks = self.estimator.take_readings(&readings);
         let Some(walkers) = &mut self.walkers else {
             return Ok(());
         };
@@ -264,6 +269,13 @@ impl Slam {
             self.near.came(at);
         }
         Ok(())
+    }
+
+    /// Hits of the last scan, robot frame of now.
+    fn scanned(&self) -> Vec<Point2<f64>> {
+        let now_from_scan = self.motion_since_scan.inverse();
+        let hits = self.points.iter().flat_map(Points::hits);
+        hits.map(|beam| now_from_scan * beam.end_in_robot).collect()
     }
 
     /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids, of the vector map and of the scan matcher

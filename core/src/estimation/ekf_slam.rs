@@ -62,6 +62,7 @@ pub use self::config::{Consistency, EkfConfig, MergeConfig};
 pub use self::correlations::Correlations;
 pub use self::input::EkfError;
 pub use self::landmark::{Landmark, LandmarkId};
+pub use self::readings::Readings;
 pub use self::report::{
     Considered, Explanation, Fix, Gate, Match, Merged, Rejected, Rejection, UpdateReport, Verdict,
 };

@@ -254,7 +254,11 @@ impl Pilot {
 
     /// Turns towards the end of the leg, then drives.
     fn begin_leg(&mut self, leg: &Leg, now: &Situation) -> Next {
-        let &Leg { to, turns, has_turned } = leg;
+        let &Leg {
+            to,
+            turns,
+            has_turned,
+        } = leg;
         if turns > 0 && !has_turned && self.is_lost(now) {
             self.phase = Phase::Turning;
             return Next::Stage;
@@ -276,14 +280,32 @@ impl Pilot {
         }
         self.phase = Phase::Going(pose.position());
         let wished = way.norm();
-        let length = self.free_way(1.0, wished, now);
+        let length = self.free_leg(wished, now);
         self.cycle.tell(StageReport::Go { length, wished });
         Next::Tell(Command::Forward(length))
     }
 
+    /// How much of a leg the last scan shows to be free, m. Where it is longer than the heading keeps by odometry, beside it by so much
+    /// more as the robot may stray meanwhile: readings tell where it is, and do not steer it.
+    fn free_leg(&self, length: f64, now: &Situation) -> f64 {
+        let free = self.free_way(1.0, length, now);
+        let trusted = trusted_length(0.0, &self.model, self.config.leg_heading_sigma);
+        if free <= trusted {
+            return free;
+        }
+        let beside = 2.0 * strayed(free, &self.model);
+        let wide = self.free_beside(1.0, beside, free, now);
+        wide.max(trusted)
+    }
+
     /// How much of `length` (m) the last scan shows to be free ahead (`direction` 1) or behind (-1).
     fn free_way(&self, direction: f64, length: f64, now: &Situation) -> f64 {
-        let radius = self.model.radius() + self.config.safe.gap;
+        self.free_beside(direction, 0.0, length, now)
+    }
+
+    /// The same for a robot that is wider by `beside` to either side.
+    fn free_beside(&self, direction: f64, beside: f64, length: f64, now: &Situation) -> f64 {
+        let radius = self.model.radius() + self.config.safe.gap + beside;
         let free = now.points.map_or(length, |points| {
             let along = (direction, 0.0);
             free_distance(along, points, &now.motion_since_scan, radius, length)
@@ -323,6 +345,16 @@ fn trusted_length(turn: f64, model: &RobotModel, sigma: f64) -> f64 {
         right: 1.0,
     });
     (sigma * sigma - by_turn) / per_metre.max(f64::MIN_POSITIVE)
+}
+
+/// How far a leg by odometry alone strays to a side, m: a standard deviation of the integral of the heading's random walk.
+fn strayed(length: f64, model: &RobotModel) -> f64 {
+    let metre = Tracks {
+        left: 1.0,
+        right: 1.0,
+    };
+    let per_metre = metre.covariance(model.track_width, &model.odometry_noise)[(2, 2)];
+    (per_metre * length * length * length / 3.0).sqrt()
 }
 
 /// A scan when the robot has been driven by hand and stands again.

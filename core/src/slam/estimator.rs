@@ -2,7 +2,7 @@
 
 use super::localiser::Localiser;
 use super::{KnownFit, Method, SlamConfig, SlamError};
-use crate::estimation::{EkfSlam, ScanMatcher, SweepSmoother, SweepTiming, UpdateReport};
+use crate::estimation::{EkfSlam, Readings, ScanMatcher, SweepSmoother, SweepTiming, UpdateReport};
 use crate::features::{LineExtractor, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::map::{Evidence, Grid};
@@ -162,12 +162,11 @@ impl Estimator {
         }
     }
 
-    /// Takes in readings between two scans, where the method can; `unsteady` is how far the direction of each beam errs because the
-    /// robot moves, rad. Tells whether it can.
-    pub(super) fn take_readings(&mut self, points: &Points, unsteady: f64) -> bool {
+    /// Takes in readings between two scans, where the method can; tells whether it can.
+    pub(super) fn take_readings(&mut self, readings: &Readings) -> bool {
         match self {
             Self::Lines { ekf, .. } => {
-                ekf.take_readings(points, unsteady);
+                ekf.take_readings(readings);
                 true
             }
             _ => false,

@@ -1,18 +1,21 @@
 //! Between two scans: single readings of a robot that moves, each of which says that one point lies on a known wall.
 //!
-//! In: points in the robot frame of now. Out: a better pose, and walls that move with it.
+//! In: points in the robot frame of now, and what the last scan hit. Out: a better pose, and walls that move with it.
 //!
 //! 1. A reading is of the wall that its beam meets first. It counts only where that is beyond doubt: a confirmed wall, met well inside
-//!    of its known part and not at a flat angle, and no other wall near that point or before it.
-//! 2. The point's distance from the wall is n·p - r, a line through p of which no direction is known: the update of a line with the
-//!    wall's own direction and a variance of it so large that only the distance tells.
-//! 3. What is farther off than [`SIGMAS`] is of something else, and left out.
-//! 4. Walls are no better known by that, nor longer: sightings, ends and names are for scans.
+//!    of its known part and not at a flat angle, and no other wall near that point.
+//! 2. The known part of a wall has doors in it, whose jambs stand a decimetre behind its line, and things stand before it. So the last
+//!    scan must have hit the wall on both sides of the point, and nothing near it that does not lie on the wall. In `doors`, ten
+//!    explorations, the mean NEES of the pose is 120 without this step and 7.1 with it.
+//! 3. The point's distance from the wall is n·p - r: a line through p of which no direction is known. It is taken in as such a line,
+//!    with the direction that is expected and a variance of it so large that only the distance tells.
+//! 4. What is farther off than [`SIGMAS`] is of something else, and left out.
+//! 5. Walls do not become longer or more sure by that: sightings, ends and names are for scans.
 //!
-//! Readings err together, by the rangers' fitted characteristic: each is taken to err by [`EkfConfig::r_sigma`] more, and by
-//! [`TOGETHER`] times all of that, which [`super::EkfSlam::update`] has for a whole line.
+//! Readings of rangers err together, by the fitted characteristic, which a filter does not know: each counts as if it erred by
+//! [`TOGETHER`] times what it does by itself. With 1.5 instead of 2.5 the NEES of step 2 is 7.1, with 2.5 it is 3.5 (3 is honest).
 //!
-//! [`EkfConfig::r_sigma`]: super::EkfConfig::r_sigma
+//! Ours; the update is that of TDK 2016 §3.4.
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
@@ -29,10 +32,26 @@ const FLATTEST: f64 = 0.5;
 const FROM_END: f64 = 0.1;
 /// Where another wall is met so near to the first, either may be meant, m.
 const APART: f64 = 0.2;
-/// How many times its own error a reading is taken to err, for that its errors are those of its neighbours.
-const TOGETHER: f64 = 1.5;
+/// To either side of the point the last scan must have hit the wall within this, m.
+const BESIDE: f64 = 0.12;
+/// Hits so far before or behind the wall are of something else, m; and farther than the second, of something elsewhere.
+const ON_WALL: f64 = 0.08;
+const AT_WALL: f64 = 0.25;
+/// How many times its own error a reading is taken to err, because its neighbours err with it.
+const TOGETHER: f64 = 2.5;
 /// Variance of the direction of a line of which one point is known, rad².
 const ANY_DIRECTION: f64 = 1.0;
+
+/// Readings of a robot that moves.
+#[derive(Clone, Debug)]
+pub struct Readings<'a> {
+    /// In the robot frame at their stamp, which is no earlier than the last scan's.
+    pub points: &'a Points,
+    /// What the last scan hit, in the same frame.
+    pub scanned: Vec<Point2<f64>>,
+    /// How far the direction of each beam errs because the robot moves, rad.
+    pub unsteady: f64,
+}
 
 /// A wall that a beam meets.
 #[derive(Clone, Copy, Debug)]
@@ -47,15 +66,13 @@ struct Met {
 }
 
 impl EkfSlam {
-    /// Takes in single readings, points in the robot frame at their stamp, which is no earlier than the last scan's. `unsteady` is how
-    /// the direction of each beam errs because the robot moves, rad. Tells how many counted.
-    pub fn take_readings(&mut self, points: &Points, unsteady: f64) -> usize {
-        self.advance_to(points.stamp.seconds());
+    /// Takes in single readings between two scans; tells how many counted.
+    pub fn take_readings(&mut self, readings: &Readings) -> usize {
+        self.advance_to(readings.points.stamp.seconds());
         let mut gain = std::mem::take(&mut self.scratch.gain);
-        let bearing_sigma = libm::hypot(points.bearing_sigma, unsteady);
-        let used = points
-            .hits()
-            .filter(|beam| self.take_reading(beam, bearing_sigma, &mut gain))
+        let hits = readings.points.hits();
+        let used = hits
+            .filter(|beam| self.take_reading(beam, readings, &mut gain))
             .count();
         self.scratch.gain = gain;
         self.cov.settle();
@@ -63,16 +80,23 @@ impl EkfSlam {
         used
     }
 
-    fn take_reading(&mut self, beam: &Beam, bearing_sigma: f64, gain: &mut Gain) -> bool {
+    /// Steps 1 to 4 for one reading.
+    fn take_reading(&mut self, beam: &Beam, readings: &Readings, gain: &mut Gain) -> bool {
         let Some(met) = self.first_met(beam) else {
             return false;
         };
         let expected = self.expect(met.landmark);
         let (sin, cos) = sin_cos(expected.line.alpha);
-        let end = beam.end_in_robot.coords;
-        let off = cos * end.x + sin * end.y - expected.line.r;
-        let along = cos * end.y - sin * end.x;
+        let normal = Vector2::new(cos, sin);
+        let way = beam.end_in_robot - beam.origin_in_robot;
+        let point = beam.origin_in_robot + way * (met.way / beam.range);
+        if !is_scanned(&readings.scanned, point, normal) {
+            return false;
+        }
+        let off = normal.dot(&beam.end_in_robot.coords) - expected.line.r;
+        let along = normal.perp(&beam.end_in_robot.coords);
         let flat = (1.0 - met.cos * met.cos).max(0.0).sqrt();
+        let bearing_sigma = libm::hypot(readings.points.bearing_sigma, readings.unsteady);
         let own = libm::hypot(met.cos * beam.sigma, flat * beam.range * bearing_sigma);
         let own = TOGETHER * libm::hypot(own, self.config.r_sigma);
         let own = own * own;
@@ -130,4 +154,21 @@ impl EkfSlam {
                 && entry.sightings >= self.config.confirm_sightings,
         })
     }
+}
+
+/// Step 2: whether the last scan hit the wall with this normal on both sides of the point, and there nothing else.
+fn is_scanned(scanned: &[Point2<f64>], point: Point2<f64>, normal: Vector2<f64>) -> bool {
+    let (mut before, mut after) = (false, false);
+    for hit in scanned {
+        let from = hit - point;
+        let (along, deep) = (normal.perp(&from), normal.dot(&from).abs());
+        if along.abs() >= BESIDE || deep >= AT_WALL {
+            continue;
+        }
+        if deep > ON_WALL {
+            return false;
+        }
+        (before, after) = (before || along < 0.0, after || along >= 0.0);
+    }
+    before && after
 }

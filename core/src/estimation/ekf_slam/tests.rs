@@ -13,6 +13,7 @@ mod association;
 mod consistency;
 mod dense;
 mod observability;
+mod readings;
 mod run;
 
 pub(super) const ONCE: SweepTiming = SweepTiming {
