@@ -25,8 +25,7 @@ use std::borrow::Cow;
 use nalgebra::Point2;
 
 use crate::estimation::{
-    Correlations, EkfError, Landmark, Match, OdometryErrors, Readings, ScanMatcherError,
-    UpdateReport,
+    Correlations, EkfError, Landmark, Match, OdometryErrors, ScanMatcherError, UpdateReport,
 };
 use crate::features::{LineError, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
@@ -39,9 +38,6 @@ use estimator::{Estimator, Sweep};
 pub use known::{KnownBy, KnownFit, KnownMap};
 pub use method::{Method, UnknownMethod};
 pub use sonars::SonarsConfig;
-
-/// How old a ranger's reading may be that is held, s, as a standard deviation: cycles of 38 ms.
-const HELD_FOR: f64 = 0.02;
 
 /// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -86,8 +82,6 @@ pub struct Slam {
     motion_since_scan: Pose2,
     /// Variance of the heading at the last scan, rad².
     heading_variance: f64,
-    /// Whether readings between scans correct the pose.
-    is_led_by_looks: bool,
     vector: VectorMap,
     /// What sonars beside the main sensor have drawn.
     sonar_grid: Option<Grid>,
@@ -132,7 +126,6 @@ impl Slam {
             obstacles: None,
             motion_since_scan: Pose2::identity(),
             heading_variance: 0.0,
-            is_led_by_looks: false,
             pending: None,
         })
     }
@@ -246,8 +239,8 @@ impl Slam {
         self.heading_variance = self.estimate().cov[(2, 2)];
     }
 
-    /// Takes a few readings on the move, of a sensor that scans only standing: they correct the pose by the walls that are known, where
-    /// the method can ([`Self::heading_drift`]), and tell who came since the last scan ([`Self::walkers`]).
+    /// Takes a few readings on the move, of a sensor that scans only standing: they tell who came since the last scan
+    /// ([`Self::walkers`]), and nothing of pose or map.
     ///
     /// # Errors    [`SlamError::Scan`]: the readings break a scan's promises.
     pub fn look(&mut self, look: &Scan) -> Result<(), SlamError> {
@@ -255,13 +248,6 @@ impl Slam {
         let moved = self.motion_since_scan;
         let look = self.near.without_folded(look, &moved);
         let points = self.points_of(&look);
-        let (_, turn) = self.speeds();
-        let readings = Readings {
-            points: &points,
-            scanned: self.scanned(),
-            unsteady: HELD_FOR * turn.abs(),
-        };
-        self.is_led_by_looks = self.estimator.take_readings(&readings);
         let Some(walkers) = &mut self.walkers else {
             return Ok(());
         };
@@ -269,13 +255,6 @@ impl Slam {
             self.near.came(at);
         }
         Ok(())
-    }
-
-    /// Hits of the last scan, robot frame of now.
-    fn scanned(&self) -> Vec<Point2<f64>> {
-        let now_from_scan = self.motion_since_scan.inverse();
-        let hits = self.points.iter().flat_map(Points::hits);
-        hits.map(|beam| now_from_scan * beam.end_in_robot).collect()
     }
 
     /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids, of the vector map and of the scan matcher
@@ -441,11 +420,11 @@ impl Slam {
         self.motion_since_scan
     }
 
-    /// How uncertain the heading has become since the last scan, rad; `None` where no readings on the move correct it.
+    /// How uncertain the heading has become since the last scan, rad: what odometry may err, as far as that is known by now.
     #[must_use]
-    pub fn heading_drift(&self) -> Option<f64> {
+    pub fn heading_drift(&self) -> f64 {
         let grown = self.estimate().cov[(2, 2)] - self.heading_variance;
-        self.is_led_by_looks.then(|| grown.max(0.0).sqrt())
+        grown.max(0.0).sqrt()
     }
 
     /// How fast the robot runs by its odometry, m/s and rad/s: a mean over a tenth of a second.

@@ -36,7 +36,6 @@ mod joint;
 mod landmark;
 mod merge;
 mod motion;
-mod readings;
 mod report;
 mod robot_state;
 mod sweep;
@@ -62,7 +61,6 @@ pub use self::config::{Consistency, EkfConfig, MergeConfig};
 pub use self::correlations::Correlations;
 pub use self::input::EkfError;
 pub use self::landmark::{Landmark, LandmarkId};
-pub use self::readings::Readings;
 pub use self::report::{
     Considered, Explanation, Fix, Gate, Match, Merged, Rejected, Rejection, UpdateReport, Verdict,
 };
@@ -260,13 +258,6 @@ impl EkfSlam {
         self.scratch = scratch;
         self.forget(&mut report);
         self.cov.settle();
-        self.look_ahead();
-        self.report = report;
-        Ok(&self.report)
-    }
-
-    /// The estimate at the end of the odometry that is kept back.
-    fn look_ahead(&mut self) {
         self.ahead = RobotState {
             pose: self.pose,
             errors: self.errors,
@@ -275,6 +266,8 @@ impl EkfSlam {
         for odometry in &self.pending {
             self.ahead = self.ahead.moved_by(odometry);
         }
+        self.report = report;
+        Ok(&self.report)
     }
 
     /// Steps 3 and 4 for one line, in the robot frame of the state: its number, and what it is where all lines of the scan were

@@ -22,8 +22,8 @@ pub use covariance::{Column, Covariance};
 pub use drive_fit::DriveFit;
 pub use ekf_slam::{
     Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Fix, Gate,
-    Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Readings, Rejected,
-    Rejection, SweepTiming, UpdateReport, Verdict,
+    Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejected, Rejection,
+    SweepTiming, UpdateReport, Verdict,
 };
 pub use line_localisation::{KnownLine, KnownMatch, LineLocaliser};
 pub use measures::{align, ate_rmse};

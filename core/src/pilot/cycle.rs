@@ -3,7 +3,8 @@
 //! 1. Scan, plan, truncate, turn, drive one leg, again. Each stage is told ([`StageReport`]), and can be done alone.
 //! 2. A leg ends where the map does, and where odometry would have lost the heading: tracks slip by degrees in a turn or
 //!    a metre, and the next scan has to find walls where the filter's first order still holds. A turn that uses all of
-//!    that up is followed by a scan, then by the leg.
+//!    that up is followed by a scan, then by the leg. With [`super::PilotConfig::legs_by_estimate`] the estimate says on the way when
+//!    that is; a leg that is longer than the model would have it needs so much more room beside it as the robot may stray.
 //! 3. A leg ends early where a bumper is pressed, and where a look on the move shows that somebody came whom the robot could not stand
 //!    before at its speed ([`leg_is_safe`]); then it looks round again. After such a look while it turned the leg is not begun.
 //!
@@ -100,10 +101,9 @@ impl Pilot {
         None
     }
 
-    /// Whether readings on the move did not keep the heading, and a scan may.
+    /// Whether the heading has become so uncertain that a scan comes next.
     fn is_lost(&self, now: &Situation) -> bool {
-        now.heading_drift
-            .is_some_and(|drift| drift > self.config.leg_heading_sigma)
+        self.config.legs_by_estimate && now.heading_drift > self.config.leg_heading_sigma
     }
 
     /// Whether somebody came whom a robot that runs forward (back, where negative) could not stand before.
@@ -215,8 +215,8 @@ impl Pilot {
         let turn = wrap(libm::atan2(way.y, way.x) - now.estimate.pose.heading());
         let trusted = trusted_length(turn, &self.model, self.config.leg_heading_sigma);
         // Once for each leg: where two ways are alike, the robot must not turn to and fro.
-        // What readings on the move correct shows after the turn.
-        let is_led = now.heading_drift.is_some();
+        // What the turn costs shows after it.
+        let is_led = self.config.legs_by_estimate;
         if trusted < 2.0 * SHORT_LEG && !has_turned && !is_led {
             self.tell_cut(0.0, leg, Cut::TurnFirst);
             self.phase = Phase::TurnAndLook(turn);
@@ -286,7 +286,7 @@ impl Pilot {
     }
 
     /// How much of a leg the last scan shows to be free, m. Where it is longer than the heading keeps by odometry, beside it by so much
-    /// more as the robot may stray meanwhile: readings tell where it is, and do not steer it.
+    /// more as the robot may stray meanwhile.
     fn free_leg(&self, length: f64, now: &Situation) -> f64 {
         let free = self.free_way(1.0, length, now);
         let trusted = trusted_length(0.0, &self.model, self.config.leg_heading_sigma);
@@ -383,6 +383,24 @@ fn has_moved(motion: &Pose2) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_leg_strays_by_the_integral_of_its_headings_random_walk() {
+        let model = RobotModel::rp6();
+        let per_metre =
+            2.0 * model.odometry_noise.per_metre / (model.track_width * model.track_width);
+        for length in [0.1, 0.4, 0.7] {
+            // Each millimetre turns by chance what is left of the leg.
+            let step = 1e-3;
+            let steps = (length / step) as usize;
+            let left = |i: usize| length - (i as f64 + 0.5) * step;
+            let variance: f64 = (0..steps)
+                .map(|i| per_metre * step * left(i) * left(i))
+                .sum();
+            let off = strayed(length, &model) - variance.sqrt();
+            assert!(off.abs() < 0.02 * variance.sqrt(), "{length}: {off}");
+        }
+    }
 
     #[test]
     fn leg_and_turn_together_cost_the_heading_what_was_allowed() {

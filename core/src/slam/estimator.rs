@@ -2,7 +2,7 @@
 
 use super::localiser::Localiser;
 use super::{KnownFit, Method, SlamConfig, SlamError};
-use crate::estimation::{EkfSlam, Readings, ScanMatcher, SweepSmoother, SweepTiming, UpdateReport};
+use crate::estimation::{EkfSlam, ScanMatcher, SweepSmoother, SweepTiming, UpdateReport};
 use crate::features::{LineExtractor, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::map::{Evidence, Grid};
@@ -159,17 +159,6 @@ impl Estimator {
             }
             Self::Known { extractor, .. } => **extractor = LineExtractor::new(config.lines),
             Self::Odometry { .. } | Self::Matching { .. } => {}
-        }
-    }
-
-    /// Takes in readings between two scans, where the method can; tells whether it can.
-    pub(super) fn take_readings(&mut self, readings: &Readings) -> bool {
-        match self {
-            Self::Lines { ekf, .. } => {
-                ekf.take_readings(readings);
-                true
-            }
-            _ => false,
         }
     }
 

@@ -13,7 +13,6 @@ mod association;
 mod consistency;
 mod dense;
 mod observability;
-mod readings;
 mod run;
 
 pub(super) const ONCE: SweepTiming = SweepTiming {
