@@ -111,6 +111,7 @@ fn run(arguments: &Arguments, mode: Mode, seed: u64) -> Result<()> {
             points: points.as_ref(),
             walkers: &[],
             motion_since_scan: scanned_at.delta_to(&pose),
+            heading_drift: 0.0,
             speeds: sim.speeds(),
             bumpers: sim.bumpers(),
             robot_is_busy: sim.is_busy(),

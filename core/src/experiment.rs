@@ -336,6 +336,7 @@ fn situation<'a>(sim: &Simulation, slam: &'a Slam, estimate: &'a PoseEstimate) -
         walkers: slam.walkers(),
         bumpers: sim.bumpers(),
         motion_since_scan: slam.motion_since_scan(),
+        heading_drift: slam.heading_drift(),
         speeds: slam.speeds(),
         robot_is_busy: sim.is_busy(),
         scans_on_command: sim.scans_on_command(),

@@ -60,6 +60,8 @@ pub struct Situation<'a> {
     pub walkers: &'a [Point2<f64>],
     /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.
     pub motion_since_scan: Pose2,
+    /// How uncertain the heading has become since, rad ([`crate::slam::Slam::heading_drift`]).
+    pub heading_drift: f64,
     /// How fast the robot runs by its odometry, m/s and rad/s ([`crate::slam::Slam::speeds`]).
     pub speeds: (f64, f64),
     /// Which bumpers are pressed.

@@ -76,6 +76,8 @@ pub struct Slam {
     /// The same points, with what is near and was not seen.
     obstacles: Option<Points>,
     motion_since_scan: Pose2,
+    /// Variance of the heading at the last scan, rad².
+    heading_variance: f64,
     vector: VectorMap,
     /// What sonars beside the main sensor have drawn.
     sonar_grid: Option<Grid>,
@@ -119,6 +121,7 @@ impl Slam {
             points: None,
             obstacles: None,
             motion_since_scan: Pose2::identity(),
+            heading_variance: 0.0,
             pending: None,
         })
     }
@@ -229,6 +232,7 @@ impl Slam {
         self.obstacles = Some(self.near.with_unseen(&points));
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
+        self.heading_variance = self.estimate().cov[(2, 2)];
     }
 
     /// Takes a few readings on the move, of a sensor that scans only standing: they tell who came since the last scan

@@ -116,6 +116,7 @@ impl State {
             walkers: self.slam.walkers(),
             bumpers: self.bumpers,
             motion_since_scan: self.slam.motion_since_scan(),
+            heading_drift: self.slam.heading_drift(),
             speeds: self.slam.speeds(),
             robot_is_busy,
             scans_on_command: self.figures.as_ref().is_some_and(|f| f.scans_on_command),

@@ -43,6 +43,10 @@ pub struct PilotConfig {
     /// 0.05, 3°. Growing: fewer scans, more walls that are not recognised: of 40 errands of the rp6 in `arena` 38 arrive at
     /// 0.06, and 11 of 20 at 0.12.
     pub leg_heading_sigma: f64,
+    /// Whether a leg goes on until the estimate says that the heading is so uncertain, and a turn is followed by a scan only then; else
+    /// both are judged beforehand by the model alone. Default false. With rangers true saves a sixth of the time in `arena` and `doors`
+    /// (20 of 20 each without contact), but a robot among people (`crowd`, seed 1) drove into one in an hour, and into none with false.
+    pub legs_by_estimate: bool,
 }
 
 impl Default for PilotConfig {
@@ -65,6 +69,7 @@ impl Default for PilotConfig {
             looks: 4,
             longest_leg: 0.7,
             leg_heading_sigma: 0.05,
+            legs_by_estimate: false,
         }
     }
 }

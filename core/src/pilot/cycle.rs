@@ -3,7 +3,8 @@
 //! 1. Scan, plan, truncate, turn, drive one leg, again. Each stage is told ([`StageReport`]), and can be done alone.
 //! 2. A leg ends where the map does, and where odometry would have lost the heading: tracks slip by degrees in a turn or
 //!    a metre, and the next scan has to find walls where the filter's first order still holds. A turn that uses all of
-//!    that up is followed by a scan, then by the leg.
+//!    that up is followed by a scan, then by the leg. With [`super::PilotConfig::legs_by_estimate`] the estimate says on the way when
+//!    that is; a leg that is longer than the model would have it needs so much more room beside it as the robot may stray.
 //! 3. A leg ends early where a bumper is pressed, and where a look on the move shows that somebody came whom the robot could not stand
 //!    before at its speed ([`leg_is_safe`]); then it looks round again. After such a look while it turned the leg is not begun.
 //!
@@ -33,14 +34,24 @@ pub(super) enum Phase {
     Truncate { leg: Segment, has_turned: bool },
     /// To turn by this angle, and to scan then.
     TurnAndLook(f64),
-    /// To drive to this point, after so many turns.
-    Leg(Point2<f64>, usize),
+    /// To drive to this point.
+    Leg(Leg),
     /// A leg was begun here.
     Going(Point2<f64>),
     /// A turn was begun that is to be followed by a scan.
     Turning,
     /// That scan was asked for at this time.
     LookingAfterTurn(Stamp),
+}
+
+/// What is left to do of a leg.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leg {
+    to: Point2<f64>,
+    /// Turns towards it so far.
+    turns: usize,
+    /// Whether it follows a scan that followed a turn: then it is driven, whatever the next turn costs.
+    has_turned: bool,
 }
 
 /// Turns smaller than this are left to the next leg, rad.
@@ -83,7 +94,16 @@ impl Pilot {
             self.phase = Phase::Look;
             return Some(Command::Stop);
         }
+        if matches!(self.phase, Phase::Going(_)) && self.is_lost(now) {
+            self.phase = Phase::Look;
+            return Some(Command::Stop);
+        }
         None
+    }
+
+    /// Whether the heading has become so uncertain that a scan comes next.
+    fn is_lost(&self, now: &Situation) -> bool {
+        self.config.legs_by_estimate && now.heading_drift > self.config.leg_heading_sigma
     }
 
     /// Whether somebody came whom a robot that runs forward (back, where negative) could not stand before.
@@ -114,7 +134,7 @@ impl Pilot {
                 self.cycle.tell(StageReport::Turn { angle });
                 Next::Tell(Command::Turn(angle))
             }
-            Phase::Leg(to, turns) => self.begin_leg(to, turns, now),
+            Phase::Leg(leg) => self.begin_leg(&leg, now),
             Phase::Going(from) => {
                 self.phase = Phase::Look;
                 if (now.estimate.pose.position() - from).norm() < 0.5 * SHORT_LEG {
@@ -195,7 +215,9 @@ impl Pilot {
         let turn = wrap(libm::atan2(way.y, way.x) - now.estimate.pose.heading());
         let trusted = trusted_length(turn, &self.model, self.config.leg_heading_sigma);
         // Once for each leg: where two ways are alike, the robot must not turn to and fro.
-        if trusted < 2.0 * SHORT_LEG && !has_turned {
+        // What the turn costs shows after it.
+        let is_led = self.config.legs_by_estimate;
+        if trusted < 2.0 * SHORT_LEG && !has_turned && !is_led {
             self.tell_cut(0.0, leg, Cut::TurnFirst);
             self.phase = Phase::TurnAndLook(turn);
             return Next::Stage;
@@ -204,14 +226,24 @@ impl Pilot {
         let cuts = [
             (self.seen_length(leg, now), Cut::Unseen),
             (self.config.longest_leg, Cut::Longest),
-            (trusted.max(2.0 * SHORT_LEG), Cut::Odometry),
+            (
+                match is_led {
+                    true => f64::INFINITY,
+                    false => trusted.max(2.0 * SHORT_LEG),
+                },
+                Cut::Odometry,
+            ),
         ];
         let (length, cut) = cuts.into_iter().fold((whole, Cut::Nothing), |least, next| {
             if next.0 < least.0 { next } else { least }
         });
         self.tell_cut(length, leg, cut);
         let to = leg.a + way * (length / whole).min(1.0);
-        self.phase = Phase::Leg(to, 0);
+        self.phase = Phase::Leg(Leg {
+            to,
+            turns: 0,
+            has_turned,
+        });
         Next::Stage
     }
 
@@ -221,12 +253,24 @@ impl Pilot {
     }
 
     /// Turns towards the end of the leg, then drives.
-    fn begin_leg(&mut self, to: Point2<f64>, turns: usize, now: &Situation) -> Next {
+    fn begin_leg(&mut self, leg: &Leg, now: &Situation) -> Next {
+        let &Leg {
+            to,
+            turns,
+            has_turned,
+        } = leg;
+        if turns > 0 && !has_turned && self.is_lost(now) {
+            self.phase = Phase::Turning;
+            return Next::Stage;
+        }
         let pose = &now.estimate.pose;
         let way = to - pose.position();
         let angle = wrap(libm::atan2(way.y, way.x) - pose.heading());
         if angle.abs() > SMALL_TURN && turns < 3 {
-            self.phase = Phase::Leg(to, turns + 1);
+            self.phase = Phase::Leg(Leg {
+                turns: turns + 1,
+                ..*leg
+            });
             self.cycle.tell(StageReport::Turn { angle });
             return Next::Tell(Command::Turn(angle));
         }
@@ -236,14 +280,32 @@ impl Pilot {
         }
         self.phase = Phase::Going(pose.position());
         let wished = way.norm();
-        let length = self.free_way(1.0, wished, now);
+        let length = self.free_leg(wished, now);
         self.cycle.tell(StageReport::Go { length, wished });
         Next::Tell(Command::Forward(length))
     }
 
+    /// How much of a leg the last scan shows to be free, m. Where it is longer than the heading keeps by odometry, beside it by so much
+    /// more as the robot may stray meanwhile.
+    fn free_leg(&self, length: f64, now: &Situation) -> f64 {
+        let free = self.free_way(1.0, length, now);
+        let trusted = trusted_length(0.0, &self.model, self.config.leg_heading_sigma);
+        if free <= trusted {
+            return free;
+        }
+        let beside = 2.0 * strayed(free, &self.model);
+        let wide = self.free_beside(1.0, beside, free, now);
+        wide.max(trusted)
+    }
+
     /// How much of `length` (m) the last scan shows to be free ahead (`direction` 1) or behind (-1).
     fn free_way(&self, direction: f64, length: f64, now: &Situation) -> f64 {
-        let radius = self.model.radius() + self.config.safe.gap;
+        self.free_beside(direction, 0.0, length, now)
+    }
+
+    /// The same for a robot that is wider by `beside` to either side.
+    fn free_beside(&self, direction: f64, beside: f64, length: f64, now: &Situation) -> f64 {
+        let radius = self.model.radius() + self.config.safe.gap + beside;
         let free = now.points.map_or(length, |points| {
             let along = (direction, 0.0);
             free_distance(along, points, &now.motion_since_scan, radius, length)
@@ -285,6 +347,16 @@ fn trusted_length(turn: f64, model: &RobotModel, sigma: f64) -> f64 {
     (sigma * sigma - by_turn) / per_metre.max(f64::MIN_POSITIVE)
 }
 
+/// How far a leg by odometry alone strays to a side, m: a standard deviation of the integral of the heading's random walk.
+fn strayed(length: f64, model: &RobotModel) -> f64 {
+    let metre = Tracks {
+        left: 1.0,
+        right: 1.0,
+    };
+    let per_metre = metre.covariance(model.track_width, &model.odometry_noise)[(2, 2)];
+    (per_metre * length * length * length / 3.0).sqrt()
+}
+
 /// A scan when the robot has been driven by hand and stands again.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct HandScan {
@@ -311,6 +383,24 @@ fn has_moved(motion: &Pose2) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_leg_strays_by_the_integral_of_its_headings_random_walk() {
+        let model = RobotModel::rp6();
+        let per_metre =
+            2.0 * model.odometry_noise.per_metre / (model.track_width * model.track_width);
+        for length in [0.1, 0.4, 0.7] {
+            // Each millimetre turns by chance what is left of the leg.
+            let step = 1e-3;
+            let steps = (length / step) as usize;
+            let left = |i: usize| length - (i as f64 + 0.5) * step;
+            let variance: f64 = (0..steps)
+                .map(|i| per_metre * step * left(i) * left(i))
+                .sum();
+            let off = strayed(length, &model) - variance.sqrt();
+            assert!(off.abs() < 0.02 * variance.sqrt(), "{length}: {off}");
+        }
+    }
 
     #[test]
     fn leg_and_turn_together_cost_the_heading_what_was_allowed() {

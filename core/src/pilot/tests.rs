@@ -101,6 +101,7 @@ impl Toy {
             points: Some(&self.points),
             walkers: &[],
             motion_since_scan: self.scanned_at.delta_to(&self.pose),
+            heading_drift: 0.0,
             speeds: self.speeds,
             bumpers: Bumpers::default(),
             robot_is_busy: false,
@@ -250,6 +251,58 @@ fn a_silent_lidar_holds_the_robot() {
 }
 
 #[test]
+fn a_leg_ends_where_the_heading_is_no_longer_known_and_a_scan_follows() {
+    // (legs by the estimate, drift, stopped)
+    for (by_estimate, drift, stopped) in [
+        (true, 0.04, false),
+        (true, 0.06, true),
+        (false, 0.06, false),
+    ] {
+        let toy = Toy::new(flat(), Pose2::identity(), RobotModel::rp6());
+        let config = PilotConfig {
+            legs_by_estimate: by_estimate,
+            ..PilotConfig::default()
+        };
+        let mut pilot = Pilot::new(toy.model, config, 0);
+        pilot.set_mode(Mode::GoTo(Point2::new(2.0, 0.0)));
+        let estimate = PoseEstimate::exact(toy.pose);
+        let mut points = toy.points.clone();
+        let mut steer = |seconds: f64, drift: f64, busy: bool| {
+            points.stamp = Stamp::from_seconds(seconds);
+            pilot.steer(&Situation {
+                stamp: points.stamp,
+                estimate: &estimate,
+                grid: &toy.grid,
+                points: Some(&points),
+                walkers: &[],
+                motion_since_scan: Pose2::identity(),
+                heading_drift: drift,
+                speeds: (0.3, 0.0),
+                bumpers: Bumpers::default(),
+                robot_is_busy: busy,
+                scans_on_command: true,
+            })
+        };
+        assert_eq!(steer(1.0, 0.0, false), Some(Command::Scan));
+        let mut told = steer(2.0, 0.0, false);
+        if matches!(told, Some(Command::Turn(_))) {
+            told = steer(2.1, 0.0, false);
+        }
+        assert!(
+            matches!(told, Some(Command::Turn(_) | Command::Forward(_))),
+            "{told:?}"
+        );
+        while !matches!(told, Some(Command::Forward(_))) {
+            told = steer(2.2, 0.0, false);
+        }
+        assert_eq!(steer(2.5, drift, true), stopped.then_some(Command::Stop));
+        if stopped {
+            assert_eq!(steer(3.0, drift, false), Some(Command::Scan));
+        }
+    }
+}
+
+#[test]
 fn an_errand_waits_for_a_silent_lidar_says_so_and_goes_on() {
     let mut toy = Toy::new(flat(), Pose2::identity(), RobotModel::rp6());
     let mut pilot = pilot(toy.model, Mode::Explore, 3);
@@ -262,6 +315,7 @@ fn an_errand_waits_for_a_silent_lidar_says_so_and_goes_on() {
             stamp: points.stamp.plus(f64::from(tick) * TICK),
             points: Some(&points),
             motion_since_scan: Pose2::identity(),
+            heading_drift: 0.0,
             speeds: (0.0, 0.0),
             ..toy.situation(&estimate)
         });

@@ -146,6 +146,13 @@ impl Slam {
         self.motion_since_scan
     }
 
+    /// How uncertain the heading has become since the last scan, rad: what odometry may err, as far as that is known by now.
+    #[must_use]
+    pub fn heading_drift(&self) -> f64 {
+        let grown = self.estimate().cov[(2, 2)] - self.heading_variance;
+        grown.max(0.0).sqrt()
+    }
+
     /// How fast the robot runs by its odometry, m/s and rad/s: a mean over a tenth of a second.
     #[must_use]
     pub fn speeds(&self) -> (f64, f64) {

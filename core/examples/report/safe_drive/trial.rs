@@ -208,6 +208,7 @@ impl Guard {
                     points: slam.obstacles(),
                     walkers: slam.walkers(),
                     motion_since_scan: slam.motion_since_scan(),
+                    heading_drift: 0.0,
                     speeds: slam.speeds(),
                     bumpers: sim.bumpers(),
                     robot_is_busy: sim.is_busy(),

@@ -233,6 +233,18 @@ pub(super) const DRIVING: &[Setting] = &[
         set: |s, v| s.pilot.leg_heading_sigma = v,
     },
     Setting {
+        key: "pilot.legs_by_estimate",
+        group: "Planning and driving",
+        name: "Legs by the estimate",
+        unit: "",
+        range: [0.0, 1.0],
+        kind: Kind::Switch,
+        acts: Acts::AtOnce,
+        meaning: "Rangers: drives on until the estimate says that the heading is lost, instead of judging that beforehand. Faster, and less safe among people.",
+        get: |s| Some(f64::from(u8::from(s.pilot.legs_by_estimate))),
+        set: |s, v| s.pilot.legs_by_estimate = v > 0.5,
+    },
+    Setting {
         key: "explore.min_width",
         group: "Exploration",
         name: "Narrowest frontier",
