@@ -53,6 +53,12 @@ pub(super) fn outline_is_blocked(
     !follows(outline, &corners, None, &space)
 }
 
+/// Whether a disc fits at a point.
+pub(super) fn disc_fits(grid: &Grid, at: Point2<f64>, radius: f64) -> bool {
+    cells_around(grid, &[at], radius)
+        .is_none_or(|cells| GridSpace::new(grid, cells, radius, Unknown::Free).is_free(at))
+}
+
 /// The corners in the first `length` metres of a path, and where these end.
 fn beginning(path: &Path, length: f64) -> Vec<Point2<f64>> {
     let mut corners: Vec<_> = path.points.first().copied().into_iter().collect();

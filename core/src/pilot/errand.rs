@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use super::around::Detour;
-use super::blocked::{is_blocked, outline_is_blocked};
+use super::blocked::{disc_fits, is_blocked, outline_is_blocked};
 use super::explorer::{Explorer, Reason};
 use super::{Failure, Finish, Homecoming, Mode, Pilot, Situation, Status};
 use crate::control::{Follower, ProgressWatch};
@@ -345,12 +345,20 @@ impl Pilot {
         }
         self.errand.goal = Some(goal);
         let radius = self.model.radius();
-        let of_disc = plan_route(now.grid, start, goal, radius, &config, &mut self.rng);
-        let planned = match of_disc {
-            Err(_) if self.goes_by_outline(now) => {
-                plan_outline_route(now.grid, &now.estimate.pose, goal, &self.model, &config)
-            }
-            of_disc => of_disc,
+        let by_outline =
+            || plan_outline_route(now.grid, &now.estimate.pose, goal, &self.model, &config);
+        // In a door that the disc does not pass its way would begin with a turn that the outline cannot make.
+        let is_outline = self.goes_by_outline(now);
+        let planned = match is_outline && !disc_fits(now.grid, start, radius) {
+            true => by_outline().ok(),
+            false => None,
+        };
+        let planned = match planned {
+            Some(route) => Ok(route),
+            None => match plan_route(now.grid, start, goal, radius, &config, &mut self.rng) {
+                Err(_) if is_outline => by_outline(),
+                of_disc => of_disc,
+            },
         };
         match planned {
             Ok(route) => {
