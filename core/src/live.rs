@@ -1,4 +1,4 @@
-//! The whole loop over a bridge: what robot and sensors say feeds [`Slam`], and what [`Pilot`] decides goes back to the robot.
+//! The whole loop over a bridge: what robot and sensors say feeds [`crate::slam::Slam`], and what [`crate::pilot::Pilot`] decides goes back to the robot.
 //!
 //! ```text
 //!   bridge ── messages ──> Client ── odometry, scans ──> Timeline ──> Slam ── estimate, grid ──> Pilot ──┐

@@ -263,9 +263,9 @@ fn check_size(faces: &[Segment], spacing: f64) -> Result<(), EkfError> {
     let count: f64 = finite.map(|face| (face.length() / spacing).ceil()).sum();
     if count > MOST_PIECES {
         return Err(EkfError::Setting {
-            field: "length of the known map's walls, m",
-            value: count * spacing,
-            expected: "at most two million pieces of a wall",
+            field: "number of pieces of the known map's walls",
+            value: count,
+            expected: "at most 2 000 000; with known.by = 0 the robot is found by lines, however long",
         });
     }
     let ends = faces.iter().flat_map(|face| [face.a, face.b]);
