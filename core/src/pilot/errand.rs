@@ -347,16 +347,13 @@ impl Pilot {
         let radius = self.model.radius();
         let by_outline =
             || plan_outline_route(now.grid, &now.estimate.pose, goal, &self.model, &config);
-        // In a door that the disc does not pass its way would begin with a turn that the outline cannot make.
         let is_outline = self.goes_by_outline(now);
-        let planned = match is_outline && !disc_fits(now.grid, start, radius) {
-            true => by_outline().ok(),
-            false => None,
-        };
-        let planned = match planned {
-            Some(route) => Ok(route),
-            None => match plan_route(now.grid, start, goal, radius, &config, &mut self.rng) {
-                Err(_) if is_outline => by_outline(),
+        // In a door that the disc does not pass its way would begin with a turn that the outline cannot make.
+        let first = (is_outline && !disc_fits(now.grid, start, radius)).then(by_outline);
+        let planned = match first {
+            Some(Ok(route)) => Ok(route),
+            first => match plan_route(now.grid, start, goal, radius, &config, &mut self.rng) {
+                Err(_) if is_outline => first.unwrap_or_else(by_outline),
                 of_disc => of_disc,
             },
         };
