@@ -153,7 +153,7 @@ impl ScanMatcher {
             .pending
             .take()
             .unwrap_or_else(|| Odometry::standing(points.stamp));
-        let predicted = self.carried_on(&moved);
+        let predicted = carried_on(&self.local_estimate(), &moved);
         let registration = (!self.running.surfels().is_empty()).then(|| {
             let prior = self.prior(&predicted, &moved);
             *locate(&surfaces, &self.running, &prior, 0, &self.config.locate).registration()
@@ -183,9 +183,15 @@ impl ScanMatcher {
         self.work_off(usize::MAX);
     }
 
-    /// The pose in the map, with its covariance.
+    /// The pose in the map, with its covariance, the odometry since the last scan included.
     #[must_use]
     pub fn estimate(&self) -> PoseEstimate {
+        let at_scan = self.estimate_at_scan();
+        self.pending
+            .map_or(at_scan, |since| carried_on(&at_scan, &since))
+    }
+
+    fn estimate_at_scan(&self) -> PoseEstimate {
         let map_from_submap = self.map_from_running();
         let (cos, sin) = map_from_submap.cos_sin();
         let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
@@ -346,6 +352,21 @@ impl ScanMatcher {
             self.begin_redraw(self.config.last_redraw * shift);
             self.draw_on(budget);
         }
+    }
+}
+
+/// An estimate moved on by odometry.
+fn carried_on(before: &PoseEstimate, moved: &Odometry) -> PoseEstimate {
+    let before = Odometry {
+        from: moved.from,
+        to: moved.from,
+        motion: before.pose,
+        cov: before.cov,
+    };
+    let now = before.then(moved);
+    PoseEstimate {
+        pose: now.motion,
+        cov: now.cov,
     }
 }
 

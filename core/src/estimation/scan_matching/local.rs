@@ -8,18 +8,11 @@ use crate::registration::{Prior, Registration, Verdict};
 use crate::robot::Odometry;
 
 impl ScanMatcher {
-    /// The pose in the running submap by odometry alone.
-    pub(super) fn carried_on(&self, moved: &Odometry) -> PoseEstimate {
-        let before = Odometry {
-            from: moved.from,
-            to: moved.from,
-            motion: self.submap_from_robot,
-            cov: self.local_cov,
-        };
-        let now = before.then(moved);
+    /// The pose in the running submap at the last scan.
+    pub(super) fn local_estimate(&self) -> PoseEstimate {
         PoseEstimate {
-            pose: now.motion,
-            cov: now.cov,
+            pose: self.submap_from_robot,
+            cov: self.local_cov,
         }
     }
 
