@@ -50,7 +50,7 @@ const folder = process.env.SLAMLAB_DATA ?? fileURLToPath(new URL('../../../share
 
 test(`the recording ${INTEL} becomes a map in less than a minute, and the page lives`, async ({ lab, page }, info) => {
   const file = `${folder}/${INTEL}`;
-  test.skip(!existsSync(file), `${file} is absent`);
+  test.skip(!existsSync(file), `recorded data ${INTEL} is absent from ${folder}`);
   test.setTimeout(180_000);
   await lab.open();
   await page.evaluate(() => {
