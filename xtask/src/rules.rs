@@ -13,7 +13,7 @@ const COLUMNS: usize = 100;
 /// How many lines a stranger reads.
 const README_LINES: usize = 120;
 
-/// Whether comments are held to [`COLUMNS`].
+/// Whether comments are held to [`COLUMNS`]; on as soon as they are wrapped.
 const COMMENTS_ARE_WRAPPED: bool = false;
 
 /// Folders of a machine, in pieces: this file names none either.
@@ -68,13 +68,24 @@ fn complaints(name: &str, text: &str) -> Vec<String> {
         ));
     }
     let language = Language::of(name);
+    // Code and drawings within a comment keep their lines.
+    let mut is_fenced = false;
     for (index, line) in text.lines().enumerate() {
+        let is_fence = line
+            .trim_start()
+            .trim_start_matches(['/', '!', '*', ' '])
+            .starts_with("```");
+        is_fenced ^= is_fence;
         let at = || format!("{name}:{}", index + 1);
         if let Some(folder) = folder_of_a_machine(line) {
             found.push(format!("{}: names {folder}, a folder of one machine", at()));
         }
         let columns = line.chars().count();
-        if COMMENTS_ARE_WRAPPED && columns > COLUMNS && language.is_some_and(|l| l.wraps(line)) {
+        if COMMENTS_ARE_WRAPPED
+            && !is_fenced
+            && columns > COLUMNS
+            && language.is_some_and(|l| l.wraps(line))
+        {
             found.push(format!(
                 "{}: a comment of {columns} columns, expected at most {COLUMNS}",
                 at()
