@@ -76,7 +76,7 @@ pub fn has_avr_libc() -> bool {
     compiler.args(["-mmcu=atmega32", "-print-file-name=libc.a"]);
     let output = compiler.output();
     output.is_ok_and(|output| {
-        Path::new(&*String::from_utf8_lossy(&output.stdout).trim()).is_absolute()
+        Path::new(String::from_utf8_lossy(&output.stdout).trim()).is_absolute()
     })
 }
 
