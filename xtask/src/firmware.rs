@@ -75,9 +75,8 @@ pub fn has_avr_libc() -> bool {
     let mut compiler = Command::new("avr-gcc");
     compiler.args(["-mmcu=atmega32", "-print-file-name=libc.a"]);
     let output = compiler.output();
-    output.is_ok_and(|output| {
-        Path::new(String::from_utf8_lossy(&output.stdout).trim()).is_absolute()
-    })
+    output
+        .is_ok_and(|output| Path::new(String::from_utf8_lossy(&output.stdout).trim()).is_absolute())
 }
 
 /// Whether there is such a library to compile against.
