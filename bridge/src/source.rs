@@ -28,7 +28,7 @@ use tokio::sync::mpsc;
 
 pub use slamlab_core::device::event::{Event, Link, Order, Profile, robot, scans_on_command};
 
-pub use named::{SourceError, SourceName};
+pub use named::{SourceError, SourceName, forms};
 use orders::Orders;
 
 /// Events that wait for the hub, of all sources together.

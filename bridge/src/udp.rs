@@ -16,18 +16,21 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use slamlab_core::device::Kind;
+use slamlab_core::geom::Pose2;
 use slamlab_core::robot::{Scan, Stamp};
 use slamlab_core::wire::message::DeviceState;
 use slamlab_core::wire::pilch;
 use slamlab_core::wire::pilch::server::{Event, Server, ServerConfig};
-use slamlab_core::wire::rplidar::driver::DriverConfig;
 use slamlab_core::wire::rplidar::express;
 use slamlab_core::wire::rplidar::node::Node;
 use tokio::sync::mpsc;
 
-use crate::serial::{Rplidar, SerialSource};
+use crate::serial::SerialSource;
 use crate::source::{self, Running};
 
+/// The lidar of which the protocol speaks, as a row of the table of devices.
+const LIDAR: &str = "rplidar";
 /// How long a datagram is waited for at a time.
 const TURN: Duration = Duration::from_millis(10);
 /// Events of the lidar that may wait.
@@ -177,16 +180,17 @@ impl Desk<'_> {
     }
 
     fn connect(&mut self, baud: u32, path: String) {
-        if baud != Rplidar::BAUD_RATE {
-            tracing::warn!(
-                "the UDP client asks for {baud} baud; an RPLIDAR A1 has {}",
-                Rplidar::BAUD_RATE
-            );
+        let Some(kind) = Kind::named(LIDAR) else {
+            return self.server.set_state(DeviceState::Fault);
+        };
+        if baud != kind.baud_rate {
+            let (title, rate) = (kind.title, kind.baud_rate);
+            tracing::warn!("the UDP client asks for {baud} baud; an {title} has {rate}");
         }
         if self.lidar.as_ref().is_some_and(|(open, _)| *open == path) {
             return self.server.set_state(DeviceState::Connected);
         }
-        let lidar = Rplidar::new(format!("rplidar:{path}"), DriverConfig::default());
+        let lidar = (kind.open)(format!("{LIDAR}:{path}"), Pose2::identity());
         let source = Box::new(SerialSource::new(lidar, &path));
         match source::start(0, source, self.sender.clone()) {
             Ok(running) => self.lidar = Some((path, running)),

@@ -17,7 +17,7 @@ mod source;
 pub use line::{Line, LineError, Received};
 pub use open::{OpenError, PortSettings};
 use slamlab_core::device::Weight;
-pub use slamlab_core::device::{Device, Ld06, Rp6, Rplidar, Want};
+pub use slamlab_core::device::{Device, Want};
 pub use source::{Retry, SerialSource};
 
 /// Writes a device's note into the log.

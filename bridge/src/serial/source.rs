@@ -41,9 +41,8 @@ impl Default for Retry {
 }
 
 /// A [`Device`] on a serial port.
-#[derive(Debug)]
-pub struct SerialSource<D> {
-    device: D,
+pub struct SerialSource {
+    device: Box<dyn Device>,
     path: String,
     retry: Retry,
 }
@@ -55,10 +54,10 @@ enum Left {
     Closed,
 }
 
-impl<D: Device> SerialSource<D> {
+impl SerialSource {
     /// A device at this port.
     #[must_use]
-    pub fn new(device: D, path: impl Into<String>) -> Self {
+    pub fn new(device: Box<dyn Device>, path: impl Into<String>) -> Self {
         Self {
             device,
             path: path.into(),
@@ -73,7 +72,7 @@ impl<D: Device> SerialSource<D> {
     }
 }
 
-impl<D: Device> Source for SerialSource<D> {
+impl Source for SerialSource {
     fn profile(&self) -> Profile {
         self.device.profile()
     }
@@ -113,15 +112,15 @@ impl<D: Device> Source for SerialSource<D> {
 }
 
 /// A device with its way to the bridge.
-struct Life<D> {
-    device: D,
+struct Life {
+    device: Box<dyn Device>,
     port: Port,
     began: Instant,
     pause: Duration,
     retry: Retry,
 }
 
-impl<D: Device> Life<D> {
+impl Life {
     /// Serves an open line until it breaks or the bridge ends.
     fn serve(&mut self, mut line: Line) -> Left {
         // Orders from before do not count: nothing moves by itself when a cable is put back.

@@ -79,7 +79,7 @@ fn what_was_said_before_an_order_does_not_count_after_it() {
         wants: VecDeque::new(),
     };
     let (sender, mut events) = tokio::sync::mpsc::channel(source::MOST_WAITING);
-    let source = SerialSource::new(device, path);
+    let source = SerialSource::new(Box::new(device), path);
     let running = source::start(0, Box::new(source), sender).unwrap();
 
     let until = std::time::Instant::now() + NEVER;
