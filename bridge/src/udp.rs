@@ -1,4 +1,5 @@
-//! A lidar behind the UDP protocol of Pilch's server, so that his application, or any script, can use it.
+//! A lidar served by the UDP protocol of Pilch's server, so that his application, another bridge (`--source
+//! udp:HOST`) or any script can use it.
 //!
 //! In: datagrams. Out: datagrams. The rules (one client, its heartbeat, paths of a list, rates) are those of
 //! [`pilch::server`]; here are the socket and the lidar.
@@ -9,6 +10,8 @@
 //!    a scan without qualities have that of an express scan.
 //!
 //! The protocol has neither encryption nor authentication: it is off unless asked for.
+
+mod line;
 
 use std::io;
 use std::net::{IpAddr, SocketAddr, UdpSocket};
@@ -21,13 +24,15 @@ use slamlab_core::geom::Pose2;
 use slamlab_core::robot::{Scan, Stamp};
 use slamlab_core::wire::message::DeviceState;
 use slamlab_core::wire::pilch;
-use slamlab_core::wire::pilch::server::{Event, Server, ServerConfig};
+use slamlab_core::wire::pilch::server::{Server, ServerConfig, ServerEvent};
 use slamlab_core::wire::rplidar::express;
 use slamlab_core::wire::rplidar::node::Node;
 use tokio::sync::mpsc;
 
-use crate::serial::SerialSource;
+use crate::serial::DeviceSource;
 use crate::source::{self, Running};
+
+pub use line::{UdpAddress, UdpAddressError};
 
 /// The lidar of which the protocol speaks, as a row of the table of devices.
 const LIDAR: &str = "rplidar";
@@ -134,16 +139,18 @@ struct Desk<'a> {
     /// The lidar at a path.
     lidar: Option<(String, Running)>,
     is_measuring: bool,
-    sender: mpsc::Sender<(u8, source::Event)>,
-    events: mpsc::Receiver<(u8, source::Event)>,
+    sender: mpsc::Sender<(u8, source::SourceEvent)>,
+    events: mpsc::Receiver<(u8, source::SourceEvent)>,
 }
 
 impl Desk<'_> {
     fn hear_lidar(&mut self) {
         while let Ok((_, event)) = self.events.try_recv() {
             match event {
-                source::Event::Scan(scan) if self.is_measuring => self.server.publish(nodes(&scan)),
-                source::Event::Device { state, .. } if self.lidar.is_some() => {
+                source::SourceEvent::Scan(scan) if self.is_measuring => {
+                    self.server.publish(nodes(&scan))
+                }
+                source::SourceEvent::Device { state, .. } if self.lidar.is_some() => {
                     self.server.set_state(match state {
                         DeviceState::Sending if self.is_measuring => DeviceState::Measuring,
                         DeviceState::Sending => DeviceState::Connected,
@@ -158,7 +165,7 @@ impl Desk<'_> {
     fn obey(&mut self) {
         while let Some(event) = self.server.next_event() {
             match event {
-                Event::Send { to, datagram } => {
+                ServerEvent::Send { to, datagram } => {
                     // A datagram that is lost is lost: that is what the protocol is made for.
                     if let Err(error) = self
                         .socket
@@ -167,9 +174,9 @@ impl Desk<'_> {
                         tracing::debug!("a datagram was not sent: {error}");
                     }
                 }
-                Event::Connect { baud, path } => self.connect(baud, path),
-                Event::Start => self.measure(true),
-                Event::Stop => {
+                ServerEvent::Connect { baud, path } => self.connect(baud, path),
+                ServerEvent::Start => self.measure(true),
+                ServerEvent::Stop => {
                     self.measure(false);
                     if self.server.client().is_none() {
                         self.lidar = None;
@@ -191,7 +198,7 @@ impl Desk<'_> {
             return self.server.set_state(DeviceState::Connected);
         }
         let lidar = (kind.open)(format!("{LIDAR}:{path}"), Pose2::identity());
-        let source = Box::new(SerialSource::new(lidar, &path));
+        let source = Box::new(DeviceSource::at_port(lidar, &path));
         match source::start(0, source, self.sender.clone()) {
             Ok(running) => self.lidar = Some((path, running)),
             Err(error) => {

@@ -5,7 +5,7 @@
 //!
 //! | module | what it holds |
 //! |---|---|
-//! | [`event`] | what robot and sensors say and are told |
+//! | [`source`] | what robots and sensors report, and the orders they take |
 //! | [`KINDS`] | the devices that there are, a row for each |
 //! | [`Device`] | what is at the other end of a line: [`Rp6`], and each [`Lidar`] |
 //! | [`safety`] | whether the robot may move, and by whom |
@@ -16,7 +16,6 @@
 //! The bridge gives each line two threads and joins many clients; a page with Web Serial has the lines
 //! and is the only client. Both run this code.
 
-pub mod event;
 mod kind;
 pub mod ld06;
 pub mod lidar;
@@ -28,6 +27,8 @@ pub mod robot_side;
 pub mod rp6;
 pub mod rplidar;
 pub mod safety;
+pub mod source;
+pub mod udp;
 
 pub use kind::{Kind, Probe, Role, UsbAdapter};
 pub use lidar::Lidar;

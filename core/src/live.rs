@@ -18,7 +18,7 @@ mod tests;
 
 use crate::pilot::Mode;
 use crate::robot::{Bumpers, ToldOdometry};
-use crate::slam::{KnownMap, Method, SlamError};
+use crate::slam::{Method, PriorMap, SlamError};
 use crate::twin::Twin;
 use crate::wire::client::{Client, ClientError};
 use crate::wire::message::{
@@ -48,9 +48,9 @@ pub struct LiveConfig {
     pub token: Option<String>,
     /// How the pose is estimated.
     pub method: Method,
-    /// The map that [`Method::KnownMap`] finds the robot in, placed by where the robot is when the bridge names it; without one the
+    /// The map that [`Method::PriorMap`] finds the robot in, placed by where the robot is when the bridge names it; without one the
     /// line filter draws its own.
-    pub known: Option<KnownMap>,
+    pub known: Option<PriorMap>,
     /// Of the planner's random numbers.
     pub seed: u64,
 }
@@ -144,7 +144,7 @@ impl Live {
             FromBridge::Heartbeat(beat) => {
                 (self.dropped, self.watchers) = (beat.dropped, beat.clients);
             }
-            FromBridge::Event(event) => self.note(event.severity, event.text),
+            FromBridge::Notice(event) => self.note(event.severity, event.text),
             FromBridge::Refused(reason) => self.refused(reason),
             FromBridge::Granted(_) if std::mem::take(&mut self.wants_to_arm) => {
                 self.client.arm(now);

@@ -8,9 +8,9 @@ use std::f64::consts::FRAC_PI_2;
 use std::time::{Duration, Instant};
 
 use nalgebra::Point2;
-use slamlab_bridge::serial::{Retry, SerialSource};
+use slamlab_bridge::serial::{DeviceSource, Retry};
 use slamlab_bridge::settings::SourceSettings;
-use slamlab_bridge::source::{self, Event, Running, Source};
+use slamlab_bridge::source::{self, Running, Source, SourceEvent};
 use slamlab_core::device::Kind;
 use slamlab_core::geom::Pose2;
 use slamlab_core::robot::Scan;
@@ -38,7 +38,7 @@ const PATIENCE: u64 = 60;
 /// A source at work, and what it said.
 struct Ear {
     running: Option<Running>,
-    events: mpsc::Receiver<(u8, Event)>,
+    events: mpsc::Receiver<(u8, SourceEvent)>,
 }
 
 impl Ear {
@@ -58,7 +58,7 @@ impl Ear {
     fn of_kind(kind: &str, path: String) -> Self {
         let kind = Kind::named(kind).unwrap();
         let device = (kind.open)("lidar:test".into(), Pose2::identity());
-        Self::new(SerialSource::new(device, path).with_retry(SOON))
+        Self::new(DeviceSource::at_port(device, path).with_retry(SOON))
     }
 
     fn rplidar(path: String) -> Self {
@@ -70,7 +70,7 @@ impl Ear {
     }
 
     /// The first event that is wanted, within `seconds`.
-    fn wait<T>(&mut self, seconds: u64, mut wanted: impl FnMut(&Event) -> Option<T>) -> T {
+    fn wait<T>(&mut self, seconds: u64, mut wanted: impl FnMut(&SourceEvent) -> Option<T>) -> T {
         let until = Instant::now() + Duration::from_secs(seconds);
         let mut others = vec![];
         while Instant::now() < until {
@@ -88,7 +88,7 @@ impl Ear {
 
     fn scan(&mut self) -> Scan {
         self.wait(PATIENCE, |event| match event {
-            Event::Scan(scan) => Some(scan.clone()),
+            SourceEvent::Scan(scan) => Some(scan.clone()),
             _ => None,
         })
     }
@@ -96,7 +96,7 @@ impl Ear {
     /// Waits for a state; gives the sentence that came with it.
     fn state(&mut self, wanted: DeviceState) -> String {
         self.wait(PATIENCE, |event| match event {
-            Event::Device { state, detail, .. } if *state == wanted => Some(detail.clone()),
+            SourceEvent::Device { state, detail, .. } if *state == wanted => Some(detail.clone()),
             _ => None,
         })
     }
@@ -104,7 +104,7 @@ impl Ear {
     /// Waits until it is told, with this state, in these words. On a loaded machine a device may stutter before.
     fn told(&mut self, wanted: DeviceState, words: &[&str]) {
         self.wait(PATIENCE, |event| match event {
-            Event::Device { state, detail, .. } if *state == wanted => words
+            SourceEvent::Device { state, detail, .. } if *state == wanted => words
                 .iter()
                 .all(|words| detail.contains(words))
                 .then_some(()),
@@ -114,15 +114,17 @@ impl Ear {
 
     fn link(&mut self, wanted: LinkState) {
         self.wait(PATIENCE, |event| match event {
-            Event::Link(link) if link.state == wanted => Some(()),
+            SourceEvent::Link(link) if link.state == wanted => Some(()),
             _ => None,
         });
     }
 }
 
-fn brief(event: &Event) -> String {
+fn brief(event: &SourceEvent) -> String {
     match event {
-        Event::Scan(scan) => format!("scan of {} at {:.3} s", scan.len(), scan.stamp.seconds()),
+        SourceEvent::Scan(scan) => {
+            format!("scan of {} at {:.3} s", scan.len(), scan.stamp.seconds())
+        }
         other => format!("{other:?}"),
     }
 }
@@ -205,7 +207,7 @@ fn an_rplidar_says_what_it_is() {
         let mut ear = Ear::rplidar(socket.path());
         ear.link(LinkState::Up);
         let model = ear.wait(PATIENCE, |event| match event {
-            Event::Device { model, .. } if !model.is_empty() => Some(model.clone()),
+            SourceEvent::Device { model, .. } if !model.is_empty() => Some(model.clone()),
             _ => None,
         });
         assert_eq!(model, "RPLIDAR A1M8, firmware 1.29, hardware 7");

@@ -4,19 +4,25 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-use slamlab_core::device::{KINDS, Kind, Role};
+use slamlab_core::device::lidar::revolution::RevolutionConfig;
+use slamlab_core::device::udp::UdpLidar;
+use slamlab_core::device::{KINDS, Kind, Lidar, Role};
 use slamlab_core::geom::Pose2;
 
 use super::Source;
 use super::replay::{ReplayError, ReplaySource};
 use super::sim::{SimSource, SimSourceError};
-use crate::serial::SerialSource;
+use crate::serial::DeviceSource;
+use crate::udp::{UdpAddress, UdpAddressError};
 
 /// What can stand behind `--source`, as a person types it.
 #[must_use]
 pub fn forms() -> String {
     let kinds = KINDS.map(|kind| format!("{}:PORT", kind.name));
-    format!("sim:WORLD[,SENSOR], replay:FILE, {}", kinds.join(", "))
+    format!(
+        "sim:WORLD[,SENSOR], replay:FILE, {}, udp:HOST[:PORT][/PATH]",
+        kinds.join(", ")
+    )
 }
 
 /// Why a source cannot be had.
@@ -35,6 +41,9 @@ pub enum SourceError {
     /// The recording.
     #[error(transparent)]
     Replay(#[from] ReplayError),
+    /// The address of a lidar server.
+    #[error(transparent)]
+    Udp(#[from] UdpAddressError),
 }
 
 /// A source that was named and not opened yet.
@@ -47,6 +56,8 @@ pub enum SourceName {
     Replay(String),
     /// A device at a serial port: `rp6:PORT`.
     Serial(&'static Kind, String),
+    /// A lidar behind a server of Pilch's protocol: `udp:HOST[:PORT][/PATH]`.
+    Udp(UdpAddress),
 }
 
 impl FromStr for SourceName {
@@ -58,6 +69,7 @@ impl FromStr for SourceName {
         match kind {
             "sim" => Ok(Self::Sim(which.to_owned())),
             "replay" => Ok(Self::Replay(which.to_owned())),
+            "udp" => Ok(Self::Udp(UdpAddress::parse(which)?)),
             _ => Kind::named(kind)
                 .filter(|_| !which.is_empty())
                 .map(|kind| Self::Serial(kind, which.to_owned()))
@@ -68,12 +80,12 @@ impl FromStr for SourceName {
 
 impl fmt::Display for SourceName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (kind, which) = match self {
-            Self::Sim(world) => ("sim", world),
-            Self::Replay(file) => ("replay", file),
-            Self::Serial(kind, port) => (kind.name, port),
-        };
-        write!(f, "{kind}:{which}")
+        match self {
+            Self::Sim(world) => write!(f, "sim:{world}"),
+            Self::Replay(file) => write!(f, "replay:{file}"),
+            Self::Serial(kind, port) => write!(f, "{}:{port}", kind.name),
+            Self::Udp(address) => write!(f, "udp:{address}"),
+        }
     }
 }
 
@@ -97,7 +109,11 @@ impl SourceName {
     ///
     /// # Errors    [`SourceError`]: what is not there, or cannot be read, or is no lidar and has a `mount`.
     pub fn open(&self, mount: Option<Pose2>) -> Result<Box<dyn Source>, SourceError> {
-        let takes_mount = matches!(self, Self::Serial(kind, _) if kind.role == Role::Lidar);
+        let takes_mount = match self {
+            Self::Serial(kind, _) => kind.role == Role::Lidar,
+            Self::Udp(_) => true,
+            Self::Sim(_) | Self::Replay(_) => false,
+        };
         if mount.is_some() && !takes_mount {
             return Err(SourceError::Mount(self.to_string()));
         }
@@ -127,6 +143,9 @@ mod tests {
             assert_eq!(name.parse::<SourceName>().unwrap(), expected);
             assert_eq!(expected.to_string(), name);
         }
+        let udp: SourceName = "udp:pi.local/dev/rplidar".parse().unwrap();
+        assert_eq!(udp.to_string(), "udp:pi.local:5000/dev/rplidar");
+        assert_eq!(udp.to_string().parse::<SourceName>().unwrap(), udp);
         for wrong in ["rp6", "rp6:", "lidar:/dev/serial0", ""] {
             let error = wrong.parse::<SourceName>().unwrap_err().to_string();
             assert!(error.contains("expected one of sim:WORLD"), "{error}");

@@ -14,9 +14,9 @@ pub mod revolution;
 use std::collections::VecDeque;
 use std::fmt;
 
-use crate::device::event::{Event, Order, Profile};
 use crate::device::line::{Device, Want, Weight};
 use crate::device::report::Report;
+use crate::device::source::{Order, Profile, SourceEvent};
 use crate::robot::Stamp;
 use crate::wire::Tally;
 use crate::wire::message::{DeviceState, LinkState};
@@ -96,7 +96,7 @@ impl<P: LidarProtocol> Device for Lidar<P> {
         self.protocol.tick(&mut self.output, now);
         self.output.report.count(self.protocol.tally());
         let link = self.output.report.link_now_and_then(now);
-        self.output.wants.extend(link.map(Want::Tell));
+        self.output.wants.extend(link.map(Want::Report));
     }
 
     fn close(&mut self, now: Stamp) {
@@ -106,7 +106,7 @@ impl<P: LidarProtocol> Device for Lidar<P> {
     fn broken(&mut self, why: String) {
         self.output.wants.clear();
         let events = self.output.report.broken(why);
-        self.output.wants.extend(events.map(Want::Tell));
+        self.output.wants.extend(events.map(Want::Report));
     }
 
     fn next_want(&mut self) -> Option<Want> {
@@ -150,7 +150,7 @@ impl Output {
         self.warning.clear();
         self.state = DeviceState::Waiting;
         let link = self.report.change_link(LinkState::Opening);
-        self.wants.extend(link.map(Want::Tell));
+        self.wants.extend(link.map(Want::Report));
         self.heard(now);
         self.watch(now);
     }
@@ -261,7 +261,7 @@ impl Output {
             self.report.detail.clone_from(&self.warning);
             self.enter(DeviceState::Sending);
             self.wants.push_back(Want::Well);
-            self.wants.push_back(Want::Tell(Event::Scan(scan)));
+            self.wants.push_back(Want::Report(SourceEvent::Scan(scan)));
         }
         has_turned
     }
@@ -272,6 +272,6 @@ impl Output {
             DeviceState::Waiting | DeviceState::Fault => LinkState::Opening,
         };
         let events = self.report.change(self.state, link);
-        self.wants.extend(events.map(Want::Tell));
+        self.wants.extend(events.map(Want::Report));
     }
 }

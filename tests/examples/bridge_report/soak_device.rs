@@ -4,7 +4,7 @@
 //! process, and how far the stamps that the bridge tells are from the truth.
 
 use serde_json::{Value, json};
-use slamlab_bridge::source::{Event, Order};
+use slamlab_bridge::source::{Order, SourceEvent};
 use slamlab_core::device::{Device as _, Rp6, Want};
 use slamlab_core::robot::{Command, Stamp};
 use slamlab_core::sim::worlds;
@@ -79,7 +79,7 @@ impl Pair {
         while let Some(want) = bridge.next_want() {
             match want {
                 Want::Write(bytes) => robot.receive(&bytes),
-                Want::Tell(Event::Odometry(odometry)) => {
+                Want::Report(SourceEvent::Odometry(odometry)) => {
                     self.odometries += 1;
                     self.worst_age = self.worst_age.max(now.since(odometry.to));
                 }

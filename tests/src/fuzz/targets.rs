@@ -4,8 +4,10 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use slamlab_core::device::event::Event;
-use slamlab_core::device::{Kind, Want};
+use slamlab_core::device::source::SourceEvent;
+use slamlab_core::device::lidar::revolution::RevolutionConfig;
+use slamlab_core::device::udp::UdpLidar;
+use slamlab_core::device::{Device as _, Kind, Lidar, Want};
 use slamlab_core::geom::Pose2;
 use slamlab_core::robot::{Scan, Stamp};
 use slamlab_core::wire::message::{Format, FromBridge, Packet, ToBridge, decode, encode};
@@ -182,7 +184,7 @@ fn lidar(kind: &str, input: &[u8]) -> Result<u64, String> {
         device.receive(piece, now);
         device.tick(now);
         while let Some(want) = device.next_want() {
-            if let Want::Tell(Event::Scan(scan)) = &want {
+            if let Want::Report(SourceEvent::Scan(scan)) = &want {
                 valid(scan)?;
             }
             let text = format!("{want:?}");
@@ -242,14 +244,28 @@ fn pilch_run(input: &[u8]) -> Result<u64, String> {
     server.receive(1, input, Stamp(1000));
     server.tick(Stamp(2000));
     let events = std::iter::from_fn(|| server.next_event()).count();
-    let mut client = pilch::client::Client::new(Stamp(0));
-    let heard = client.receive(input).is_ok();
+    let mut client = Lidar::new(
+        "fuzz",
+        UdpLidar::new("/dev/ttyUSB0"),
+        RevolutionConfig::rplidar(),
+    );
+    client.opened(Stamp(0));
+    client.receive(b"\xFF\x011:LIDAR", Stamp(500));
+    client.receive(input, Stamp(1000));
+    client.tick(Stamp(2000));
+    let mut wants = 0;
+    while let Some(want) = client.next_want() {
+        if let Want::Report(SourceEvent::Scan(scan)) = &want {
+            valid(scan)?;
+        }
+        wants += 1;
+    }
     let words = |error: String| error.chars().take(30).collect::<String>();
     Ok(outcome(&(
         request.map_err(|error| words(error.to_string())).is_ok(),
         reply.map_err(|error| words(error.to_string())),
         events,
-        heard,
+        wants,
     )))
 }
 

@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use super::*;
-use crate::device::event::Event;
 use crate::device::lidar::Lidar;
 use crate::device::lidar::revolution::RevolutionConfig;
+use crate::device::source::SourceEvent;
 use crate::device::{Device, Want};
 use crate::robot::Scan;
 use crate::wire::ld06::{LEN, Reading};
@@ -34,7 +34,7 @@ fn opened() -> Lidar<Ld06> {
 }
 
 /// Hands these bytes over in pieces of 10 ms; gives what was told.
-fn listen(lidar: &mut Lidar<Ld06>, bytes: &[u8], from: f64, seconds: f64) -> Vec<Event> {
+fn listen(lidar: &mut Lidar<Ld06>, bytes: &[u8], from: f64, seconds: f64) -> Vec<SourceEvent> {
     let mut told = vec![];
     let pieces = (seconds * 100.0).round() as usize;
     for piece in 0..pieces {
@@ -44,7 +44,7 @@ fn listen(lidar: &mut Lidar<Ld06>, bytes: &[u8], from: f64, seconds: f64) -> Vec
         lidar.tick(now);
         told.extend(
             std::iter::from_fn(|| lidar.next_want()).filter_map(|want| match want {
-                Want::Tell(event) => Some(event),
+                Want::Report(event) => Some(event),
                 _ => None,
             }),
         );
@@ -52,18 +52,18 @@ fn listen(lidar: &mut Lidar<Ld06>, bytes: &[u8], from: f64, seconds: f64) -> Vec
     told
 }
 
-fn scans(told: &[Event]) -> Vec<&Scan> {
+fn scans(told: &[SourceEvent]) -> Vec<&Scan> {
     let scan = |event| match event {
-        &Event::Scan(ref scan) => Some(scan),
+        &SourceEvent::Scan(ref scan) => Some(scan),
         _ => None,
     };
     told.iter().filter_map(scan).collect()
 }
 
 /// The last state that was told, with its sentence.
-fn last_state(told: &[Event]) -> Option<(DeviceState, &str)> {
+fn last_state(told: &[SourceEvent]) -> Option<(DeviceState, &str)> {
     let state = |event| match event {
-        &Event::Device {
+        &SourceEvent::Device {
             state, ref detail, ..
         } => Some((state, detail.as_str())),
         _ => None,
@@ -93,7 +93,7 @@ fn ten_turns_a_second_give_ten_scans() {
 #[test]
 fn each_fault_has_its_name_and_ends_by_itself() {
     let lidar = &mut opened();
-    let assert_fault = |told: &[Event], fault: Ld06Fault| {
+    let assert_fault = |told: &[SourceEvent], fault: Ld06Fault| {
         let expected = (DeviceState::Fault, &*fault.to_string());
         assert_eq!(last_state(told), Some(expected));
     };

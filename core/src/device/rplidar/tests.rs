@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use super::*;
-use crate::device::event::Event;
 use crate::device::lidar::Lidar;
 use crate::device::lidar::revolution::RevolutionConfig;
+use crate::device::source::SourceEvent;
 use crate::device::{Device, Want};
 use crate::robot::Scan;
 use crate::wire::rplidar::answer::Descriptor;
@@ -161,7 +161,7 @@ fn run(sensor: &mut Sensor, seconds: f64) -> (Lidar<Rplidar>, Vec<Want>) {
 /// The states that were told, each with its sentence.
 fn states(wants: &[Want]) -> Vec<(DeviceState, &str)> {
     let state = |want| match want {
-        &Want::Tell(Event::Device {
+        &Want::Report(SourceEvent::Device {
             state, ref detail, ..
         }) => Some((state, detail.as_str())),
         _ => None,
@@ -188,7 +188,7 @@ fn restarts(wants: &[Want], fault: &RplidarFault) -> usize {
 
 fn scans(wants: &[Want]) -> impl Iterator<Item = &Scan> {
     wants.iter().filter_map(|want| match want {
-        Want::Tell(Event::Scan(scan)) => Some(scan),
+        Want::Report(SourceEvent::Scan(scan)) => Some(scan),
         _ => None,
     })
 }
