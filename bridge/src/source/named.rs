@@ -121,10 +121,16 @@ impl SourceName {
         Ok(match self {
             Self::Sim(world) => Box::new(SimSource::new(world)?),
             Self::Replay(file) => Box::new(ReplaySource::open(Path::new(file))?),
-            Self::Serial(kind, port) => Box::new(SerialSource::new(
-                (kind.open)(self.to_string(), mount),
-                port,
-            )),
+            Self::Serial(kind, port) => {
+                let device = (kind.open)(self.to_string(), mount);
+                Box::new(DeviceSource::at_port(device, port))
+            }
+            Self::Udp(address) => {
+                let config = RevolutionConfig::rplidar().mounted(mount);
+                let protocol = UdpLidar::new(&address.path);
+                let lidar = Lidar::new(self.to_string(), protocol, config);
+                Box::new(DeviceSource::by_udp(Box::new(lidar), address.clone()))
+            }
         })
     }
 }

@@ -4,8 +4,8 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use slamlab_core::device::source::SourceEvent;
 use slamlab_core::device::lidar::revolution::RevolutionConfig;
+use slamlab_core::device::source::SourceEvent;
 use slamlab_core::device::udp::UdpLidar;
 use slamlab_core::device::{Device as _, Kind, Lidar, Want};
 use slamlab_core::geom::Pose2;
