@@ -14,7 +14,7 @@ use anyhow::Result;
 use nalgebra::Vector2;
 use slamlab_core::geom::{Pose2, sin_cos};
 use slamlab_core::robot::{RobotModel, Tracks};
-use slamlab_core::sim::sensors::Sharp;
+use slamlab_core::robot::Sharp;
 use slamlab_core::sim::{Caster, Motor, World};
 
 use crate::Chip;
