@@ -5,7 +5,6 @@ use std::ops::Range;
 use nalgebra::Vector2;
 
 use super::columns::Columns;
-use super::feature::SegmentFeature;
 use super::moments::Moments;
 use crate::lanes::{Kernel, Lanes, greatest, run};
 
@@ -43,21 +42,6 @@ impl Piece {
     /// The last point that was not left out.
     pub(super) fn last(&self, columns: &Columns) -> Option<usize> {
         columns.kept(self.range()).next_back()
-    }
-
-    /// Its ends on the line through it.
-    pub(super) fn segment(&self, columns: &Columns) -> Option<SegmentFeature> {
-        let (first, last) = (self.first(columns)?, self.last(columns)?);
-        let (normal, r) = self.moments.line();
-        let foot = |index: usize| {
-            let p = columns.point(index);
-            p - normal * (normal.dot(&p.coords) - r)
-        };
-        Some(SegmentFeature {
-            ends: [foot(first), foot(last)],
-            first_beam: columns.number(first),
-            last_beam: columns.number(last),
-        })
     }
 
     /// Leaves out one of the points.

@@ -53,12 +53,6 @@ impl DistanceField {
         }
     }
 
-    /// The rectangle it covers.
-    #[must_use]
-    pub fn rect(&self) -> CellRect {
-        self.rect
-    }
-
     /// All distances in rows from the lower left cell, m, as [`Self::at`].
     #[must_use]
     pub fn distances(&self) -> &[f32] {

@@ -1,7 +1,6 @@
 //! Maps: they own data, queries and insertion. They stand below association, registration and estimation, because
 //! matching reads the map that it later writes.
 
-mod caster;
 mod cell;
 mod distance;
 mod evidence;
@@ -17,7 +16,6 @@ mod surfels;
 mod topology;
 mod vector;
 
-pub use caster::GridCaster;
 pub use cell::{BlockIndex, CellIndex, CellRect, CellState};
 pub use distance::DistanceField;
 pub use evidence::{Evidence, EvidenceConfig};

@@ -232,12 +232,6 @@ impl Visibility {
         self.goal.is_some()
     }
 
-    /// Length of the shortest path with true arcs, m; infinite while there is none.
-    #[must_use]
-    pub fn length(&self) -> f64 {
-        self.goal.map_or(f64::INFINITY, |a| self.arrivals[a].way)
-    }
-
     /// The path, if the goal was reached.
     #[must_use]
     pub fn path(&self) -> Option<Path> {

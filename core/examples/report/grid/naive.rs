@@ -60,11 +60,6 @@ impl NaiveGrid {
     }
 }
 
-/// Number of cells that a scan leaves free.
-pub(super) fn cells(seen: &Seen, config: &GridConfig) -> usize {
-    free(seen, config).0.len()
-}
-
 /// Cells that are free, and those of which it is not certain.
 fn free(seen: &Seen, config: &GridConfig) -> (HashSet<Cell>, Vec<Cell>) {
     let way = |way: &[Point2<f64>; 2]| way.map(|end| in_cells(seen, config, end));
