@@ -10,11 +10,11 @@
 
 mod config;
 mod estimator;
-mod known;
-#[cfg(test)]
-mod known_tests;
 mod localiser;
 mod method;
+mod prior_map;
+#[cfg(test)]
+mod prior_map_tests;
 mod shown;
 mod sonars;
 #[cfg(test)]
@@ -27,12 +27,12 @@ use crate::estimation::{EkfError, ScanMatcherError};
 use crate::features::LineError;
 use crate::geom::Pose2;
 use crate::map::{Grid, GridError, VectorMap};
-use crate::points::{MotionHistory, NearField, Points, WalkerConfig, Walkers, sectors};
+use crate::points::{BlindZone, MotionHistory, Points, WalkerConfig, Walkers, sectors};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError};
 pub use config::SlamConfig;
-use estimator::{Estimator, Sweep};
-pub use known::{KnownBy, KnownFit, KnownMap};
+use estimator::{Estimator, PreparedScan};
 pub use method::{Method, UnknownMethod};
+pub use prior_map::{PriorMap, PriorMapFit, PriorMapMatching};
 pub use sonars::SonarsConfig;
 
 /// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
@@ -58,8 +58,8 @@ pub enum SlamError {
     #[error(transparent)]
     Matcher(#[from] ScanMatcherError),
     /// A method that needs a map, and none is there.
-    #[error("known-map needs a known map with walls to find the robot in; none was given")]
-    NoKnownMap,
+    #[error("known-map needs a prior map with walls to find the robot in; none was given")]
+    NoPriorMap,
 }
 
 /// Estimates the robot's pose and builds the map. The map's frame begins where the robot does.
@@ -70,7 +70,7 @@ pub struct Slam {
     history: MotionHistory,
     estimator: Estimator,
     points: Option<Points>,
-    near: NearField,
+    blind_zone: BlindZone,
     /// `None` where nobody is driven.
     walkers: Option<Walkers>,
     /// The same points, with what is near and was not seen.
@@ -81,26 +81,6 @@ pub struct Slam {
     vector: VectorMap,
     /// What sonars beside the main sensor have drawn.
     sonar_grid: Option<Grid>,
-    /// A scan that is taken in part by part.
-    pending: Option<Pending>,
-}
-
-/// The parts in which a scan is taken in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ScanPart {
-    /// Lines are found.
-    Lines,
-    /// The pose is corrected.
-    Localise,
-    /// The map is drawn.
-    Map,
-}
-
-#[derive(Clone, Debug)]
-struct Pending {
-    scan: Scan,
-    points: Points,
-    next: ScanPart,
 }
 
 impl Slam {
@@ -113,7 +93,7 @@ impl Slam {
             estimator: Estimator::new(method, &config)?,
             // The slowest sweep is that of a ranger on a servo, a few seconds.
             history: MotionHistory::new(5.0),
-            near: NearField::new(config.near),
+            blind_zone: BlindZone::new(config.blind_zone),
             walkers: Some(Walkers::new(WalkerConfig::default())),
             vector: VectorMap::new(config.vector),
             sonar_grid: None,
@@ -122,7 +102,6 @@ impl Slam {
             obstacles: None,
             motion_since_scan: Pose2::identity(),
             heading_variance: 0.0,
-            pending: None,
         })
     }
 
@@ -131,7 +110,6 @@ impl Slam {
     /// # Errors    [`SlamError::Odometry`] for a motion that is not finite, whatever the method.
     pub fn odometry(&mut self, odometry: &Odometry) -> Result<(), SlamError> {
         odometry.validate()?;
-        while self.continue_scan()?.is_some() {}
         self.estimator.predict(odometry)?;
         self.history.push(odometry);
         self.motion_since_scan = self.motion_since_scan * odometry.motion;
@@ -143,93 +121,45 @@ impl Slam {
     /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises, [`SlamError::Lines`] and [`SlamError::Ekf`] for one
     /// that the line extraction or the filter refuses.
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
-        while self.continue_scan()?.is_some() {}
         scan.validate()?;
         let scan = self.prepared(scan);
         let points = self.points_of(&scan);
-        for part in [ScanPart::Lines, ScanPart::Localise, ScanPart::Map] {
-            self.take_in(part, &scan, &points)?;
-        }
+        let prepared = PreparedScan {
+            scan: &scan,
+            points: &points,
+            history: &self.history,
+            config: &self.config,
+        };
+        self.estimator.find_lines(&points)?;
+        self.estimator.correct(&prepared)?;
+        self.estimator.draw(&prepared);
         self.conclude(points);
         Ok(())
     }
 
     /// Without readings that look far and are near, and by sectors where that is set.
     fn prepared<'a>(&self, scan: &'a Scan) -> Cow<'a, Scan> {
-        let scan = self.near.without_folded(scan, &self.motion_since_scan);
+        let scan = self
+            .blind_zone
+            .without_folded(scan, &self.motion_since_scan);
         match &self.config.sectors {
             Some(config) => Cow::Owned(sectors(&scan, config)),
             None => scan,
         }
     }
 
-    /// The same part by part: [`Self::continue_scan`] does the parts. The next motion or scan does those that are left.
-    ///
-    /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises.
-    #[allow(
-        clippy::needless_pass_by_value,
-        reason = "it is kept, as it came or with invalid readings in it"
-    )]
-    pub fn begin_scan(&mut self, scan: Scan) -> Result<(), SlamError> {
-        while self.continue_scan()?.is_some() {}
-        scan.validate()?;
-        let scan = self.prepared(&scan).into_owned();
-        self.pending = Some(Pending {
-            points: self.points_of(&scan),
-            scan,
-            next: ScanPart::Lines,
-        });
-        Ok(())
-    }
-
-    /// Does the next part of the scan that was begun, and tells which; `None` where nothing is left to do.
-    ///
-    /// # Errors    [`SlamError`] as of [`Self::scan`]; what is left of the scan is given up.
-    pub fn continue_scan(&mut self) -> Result<Option<ScanPart>, SlamError> {
-        let Some(Pending { scan, points, next }) = self.pending.take() else {
-            return Ok(None);
-        };
-        self.take_in(next, &scan, &points)?;
-        let after = match next {
-            ScanPart::Lines => Some(ScanPart::Localise),
-            ScanPart::Localise => Some(ScanPart::Map),
-            ScanPart::Map => None,
-        };
-        match after {
-            Some(next) => self.pending = Some(Pending { scan, points, next }),
-            None => self.conclude(points),
-        }
-        Ok(Some(next))
-    }
-
     fn points_of(&self, scan: &Scan) -> Points {
         Points::from_rolling_scan(scan, &self.history, &self.config.points)
     }
 
-    fn take_in(&mut self, part: ScanPart, scan: &Scan, points: &Points) -> Result<(), SlamError> {
-        let sweep = Sweep {
-            scan,
-            points,
-            history: &self.history,
-            config: &self.config,
-        };
-        match part {
-            ScanPart::Lines => self.estimator.find_lines(points),
-            ScanPart::Localise => self.estimator.correct(&sweep),
-            ScanPart::Map => {
-                self.estimator.draw(&sweep);
-                Ok(())
-            }
-        }
-    }
-
+    /// What a scan leaves behind for the next one and for the pilot.
     fn conclude(&mut self, points: Points) {
         walls::observe(&mut self.vector, &self.estimator, &points);
-        self.near.update(&points, &self.motion_since_scan);
+        self.blind_zone.update(&points, &self.motion_since_scan);
         if let Some(walkers) = &mut self.walkers {
             walkers.update(&points, &self.motion_since_scan);
         }
-        self.obstacles = Some(self.near.with_unseen(&points));
+        self.obstacles = Some(self.blind_zone.with_unseen(&points));
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
         self.heading_variance = self.estimate().cov[(2, 2)];
@@ -239,22 +169,22 @@ impl Slam {
     /// ([`Self::walkers`]), and nothing of pose or map.
     ///
     /// # Errors    [`SlamError::Scan`]: the readings break a scan's promises.
-    pub fn look(&mut self, look: &Scan) -> Result<(), SlamError> {
-        look.validate()?;
+    pub fn partial_scan(&mut self, readings: &Scan) -> Result<(), SlamError> {
+        readings.validate()?;
         let moved = self.motion_since_scan;
-        let look = self.near.without_folded(look, &moved);
-        let points = self.points_of(&look);
+        let readings = self.blind_zone.without_folded(readings, &moved);
+        let points = self.points_of(&readings);
         let Some(walkers) = &mut self.walkers else {
             return Ok(());
         };
-        for at in walkers.look(&points, &moved) {
-            self.near.came(at);
+        for at in walkers.partial_scan(&points, &moved) {
+            self.blind_zone.came(at);
         }
         Ok(())
     }
 
     /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids, of the vector map and of the scan matcher
-    /// hold for a whole run, and so do the known map, and so does what the filter knew of the odometry beforehand.
+    /// hold for a whole run, and so does the prior map, and so does what the filter knew of the odometry beforehand.
     ///
     /// # Errors    [`SlamError::Lines`] naming the first setting out of range; then the old ones stay.
     pub fn reconfigure(&mut self, config: &SlamConfig) -> Result<(), SlamError> {
@@ -263,10 +193,10 @@ impl Slam {
             matcher: self.config.matcher,
             grid: self.config.grid,
             vector: self.config.vector,
-            known: std::mem::take(&mut self.config.known),
+            prior_map: std::mem::take(&mut self.config.prior_map),
             ..config.clone()
         };
-        self.near.reconfigure(self.config.near);
+        self.blind_zone.reconfigure(self.config.blind_zone);
         self.estimator.reconfigure(&self.config);
         Ok(())
     }
@@ -278,7 +208,7 @@ impl Slam {
         }
     }
 
-    /// Nobody is driven by what is seen: from here on nobody is looked for who walks about, and [`Self::look`] tells nothing.
+    /// Nobody is driven by what is seen: from here on nobody is looked for who walks about, and [`Self::partial_scan`] does nothing.
     pub fn leave_walkers_out(&mut self) {
         self.walkers = None;
     }

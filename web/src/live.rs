@@ -18,7 +18,7 @@ use crate::experiment::{activity_of, mode_name};
 use crate::export::{ExportError, trajectory_of};
 use crate::shows_slam::shows_slam;
 use crate::status::RunStatus;
-use crate::view;
+use crate::view::{self, Shown};
 
 /// A robot that is mapped and driven through a bridge. Bytes of the WebSocket come in and go out here; times are µs of the
 /// page's clock.
@@ -237,7 +237,7 @@ impl WebLive {
             goal_x: goal.map_or(f64::NAN, |goal| goal.x),
             goal_y: goal.map_or(f64::NAN, |goal| goal.y),
             finished: live.pilot().status().is_over(),
-            ..RunStatus::of(live.slam(), &live.odometry_pose(), live.consistency())
+            ..RunStatus::of(&self.shown(), &live.odometry_pose(), live.consistency())
         }
     }
 
@@ -324,6 +324,13 @@ shows_slam!(WebLive);
 impl WebLive {
     fn slam(&self) -> &Slam {
         self.live.slam()
+    }
+
+    fn shown(&self) -> Shown<'_> {
+        Shown {
+            slam: self.slam(),
+            stages: Some(self.live.pilot().stages()),
+        }
     }
 
     fn robot(&self) -> &RobotModel {
