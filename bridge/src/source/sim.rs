@@ -185,8 +185,8 @@ impl Life {
         while let Some(scan) = self.simulation.take_scan() {
             self.port.send(Event::Scan(scan));
         }
-        while let Some(look) = self.simulation.take_look() {
-            self.port.send(Event::Look(look));
+        while let Some(scan) = self.simulation.take_partial_scan() {
+            self.port.send(Event::Look(scan));
         }
         self.readings();
     }

@@ -19,7 +19,7 @@ use nalgebra::{Point2, Vector2};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::geom::{Pose2, sin_cos};
-use slamlab_core::map::{Evidence, Grid, GridConfig, Sweep};
+use slamlab_core::map::{Evidence, FreeCells, Grid, GridConfig};
 use slamlab_core::sim::{Caster, worlds};
 use stats_alloc::Region;
 
@@ -34,10 +34,10 @@ const RANGE: f64 = 12.0;
 const CHECKED: usize = 100;
 /// What a browser gives a page, with some to spare.
 const BROWSER_BYTES: f64 = 1e9;
-const SWEEPS: [(&str, Sweep); 3] = [
-    ("crossed", Sweep::Crossed),
-    ("bresenham", Sweep::Bresenham),
-    ("area", Sweep::Area),
+const RULES: [(&str, FreeCells); 3] = [
+    ("crossed", FreeCells::Crossed),
+    ("bresenham", FreeCells::Bresenham),
+    ("area", FreeCells::Area),
 ];
 
 /// A scan and where it was taken.
@@ -49,9 +49,9 @@ pub(crate) struct Seen {
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     let mut outcome = Outcome::default();
     let scans = scans()?;
-    for (name, sweep) in SWEEPS {
+    for (name, free_cells) in RULES {
         let config = GridConfig {
-            sweep,
+            free_cells,
             ..GridConfig::default()
         };
         equality(&mut outcome, name, &config, &scans)?;

@@ -267,8 +267,8 @@ mod tests {
         ] {
             let error = bad.validate().unwrap_err();
             let settings = format!("{bad:?}");
-            let told = format!("{}: {:?}", error.field, error.value);
-            assert!(settings.contains(&told), "{error} of {settings}");
+            let shown = format!("{}: {:?}", error.field, error.value);
+            assert!(settings.contains(&shown), "{error} of {settings}");
         }
     }
 

@@ -20,7 +20,7 @@ pub use cell::{BlockIndex, CellIndex, CellRect, CellState};
 pub use distance::DistanceField;
 pub use evidence::{Evidence, EvidenceConfig};
 pub use field::{Field, FieldBlocks};
-pub use grid::{BLOCK_CELLS, Grid, GridConfig, GridError, Sweep, without_stripes};
+pub use grid::{BLOCK_CELLS, FreeCells, Grid, GridConfig, GridError, without_stripes};
 pub use layers::{Layer, Layers};
 pub use likelihood::LikelihoodPyramid;
 pub use outline::outlines;

@@ -102,7 +102,7 @@ pub struct Region {
     pub area: f64,
     /// The free place of it that is farthest from everything, map frame, m.
     pub centre: Point2<f64>,
-    /// Diameter of the widest circle between its walls, m, furniture left out.
+    /// Diameter of the widest circle between its walls, m, without furniture.
     pub width: f64,
     /// Area over the square of the width: how many times as long as wide.
     pub elongation: f64,

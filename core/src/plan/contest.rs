@@ -193,7 +193,7 @@ impl Contest {
         })
     }
 
-    /// One turn of the next planner that is not done. Whether there was anything to do; if so, [`Self::took`] is to be told
+    /// One turn of the next planner that is not done. Whether there was anything to do; if so, [`Self::took`] is to hear
     /// how long it took.
     pub fn step(&mut self) -> bool {
         let count = self.entrants.len();

@@ -1,7 +1,7 @@
 //! In: ranges and the distances between neighbouring points. Out: k(ρ) = a ρ + b, the distance to expect.
 //!
 //! 1. Least squares of distance on range.
-//! 2. Pairs farther than 3 standard deviations off (a step from one surface to another) are left out, and the rest is fitted
+//! 2. Pairs farther than 3 standard deviations off (a step from one surface to another) are skipped, and the rest is fitted
 //!    again, until nothing changes.
 //!
 //! Source: Pilch 2016 §3.5.1, the distance coefficient; **Erratum** of the specification: eq. (3.6) gives no units. 22.3 mm at

@@ -28,9 +28,9 @@ pub trait Robot {
     /// The oldest scan that nobody took yet.
     fn take_scan(&mut self) -> Option<Scan>;
 
-    /// The oldest look that nobody took yet: a few readings on the move, of a sensor that sweeps only when the robot stands. Other sensors
-    /// look round all the time and give none.
-    fn take_look(&mut self) -> Option<Scan> {
+    /// The oldest partial scan that nobody took yet, of a sensor that sweeps only when the robot stands. Other sensors scan
+    /// all the time and give none.
+    fn take_partial_scan(&mut self) -> Option<Scan> {
         None
     }
 

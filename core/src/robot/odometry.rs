@@ -156,7 +156,7 @@ impl Tracks {
     }
 }
 
-/// What a filter is told of the chance in the odometry.
+/// What a filter assumes of the chance in the odometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TrackNoise {
     /// Variances grow with the way and the turn.

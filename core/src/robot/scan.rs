@@ -242,12 +242,12 @@ mod tests {
 
     #[test]
     fn all_beams_have_a_quality_or_none_has() {
-        let mut told = scan(&[1.0, 2.0]);
-        assert_eq!(told.quality(1), None);
-        told.qualities = vec![47, 0];
-        assert_eq!((told.validate(), told.quality(1)), (Ok(()), Some(0)));
-        told.qualities.pop();
-        let message = told.validate().unwrap_err().to_string();
+        let mut scored = scan(&[1.0, 2.0]);
+        assert_eq!(scored.quality(1), None);
+        scored.qualities = vec![47, 0];
+        assert_eq!((scored.validate(), scored.quality(1)), (Ok(()), Some(0)));
+        scored.qualities.pop();
+        let message = scored.validate().unwrap_err().to_string();
         assert!(message.contains("2 ranges and 1 qualities"), "{message}");
     }
 

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use nalgebra::{Point2, Vector2};
 use slamlab_core::geom::{Pose2, Segment};
-use slamlab_core::map::{Grid, GridConfig, Sweep};
+use slamlab_core::map::{FreeCells, Grid, GridConfig};
 use slamlab_core::sim::{Caster, Material, Wall};
 use stats_alloc::Region;
 
@@ -21,7 +21,7 @@ const SPACING: f64 = 0.5;
 pub(super) fn measure(outcome: &mut Outcome, most_bytes: f64) -> Result<()> {
     let caster = Caster::new(buildings());
     let config = GridConfig {
-        sweep: Sweep::Area,
+        free_cells: FreeCells::Area,
         ..GridConfig::default()
     };
     let region = Region::new(ALLOCATOR);

@@ -43,7 +43,7 @@ impl<'a> Copies<'a> {
         }
     }
 
-    /// What a `use` copies, which stands in the copy with the number `within`; `None` where that is left out.
+    /// What a `use` copies, which stands in the copy with the number `within`; `None` where that is skipped.
     ///
     /// # Errors    [`SvgError::Attribute`]: a copy of what it stands in itself, copies too deep within each other, a place that is none.
     pub(super) fn copy(

@@ -235,7 +235,7 @@ impl Entry {
         self.cover.see_through(through.into_iter());
     }
 
-    /// What is left of it: itself, shorter, in two, or nothing.
+    /// What remains of it: itself, shorter, in two, or nothing.
     pub(super) fn split(self, config: &VectorConfig, next_id: &mut u32, parts: &mut Vec<Self>) {
         let stretches = self.cover.stretches(config.gap);
         for (number, stretch) in stretches.into_iter().enumerate() {

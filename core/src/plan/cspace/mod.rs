@@ -1,14 +1,14 @@
 //! Configuration space: where the centre of the robot may be.
 //!
 //! In: obstacles (cells of a grid, or segments of walls) and how far the robot's centre keeps away from them. Out: for
-//! any point the room that is left, and for any straight leg how far it can be driven.
+//! any point the room that remains, and for any straight leg how far it can be driven.
 //!
 //! 1. The robot is the disc around its body, so walls grow by its radius and a margin (TDK 2016 §5.1).
 //! 2. Over a grid the distance to the nearest occupied cell comes from an exact distance transform; half a cell is taken
 //!    off, because the wall may be anywhere in its cell. The unknown is no obstacle, or one that only the centre of the
 //!    robot keeps out of, as the caller chooses.
 //! 3. Over segments the distance is that of a capsule, exact.
-//! 4. A leg is marched along in steps of the room that is left: long ones in the open, short ones at walls.
+//! 4. A leg is marched along in steps of the room that remains: long ones in the open, short ones at walls.
 
 mod capsule;
 mod grid;

@@ -321,7 +321,7 @@ impl Lidar {
             return nothing(f32::NAN);
         }
         if luck > 1.0 - model.outliers {
-            // What is left of `luck` is uniform too.
+            // The remainder of `luck` is uniform too.
             let part = (1.0 - luck) / model.outliers;
             let range = model.min_range + part * (echo.distance - model.min_range);
             // Dust and edges send little back.

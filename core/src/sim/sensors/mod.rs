@@ -193,19 +193,24 @@ impl Sensor {
         }
     }
 
-    /// Whether the robot moves: rangers on a servo look to and fro meanwhile, which others need not be told.
+    /// Whether the robot moves: rangers on a servo sweep to and fro meanwhile, which others need not know.
     pub(super) fn moves(&mut self, moves: bool, seconds: f64) {
         match self {
-            Self::Rangers(rangers) if moves => rangers.look_on_the_move(seconds),
-            Self::Rangers(rangers) => rangers.look_no_more(),
+            Self::Rangers(rangers) if moves => rangers.start_partial_scans(seconds),
+            Self::Rangers(rangers) => rangers.stop_partial_scans(),
             Self::Lidar(_) | Self::Sonar(_) => (),
         }
     }
 
     /// A few readings of a robot that moves, by a sensor that can sweep only standing.
-    pub(super) fn look(&mut self, span: &Span, view: &View, rng: &mut impl Rng) -> Option<Scan> {
+    pub(super) fn partial_scan(
+        &mut self,
+        span: &Span,
+        view: &View,
+        rng: &mut impl Rng,
+    ) -> Option<Scan> {
         match self {
-            Self::Rangers(rangers) => rangers.look(span, view, rng),
+            Self::Rangers(rangers) => rangers.partial_scan(span, view, rng),
             Self::Lidar(_) | Self::Sonar(_) => None,
         }
     }
