@@ -9,7 +9,7 @@
 //! 3. Speed: v t + v²/(2 a) may not exceed the free distance, with reaction time t and braking a. Turning on the spot is never limited.
 //! 4. A robot that stands beside a wall, nearer than it would go there, may creep along it, but no nearer than a centimetre: points
 //!    scatter, and some of them always seem to come nearer.
-//! 5. Tracks slip, so that a robot that turns on the spot wanders by a centimetre a second and no encoder tells. One that is driven by
+//! 5. Tracks slip, so that a robot that turns on the spot wanders by a centimetre a second, and no encoder shows it. One that is driven by
 //!    hand and has come too near to something that way is eased off it ([`super::ease`]) while it turns.
 //!
 //! What is thinner than the gap between two beams, a wall without thickness seen end-on, is hidden from a scan, and so from this.

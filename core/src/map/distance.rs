@@ -59,7 +59,7 @@ impl DistanceField {
         &self.distances
     }
 
-    /// [`Self::distances`], for who needs nothing else.
+    /// [`Self::distances`], without copying them.
     #[must_use]
     pub fn into_distances(self) -> Vec<f32> {
         self.distances

@@ -2,7 +2,7 @@
 //!
 //! In: a [`Grid`], the revision up to which the field is known already. Out: for each block in which it may have changed one byte a cell.
 //!
-//! 1. A byte tells distances up to the side of a block, [`BLOCK_CELLS`] cells. So a wall changes the field in its own block and in
+//! 1. A byte holds distances up to the side of a block, [`BLOCK_CELLS`] cells. So a wall changes the field in its own block and in
 //!    the eight around it only, and a field costs what has changed, not what there is.
 //! 2. Such blocks that stand beside each other are measured as one rectangle, a block wider on all sides, by the exact distance
 //!    transform.

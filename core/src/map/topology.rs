@@ -19,7 +19,7 @@
 //!
 //! Sources: Thrun (1998), "Learning metric-topological maps for indoor mobile robot navigation"; Bormann et al. (2016), "Room
 //! segmentation: survey, implementation, and analysis", who compare its kin. Linear in cells but for the islands' and doors' own size.
-//! What it cannot tell: a corridor as narrow as its doors is no region of its own.
+//! Its limit: a corridor as narrow as its doors is no region of its own.
 
 mod disjoint_sets;
 mod doors;

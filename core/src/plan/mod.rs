@@ -45,7 +45,7 @@ pub use contest::{
 pub use cspace::{ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown, rect_around};
 pub use frontier::{Frontier, FrontierChoice, FrontierConfig, find_frontiers};
 pub use lattice::Lattice;
-pub use outline::{OutlineConfig, OutlineSearch, follows, plan_outline, plan_outline_route};
+pub use outline::{OutlineConfig, OutlineSearch, follows, plan_outline_route};
 pub use path::{NoPath, Path, Planner};
 pub use pull_tight::pull_tight;
 pub use query::{Answer, Progress, Query};

@@ -2,7 +2,7 @@
 
 use super::{Bumpers, Command, Odometry, RobotModel, Scan, Stamp};
 
-/// A robot, as those see it who drive it.
+/// A robot, as its driver sees it.
 ///
 /// Commands are taken at once and run by themselves; the last one holds. What the robot did and saw is asked for. Time is
 /// the robot's own and passes outside of this trait. A link that breaks is a matter of its owner: here it looks like a

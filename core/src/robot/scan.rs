@@ -20,7 +20,7 @@ pub struct Scan {
     /// Standard deviation of each range, m.
     pub sigmas: Vec<f32>,
     /// Strength of each echo in the sensor's own unit (RPLIDAR 0 to 63, LD06 0 to 255); 0 where nothing valid came back. Empty
-    /// where the sensor tells none.
+    /// where the sensor reports none.
     pub qualities: Vec<u8>,
     /// Standard deviation of each bearing, rad.
     pub bearing_sigma: f64,
@@ -186,7 +186,7 @@ impl Scan {
         }
     }
 
-    /// Strength of the echo of a beam; `None` where the sensor tells none.
+    /// Strength of the echo of a beam; `None` where the sensor reports none.
     #[must_use]
     pub fn quality(&self, beam: usize) -> Option<u8> {
         self.qualities.get(beam).copied()

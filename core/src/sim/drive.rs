@@ -112,7 +112,7 @@ impl Drive {
         !matches!(self.task, Task::Speeds { .. })
     }
 
-    /// Whether the tracks stand still and are to stand still, as far as the encoders tell.
+    /// Whether the tracks stand still and are to stand still, as far as the encoders show.
     pub(super) fn stands(&self) -> bool {
         self.task == STAND && self.is_let_go && self.still_for >= STILL
     }

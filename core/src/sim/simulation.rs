@@ -169,13 +169,13 @@ impl Simulation {
         self.body.set_wear(wear);
     }
 
-    /// How the robot's tracks differ from its model: what nobody tells a robot.
+    /// How the robot's tracks differ from its model: no robot knows this of itself.
     #[must_use]
     pub fn wear(&self) -> TrackWear {
         self.body.wear()
     }
 
-    /// A sensor that looks round all the time is to be heard only after [`Command::Scan`], the robot standing; or no longer so.
+    /// A sensor that scans all the time is to be heard only after [`Command::Scan`], the robot standing; or no longer so.
     /// Scans that wait to be taken are dropped. No change for a sensor that scans on command anyway.
     pub fn set_on_command(&mut self, on_command: bool) {
         self.on_command = on_command;
@@ -245,7 +245,7 @@ impl Simulation {
         self.body.contacts().total()
     }
 
-    /// The same, by what was touched and who came.
+    /// The same, by what was touched and who moved.
     #[must_use]
     pub fn contact_counts(&self) -> Contacts {
         self.body.contacts()

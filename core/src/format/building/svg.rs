@@ -18,6 +18,7 @@ use nalgebra::Point2;
 use roxmltree::{Document, Node, ParsingOptions};
 use svgtypes::{Length, LengthUnit, ViewBox};
 
+use super::error::wrong;
 use super::room::Room;
 use super::svg_copies::Copies;
 use super::svg_shape::{Pen, path_of, transform_of};
@@ -118,26 +119,6 @@ fn scale_of(root: &Node, given: Option<f64>) -> Result<f64, SvgError> {
     };
     let scale = width.number * metres / view.w;
     Ok(if fits(scale) { scale } else { DEFAULT_UNIT })
-}
-
-/// An attribute that cannot be.
-pub(super) fn wrong(
-    node: &Node,
-    attribute: &'static str,
-    found: &str,
-    expected: &'static str,
-) -> SvgError {
-    SvgError::Attribute {
-        line: line_of(node),
-        element: node.tag_name().name().to_owned(),
-        attribute,
-        found: found.chars().take(24).collect(),
-        expected,
-    }
-}
-
-pub(super) fn line_of(node: &Node) -> u32 {
-    node.document().text_pos_at(node.range().start).row
 }
 
 /// What was read so far, in the world's frame, m.

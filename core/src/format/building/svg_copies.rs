@@ -11,7 +11,7 @@ use kurbo::Affine;
 use roxmltree::{Document, Node, NodeId};
 
 use super::SvgError;
-use super::svg::wrong;
+use super::error::wrong;
 use super::svg_shape::length;
 
 /// Copies within copies, at most.

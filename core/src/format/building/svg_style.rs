@@ -14,7 +14,7 @@ use roxmltree::{Document, Node};
 use simplecss::{AttributeOperator, Declaration, PseudoClass, StyleSheet};
 
 use super::SvgError;
-use super::svg::line_of;
+use super::error::line_of;
 
 /// More selectors than this are refused, for each is held against each element; and more declarations, for the parser takes
 /// time with the square of their number.

@@ -19,7 +19,7 @@ pub struct GridConfig {
     pub free_below: f64,
     /// How the cells that a scan leaves free are found. Default [`FreeCells::Crossed`].
     pub free_cells: FreeCells,
-    /// Most blocks the grid may hold; beams beyond are dropped, which [`super::Grid::is_whole`] tells. Default 65 536 blocks, 268 million cells, 0.67 km² at 5 cm.
+    /// Most blocks the grid may hold; beams beyond are dropped; [`super::Grid::is_whole`] says so. Default 65 536 blocks, 268 million cells, 0.67 km² at 5 cm.
     /// Streets, halls and rooms that were seen for a while take a third of a gigabyte; 1.1 GB if there is something in every block.
     pub max_blocks: usize,
 }

@@ -49,7 +49,7 @@ pub(super) type Way = [Point2<f64>; 2];
 const REACH: f64 = 16_384.0;
 
 /// The block in which the last cell was, and its marks.
-type Known = Option<(BlockIndex, Option<usize>)>;
+type LastBlock = Option<(BlockIndex, Option<usize>)>;
 
 impl Grid {
     /// Marks what the ways leave free.
@@ -96,15 +96,15 @@ impl Grid {
 
     /// Marks a line cell by cell.
     fn mark_line(&mut self, line: Line) {
-        let mut known: Known = None;
+        let mut last: LastBlock = None;
         for slice in line.slices() {
             for along in slice.from..=slice.to {
                 let (index, offset) = split(line.cell(along, slice.across));
-                let marks = match known {
-                    Some((last, marks)) if last == index => marks,
+                let marks = match last {
+                    Some((block, marks)) if block == index => marks,
                     _ => self.marks_of(index),
                 };
-                known = Some((index, marks));
+                last = Some((index, marks));
                 if let Some(marks) = marks {
                     self.marks[marks].misses[offset / BLOCK_CELLS] |= 1 << (offset % BLOCK_CELLS);
                 }

@@ -179,7 +179,7 @@ impl Entry {
 
     /// Whether another wall is a part of this one.
     pub(super) fn belongs_with(&self, other: &Self, config: &VectorConfig) -> bool {
-        // The shorter one is compared with the longer: its direction tells less.
+        // The shorter one is compared with the longer: its direction is less certain.
         let (long, short) = match self.length() >= other.length() {
             true => (self, other),
             false => (other, self),

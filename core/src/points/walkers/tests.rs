@@ -104,7 +104,7 @@ proptest! {
         }
     }
 
-    /// Tracks that slip turn a robot that drives straight on by up to six degrees in a scan, and no encoder tells.
+    /// Tracks that slip turn a robot that drives straight on by up to six degrees in a scan, and no encoder shows it.
     #[test]
     fn a_turn_that_odometry_does_not_tell_is_found_and_makes_nobody_walk(forward in -0.7..0.7_f64, slips in proptest::array::uniform8(-0.1..0.1_f64)) {
         let (mut walkers, mut pose) = (Walkers::default(), Pose2::identity());
@@ -116,7 +116,7 @@ proptest! {
             // Taken standing, so that the turn alone is asked for.
             let still = Pose2::identity();
             let points = sweep((&still, &still), &pose, None, number);
-            let found = walkers.turn_untold(&points, &reported).heading();
+            let found = walkers.unreported_turn(&points, &reported).heading();
             // It turns the older scan against the robot.
             prop_assert!(number == 0 || (found + slip).abs() < 0.012, "{slip} rad: {found}");
             walkers.update(&points, &reported);

@@ -92,7 +92,7 @@ impl FromStr for SensorKind {
 pub enum SensorModel {
     /// A lidar that turns all the time.
     Lidar(LidarModel),
-    /// Four infra-red rangers on a servo, which look round on [`crate::robot::Command::Scan`] only.
+    /// Four infra-red rangers on a servo, which sweep on [`crate::robot::Command::Scan`] only.
     Rangers(RangerModel),
     /// A ring of sonars.
     Sonar(SonarModel),
@@ -111,7 +111,7 @@ impl SensorModel {
         Self::Rangers(RangerModel::default())
     }
 
-    /// Whether it looks round only on [`crate::robot::Command::Scan`].
+    /// Whether it sweeps only on [`crate::robot::Command::Scan`].
     #[must_use]
     pub fn scans_on_command(&self) -> bool {
         matches!(self, Self::Rangers(_))

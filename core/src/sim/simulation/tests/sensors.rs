@@ -130,7 +130,7 @@ fn moving_lidar_takes_each_beam_from_where_it_was() {
 }
 
 #[test]
-fn rangers_look_round_once_when_told_and_the_robot_stands_meanwhile() {
+fn rangers_sweep_once_on_command_while_the_robot_stands() {
     let mut sim = simulation("arena", SensorModel::rangers(), 4);
     sim.advance(5.0);
     assert_eq!(sim.take_scan(), None);
@@ -166,7 +166,7 @@ fn rangers_look_round_once_when_told_and_the_robot_stands_meanwhile() {
 }
 
 #[test]
-fn rangers_on_the_move_look_where_they_say_and_see_what_is_there() {
+fn partial_scans_point_where_they_say_and_see_what_is_there() {
     let mut sim = simulation("arena", SensorModel::rangers(), 4);
     sim.advance(2.0);
     assert_eq!(sim.take_partial_scan(), None, "it stands");
