@@ -151,8 +151,8 @@ impl Experiment {
         if let Some(scan) = self.sim.take_scan_beside() {
             self.slam.sonar_scan(&scan)?;
         }
-        while let Some(look) = self.sim.take_look() {
-            self.slam.partial_scan(&look)?;
+        while let Some(scan) = self.sim.take_partial_scan() {
+            self.slam.partial_scan(&scan)?;
         }
         let scan = self.sim.take_scan();
         if let Some(scan) = scan.as_ref().filter(|_| self.log.len() < MOST_LOGGED) {

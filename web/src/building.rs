@@ -69,7 +69,7 @@ impl From<Imported> for Building {
     fn from(imported: Imported) -> Self {
         Self {
             world: world::write(&imported.world),
-            left_out: imported.left_out,
+            left_out: imported.skipped,
         }
     }
 }
@@ -111,7 +111,7 @@ impl From<KnownWalls> for Known {
             faces: walls.faces.iter().flat_map(flat).collect(),
             sigma: walls.sigma,
             start: vec![start.x(), start.y(), start.heading()],
-            left_out: walls.left_out,
+            left_out: walls.skipped,
         }
     }
 }
