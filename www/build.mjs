@@ -1,4 +1,4 @@
-// Bundles the page into dist/: main.js, worker.js, near.js, style.css, fonts, the wasm module and index.html.
+// Bundles the page into dist/: main.js, worker.js, local_bridge.js, style.css, fonts, the wasm module and index.html.
 // `node build.mjs` once; `node build.mjs --watch` again at every change. The module must stand in pkg/ (cargo xtask run makes it).
 
 import { copyFile, mkdir, readFile, rm, stat } from "node:fs/promises";
@@ -36,7 +36,7 @@ const options = {
   logLevel: "warning",
   tsconfig: at("tsconfig.json"),
   outdir: at("dist"),
-  entryPoints: { main: "src/main.ts", worker: "src/worker.ts", near: "src/near.ts", style: "src/style.css" },
+  entryPoints: { main: "src/main.ts", worker: "src/worker.ts", local_bridge: "src/local_bridge.ts", style: "src/style.css" },
   loader: { ".woff2": "file" },
   assetNames: "[name]",
   plugins: [sheetAsText],

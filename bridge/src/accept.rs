@@ -24,50 +24,15 @@ use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
+use tokio::sync::{Semaphore, watch};
 use tokio::task::JoinSet;
 use tokio::time::timeout;
 use tokio_rustls::TlsAcceptor;
 use tokio_rustls::server::TlsStream;
 use tower::ServiceExt;
 
-use crate::http::{self, Shared};
-
-/// How much the bridge takes on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
-    /// Sockets that may be open at the same time. Default 300.
-    pub sockets: usize,
-    /// A request's header must be there so soon. Default 5 s.
-    pub header: Duration,
-    /// A connection that is no WebSocket ends after so long. Default 120 s.
-    pub request: Duration,
-    /// The first message must be there so soon. Default 2 s.
-    pub hello: Duration,
-    /// A client that says nothing for so long is gone. Default 5 s.
-    pub heartbeat: Duration,
-    /// A client that takes nothing for so long is gone. Default 30 s.
-    pub write: Duration,
-    /// Longest message from a client, bytes. Default 64 KiB.
-    pub message: usize,
-    /// Messages of one client in a second, over longer times; twice as many at once. Default 200.
-    pub rate: u32,
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        Self {
-            sockets: 300,
-            header: Duration::from_secs(5),
-            request: Duration::from_secs(120),
-            hello: Duration::from_secs(2),
-            heartbeat: Duration::from_secs(5),
-            write: Duration::from_secs(30),
-            message: 64 * 1024,
-            rate: 200,
-        }
-    }
-}
+use crate::http;
+use crate::shared::{Limits, Place, Shared};
 
 const FULL: &[u8] =
     b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: text/plain\r\ncontent-length: 42\r\n\
@@ -77,13 +42,10 @@ const HEADER_BYTES: usize = 16 * 1024;
 /// The system was out of handles: some are given back soon.
 const OUT_OF_HANDLES: Duration = Duration::from_millis(50);
 
-/// A place among the sockets; it is free again when the last holder drops it.
-pub(crate) type Place = Arc<OwnedSemaphorePermit>;
-
 /// The first byte of a TLS handshake (RFC 8446 §5.1).
 const HANDSHAKE: u8 = 22;
 
-/// Where guests come in.
+/// Where connections come in.
 pub(crate) struct Entrance {
     pub(crate) listener: TcpListener,
     /// Without it, connections are in the clear.
@@ -123,13 +85,13 @@ pub(crate) async fn run(entrance: Entrance, shared: Arc<Shared>, stopped: watch:
             .store(taken as u64, Ordering::Relaxed);
         match Arc::clone(&places).try_acquire_owned() {
             Ok(place) => {
-                let guest = Guest {
+                let connection = Connection {
                     router: router.clone(),
                     place: Arc::new(place),
                     limits: shared.limits,
                     stopped: stopped.clone(),
                 };
-                open.spawn(guest.enter(stream, tls.clone()));
+                open.spawn(connection.enter(stream, tls.clone()));
             }
             Err(_) => {
                 shared.metrics.turned_away.fetch_add(1, Ordering::Relaxed);
@@ -149,14 +111,14 @@ pub(crate) async fn until(mut stopped: watch::Receiver<bool>) {
 }
 
 /// One connection and what it may take.
-struct Guest {
+struct Connection {
     router: Router,
     place: Place,
     limits: Limits,
     stopped: watch::Receiver<bool>,
 }
 
-impl Guest {
+impl Connection {
     /// Shakes hands where that is asked for, and serves the connection.
     async fn enter(mut self, stream: TcpStream, tls: Option<TlsAcceptor>) {
         // Commands are small and must not wait for others to fill a packet.

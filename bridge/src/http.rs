@@ -9,57 +9,15 @@ use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::get;
 use axum::{Json, Router};
-use slamlab_core::wire::message::{
-    About, BridgeHello, CHALLENGE_BYTES, Format, RobotFigures, SCHEMA, Watching,
-};
-use tokio::sync::mpsc;
+use slamlab_core::wire::message::{About, Format, Watching};
 use tower_http::services::ServeDir;
 
-use crate::accept::{Limits, Place};
-use crate::clock::Clock;
-use crate::hub::FromClient;
-use crate::metrics::Metrics;
 use crate::page::Page;
-use crate::safety::SafetyConfig;
-use crate::token::Token;
+use crate::shared::{Limits, Place, Shared};
 use crate::{embedded, foxglove, headers, host, rosbridge, session};
 
 /// Path of the WebSocket.
 pub(crate) const SOCKET_PATH: &str = "/ws";
-
-/// What all connections share.
-pub(crate) struct Shared {
-    pub(crate) page: Option<Page>,
-    pub(crate) about: About,
-    pub(crate) robot: Option<RobotFigures>,
-    pub(crate) token: Option<Token>,
-    pub(crate) origins: Vec<String>,
-    /// Whether Foxglove may watch.
-    pub(crate) foxglove: bool,
-    /// Whether rosbridge is spoken.
-    pub(crate) rosbridge: bool,
-    pub(crate) is_tls: bool,
-    pub(crate) limits: Limits,
-    pub(crate) safety: SafetyConfig,
-    pub(crate) hub: mpsc::Sender<FromClient>,
-    pub(crate) clock: Clock,
-    pub(crate) metrics: Arc<Metrics>,
-}
-
-impl Shared {
-    /// What the bridge says first, to a client and to a recording.
-    pub(crate) fn hello(&self, challenge: [u8; CHALLENGE_BYTES]) -> BridgeHello {
-        BridgeHello {
-            version: self.about.version.clone(),
-            schema: SCHEMA,
-            challenge,
-            watching: self.about.watching,
-            robot: self.robot.clone(),
-            watchdog_millis: self.safety.watchdog.as_millis() as u16,
-            lease_millis: self.safety.lease.as_millis() as u16,
-        }
-    }
-}
 
 pub(crate) fn router(shared: &Arc<Shared>) -> Router {
     let router = Router::new()

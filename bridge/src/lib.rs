@@ -24,6 +24,7 @@
 //! page needs a reload and not a restart ([`Page`]).
 
 mod accept;
+mod adapter;
 pub mod address;
 pub mod announce;
 mod clock;
@@ -31,7 +32,6 @@ pub mod doctor;
 mod embedded;
 mod ending;
 mod foxglove;
-mod guest;
 pub mod headers;
 pub mod host;
 mod http;
@@ -47,6 +47,7 @@ pub mod serial;
 mod serve;
 mod session;
 pub mod settings;
+mod shared;
 pub mod source;
 pub mod tls;
 pub mod token;
@@ -54,8 +55,8 @@ pub mod udp;
 
 pub use slamlab_core::device::safety;
 
-pub use accept::Limits;
 pub use clock::Clock;
 pub use listen::{BindError, bind};
-pub use page::Page;
+pub use page::{Page, PageError};
 pub use serve::{Config, RunError, run};
+pub use shared::Limits;

@@ -3,10 +3,20 @@
 use std::path::PathBuf;
 
 use crate::embedded;
-use crate::serve::RunError;
 
 /// Where a program without a page in it looks for one: the repository's root is where one works on the page.
 const WORKSHOP: &str = "www/dist";
+
+/// There is no page.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "there is no page in {place}: index.html is missing; build it with `cargo xtask build`, or name its folder with --page DIR; \
+     `cargo xtask package` makes a program with the page in it"
+)]
+pub struct PageError {
+    /// What was looked into.
+    place: String,
+}
 
 /// Where the page comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,15 +42,15 @@ impl Page {
     /// Whether there is a page.
     ///
     /// # Errors
-    /// [`RunError::NoPage`] where there is no `index.html`.
-    pub fn check(&self) -> Result<(), RunError> {
+    /// [`PageError`] where there is no `index.html`.
+    pub fn check(&self) -> Result<(), PageError> {
         match self {
             Self::Embedded if embedded::is_there() => Ok(()),
             Self::Folder(folder) if folder.join("index.html").is_file() => Ok(()),
-            Self::Embedded => Err(RunError::NoPage {
+            Self::Embedded => Err(PageError {
                 place: "this program".into(),
             }),
-            Self::Folder(folder) => Err(RunError::NoPage {
+            Self::Folder(folder) => Err(PageError {
                 place: folder.display().to_string(),
             }),
         }

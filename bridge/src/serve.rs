@@ -12,15 +12,16 @@ use slamlab_core::wire::message::{
 use tokio::net::TcpListener;
 use tokio::sync::{mpsc, watch};
 
-use crate::accept::{self, Entrance, Limits};
+use crate::accept::{self, Entrance};
 use crate::clock::Clock;
-use crate::http::{self, Shared};
+use crate::http;
 use crate::hub::{self, HubParts};
 use crate::metrics::Metrics;
 use crate::notify;
-use crate::page::Page;
+use crate::page::{Page, PageError};
 use crate::record::{RecordError, Recorder};
 use crate::safety::SafetyConfig;
+use crate::shared::{Limits, Shared};
 use crate::source::{self, Running, Source};
 use crate::tls::Identity;
 use crate::token::Token;
@@ -72,14 +73,8 @@ impl Config {
 #[non_exhaustive]
 pub enum RunError {
     /// There is no page.
-    #[error(
-        "there is no page in {place}: index.html is missing; build it with `cargo xtask build`, or name its folder with --page DIR; \
-         `cargo xtask package` makes a program with the page in it"
-    )]
-    NoPage {
-        /// What was looked into.
-        place: String,
-    },
+    #[error(transparent)]
+    Page(#[from] PageError),
     /// More sources than their numbers can tell apart.
     #[error("{count} sources; expected at most 256")]
     Sources {
@@ -121,10 +116,11 @@ pub async fn run(
     let (sender, events) = mpsc::channel(source::MOST_WAITING);
     let sources = start(config.sources, &sender)?;
     let (hub, clients) = mpsc::channel(hub::MOST_WAITING);
+    let robot = source::robot_figures(sources.iter().map(|source| &source.profile));
     let shared = Arc::new(Shared {
         page: config.page,
-        about: about(&sources, config.watching),
-        robot: robot(&sources),
+        about: about(&sources, robot.as_ref(), config.watching),
+        robot,
         token: config.token,
         origins: config.origins,
         foxglove: config.foxglove,
@@ -190,21 +186,14 @@ fn start(
     sources.into_iter().enumerate().map(start).collect()
 }
 
-fn robot(sources: &[Running]) -> Option<RobotFigures> {
-    let on_command = source::scans_on_command(sources.iter().map(|source| &source.profile));
-    let profiles = sources.iter().map(|source| &source.profile);
-    let robot = source::robot(profiles)?.robot?;
-    Some(RobotFigures::new(&robot, on_command))
-}
-
-fn about(sources: &[Running], watching: Option<Watching>) -> About {
+fn about(sources: &[Running], robot: Option<&RobotFigures>, watching: Option<Watching>) -> About {
     About {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         protocol: PROTOCOL,
         schema: format!("{SCHEMA:016x}"),
         websocket: http::SOCKET_PATH.to_owned(),
         watching: watching.unwrap_or(Watching::Anyone),
-        robot: robot(sources).map(|robot| robot.preset),
+        robot: robot.map(|robot| robot.preset.clone()),
         sources: sources
             .iter()
             .map(|source| source.profile.name.clone())

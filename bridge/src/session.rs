@@ -3,7 +3,7 @@
 //! In: a WebSocket. Out: what the client says, to the hub; what the hub has for it, to the client.
 //!
 //! 1. The bridge says hello with a challenge; the client answers in time, with a proof or as a watcher.
-//! 2. Reading and writing run side by side: a client that does not read is still heard, and one that is silent still told.
+//! 2. Reading and writing run side by side: a client that does not read may still send, and one that is silent still receives.
 //! 3. The first of these ends it: malformed, too large or too many messages; silence; a close from either side.
 //!    However it ends, the hub learns it, and a robot that was driven by it stops.
 
@@ -23,11 +23,11 @@ use tokio::time::timeout;
 use crate::ending::{
     End, FAREWELL, GOING_AWAY, INTERNAL, MALFORMED, TOO_MANY, UNSUPPORTED, farewell, of_error,
 };
-use crate::http::Shared;
 use crate::hub::outbox::{Next, Outbox};
 use crate::hub::{FromClient, NewClient};
 use crate::rate::Bucket;
 use crate::safety::ClientId;
+use crate::shared::Shared;
 
 const LONGEST_NAME: usize = 64;
 
@@ -52,7 +52,7 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared, format: Format) {
         Ok(id) => {
             serve(id, &mut writer, &mut reader, &outbox).await;
             // The hub is gone only when the bridge ends.
-            let _ = shared.hub.send(FromClient::Gone(id)).await;
+            let _ = shared.hub.send(FromClient::Left(id)).await;
         }
         Err(Some(code)) => {
             shared.metrics.intruders.fetch_add(1, Ordering::Relaxed);
@@ -87,7 +87,7 @@ async fn enter(
         may_drive,
         outbox: Arc::clone(outbox),
     };
-    let came = FromClient::Came(client, answer);
+    let came = FromClient::Joined(client, answer);
     shared.hub.send(came).await.map_err(|_| Some(GOING_AWAY))?;
     id.await.map_err(|_| Some(GOING_AWAY))
 }
@@ -206,7 +206,7 @@ impl Reader<'_> {
                 && self
                     .shared
                     .hub
-                    .send(FromClient::Says(id, header, message, now))
+                    .send(FromClient::Message(id, header, message, now))
                     .await
                     .is_err()
             {

@@ -27,7 +27,7 @@ use slamlab_core::wire::message::LinkState;
 use tokio::sync::mpsc;
 
 pub use slamlab_core::device::source::{
-    Link, Order, Profile, SourceEvent, robot, scans_on_command,
+    Link, Order, Profile, SourceEvent, robot_figures, scans_on_command,
 };
 
 pub use named::{SourceError, SourceName, forms};
@@ -95,10 +95,10 @@ pub fn start(
 }
 
 impl Running {
-    /// Gives an order; one that was not taken yet is forgotten, but for an emergency stop.
-    /// Returns its number: what the source says from then on says after which number.
-    pub fn order(&self, order: Order) -> u64 {
-        self.orders.put(order)
+    /// Gives order number `number`; one that was not taken yet is forgotten, but for an emergency stop.
+    /// [`SourceEvent::Busy`] refers to the number.
+    pub fn order(&self, number: u64, order: Order) {
+        self.orders.put(number, order);
     }
 
     /// Events that found no room since the start.

@@ -9,21 +9,19 @@
 //! | [`KINDS`] | the devices that there are, a row for each |
 //! | [`Device`] | what is at the other end of a line: [`Rp6`], and each [`Lidar`] |
 //! | [`safety`] | whether the robot may move, and by whom |
-//! | [`robot_side`] | what its readings mean for driving |
-//! | [`news`] | what clients are told of all that |
-//! | [`Near`] | all of it for one who drives in the same program: a page that opened the port itself |
+//! | [`hub`] | all rules and state of a bridge, between sources and clients |
+//! | [`LocalBridge`] | a hub with its devices and one client: a page that opened the ports itself |
 //!
-//! The bridge gives each line two threads and joins many clients; a page with Web Serial has the lines
-//! and is the only client. Both run this code.
+//! The bridge gives each line two threads and each client a queue; a page with Web Serial has the
+//! lines and is the only client. Both run the same hub.
 
+pub mod hub;
 mod kind;
 pub mod ld06;
 pub mod lidar;
 mod line;
-mod near;
-pub mod news;
+mod local_bridge;
 mod report;
-pub mod robot_side;
 pub mod rp6;
 pub mod rplidar;
 pub mod safety;
@@ -33,7 +31,7 @@ pub mod udp;
 pub use kind::{Kind, Probe, Role, UsbAdapter};
 pub use lidar::Lidar;
 pub use line::{Device, Want, Weight};
-pub use near::Near;
+pub use local_bridge::LocalBridge;
 pub use rp6::Rp6;
 
 use kind::{CP2102, FT232R};

@@ -243,13 +243,13 @@ test('rules that need long to load drive the robot, and rules that fail leave it
   const moves = async () => (await robot.facts()).moves;
   await withRobot(robot, async () => {
     // Longer than whoever drives bears a silence, once a conversation has begun.
-    await page.route('**/near.js', async (route) => {
+    await page.route('**/local_bridge.js', async (route) => {
       await new Promise((done) => setTimeout(done, 7_000));
       await route.continue();
     }, { times: 1 });
     await plugRobot(lab);
     await turnByHand(lab, robot);
-    const rules = page.workers().find((worker) => worker.url().endsWith('/near.js'))!;
+    const rules = page.workers().find((worker) => worker.url().endsWith('/local_bridge.js'))!;
     const told = { kind: 'begin', devices: ['toaster'], driver: null };
     await rules.evaluate((data) => (self as unknown as { onmessage(event: { data: unknown }): void }).onmessage({ data }), told).catch(() => undefined);
     await expect.poll(async () => await bridgeState(lab), { ...PATIENCE, message: 'whoever maps learns it' }).toBeNull();

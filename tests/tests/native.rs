@@ -9,7 +9,7 @@ mod by_hand;
 mod doctor;
 #[path = "fuzz/main.rs"]
 mod fuzz;
-mod near;
+mod local_bridge;
 mod pilch_udp;
 mod serial_lidar;
 mod serial_rp6;

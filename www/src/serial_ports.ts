@@ -1,7 +1,7 @@
-// Serial ports of this computer, by Web Serial: the person chooses them, bytes go to and fro here. What they mean is the matter of a worker
-// of their own (near.ts), and so is when a line is opened anew.
+// Serial ports of this computer, by Web Serial: the person chooses them, bytes go to and fro here. What they mean, and when a line
+// is opened anew, is decided by the local bridge, in a worker of its own (local_bridge.ts).
 
-import type { DeviceKind, LineWish, NearAnswer, NearCommand } from "./protocol/devices.js";
+import type { DeviceKind, LineWish, LocalBridgeAnswer, LocalBridgeCommand } from "./protocol/devices.js";
 
 /** Milliseconds before a line is tried again, the longest last. */
 const RETRY_MILLIS = [250, 500, 1000, 2000];
@@ -87,7 +87,7 @@ export class SerialPorts {
       spare.terminate();
     };
     spare.onerror = drop;
-    spare.onmessage = (event: MessageEvent<NearAnswer>) => {
+    spare.onmessage = (event: MessageEvent<LocalBridgeAnswer>) => {
       if (event.data.kind === "failed") drop();
     };
     this.#spare = spare;
@@ -125,7 +125,7 @@ export class SerialPorts {
     const { port1: driver, port2: wire } = new MessageChannel();
     const rules = this.#spare ?? rulesWorker();
     this.#spare = null;
-    rules.onmessage = (event: MessageEvent<NearAnswer>) => {
+    rules.onmessage = (event: MessageEvent<LocalBridgeAnswer>) => {
       if (this.#rules !== rules) return;
       if (event.data.kind === "line") this.#wish(event.data);
       else this.#lose(rules, event.data.text);
@@ -167,7 +167,7 @@ export class SerialPorts {
     this.#rules = null;
   }
 
-  #send(command: NearCommand, transfer: Transferable[] = []): void {
+  #send(command: LocalBridgeCommand, transfer: Transferable[] = []): void {
     this.#rules?.postMessage(command, transfer);
   }
 
@@ -262,7 +262,7 @@ export class SerialPorts {
 }
 
 function rulesWorker(): Worker {
-  return new Worker(new URL("near.js", import.meta.url), { type: "module", name: "slamlab-near" });
+  return new Worker(new URL("local_bridge.js", import.meta.url), { type: "module", name: "slamlab-local-bridge" });
 }
 
 /** Whether it ends in time, well or not. */

@@ -1,4 +1,4 @@
-// Runs the core for the page: with near.ts the only file that starts the WebAssembly module.
+// Runs the core for the page: with local_bridge.ts the only file that starts the WebAssembly module.
 //
 // It paces the source (simulated seconds for each second), works in slices short enough that every message is heard within
 // about 20 ms, and sends a frame only when the page has drawn the one before.

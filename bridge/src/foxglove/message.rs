@@ -9,10 +9,10 @@ use crate::record::ros::Topic;
 /// Kind byte of a message of a channel.
 const MESSAGE_DATA: u8 = 1;
 
-/// What a client says.
+/// What a client sends.
 #[derive(Debug, PartialEq, Deserialize)]
 #[serde(tag = "op", rename_all = "camelCase")]
-pub(super) enum Asked {
+pub(super) enum Request {
     Subscribe {
         subscriptions: Vec<Subscription>,
     },
@@ -33,10 +33,10 @@ pub(super) struct Subscription {
     pub(super) channel_id: u32,
 }
 
-/// What is said to it.
+/// What is sent to it.
 #[derive(Debug, Serialize)]
 #[serde(tag = "op", rename_all = "camelCase")]
-pub(super) enum Said<'a> {
+pub(super) enum Reply<'a> {
     ServerInfo {
         name: &'static str,
         /// None: nobody publishes, calls or sets anything here.
@@ -63,7 +63,7 @@ pub(super) struct Channel {
     schema: &'static str,
 }
 
-impl Said<'_> {
+impl Reply<'_> {
     pub(super) fn server_info() -> Self {
         Self::ServerInfo {
             name: concat!("slamlab ", env!("CARGO_PKG_VERSION")),
@@ -87,7 +87,7 @@ impl Said<'_> {
     }
 }
 
-impl<'a> Said<'a> {
+impl<'a> Reply<'a> {
     pub(super) fn error(message: &'a str) -> Self {
         Self::Status { level: 2, message }
     }
@@ -116,23 +116,23 @@ mod tests {
 
     #[test]
     fn what_a_client_says_is_read_as_the_specification_writes_it() {
-        let read = |text| serde_json::from_str::<Asked>(text).unwrap();
+        let read = |text| serde_json::from_str::<Request>(text).unwrap();
         let subscribe = r#"{"op":"subscribe","subscriptions":[{"id":0,"channelId":3}]}"#;
         let subscriptions = vec![Subscription {
             id: 0,
             channel_id: 3,
         }];
-        assert_eq!(read(subscribe), Asked::Subscribe { subscriptions });
+        assert_eq!(read(subscribe), Request::Subscribe { subscriptions });
         let subscription_ids = vec![1, 2];
         let unsubscribe = r#"{"op":"unsubscribe","subscriptionIds":[1,2]}"#;
-        assert_eq!(read(unsubscribe), Asked::Unsubscribe { subscription_ids });
+        assert_eq!(read(unsubscribe), Request::Unsubscribe { subscription_ids });
         let others = r#"{"op":"setParameters","parameters":[]}"#;
-        assert_eq!(read(others), Asked::Other);
+        assert_eq!(read(others), Request::Other);
     }
 
     #[test]
     fn an_advertisement_is_written_as_the_specification_reads_it() {
-        let said = serde_json::to_value(Said::advertise(&[Topic::Scan])).unwrap();
+        let said = serde_json::to_value(Reply::advertise(&[Topic::Scan])).unwrap();
         assert_eq!(said["op"], "advertise");
         let channel = &said["channels"][0];
         assert_eq!(channel["schemaName"], "sensor_msgs/msg/LaserScan");

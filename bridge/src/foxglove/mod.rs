@@ -1,9 +1,8 @@
 //! A read-only endpoint for Foxglove and whoever speaks its WebSocket protocol (Lichtblick, the Foxglove SDK).
 //!
-//! In: what every watcher is told. Out: `/scan`, `/points`, `/odom` and `/tf` as ROS 2 messages, to those who asked for them.
+//! In: what every watcher gets. Out: `/scan`, `/points`, `/odom` and `/tf` as ROS 2 messages, to those who asked for them.
 //!
-//! 1. It stands on the bridge's own port, at [`PATH`], behind the same gates: host, origin, number and size. It is off unless the
-//!    bridge is told otherwise. Where watching needs the token there is none, for this protocol has no place for a proof.
+//! 1. It stands on the bridge's own port, at [`PATH`], behind the same gates: host, origin, number and size. It is off by default. Where watching needs the token there is none, for this protocol has no place for a proof.
 //! 2. To the hub its client is a watcher like any other, which can never drive: newest readings first, odometry joined.
 //! 3. What a client asks for beyond watching is answered by a status message, and has no effect.
 //!
@@ -19,13 +18,13 @@ use axum::extract::ws::WebSocket;
 use slamlab_core::wire::message::FromBridge;
 use tokio::sync::oneshot;
 
+use crate::adapter::{Adapter, Incoming, PING};
 use crate::ending::{End, MALFORMED};
-use crate::guest::{Guest, Heard, PING};
-use crate::http::Shared;
 use crate::hub::outbox::{Next, Outbox};
 use crate::hub::{FromClient, NewClient};
 use crate::record::ros::{self, Odom, Topic};
-use message::{Asked, Said};
+use crate::shared::Shared;
+use message::{Reply, Request};
 
 /// Path of the endpoint.
 pub(crate) const PATH: &str = "/foxglove";
@@ -52,27 +51,27 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared) {
     };
     if shared
         .hub
-        .send(FromClient::Came(client, answer))
+        .send(FromClient::Joined(client, answer))
         .await
         .is_err()
     {
         return;
     }
     let Ok(id) = id.await else { return };
-    let (guest, writer) = Guest::new(socket, shared);
+    let (adapter, writer) = Adapter::new(socket, shared);
     let mut viewer = Viewer {
-        guest,
+        adapter,
         shared,
         subscriptions: BTreeMap::new(),
         odom: Odom::default(),
     };
     writer.beside(viewer.live(&outbox)).await;
     // The hub is gone only when the bridge ends.
-    let _ = shared.hub.send(FromClient::Gone(id)).await;
+    let _ = shared.hub.send(FromClient::Left(id)).await;
 }
 
 struct Viewer<'a> {
-    guest: Guest<'a>,
+    adapter: Adapter<'a>,
     shared: &'a Shared,
     /// Numbers are the client's.
     subscriptions: BTreeMap<u32, Topic>,
@@ -81,45 +80,45 @@ struct Viewer<'a> {
 
 impl Viewer<'_> {
     async fn live(&mut self, outbox: &Outbox) -> Result<(), End> {
-        self.guest.say(&Said::server_info())?;
-        self.guest.say(&Said::advertise(&TOPICS))?;
+        self.adapter.send(&Reply::server_info())?;
+        self.adapter.send(&Reply::advertise(&TOPICS))?;
         let mut ping = tokio::time::interval(PING);
         loop {
-            let idle = self.guest.idle();
+            let idle = self.adapter.idle();
             let next = async {
                 idle.await;
                 outbox.next().await
             };
             tokio::select! {
-                heard = self.guest.next() => self.hear(heard?)?,
+                incoming = self.adapter.next() => self.receive(incoming?)?,
                 next = next => match next {
                     Next::Close(code) => return Err(Some(code)),
-                    Next::Message(message) => self.tell(&message)?,
+                    Next::Message(message) => self.forward(&message)?,
                 },
-                _ = ping.tick() => self.guest.ping(&[])?,
+                _ = ping.tick() => self.adapter.ping(&[])?,
             }
         }
     }
 
-    fn hear(&mut self, heard: Heard) -> Result<(), End> {
-        let text = match heard {
-            Heard::Text(text) => text,
-            Heard::Pong(_) => return Ok(()),
+    fn receive(&mut self, incoming: Incoming) -> Result<(), End> {
+        let text = match incoming {
+            Incoming::Text(text) => text,
+            Incoming::Pong(_) => return Ok(()),
             // Publications of a client, and calls of services.
-            Heard::Binary => return self.refuse("a binary message"),
+            Incoming::Binary => return self.refuse("a binary message"),
         };
         match serde_json::from_str(&text).map_err(|_| Some(MALFORMED))? {
-            Asked::Subscribe { subscriptions } => {
+            Request::Subscribe { subscriptions } => {
                 for asked in subscriptions {
                     self.subscribe(asked.id, asked.channel_id)?;
                 }
             }
-            Asked::Unsubscribe { subscription_ids } => {
+            Request::Unsubscribe { subscription_ids } => {
                 for id in subscription_ids {
                     self.subscriptions.remove(&id);
                 }
             }
-            Asked::Other => return self.refuse("this operation"),
+            Request::Other => return self.refuse("this operation"),
         }
         Ok(())
     }
@@ -139,18 +138,18 @@ impl Viewer<'_> {
         let text = format!(
             "{what} is not for this endpoint: it shows what the robot says, and takes nothing"
         );
-        self.guest.say(&Said::error(&text))
+        self.adapter.send(&Reply::error(&text))
     }
 
     /// Sends what was subscribed of a message.
-    fn tell(&mut self, message: &FromBridge) -> Result<(), End> {
+    fn forward(&mut self, message: &FromBridge) -> Result<(), End> {
         let now = self.shared.clock.time_of_day(self.shared.clock.now());
-        for (topic, payload) in ros::said(&mut self.odom, message, now) {
+        for (topic, payload) in ros::messages_of(&mut self.odom, message, now) {
             let wanted = self.subscriptions.iter().filter(|(_, of)| **of == topic);
             let wanted: Vec<u32> = wanted.map(|(id, _)| *id).collect();
             for id in wanted {
                 let bytes = message::data(id, now, &payload);
-                self.guest.send(bytes)?;
+                self.adapter.send_bytes(bytes)?;
             }
         }
         Ok(())

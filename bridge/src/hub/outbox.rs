@@ -46,7 +46,7 @@ type Slot = (Stream, u8);
 enum Stream {
     Odometry,
     Scan,
-    Errand,
+    Manoeuvre,
     Rangers,
     Bumpers,
     Battery,
@@ -142,12 +142,12 @@ impl Waiting {
         self.queue.pop_front().map(Next::Message)
     }
 
-    /// The end of an errand waits for the scan that belongs to it, but for one only: else a client that is slow would never learn of it.
+    /// The end of a manoeuvre waits for the scan that belongs to it, but for one only: else a slow client would never learn of it.
     fn after_its_scan(&self, slot: Slot) -> Slot {
         let was_scan = self.last.is_some_and(|last| last.0 == Stream::Scan);
         let mut scans = self.slots.keys().filter(|slot| slot.0 == Stream::Scan);
         match scans.next() {
-            Some(scan) if slot.0 == Stream::Errand && !was_scan => *scan,
+            Some(scan) if slot.0 == Stream::Manoeuvre && !was_scan => *scan,
             _ => slot,
         }
     }
@@ -172,7 +172,7 @@ fn slot(message: &FromBridge) -> Option<Slot> {
         FromBridge::Battery(body) => (Stream::Battery, body.source),
         FromBridge::Currents(body) => (Stream::Currents, body.source),
         FromBridge::Link(body) => (Stream::Link, body.source),
-        FromBridge::Manoeuvre(_) => (Stream::Errand, 0),
+        FromBridge::Manoeuvre(_) => (Stream::Manoeuvre, 0),
         FromBridge::Heartbeat(_) => (Stream::Heartbeat, 0),
         FromBridge::Recording(_) => (Stream::Recording, 0),
         _ => return None,
@@ -218,7 +218,7 @@ mod tests {
         }))
     }
 
-    fn event(text: &str) -> Arc<FromBridge> {
+    fn notice(text: &str) -> Arc<FromBridge> {
         Arc::new(FromBridge::Notice(Notice {
             severity: Severity::Info,
             text: text.into(),
@@ -236,13 +236,13 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn odometry_is_joined_and_comes_before_readings_but_after_events() {
+    async fn odometry_is_joined_and_comes_before_readings_but_after_notices() {
         let outbox = Outbox::default();
         outbox.put(&battery(7.0));
         outbox.put(&odometry(0, 10, [1.0, 0.0, std::f64::consts::FRAC_PI_2]));
         outbox.put(&odometry(10, 30, [0.5, 0.0, 0.0]));
-        outbox.put(&event("first"));
-        assert_eq!(outbox.next().await, Next::Message(event("first")));
+        outbox.put(&notice("first"));
+        assert_eq!(outbox.next().await, Next::Message(notice("first")));
         let Next::Message(message) = outbox.next().await else {
             panic!("closed")
         };
@@ -298,10 +298,10 @@ mod tests {
     async fn a_full_queue_ends_the_connection_after_what_is_queued() {
         let outbox = Outbox::default();
         for _ in 0..=MOST_QUEUED {
-            outbox.put(&event("too many"));
+            outbox.put(&notice("too many"));
         }
         for _ in 0..MOST_QUEUED {
-            assert_eq!(outbox.next().await, Next::Message(event("too many")));
+            assert_eq!(outbox.next().await, Next::Message(notice("too many")));
         }
         assert_eq!(outbox.next().await, Next::Close(TOO_SLOW));
         outbox.close(4009);

@@ -170,7 +170,7 @@ impl Export {
     fn entries(&mut self, end: usize) -> Vec<Entry> {
         let mut entries = vec![];
         while self.next < end {
-            // What cannot be read was told by the replay.
+            // The replay has reported what cannot be read.
             if let Some(Ok(recorded)) = self.recording.message(self.next) {
                 self.time = Duration::from_nanos(recorded.nanos);
                 entries.push(entry(recorded));
@@ -212,7 +212,7 @@ fn entry(
         Duration::from_nanos(nanos),
     );
     match said {
-        Said::ByBridge(message) => Entry::said(message, at, time),
+        Said::ByBridge(message) => Entry::sent(message, at, time),
         Said::ToRobot(order) => Entry::ordered(order, at, time),
     }
 }

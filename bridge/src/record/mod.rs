@@ -7,7 +7,7 @@
 //!    messages count as acknowledged. They survive the end of the program, by whatever signal; each second they are
 //!    forced to the disk, and survive the end of the power.
 //! 3. A write that fails (the disk is full) is undone: the file ends behind the last acknowledged message. Nothing more is
-//!    written, everybody is told why, and the robot drives on.
+//!    written, everybody learns why, and the robot drives on.
 //! 4. At a regular end the summary is added, which lets readers jump. A file without it reads just as well from its start.
 //!
 //! Chunks are not used, for a chunk under way is lost with the program; [`export()`] uses them, afterwards. Channel `slamlab` holds every message as it
@@ -114,7 +114,7 @@ impl Recorder {
     pub fn message(&self, message: &FromBridge, now: Duration) {
         // How the recording goes is of no use in the recording.
         if !matches!(message, FromBridge::Recording(_) | FromBridge::Heartbeat(_)) {
-            self.put(Entry::said(
+            self.put(Entry::sent(
                 message.clone(),
                 now,
                 self.clock.time_of_day(now),

@@ -6,7 +6,7 @@
 //! A `LaserScan` has equal angles between its beams and knows no others. Bearings are put in order, counter-clockwise; each
 //! beam gets the nearest range within half a step of it, or NaN. The `PointCloud2` beside it has every hit where it was.
 //!
-//! Covariances are those of the robot's own model, added up; where it tells none they are 0, which stands for unknown.
+//! Covariances are those of the robot's own model, added up; where it has none they are 0, which stands for unknown.
 //!
 //! Source: ROS 2 common_interfaces (sensor_msgs, nav_msgs, geometry_msgs) and geometry2 (tf2_msgs), as of ROS 2 Humble.
 
@@ -97,7 +97,7 @@ impl Topic {
 pub(crate) type Messages = Vec<(Topic, Vec<u8>)>;
 
 /// What a message holds for the topics.
-pub(crate) fn said(odom: &mut Odom, message: &FromBridge, now: Duration) -> Messages {
+pub(crate) fn messages_of(odom: &mut Odom, message: &FromBridge, now: Duration) -> Messages {
     match message {
         FromBridge::Odometry(body) => match body.odometry() {
             Ok(step) => moved(&odom.moved(&step), now),

@@ -66,7 +66,7 @@ fn battery(stamp: u64) -> FromBridge {
 
 fn entry(stamp: u64) -> Entry {
     let at = Duration::from_millis(stamp);
-    Entry::said(battery(stamp), at, at)
+    Entry::sent(battery(stamp), at, at)
 }
 
 /// Stamps of the messages that can be read of these bytes.

@@ -37,7 +37,7 @@ enum Message {
 }
 
 impl Entry {
-    pub(super) fn said(message: FromBridge, at: Duration, time_of_day: Duration) -> Self {
+    pub(super) fn sent(message: FromBridge, at: Duration, time_of_day: Duration) -> Self {
         let message = Message::Said(message);
         Self {
             message,
@@ -205,7 +205,7 @@ impl<S: Storage> Writer<S> {
         let (bytes, ros) = match &entry.message {
             Message::Said(message) => (
                 encode(header, message, Format::Binary),
-                ros::said(&mut self.odom, message, entry.time_of_day),
+                ros::messages_of(&mut self.odom, message, entry.time_of_day),
             ),
             Message::Ordered(message) => (
                 encode(header, message, Format::Binary),

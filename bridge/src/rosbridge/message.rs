@@ -10,10 +10,10 @@ use slamlab_core::wire::message::{FromBridge, ScanBody};
 
 use crate::record::ros::{Moved, Odom, in_space, intensities, placed};
 
-/// What a client says. Fields that only tune how it is answered (queues, compression, types) are passed over.
+/// What a client sends. Fields that only tune how it is answered (queues, compression, types) are passed over.
 #[derive(Debug, PartialEq, Deserialize)]
 #[serde(tag = "op", rename_all = "snake_case")]
-pub(super) enum Asked {
+pub(super) enum Request {
     Subscribe {
         topic: String,
         /// ms.
@@ -60,10 +60,10 @@ pub(super) struct Angular {
     pub(super) z: f64,
 }
 
-/// What is said to it.
+/// What is sent to it.
 #[derive(Debug, PartialEq, Serialize)]
 #[serde(tag = "op", rename_all = "snake_case")]
-pub(super) enum Said<'a> {
+pub(super) enum Reply<'a> {
     Publish {
         topic: &'static str,
         msg: Value,
@@ -90,7 +90,7 @@ pub(super) struct Topics {
 impl Topics {
     pub(super) const NAMES: [&'static str; 3] = ["/scan", "/odom", "/tf"];
 
-    pub(super) fn said(
+    pub(super) fn messages(
         &mut self,
         message: &FromBridge,
         now: Duration,
@@ -185,30 +185,30 @@ mod tests {
 
     #[test]
     fn what_roslib_says_is_read() {
-        let read = |text| serde_json::from_str::<Asked>(text).unwrap();
+        let read = |text| serde_json::from_str::<Request>(text).unwrap();
         let subscribe = r#"{"op":"subscribe","id":"subscribe:/scan:1","type":"sensor_msgs/LaserScan","topic":"/scan",
             "compression":"none","throttle_rate":100,"queue_length":0}"#;
         let topic = "/scan".to_owned();
         assert_eq!(
             read(subscribe),
-            Asked::Subscribe {
+            Request::Subscribe {
                 topic,
                 throttle_rate: 100
             }
         );
         let publish = r#"{"op":"publish","topic":"/cmd_vel","msg":{"linear":{"x":0.1,"y":0,"z":0},"angular":{"x":0,"y":0,"z":-0.5}}}"#;
-        let Asked::Publish { msg, .. } = read(publish) else {
+        let Request::Publish { msg, .. } = read(publish) else {
             panic!("no publication")
         };
         let twist: Twist = serde_json::from_value(msg).unwrap();
         assert_eq!((twist.linear.x, twist.angular.z), (0.1, -0.5));
-        assert_eq!(read(r#"{"op":"png","data":""}"#), Asked::Other);
+        assert_eq!(read(r#"{"op":"png","data":""}"#), Request::Other);
     }
 
     #[test]
     fn whoever_asks_for_the_map_learns_where_there_is_one() {
-        let told = no_topic("/map");
-        assert!(told.contains("export") && told.ends_with("there are /scan, /odom, /tf"));
+        let why = no_topic("/map");
+        assert!(why.contains("export") && why.ends_with("there are /scan, /odom, /tf"));
         assert_eq!(
             no_topic("/camera"),
             "there is no /camera; there are /scan, /odom, /tf"

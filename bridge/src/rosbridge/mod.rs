@@ -3,7 +3,7 @@
 //! In: JSON of such a client. Out: `/scan`, `/odom` and `/tf` to those who subscribed; `/cmd_vel` to the robot, from whoever has the
 //! token, the lease, and armed.
 //!
-//! 1. It stands on the bridge's own port, at [`PATH`], behind the same gates; it is off unless the bridge is told otherwise.
+//! 1. It stands on the bridge's own port, at [`PATH`], behind the same gates; it is off by default.
 //! 2. rosbridge has no place for a token. Services stand in: `/slamlab/challenge` gives a challenge, `/slamlab/enter` takes the
 //!    proof made of it ([`slamlab_core::wire::message::proof`]), `/slamlab/take` the lease, `/slamlab/arm` arms. Anyone may call
 //!    `/slamlab/stop`, but where watching needs the token: there the proof must come in time. Then `/cmd_vel` drives, at 10 Hz or faster: the rules are those of every client ([`crate::safety`]).
@@ -27,13 +27,13 @@ use slamlab_core::wire::message::{
 };
 use tokio::sync::oneshot;
 
+use crate::adapter::{Adapter, Incoming, PING};
 use crate::ending::{End, GOING_AWAY, MALFORMED};
-use crate::guest::{Guest, Heard, PING};
-use crate::http::Shared;
 use crate::hub::outbox::{Next, Outbox};
 use crate::hub::{FromClient, NewClient};
 use crate::safety::ClientId;
-use message::{Asked, Said, Topics, Twist};
+use crate::shared::Shared;
+use message::{Reply, Request, Topics, Twist};
 use services::Services;
 
 /// Path of the endpoint.
@@ -48,9 +48,9 @@ const MOST_SUBSCRIPTIONS: usize = 64;
 
 /// Serves a client to its end.
 pub(crate) async fn run(socket: WebSocket, shared: &Shared) {
-    let (guest, writer) = Guest::new(socket, shared);
+    let (adapter, writer) = Adapter::new(socket, shared);
     let mut peer = Peer {
-        guest,
+        adapter,
         shared,
         client: None,
         outbox: Arc::new(Outbox::default()),
@@ -68,11 +68,11 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared) {
 struct Subscription {
     /// At least so long between two messages.
     throttle: Duration,
-    told: Option<Duration>,
+    sent: Option<Duration>,
 }
 
 struct Peer<'a> {
-    guest: Guest<'a>,
+    adapter: Adapter<'a>,
     shared: &'a Shared,
     /// Its number at the hub, and whether it may drive.
     client: Option<(ClientId, bool)>,
@@ -95,16 +95,16 @@ impl Peer<'_> {
         let mut ping = tokio::time::interval(DRIVER_PING);
         let mut pinged = Duration::ZERO;
         loop {
-            let (idle, outbox) = (self.guest.idle(), Arc::clone(&self.outbox));
+            let (idle, outbox) = (self.adapter.idle(), Arc::clone(&self.outbox));
             let next = async {
                 idle.await;
                 outbox.next().await
             };
             tokio::select! {
-                heard = self.guest.next() => self.hear(heard?).await?,
+                incoming = self.adapter.next() => self.receive(incoming?).await?,
                 next = next => match next {
                     Next::Close(code) => return Err(Some(code)),
-                    Next::Message(message) => self.tell(&message)?,
+                    Next::Message(message) => self.forward(&message)?,
                 },
                 () = &mut too_late, if self.client.is_none() => return Err(Some(close::ACCESS)),
                 _ = ping.tick() => {
@@ -112,7 +112,7 @@ impl Peer<'_> {
                     let may_drive = self.client.is_some_and(|(_, may_drive)| may_drive);
                     if may_drive || now >= pinged + PING {
                         pinged = now;
-                        self.guest.ping(&(now.as_micros() as u64).to_le_bytes())?;
+                        self.adapter.ping(&(now.as_micros() as u64).to_le_bytes())?;
                     }
                 }
             }
@@ -129,7 +129,7 @@ impl Peer<'_> {
             may_drive,
             outbox: Arc::clone(&self.outbox),
         };
-        let came = FromClient::Came(client, answer);
+        let came = FromClient::Joined(client, answer);
         self.shared
             .hub
             .send(came)
@@ -142,17 +142,17 @@ impl Peer<'_> {
     async fn leave(&mut self) {
         if let Some((id, _)) = self.client.take() {
             // The hub is gone only when the bridge ends.
-            let _ = self.shared.hub.send(FromClient::Gone(id)).await;
+            let _ = self.shared.hub.send(FromClient::Left(id)).await;
         }
     }
 
-    async fn hear(&mut self, heard: Heard) -> Result<(), End> {
-        match heard {
-            Heard::Text(text) => {
+    async fn receive(&mut self, incoming: Incoming) -> Result<(), End> {
+        match incoming {
+            Incoming::Text(text) => {
                 let asked = serde_json::from_str(&text).map_err(|_| Some(MALFORMED))?;
-                self.obey(asked).await
+                self.handle(asked).await
             }
-            Heard::Pong(bytes) => {
+            Incoming::Pong(bytes) => {
                 let sent = bytes.try_into().map(u64::from_le_bytes).unwrap_or(0);
                 let now = self.shared.clock.now().as_micros() as u64;
                 // Nobody has seen what is still to come: that answers no ping of ours.
@@ -161,32 +161,32 @@ impl Peer<'_> {
                 }
                 Ok(())
             }
-            Heard::Binary => self.refuse("binary messages are not taken"),
+            Incoming::Binary => self.refuse("binary messages are not taken"),
         }
     }
 
-    async fn obey(&mut self, asked: Asked) -> Result<(), End> {
+    async fn handle(&mut self, asked: Request) -> Result<(), End> {
         match asked {
-            Asked::Subscribe {
+            Request::Subscribe {
                 topic,
                 throttle_rate,
             } => self.subscribe(topic, throttle_rate),
-            Asked::Unsubscribe { topic } => {
+            Request::Unsubscribe { topic } => {
                 self.subscriptions.remove(&topic);
                 Ok(())
             }
-            Asked::Publish { topic, msg } if topic == VELOCITY => {
+            Request::Publish { topic, msg } if topic == VELOCITY => {
                 let twist: Twist = serde_json::from_value(msg).map_err(|_| Some(MALFORMED))?;
                 self.drive(&twist).await
             }
-            Asked::Advertise { topic } if topic == VELOCITY => Ok(()),
-            Asked::Publish { topic, .. } | Asked::Advertise { topic } => {
+            Request::Advertise { topic } if topic == VELOCITY => Ok(()),
+            Request::Publish { topic, .. } | Request::Advertise { topic } => {
                 let why = format!("{topic} is not taken here; {VELOCITY} is");
                 self.refuse(&why)
             }
-            Asked::CallService { id, service, args } => self.serve(id, service, &args).await,
-            Asked::Unadvertise => Ok(()),
-            Asked::Other => self.refuse("this operation is not known here"),
+            Request::CallService { id, service, args } => self.serve(id, service, &args).await,
+            Request::Unadvertise => Ok(()),
+            Request::Other => self.refuse("this operation is not known here"),
         }
     }
 
@@ -198,7 +198,7 @@ impl Peer<'_> {
             let throttle = Duration::from_millis(throttle_millis);
             let subscription = Subscription {
                 throttle,
-                told: None,
+                sent: None,
             };
             self.subscriptions.insert(topic, subscription);
         }
@@ -230,7 +230,7 @@ impl Peer<'_> {
             micros: 0,
         };
         let now = self.shared.clock.now();
-        let says = FromClient::Says(id, header, message, now);
+        let says = FromClient::Message(id, header, message, now);
         self.shared
             .hub
             .send(says)
@@ -239,9 +239,12 @@ impl Peer<'_> {
     }
 
     /// Sends what was subscribed of a message, and answers what waits for it.
-    fn tell(&mut self, message: &FromBridge) -> Result<(), End> {
-        if let Some(said) = self.services.heard(message, self.client.map(|(id, _)| id)) {
-            self.guest.say(&said)?;
+    fn forward(&mut self, message: &FromBridge) -> Result<(), End> {
+        if let Some(answer) = self
+            .services
+            .answer_to(message, self.client.map(|(id, _)| id))
+        {
+            self.adapter.send(&answer)?;
         } else if let FromBridge::Refused(reason) = message {
             let why = format!("{VELOCITY} was left out: {reason}");
             self.refuse(&why)?;
@@ -249,24 +252,24 @@ impl Peer<'_> {
         let now = self.shared.clock.now();
         for (topic, msg) in self
             .topics
-            .said(message, self.shared.clock.time_of_day(now))
+            .messages(message, self.shared.clock.time_of_day(now))
         {
             let Some(subscription) = self.subscriptions.get_mut(topic) else {
                 continue;
             };
             if subscription
-                .told
+                .sent
                 .is_none_or(|at| now >= at + subscription.throttle)
             {
-                subscription.told = Some(now);
-                self.guest.say(&Said::Publish { topic, msg })?;
+                subscription.sent = Some(now);
+                self.adapter.send(&Reply::Publish { topic, msg })?;
             }
         }
         Ok(())
     }
 
     fn refuse(&mut self, why: &str) -> Result<(), End> {
-        self.guest.say(&Said::Status {
+        self.adapter.send(&Reply::Status {
             level: "error",
             msg: why,
         })

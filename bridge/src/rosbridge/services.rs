@@ -6,7 +6,7 @@ use slamlab_core::wire::message::{
 };
 
 use super::Peer;
-use super::message::Said;
+use super::message::Reply;
 use crate::ending::{End, INTERNAL, MALFORMED};
 use crate::safety::ClientId;
 
@@ -28,9 +28,9 @@ struct Call {
 }
 
 impl Call {
-    fn answer<'a>(self, result: bool, values: Value) -> Said<'a> {
+    fn answer<'a>(self, result: bool, values: Value) -> Reply<'a> {
         let Self { id, service } = self;
-        Said::ServiceResponse {
+        Reply::ServiceResponse {
             id,
             service,
             values,
@@ -41,11 +41,11 @@ impl Call {
 
 impl Services {
     /// The answer to the call that waits, if this is it.
-    pub(super) fn heard<'a>(
+    pub(super) fn answer_to<'a>(
         &mut self,
         message: &FromBridge,
         client: Option<ClientId>,
-    ) -> Option<Said<'a>> {
+    ) -> Option<Reply<'a>> {
         let service = self.waiting.as_ref()?.service.clone();
         let (result, values) = match message {
             FromBridge::Granted(lease) if service == "/slamlab/take" => {
@@ -94,7 +94,7 @@ impl Peer<'_> {
                 getrandom::fill(&mut challenge).map_err(|_| Some(INTERNAL))?;
                 self.services.challenge = Some(challenge);
                 let answer = call.answer(true, json!({ "challenge": hex(&challenge) }));
-                self.guest.say(&answer)
+                self.adapter.send(&answer)
             }
             "/slamlab/enter" => self.enter(call, args).await,
             "/slamlab/take" => {
@@ -107,11 +107,11 @@ impl Peer<'_> {
             }
             "/slamlab/stop" => {
                 self.ask(ToBridge::Stop).await?;
-                self.guest.say(&call.answer(true, json!({})))
+                self.adapter.send(&call.answer(true, json!({})))
             }
             _ => {
                 let text = json!("there are /slamlab/challenge, enter, take, arm and stop");
-                self.guest.say(&call.answer(false, text))
+                self.adapter.send(&call.answer(false, text))
             }
         }
     }
@@ -128,7 +128,7 @@ impl Peer<'_> {
             return Err(Some(close::ACCESS));
         }
         self.join(true).await?;
-        self.guest.say(&call.answer(true, json!({})))
+        self.adapter.send(&call.answer(true, json!({})))
     }
 
     /// Asks, and answers when the hub does. One call at a time: a second would not know its answer.
@@ -169,7 +169,11 @@ mod tests {
             }),
             ..Services::default()
         };
-        let mut is_answer = |reason| services.heard(&FromBridge::Refused(reason), None).is_some();
+        let mut is_answer = |reason| {
+            services
+                .answer_to(&FromBridge::Refused(reason), None)
+                .is_some()
+        };
         assert!(!is_answer(RefusalReason::Disarmed));
         assert!(is_answer(RefusalReason::NoRobot));
         assert!(

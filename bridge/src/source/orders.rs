@@ -19,16 +19,15 @@ struct Waiting {
     emergency: [Option<Order>; 2],
     command: Option<Command>,
     is_closed: bool,
-    /// Orders that were put so far, and how many of them there were when the newest that was taken came.
+    /// Number of the newest order, and of the newest when the source had taken all.
     put: u64,
     taken: u64,
 }
 
 impl Orders {
-    /// The number of the order, from 1.
-    pub(super) fn put(&self, order: Order) -> u64 {
+    pub(super) fn put(&self, number: u64, order: Order) {
         let mut waiting = self.lock();
-        waiting.put += 1;
+        waiting.put = number;
         match order {
             Order::Command(command) => waiting.command = Some(command),
             Order::EmergencyStop => {
@@ -38,10 +37,9 @@ impl Orders {
             Order::ResetEmergencyStop => waiting.emergency[1] = Some(order),
         }
         self.changed.notify_all();
-        waiting.put
     }
 
-    /// How many orders there were when the source took the last one that it took: what it says now counts after these.
+    /// Number of the newest order when the source took the last one that it took: what it reports now counts after that.
     pub(super) fn taken(&self) -> u64 {
         self.lock().taken
     }
@@ -107,8 +105,8 @@ mod tests {
     #[test]
     fn the_newest_command_is_taken_once() {
         let orders = Orders::default();
-        orders.put(drive(0.1));
-        orders.put(drive(0.2));
+        orders.put(1, drive(0.1));
+        orders.put(1, drive(0.2));
         assert_eq!(orders.take(NOW), Waited::Order(drive(0.2)));
         assert_eq!(orders.take(NOW), Waited::Nothing);
     }
@@ -116,10 +114,10 @@ mod tests {
     #[test]
     fn an_emergency_stop_is_taken_first_and_forgets_what_waited() {
         let orders = Orders::default();
-        orders.put(drive(0.1));
-        orders.put(Order::EmergencyStop);
-        orders.put(Order::ResetEmergencyStop);
-        orders.put(drive(0.3));
+        orders.put(1, drive(0.1));
+        orders.put(1, Order::EmergencyStop);
+        orders.put(1, Order::ResetEmergencyStop);
+        orders.put(1, drive(0.3));
         let all: Vec<_> = (0..4).map(|_| orders.take(NOW)).collect();
         let expect = [
             Waited::Order(Order::EmergencyStop),
@@ -133,13 +131,13 @@ mod tests {
     #[test]
     fn what_a_source_says_counts_after_the_orders_that_it_took() {
         let orders = Orders::default();
-        assert_eq!(orders.put(drive(0.1)), 1);
-        assert_eq!(orders.put(drive(0.2)), 2);
+        orders.put(1, drive(0.1));
+        orders.put(2, drive(0.2));
         assert_eq!(orders.taken(), 0);
         let _ = orders.take(NOW);
         assert_eq!(orders.taken(), 2);
-        assert_eq!(orders.put(Order::EmergencyStop), 3);
-        assert_eq!(orders.put(drive(0.3)), 4);
+        orders.put(3, Order::EmergencyStop);
+        orders.put(4, drive(0.3));
         let _ = orders.take(NOW);
         assert_eq!(orders.taken(), 2, "one still waits");
         let _ = orders.take(NOW);
@@ -149,7 +147,7 @@ mod tests {
     #[test]
     fn what_waits_is_still_taken_after_closing() {
         let orders = Orders::default();
-        orders.put(Order::Command(Command::Stop));
+        orders.put(1, Order::Command(Command::Stop));
         orders.close();
         assert_eq!(
             orders.take(NOW),
@@ -162,7 +160,7 @@ mod tests {
     fn waiting_ends_with_an_order_from_another_thread() {
         let orders = std::sync::Arc::new(Orders::default());
         let giver = std::sync::Arc::clone(&orders);
-        let thread = std::thread::spawn(move || giver.put(drive(0.1)));
+        let thread = std::thread::spawn(move || giver.put(1, drive(0.1)));
         assert_eq!(
             orders.take(Duration::from_secs(60)),
             Waited::Order(drive(0.1))

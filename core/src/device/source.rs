@@ -1,11 +1,11 @@
-//! What robot and sensors say, what they are told, and what is known of them.
+//! Sources: what robots and sensors report, the orders they take, and what is known of them beforehand.
 
 use std::time::Duration;
 
 use crate::robot::{Command, Odometry, RobotModel, Scan, Stamp};
-use crate::wire::message::{DeviceState, LinkState, RangerReading};
+use crate::wire::message::{DeviceState, LinkState, RangerReading, RobotFigures};
 
-/// What a source says. Stamps of one program's serial devices are all on one clock; a simulated robot and a recording have
+/// What a source reports. Stamps of one program's serial devices are all on one clock; a simulated robot and a recording have
 /// their own.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SourceEvent {
@@ -13,7 +13,7 @@ pub enum SourceEvent {
     Odometry(Odometry),
     /// A whole sweep; it passed [`Scan::validate`].
     Scan(Scan),
-    /// A few readings on the move, of a robot that scans only standing: they tell who came, and are nothing to map. It passed
+    /// A few readings on the move, of a robot that scans only standing: they show who came, and are not for the map. It passed
     /// [`Scan::validate`].
     PartialScan(Scan),
     /// Single readings of rangers.
@@ -50,12 +50,12 @@ pub enum SourceEvent {
     },
     /// How the wire does: at each change, and each second.
     Link(Link),
-    /// Whether the robot is doing an errand ([`Command::Forward`], [`Command::Turn`], [`Command::Scan`]): after each order, at each
+    /// Whether the robot is in a manoeuvre ([`Command::Forward`], [`Command::Turn`], [`Command::Scan`]): after each order, at each
     /// change, and each second; after the readings that belong to it.
     Busy {
         /// Whether it is.
         busy: bool,
-        /// Number of the newest order before which this was not said; whoever numbers orders fills it in.
+        /// Number of the newest order that the source had taken; whoever passes orders on fills it in.
         after: u64,
     },
     /// How the device does: at each change.
@@ -69,7 +69,7 @@ pub enum SourceEvent {
     },
 }
 
-/// How the wire to a device does.
+/// The state of the line to a device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
     /// Whether data can flow.
@@ -139,10 +139,19 @@ pub fn scans_on_command<'a>(sources: impl Iterator<Item = &'a Profile> + Clone) 
 }
 
 /// The source with the robot: the first that takes orders, else the first that has one.
-pub fn robot<'a>(sources: impl Iterator<Item = &'a Profile> + Clone) -> Option<&'a Profile> {
+fn robot<'a>(sources: impl Iterator<Item = &'a Profile> + Clone) -> Option<&'a Profile> {
     let mut robots = sources.filter(|profile| profile.robot.is_some());
     let mut driven = robots.clone().filter(|profile| profile.takes_orders);
     driven.next().or_else(|| robots.next())
+}
+
+/// The figures of that robot, for whoever steers it.
+pub fn robot_figures<'a>(
+    sources: impl Iterator<Item = &'a Profile> + Clone,
+) -> Option<RobotFigures> {
+    let on_command = scans_on_command(sources.clone());
+    let robot = robot(sources)?.robot?;
+    Some(RobotFigures::new(&robot, on_command))
 }
 
 #[cfg(test)]

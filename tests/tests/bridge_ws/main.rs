@@ -4,10 +4,10 @@
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
 
 mod access;
+mod adapters;
 mod client;
 mod driving;
-mod errand;
-mod guests;
+mod manoeuvre;
 mod recording;
 #[allow(dead_code)] // `examples/bridge_report` uses the rest
 mod robot;

@@ -32,9 +32,9 @@ export interface LineWish {
   on: boolean;
 }
 
-/** To the worker with the rules for a robot at ports of this page. */
-export type NearCommand =
-  /** `driver` leads to the one who maps and drives; what goes over it are a bridge's messages. */
+/** To the local bridge, the worker with the rules for a robot at ports of this page. */
+export type LocalBridgeCommand =
+  /** `driver` leads to the client; over it go the messages of a bridge. */
   | { kind: "begin"; devices: readonly string[]; driver: MessagePort }
   | ({ kind: "line" } & LineEvent)
   /** The person stops the robot; with `cutOff` its motors stay off. */
@@ -43,7 +43,7 @@ export type NearCommand =
   | { kind: "end" };
 
 /** And from it. */
-export type NearAnswer =
+export type LocalBridgeAnswer =
   | ({ kind: "line" } & LineWish)
   /** The rules are of no use any more. */
   | { kind: "failed"; text: string };

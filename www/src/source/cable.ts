@@ -1,5 +1,4 @@
-// The wire to devices at serial ports of this very page: rules and devices run in a worker of their own (near.ts), this is the end of the
-// one who maps and drives.
+// The wire to the local bridge, which has devices and rules in a worker of its own (local_bridge.ts): the client's end.
 //
 // The messages are those of a bridge, so that all that is shown and done is the same.
 

@@ -112,7 +112,7 @@ impl Installed {
                 "application/wasm",
             ),
             ("/worker.js", "worker.js", "text/javascript"),
-            ("/near.js", "near.js", "text/javascript"),
+            ("/local_bridge.js", "local_bridge.js", "text/javascript"),
         ] {
             let (head, body) = get(&address, path)?;
             ensure!(head.starts_with("http/1.1 200"), "{path}: {head}");

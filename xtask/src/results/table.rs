@@ -317,7 +317,13 @@ fn printed(command: &mut Command) -> Result<String> {
 fn sizes() -> Result<String> {
     page::build(Profile::Release)?;
     let dist = tools::root().join("www/dist");
-    let lines = ["slamlab_web_bg.wasm", "main.js", "worker.js", "near.js"].map(|name| {
+    let lines = [
+        "slamlab_web_bg.wasm",
+        "main.js",
+        "worker.js",
+        "local_bridge.js",
+    ]
+    .map(|name| {
         let bytes = |ending: &str| -> Result<u64> {
             let file = dist.join(format!("{name}{ending}"));
             let facts = fs::metadata(&file);

@@ -89,7 +89,8 @@ fn what_was_said_before_an_order_does_not_count_after_it() {
         std::thread::sleep(Duration::from_millis(10));
     }
     // The order comes in the same turn as the byte.
-    let number = running.order(Order::Command(Command::Scan));
+    let number = 1;
+    running.order(number, Order::Command(Command::Scan));
     for _ in 0..1000 {
         // Bytes that came meanwhile are heard in a turn of their own; their answers wait for nobody.
         goes_on.send(()).unwrap();

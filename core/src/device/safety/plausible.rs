@@ -1,12 +1,12 @@
 //! What disarms in the robot's own readings.
 //!
-//! In: what the robot was told, and what it says. Out: the reason why it must not go on, where there is one.
+//! In: orders to the robot, and its readings. Out: the reason why it must not go on, where there is one.
 //!
 //! 1. A bumper that begins to be pressed. One that stays pressed does not count: the robot must be able to back off.
 //! 2. A battery that stays below its limit for 2 s; a dip under load does not count.
 //! 3. Silence: no odometry for half a second.
-//! 4. Encoders against command, over windows of a fifth of a second: told to run, it stands for 1.5 s (stall); told to
-//!    stand, it still runs after 1 s (runaway). Legs and turns of a given length end by themselves; they are not judged.
+//! 4. Encoders against command, over windows of a fifth of a second: ordered to run, it stands for 1.5 s (stall); ordered
+//!    to stand, it still runs after 1 s (runaway). Legs and turns of a given length end by themselves; they are not judged.
 
 use std::time::Duration;
 
@@ -24,9 +24,9 @@ pub struct PlausibleConfig {
     pub low_for: Duration,
     /// No odometry for so long is silence. Default 500 ms.
     pub silence: Duration,
-    /// Told to run and standing for so long is a stall. Default 1.5 s.
+    /// Ordered to run and standing for so long is a stall. Default 1.5 s.
     pub stall: Duration,
-    /// Told to stand and running after so long is a runaway. Default 1 s: from full speed it needs half of that.
+    /// Ordered to stand and running after so long is a runaway. Default 1 s: from full speed it needs half of that.
     pub runaway: Duration,
     /// Slower than this is standing, m/s and rad/s. Default 0.02 and 0.1.
     pub standing: (f64, f64),
@@ -48,11 +48,11 @@ impl Default for PlausibleConfig {
 /// Speeds are means over at least so many seconds of odometry: single readings are a few encoder counts.
 const WINDOW: f64 = 0.2;
 
-/// Remembers what was told and said.
+/// Remembers orders and readings.
 #[derive(Clone, Debug)]
 pub struct Plausible {
     config: PlausibleConfig,
-    told: Told,
+    ordered: Ordered,
     bumpers: [bool; 2],
     low_since: Option<Duration>,
     heard: Option<Duration>,
@@ -62,20 +62,20 @@ pub struct Plausible {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Told {
+enum Ordered {
     Stand,
     Run,
     /// A leg, a turn, a sweep.
-    Errand,
+    Manoeuvre,
 }
 
 impl Plausible {
-    /// Before anything was told or said.
+    /// Before any order and any reading.
     #[must_use]
     pub fn new(config: PlausibleConfig) -> Self {
         Self {
             config,
-            told: Told::Stand,
+            ordered: Ordered::Stand,
             bumpers: [false; 2],
             low_since: None,
             heard: None,
@@ -84,25 +84,27 @@ impl Plausible {
         }
     }
 
-    /// Takes what the robot was told.
+    /// Takes an order to the robot.
     pub fn ordered(&mut self, order: &Order) {
         let (least, least_turn) = self.config.standing;
-        let told = match order {
+        let ordered = match order {
             Order::Command(Command::Velocity { forward, turn }) => {
                 // Twice what counts as standing: in between, nothing can be said.
                 let is_run = forward.abs() > 2.0 * least || turn.abs() > 2.0 * least_turn;
                 let is_stand = *forward == 0.0 && *turn == 0.0;
                 match (is_run, is_stand) {
-                    (true, _) => Told::Run,
-                    (_, true) => Told::Stand,
-                    _ => Told::Errand,
+                    (true, _) => Ordered::Run,
+                    (_, true) => Ordered::Stand,
+                    _ => Ordered::Manoeuvre,
                 }
             }
-            Order::Command(Command::Forward(_) | Command::Turn(_) | Command::Scan) => Told::Errand,
-            _ => Told::Stand,
+            Order::Command(Command::Forward(_) | Command::Turn(_) | Command::Scan) => {
+                Ordered::Manoeuvre
+            }
+            _ => Ordered::Stand,
         };
-        if told != self.told {
-            (self.told, self.odd_since) = (told, None);
+        if ordered != self.ordered {
+            (self.ordered, self.odd_since) = (ordered, None);
         }
     }
 
@@ -128,10 +130,10 @@ impl Plausible {
     }
 
     fn judge(&mut self, now: Duration, stands: bool) -> Option<DisarmReason> {
-        let (is_odd, patience, reason) = match self.told {
-            Told::Run => (stands, self.config.stall, DisarmReason::Stall),
-            Told::Stand => (!stands, self.config.runaway, DisarmReason::Runaway),
-            Told::Errand => (false, Duration::ZERO, DisarmReason::Stall),
+        let (is_odd, patience, reason) = match self.ordered {
+            Ordered::Run => (stands, self.config.stall, DisarmReason::Stall),
+            Ordered::Stand => (!stands, self.config.runaway, DisarmReason::Runaway),
+            Ordered::Manoeuvre => (false, Duration::ZERO, DisarmReason::Stall),
         };
         if !is_odd {
             self.odd_since = None;
@@ -213,32 +215,32 @@ mod tests {
         })
     }
 
-    fn told(forward: f64) -> Plausible {
+    fn ordered(forward: f64) -> Plausible {
         let mut plausible = Plausible::new(PlausibleConfig::default());
         plausible.ordered(&Order::Command(Command::Velocity { forward, turn: 0.0 }));
         plausible
     }
 
     #[test]
-    fn a_robot_that_does_as_told_is_left_alone() {
-        assert_eq!(run(&mut told(0.2), 0.2, 0, 10_000), None);
-        assert_eq!(run(&mut told(0.0), 0.0, 0, 10_000), None);
+    fn a_robot_that_obeys_is_left_alone() {
+        assert_eq!(run(&mut ordered(0.2), 0.2, 0, 10_000), None);
+        assert_eq!(run(&mut ordered(0.0), 0.0, 0, 10_000), None);
         // Slows down for half a second after a stop.
-        let mut stopped = told(0.0);
+        let mut stopped = ordered(0.0);
         assert_eq!(run(&mut stopped, 0.15, 0, 500), None);
         assert_eq!(run(&mut stopped, 0.0, 500, 10_000), None);
     }
 
     #[test]
     fn a_blocked_robot_is_a_stall_after_its_patience() {
-        let (millis, reason) = run(&mut told(0.2), 0.0, 0, 10_000).unwrap();
+        let (millis, reason) = run(&mut ordered(0.2), 0.0, 0, 10_000).unwrap();
         assert_eq!(reason, DisarmReason::Stall);
         assert!((1500..=2000).contains(&millis), "{millis}");
     }
 
     #[test]
-    fn a_robot_that_runs_untold_is_a_runaway() {
-        let (millis, reason) = run(&mut told(0.0), 0.1, 0, 10_000).unwrap();
+    fn a_robot_that_runs_without_an_order_is_a_runaway() {
+        let (millis, reason) = run(&mut ordered(0.0), 0.1, 0, 10_000).unwrap();
         assert_eq!(reason, DisarmReason::Runaway);
         assert!((1000..=1500).contains(&millis), "{millis}");
     }
@@ -281,8 +283,8 @@ mod tests {
     }
 
     #[test]
-    fn silence_is_told_once() {
-        let mut plausible = told(0.0);
+    fn silence_is_reported_once() {
+        let mut plausible = ordered(0.0);
         assert_eq!(plausible.silence(at(9000)), None, "it never spoke");
         run(&mut plausible, 0.0, 0, 100);
         assert_eq!(plausible.deadline(), Some(at(600)));

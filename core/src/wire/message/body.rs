@@ -78,7 +78,7 @@ pub struct ScanBody {
     pub max_range: f64,
     /// s.
     pub sweep: f64,
-    /// Strength of each echo in the sensor's own unit; empty where it tells none.
+    /// Strength of each echo in the sensor's own unit; empty where it gives none.
     pub qualities: Vec<u8>,
 }
 
@@ -253,7 +253,7 @@ pub struct RobotFigures {
     pub limits: [f64; 4],
     /// Odometry noise: per metre, lateral per metre, heading per radian.
     pub noise: [f64; 3],
-    /// Whether it scans only when told to, standing.
+    /// Whether it scans only on command, standing.
     pub scans_on_command: bool,
 }
 

@@ -19,7 +19,7 @@ pub struct DriveBody {
     pub motion: Motion,
 }
 
-/// What the robot can be told over the wire; [`Command`] without anything else.
+/// A command to the robot, as it crosses the wire: [`Command`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Motion {
@@ -82,10 +82,10 @@ impl From<Command> for Motion {
     }
 }
 
-/// How an errand goes: a way, a turn or a sweep, which take their time.
+/// Whether a manoeuvre is under way: a leg, a turn or a sweep.
 ///
-/// Told when it begins and when it is over, however it ends: done, given up for another command, stopped. One that was not even
-/// begun is told as over to its sender. Its end comes after the readings that belong to it.
+/// Sent when it begins and when it is over, however it ends: done, given up for another command, stopped. Where it did not even
+/// begin, only its sender learns that it is over. Its end comes after the readings that belong to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ManoeuvreBody {
     /// Number of the client that gave it.
@@ -147,7 +147,7 @@ named! {
         Battery = "battery",
         /// The motors work and the robot does not move.
         Stall = "stall",
-        /// The robot moves and was not told to.
+        /// The robot moves without an order.
         Runaway = "runaway",
         /// The bridge ends.
         Shutdown = "shutdown",

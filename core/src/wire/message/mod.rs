@@ -19,14 +19,14 @@
 //!
 //! # A conversation
 //!
-//! 1. `GET /bridge.json` on the page's own server tells whether a robot is behind it ([`About`]), and where the WebSocket is:
+//! 1. `GET /bridge.json` on the page's own server says whether a robot is behind it ([`About`]), and where the WebSocket is:
 //!    `/ws`. A page that is served by nothing else than files gets 404 there.
 //! 2. The bridge speaks first: [`FromBridge::Hello`], with its version, [`SCHEMA`], the robot's figures, and a challenge.
 //! 3. Within 2 s the client answers [`ToBridge::Hello`], with [`proof`] made of challenge and token if it has one (the page
 //!    has it from the fragment of its address, `#token=…`), else without. [`FromBridge::Welcome`] says what it may do: who
 //!    has no token watches, and never drives. A wrong proof, or nothing in time, ends the connection ([`close::ACCESS`]); so
 //!    does another schema than the bridge's ([`close::OTHER_SCHEMA`]).
-//! 4. Streams follow, newest first: a slow client gets fewer scans and readings, and is told how many it missed
+//! 4. Streams follow, newest first: a slow client gets fewer scans and readings, and learns how many it missed
 //!    ([`FromBridge::Heartbeat`]). Odometry is never dropped but joined: a later message then covers a longer time. If its
 //!    `from` is not the `to` before, the robot's clock began anew.
 //! 5. Each side sends a heartbeat every second. After 5 s without any message the bridge ends the connection
@@ -77,7 +77,7 @@ pub mod close {
     pub const HEARTBEAT: u16 = 4008;
     /// Somebody else took the lease.
     pub const TAKEN_OVER: u16 = 4009;
-    /// The client speaks another [`SCHEMA`](super::SCHEMA) or [`PROTOCOL`](super::PROTOCOL): it would misread what it is told.
+    /// The client speaks another [`SCHEMA`](super::SCHEMA) or [`PROTOCOL`](super::PROTOCOL): it would misread what it gets.
     pub const OTHER_SCHEMA: u16 = 4010;
 }
 

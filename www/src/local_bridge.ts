@@ -1,52 +1,52 @@
-// Robot and sensors at serial ports of this very page: devices and rules run here, in a worker of their own, so that nothing that whoever
-// maps has to do (a plan, a fit) keeps them waiting. The page has the ports, and its Stop comes straight to here.
+// The local bridge: devices at serial ports of this page, and the rules of a bridge, in a worker of their own, so that no plan and no fit
+// keeps them waiting. The page has the ports, and its Stop comes straight here.
 //
-// With the one who maps and drives they exchange the messages of a bridge, over a port of its own; `null` is its farewell.
+// The client, which maps and drives, exchanges the messages of a bridge with it over a message port; `null` is its farewell.
 
-import init, { WebNear } from "../pkg/slamlab_web.js";
-import type { LineEvent, LineWish, NearAnswer, NearCommand } from "./protocol/devices.js";
+import init, { WebLocalBridge } from "../pkg/slamlab_web.js";
+import type { LineEvent, LineWish, LocalBridgeAnswer, LocalBridgeCommand } from "./protocol/devices.js";
 import { micros } from "./source/link.js";
 
 /** Wall milliseconds between two looks of the devices. */
 const DEVICE_MILLIS = 10;
 
-const post = (answer: NearAnswer, transfer: Transferable[] = []): void => {
-  (self as unknown as { postMessage(message: NearAnswer, transfer: Transferable[]): void }).postMessage(answer, transfer);
+const post = (answer: LocalBridgeAnswer, transfer: Transferable[] = []): void => {
+  (self as unknown as { postMessage(message: LocalBridgeAnswer, transfer: Transferable[]): void }).postMessage(answer, transfer);
 };
 
 class Lines {
-  readonly #near: WebNear;
+  readonly #bridge: WebLocalBridge;
   readonly #count: number;
   readonly #driver: MessagePort;
   readonly #ticker: ReturnType<typeof setInterval>;
 
-  constructor({ devices, driver }: Extract<NearCommand, { kind: "begin" }>) {
-    this.#near = new WebNear([...devices]);
+  constructor({ devices, driver }: Extract<LocalBridgeCommand, { kind: "begin" }>) {
+    this.#bridge = new WebLocalBridge([...devices]);
     this.#count = devices.length;
     this.#driver = driver;
-    driver.onmessage = (event: MessageEvent<Uint8Array | null>) => heard(event.data);
-    this.#near.begin(micros());
-    for (let line = 0; line < this.#count; line += 1) wish(line, "open", { baud: this.#near.baud_rate(line) });
+    driver.onmessage = (event: MessageEvent<Uint8Array | null>) => received(event.data);
+    this.#bridge.begin(micros());
+    for (let line = 0; line < this.#count; line += 1) wish(line, "open", { baud: this.#bridge.baud_rate(line) });
     this.#ticker = setInterval(() => guard(() => this.#tick()), DEVICE_MILLIS);
     this.flush();
   }
 
-  /** What the one who drives says. */
-  hear(bytes: Uint8Array): void {
-    this.#near.hear(micros(), bytes);
+  /** A message of the client. */
+  message(bytes: Uint8Array): void {
+    this.#bridge.message(micros(), bytes);
     this.flush();
   }
 
   /** Something happened at a line. */
   take({ line, event, bytes, came, why }: LineEvent): void {
-    if (event === "opened") this.#near.opened(micros(), line);
-    else if (event === "bytes" && bytes) this.#near.received(micros(), came === undefined ? micros() : 1000 * (came - performance.timeOrigin), line, bytes);
-    else if (event === "broken") this.#near.broken(micros(), line, why ?? "the line broke");
+    if (event === "opened") this.#bridge.opened(micros(), line);
+    else if (event === "bytes" && bytes) this.#bridge.received(micros(), came === undefined ? micros() : 1000 * (came - performance.timeOrigin), line, bytes);
+    else if (event === "broken") this.#bridge.broken(micros(), line, why ?? "the line broke");
     this.flush();
   }
 
   stop(cutOff: boolean): void {
-    this.#near.stop(micros(), cutOff);
+    this.#bridge.stop(micros(), cutOff);
     this.flush();
   }
 
@@ -54,9 +54,9 @@ class Lines {
   close(): void {
     clearInterval(this.#ticker);
     try {
-      this.#near.close(micros());
+      this.#bridge.close(micros());
       this.flush();
-      this.#near.free();
+      this.#bridge.free();
     } finally {
       for (let line = 0; line < this.#count; line += 1) wish(line, "close", {});
       this.#driver.close();
@@ -64,20 +64,20 @@ class Lines {
   }
 
   #tick(): void {
-    this.#near.tick(micros());
+    this.#bridge.tick(micros());
     this.flush();
   }
 
-  /** What devices want of their lines, and what is said to the one who drives. */
+  /** What devices want of their lines, and messages for the client. */
   flush(): void {
     for (let line = 0; line < this.#count; line += 1) {
-      for (let want = this.#near.next_want(line); want; want = this.#near.next_want(line)) {
+      for (let want = this.#bridge.next_want(line); want; want = this.#bridge.next_want(line)) {
         const { what, bytes, on } = want;
         want.free();
         wish(line, what as LineWish["want"], { bytes: bytes as Uint8Array<ArrayBuffer>, on });
       }
     }
-    for (let bytes = this.#near.outgoing(); bytes.length > 0; bytes = this.#near.outgoing()) this.#driver.postMessage(bytes, [bytes.buffer]);
+    for (let bytes = this.#bridge.outgoing(); bytes.length > 0; bytes = this.#bridge.outgoing()) this.#driver.postMessage(bytes, [bytes.buffer]);
   }
 }
 
@@ -87,10 +87,10 @@ function wish(line: number, want: LineWish["want"], { baud = 0, bytes = new Uint
   post({ kind: "line", line, want, baud, bytes, on });
 }
 
-function heard(bytes: Uint8Array | null): void {
+function received(bytes: Uint8Array | null): void {
   guard(() => {
     if (bytes === null) end();
-    else lines?.hear(bytes);
+    else lines?.message(bytes);
   });
 }
 
@@ -100,7 +100,7 @@ function end(): void {
   ended?.close();
 }
 
-function handle(command: NearCommand): void {
+function handle(command: LocalBridgeCommand): void {
   switch (command.kind) {
     case "begin":
       lines = new Lines(command);
@@ -137,6 +137,6 @@ const isLoaded = init({ module_or_path: new URL("slamlab_web_bg.wasm", self.loca
   return false;
 });
 
-self.onmessage = async (event: MessageEvent<NearCommand>) => {
+self.onmessage = async (event: MessageEvent<LocalBridgeCommand>) => {
   if (await isLoaded) guard(() => handle(event.data));
 };

@@ -21,7 +21,7 @@ use super::streams::get;
 const NEVER: Duration = Duration::from_secs(60);
 
 /// A client for which the system keeps little, at one of the endpoints.
-async fn guest(bridge: &Bridge, path: &str) -> WebSocketStream<TcpStream> {
+async fn socket(bridge: &Bridge, path: &str) -> WebSocketStream<TcpStream> {
     let socket = TcpSocket::new_v4().unwrap();
     socket.set_recv_buffer_size(4096).unwrap();
     let stream = socket.connect(bridge.address).await.unwrap();
@@ -37,14 +37,14 @@ async fn guest(bridge: &Bridge, path: &str) -> WebSocketStream<TcpStream> {
     answered.unwrap().0
 }
 
-async fn say(guest: &mut WebSocketStream<TcpStream>, said: serde_json::Value) {
-    guest.send(Message::text(said.to_string())).await.unwrap();
+async fn say(socket: &mut WebSocketStream<TcpStream>, said: serde_json::Value) {
+    socket.send(Message::text(said.to_string())).await.unwrap();
 }
 
 /// Reads to the end: code and reason of the close.
-async fn end(guest: &mut WebSocketStream<TcpStream>) -> (u16, String) {
+async fn end(socket: &mut WebSocketStream<TcpStream>) -> (u16, String) {
     loop {
-        let came = timeout(NEVER, guest.next()).await.unwrap();
+        let came = timeout(NEVER, socket.next()).await.unwrap();
         match came.unwrap().unwrap() {
             Message::Close(Some(frame)) => return (frame.code.into(), frame.reason.to_string()),
             Message::Close(None) => panic!("closed without a word"),
@@ -76,9 +76,9 @@ fn a_client_of_rosbridge_that_reads_nothing_still_stops_the_robot() {
             ..config
         })
         .await;
-        let mut guest = guest(&bridge, "/rosbridge").await;
+        let mut socket = socket(&bridge, "/rosbridge").await;
         for topic in ["/scan", "/odom", "/tf"] {
-            say(&mut guest, json!({ "op": "subscribe", "topic": topic })).await;
+            say(&mut socket, json!({ "op": "subscribe", "topic": topic })).await;
         }
         // Until a write hangs: nobody else is told anything.
         let mut sent = 0;
@@ -91,7 +91,7 @@ fn a_client_of_rosbridge_that_reads_nothing_still_stops_the_robot() {
         }
         let from = Instant::now();
         say(
-            &mut guest,
+            &mut socket,
             json!({ "op": "call_service", "service": "/slamlab/stop" }),
         )
         .await;
@@ -105,7 +105,7 @@ fn a_client_of_rosbridge_that_reads_nothing_still_stops_the_robot() {
             assert!(from.elapsed() < NEVER, "nobody heard it");
             tokio::time::sleep(Duration::from_millis(10)).await;
         }
-        drop(guest);
+        drop(socket);
         bridge.stop().await;
     });
 }
@@ -121,12 +121,12 @@ fn who_shows_no_proof_to_a_private_rosbridge_in_time_is_sent_away_and_counted() 
             ..config
         })
         .await;
-        let mut silent = guest(&bridge, "/rosbridge").await;
+        let mut silent = socket(&bridge, "/rosbridge").await;
         let (code, reason) = end(&mut silent).await;
         assert_eq!(code, close::ACCESS);
         assert!(reason.contains("proof"), "{reason}");
 
-        let mut liar = guest(&bridge, "/rosbridge").await;
+        let mut liar = socket(&bridge, "/rosbridge").await;
         let enter =
             json!({ "op": "call_service", "service": "/slamlab/enter", "args": { "proof": "" } });
         say(&mut liar, enter).await;
@@ -152,12 +152,12 @@ fn a_flood_of_pings_ends_the_connection() {
         })
         .await;
         for path in ["/ws", "/rosbridge", "/foxglove"] {
-            let mut guest = guest(&bridge, path).await;
+            let mut socket = socket(&bridge, path).await;
             for _ in 0..20 {
                 // The bridge may have closed already.
-                let _ = guest.send(Message::Ping(vec![].into())).await;
+                let _ = socket.send(Message::Ping(vec![].into())).await;
             }
-            assert_eq!(end(&mut guest).await.0, 1008, "{path}");
+            assert_eq!(end(&mut socket).await.0, 1008, "{path}");
         }
         bridge.stop().await;
     });

@@ -1,13 +1,13 @@
 //! The socket of a client that speaks the protocol of another tool: what all such protocols need of it.
 //!
-//! In: a WebSocket. Out: what the client says ([`Guest::next`]), and a queue for what it is told.
+//! In: a WebSocket. Out: the client's messages ([`Adapter::next`]), and a queue for those to it.
 //!
-//! 1. Reading and writing run side by side ([`Writer::beside`]): a client that reads nothing is still heard, for what it says may be
-//!    that the robot is to stop. Each write has its time.
-//! 2. Answers are queued; a client that lets the queue grow full is sent away. Readings of the robot are taken only when all that was said
-//!    before is written ([`Guest::idle`]), so that a slow client gets fewer and newer ones.
-//! 3. Each message of a client, pings too, has its place in the rate that the bridge allows.
-//! 4. Such protocols know no heartbeat of their own. A ping goes out each [`PING`]; who says nothing for too long is gone.
+//! 1. Reading and writing run side by side ([`Writer::beside`]): a client that reads nothing may still send a stop. Each write has
+//!    its time.
+//! 2. Answers are queued; a client that lets the queue grow full is disconnected. Readings of the robot are taken only when the queue
+//!    is empty ([`Adapter::idle`]), so that a slow client gets fewer and newer ones.
+//! 3. Each message of a client, pings too, counts against the rate that the bridge allows.
+//! 4. Such protocols know no heartbeat of their own. A ping goes out each [`PING`]; a client that is silent for too long is gone.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -21,40 +21,40 @@ use tokio::sync::mpsc;
 use tokio::time::{Instant, timeout};
 
 use crate::ending::{End, FAREWELL, INTERNAL, TOO_MANY, TOO_SLOW, farewell, of_error};
-use crate::http::Shared;
 use crate::rate::Bucket;
+use crate::shared::Shared;
 
 /// Between two pings.
 pub(crate) const PING: Duration = Duration::from_secs(1);
 /// Messages that wait to be written: one of the hub can make two for each subscription.
 const MOST_WAITING: usize = 160;
 
-/// What a guest sends.
+/// What a client sends.
 #[derive(Debug)]
-pub(crate) enum Heard {
+pub(crate) enum Incoming {
     Text(String),
     Binary,
     /// The answer to a ping, with what was in it.
     Pong(Vec<u8>),
 }
 
-/// A guest, as it is heard and told.
-pub(crate) struct Guest<'a> {
+/// The reading half, and the queue of the other.
+pub(crate) struct Adapter<'a> {
     stream: SplitStream<WebSocket>,
-    said: mpsc::Sender<Message>,
+    queue: mpsc::Sender<Message>,
     shared: &'a Shared,
     heard: Instant,
     bucket: Bucket,
 }
 
-impl<'a> Guest<'a> {
-    /// A guest, and the other half of its socket.
+impl<'a> Adapter<'a> {
+    /// Both halves of a socket.
     pub(crate) fn new(socket: WebSocket, shared: &'a Shared) -> (Self, Writer<'a>) {
         let (sink, stream) = socket.split();
-        let (said, waiting) = mpsc::channel(MOST_WAITING);
-        let guest = Self {
+        let (queue, waiting) = mpsc::channel(MOST_WAITING);
+        let adapter = Self {
             stream,
-            said,
+            queue,
             shared,
             heard: Instant::now(),
             bucket: Bucket::new(shared.limits.rate, shared.clock.now()),
@@ -64,35 +64,35 @@ impl<'a> Guest<'a> {
             waiting,
             shared,
         };
-        (guest, writer)
+        (adapter, writer)
     }
 
     /// The next message.
-    pub(crate) async fn next(&mut self) -> Result<Heard, End> {
+    pub(crate) async fn next(&mut self) -> Result<Incoming, End> {
         loop {
             let message = self.stream.next().await.ok_or(None)?.map_err(of_error)?;
             self.heard = Instant::now();
             if !self.bucket.take(self.shared.clock.now()) {
                 return Err(Some(TOO_MANY));
             }
-            let heard = match message {
+            let incoming = match message {
                 Message::Close(_) => return Err(None),
                 Message::Ping(_) => continue,
-                Message::Pong(bytes) => return Ok(Heard::Pong(bytes.to_vec())),
-                Message::Text(text) => Heard::Text(text.to_string()),
-                Message::Binary(_) => Heard::Binary,
+                Message::Pong(bytes) => return Ok(Incoming::Pong(bytes.to_vec())),
+                Message::Text(text) => Incoming::Text(text.to_string()),
+                Message::Binary(_) => Incoming::Binary,
             };
             count(&self.shared.metrics.received, 1);
-            return Ok(heard);
+            return Ok(incoming);
         }
     }
 
-    /// Waits until all that was said before is on its way.
+    /// Waits until the queue is empty.
     pub(crate) fn idle(&self) -> impl Future<Output = ()> + use<> {
-        let said = self.said.clone();
+        let queue = self.queue.clone();
         async move {
             // An error means that nothing is written any more: the connection ends by that.
-            let _ = said.reserve_many(MOST_WAITING).await;
+            let _ = queue.reserve_many(MOST_WAITING).await;
         }
     }
 
@@ -102,26 +102,26 @@ impl<'a> Guest<'a> {
             return Err(Some(close::HEARTBEAT));
         }
         // A client that takes nothing now is asked the next time.
-        if self.said.capacity() == MOST_WAITING {
+        if self.queue.capacity() == MOST_WAITING {
             self.put(Message::Ping(content.to_vec().into()))?;
         }
         Ok(())
     }
 
-    pub(crate) fn say(&self, said: &impl Serialize) -> Result<(), End> {
-        let text = serde_json::to_string(said).map_err(|error| {
+    pub(crate) fn send(&self, message: &impl Serialize) -> Result<(), End> {
+        let text = serde_json::to_string(message).map_err(|error| {
             tracing::error!("a message for another tool could not be written: {error}");
             Some(INTERNAL)
         })?;
         self.put(Message::Text(text.into()))
     }
 
-    pub(crate) fn send(&self, bytes: Vec<u8>) -> Result<(), End> {
+    pub(crate) fn send_bytes(&self, bytes: Vec<u8>) -> Result<(), End> {
         self.put(Message::Binary(bytes.into()))
     }
 
     fn put(&self, message: Message) -> Result<(), End> {
-        self.said.try_send(message).map_err(|_| Some(TOO_SLOW))
+        self.queue.try_send(message).map_err(|_| Some(TOO_SLOW))
     }
 }
 
@@ -133,7 +133,7 @@ pub(crate) struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// Writes what is said while `live` goes on, then what is left of it and why it ends.
+    /// Writes the queue while `live` goes on, then what is left of it and why it ends.
     pub(crate) async fn beside(mut self, live: impl Future<Output = Result<(), End>>) {
         let ended = tokio::select! {
             () = self.run() => return,

@@ -1,9 +1,9 @@
-//! Robot and sensors at serial ports that the page itself opened: the bridge of one page.
+//! The local bridge: robot and sensors at serial ports that the page itself opened.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use slamlab_core::device::{Device, KINDS, Kind, Near, Want};
+use slamlab_core::device::{Device, KINDS, Kind, LocalBridge, Want};
 use slamlab_core::geom::Pose2;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
@@ -15,8 +15,8 @@ pub struct DeviceKindError(String);
 /// Devices at ports of the page. Times are µs of the page's clock; the messages are those of a bridge.
 #[wasm_bindgen]
 #[derive(Debug)]
-pub struct WebNear {
-    near: Near,
+pub struct WebLocalBridge {
+    bridge: LocalBridge,
     waiting: VecDeque<Vec<u8>>,
 }
 
@@ -33,7 +33,7 @@ pub struct LineWant {
 }
 
 #[wasm_bindgen]
-impl WebNear {
+impl WebLocalBridge {
     /// Devices by the numbers of their lines, each by the name of its kind.
     ///
     /// # Errors    [`DeviceKindError`].
@@ -45,7 +45,7 @@ impl WebNear {
     pub fn new(kinds: Vec<String>) -> Result<Self, JsError> {
         let devices: Result<Vec<_>, _> = kinds.iter().map(|kind| device(kind)).collect();
         Ok(Self {
-            near: Near::new(devices?),
+            bridge: LocalBridge::new(devices?),
             waiting: VecDeque::new(),
         })
     }
@@ -53,48 +53,48 @@ impl WebNear {
     /// Baud rate of a line; 0 where there is none such.
     #[must_use]
     pub fn baud_rate(&self, line: u32) -> u32 {
-        self.near.baud_rate(line as usize).unwrap_or(0)
+        self.bridge.baud_rate(line as usize).unwrap_or(0)
     }
 
     /// Says hello to the page, which begins or begins anew.
     pub fn begin(&mut self, now: f64) {
-        self.near.begin(micros(now));
+        self.bridge.begin(micros(now));
     }
 
     /// A line was opened.
     pub fn opened(&mut self, now: f64, line: u32) {
-        self.near.opened(micros(now), line as usize);
+        self.bridge.opened(micros(now), line as usize);
     }
 
     /// Bytes that came on a line at `came`.
     pub fn received(&mut self, now: f64, came: f64, line: u32, bytes: &[u8]) {
-        self.near
+        self.bridge
             .received(micros(now), micros(came), line as usize, bytes);
     }
 
     /// A line broke, or could not be opened; `why` says cause and cure.
     pub fn broken(&mut self, now: f64, line: u32, why: &str) {
-        self.near.broken(micros(now), line as usize, why);
+        self.bridge.broken(micros(now), line as usize, why);
     }
 
     /// The lines are about to be closed.
     pub fn close(&mut self, now: f64) {
-        self.near.close(micros(now));
+        self.bridge.close(micros(now));
     }
 
     /// Due some hundred times a second.
     pub fn tick(&mut self, now: f64) {
-        self.near.tick(micros(now));
+        self.bridge.tick(micros(now));
     }
 
     /// What the device at a line wants done next.
     #[must_use]
     pub fn next_want(&mut self, line: u32) -> Option<LineWant> {
-        let (what, bytes, on) = match self.near.next_want(line as usize)? {
+        let (what, bytes, on) = match self.bridge.next_want(line as usize)? {
             Want::Write(bytes) => ("write", bytes, false),
             Want::Dtr(on) => ("dtr", vec![], on),
             Want::Reopen => ("reopen", vec![], false),
-            // What is told has become messages.
+            // Reports and notes have become messages.
             Want::Well | Want::Report(_) | Want::Note(..) => ("well", vec![], false),
         };
         Some(LineWant {
@@ -107,20 +107,20 @@ impl WebNear {
     /// Takes a message of the page.
     ///
     /// # Errors    A sentence on bytes that are no message.
-    pub fn hear(&mut self, now: f64, bytes: &[u8]) -> Result<(), JsError> {
-        Ok(self.near.hear(micros(now), bytes)?)
+    pub fn message(&mut self, now: f64, bytes: &[u8]) -> Result<(), JsError> {
+        Ok(self.bridge.message(micros(now), bytes)?)
     }
 
     /// The person stops the robot; with `cut_off` its motors are cut off, and stay so.
     pub fn stop(&mut self, now: f64, cut_off: bool) {
-        self.near.stop(micros(now), cut_off);
+        self.bridge.stop(micros(now), cut_off);
     }
 
     /// The next message for the page; empty when there is none.
     #[must_use]
     pub fn outgoing(&mut self) -> Vec<u8> {
         if self.waiting.is_empty() {
-            self.waiting.extend(self.near.take_outgoing());
+            self.waiting.extend(self.bridge.take_outgoing());
         }
         self.waiting.pop_front().unwrap_or_default()
     }

@@ -11,7 +11,7 @@ use crate::device::source::{self, Order, Profile, SourceEvent};
 
 /// What is known of the robot that takes commands: the first source that has one.
 #[derive(Clone, Debug)]
-pub struct RobotSide {
+pub(super) struct RobotSide {
     source: Option<usize>,
     safe_mode: Option<SafeMode>,
     /// As it was before the first reading; a link that comes back begins with it.
@@ -24,19 +24,18 @@ pub struct RobotSide {
 
 /// What an event means for driving.
 #[derive(Debug, Default)]
-pub struct Consequence {
+pub(super) struct Consequence {
     /// The robot's link came up or went.
-    pub link: Option<bool>,
+    pub(super) link: Option<bool>,
     /// The robot must not go on.
-    pub fault: Option<DisarmReason>,
+    pub(super) fault: Option<DisarmReason>,
     /// What is under way is no longer safe; this is.
-    pub correction: Option<Command>,
+    pub(super) correction: Option<Command>,
 }
 
 impl RobotSide {
     /// For these sources, in the order of their numbers.
-    #[must_use]
-    pub fn new<'a>(sources: &(impl Iterator<Item = &'a Profile> + Clone)) -> Self {
+    pub(super) fn new<'a>(sources: &(impl Iterator<Item = &'a Profile> + Clone)) -> Self {
         let source = sources
             .clone()
             .position(|profile| profile.robot.is_some() && profile.takes_orders);
@@ -55,17 +54,17 @@ impl RobotSide {
     }
 
     /// Which source takes the orders.
-    pub fn source(&self) -> Option<usize> {
+    pub(super) fn source(&self) -> Option<usize> {
         self.source
     }
 
     /// The robot's newest stamp, and when it came.
-    pub fn newest(&self) -> (Stamp, Duration) {
+    pub(super) fn newest(&self) -> (Stamp, Duration) {
         self.newest
     }
 
     /// The order as far as it is safe.
-    pub fn limit(&mut self, order: Order) -> Order {
+    pub(super) fn limit(&mut self, order: Order) -> Order {
         match (order, &mut self.safe_mode) {
             (Order::Command(command), Some(safe_mode)) => Order::Command(safe_mode.limit(command)),
             (order, Some(safe_mode)) => {
@@ -76,23 +75,23 @@ impl RobotSide {
         }
     }
 
-    /// Remembers what the robot was told.
-    pub fn ordered(&mut self, order: &Order) {
+    /// Remembers an order to the robot.
+    pub(super) fn ordered(&mut self, order: &Order) {
         self.plausible.ordered(order);
     }
 
     /// Why the robot must not go on, where it has been silent for too long.
-    pub fn silence(&mut self, now: Duration) -> Option<DisarmReason> {
+    pub(super) fn silence(&mut self, now: Duration) -> Option<DisarmReason> {
         self.plausible.silence(now)
     }
 
     /// When its silence becomes too long.
-    pub fn deadline(&self) -> Option<Duration> {
+    pub(super) fn deadline(&self) -> Option<Duration> {
         self.plausible.deadline()
     }
 
     /// Takes an event. Scans count from whatever source: the lidar may be another than the robot.
-    pub fn event(&mut self, now: Duration, source: u8, event: &SourceEvent) -> Consequence {
+    pub(super) fn event(&mut self, now: Duration, source: u8, event: &SourceEvent) -> Consequence {
         let mut consequence = Consequence::default();
         if let SourceEvent::Scan(scan) = event {
             let safe_mode = self.safe_mode.as_mut();
@@ -102,9 +101,9 @@ impl RobotSide {
             return consequence;
         }
         match event {
-            SourceEvent::PartialScan(look) => {
+            SourceEvent::PartialScan(scan) => {
                 let safe_mode = self.safe_mode.as_mut();
-                consequence.correction = safe_mode.and_then(|safe_mode| safe_mode.look(look));
+                consequence.correction = safe_mode.and_then(|safe_mode| safe_mode.look(scan));
             }
             SourceEvent::Odometry(odometry) => {
                 if odometry.from < self.newest.0 {

@@ -6,7 +6,7 @@
 
 use std::time::Duration;
 
-use slamlab_core::device::{Near, Rp6, Want};
+use slamlab_core::device::{LocalBridge, Rp6, Want};
 use slamlab_core::live::{Live, LiveConfig};
 use slamlab_core::sim::worlds;
 use slamlab_core::slam::Method;
@@ -17,7 +17,7 @@ const STEP: f64 = 0.01;
 /// Everything between the person and the motors.
 struct Cable {
     live: Live,
-    near: Near,
+    bridge: LocalBridge,
     robot: devices::Rp6,
     seconds: f64,
     /// Nobody listens to the driver any more.
@@ -38,15 +38,15 @@ impl Cable {
         };
         let mut cable = Self {
             live: Live::new(config).unwrap(),
-            near: Near::new(vec![Box::new(Rp6::new("rp6:cable"))]),
+            bridge: LocalBridge::new(vec![Box::new(Rp6::new("rp6:cable"))]),
             robot,
             seconds: 1.0,
             is_driver_gone: false,
             is_cut: false,
         };
-        assert_eq!(cable.near.baud_rate(0), Some(cable.robot.baud_rate()));
-        cable.near.begin(cable.now());
-        cable.near.opened(cable.now(), 0);
+        assert_eq!(cable.bridge.baud_rate(0), Some(cable.robot.baud_rate()));
+        cable.bridge.begin(cable.now());
+        cable.bridge.opened(cable.now(), 0);
         cable
     }
 
@@ -68,23 +68,23 @@ impl Cable {
         self.seconds += STEP;
         let said = self.robot.advance(STEP);
         if !self.is_cut {
-            self.near.received(self.now(), self.now(), 0, &said);
+            self.bridge.received(self.now(), self.now(), 0, &said);
         }
-        self.near.tick(self.now());
+        self.bridge.tick(self.now());
         if !self.is_driver_gone {
             self.live.tick(self.micros()).unwrap();
             for message in self.live.take_outgoing() {
-                self.near.hear(self.now(), &message).unwrap();
+                self.bridge.message(self.now(), &message).unwrap();
             }
         }
-        while let Some(want) = self.near.next_want(0) {
+        while let Some(want) = self.bridge.next_want(0) {
             if let Want::Write(bytes) = want
                 && !self.is_cut
             {
                 self.robot.receive(&bytes);
             }
         }
-        for message in self.near.take_outgoing() {
+        for message in self.bridge.take_outgoing() {
             self.live.receive(self.micros(), &message).unwrap();
         }
     }
@@ -193,7 +193,7 @@ fn stop_does_not_wait_for_who_maps() {
         let mut cable = Cable::driving();
         cable.is_driver_gone = true;
         let now = cable.now();
-        cable.near.stop(now, cut_off);
+        cable.bridge.stop(now, cut_off);
         let after = cable.until_it_stands(0.2);
         assert!(after <= 0.02, "{after} s");
         cable.is_driver_gone = false;
@@ -208,10 +208,10 @@ fn stop_does_not_wait_for_who_maps() {
 #[test]
 fn an_emergency_stop_is_undone_by_who_comes_later_and_nothing_moves_by_that() {
     let mut cable = Cable::driving();
-    cable.near.stop(cable.now(), true);
+    cable.bridge.stop(cable.now(), true);
     cable.run(0.1);
     cable.live.reconnect();
-    cable.near.begin(cable.now());
+    cable.bridge.begin(cable.now());
     cable.run(3.0);
     assert!(!cable.live.client().has_lease());
     let is_cut_off = |cable: &Cable| cable.live.client().safety().unwrap().emergency;
@@ -231,7 +231,7 @@ fn an_emergency_stop_is_undone_by_who_comes_later_and_nothing_moves_by_that() {
 fn a_cable_that_is_pulled_disarms_and_one_put_back_moves_nothing() {
     let mut cable = Cable::driving();
     cable.is_cut = true;
-    cable.near.broken(cable.now(), 0, "the cable was pulled");
+    cable.bridge.broken(cable.now(), 0, "the cable was pulled");
     cable.run(0.2);
     assert!(!cable.live.client().is_armed());
     // Nobody is there to be armed, whatever the device behind the cable makes of the silence.
@@ -239,7 +239,7 @@ fn a_cable_that_is_pulled_disarms_and_one_put_back_moves_nothing() {
     cable.run(0.8);
     assert!(!cable.live.client().is_armed());
     cable.is_cut = false;
-    cable.near.opened(cable.now(), 0);
+    cable.bridge.opened(cable.now(), 0);
     cable.run(3.0);
     assert!(!cable.robot.is_moving());
     cable.live.take_wheel(cable.micros(), false);
@@ -253,8 +253,8 @@ fn a_cable_that_is_pulled_disarms_and_one_put_back_moves_nothing() {
 fn what_is_closed_is_stopped_first() {
     let mut cable = Cable::driving();
     let now = cable.now();
-    cable.near.close(now);
-    while let Some(want) = cable.near.next_want(0) {
+    cable.bridge.close(now);
+    while let Some(want) = cable.bridge.next_want(0) {
         if let Want::Write(bytes) = want {
             cable.robot.receive(&bytes);
         }

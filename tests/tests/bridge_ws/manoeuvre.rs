@@ -1,4 +1,4 @@
-//! Errands: whoever gave one learns from the bridge, and from nothing else, when it is over.
+//! Manoeuvres: whoever gave one learns from the bridge, and from nothing else, when it is over.
 
 use std::time::Duration;
 
@@ -17,14 +17,14 @@ async fn bridge(which: &str) -> Bridge {
     .await
 }
 
-/// Gives an errand; the sequence of the message.
+/// Gives a manoeuvre; the sequence of the message.
 async fn give(driver: &mut Client, motion: Motion) -> u32 {
     let body = driver.body(motion);
     driver.say(ToBridge::Drive(body)).await;
     driver.sequence
 }
 
-/// What comes until the errand is over, kept alive all the time if `is_held`.
+/// What comes until the manoeuvre is over, kept alive all the time if `is_held`.
 async fn until_over(driver: &mut Client, sequence: u32, is_held: bool) -> Vec<FromBridge> {
     let mut ticks = tokio::time::interval(Duration::from_millis(50));
     let mut all = vec![];
@@ -36,8 +36,8 @@ async fn until_over(driver: &mut Client, sequence: u32, is_held: bool) -> Vec<Fr
             }
             came = driver.next() => match came {
                 Came::Message(message) => {
-                    let is_over = matches!(&message, FromBridge::Manoeuvre(errand)
-                        if errand.sequence == sequence && !errand.busy);
+                    let is_over = matches!(&message, FromBridge::Manoeuvre(body)
+                        if body.sequence == sequence && !body.busy);
                     all.push(message);
                     if is_over {
                         return all;
@@ -49,12 +49,12 @@ async fn until_over(driver: &mut Client, sequence: u32, is_held: bool) -> Vec<Fr
     }
 }
 
-fn errands(messages: &[FromBridge]) -> Vec<(u32, bool)> {
-    let errand = |message: &FromBridge| match message {
+fn manoeuvres(messages: &[FromBridge]) -> Vec<(u32, bool)> {
+    let manoeuvre = |message: &FromBridge| match message {
         FromBridge::Manoeuvre(ManoeuvreBody { sequence, busy, .. }) => Some((*sequence, *busy)),
         _ => None,
     };
-    messages.iter().filter_map(errand).collect()
+    messages.iter().filter_map(manoeuvre).collect()
 }
 
 fn turned(messages: &[FromBridge]) -> f64 {
@@ -79,7 +79,7 @@ fn a_turn_is_over_when_the_robot_has_turned_and_not_before() {
         first_scan(&mut driver).await;
         let sequence = give(&mut driver, Motion::Turn(0.8)).await;
         let messages = until_over(&mut driver, sequence, true).await;
-        assert_eq!(errands(&messages), [(sequence, true), (sequence, false)]);
+        assert_eq!(manoeuvres(&messages), [(sequence, true), (sequence, false)]);
         let turned = turned(&messages);
         assert!((turned - 0.8).abs() < 0.15, "{turned} rad");
         bridge.stop().await;
@@ -87,14 +87,14 @@ fn a_turn_is_over_when_the_robot_has_turned_and_not_before() {
 }
 
 #[test]
-fn an_errand_that_nobody_keeps_alive_is_over_when_the_bridge_stops_it() {
+fn a_manoeuvre_that_nobody_keeps_alive_is_over_when_the_bridge_stops_it() {
     async_on_a_calm_machine(async || {
         let bridge = bridge("arena,lidar").await;
         let mut driver = bridge.armed().await;
         first_scan(&mut driver).await;
         let sequence = give(&mut driver, Motion::Turn(3.0)).await;
         let messages = until_over(&mut driver, sequence, false).await;
-        assert_eq!(errands(&messages).last(), Some(&(sequence, false)));
+        assert_eq!(manoeuvres(&messages).last(), Some(&(sequence, false)));
         let turned = turned(&messages);
         assert!(turned < 2.5, "it was stopped: {turned} rad");
         bridge.stop().await;
@@ -102,7 +102,7 @@ fn an_errand_that_nobody_keeps_alive_is_over_when_the_bridge_stops_it() {
 }
 
 #[test]
-fn another_errand_ends_the_one_before() {
+fn another_manoeuvre_ends_the_one_before() {
     async_on_a_calm_machine(async || {
         let bridge = bridge("arena,lidar").await;
         let mut driver = bridge.armed().await;
@@ -110,14 +110,14 @@ fn another_errand_ends_the_one_before() {
         let first = give(&mut driver, Motion::Turn(3.0)).await;
         driver
             .wait(|message| {
-                matches!(message, FromBridge::Manoeuvre(errand) if errand.busy).then_some(())
+                matches!(message, FromBridge::Manoeuvre(body) if body.busy).then_some(())
             })
             .await;
         let second = give(&mut driver, Motion::Turn(-0.4)).await;
         let messages = until_over(&mut driver, second, true).await;
-        let told = errands(&messages);
-        assert_eq!(told.last(), Some(&(second, false)), "{told:?}");
-        assert!(told.iter().all(|told| *told != (first, true)), "{told:?}");
+        let seen = manoeuvres(&messages);
+        assert_eq!(seen.last(), Some(&(second, false)), "{seen:?}");
+        assert!(seen.iter().all(|one| *one != (first, true)), "{seen:?}");
         bridge.stop().await;
     });
 }
@@ -129,7 +129,7 @@ fn a_sweep_is_over_after_its_scan() {
         let mut driver = bridge.armed().await;
         let sequence = give(&mut driver, Motion::Scan).await;
         let messages = until_over(&mut driver, sequence, true).await;
-        assert_eq!(errands(&messages), [(sequence, true), (sequence, false)]);
+        assert_eq!(manoeuvres(&messages), [(sequence, true), (sequence, false)]);
         let scans = messages.iter().filter(|m| matches!(m, FromBridge::Scan(_)));
         assert_eq!(scans.count(), 1);
         bridge.stop().await;
@@ -137,7 +137,7 @@ fn a_sweep_is_over_after_its_scan() {
 }
 
 #[test]
-fn an_errand_that_is_refused_is_over_at_once_and_only_its_sender_hears_of_it() {
+fn a_manoeuvre_that_is_refused_is_over_at_once_and_only_its_sender_hears_of_it() {
     async_on_a_calm_machine(async || {
         let bridge = bridge("arena,lidar").await;
         let mut driver = bridge.driver().await;
@@ -145,7 +145,7 @@ fn an_errand_that_is_refused_is_over_at_once_and_only_its_sender_hears_of_it() {
         // It has the lease and did not arm.
         let sequence = give(&mut driver, Motion::Forward(1.0)).await;
         let messages = until_over(&mut driver, sequence, false).await;
-        assert_eq!(errands(&messages), [(sequence, false)]);
+        assert_eq!(manoeuvres(&messages), [(sequence, false)]);
         assert!(
             messages
                 .iter()

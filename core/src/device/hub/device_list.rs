@@ -1,21 +1,20 @@
-//! What becomes of an event on its way to clients.
+//! Robot and sensors as clients see them, and what an event becomes on its way to clients.
 
 use crate::robot::Stamp;
 use crate::wire::message::{
-    BatteryBody, BumpersBody, CurrentsBody, Device, DeviceState, DisarmReason, FromBridge,
-    LinkBody, OdometryBody, RangersBody, ScanBody,
+    BatteryBody, BumpersBody, CurrentsBody, Device, DeviceState, FromBridge, LinkBody,
+    OdometryBody, RangersBody, ScanBody,
 };
 
 use crate::device::source::{Profile, SourceEvent};
 
 /// Robot and sensors, as clients know them.
-#[derive(Clone, Debug, Default)]
-pub struct Devices(Vec<Device>);
+#[derive(Clone, Debug)]
+pub(super) struct DeviceList(Vec<Device>);
 
-impl Devices {
+impl DeviceList {
     /// Those of these sources, in the order of their numbers; they wait.
-    #[must_use]
-    pub fn new<'a>(sources: impl IntoIterator<Item = &'a Profile>) -> Self {
+    pub(super) fn new<'a>(sources: impl IntoIterator<Item = &'a Profile>) -> Self {
         let device = |(number, profile): (usize, &Profile)| Device {
             source: number as u8,
             name: profile.name.clone(),
@@ -27,15 +26,12 @@ impl Devices {
     }
 
     /// All of them.
-    #[must_use]
-    pub fn all(&self) -> &[Device] {
+    pub(super) fn all(&self) -> &[Device] {
         &self.0
     }
-}
 
-impl Devices {
-    /// What clients are told of an event of source `source`; none where it is not for them.
-    pub fn message(&mut self, source: u8, event: SourceEvent) -> Option<FromBridge> {
+    /// What clients get of an event of source `source`; none where it is not for them.
+    pub(super) fn message(&mut self, source: u8, event: SourceEvent) -> Option<FromBridge> {
         let micros = |stamp: Stamp| stamp.0;
         Some(match event {
             SourceEvent::Odometry(odometry) => {
@@ -71,7 +67,7 @@ impl Devices {
                 damaged: link.damaged,
                 skipped: link.skipped,
             }),
-            // What a look means for driving is known here.
+            // What these mean for driving is known here.
             SourceEvent::Busy { .. } | SourceEvent::PartialScan(_) => return None,
             SourceEvent::Device {
                 state,
@@ -94,25 +90,5 @@ impl Devices {
             device.model = model;
         }
         Some(FromBridge::Devices(self.0.clone()))
-    }
-}
-
-/// A sentence for a person.
-pub fn explain(reason: DisarmReason) -> &'static str {
-    match reason {
-        DisarmReason::Bumper => {
-            "A bumper was pressed: the robot was stopped. Arm it again to back off."
-        }
-        DisarmReason::Battery => "The battery is nearly empty: the robot was stopped. Charge it.",
-        DisarmReason::Stall => {
-            "The robot was told to run and does not move: it was stopped. Look whether something blocks its tracks."
-        }
-        DisarmReason::Runaway => {
-            "The robot moves without being told to: its motors were cut off. Reset the emergency stop when it is safe."
-        }
-        DisarmReason::Silence => {
-            "The robot has said nothing for half a second: it was stopped. Look at its link."
-        }
-        _ => "The robot was stopped.",
     }
 }

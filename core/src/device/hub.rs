@@ -1,0 +1,356 @@
+//! The hub: where robot, sensors and clients meet, without I/O, thread or clock.
+//!
+//! In: events of the sources, messages of the clients, and the time. Out: [`Action`]s, to be done in their order. The bridge's task
+//! and [`super::LocalBridge`] do them; no rule stands in either.
+//!
+//! 1. An event goes to the checks of the robot's readings, which may disarm it or correct what is under way; then to every client.
+//! 2. A message goes to the rules ([`Safety`]). What they say becomes actions: orders, limited by safe mode; answers to the client; the
+//!    new state for all.
+//! 3. Whoever gave a manoeuvre learns when it is over, whatever ends it ([`manoeuvre`]).
+//! 4. [`Hub::tick`] is due at [`Hub::deadline`]: for the watchdog, the lease, a robot that falls silent, and heartbeats.
+//!
+//! Time counts from any beginning and never runs backwards.
+
+mod device_list;
+mod manoeuvre;
+mod robot_side;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+
+use crate::wire::message::{
+    BridgeHeartbeat, BridgeHello, CHALLENGE_BYTES, DisarmReason, FromBridge, Header, Notice,
+    ProbeAnswer, RobotFigures, SCHEMA, SafetyBody, Severity, ToBridge, Watching, Welcome,
+};
+
+use super::safety::{Asked, Client, ClientId, Input, Output, Safety, SafetyConfig};
+use super::source::{Order, Profile, SourceEvent};
+use device_list::DeviceList;
+use manoeuvre::Manoeuvre;
+use robot_side::RobotSide;
+
+/// Between two heartbeats to each client.
+const HEARTBEAT: Duration = Duration::from_secs(1);
+/// Between two heartbeats to the driver, whose messages must say what it had seen.
+const DRIVER_HEARTBEAT: Duration = Duration::from_millis(100);
+/// Whoever stops the robot without a connection; clients count from 1.
+const NOBODY: Client = Client {
+    id: 0,
+    may_drive: false,
+};
+
+/// What is to be done.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Give the robot's source this order.
+    Order {
+        /// Number of the source.
+        source: usize,
+        /// The order.
+        order: Order,
+        /// Counts orders, from 1; [`SourceEvent::Busy`] refers to it.
+        number: u64,
+    },
+    /// Send this to one client. Whoever queues messages fills in how many readings the client missed
+    /// ([`BridgeHeartbeat::dropped`]).
+    Send(ClientId, FromBridge),
+    /// Send this to every client.
+    SendAll(FromBridge),
+    /// End this client's connection with this code.
+    Close(ClientId, u16),
+}
+
+/// A client that was let in.
+#[derive(Clone, Debug)]
+struct Connected {
+    name: String,
+    may_drive: bool,
+}
+
+/// The state of a bridge.
+#[derive(Clone, Debug)]
+pub struct Hub {
+    devices: DeviceList,
+    robot: RobotSide,
+    safety: Safety,
+    clients: BTreeMap<ClientId, Connected>,
+    last_client: ClientId,
+    manoeuvre: Option<Manoeuvre>,
+    /// Orders so far.
+    orders: u64,
+    /// Number of the newest order since a message came, if it is a manoeuvre.
+    ordered_manoeuvre: Option<u64>,
+    next_heartbeat: Duration,
+    next_driver_heartbeat: Duration,
+    actions: VecDeque<Action>,
+}
+
+impl Hub {
+    /// Of these sources, by their numbers; the first with a robot takes the orders. It is disarmed, and no client is there.
+    #[must_use]
+    pub fn new<'a>(
+        sources: impl Iterator<Item = &'a Profile> + Clone,
+        safety: SafetyConfig,
+    ) -> Self {
+        Self {
+            devices: DeviceList::new(sources.clone()),
+            robot: RobotSide::new(&sources),
+            safety: Safety::new(safety),
+            clients: BTreeMap::new(),
+            last_client: 0,
+            manoeuvre: None,
+            orders: 0,
+            ordered_manoeuvre: None,
+            next_heartbeat: Duration::ZERO,
+            next_driver_heartbeat: Duration::ZERO,
+            actions: VecDeque::new(),
+        }
+    }
+
+    /// The next thing to do.
+    pub fn next_action(&mut self) -> Option<Action> {
+        self.actions.pop_front()
+    }
+
+    /// When [`Hub::tick`] is due, if nothing happens before.
+    #[must_use]
+    pub fn deadline(&self) -> Duration {
+        let driver = self.safety.driver().map(|_| self.next_driver_heartbeat);
+        let due = [self.safety.deadline(), self.robot.deadline(), driver];
+        (due.into_iter().flatten()).fold(self.next_heartbeat, Duration::min)
+    }
+
+    /// Sees the time.
+    pub fn tick(&mut self, now: Duration) {
+        self.rule(now, Input::Tick);
+        if let Some(reason) = self.robot.silence(now) {
+            self.fault(now, reason);
+        }
+        if now >= self.next_heartbeat {
+            self.next_heartbeat = now + HEARTBEAT;
+            let all: Vec<ClientId> = self.clients.keys().copied().collect();
+            for client in all {
+                self.heartbeat(client);
+            }
+        }
+        if now >= self.next_driver_heartbeat
+            && let Some(driver) = self.safety.driver()
+        {
+            self.next_driver_heartbeat = now + DRIVER_HEARTBEAT;
+            self.heartbeat(driver);
+        }
+    }
+
+    /// Takes an event of source `source`.
+    pub fn event(&mut self, now: Duration, source: u8, event: SourceEvent) {
+        let consequence = self.robot.event(now, source, &event);
+        if let SourceEvent::Busy { busy, after } = event {
+            if self.robot.source() == Some(usize::from(source)) {
+                self.robot_is_busy(busy, after);
+            }
+            return;
+        }
+        if let Some(is_up) = consequence.link {
+            if !is_up {
+                self.end_manoeuvre();
+            }
+            self.rule(now, Input::Robot(is_up));
+        }
+        if let Some(reason) = consequence.fault {
+            self.fault(now, reason);
+        }
+        if let Some(command) = consequence.correction
+            && self.safety.is_armed()
+        {
+            self.order(Order::Command(command));
+        }
+        if let Some(message) = self.devices.message(source, event) {
+            self.actions.push_back(Action::SendAll(message));
+        }
+    }
+
+    /// Lets a client in; its number, never used again.
+    pub fn join(&mut self, name: String, may_drive: bool) -> ClientId {
+        self.last_client += 1;
+        let client = self.last_client;
+        self.send(client, FromBridge::Welcome(Welcome { client, may_drive }));
+        self.send(client, FromBridge::Devices(self.devices.all().to_vec()));
+        self.send(client, FromBridge::Safety(self.state()));
+        if let Some(manoeuvre) = self.manoeuvre {
+            self.send(client, manoeuvre.message(true));
+        }
+        self.clients.insert(client, Connected { name, may_drive });
+        client
+    }
+
+    /// A client's connection ended.
+    pub fn leave(&mut self, now: Duration, client: ClientId) {
+        self.clients.remove(&client);
+        self.rule(now, Input::Gone(client));
+    }
+
+    /// How many clients are there.
+    #[must_use]
+    pub fn client_count(&self) -> usize {
+        self.clients.len()
+    }
+
+    /// Takes a message of a client, which came at `came`.
+    pub fn message(
+        &mut self,
+        now: Duration,
+        came: Duration,
+        id: ClientId,
+        header: Header,
+        message: &ToBridge,
+    ) {
+        let Some(may_drive) = self.clients.get(&id).map(|client| client.may_drive) else {
+            return;
+        };
+        if let &ToBridge::Probe { token } = message {
+            let (stamp, robot_came) = self.robot.newest();
+            let answer = ProbeAnswer {
+                token,
+                came_micros: came.as_micros() as u64,
+                robot_micros: stamp.0,
+                robot_came_micros: robot_came.as_micros() as u64,
+            };
+            return self.send(id, FromBridge::Probe(answer));
+        }
+        if let Some(asked) = Asked::of(header, message) {
+            self.ordered_manoeuvre = None;
+            self.rule(now, Input::Asks(Client { id, may_drive }, asked));
+            if matches!(message, ToBridge::Drive(body) if body.motion.is_manoeuvre()) {
+                let order = self.ordered_manoeuvre.take();
+                self.manoeuvre_given(id, header.sequence, order);
+            }
+        }
+    }
+
+    /// A person at the machine itself stops the robot; with `cut_off` its motors are cut off and stay so.
+    pub fn stop(&mut self, now: Duration, cut_off: bool) {
+        let asked = match cut_off {
+            true => Asked::EmergencyStop,
+            false => Asked::Stop,
+        };
+        self.rule(now, Input::Asks(NOBODY, asked));
+    }
+
+    /// Sends everybody a sentence.
+    pub fn notify(&mut self, severity: Severity, text: String) {
+        let notice = FromBridge::Notice(Notice { severity, text });
+        self.actions.push_back(Action::SendAll(notice));
+    }
+
+    /// The bridge ends: the robot is stopped.
+    pub fn shut_down(&mut self, now: Duration) {
+        self.rule(now, Input::Shutdown);
+    }
+
+    /// A robot that stands disarmed may be pushed about by hand: nothing that it reports is a fault then.
+    fn fault(&mut self, now: Duration, reason: DisarmReason) {
+        if self.safety.is_armed() {
+            self.rule(now, Input::Fault(reason));
+            self.notify(Severity::Error, sentence(reason).to_owned());
+        }
+    }
+
+    /// Lets the rules take something, and does what they say.
+    fn rule(&mut self, now: Duration, input: Input) {
+        for output in self.safety.on(now, input) {
+            match output {
+                Output::Order(order) => {
+                    let order = self.robot.limit(order);
+                    self.order(order);
+                }
+                Output::Granted(client, lease) => self.send(client, FromBridge::Granted(lease)),
+                Output::Refused(client, reason) => self.send(client, FromBridge::Refused(reason)),
+                Output::Close(client, code) => self.actions.push_back(Action::Close(client, code)),
+                Output::Changed => {
+                    let state = FromBridge::Safety(self.state());
+                    self.actions.push_back(Action::SendAll(state));
+                }
+            }
+        }
+    }
+
+    fn order(&mut self, order: Order) {
+        self.robot.ordered(&order);
+        if let Some(source) = self.robot.source() {
+            self.orders += 1;
+            let number = self.orders;
+            self.ordered_manoeuvre = order.is_manoeuvre().then_some(number);
+            self.actions.push_back(Action::Order {
+                source,
+                order,
+                number,
+            });
+        }
+    }
+
+    fn state(&self) -> SafetyBody {
+        let driver = self.safety.driver();
+        let client = driver.and_then(|id| self.clients.get(&id));
+        SafetyBody {
+            driver,
+            driver_name: client.map_or(String::new(), |client| client.name.clone()),
+            armed: self.safety.is_armed(),
+            emergency: self.safety.is_emergency(),
+            reason: self.safety.reason(),
+        }
+    }
+
+    fn heartbeat(&mut self, client: ClientId) {
+        let heartbeat = BridgeHeartbeat {
+            dropped: 0,
+            clients: self.clients.len() as u16,
+            robot_micros: self.robot.newest().0.0,
+        };
+        self.send(client, FromBridge::Heartbeat(heartbeat));
+    }
+
+    fn send(&mut self, client: ClientId, message: FromBridge) {
+        self.actions.push_back(Action::Send(client, message));
+    }
+}
+
+/// What a bridge says first, to a client and at the head of a recording. `challenge` is that of the connection.
+#[must_use]
+pub fn hello(
+    challenge: [u8; CHALLENGE_BYTES],
+    watching: Watching,
+    robot: Option<RobotFigures>,
+    safety: &SafetyConfig,
+) -> BridgeHello {
+    BridgeHello {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        schema: SCHEMA,
+        challenge,
+        watching,
+        robot,
+        watchdog_millis: safety.watchdog.as_millis() as u16,
+        lease_millis: safety.lease.as_millis() as u16,
+    }
+}
+
+/// What a person reads of a fault: cause and cure.
+fn sentence(reason: DisarmReason) -> &'static str {
+    match reason {
+        DisarmReason::Bumper => {
+            "A bumper was pressed: the robot was stopped. Arm it again to back off."
+        }
+        DisarmReason::Battery => "The battery is nearly empty: the robot was stopped. Charge it.",
+        DisarmReason::Stall => {
+            "The robot was told to run and does not move: it was stopped. Look whether something blocks its tracks."
+        }
+        DisarmReason::Runaway => {
+            "The robot moves without being told to: its motors were cut off. Reset the emergency stop when it is safe."
+        }
+        DisarmReason::Silence => {
+            "The robot has said nothing for half a second: it was stopped. Look at its link."
+        }
+        _ => "The robot was stopped.",
+    }
+}

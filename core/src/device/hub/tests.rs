@@ -1,0 +1,283 @@
+//! The hub, whoever's it is: in any order of events, messages and time, against a bystander who sees what goes in and comes out.
+
+mod any_order;
+
+use std::time::Duration;
+
+use nalgebra::Matrix3;
+
+use super::*;
+use crate::device::source::Link;
+use crate::geom::Pose2;
+use crate::robot::{Command, Odometry, RobotModel, Scan, Stamp};
+use crate::wire::message::{DriveBody, LinkState, ManoeuvreBody, Motion, RefusalReason};
+
+const ROBOT: u8 = 0;
+const LIDAR: u8 = 1;
+
+fn at(millis: u64) -> Duration {
+    Duration::from_millis(millis)
+}
+
+fn profiles() -> [Profile; 2] {
+    let robot = Profile {
+        name: "rp6:test".to_owned(),
+        robot: Some(RobotModel::rp6()),
+        takes_orders: true,
+        scans_on_command: false,
+    };
+    [robot, Profile::of_sensor("lidar:test")]
+}
+
+fn hub() -> Hub {
+    Hub::new(profiles().iter(), SafetyConfig::default())
+}
+
+fn actions(hub: &mut Hub) -> Vec<Action> {
+    std::iter::from_fn(|| hub.next_action()).collect()
+}
+
+fn link(state: LinkState) -> SourceEvent {
+    SourceEvent::Link(Link {
+        state,
+        round_trip: None,
+        damaged: 0,
+        skipped: 0,
+    })
+}
+
+/// A sweep that sees walls far off, all around.
+fn far_walls(stamp: Stamp) -> SourceEvent {
+    let beams = 90;
+    SourceEvent::Scan(Scan {
+        stamp,
+        robot_from_sensor: Pose2::identity(),
+        bearings: (0..beams).map(|i| f64::from(i) * 0.0698).collect(),
+        ranges: vec![4.0; beams as usize],
+        sigmas: vec![0.01; beams as usize],
+        bearing_sigma: 0.001,
+        max_range: 6.0,
+        sweep: 0.0,
+        qualities: vec![],
+    })
+}
+
+fn odometry(from: u64, to: u64, speed: f64) -> SourceEvent {
+    SourceEvent::Odometry(Odometry {
+        from: Stamp(1000 * from),
+        to: Stamp(1000 * to),
+        motion: Pose2::new(speed * 0.001 * (to - from) as f64, 0.0, 0.0),
+        cov: Matrix3::zeros(),
+    })
+}
+
+fn drive(epoch: u32, seen: Duration, motion: Motion) -> ToBridge {
+    ToBridge::Drive(DriveBody {
+        epoch,
+        seen: seen.as_micros() as u64,
+        ttl_millis: 300,
+        motion,
+    })
+}
+
+fn header(sequence: u32) -> Header {
+    Header {
+        sequence,
+        micros: 0,
+    }
+}
+
+/// A robot that stands in the open, and a client that armed it; at 10 ms.
+fn armed() -> (Hub, ClientId) {
+    let mut hub = hub();
+    let now = at(10);
+    for (source, event) in [
+        (ROBOT, link(LinkState::Up)),
+        (ROBOT, odometry(0, 10, 0.0)),
+        (LIDAR, far_walls(Stamp(10_000))),
+    ] {
+        hub.event(now, source, event);
+    }
+    let driver = hub.join("driver".to_owned(), true);
+    hub.message(
+        now,
+        now,
+        driver,
+        header(1),
+        &ToBridge::Take { force: false },
+    );
+    hub.message(now, now, driver, header(2), &ToBridge::Arm { epoch: 1 });
+    assert!(hub.safety.is_armed());
+    actions(&mut hub);
+    (hub, driver)
+}
+
+fn manoeuvres(actions: &[Action]) -> Vec<(u32, bool)> {
+    let manoeuvre = |action: &Action| match action {
+        Action::Send(_, FromBridge::Manoeuvre(body))
+        | Action::SendAll(FromBridge::Manoeuvre(body)) => Some((body.sequence, body.busy)),
+        _ => None,
+    };
+    actions.iter().filter_map(manoeuvre).collect()
+}
+
+#[test]
+fn a_client_learns_what_there_is_before_anything_else() {
+    let (mut hub, _) = armed();
+    let client = hub.join("late".to_owned(), false);
+    let kinds: Vec<_> = actions(&mut hub)
+        .into_iter()
+        .map(|action| match action {
+            Action::Send(to, message) if to == client => message,
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    let [
+        FromBridge::Welcome(welcome),
+        FromBridge::Devices(devices),
+        FromBridge::Safety(safety),
+    ] = &kinds[..]
+    else {
+        panic!("{kinds:?}")
+    };
+    assert!(!welcome.may_drive && devices.len() == 2);
+    assert!(safety.armed && safety.driver_name == "driver");
+}
+
+#[test]
+fn heartbeats_come_each_second_and_ten_times_a_second_to_the_driver() {
+    let (mut hub, driver) = armed();
+    let watcher = hub.join("watcher".to_owned(), false);
+    let mut counts = BTreeMap::new();
+    for millis in (20..10_020).step_by(10) {
+        let renew = ToBridge::Renew { epoch: 1 };
+        hub.message(at(millis), at(millis), driver, header(0), &renew);
+        hub.event(at(millis), ROBOT, odometry(millis - 10, millis, 0.0));
+        hub.tick(at(millis));
+        for action in actions(&mut hub) {
+            if let Action::Send(client, FromBridge::Heartbeat(heartbeat)) = action {
+                assert_eq!(heartbeat.robot_micros, 1000 * millis);
+                *counts.entry(client).or_insert(0) += 1;
+            }
+        }
+    }
+    assert_eq!(counts[&watcher], 10);
+    assert_eq!(counts[&driver], 110);
+}
+
+/// Faults are of a robot that may move: one that is carried about disarmed presses its bumpers, and nobody needs to know.
+#[test]
+fn a_fault_counts_while_the_robot_is_armed() {
+    let bump = |hub: &mut Hub| {
+        let stamp = Stamp(20_000);
+        for left in [false, true] {
+            let bumpers = SourceEvent::Bumpers {
+                stamp,
+                left,
+                right: false,
+            };
+            hub.event(at(20), ROBOT, bumpers);
+        }
+        actions(hub)
+    };
+    let is_notice = |action: &Action| matches!(action, Action::SendAll(FromBridge::Notice(_)));
+    let (mut armed, _) = armed();
+    let after = bump(&mut armed);
+    assert!(!armed.safety.is_armed() && after.iter().any(is_notice));
+    assert_eq!(armed.safety.reason(), DisarmReason::Bumper);
+    let mut standing = hub();
+    standing.event(at(10), ROBOT, link(LinkState::Up));
+    let after = bump(&mut standing);
+    assert!(!after.iter().any(is_notice), "{after:?}");
+    assert_eq!(standing.safety.reason(), DisarmReason::Link);
+}
+
+#[test]
+fn a_manoeuvre_is_over_when_the_robot_rests_after_its_order_and_not_before() {
+    let (mut hub, driver) = armed();
+    let turn = drive(1, at(10), Motion::Turn(1.0));
+    hub.message(at(20), at(20), driver, header(3), &turn);
+    let out = actions(&mut hub);
+    assert_eq!(manoeuvres(&out), [(3, true)]);
+    let ordered = out.iter().find_map(|action| match action {
+        Action::Order { order, number, .. } if order.is_manoeuvre() => Some(*number),
+        _ => None,
+    });
+    let after = ordered.unwrap();
+    for (busy, after, expect) in [
+        (false, after - 1, vec![]),
+        (true, after, vec![]),
+        (false, after, vec![(3, false)]),
+        (false, after, vec![]),
+    ] {
+        hub.event(at(30), ROBOT, SourceEvent::Busy { busy, after });
+        assert_eq!(manoeuvres(&actions(&mut hub)), expect);
+    }
+    // A lidar rests as well, and that means nothing.
+    hub.message(
+        at(40),
+        at(40),
+        driver,
+        header(4),
+        &drive(1, at(30), Motion::Turn(1.0)),
+    );
+    let after = u64::MAX;
+    hub.event(at(50), LIDAR, SourceEvent::Busy { busy: false, after });
+    assert_eq!(manoeuvres(&actions(&mut hub)), [(4, true)]);
+    hub.event(at(60), ROBOT, link(LinkState::Down));
+    assert_eq!(manoeuvres(&actions(&mut hub)), [(4, false)]);
+}
+
+/// The one under way goes on, and nobody else hears of what was refused.
+#[test]
+fn a_manoeuvre_that_is_refused_is_over_at_once() {
+    let (mut hub, driver) = armed();
+    hub.message(
+        at(20),
+        at(20),
+        driver,
+        header(3),
+        &drive(1, at(10), Motion::Turn(1.0)),
+    );
+    actions(&mut hub);
+    let stale = drive(9, at(20), Motion::Turn(-1.0));
+    hub.message(at(30), at(30), driver, header(4), &stale);
+    let refused = ManoeuvreBody {
+        client: driver,
+        sequence: 4,
+        busy: false,
+    };
+    let expect = [
+        Action::Send(driver, FromBridge::Refused(RefusalReason::StaleEpoch)),
+        Action::Send(driver, FromBridge::Manoeuvre(refused)),
+    ];
+    assert_eq!(actions(&mut hub), expect);
+    assert!(hub.manoeuvre.is_some());
+}
+
+#[test]
+fn whoever_stands_at_the_machine_stops_the_robot_without_being_a_client() {
+    for cut_off in [false, true] {
+        let (mut hub, _) = armed();
+        hub.stop(at(20), cut_off);
+        assert!(!hub.safety.is_armed());
+        assert_eq!(hub.safety.is_emergency(), cut_off);
+        let order = match cut_off {
+            true => Order::EmergencyStop,
+            false => Order::Command(Command::Stop),
+        };
+        let is_it =
+            |action: &Action| matches!(action, Action::Order { order: it, .. } if *it == order);
+        assert!(actions(&mut hub).iter().any(is_it));
+    }
+}
+
+#[test]
+fn sensors_alone_get_no_orders() {
+    let lidar = Profile::of_sensor("lidar:test");
+    let mut hub = Hub::new([&lidar].into_iter(), SafetyConfig::default());
+    let client = hub.join("client".to_owned(), true);
+    hub.message(at(1), at(1), client, header(1), &ToBridge::Stop);
+    let is_order = |action: &Action| matches!(action, Action::Order { .. });
+    assert!(!actions(&mut hub).iter().any(is_order));
+}
