@@ -13,7 +13,7 @@
 //! The readings are handed on in the order of their bearings, with `sweep` 0: nothing moved meanwhile, and neighbours
 //! in the scan are neighbours in the room.
 //!
-//! A robot that moves looks by single readings ([`look`]).
+//! A robot that moves takes partial scans ([`partial_scan`]).
 //!
 //! Source: TDK 2016 §1.3 (four rangers, servo); Sharp GP2Y0A02 and GP2Y0A21 data sheets; the specification, "Sensors".
 
@@ -72,7 +72,7 @@ pub(in crate::sim) struct Rangers {
     cycles: [(f64, f64); RANGERS],
     /// (bearing, range, σ) so far.
     readings: Vec<(f64, f32, f32)>,
-    /// The look under way of a robot that moves.
+    /// The partial scan under way of a robot that moves.
     servo_move: Option<partial_scan::ServoMove>,
 }
 
