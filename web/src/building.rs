@@ -5,7 +5,7 @@ use slamlab_core::format::building::{BuildingFile, BuildingFileError, Imported, 
 use slamlab_core::format::map_server::{MapMode, OccupancyMap};
 use slamlab_core::format::world;
 use slamlab_core::geom::{Pose2, Segment};
-use slamlab_core::slam::{KnownMap, Slam};
+use slamlab_core::slam::{PriorMap, Slam};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 /// How far off a person may place a robot in a map, m and rad: standard deviations.
@@ -122,7 +122,7 @@ pub(crate) fn known_of_grid(slam: &Slam) -> Result<Known, JsError> {
     Ok(BuildingFile::Map(map).known_walls()?.into())
 }
 
-impl From<&Known> for KnownMap {
+impl From<&Known> for PriorMap {
     /// What is no number makes no line.
     fn from(known: &Known) -> Self {
         let point = |x, y| Point2::new(x, y);

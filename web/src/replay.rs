@@ -79,7 +79,7 @@ impl WebLogReader {
         apply(&mut settings, &self.keys, &self.values)?;
         let told = settings.odometry.told(&log.robot());
         if let Some(known) = &self.known {
-            settings.slam.known = known.into();
+            settings.slam.prior_map = known.into();
         }
         let mut replay = Replay::new(log, self.method, settings.slam)?;
         replay.tell_odometry(told);

@@ -94,7 +94,7 @@ impl WebSetup {
         config.mode = mode;
         config.cycle = self.cycle;
         if let Some(known) = &self.known {
-            config.slam.known = known.into();
+            config.slam.prior_map = known.into();
         }
         Ok((config, settings))
     }

@@ -2,7 +2,7 @@
 
 use slamlab_core::estimation::{ConsistencyWindow, Figure};
 use slamlab_core::geom::Pose2;
-use slamlab_core::slam::{KnownFit, Slam};
+use slamlab_core::slam::{PriorMapFit, Slam};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 /// The numbers of the moment; poses in the map frame, m and rad. NaN where the source knows none.
@@ -50,7 +50,7 @@ pub struct RunStatus {
 impl RunStatus {
     /// What every source knows: the estimate, and where the wheels alone would put the robot.
     pub(crate) fn of(slam: &Slam, odometry: &Pose2, consistency: &ConsistencyWindow) -> Self {
-        let (estimate, fit) = (slam.estimate(), slam.known_fit());
+        let (estimate, fit) = (slam.estimate(), slam.prior_map_fit());
         let flat = |figure: Option<Figure>| {
             figure.map_or([f64::NAN; 3], |f| [f.mean, f.band[0], f.band[1]])
         };
@@ -84,8 +84,8 @@ impl RunStatus {
             nis_low,
             nis_high,
             loop_closures: slam.loop_closures() as u32,
-            known_part: fit.and_then(KnownFit::part).unwrap_or(f64::NAN),
-            known_misfit: fit.is_some_and(KnownFit::is_misfit),
+            known_part: fit.and_then(PriorMapFit::part).unwrap_or(f64::NAN),
+            known_misfit: fit.is_some_and(PriorMapFit::is_misfit),
             map_full: slam.grid().is_whole().is_err(),
             finished: false,
         }

@@ -155,8 +155,8 @@ pub(crate) fn segments<'a>(
 
 /// x1 y1 x2 y2 of the walls of the known map; empty for methods without.
 pub(crate) fn known_walls(slam: &Slam) -> Vec<f32> {
-    let lines = match slam.known_fit() {
-        Some(_) => slam.config().known.lines.as_slice(),
+    let lines = match slam.prior_map_fit() {
+        Some(_) => slam.config().prior_map.lines.as_slice(),
         None => &[],
     };
     lines
