@@ -26,6 +26,14 @@ pub enum AssociationMethod {
     Joint,
 }
 
+impl AssociationMethod {
+    /// All of them, with the names used by settings, and what a person calls them.
+    pub const ALL: [(&'static str, Self, &'static str); 2] = [
+        ("nearest", Self::Nearest, "one by one (nearest)"),
+        ("joint", Self::Joint, "together (JCBB)"),
+    ];
+}
+
 /// How near is near.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AssociationConfig {

@@ -23,6 +23,21 @@ pub enum SplitRule {
     Pilch(Pilch),
 }
 
+impl SplitRule {
+    /// All rules with their default figures, with the names used by settings, and what a person calls them.
+    #[must_use]
+    pub fn all() -> [(&'static str, Self, &'static str); 3] {
+        let noise_aware = Self::NoiseAware(NoiseAware::default());
+        let classic = Self::Classic(Classic::default());
+        let pilch = Self::Pilch(Pilch::default());
+        [
+            ("noise-aware", noise_aware, "noise-aware (TDK 2016)"),
+            ("classic", classic, "classic"),
+            ("explained", pilch, "by explained scatter (Pilch 2016)"),
+        ]
+    }
+}
+
 impl Default for SplitRule {
     fn default() -> Self {
         Self::NoiseAware(NoiseAware::default())
@@ -151,10 +166,7 @@ impl LineConfig {
         let rule = Pilch::default();
         Self {
             segmentation: SegmentationConfig {
-                rule: BreakRule::Spacing {
-                    spacing,
-                    ratio: 2.0,
-                },
+                rule: BreakRule::spacing(spacing),
                 ..SegmentationConfig::default()
             },
             split: SplitRule::Pilch(rule),

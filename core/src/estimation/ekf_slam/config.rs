@@ -13,6 +13,14 @@ pub enum Consistency {
     FirstEstimates,
 }
 
+impl Consistency {
+    /// All of them, with the names used by settings, and what a person calls them.
+    pub const ALL: [(&'static str, Self, &'static str); 2] = [
+        ("newest", Self::Plain, "the newest estimates"),
+        ("first", Self::FirstEstimates, "the first estimates"),
+    ];
+}
+
 /// When two landmarks are surely one wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MergeConfig {
