@@ -20,7 +20,7 @@ use crate::setup::WebSetup;
 use crate::shows_slam::shows_slam;
 use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
-use crate::view;
+use crate::view::{self, Shown};
 
 /// What the page calls it.
 pub(crate) fn mode_name(mode: Mode) -> &'static str {
@@ -100,7 +100,7 @@ impl WebExperiment {
         self.experiment.is_in_cycle()
     }
 
-    /// Goes on to the end of the next stage of the cycle; its name, or empty where there is none.
+    /// Goes on to the next stage of the cycle; its name, or empty where there is none.
     ///
     /// # Errors    A scan that cannot be used.
     pub fn next_stage(&mut self) -> Result<String, JsError> {
@@ -111,9 +111,9 @@ impl WebExperiment {
     /// Names of the stages, each followed by what it gave last (empty before).
     #[must_use]
     pub fn stages(&self) -> Vec<String> {
-        let cycle = self.experiment.pilot().cycle();
+        let stages = self.experiment.pilot().stages();
         let told = |stage| {
-            cycle
+            stages
                 .report(stage)
                 .map(ToString::to_string)
                 .unwrap_or_default()
@@ -129,7 +129,7 @@ impl WebExperiment {
     pub fn stage(&self) -> String {
         self.experiment
             .pilot()
-            .cycle()
+            .stages()
             .now()
             .map(name_of)
             .unwrap_or_default()
@@ -138,8 +138,8 @@ impl WebExperiment {
     /// Which round of the cycle this is, and the number of reports so far.
     #[must_use]
     pub fn cycle_count(&self) -> Vec<f64> {
-        let cycle = self.experiment.pilot().cycle();
-        vec![f64::from(cycle.round()), cycle.told() as f64]
+        let stages = self.experiment.pilot().stages();
+        vec![f64::from(stages.round()), stages.count() as f64]
     }
 
     /// σ(ρ) of the sensor, from `scans` of a twin that stands where the robot is.
@@ -208,7 +208,7 @@ impl WebExperiment {
             goal_y: goal.map_or(f64::NAN, |goal| goal.y),
             finished: experiment.status().is_over(),
             ..RunStatus::of(
-                experiment.slam(),
+                &self.shown(),
                 &experiment.odometry_pose(),
                 experiment.record().consistency(),
             )
@@ -425,6 +425,13 @@ shows_slam!(WebExperiment);
 impl WebExperiment {
     fn slam(&self) -> &Slam {
         self.experiment.slam()
+    }
+
+    fn shown(&self) -> Shown<'_> {
+        Shown {
+            slam: self.slam(),
+            stages: Some(self.experiment.pilot().stages()),
+        }
     }
 
     fn robot(&self) -> &RobotModel {

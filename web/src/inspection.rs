@@ -2,10 +2,10 @@
 
 use nalgebra::Point2;
 use slamlab_core::estimation::{Considered, Correlations, Explanation, Gate, Rejection, Verdict};
-use slamlab_core::slam::{ScanPart, Slam};
+use slamlab_core::pilot::Stage;
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::view;
+use crate::view::Shown;
 
 /// The line filter after the last scan; codes and strides as in `Inspection` of www/src/protocol/filter.ts.
 #[wasm_bindgen(getter_with_clone)]
@@ -35,10 +35,11 @@ pub struct Inspection {
 impl Inspection {
     /// `None` for methods without a line map, and while lines were found that are not yet compared with it. Without `matrix` the
     /// coefficients are left out: they are many.
-    pub(crate) fn of(slam: &Slam, matrix: bool) -> Option<Self> {
-        if slam.pending_part() == Some(ScanPart::Localise) {
+    pub(crate) fn of(shown: &Shown, matrix: bool) -> Option<Self> {
+        if shown.awaits(Stage::Localise) {
             return None;
         }
+        let slam = shown.slam;
         let report = slam.explain()?;
         let correlations = if matrix {
             slam.correlations()?
@@ -46,7 +47,7 @@ impl Inspection {
             Correlations::default()
         };
         let association = &slam.config().ekf.association;
-        let map_from_robot = view::map_from_robot_at_scan(slam);
+        let map_from_robot = shown.map_from_robot_at_scan();
         let mut inspection = Self {
             robot_rows: correlations.first_landmark as u32,
             landmarks: correlations.landmarks.iter().map(|id| id.0).collect(),

@@ -9,7 +9,7 @@ use slamlab_core::live::{Live, LiveConfig, Note};
 use slamlab_core::pilot::Mode;
 use slamlab_core::robot::RobotModel;
 use slamlab_core::slam::Slam;
-use slamlab_core::wire::message::{DeviceState, Severity};
+use slamlab_core::wire::message::Severity;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::building::Known;
@@ -18,7 +18,7 @@ use crate::experiment::{activity_of, mode_name};
 use crate::export::{ExportError, trajectory_of};
 use crate::shows_slam::shows_slam;
 use crate::status::RunStatus;
-use crate::view;
+use crate::view::{self, Shown};
 
 /// A robot that is mapped and driven through a bridge. Bytes of the WebSocket come in and go out here; times are µs of the
 /// page's clock.
@@ -191,13 +191,7 @@ impl WebLive {
         let (safety, delays) = (client.safety(), client.delays());
         let recording = live.recording();
         let devices = live.devices().iter().flat_map(|device| {
-            let state = match device.state {
-                DeviceState::Waiting => "waiting",
-                DeviceState::Connected => "connected",
-                DeviceState::Measuring => "measuring",
-                DeviceState::Sending => "sending",
-                _ => "fault",
-            };
+            let state = device.state.name();
             [&device.name, &device.model, state, &device.detail].map(|text| text.to_owned())
         });
         BridgeStatus {
@@ -212,7 +206,7 @@ impl WebLive {
                 .unwrap_or_default(),
             reason: safety
                 .filter(|safety| !safety.armed)
-                .map(|safety| format!("{:?}", safety.reason))
+                .map(|safety| safety.reason.name().to_owned())
                 .unwrap_or_default(),
             battery: live.battery().map_or(f64::NAN, f64::from),
             round_trip: delays.map_or(f64::NAN, |delays| delays.round_trip),
@@ -237,7 +231,7 @@ impl WebLive {
             goal_x: goal.map_or(f64::NAN, |goal| goal.x),
             goal_y: goal.map_or(f64::NAN, |goal| goal.y),
             finished: live.pilot().status().is_over(),
-            ..RunStatus::of(live.slam(), &live.odometry_pose(), live.consistency())
+            ..RunStatus::of(&self.shown(), &live.odometry_pose(), live.consistency())
         }
     }
 
@@ -324,6 +318,13 @@ shows_slam!(WebLive);
 impl WebLive {
     fn slam(&self) -> &Slam {
         self.live.slam()
+    }
+
+    fn shown(&self) -> Shown<'_> {
+        Shown {
+            slam: self.slam(),
+            stages: Some(self.live.pilot().stages()),
+        }
     }
 
     fn robot(&self) -> &RobotModel {

@@ -15,6 +15,7 @@ use crate::settings::apply;
 use crate::shows_slam::shows_slam;
 use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
+use crate::view::Shown;
 
 /// A log that is being read: of CARMEN, or a recording of the bridge.
 #[wasm_bindgen]
@@ -114,7 +115,7 @@ impl WebReplay {
             time: replay.time(),
             progress: replay.progress(),
             scans: replay.scans_done() as u32,
-            ..RunStatus::of(replay.slam(), &replay.odometry_pose(), replay.consistency())
+            ..RunStatus::of(&self.shown(), &replay.odometry_pose(), replay.consistency())
         }
     }
 
@@ -201,6 +202,13 @@ shows_slam!(WebReplay);
 impl WebReplay {
     fn slam(&self) -> &Slam {
         self.replay.slam()
+    }
+
+    fn shown(&self) -> Shown<'_> {
+        Shown {
+            slam: self.slam(),
+            stages: None,
+        }
     }
 
     /// Of a Pioneer where the log does not tell, for most were recorded with one.

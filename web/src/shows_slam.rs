@@ -1,6 +1,6 @@
 //! What the page asks of an estimate and its map: the same of a simulation, of a recording and of a robot.
 
-/// Gives a class that has a `slam()`, a `robot()`, `true_walls()`, a `trajectory()` and a `scan_log()` the methods that show, plan in
+/// Gives a class that has a `slam()`, a `shown()`, a `robot()`, `true_walls()`, a `trajectory()` and a `scan_log()` the methods that show, plan in
 /// and save them.
 macro_rules! shows_slam {
     ($class:ident) => {
@@ -9,14 +9,14 @@ macro_rules! shows_slam {
             /// The map since `revision` of `generation`, and the last scan.
             #[must_use]
             pub fn view(&self, generation: u32, revision: f64) -> $crate::SlamView {
-                $crate::SlamView::since(self.slam(), generation, revision)
+                $crate::SlamView::since(&self.shown(), generation, revision)
             }
 
             /// Why the last scan's lines were matched, and, with `matrix`, how errors hang together; nothing for methods
             /// without a line map.
             #[must_use]
             pub fn inspect(&self, matrix: bool) -> Option<$crate::Inspection> {
-                $crate::Inspection::of(self.slam(), matrix)
+                $crate::Inspection::of(&self.shown(), matrix)
             }
 
             /// Walls that the last scan showed to be parts of others: the one that stays and the one that goes, pair by

@@ -2,8 +2,10 @@
 
 use slamlab_core::estimation::{ConsistencyWindow, Figure};
 use slamlab_core::geom::Pose2;
-use slamlab_core::slam::{PriorMapFit, Slam};
+use slamlab_core::slam::PriorMapFit;
 use wasm_bindgen::prelude::wasm_bindgen;
+
+use crate::view::Shown;
 
 /// The numbers of the moment; poses in the map frame, m and rad. NaN where the source knows none.
 #[wasm_bindgen]
@@ -49,8 +51,9 @@ pub struct RunStatus {
 
 impl RunStatus {
     /// What every source knows: the estimate, and where the wheels alone would put the robot.
-    pub(crate) fn of(slam: &Slam, odometry: &Pose2, consistency: &ConsistencyWindow) -> Self {
-        let (estimate, fit) = (slam.estimate(), slam.prior_map_fit());
+    pub(crate) fn of(shown: &Shown, odometry: &Pose2, consistency: &ConsistencyWindow) -> Self {
+        let (estimate, slam) = (shown.estimate(), shown.slam);
+        let fit = slam.prior_map_fit();
         let flat = |figure: Option<Figure>| {
             figure.map_or([f64::NAN; 3], |f| [f.mean, f.band[0], f.band[1]])
         };

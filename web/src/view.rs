@@ -1,8 +1,9 @@
 //! What a person sees of a map, flattened for the page.
 
 use nalgebra::Point2;
-use slamlab_core::geom::{Pose2, Segment};
+use slamlab_core::geom::{Pose2, PoseEstimate, Segment};
 use slamlab_core::map::CellState;
+use slamlab_core::pilot::{Stage, StageRecord};
 use slamlab_core::points::{Beam, Points};
 use slamlab_core::robot::{BodyShape, RobotModel};
 use slamlab_core::slam::Slam;
@@ -29,13 +30,39 @@ pub struct SlamView {
     pub beams: Vec<f32>,
     /// x1 y1 x2 y2 of the lines found in the last scan.
     pub found: Vec<f32>,
-    /// The walls of the line map, see `LINE_STRIDE` of www/src/protocol/frame.ts.
-    pub lines: Vec<f64>,
+    /// The walls of the line map, see `LINE_STRIDE` of www/src/protocol/frame.ts; none while they are those that were shown.
+    pub lines: Option<Vec<f64>>,
+}
+
+/// What is to be seen: the newest, or what the stage shown last had given by then.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shown<'a> {
+    pub(crate) slam: &'a Slam,
+    /// None of a recording.
+    pub(crate) stages: Option<&'a StageRecord>,
+}
+
+impl Shown<'_> {
+    /// Whether what this stage changed is not to be seen yet.
+    pub(crate) fn awaits(&self, stage: Stage) -> bool {
+        self.stages.is_some_and(|stages| stages.awaits(stage))
+    }
+
+    pub(crate) fn estimate(&self) -> PoseEstimate {
+        let held = self.stages.and_then(StageRecord::held_estimate);
+        held.copied().unwrap_or_else(|| self.slam.estimate())
+    }
+
+    pub(crate) fn map_from_robot_at_scan(&self) -> Pose2 {
+        self.estimate().pose * self.slam.motion_since_scan().inverse()
+    }
 }
 
 impl SlamView {
-    /// The view of someone who knows the grid up to `revision` of `generation`.
-    pub(crate) fn since(slam: &Slam, generation: u32, revision: f64) -> Self {
+    /// The view of someone who knows the grid up to `revision` of `generation`. Somebody who follows the cycle stage by stage
+    /// sees what each stage changed when that stage is shown.
+    pub(crate) fn since(shown: &Shown, generation: u32, revision: f64) -> Self {
+        let slam = shown.slam;
         let (layers, now) = (slam.layers(), slam.shown_version() as u32);
         let known = if now == generation {
             revision as u64
@@ -48,11 +75,15 @@ impl SlamView {
             resolution: slam.grid().resolution(),
             blocks: vec![],
             cells: vec![],
-            scan: hits(slam),
+            scan: hits(shown),
             beams: beams(slam),
-            found: found(slam),
-            lines: lines(slam),
+            found: found(shown),
+            lines: (!shown.awaits(Stage::Localise)).then(|| lines(slam)),
         };
+        if shown.awaits(Stage::Map) {
+            (view.generation, view.revision) = (generation, revision);
+            return view;
+        }
         for (block, log_odds) in layers.blocks_since(known) {
             view.blocks.extend([block.col, block.row]);
             view.cells.extend(log_odds.iter().map(|&l| tone(l)));
@@ -81,14 +112,14 @@ pub(crate) fn free_area(slam: &Slam) -> f64 {
     free as f64 * grid.resolution() * grid.resolution()
 }
 
-fn hits(slam: &Slam) -> Vec<f32> {
-    let map_from_robot = map_from_robot_at_scan(slam);
-    let ends = shown(slam).map(|beam| flat(map_from_robot * beam.end_in_robot));
+fn hits(shown: &Shown) -> Vec<f32> {
+    let map_from_robot = shown.map_from_robot_at_scan();
+    let ends = hits_of(shown.slam).map(|beam| flat(map_from_robot * beam.end_in_robot));
     ends.flatten().collect()
 }
 
 fn beams(slam: &Slam) -> Vec<f32> {
-    shown(slam)
+    hits_of(slam)
         .flat_map(|beam| {
             let quality = beam.quality.map_or(f32::NAN, f32::from);
             [beam.range as f32, beam.sigma as f32, quality]
@@ -96,23 +127,17 @@ fn beams(slam: &Slam) -> Vec<f32> {
         .collect()
 }
 
-/// Hits of the scan that is shown: one that is taken in part by part from its first part on, for the robot stands.
-fn shown(slam: &Slam) -> impl Iterator<Item = &Beam> {
-    let points = slam.pending_points().or(slam.points());
-    points.into_iter().flat_map(Points::hits)
+fn hits_of(slam: &Slam) -> impl Iterator<Item = &Beam> {
+    slam.points().into_iter().flat_map(Points::hits)
 }
 
-fn found(slam: &Slam) -> Vec<f32> {
-    let map_from_robot = map_from_robot_at_scan(slam);
-    let ends = slam.features().iter().flat_map(|line| line.ends);
-    ends.flat_map(|end| flat(map_from_robot * end)).collect()
-}
-
-pub(crate) fn map_from_robot_at_scan(slam: &Slam) -> Pose2 {
-    if slam.pending_points().is_some() {
-        return slam.estimate().pose;
+fn found(shown: &Shown) -> Vec<f32> {
+    if shown.awaits(Stage::Lines) {
+        return vec![];
     }
-    slam.estimate().pose * slam.motion_since_scan().inverse()
+    let map_from_robot = shown.map_from_robot_at_scan();
+    let ends = shown.slam.features().iter().flat_map(|line| line.ends);
+    ends.flat_map(|end| flat(map_from_robot * end)).collect()
 }
 
 /// Names of the walls that the last scan merged, the one that stays before the one that goes.

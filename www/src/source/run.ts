@@ -195,7 +195,7 @@ export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> im
     const { blocks, cells, resolution } = view;
     this.#known = { generation: view.generation, revision: view.revision, version: this.version };
     const scanned = version !== this.version;
-    const lines = scanned ? view.lines : null;
+    const lines = (scanned && view.lines) || null;
     if (lines) this.#features = countWalls(lines);
     const known = this.#knownSent ? null : this.module.known_walls();
     this.#knownSent = true;
