@@ -44,7 +44,7 @@ pub struct Settings {
     /// How a simulated robot's tracks differ from the model.
     pub wear: SimulatedWear,
     /// What is assumed of the errors of the odometry.
-    pub odometry: OdometryAssumptions,
+    pub odometry: OdometrySettings,
     /// Estimation.
     pub slam: SlamConfig,
     /// Planning and driving.
@@ -98,7 +98,7 @@ impl SimulatedWear {
 
 /// What is assumed of the errors of the odometry: how the tracks differ from the model, and by which of two models of noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OdometryAssumptions {
+pub struct OdometrySettings {
     /// How the tracks are known to differ from the model.
     pub wear: TrackWear,
     /// Whether the source's constant Q is used.
@@ -109,7 +109,7 @@ pub struct OdometryAssumptions {
     pub proportional: OdometryNoise,
 }
 
-impl OdometryAssumptions {
+impl OdometrySettings {
     /// Of this robot; the constant Q is what the other model gives at full speed, 100 readings a second.
     #[must_use]
     pub fn of(robot: &RobotModel) -> Self {
@@ -176,15 +176,15 @@ impl Settings {
             sonars_beside: None,
             body: SimulatedBody::default(),
             wear: SimulatedWear::default(),
-            odometry: OdometryAssumptions::of(robot),
+            odometry: OdometrySettings::of(robot),
             slam,
             pilot,
         }
     }
 
-    /// The defaults for a robot that is not simulated, by whether it scans on command only.
+    /// The defaults for a real or a recorded robot, whose sensor is not simulated.
     #[must_use]
-    pub fn of_real(robot: &RobotModel, scans_on_command: bool) -> Self {
+    pub fn of_robot(robot: &RobotModel, scans_on_command: bool) -> Self {
         let sensor = match scans_on_command {
             true => SensorModel::rangers(),
             false => SensorModel::lidar(),

@@ -59,7 +59,7 @@ pub fn setting_list(
             key: setting.key.to_owned(),
             group: setting.group.to_owned(),
             name: setting.name.to_owned(),
-            unit: setting.unit.to_owned(),
+            unit: setting.unit.stored.to_owned(),
             low: setting.range[0],
             high: setting.range[1],
             kind: match setting.kind {
@@ -70,7 +70,7 @@ pub fn setting_list(
             }
             .to_owned(),
             choices: match setting.kind {
-                Kind::Choice(names) => names.iter().map(|&name| name.to_owned()).collect(),
+                Kind::Choice(names) => names().iter().map(|one| one.title.to_owned()).collect(),
                 _ => vec![],
             },
             at_once: setting.acts == Acts::AtOnce,

@@ -85,7 +85,7 @@ impl Settings {
         let name = setting.name;
         match setting.needs {
             Needs::Choice { key, is } if !self.chosen(key, is) => {
-                let other = table().find(|other| other.key == key)?;
+                let other = super::find(key).ok()?;
                 let titles = other.names().into_iter();
                 let titles = titles.filter(|named| is.contains(&named.name));
                 Some(Idle::Choice {
@@ -94,6 +94,11 @@ impl Settings {
                     of: listed(titles.map(|named| named.title)),
                 })
             }
+            Needs::MoreThanZero(key) if self.number(key).is_none_or(|number| number <= 0.0) => {
+                let choice = super::find(key).ok()?.name;
+                let of = "more than 0".to_owned();
+                Some(Idle::Choice { name, choice, of })
+            }
             Needs::Sensor(sensor) if self.get(setting).is_none() => {
                 Some(Idle::Sensor { name, sensor })
             }
@@ -101,9 +106,13 @@ impl Settings {
         }
     }
 
+    fn number(&self, key: &str) -> Option<f64> {
+        super::find(key).ok().and_then(|setting| self.get(setting))
+    }
+
     /// Whether the setting of `key` has an effect itself and is one of these.
     fn chosen(&self, key: &str, is: &[&str]) -> bool {
-        let Some(other) = table().find(|other| other.key == key) else {
+        let Ok(other) = super::find(key) else {
             return false;
         };
         let at = self.get(other).map(|number| number as usize);

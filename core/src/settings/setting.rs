@@ -108,6 +108,8 @@ pub enum Needs {
         /// Names of its values.
         is: &'static [&'static str],
     },
+    /// The number of this key is greater than 0.
+    MoreThanZero(&'static str),
 }
 
 /// When a change acts.
@@ -199,6 +201,23 @@ pub(super) const fn one_of<T: super::field::Choice>() -> Figures {
     }
 }
 
+/// A choice whose names stand in the table.
+pub(super) const fn named(count: usize, names: fn() -> Vec<Named>) -> Figures {
+    Figures {
+        kind: Kind::Choice(names),
+        range: [0.0, count as f64 - 1.0],
+        unit: NUMBER,
+    }
+}
+
+impl Named {
+    /// All of these, each with its name and what a person calls it.
+    pub(super) fn all(words: &[(&'static str, &'static str)]) -> Vec<Self> {
+        let named = |&(name, title)| Self { name, title };
+        words.iter().map(named).collect()
+    }
+}
+
 impl Setting {
     pub(super) const fn new(
         group: &Group,
@@ -248,6 +267,11 @@ impl Setting {
         self
     }
 
+    pub(super) const fn needs_more_than_zero(mut self, key: &'static str) -> Self {
+        self.needs = Needs::MoreThanZero(key);
+        self
+    }
+
     pub(super) fn number_in(&self, settings: &Settings) -> Option<f64> {
         (self.field.get)(settings)
     }
@@ -259,10 +283,9 @@ impl Setting {
     /// The values of a choice, `off` and `on` of a switch; nothing for a number.
     #[must_use]
     pub fn names(&self) -> Vec<Named> {
-        let named = |(name, title)| Named { name, title };
         match self.kind {
             Kind::Choice(names) => names(),
-            Kind::Switch => [("off", "off"), ("on", "on")].map(named).to_vec(),
+            Kind::Switch => Named::all(&[("off", "off"), ("on", "on")]),
             Kind::Real | Kind::Whole => vec![],
         }
     }

@@ -6,8 +6,8 @@ use crate::points::{BreakRule, Growth, RangeSigma, SectorConfig, SectorRange};
 use crate::settings::Settings;
 use crate::settings::field::{Number, at, rows};
 use crate::settings::setting::{
-    CENTIMETRES, DEGREES, Field, Figures, Kind, METRES, NUMBER, Named, PERCENT, SIGMAS,
-    SQUARE_METRES, Setting, one_of, real, si, switch, whole,
+    CENTIMETRES, DEGREES, Field, METRES, NUMBER, Named, PERCENT, SIGMAS, SQUARE_METRES, Setting,
+    named, one_of, real, si, switch, whole,
 };
 
 const OF_POINTS: Group = Group {
@@ -28,11 +28,11 @@ rows! { POINTS = OF_POINTS;
         [get |s| Some(s.slam.sectors.map_or(0.0, |sectors| sectors.width)),
          set |s, v| s.slam.sectors = (v > 0.0).then(|| SectorConfig { width: v, ..s.slam.sectors.unwrap_or_default() })],
         "One reading stands for all of a sector (Celej: 10°). 0: every beam counts. Wide sectors leave no lines to find the pose by: it drifts with the wheels.";
-    "points.sector_no_returns", "No returns that are errors", whole([0.0, 1000.0], NUMBER), [Some(sectors) = slam.sectors => sectors.no_returns],
+    "points.sector_no_returns", "No returns that are errors", whole([0.0, 1000.0], NUMBER), [Some(sectors) = slam.sectors => sectors.no_returns].needs_more_than_zero("points.sector"),
         "With sectors: so many in one do not count. More of them, and nothing is there.";
-    "points.sector_range", "Reading of a sector", one_of::<SectorRange>(), [Some(sectors) = slam.sectors => sectors.range],
+    "points.sector_range", "Reading of a sector", one_of::<SectorRange>(), [Some(sectors) = slam.sectors => sectors.range].needs_more_than_zero("points.sector"),
         "With sectors: the least range is the cautious one; the mean has less noise and smooths away what stands out.";
-    "points.sigma", "σ of the ranges", Figures { kind: Kind::Choice(growths), range: [0.0, 2.0], unit: NUMBER },
+    "points.sigma", "σ of the ranges", named(3, || Named::all(&[("sensor", "as the sensor says"), ("linear", "a + b ρ"), ("square", "a + b ρ²")])),
         [get growth, set set_growth],
         "Own figures for σ(ρ), as estimated from scans taken standing.";
     "points.sigma_constant", "σ at zero range", real([-1.0, 1.0], CENTIMETRES), [Some(sigma) = slam.points.sigma => sigma.constant].needs("points.sigma", OWN),
@@ -116,16 +116,6 @@ rows! { BLIND_ZONE = OF_BLIND_ZONE;
         "A beam that ends this far behind a remembered point says that it has gone. Growing: what has gone is remembered longer.";
     "near.beams", "Beams that speak of a point", real([0.0, 20.0], si("beams")), [slam.blind_zone.beams],
         "How far beside a remembered point a beam may pass and still say that it has gone, in angles between two beams. Growing: more is forgotten.";
-}
-
-fn growths() -> Vec<Named> {
-    let named = |(name, title)| Named { name, title };
-    let all = [
-        ("sensor", "as the sensor says"),
-        ("linear", "a + b ρ"),
-        ("square", "a + b ρ²"),
-    ];
-    all.map(named).to_vec()
 }
 
 fn growth(settings: &Settings) -> Option<f64> {

@@ -3,7 +3,9 @@
 use super::{ANY, Group, SIMULATED};
 use crate::robot::BodyShape;
 use crate::settings::field::{Number, at, rows};
-use crate::settings::setting::{CENTIMETRES, Field, PERCENT, Setting, one_of, real, si, switch};
+use crate::settings::setting::{
+    CENTIMETRES, Field, Named, PERCENT, Setting, named, one_of, real, si,
+};
 
 const OF_BODY: Group = Group {
     name: "Simulated body",
@@ -23,11 +25,11 @@ const OF_TRACKS: Group = Group {
     name: "Simulated tracks",
     ..SIMULATED
 };
-const GIVEN: &[&str] = &["on"];
+const GIVEN: &[&str] = &["given"];
 
 rows! { TRACKS = OF_TRACKS;
-    "wear.given", "Wear as given here", switch(), [wear.is_given],
-        "Off: drawn from the seed, as no two robots are worn alike. On: as given, so that the simulated robot is the twin of one whose drive was fitted.";
+    "wear.given", "How they differ from the model", named(2, || Named::all(&[("seed", "drawn from the seed"), ("given", "as given here")])), [wear.is_given],
+        "No two robots are worn alike. As given: the simulated robot is the twin of one whose drive was fitted.";
     "wear.left", "Left track runs farther by", real([-0.5, 0.5], PERCENT), [wear.given.left].needs("wear.given", GIVEN),
         "Part of its way that is not counted. Below 0 it runs less than is counted.";
     "wear.right", "Right track runs farther by", real([-0.5, 0.5], PERCENT), [wear.given.right].needs("wear.given", GIVEN),
@@ -40,8 +42,8 @@ const OF_ODOMETRY: Group = Group {
     name: "Odometry",
     ..ANY
 };
-const CONSTANT: &[&str] = &["on"];
-const GROWING: &[&str] = &["off"];
+const CONSTANT: &[&str] = &["constant"];
+const GROWING: &[&str] = &["growing"];
 
 rows! { ODOMETRY = OF_ODOMETRY;
     "odometry.left", "Left track counted farther by", real([-0.5, 0.5], PERCENT), [odometry.wear.left],
@@ -50,8 +52,8 @@ rows! { ODOMETRY = OF_ODOMETRY;
         "The same of the right one.";
     "odometry.track", "Track width counted larger by", real([-0.5, 0.5], PERCENT), [odometry.wear.track_width],
         "The same of the effective track width. Larger: turns are counted shorter.";
-    "odometry.model", "Constant odometry noise", switch(), [odometry.is_constant].basic(),
-        "Off: noise grows with way and turn. On: the same noise in each reading, also of a robot that stands (TDK 2016, constant Q).";
+    "odometry.model", "Odometry noise", named(2, || Named::all(&[("growing", "grows with way and turn"), ("constant", "constant Q")])), [odometry.is_constant].basic(),
+        "Constant Q is the source's (TDK 2016): the same noise in each reading, also of a robot that stands.";
     "odometry.constant", "Variance of each reading", real([0.0, 0.01], si("m²")), [odometry.constant].needs("odometry.model", CONSTANT),
         "Constant Q: variance of a track's way in each reading, 100 a second. Larger: odometry is trusted less.";
     "odometry.per_metre", "Noise of each track", real([0.0, 1.0], si("m²/m")), [odometry.proportional.per_metre].needs("odometry.model", GROWING),
