@@ -40,9 +40,9 @@ impl Inspection {
             return None;
         }
         let slam = shown.slam;
-        let report = slam.explain()?;
+        let report = slam.view().update?;
         let correlations = if matrix {
-            slam.correlations()?
+            slam.view().correlations()?
         } else {
             Correlations::default()
         };
@@ -55,7 +55,8 @@ impl Inspection {
             sightings: vec![],
             candidates: vec![],
             odometry: slam
-                .odometry_errors()?
+                .view()
+                .odometry_errors?
                 .into_iter()
                 .flat_map(|errors| [errors.curvature, errors.turn_scale])
                 .collect(),
@@ -64,7 +65,7 @@ impl Inspection {
             max_gap: association.max_gap,
         };
         for explanation in report.explanations() {
-            let Some(feature) = slam.features().get(explanation.feature) else {
+            let Some(feature) = slam.view().features.get(explanation.feature) else {
                 continue;
             };
             let ends = feature.ends.map(|end| map_from_robot * end);

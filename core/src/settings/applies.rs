@@ -28,7 +28,7 @@ pub enum Idle {
         of: String,
     },
     /// It belongs to other methods.
-    #[error("{name} has no effect with the method {}: it is a setting of {of}", here.name())]
+    #[error("{name} has no effect with the method {}: it is a setting of {of}", here.title())]
     Method {
         /// The setting's name for people.
         name: &'static str,
@@ -74,7 +74,7 @@ impl Settings {
             return Some(Idle::Method {
                 name,
                 here: scope.method,
-                of: listed(methods.iter().map(|method| method.name())),
+                of: listed(methods.iter().map(|method| method.title())),
             });
         }
         self.unmet(setting)

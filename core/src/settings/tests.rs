@@ -156,7 +156,7 @@ fn words_are_for_people_and_few_settings_are_basic() {
     }
     for settings in all() {
         for source in [Source::Simulation, Source::Recording, Source::Live] {
-            for (_, method) in Method::ALL {
+            for method in Method::all() {
                 let basic = settings.effective(Scope { source, method });
                 let basic = basic.filter(|setting| setting.is_basic).count();
                 assert!(basic <= 30, "{basic} of {source:?} with {method:?}");
@@ -188,7 +188,7 @@ fn a_setting_that_would_have_no_effect_is_refused_in_words() {
     );
     assert_eq!(
         said("known.by", 0.0),
-        "Finds itself by has no effect with the method line-ekf: it is a setting of known-map"
+        "Finds itself by has no effect with the method Line EKF-SLAM: it is a setting of Prior map"
     );
     assert_eq!(
         said("lines.threshold", 0.1),
