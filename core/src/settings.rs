@@ -238,6 +238,20 @@ impl Settings {
             .into_iter()
             .try_for_each(|(key, value)| self.set(key, value))
     }
+
+    /// The same for settings that may have been made for another sensor: those that would have no effect are left out.
+    ///
+    /// # Errors    [`SettingError`] for a key that does not exist and a number out of range; those before it are set.
+    pub fn set_present<'a>(
+        &mut self,
+        changes: impl IntoIterator<Item = (&'a str, f64)>,
+    ) -> Result<(), SettingError> {
+        let mut changes = in_order(changes).into_iter();
+        changes.try_for_each(|(key, value)| match self.set(key, value) {
+            Err(SettingError::Idle(_)) => Ok(()),
+            done => done,
+        })
+    }
 }
 
 fn find(key: &str) -> Result<&'static Setting, SettingError> {
