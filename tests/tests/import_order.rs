@@ -62,7 +62,7 @@ const MAY_IMPORT: [(&str, Imports); 24] = [
     ("replay", AllBefore),
     (
         "device",
-        These(&["geom", "robot", "points", "control", "sim", "wire"]),
+        These(&["geom", "robot", "points", "control", "wire"]),
     ),
     ("live", AllBefore),
 ];

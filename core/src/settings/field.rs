@@ -8,8 +8,7 @@ use crate::features::SplitRule;
 use crate::map::{Layer, Sweep};
 use crate::plan::{FrontierChoice, Planner, Shortening};
 use crate::points::{BreakRule, SectorRange};
-use crate::robot::BodyShape;
-use crate::sim::sensors::Sharp;
+use crate::robot::{BodyShape, Sharp};
 use crate::slam::PriorMapMatching;
 
 /// A field that holds a number.

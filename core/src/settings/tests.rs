@@ -156,7 +156,7 @@ fn words_are_for_people_and_few_settings_are_basic() {
     }
     for settings in all() {
         for source in [Source::Simulation, Source::Recording, Source::Live] {
-            for method in Method::all() {
+            for method in Method::ALL {
                 let basic = settings.effective(Scope { source, method });
                 let basic = basic.filter(|setting| setting.is_basic).count();
                 assert!(basic <= 30, "{basic} of {source:?} with {method:?}");

@@ -3,13 +3,14 @@
 use super::{Group, SIMULATED};
 use crate::bounds::PART;
 use crate::map::Layer;
+use crate::robot::{RangerModel, Sharp};
 use crate::settings::field::{Choice, Number, at, rows};
 use crate::settings::setting::{
     CENTIMETRES, CENTIMETRES_PER_METRE, DEGREES, Field, METRES, MILLISECONDS, NUMBER, Needs,
     PERCENT, Setting, VOLTS, one_of, real, switch, whole,
 };
 use crate::sim::SensorModel;
-use crate::sim::sensors::{LidarModel, RangerModel, Sharp, SonarModel};
+use crate::sim::sensors::{LidarModel, SonarModel};
 
 const OF_LIDAR: Group = Group {
     name: "Sensor",
