@@ -22,6 +22,8 @@ pub mod geom;
 
 pub mod hash;
 
+pub mod bounds;
+
 mod lanes;
 
 // What crosses the border to a robot.

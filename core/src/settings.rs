@@ -1,19 +1,28 @@
-//! Every setting of a run in one table: name, unit, range, meaning, and how to read and write it.
+//! Every setting of a run in one table: name, meaning, range, units, what it belongs to, and how to read and write it.
 //!
 //! In: a key and a number. Out: other [`Settings`], or a sentence on why not. Whoever shows settings to people (page, command
-//! line) reads the table and types nothing twice; defaults are those of the configurations themselves.
+//! line) reads the table and types nothing twice. Defaults are those of the configurations themselves, and so are the ranges
+//! that a configuration checks.
 //!
 //! | file | subject |
 //! |---|---|
-//! | `table/` | the settings, one entry each |
-//! | `presets` | named sets of them |
+//! | `table/` | the settings, one row each |
+//! | `setting` | what a row says |
+//! | `applies` | which rows have an effect on a run |
+//! | `field` | how the number of a row stands in a configuration |
+//! | `presets` | named sets of settings |
 
+mod applies;
+mod field;
 mod presets;
+mod setting;
 mod table;
 #[cfg(test)]
 mod tests;
 
+pub use applies::{Idle, Scope};
 pub use presets::{PRESETS, Preset};
+pub use setting::{Acts, Kind, Named, Needs, Setting, Source, Unit};
 pub use table::table;
 
 use crate::experiment::ExperimentConfig;
@@ -34,8 +43,8 @@ pub struct Settings {
     pub body: SimulatedBody,
     /// How a simulated robot's tracks differ from the model.
     pub wear: SimulatedWear,
-    /// What the odometry says of its own errors.
-    pub odometry: ToldNoise,
+    /// What is assumed of the errors of the odometry.
+    pub odometry: OdometrySettings,
     /// Estimation.
     pub slam: SlamConfig,
     /// Planning and driving.
@@ -87,9 +96,9 @@ impl SimulatedWear {
     }
 }
 
-/// Both models of odometry noise, and which one is used; and what is known of the tracks.
+/// What is assumed of the errors of the odometry: how the tracks differ from the model, and by which of two models of noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ToldNoise {
+pub struct OdometrySettings {
     /// How the tracks are known to differ from the model.
     pub wear: TrackWear,
     /// Whether the source's constant Q is used.
@@ -100,7 +109,7 @@ pub struct ToldNoise {
     pub proportional: OdometryNoise,
 }
 
-impl ToldNoise {
+impl OdometrySettings {
     /// Of this robot; the constant Q is what the other model gives at full speed, 100 readings a second.
     #[must_use]
     pub fn of(robot: &RobotModel) -> Self {
@@ -112,10 +121,10 @@ impl ToldNoise {
         }
     }
 
-    /// For a real or a recorded robot: its own word on chance stands where nothing else was set than the defaults of its model.
+    /// For a real or a recorded robot: its own covariances stand where the noise was left at the defaults of its model.
     #[must_use]
-    pub fn told(&self, robot: &RobotModel) -> ToldOdometry {
-        let chance = |told: &Self| (told.is_constant, told.constant, told.proportional);
+    pub fn calibration(&self, robot: &RobotModel) -> ToldOdometry {
+        let chance = |of: &Self| (of.is_constant, of.constant, of.proportional);
         ToldOdometry {
             wear: self.wear,
             noise: (chance(self) != chance(&Self::of(robot))).then(|| self.used()),
@@ -133,51 +142,6 @@ impl ToldNoise {
     }
 }
 
-/// One setting.
-#[derive(Clone, Copy, Debug)]
-pub struct Setting {
-    /// Its name in links and messages, unique.
-    pub key: &'static str,
-    /// Where it belongs.
-    pub group: &'static str,
-    /// Its name for people.
-    pub name: &'static str,
-    /// Its unit; empty for a pure number.
-    pub unit: &'static str,
-    /// Smallest and largest number that is accepted.
-    pub range: [f64; 2],
-    /// What the number is.
-    pub kind: Kind,
-    /// When a change acts.
-    pub acts: Acts,
-    /// What it is for, in one line, and what happens when it grows.
-    pub meaning: &'static str,
-    get: fn(&Settings) -> Option<f64>,
-    set: fn(&mut Settings, f64),
-}
-
-/// What the number of a setting is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Any number within the range.
-    Real,
-    /// A whole number.
-    Whole,
-    /// 0 or 1.
-    Switch,
-    /// The place of one of these.
-    Choice(&'static [&'static str]),
-}
-
-/// When a change acts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Acts {
-    /// From the next scan or tick on.
-    AtOnce,
-    /// When the run begins anew.
-    OnRestart,
-}
-
 /// Why a setting cannot be set.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -185,12 +149,9 @@ pub enum SettingError {
     /// No setting of that key.
     #[error("there is no setting `{0}`")]
     Unknown(String),
-    /// It belongs to another sensor or method.
-    #[error("{name} is no setting of this run: it belongs to another sensor or rule")]
-    Absent {
-        /// Name for people.
-        name: &'static str,
-    },
+    /// It would have no effect.
+    #[error(transparent)]
+    Idle(#[from] Idle),
     /// Outside of its range.
     #[error("{name} is {value}{unit}, expected {expected}")]
     Range {
@@ -215,10 +176,20 @@ impl Settings {
             sonars_beside: None,
             body: SimulatedBody::default(),
             wear: SimulatedWear::default(),
-            odometry: ToldNoise::of(robot),
+            odometry: OdometrySettings::of(robot),
             slam,
             pilot,
         }
+    }
+
+    /// The defaults for a real or a recorded robot, whose sensor is not simulated.
+    #[must_use]
+    pub fn of_robot(robot: &RobotModel, scans_on_command: bool) -> Self {
+        let sensor = match scans_on_command {
+            true => SensorModel::rangers(),
+            false => SensorModel::lidar(),
+        };
+        Self::of(sensor, robot)
     }
 
     /// An experiment with these settings in a world.
@@ -238,61 +209,59 @@ impl Settings {
     /// The number of a setting; `None` where this sensor or rule has none such.
     #[must_use]
     pub fn get(&self, setting: &Setting) -> Option<f64> {
-        (setting.get)(self)
+        setting.number_in(self)
     }
 
-    /// Sets a number.
+    /// Sets a number, whatever the run is fed by and however it estimates; see [`Self::set_for`].
     ///
     /// # Errors    [`SettingError`]; then nothing has changed.
     pub fn set(&mut self, key: &str, value: f64) -> Result<(), SettingError> {
-        let found = table().find(|setting| setting.key == key);
-        let setting = found.ok_or_else(|| SettingError::Unknown(key.to_owned()))?;
+        let setting = find(key)?;
         setting.check(value)?;
-        if self.get(setting).is_none() {
-            let name = setting.name;
-            return Err(SettingError::Absent { name });
+        match self.unmet(setting) {
+            Some(idle) => Err(idle.into()),
+            None => {
+                setting.put(self, value);
+                Ok(())
+            }
         }
-        (setting.set)(self, value);
-        Ok(())
     }
 
-    /// Sets all of them, choices before the settings that come with them: in the order of the table.
+    /// Sets all of them, choices before the settings that depend on them.
     ///
     /// # Errors    [`SettingError`] for the first that cannot be; those before it are set.
     pub fn set_all<'a>(
         &mut self,
         changes: impl IntoIterator<Item = (&'a str, f64)>,
     ) -> Result<(), SettingError> {
-        let mut changes: Vec<_> = changes.into_iter().collect();
-        changes.sort_by_key(|(key, _)| table().position(|setting| setting.key == *key));
-        for (key, value) in changes {
-            self.set(key, value)?;
-        }
-        Ok(())
+        in_order(changes)
+            .into_iter()
+            .try_for_each(|(key, value)| self.set(key, value))
+    }
+
+    /// The same for settings that may have been made for another sensor: those that would have no effect are left out.
+    ///
+    /// # Errors    [`SettingError`] for a key that does not exist and a number out of range; those before it are set.
+    pub fn set_present<'a>(
+        &mut self,
+        changes: impl IntoIterator<Item = (&'a str, f64)>,
+    ) -> Result<(), SettingError> {
+        let mut changes = in_order(changes).into_iter();
+        changes.try_for_each(|(key, value)| match self.set(key, value) {
+            Err(SettingError::Idle(_)) => Ok(()),
+            done => done,
+        })
     }
 }
 
-impl Setting {
-    fn check(&self, value: f64) -> Result<(), SettingError> {
-        let [low, high] = self.range;
-        let is_whole = self.kind == Kind::Real || value.fract() == 0.0;
-        if (low..=high).contains(&value) && is_whole {
-            return Ok(());
-        }
-        let unit = match self.unit {
-            "" => String::new(),
-            unit => format!(" {unit}"),
-        };
-        let whole = match self.kind {
-            Kind::Real => "",
-            _ => "a whole number from ",
-        };
-        let expected = format!("{whole}{low} to {high}{unit}");
-        Err(SettingError::Range {
-            name: self.name,
-            value,
-            unit,
-            expected,
-        })
-    }
+fn find(key: &str) -> Result<&'static Setting, SettingError> {
+    let found = table().find(|setting| setting.key == key);
+    found.ok_or_else(|| SettingError::Unknown(key.to_owned()))
+}
+
+/// In the order of the table: choices before the settings that depend on them.
+fn in_order<'a>(changes: impl IntoIterator<Item = (&'a str, f64)>) -> Vec<(&'a str, f64)> {
+    let mut changes: Vec<_> = changes.into_iter().collect();
+    changes.sort_by_key(|(key, _)| table().position(|setting| setting.key == *key));
+    changes
 }

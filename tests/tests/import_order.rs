@@ -15,22 +15,30 @@ use Imports::{AllBefore, These};
 
 /// The modules of `core`, each after those that it may import. `sim` and `format` are sources and sinks that no stage
 /// imports, so a real robot, the simulator and a recording can stand in for each other.
-const MAY_IMPORT: [(&str, Imports); 23] = [
+const MAY_IMPORT: [(&str, Imports); 24] = [
     ("geom", These(&[])),
     ("hash", These(&["geom"])),
+    ("bounds", These(&[])),
     ("lanes", These(&[])),
     ("robot", These(&["geom"])),
     ("points", These(&["geom", "lanes", "robot"])),
-    ("features", These(&["geom", "lanes", "robot", "points"])),
+    (
+        "features",
+        These(&["bounds", "geom", "lanes", "robot", "points"]),
+    ),
     (
         "map",
-        These(&["geom", "lanes", "robot", "points", "features"]),
+        These(&["bounds", "geom", "lanes", "robot", "points", "features"]),
     ),
-    ("association", These(&["geom", "points", "features", "map"])),
+    (
+        "association",
+        These(&["bounds", "geom", "points", "features", "map"]),
+    ),
     ("registration", These(&["geom", "robot", "points", "map"])),
     (
         "estimation",
         These(&[
+            "bounds",
             "geom",
             "lanes",
             "robot",
@@ -45,7 +53,7 @@ const MAY_IMPORT: [(&str, Imports); 23] = [
     ("control", These(&["geom", "robot", "points", "plan"])),
     ("slam", AllBefore),
     ("pilot", AllBefore),
-    ("sim", These(&["geom", "robot"])),
+    ("sim", These(&["bounds", "geom", "robot"])),
     ("format", These(&["geom", "robot", "map", "sim"])),
     ("wire", These(&["geom", "robot"])),
     ("experiment", AllBefore),

@@ -107,7 +107,7 @@ pub(crate) fn told(
 ) -> Result<ToldOdometry, JsError> {
     let mut settings = Settings::of(SensorModel::lidar(), robot);
     apply(&mut settings, keys, values)?;
-    Ok(settings.odometry.told(robot))
+    Ok(settings.odometry.calibration(robot))
 }
 
 /// Samples of the twin from number `from` on, see `TWIN` of www/src/protocol/figures.ts.

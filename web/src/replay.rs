@@ -78,7 +78,7 @@ impl WebLogReader {
         };
         let mut settings = Settings::of(sensor, &log.robot());
         apply(&mut settings, &self.keys, &self.values)?;
-        let told = settings.odometry.told(&log.robot());
+        let told = settings.odometry.calibration(&log.robot());
         if let Some(known) = &self.known {
             settings.slam.prior_map = known.into();
         }

@@ -82,7 +82,13 @@ export class Client {
     const store = this.#store;
     store.set("settings", { setup: { ...store.setup, settings } });
     this.send({ kind: "configure", settings });
-    this.send({ kind: "settings", sensor: store.setup.sensor, settings });
+    this.#list();
+  }
+
+  /** Asks what the settings are in this run. A robot's own sensor is none of the simulator's. */
+  #list(): void {
+    const { source, method, setup } = this.#store;
+    this.send({ kind: "settings", source, method, sensor: source === "sim" ? setup.sensor : "lidar", settings: setup.settings });
   }
 
   /** Settings that a drive told, in place of others that one did; none: the robot's own word stands again. A recording is mapped anew. */
@@ -90,11 +96,8 @@ export class Client {
     const store = this.#store;
     const before = Object.keys(store.told.preset?.settings ?? {});
     const others = Object.entries(store.setup.settings).filter(([key]) => !before.includes(key));
-    // A simulated lidar's figures are no setting of another sensor.
-    const isLidar = store.setup.sensor === "lidar" || store.setup.sensor === "sick";
-    const fresh = Object.entries(preset?.settings ?? {}).filter(([key]) => isLidar || !key.startsWith("lidar."));
     store.set("fit", { told: { ...store.told, preset } });
-    this.configure(Object.fromEntries([...others, ...fresh]));
+    this.configure({ ...Object.fromEntries(others), ...preset?.settings });
     this.#tell();
   }
 
@@ -299,7 +302,7 @@ export class Client {
         else this.start({ world: file.name, worldJson, mode: "explore" });
       } else {
         store.set("run", { reading: { name: file.name, done: 0 } });
-        this.send({ kind: "replay", name: file.name, bytes, method, settings: estimationOnly(store.setup.settings), known: store.setup.known }, [bytes]);
+        this.send({ kind: "replay", name: file.name, bytes, method, settings: store.setup.settings, known: store.setup.known }, [bytes]);
         this.#opening = file;
       }
     } catch (error) {
@@ -341,7 +344,7 @@ export class Client {
         this.#pace(answer.source);
         this.#scene.clear();
         store.begin(answer);
-        this.send({ kind: "settings", sensor: store.setup.sensor, settings: store.setup.settings });
+        this.#list();
         this.onStart();
         if (this.#leftOut !== "") {
           store.note({ time: 0, level: "warn", text: this.#leftOut });
@@ -416,9 +419,4 @@ export class Client {
         break;
     }
   }
-}
-
-/** Settings that a recording knows too: it has its own sensor and its own odometry. */
-function estimationOnly(settings: SettingValues): SettingValues {
-  return Object.fromEntries(Object.entries(settings).filter(([key]) => /^(points|near|lines|ekf|match|grid|evidence)\./.test(key)));
 }

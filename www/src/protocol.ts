@@ -44,8 +44,8 @@ export type Command =
   | { kind: "stage" }
   /** Settings that act at once: all that differ from their defaults. */
   | { kind: "configure"; settings: SettingValues }
-  /** The settings that this sensor has, with these changes. */
-  | { kind: "settings"; sensor: SensorName; settings: SettingValues }
+  /** All settings of a run with this source, method and sensor, with these changes. */
+  | { kind: "settings"; source: SourceKind; method: MethodName; sensor: SensorName; settings: SettingValues }
   | { kind: "calibrate"; pairs: Pairs }
   /** σ(ρ) from a log's scans taken standing, or from those of a simulated robot that stands. */
   | { kind: "sigma"; growth: Growth }

@@ -80,7 +80,7 @@ export class Store {
   setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore", cycle: false, settings: {}, calibration: null, known: null };
   /** What the present run was started from: settings that wait for a restart differ. */
   started: Setup = this.setup;
-  /** The settings that there are for this sensor. */
+  /** All settings, with what each is in this run. */
   settings: Setting[] = [];
   presets: Preset[] = [];
   /** Calibration pairs of the simulated rangers' data sheet, as text. */

@@ -113,7 +113,7 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     for (key, value) in &arguments.settings {
         settings.set(key, *value).context("--set")?;
     }
-    let told = settings.odometry.told(&log.robot());
+    let told = settings.odometry.calibration(&log.robot());
     let mut slam = settings.slam;
     match (&arguments.known, method) {
         (Some(path), Method::PriorMap) => {

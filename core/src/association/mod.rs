@@ -7,6 +7,5 @@ mod nearest;
 pub use gate::{ExpectedLine, Innovation, OrientedLine};
 pub use joint::{JointConfig, JointMatches, JointSearch, Paired, Pairing, chi2_survival};
 pub use nearest::{
-    AssociationConfig, AssociationError, AssociationMethod, Candidate, Choice, choose,
-    choose_paired, plausible,
+    AssociationConfig, AssociationMethod, Candidate, Choice, choose, choose_paired, plausible,
 };

@@ -11,6 +11,7 @@
 //! the wall again. Joint compatibility (`joint`) looks at all lines of a scan together.
 
 use super::Paired;
+use crate::bounds::{Bounds, NOT_NEGATIVE, OutOfBounds, POSITIVE, check, or_no_limit};
 use crate::geom::CHI2_2DOF_99;
 
 /// How the lines of a scan find their landmarks.
@@ -25,6 +26,14 @@ pub enum AssociationMethod {
     Joint,
 }
 
+impl AssociationMethod {
+    /// All of them, with the names used by settings, and what a person calls them.
+    pub const ALL: [(&'static str, Self, &'static str); 2] = [
+        ("nearest", Self::Nearest, "one by one (nearest)"),
+        ("joint", Self::Joint, "together (JCBB)"),
+    ];
+}
+
 /// How near a sighting must be to its landmark.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AssociationConfig {
@@ -32,7 +41,8 @@ pub struct AssociationConfig {
     pub method: AssociationMethod,
     /// Largest d² of a match. Default 9.21, 99 % of χ² with 2 degrees of freedom. Growing: more matches, more wrong ones.
     pub gate: f64,
-    /// Smallest d² to every landmark of a new one. Default 25. Growing: fewer duplicates, new walls found later.
+    /// Smallest d² to every landmark of a new one. Default 25. Growing: fewer duplicates, new walls found later. Below
+    /// [`Self::gate`] it counts as that.
     pub new_gate: f64,
     /// Matched together: largest d² of a line from where all other lines of its scan expect it. Default 13.82, 99.9 %. Growing:
     /// spoilt lines get in among many good ones.
@@ -59,60 +69,29 @@ impl Default for AssociationConfig {
     }
 }
 
-/// A setting of [`AssociationConfig`] out of range.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("association.{field} is {value}; expected {expected}")]
-pub struct AssociationError {
-    /// Its name.
-    pub field: &'static str,
-    /// Its value.
-    pub value: f64,
-    /// What it may be.
-    pub expected: &'static str,
-}
-
 impl AssociationConfig {
+    /// What [`Self::gate`] may be.
+    pub const GATE: Bounds = [0.1, 100.0];
+    /// What [`Self::new_gate`] may be.
+    pub const NEW_GATE: Bounds = [0.1, 1000.0];
+    /// What [`Self::ambiguity`] may be.
+    pub const AMBIGUITY: Bounds = [0.0, 100.0];
+    /// What [`Self::max_gap`] may be, m.
+    pub const MAX_GAP: Bounds = [0.0, 10.0];
+
     /// Checks all settings. Gates and `max_gap` may be infinite: then they let everything pass.
     ///
-    /// # Errors    [`AssociationError`] with the first one out of range.
-    pub fn validate(&self) -> Result<(), AssociationError> {
-        let positive = "greater than 0";
-        let checks = [
-            ("gate", self.gate, self.gate > 0.0, positive),
-            (
-                "new_gate",
-                self.new_gate,
-                self.new_gate >= self.gate,
-                "at least `gate`",
-            ),
-            (
-                "outlier_gate",
-                self.outlier_gate,
-                self.outlier_gate > 0.0,
-                positive,
-            ),
-            (
-                "ambiguity",
-                self.ambiguity,
-                self.ambiguity >= 0.0,
-                "at least 0",
-            ),
-            ("max_gap", self.max_gap, self.max_gap >= 0.0, "at least 0"),
-            (
-                "same_place",
-                self.same_place,
-                self.same_place >= 0.0,
-                "at least 0",
-            ),
-        ];
-        match checks.into_iter().find(|(_, _, holds, _)| !holds) {
-            Some((field, value, _, expected)) => Err(AssociationError {
-                field,
-                value,
-                expected,
-            }),
-            None => Ok(()),
-        }
+    /// # Errors    [`OutOfBounds`] with the first one out of range.
+    pub fn validate(&self) -> Result<(), OutOfBounds> {
+        let limit = |figure, value, bounds| (figure, or_no_limit(value, bounds), bounds);
+        check(&[
+            limit("association.gate", self.gate, Self::GATE),
+            limit("association.new_gate", self.new_gate, Self::NEW_GATE),
+            limit("association.outlier_gate", self.outlier_gate, POSITIVE),
+            ("association.ambiguity", self.ambiguity, Self::AMBIGUITY),
+            limit("association.max_gap", self.max_gap, Self::MAX_GAP),
+            ("association.same_place", self.same_place, NOT_NEGATIVE),
+        ])
     }
 }
 
@@ -245,7 +224,7 @@ mod tests {
             },
             AssociationConfig { gate: 0.0, ..fine },
             AssociationConfig {
-                new_gate: 9.0,
+                new_gate: 0.0,
                 ..fine
             },
             AssociationConfig {
@@ -267,7 +246,8 @@ mod tests {
         ] {
             let error = bad.validate().unwrap_err();
             let settings = format!("{bad:?}");
-            let shown = format!("{}: {:?}", error.field, error.value);
+            let figure = error.figure.trim_start_matches("association.");
+            let shown = format!("{figure}: {:?}", error.value);
             assert!(settings.contains(&shown), "{error} of {settings}");
         }
     }

@@ -35,6 +35,14 @@ pub enum Avoidance {
     DynamicWindow,
 }
 
+impl Avoidance {
+    /// All of them, with the names used by settings, and what a person calls them.
+    pub const ALL: [(&'static str, Self, &'static str); 2] = [
+        ("keep-to-way", Self::KeepsToWay, "keeps to its way"),
+        ("dynamic-window", Self::DynamicWindow, "dynamic window"),
+    ];
+}
+
 /// How the dynamic window weighs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindowConfig {

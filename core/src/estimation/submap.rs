@@ -14,6 +14,7 @@
 use nalgebra::{Matrix3, Point2, Vector3};
 
 use super::pose_graph::information_at_end;
+use crate::bounds::Bounds;
 use crate::geom::Pose2;
 use crate::map::{Surfel, SurfelConfig, SurfelMap, cells_on_ray};
 use crate::points::OrientedPoint;
@@ -66,6 +67,13 @@ pub struct ClosureConfig {
     pub max_iterations: usize,
     /// Earlier submaps that are tried for each new one. Default 10.
     pub candidates: usize,
+}
+
+impl ClosureConfig {
+    /// What [`Self::max_shift`] may be, m.
+    pub const MAX_SHIFT: Bounds = [0.1, 50.0];
+    /// What [`Self::min_agreement`] may be.
+    pub const MIN_AGREEMENT: Bounds = [0.1, 1.0];
 }
 
 impl Default for ClosureConfig {

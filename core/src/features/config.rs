@@ -3,6 +3,7 @@
 use super::classic::Classic;
 use super::noise_aware::NoiseAware;
 use super::pilch::Pilch;
+use crate::bounds::{Bounds, OutOfBounds, PART, check, or_no_limit};
 use crate::points::{BreakRule, SegmentationConfig, SpacingModel};
 
 /// How a run of points is split into lines.
@@ -20,6 +21,21 @@ pub enum SplitRule {
     Classic(Classic),
     /// Pilch 2016 §3.5.1.
     Pilch(Pilch),
+}
+
+impl SplitRule {
+    /// All rules with their default figures, with the names used by settings, and what a person calls them.
+    #[must_use]
+    pub fn all() -> [(&'static str, Self, &'static str); 3] {
+        let noise_aware = Self::NoiseAware(NoiseAware::default());
+        let classic = Self::Classic(Classic::default());
+        let pilch = Self::Pilch(Pilch::default());
+        [
+            ("noise-aware", noise_aware, "noise-aware (TDK 2016)"),
+            ("classic", classic, "classic"),
+            ("explained", pilch, "by explained scatter (Pilch 2016)"),
+        ]
+    }
 }
 
 impl Default for SplitRule {
@@ -150,10 +166,7 @@ impl LineConfig {
         let rule = Pilch::default();
         Self {
             segmentation: SegmentationConfig {
-                rule: BreakRule::Spacing {
-                    spacing,
-                    ratio: 2.0,
-                },
+                rule: BreakRule::spacing(spacing),
                 ..SegmentationConfig::default()
             },
             split: SplitRule::Pilch(rule),
@@ -162,74 +175,109 @@ impl LineConfig {
         }
     }
 
-    /// Checks all settings.
+    /// What [`SegmentationConfig::max_step`] may be, rad.
+    pub const MAX_STEP: Bounds = [0.005, 1.0];
+    /// What the grazing angle of [`BreakRule::Adaptive`] may be, rad.
+    pub const GRAZING_ANGLE: Bounds = [0.01, 1.5];
+    /// What the noise allowed by [`BreakRule::Adaptive`] may be, standard deviations.
+    pub const BREAK_SIGMAS: Bounds = [0.0, 20.0];
+    /// What the ratio of [`BreakRule::MeanRatio`] and [`BreakRule::Spacing`] may be.
+    pub const BREAK_RATIO: Bounds = [1.0, 50.0];
+    /// What [`SpacingModel::slope`] may be, m per m of range.
+    pub const SPACING_SLOPE: Bounds = [0.0, 1.0];
+    /// What [`SpacingModel::offset`] may be, m.
+    pub const SPACING_OFFSET: Bounds = [0.0, 1.0];
+    /// What [`NoiseAware::split_k`] may be.
+    pub const SPLIT_K: Bounds = [0.5, 10.0];
+    /// What [`NoiseAware::max_residual`] may be, standard deviations.
+    pub const MAX_RESIDUAL: Bounds = [1.0, 20.0];
+    /// What [`Classic::threshold`] may be, m.
+    pub const THRESHOLD: Bounds = [0.005, 1.0];
+    /// What [`Pilch::max_error`] may be, m².
+    pub const MAX_ERROR: Bounds = [0.0001, 1.0];
+    /// What [`Pilch::min_r2`] may be.
+    pub const MIN_R2: Bounds = PART;
+    /// What [`MergeConfig::gap`] may be, m.
+    pub const GAP: Bounds = [0.0, 2.0];
+    /// What [`AcceptConfig::min_length`] may be, m.
+    pub const MIN_LENGTH: Bounds = [0.0, 5.0];
+    /// What [`AcceptConfig::max_alpha_sigma`] may be, rad.
+    pub const MAX_ALPHA_SIGMA: Bounds = [0.001, 1.0];
+    /// What [`AcceptConfig::max_chi2_sigmas`] and [`AcceptConfig::max_bend_sigmas`] may be.
+    pub const MAX_SIGMAS: Bounds = [0.5, 100.0];
+    /// What [`AcceptConfig::surface_sigma`] may be, m.
+    pub const SURFACE_SIGMA: Bounds = [0.0, 0.1];
+
+    /// Checks all settings. What a line may be at most can be infinite: then all lines are kept.
     ///
-    /// # Errors    [`LineError::Setting`] with the first one out of range.
+    /// # Errors    [`LineError::Bounds`] with the first one out of range.
     pub fn validate(&self) -> Result<(), LineError> {
-        let positive = "greater than 0";
-        let mut checks = vec![
+        let limit = |figure, value, bounds| (figure, or_no_limit(value, bounds), bounds);
+        let (segmentation, accept) = (&self.segmentation, &self.accept);
+        let [chi2, bend] = [accept.max_chi2_sigmas, accept.max_bend_sigmas];
+        check(&[
             (
                 "segmentation.max_step",
-                self.segmentation.max_step,
-                positive,
+                segmentation.max_step,
+                Self::MAX_STEP,
             ),
-            (
+            ("merge.gap", self.merge.gap, Self::GAP),
+            ("accept.min_length", accept.min_length, Self::MIN_LENGTH),
+            limit(
                 "accept.max_alpha_sigma",
-                self.accept.max_alpha_sigma,
-                positive,
+                accept.max_alpha_sigma,
+                Self::MAX_ALPHA_SIGMA,
             ),
-        ];
-        match self.segmentation.rule {
-            BreakRule::Adaptive { grazing_angle, .. } => {
-                checks.push(("segmentation.rule.grazing_angle", grazing_angle, positive));
-            }
-            BreakRule::MeanRatio { ratio } | BreakRule::Spacing { ratio, .. } => {
-                checks.push(("segmentation.rule.ratio", ratio, positive));
-            }
-        }
+            limit("accept.max_chi2_sigmas", chi2, Self::MAX_SIGMAS),
+            limit("accept.max_bend_sigmas", bend, Self::MAX_SIGMAS),
+            (
+                "accept.surface_sigma",
+                accept.surface_sigma,
+                Self::SURFACE_SIGMA,
+            ),
+        ])?;
         match self.split {
-            SplitRule::NoiseAware(rule) => {
-                checks.push(("split.max_residual", rule.max_residual, positive));
+            SplitRule::NoiseAware(rule) => check(&[
+                ("split.split_k", rule.split_k, Self::SPLIT_K),
+                limit("split.max_residual", rule.max_residual, Self::MAX_RESIDUAL),
+            ])?,
+            SplitRule::Classic(rule) => {
+                check(&[("split.threshold", rule.threshold, Self::THRESHOLD)])?;
             }
-            SplitRule::Classic(rule) => checks.push(("split.threshold", rule.threshold, positive)),
-            SplitRule::Pilch(rule) => checks.push(("split.max_error", rule.max_error, positive)),
+            SplitRule::Pilch(rule) => check(&[
+                ("split.max_error", rule.max_error, Self::MAX_ERROR),
+                ("split.min_r2", rule.min_r2, Self::MIN_R2),
+            ])?,
         }
-        let bad = checks
-            .iter()
-            .find(|(_, value, _)| value.is_nan() || *value <= 0.0);
-        if let Some(&(field, value, expected)) = bad {
-            return Err(LineError::Setting {
-                field,
-                value,
-                expected,
-            });
-        }
-        self.validate_at_least_zero()
-    }
-
-    fn validate_at_least_zero(&self) -> Result<(), LineError> {
-        let mut checks = vec![
-            ("merge.gap", self.merge.gap),
-            ("accept.min_length", self.accept.min_length),
-            ("accept.max_bend_sigmas", self.accept.max_bend_sigmas),
-            ("accept.surface_sigma", self.accept.surface_sigma),
-        ];
-        match self.split {
-            SplitRule::NoiseAware(rule) => checks.push(("split.split_k", rule.split_k)),
-            SplitRule::Pilch(rule) => checks.push(("split.min_r2", rule.min_r2)),
-            SplitRule::Classic(_) => {}
-        }
-        match checks
-            .iter()
-            .find(|(_, value)| value.is_nan() || *value < 0.0)
-        {
-            Some(&(field, value)) => Err(LineError::Setting {
-                field,
-                value,
-                expected: "at least 0",
-            }),
-            None => Ok(()),
-        }
+        Ok(match segmentation.rule {
+            BreakRule::Adaptive {
+                grazing_angle,
+                n_sigmas,
+            } => check(&[
+                (
+                    "segmentation.grazing_angle",
+                    grazing_angle,
+                    Self::GRAZING_ANGLE,
+                ),
+                ("segmentation.n_sigmas", n_sigmas, Self::BREAK_SIGMAS),
+            ]),
+            BreakRule::MeanRatio { ratio } => {
+                check(&[("segmentation.ratio", ratio, Self::BREAK_RATIO)])
+            }
+            BreakRule::Spacing { spacing, ratio } => check(&[
+                ("segmentation.ratio", ratio, Self::BREAK_RATIO),
+                (
+                    "segmentation.spacing.slope",
+                    spacing.slope,
+                    Self::SPACING_SLOPE,
+                ),
+                (
+                    "segmentation.spacing.offset",
+                    spacing.offset,
+                    Self::SPACING_OFFSET,
+                ),
+            ]),
+        }?)
     }
 }
 
@@ -259,14 +307,7 @@ pub enum LineError {
         /// What it is, rad.
         value: f64,
     },
-    /// A setting out of range.
-    #[error("{field} is {value}; expected {expected}")]
-    Setting {
-        /// Its name in [`LineConfig`].
-        field: &'static str,
-        /// Its value.
-        value: f64,
-        /// What it may be.
-        expected: &'static str,
-    },
+    /// A figure of [`LineConfig`] out of its bounds.
+    #[error(transparent)]
+    Bounds(#[from] OutOfBounds),
 }

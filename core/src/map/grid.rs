@@ -72,7 +72,7 @@ pub struct Grid {
 impl Grid {
     /// An empty grid.
     ///
-    /// # Errors    [`GridError::Config`] for a field out of range.
+    /// # Errors    [`GridError::Bounds`] for a figure out of its bounds.
     pub fn new(config: GridConfig) -> Result<Self, GridError> {
         config.validate()?;
         let log_odds = |p: f64| libm::log(p / (1.0 - p)) as f32;

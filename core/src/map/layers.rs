@@ -27,8 +27,12 @@ pub enum Layer {
 }
 
 impl Layer {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Main, Self::Sonar, Self::Fused];
+    /// All of them, with the names used by settings, and what a person calls them.
+    pub const ALL: [(&'static str, Self, &'static str); 3] = [
+        ("sensor", Self::Main, "the sensor's"),
+        ("sonars", Self::Sonar, "the sonars'"),
+        ("fused", Self::Fused, "both, fused"),
+    ];
 }
 
 /// A grid, perhaps that of sonars beside it, and which of them is looked at.
@@ -184,7 +188,7 @@ mod tests {
     #[test]
     fn without_sonars_every_view_is_the_main_one() {
         let laser = seen(0.7, 0.4, 4.01, 3);
-        for shown in Layer::ALL {
+        for (_, shown, _) in Layer::ALL {
             let layers = Layers {
                 main: &laser,
                 sonar: None,

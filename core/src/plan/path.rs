@@ -54,6 +54,42 @@ pub enum Planner {
     Wavefront,
 }
 
+impl Planner {
+    /// All planners, with the names used by settings and pages, and what a person calls them; first those that can be chosen.
+    pub const ALL: [(&'static str, Self, &'static str); 11] = [
+        ("rrt-connect", Self::RrtConnect, "RRT-Connect"),
+        ("rrt", Self::Rrt, "RRT"),
+        ("rrt-star", Self::RrtStar, "RRT*"),
+        ("informed-rrt-star", Self::InformedRrtStar, "Informed RRT*"),
+        ("a-star", Self::AStar, "A*"),
+        ("theta-star", Self::ThetaStar, "Theta*"),
+        ("rooms", Self::Rooms, "rooms, then Theta*"),
+        ("straight", Self::Straight, "a straight line"),
+        ("visibility", Self::Visibility, "the visibility graph"),
+        ("outline", Self::Outline, "the outline's turns and steps"),
+        ("wavefront", Self::Wavefront, "a wave over the grid"),
+    ];
+    /// How many of them can be chosen to look for a path; the others find one in special cases.
+    pub const CHOOSABLE: usize = 7;
+
+    /// The name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.words().0
+    }
+
+    /// What a person calls it, as a part of a sentence.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        self.words().1
+    }
+
+    fn words(self) -> (&'static str, &'static str) {
+        let row = Self::ALL.iter().find(|(_, planner, _)| *planner == self);
+        row.map_or(("", ""), |(name, _, title)| (name, title))
+    }
+}
+
 /// Why there is no path.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

@@ -88,6 +88,13 @@ pub enum Shortening {
 }
 
 impl Shortening {
+    /// All of them, with the names used by settings, and what a person calls them.
+    pub const ALL: [(&'static str, Self, &'static str); 3] = [
+        ("none", Self::Nothing, "none"),
+        ("chords", Self::Chords, "chords (TDK 2016)"),
+        ("tight", Self::Tight, "pulled tight"),
+    ];
+
     /// The path made shorter.
     #[must_use]
     pub fn apply<S: ConfigSpace + ?Sized>(self, path: &Path, space: &S) -> Path {

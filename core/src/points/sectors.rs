@@ -26,6 +26,14 @@ pub enum SectorRange {
     Mean,
 }
 
+impl SectorRange {
+    /// All of them, with the names used by settings, and what a person calls them.
+    pub const ALL: [(&'static str, Self, &'static str); 2] = [
+        ("least", Self::Least, "the least range"),
+        ("mean", Self::Mean, "the mean range"),
+    ];
+}
+
 /// How a scan is reduced to sectors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectorConfig {

@@ -46,6 +46,14 @@ pub enum BodyShape {
     Rectangle,
 }
 
+impl BodyShape {
+    /// All of them, with the names used by settings, and what a person calls them.
+    pub const ALL: [(&'static str, Self, &'static str); 2] = [
+        ("disc", Self::Disc, "disc"),
+        ("rectangle", Self::Rectangle, "rectangle"),
+    ];
+}
+
 /// Growth of the odometry's variance with the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometryNoise {

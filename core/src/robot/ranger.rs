@@ -104,6 +104,15 @@ impl RangerModel {
         }
     }
 
+    /// Rangers of this type.
+    #[must_use]
+    pub fn of(sharp: Sharp) -> Self {
+        match sharp {
+            Sharp::Long => Self::long(),
+            Sharp::Short => Self::short(),
+        }
+    }
+
     /// The characteristic that its readings go through.
     ///
     /// # Errors    [`CharacteristicError`] for pairs that settle none.

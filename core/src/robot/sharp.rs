@@ -51,6 +51,14 @@ pub enum Sharp {
 }
 
 impl Sharp {
+    /// All of them, with the names used by settings, and what a person calls them.
+    pub const ALL: [(&'static str, Self, &'static str); 2] = [
+        ("gp2y0a02", Self::Long, "GP2Y0A02, 0.2 to 1.5 m"),
+        ("gp2y0a21", Self::Short, "GP2Y0A21, 0.1 to 0.8 m"),
+    ];
+}
+
+impl Sharp {
     /// The pairs of the data sheet, by rising range.
     #[must_use]
     pub fn data_sheet(self) -> Vec<CalibrationPair> {

@@ -1,25 +1,56 @@
-//! The settings. Accessors are plain functions, so that the table is a constant and each entry stands in one place.
+//! The settings, those of a group together. A row holds key, name, figures, field, attributes and meaning.
 
-mod body;
 mod driving;
 mod estimation;
-mod near;
-mod odometry;
+mod map;
 mod perception;
+mod robot;
 mod sensor;
 
-use super::Setting;
+use super::setting::{Acts, Group, Needs, Setting, Source};
+use crate::slam::Method;
+
+/// A simulated robot's.
+const SIMULATED: Group = Group {
+    name: "",
+    sources: &[Source::Simulation],
+    methods: &[],
+    needs: Needs::Nothing,
+    acts: Acts::OnRestart,
+};
+/// A robot's that is driven from here.
+const DRIVEN: Group = Group {
+    sources: &[Source::Simulation, Source::Live],
+    acts: Acts::AtOnce,
+    ..SIMULATED
+};
+/// Any robot's.
+const ANY: Group = Group {
+    sources: &[Source::Simulation, Source::Recording, Source::Live],
+    ..DRIVEN
+};
+/// The methods that look for lines, and draw a grid as each scan comes.
+const BY_LINES: &[Method] = &[Method::LineEkf, Method::PriorMap];
+/// All settings, each group in one piece, a choice before the settings that depend on it.
+const TABLE: [&[Setting]; 15] = [
+    sensor::LIDAR,
+    sensor::RANGERS,
+    sensor::SONAR,
+    sensor::SONARS_BESIDE,
+    robot::BODY,
+    robot::TRACKS,
+    robot::ODOMETRY,
+    perception::POINTS,
+    perception::LINES,
+    perception::BLIND_ZONE,
+    estimation::FILTER,
+    estimation::SCAN_MATCHING,
+    map::MAP,
+    driving::DRIVING,
+    driving::EXPLORATION,
+];
 
 /// All settings, those of a group together.
 pub fn table() -> impl Iterator<Item = &'static Setting> + Clone {
-    let parts = [
-        sensor::SENSOR,
-        body::BODY,
-        odometry::ODOMETRY,
-        perception::PERCEPTION,
-        near::NEAR,
-        estimation::ESTIMATION,
-        driving::DRIVING,
-    ];
-    parts.into_iter().flatten()
+    TABLE.into_iter().flatten()
 }

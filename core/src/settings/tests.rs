@@ -1,7 +1,9 @@
 //! Every entry of the table reads what it writes, and nothing else changes.
 
 use super::*;
+use crate::features::SplitRule;
 use crate::sim::SensorKind;
+use crate::slam::Method;
 
 fn all() -> Vec<Settings> {
     let sensors = SensorKind::ALL.map(|(_, kind, _)| kind.model());
@@ -23,67 +25,210 @@ fn keys_are_unique_and_groups_stand_together() {
     assert_eq!(groups.len(), in_a_row);
 }
 
+/// Settings for which the setting of this key has what it needs, by every sensor that gives it.
+fn with_needs(key: &str) -> Vec<Settings> {
+    let setting = find(key).unwrap();
+    let mut all = all();
+    if let Needs::Choice { key: other, is } = setting.needs {
+        let names = find(other).unwrap().names();
+        let at = names.iter().position(|named| is.contains(&named.name));
+        all.retain_mut(|settings| settings.set(other, at.unwrap() as f64).is_ok());
+    }
+    if let Needs::MoreThanZero(other) = setting.needs {
+        for settings in &mut all {
+            settings.set(other, find(other).unwrap().range[1]).unwrap();
+        }
+    }
+    all.retain(|settings| settings.get(setting).is_some() && settings.unmet(setting).is_none());
+    all
+}
+
 #[test]
 fn every_setting_reads_what_was_written_and_leaves_the_others_alone() {
-    let mut written = vec![];
-    for before in all() {
-        for setting in table() {
-            let Some(default) = before.get(setting) else {
-                continue;
-            };
+    for setting in table() {
+        let all = with_needs(setting.key);
+        assert!(!all.is_empty(), "{} is a setting of nothing", setting.key);
+        for before in all {
+            let default = before.get(setting).unwrap();
             let [low, high] = setting.range;
-            assert!(
-                (low..=high).contains(&default),
-                "{}: {default}",
-                setting.key
-            );
+            let key = setting.key;
+            assert!((low..=high).contains(&default), "{key}: {default}");
             let middle = match setting.kind {
                 Kind::Real => 0.5 * (low + high),
                 _ => (0.5 * (low + high)).floor(),
             };
             for value in [low, high, middle] {
                 let mut after = before.clone();
-                after.set(setting.key, value).unwrap();
-                assert_eq!(after.get(setting), Some(value), "{}", setting.key);
-                let others = table().filter(|s| s.key != setting.key);
+                after.set(key, value).unwrap();
+                assert_eq!(after.get(setting), Some(value), "{key}");
+                // A type of ranger brings its ranges; all others stay.
+                let others = table().filter(|s| s.key != key && key != "rangers.type");
                 for other in others {
-                    // A choice of a rule brings figures of its own; all others stay.
                     if let (Some(was), Some(is)) = (before.get(other), after.get(other)) {
-                        assert_eq!(was, is, "{} changes {}", setting.key, other.key);
+                        assert_eq!(was, is, "{key} changes {}", other.key);
                     }
                 }
             }
-            written.push(setting.key);
         }
     }
-    let absent = table().filter(|s| !written.contains(&s.key));
-    let absent: Vec<&str> = absent.map(|s| s.key).collect();
-    // Those that come with a choice.
-    let with_choice = [
-        "sonars.shown",
-        "body.length",
-        "body.width",
-        "points.sector_no_returns",
-        "points.sigma_constant",
-        "points.sigma_slope",
-        "points.sigma_least",
-        "lines.threshold",
+}
+
+/// Checks the configurations that check themselves.
+fn validated(settings: &Settings) -> Result<(), String> {
+    let slam = &settings.slam;
+    slam.lines.validate().map_err(|e| e.to_string())?;
+    slam.ekf.validate().map_err(|e| e.to_string())?;
+    slam.grid.validate().map_err(|e| e.to_string())?;
+    slam.matcher.grid.validate().map_err(|e| e.to_string())?;
+    slam.matcher.validate().map_err(|e| e.to_string())?;
+    settings.sensor.validate().map_err(|e| e.to_string())
+}
+
+#[test]
+fn a_configuration_allows_just_what_the_table_does() {
+    // Groups whose configurations check themselves, but for these: any number of points is one.
+    let checked = ["Sensor", "Lines", "Filter", "Scan matching", "Map"];
+    let unchecked = [
+        "evidence.sigmas",
+        "evidence.margin",
+        "lines.gap_points",
+        "lines.min_points",
+        "lines.start_points",
+        "lines.trim",
+        "match.no_return_clears",
     ];
-    assert_eq!(absent, with_choice);
-    for (choice, key, value) in [
-        ("points.sigma", "points.sigma_slope", 0.05),
-        ("lines.rule", "lines.threshold", 0.05),
-        ("body.shape", "body.length", 0.5),
-        ("body.shape", "body.width", 0.3),
-        ("sonars.beside", "sonars.shown", 2.0),
-        ("points.sector", "points.sector_no_returns", 7.0),
-    ] {
-        let mut settings = all().remove(0);
-        settings.set(choice, 1.0).unwrap();
-        settings.set(key, value).unwrap();
-        let entry = table().find(|s| s.key == key).unwrap();
-        assert_eq!(settings.get(entry), Some(value));
+    for setting in table() {
+        let key = setting.key;
+        let [low, high] = setting.range;
+        for before in with_needs(key) {
+            for value in [low, high] {
+                let mut at_end = before.clone();
+                setting.put(&mut at_end, value);
+                assert_eq!(validated(&at_end), Ok(()), "{key} = {value}");
+            }
+            let is_number = matches!(setting.kind, Kind::Real | Kind::Whole);
+            if !is_number || !checked.contains(&setting.group) || unchecked.contains(&key) {
+                continue;
+            }
+            let beyond = match setting.kind {
+                Kind::Whole => [low - 1.0, high + 1.0],
+                _ => [low - 1e-9 - 1e-9 * low.abs(), high + 1e-9 * high.abs()],
+            };
+            for value in beyond {
+                let mut outside = before.clone();
+                setting.put(&mut outside, value);
+                assert!(validated(&outside).is_err(), "{key} = {value} is allowed");
+            }
+        }
     }
+}
+
+#[test]
+fn what_a_setting_needs_stands_before_it_and_has_these_names() {
+    let keys: Vec<&str> = table().map(|setting| setting.key).collect();
+    for setting in table() {
+        let Needs::Choice { key, is } = setting.needs else {
+            continue;
+        };
+        let at = |key| keys.iter().position(|known| *known == key);
+        assert!(at(key) < at(setting.key), "{key}, {}", setting.key);
+        let names = find(key).unwrap().names();
+        let known = |name: &&str| names.iter().any(|named| named.name == *name);
+        assert!(is.iter().all(known), "{}: {is:?}", setting.key);
+    }
+}
+
+#[test]
+fn words_are_for_people_and_few_settings_are_basic() {
+    for setting in table() {
+        let (key, range) = (setting.key, setting.range);
+        assert!(setting.name.chars().count() > 3, "{key}: {}", setting.name);
+        assert!(setting.meaning.ends_with('.'), "{key}");
+        assert!(range[0] < range[1] && setting.unit.scale > 0.0, "{key}");
+        let mut names: Vec<&str> = setting.names().iter().map(|named| named.name).collect();
+        let count = names.len();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), count, "{key}");
+        if matches!(setting.kind, Kind::Choice(_)) {
+            assert_eq!(setting.range, [0.0, count as f64 - 1.0], "{key}");
+        }
+    }
+    for settings in all() {
+        for source in [Source::Simulation, Source::Recording, Source::Live] {
+            for method in Method::ALL {
+                let basic = settings.effective(Scope { source, method });
+                let basic = basic.filter(|setting| setting.is_basic).count();
+                assert!(basic <= 30, "{basic} of {source:?} with {method:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_setting_that_would_have_no_effect_is_refused_in_words() {
+    let recording = Scope {
+        source: Source::Recording,
+        method: Method::LineEkf,
+    };
+    let robot = RobotModel::rp6();
+    let mut settings = Settings::of_robot(&robot, false);
+    let untouched = settings.clone();
+    let mut said = |key: &str, value: f64| {
+        let refused = settings.set_for(&recording, key, value);
+        refused.unwrap_err().to_string()
+    };
+    assert_eq!(
+        said("body.shape", 1.0),
+        "Outline of the robot has no effect on a recording: it is a setting of a simulated robot"
+    );
+    assert_eq!(
+        said("pilot.pace", 0.5),
+        "Pace has no effect on a recording: it is a setting of a simulated robot or a live robot"
+    );
+    assert_eq!(
+        said("known.by", 0.0),
+        "Finds itself by has no effect with the method Line EKF-SLAM: it is a setting of Prior map"
+    );
+    assert_eq!(
+        said("lines.threshold", 0.1),
+        "Split beyond has no effect unless \"Split-and-merge\" is classic"
+    );
+    assert_eq!(said("ekf.gates", 0.1), "there is no setting `ekf.gates`");
+    assert_eq!(settings, untouched);
+    let live = Scope {
+        source: Source::Live,
+        ..recording
+    };
+    settings.set_for(&live, "pilot.gap", 0.1).unwrap();
+    assert_eq!(settings.pilot.safe.gap, 0.1);
+}
+
+#[test]
+fn of_a_preset_all_that_has_an_effect_is_taken_and_the_rest_is_told() {
+    let recording = Scope {
+        source: Source::Recording,
+        method: Method::LineEkf,
+    };
+    let mut settings = Settings::of_robot(&RobotModel::rp6(), true);
+    let preset = [
+        ("wear.left", 0.02),
+        ("wear.given", 1.0),
+        ("lines.threshold", 0.05),
+        ("odometry.left", 0.01),
+        ("lines.rule", 1.0),
+    ];
+    let idle = settings.take(&recording, preset).unwrap();
+    let idle: Vec<String> = idle.iter().map(ToString::to_string).collect();
+    assert_eq!(idle.len(), 2, "{idle:?}");
+    assert!(idle[0].starts_with("How they differ from the model has no effect on a recording"));
+    let rule = SplitRule::Classic(crate::features::Classic { threshold: 0.05 });
+    assert_eq!(settings.slam.lines.split, rule);
+    assert_eq!(settings.odometry.wear.left, 0.01);
+    let before = settings.clone();
+    let changes = [("odometry.left", 0.02), ("ekf.gate", -1.0)];
+    assert!(settings.take(&recording, changes).is_err());
+    assert_eq!(settings, before);
 }
 
 #[test]
@@ -113,7 +258,10 @@ fn what_cannot_be_set_is_said_in_words() {
         "Beams is 1.5, expected a whole number from 1 to 10000"
     );
     assert!(said("ekf.gate", f64::NAN).contains("is NaN d²"));
-    assert!(said("sonar.cones", 8.0).contains("belongs to another sensor"));
+    assert_eq!(
+        said("sonar.cones", 8.0),
+        "Sonars in the ring is a setting of a ring of sonars, and the run has another sensor"
+    );
     assert_eq!(settings, untouched);
 }
 
@@ -156,11 +304,11 @@ fn what_was_fitted_is_what_the_settings_take() {
     settings.set_all(fit.settings()).unwrap();
     assert_eq!(settings.odometry.wear, wear);
     assert_eq!(settings.wear.used(), Some(wear));
-    let told = settings.odometry.told(&model);
-    assert_eq!(told.noise, Some(TrackNoise::Proportional(fit.noise)));
+    let known = settings.odometry.calibration(&model);
+    assert_eq!(known.noise, Some(TrackNoise::Proportional(fit.noise)));
     // A robot of which nothing better is known speaks for itself.
     assert_eq!(
-        all().remove(0).odometry.told(&model),
+        all().remove(0).odometry.calibration(&model),
         ToldOdometry::default()
     );
 }

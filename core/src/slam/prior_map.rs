@@ -38,6 +38,14 @@ pub enum PriorMapMatching {
     Surfaces,
 }
 
+impl PriorMapMatching {
+    /// All of them, with the names used by settings, and what a person calls them.
+    pub const ALL: [(&'static str, Self, &'static str); 2] = [
+        ("lines", Self::Lines, "lines (TDK 2016)"),
+        ("surfaces", Self::Surfaces, "whole scans"),
+    ];
+}
+
 /// A map to be localised in.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PriorMap {

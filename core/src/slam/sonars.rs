@@ -78,7 +78,7 @@ impl Slam {
         let count = Layer::ALL.len() as u64;
         // Before the sonars were heard there is the main map to look at.
         let shown = (self.sonar_grid.as_ref()).map_or(Layer::Main, |_| self.config.sonars.shown);
-        let at = Layer::ALL.iter().position(|layer| *layer == shown);
+        let at = Layer::ALL.iter().position(|(_, layer, _)| *layer == shown);
         self.grid_version() * count + at.unwrap_or(0) as u64
     }
 }

@@ -65,15 +65,25 @@ export interface Setting {
   key: string;
   group: string;
   name: string;
+  /** As people read it: `scale` times the number. */
   unit: string;
+  scale: number;
+  /** Range and default as stored, SI. */
   low: number;
   high: number;
   kind: "real" | "whole" | "switch" | "choice";
   choices: readonly string[];
   /** Whether a change acts at once; otherwise when the run begins anew. */
   atOnce: boolean;
+  /** Whether it is among the few that everybody meets first. */
+  isBasic: boolean;
   meaning: string;
   default: number;
+  /** The setting that it depends on, empty for none, and the numbers of that one; none: all above 0. */
+  needs: string;
+  needed: readonly number[];
+  /** Why it has no effect on this run; empty where it has. */
+  idle: string;
 }
 
 export interface Preset {

@@ -10,9 +10,9 @@ export function listOf(settings: SettingValues): [string[], Float64Array] {
 }
 
 export function settingOf(info: SettingInfo): Setting {
-  const { key, group, name, unit, low, high, kind, choices, at_once: atOnce, meaning, default: usual } = info;
+  const { key, group, name, unit, scale, low, high, kind, choices, at_once: atOnce, is_basic: isBasic, meaning, default: usual, needs, needed, idle } = info;
   info.free();
-  return { key, group, name, unit, low, high, kind: kind as Setting["kind"], choices, atOnce, meaning, default: usual };
+  return { key, group, name, unit, scale, low, high, kind: kind as Setting["kind"], choices, atOnce, isBasic, meaning, default: usual, needs, needed: [...needed], idle };
 }
 
 export function presetOf(info: PresetInfo): Preset {

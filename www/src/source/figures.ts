@@ -18,7 +18,7 @@ let fitted: FitTable | null = null;
 export function answerOf(command: Asked, source: Source | null): void {
   switch (command.kind) {
     case "settings":
-      post({ kind: "settings", settings: setting_list(command.sensor, ...listOf(command.settings)).map(settingOf) });
+      post({ kind: "settings", settings: setting_list(command.source, command.method, command.sensor, ...listOf(command.settings)).map(settingOf) });
       break;
     case "calibrate":
       post({ kind: "calibrated", ...attempt("calibration", () => calibrationOf(calibrate(command.pairs.text, command.pairs.variable))) });
@@ -37,7 +37,7 @@ export function answerOf(command: Asked, source: Source | null): void {
       try {
         const { name, keys, values } = read_preset(new Uint8Array(command.bytes));
         // Keys and ranges are looked at before anything takes them.
-        for (const setting of setting_list("lidar", keys, values)) setting.free();
+        for (const setting of setting_list("sim", "line-ekf", "lidar", keys, values)) setting.free();
         post({ kind: "preset", name, settings: Object.fromEntries(keys.map((key, i) => [key, values[i] ?? NaN])) });
       } catch (error) {
         refuse(command.name, error);

@@ -4,7 +4,6 @@ import { css, html, nothing, type TemplateResult } from "lit";
 import type { Preset, Setting, SettingValues } from "../protocol/setup.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
-import { degrees, fixed } from "./format.js";
 import { icons } from "./icons.js";
 import { shared } from "./style.js";
 
@@ -17,6 +16,8 @@ export class SlamSettings extends SlamElement {
       input[type="search"] { min-height: 36px; width: 100%; padding: 0 10px; border: 1px solid var(--line); border-radius: 9px; background: var(--raised); }
       .bar { display: flex; gap: 8px; align-items: center; margin: 10px 0; padding: 8px 10px; border-radius: 10px; background: var(--sunk); border: 1px solid var(--line); font-size: 12.5px; }
       .bar span { flex: 1; }
+      .all { display: flex; gap: 8px; align-items: center; margin-top: 10px; font-size: 13px; }
+      .idle { margin: 10px 0; padding-left: 18px; font-size: 12.5px; color: var(--muted); }
       details { border-top: 1px solid var(--line); }
       summary { display: flex; justify-content: space-between; align-items: center; cursor: pointer; min-height: 40px; font-weight: 550; font-size: 13.5px; list-style: none; }
       summary::before { content: "›"; width: 10px; margin-right: 6px; line-height: 1; text-align: center; color: var(--muted); transition: transform .12s; }
@@ -50,21 +51,27 @@ export class SlamSettings extends SlamElement {
 
   protected override readonly topics: readonly Topic[] = ["settings", "run"];
   #search = "";
+  #all = false;
 
   override render(): TemplateResult {
     const { store } = this;
-    const recorded = store.source === "replay";
-    const shown = store.settings.filter((s) => !(recorded && OF_A_ROBOT.includes(s.group)) && matches(s, this.#search));
+    const effective = store.settings.filter((s) => s.idle === "");
+    const found = effective.filter((s) => matches(s, this.#search));
+    // Search finds everything, and what was changed stays in sight.
+    const shown = found.filter((s) => this.#all || this.#search !== "" || s.isBasic || s.key in store.setup.settings);
     const groups = [...new Set(shown.map((s) => s.group))];
-    const changed = Object.keys(store.setup.settings).length;
+    const changed = effective.filter((s) => s.key in store.setup.settings).length;
+    const idle = store.settings.filter((s) => s.idle !== "" && s.key in store.setup.settings);
     const waits = this.#waiting();
     return html`
       <h2>Settings</h2>
       <input type="search" data-testid="settings-search" placeholder="Search: gate, σ, range …" aria-label="Search the settings" .value=${this.#search} @input=${(e: Event) => { this.#search = (e.target as HTMLInputElement).value; this.requestUpdate(); }}>
+      <label class="all"><input type="checkbox" data-testid="settings-all" .checked=${this.#all} @change=${(e: Event) => { this.#all = (e.target as HTMLInputElement).checked; this.requestUpdate(); }}> All settings</label>
       ${waits.length > 0 ? html`<div class="bar" role="status" data-testid="settings-wait"><span>${waits.join(", ")} ${waits.length === 1 ? "waits" : "wait"} for a restart.</span><button data-testid="settings-restart" @click=${() => this.client.again()}>${icons.again} Restart</button></div>` : ""}
       ${changed > 0 ? html`<div class="bar"><span>${changed} ${changed === 1 ? "setting differs" : "settings differ"} from ${changed === 1 ? "its default" : "their defaults"}.</span><button data-testid="settings-reset" @click=${() => this.client.configure({})}>All defaults</button></div>` : ""}
+      ${idle.length > 0 ? html`<ul class="idle" data-testid="settings-idle">${idle.map((s) => html`<li>${s.idle}.</li>`)}</ul>` : ""}
       ${groups.map((group) => this.#group(group, shown.filter((s) => s.group === group)))}
-      ${shown.length === 0 ? html`<p>No setting is called so. Search looks at names, units and meanings.</p>` : ""}
+      ${shown.length === 0 && this.#search !== "" ? html`<p>No setting is called so. Search looks at names, units and meanings.</p>` : ""}
     `;
   }
 
@@ -87,7 +94,7 @@ export class SlamSettings extends SlamElement {
       <label for=${id}>${s.name}</label>
       <span class="field">${this.#field(s, id, value)}</span>
       <button class="back" ?hidden=${!differs} title="Back to ${written(s, s.default)}" aria-label="${s.name}: back to ${written(s, s.default)}" @click=${() => this.#set(s, s.default)}>${icons.again}</button>
-      <small>${s.meaning} ${s.kind === "real" || s.kind === "whole" ? html`${plain(s.low)} to ${plain(s.high)}${s.unit ? ` ${s.unit}` : ""}, default ${written(s, s.default)}.${s.unit === "rad" ? html` Now ${fixed(degrees(value), 2)}°.` : ""}` : ""}${s.atOnce ? "" : html` <em>On restart.</em>`}</small>
+      <small>${s.meaning} ${s.kind === "real" || s.kind === "whole" ? html`${range(s)}, default ${written(s, s.default)}.` : ""}${s.atOnce ? "" : html` <em>On restart.</em>`}</small>
     </div>`;
   }
 
@@ -97,18 +104,18 @@ export class SlamSettings extends SlamElement {
       return html`<select id=${id} data-testid=${id} @change=${(e: Event) => this.#set(s, Number((e.target as HTMLSelectElement).value))}>
         ${s.choices.map((choice, i) => html`<option value=${i} .selected=${i === value}>${choice}</option>`)}</select>`;
     }
-    return html`<input id=${id} type="number" inputmode="decimal" step="any" data-testid=${id} .value=${plain(value)}
+    return html`<input id=${id} type="number" inputmode="decimal" step="any" data-testid=${id} .value=${plain(s.scale * value)}
       @change=${(e: Event) => this.#type(s, e.target as HTMLInputElement, value)}>${s.unit ? html`<span>${s.unit}</span>` : nothing}`;
   }
 
   /** A number out of its range stays out of the run; the field says again what holds. */
   #type(s: Setting, input: HTMLInputElement, before: number): void {
-    const value = Number(input.value || NaN);
+    const value = stored(s, Number(input.value || NaN));
     const fits = value >= s.low && value <= s.high && (s.kind !== "whole" || Number.isInteger(value));
     if (fits) return this.#set(s, value);
-    input.value = plain(before);
+    input.value = plain(s.scale * before);
     const kind = s.kind === "whole" ? "a whole number" : "a number";
-    this.store.set("toast", { toast: { level: "warn", text: `${s.name} is ${kind} from ${plain(s.low)} to ${plain(s.high)}${s.unit ? ` ${s.unit}` : ""}; it stays ${written(s, before)}.` } });
+    this.store.set("toast", { toast: { level: "warn", text: `${s.name} is ${kind} from ${range(s)}; it stays ${written(s, before)}.` } });
   }
 
   #set(s: Setting, value: number): void {
@@ -116,13 +123,17 @@ export class SlamSettings extends SlamElement {
     this.client.configure(this.#possible(value === s.default ? others : { ...others, [s.key]: value }));
   }
 
-  /** Figures that belong to a choice go when the choice does. */
+  /** Figures that depend on another setting go when that no longer asks for them. */
   #possible(settings: SettingValues): SettingValues {
-    const gone: string[] = [];
-    if (!settings["points.sigma"]) gone.push("points.sigma_constant", "points.sigma_slope", "points.sigma_least");
-    if (settings["lines.rule"]) gone.push("lines.split_k", "lines.max_residual");
-    if (settings["lines.rule"] !== 1) gone.push("lines.threshold");
-    return Object.fromEntries(Object.entries(settings).filter(([key]) => !gone.includes(key)));
+    const rows = new Map(this.store.settings.map((s) => [s.key, s]));
+    const holds = (key: string): boolean => {
+      const row = rows.get(key);
+      const other = rows.get(row?.needs ?? "");
+      if (!row || !other) return true;
+      const value = settings[other.key] ?? other.default;
+      return holds(other.key) && (row.needed.length > 0 ? row.needed.includes(value) : value > 0);
+    };
+    return Object.fromEntries(Object.entries(settings).filter(([key]) => holds(key)));
   }
 
   #apply(preset: Preset): void {
@@ -134,18 +145,15 @@ export class SlamSettings extends SlamElement {
   /** Whether the group is set as the preset has it. */
   #holds(preset: Preset): boolean {
     const of = this.store.settings.filter((s) => s.group === preset.group);
-    return of.every((s) => (this.store.setup.settings[s.key] ?? s.default) === (preset.values[s.key] ?? s.default));
+    return of.every((s) => s.idle !== "" || (this.store.setup.settings[s.key] ?? s.default) === (preset.values[s.key] ?? s.default));
   }
 
   /** Names of settings that were changed and act only when the run begins anew. */
   #waiting(): string[] {
     const { setup, started, settings } = this.store;
-    return settings.filter((s) => !s.atOnce && setup.settings[s.key] !== started.settings[s.key]).map((s) => s.name);
+    return settings.filter((s) => s.idle === "" && !s.atOnce && setup.settings[s.key] !== started.settings[s.key]).map((s) => s.name);
   }
 }
-
-/** Groups that a recording does not know. */
-const OF_A_ROBOT: readonly string[] = ["Sensor", "Simulated tracks", "Odometry", "Planning and driving", "Exploration"];
 
 function matches(s: Setting, search: string): boolean {
   const all = `${s.group} ${s.name} ${s.unit} ${s.meaning} ${s.key}`.toLowerCase();
@@ -160,7 +168,17 @@ function plain(value: number): string {
 function written(s: Setting, value: number): string {
   if (s.kind === "choice") return s.choices[value] ?? "";
   if (s.kind === "switch") return value === 0 ? "off" : "on";
-  return `${Number(value.toPrecision(4))}${s.unit ? ` ${s.unit}` : ""}`;
+  return `${Number((s.scale * value).toPrecision(4))}${s.unit ? ` ${s.unit}` : ""}`;
+}
+
+function range(s: Setting): string {
+  return `${plain(s.scale * s.low)} to ${plain(s.scale * s.high)}${s.unit ? ` ${s.unit}` : ""}`;
+}
+
+/** The number to be stored for one as people read it; an end of the range as it is written is that end. */
+function stored(s: Setting, shown: number): number {
+  const value = shown / s.scale;
+  return [s.low, s.high, s.default].find((end) => plain(s.scale * end) === plain(shown)) ?? value;
 }
 
 customElements.define("slam-settings", SlamSettings);

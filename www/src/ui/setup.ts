@@ -126,7 +126,8 @@ export class SlamSetup extends SlamElement {
   #restart(patch: Partial<typeof this.store.setup>): void {
     const { sensor, settings, calibration } = this.store.setup;
     const leaves = patch.sensor !== undefined && patch.sensor !== sensor;
-    const others = Object.fromEntries(Object.entries(settings).filter(([key]) => !/^(lidar|rangers|sonar)\./.test(key)));
+    const figures = new Set(this.store.settings.filter((s) => s.group === "Sensor").map((s) => s.key));
+    const others = Object.fromEntries(Object.entries(settings).filter(([key]) => !figures.has(key)));
     this.client.start({ mode: "explore", settings: leaves ? others : settings, calibration: leaves ? null : calibration, ...patch });
   }
 

@@ -1,7 +1,8 @@
 //! Settings of the line filter.
 
-use super::{EkfError, OdometryErrors};
+use super::OdometryErrors;
 use crate::association::AssociationConfig;
+use crate::bounds::{Bounds, NOT_NEGATIVE, OutOfBounds, check};
 
 /// Where the Jacobians are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,6 +12,14 @@ pub enum Consistency {
     /// At the first estimate of each landmark and the predicted pose, so that what cannot be
     /// observed stays unobserved.
     FirstEstimates,
+}
+
+impl Consistency {
+    /// All of them, with the names used by settings, and what a person calls them.
+    pub const ALL: [(&'static str, Self, &'static str); 2] = [
+        ("newest", Self::Plain, "the newest estimates"),
+        ("first", Self::FirstEstimates, "the first estimates"),
+    ];
 }
 
 /// When two landmarks are surely one wall.
@@ -111,44 +120,54 @@ impl Default for EkfConfig {
 }
 
 impl EkfConfig {
+    /// What [`MergeConfig::gate`] may be.
+    pub const MERGE_GATE: Bounds = [0.1, 100.0];
+    /// What [`Self::confirm_sightings`] may be.
+    pub const CONFIRM_SIGHTINGS: Bounds = [1.0, 50.0];
+    /// What [`Self::patience`] may be, scans.
+    pub const PATIENCE: Bounds = [1.0, 10_000.0];
+    /// What [`Self::alpha_sigma`] may be, rad.
+    pub const ALPHA_SIGMA: Bounds = [0.0, 0.2];
+    /// What [`Self::r_sigma`] may be, m.
+    pub const R_SIGMA: Bounds = [0.0, 0.2];
+    /// What the curvature of [`Self::odometry_prior`] may be, rad/m.
+    pub const PRIOR_CURVATURE: Bounds = [0.0, 1.0];
+    /// What the turn scale of [`Self::odometry_prior`] may be.
+    pub const PRIOR_TURN_SCALE: Bounds = [0.0, 0.5];
+
     /// Checks all settings.
     ///
-    /// # Errors    [`EkfError::Setting`] or [`EkfError::Association`] with the first one out of
-    /// range.
-    pub fn validate(&self) -> Result<(), EkfError> {
+    /// # Errors    [`OutOfBounds`] with the first one out of range.
+    pub fn validate(&self) -> Result<(), OutOfBounds> {
         self.association.validate()?;
         let (merge, prior) = (&self.merge, &self.odometry_prior);
-        let checks = [
-            ("merge.gate", merge.gate),
-            ("merge.alpha", merge.alpha),
-            ("merge.r", merge.r),
-            ("merge.sigmas", merge.sigmas),
-            ("merge.shared", merge.shared),
-            ("merge.doubled", merge.doubled),
-            ("merge.max_turn", merge.max_turn),
-            ("max_turn", self.max_turn),
-            ("far_gates", self.far_gates),
-            ("along_sigmas", self.along_sigmas),
-            ("alpha_sigma", self.alpha_sigma),
-            ("r_sigma", self.r_sigma),
-            ("odometry_prior.curvature", prior.curvature),
-            ("odometry_prior.turn_scale", prior.turn_scale),
-        ];
-        let is_bad = |value: f64| !(value >= 0.0 && value.is_finite());
-        let error = |field, value, expected| {
-            Err(EkfError::Setting {
-                field,
-                value,
-                expected,
-            })
-        };
-        if let Some(&(field, value)) = checks.iter().find(|(_, value)| is_bad(*value)) {
-            return error(field, value, "a finite number, at least 0");
-        }
-        if self.confirm_sightings == 0 {
-            return error("confirm_sightings", 0.0, "at least 1");
-        }
-        Ok(())
+        let sightings = f64::from(self.confirm_sightings);
+        check(&[
+            ("merge.gate", merge.gate, Self::MERGE_GATE),
+            ("merge.alpha", merge.alpha, NOT_NEGATIVE),
+            ("merge.r", merge.r, NOT_NEGATIVE),
+            ("merge.sigmas", merge.sigmas, NOT_NEGATIVE),
+            ("merge.shared", merge.shared, NOT_NEGATIVE),
+            ("merge.doubled", merge.doubled, NOT_NEGATIVE),
+            ("merge.max_turn", merge.max_turn, NOT_NEGATIVE),
+            ("max_turn", self.max_turn, NOT_NEGATIVE),
+            ("far_gates", self.far_gates, NOT_NEGATIVE),
+            ("along_sigmas", self.along_sigmas, NOT_NEGATIVE),
+            ("alpha_sigma", self.alpha_sigma, Self::ALPHA_SIGMA),
+            ("r_sigma", self.r_sigma, Self::R_SIGMA),
+            (
+                "odometry_prior.curvature",
+                prior.curvature,
+                Self::PRIOR_CURVATURE,
+            ),
+            (
+                "odometry_prior.turn_scale",
+                prior.turn_scale,
+                Self::PRIOR_TURN_SCALE,
+            ),
+            ("confirm_sightings", sightings, Self::CONFIRM_SIGHTINGS),
+            ("patience", f64::from(self.patience), Self::PATIENCE),
+        ])
     }
 
     /// For a sensor that scans on command and sees little: every sighting counts, nothing is

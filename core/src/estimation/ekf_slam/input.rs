@@ -1,6 +1,6 @@
 //! What the filter takes in, and why it refuses the rest.
 
-use crate::association::AssociationError;
+use crate::bounds::OutOfBounds;
 use crate::features::LineFeature;
 use crate::registration::LocateError;
 use crate::robot::OdometryError;
@@ -12,7 +12,7 @@ pub enum EkfError {
     /// Odometry that is no motion.
     #[error(transparent)]
     Odometry(#[from] OdometryError),
-    /// A setting of [`super::EkfConfig`] out of range.
+    /// What a robot in a known map begins with cannot be used.
     #[error("{field} is {value}; expected {expected}")]
     Setting {
         /// Its name.
@@ -22,9 +22,9 @@ pub enum EkfError {
         /// What it may be.
         expected: &'static str,
     },
-    /// How sightings are to be matched makes no sense.
+    /// A figure of [`super::EkfConfig`] out of its bounds.
     #[error(transparent)]
-    Association(#[from] AssociationError),
+    Bounds(#[from] OutOfBounds),
     /// A line with a number that is not finite, or a covariance that is not positive definite.
     #[error("feature {feature}: {what}")]
     Feature {

@@ -110,7 +110,7 @@ impl EkfSlam {
     fn gate(&self, candidate: &Candidate) -> Gate {
         let config = &self.config.association;
         match candidate.d2 {
-            d2 if d2 > config.new_gate => Gate::Far,
+            d2 if d2 > config.new_gate.max(config.gate) => Gate::Far,
             _ if candidate.is_beyond => Gate::Beyond,
             d2 if d2 > config.gate => Gate::Near,
             _ => Gate::Match,

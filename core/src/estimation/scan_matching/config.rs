@@ -1,6 +1,7 @@
 //! How scan matching works, and why it cannot begin.
 
 use super::super::submap::ClosureConfig;
+use crate::bounds::{Bounds, OutOfBounds, check};
 use crate::map::{EvidenceConfig, GridConfig, GridError, SurfelConfig};
 use crate::points::OrientedConfig;
 use crate::registration::{LocateConfig, LocateError};
@@ -99,58 +100,42 @@ impl Default for ScanMatcherConfig {
 }
 
 impl ScanMatcherConfig {
+    /// What [`Self::keyframe_distance`] may be, m.
+    pub const KEYFRAME_DISTANCE: Bounds = [0.02, 5.0];
+    /// What [`Self::keyframe_turn`] may be, rad.
+    pub const KEYFRAME_TURN: Bounds = [0.02, 3.0];
+    /// What [`Self::submap_keyframes`] may be.
+    pub const SUBMAP_KEYFRAMES: Bounds = [2.0, 200.0];
+
     /// Checks the figures.
     ///
-    /// # Errors   [`ScanMatcherError`], naming the first field out of range.
+    /// # Errors   [`ScanMatcherError`], naming the first one out of its bounds.
     pub fn validate(&self) -> Result<(), ScanMatcherError> {
         self.locate.validate()?;
         self.closure.search.validate()?;
-        let check = |field, value: f64, low: f64, high: f64, expected| {
-            if value >= low && value <= high {
-                Ok(())
-            } else {
-                Err(ScanMatcherError::Config {
-                    field,
-                    value,
-                    expected,
-                })
-            }
-        };
-        check(
-            "keyframe_distance",
-            self.keyframe_distance,
-            0.01,
-            10.0,
-            "from 0.01 to 10 m",
-        )?;
-        check(
-            "keyframe_turn",
-            self.keyframe_turn,
-            0.01,
-            3.2,
-            "from 0.01 to 3.2 rad",
-        )?;
-        check(
-            "surfels.cell",
-            self.surfels.cell,
-            0.01,
-            0.5,
-            "from 0.01 to 0.5 m",
-        )?;
-        check(
-            "surfels.reach",
-            self.surfels.reach,
-            0.01,
-            2.0,
-            "from 0.01 to 2 m",
-        )?;
-        check(
-            "submap_keyframes",
-            self.submap_keyframes as f64,
-            2.0,
-            1e4,
-            "from 2 to 10000",
-        )
+        let surfels = &self.surfels;
+        let keyframes = self.submap_keyframes as f64;
+        Ok(check(&[
+            (
+                "keyframe_distance",
+                self.keyframe_distance,
+                Self::KEYFRAME_DISTANCE,
+            ),
+            ("keyframe_turn", self.keyframe_turn, Self::KEYFRAME_TURN),
+            ("surfels.cell", surfels.cell, [0.01, 0.5]),
+            ("surfels.reach", surfels.reach, [0.01, 2.0]),
+            ("submap_keyframes", keyframes, Self::SUBMAP_KEYFRAMES),
+            (
+                "closure.max_shift",
+                self.closure.max_shift,
+                ClosureConfig::MAX_SHIFT,
+            ),
+            (
+                "closure.min_agreement",
+                self.closure.min_agreement,
+                ClosureConfig::MIN_AGREEMENT,
+            ),
+        ])?)
     }
 }
 
@@ -164,14 +149,7 @@ pub enum ScanMatcherError {
     /// How scans are located.
     #[error("scan matching: {0}")]
     Locate(#[from] LocateError),
-    /// A field outside of its range.
-    #[error("scan matching: {field} is {value}, expected {expected}")]
-    Config {
-        /// The field.
-        field: &'static str,
-        /// What stands there.
-        value: f64,
-        /// What may stand there.
-        expected: &'static str,
-    },
+    /// A figure of [`ScanMatcherConfig`] out of its bounds.
+    #[error("scan matching: {0}")]
+    Bounds(#[from] OutOfBounds),
 }

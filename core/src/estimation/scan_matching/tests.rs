@@ -226,6 +226,6 @@ fn bad_configuration_is_named() {
     let error = ScanMatcher::new(config).unwrap_err().to_string();
     assert_eq!(
         error,
-        "scan matching: keyframe_turn is NaN, expected from 0.01 to 3.2 rad"
+        "scan matching: keyframe_turn is NaN, expected 0.02 to 3"
     );
 }

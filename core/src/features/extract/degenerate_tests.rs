@@ -133,7 +133,7 @@ fn settings_out_of_range_are_named() {
     check(LineConfig::classic(f64::NAN), "split.threshold is NaN");
     let mut config = LineConfig::default();
     config.accept.min_length = -1.0;
-    check(config, "accept.min_length is -1; expected at least 0");
+    check(config, "accept.min_length is -1, expected 0 to 5");
     let mut config = LineConfig::default();
     config.segmentation.max_step = 0.0;
     check(config, "segmentation.max_step is 0");

@@ -1,6 +1,7 @@
 //! Settings of the grid, and why some cannot be used.
 
 use super::FreeCells;
+use crate::bounds::{Bounds, OutOfBounds, check};
 
 /// How sightings change the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,16 +44,9 @@ impl Default for GridConfig {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GridError {
-    /// A field outside of its range.
-    #[error("grid: {field} is {value}, expected {expected}")]
-    Config {
-        /// The field.
-        field: &'static str,
-        /// What stands there.
-        value: f64,
-        /// What may stand there.
-        expected: &'static str,
-    },
+    /// A figure of [`GridConfig`] out of its bounds.
+    #[error("grid: {0}")]
+    Bounds(#[from] OutOfBounds),
     /// Something was seen where the grid may not grow.
     #[error("grid: holds {blocks} blocks of at most {max_blocks}; what was seen beyond is skipped")]
     Full {
@@ -74,36 +68,24 @@ impl GridConfig {
         }
     }
 
-    /// # Errors    [`GridError::Config`] naming the first field out of range.
+    /// What [`Self::resolution`] may be, m.
+    pub const RESOLUTION: Bounds = [0.01, 0.5];
+    /// What [`Self::hit`] and [`Self::occupied_above`] may be.
+    pub const HIT: Bounds = [0.51, 0.99];
+    /// What [`Self::miss`] and [`Self::free_below`] may be.
+    pub const MISS: Bounds = [0.01, 0.49];
+    /// What [`Self::clamp`] may be.
+    pub const CLAMP: Bounds = [0.001, 0.4];
+
+    /// # Errors    [`GridError::Bounds`] naming the first figure out of its bounds.
     pub fn validate(&self) -> Result<(), GridError> {
-        let check = |field, value: f64, low: f64, high: f64, expected| {
-            if value > low && value < high {
-                Ok(())
-            } else {
-                Err(GridError::Config {
-                    field,
-                    value,
-                    expected,
-                })
-            }
-        };
-        check(
-            "resolution",
-            self.resolution,
-            1e-3,
-            10.0,
-            "between 0.001 and 10 m",
-        )?;
-        check("hit", self.hit, 0.5, 1.0, "between 0.5 and 1")?;
-        check("miss", self.miss, 0.0, 0.5, "between 0 and 0.5")?;
-        check("clamp", self.clamp, 0.0, 0.5, "between 0 and 0.5")?;
-        check(
-            "occupied_above",
-            self.occupied_above,
-            0.5,
-            1.0,
-            "between 0.5 and 1",
-        )?;
-        check("free_below", self.free_below, 0.0, 0.5, "between 0 and 0.5")
+        Ok(check(&[
+            ("resolution", self.resolution, Self::RESOLUTION),
+            ("hit", self.hit, Self::HIT),
+            ("miss", self.miss, Self::MISS),
+            ("clamp", self.clamp, Self::CLAMP),
+            ("occupied_above", self.occupied_above, Self::HIT),
+            ("free_below", self.free_below, Self::MISS),
+        ])?)
     }
 }

@@ -38,8 +38,12 @@ pub enum FreeCells {
 }
 
 impl FreeCells {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Crossed, Self::Bresenham, Self::Area];
+    /// All of them, with the names used by settings, and what a person calls them.
+    pub const ALL: [(&'static str, Self, &'static str); 3] = [
+        ("crossed", Self::Crossed, "that a beam enters"),
+        ("bresenham", Self::Bresenham, "on its Bresenham line"),
+        ("area", Self::Area, "between the beams"),
+    ];
 }
 
 /// A way from a sensor to where it is no longer free, in cells.

@@ -259,8 +259,5 @@ fn bad_configuration_is_named() {
         ..GridConfig::default()
     };
     let error = Grid::new(config).unwrap_err().to_string();
-    assert_eq!(
-        error,
-        "grid: resolution is 0, expected between 0.001 and 10 m"
-    );
+    assert_eq!(error, "grid: resolution is 0, expected 0.01 to 0.5");
 }

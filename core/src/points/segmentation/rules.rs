@@ -50,6 +50,33 @@ pub enum BreakRule {
     },
 }
 
+impl BreakRule {
+    /// [`Self::Spacing`] with the ratio of its source.
+    #[must_use]
+    pub fn spacing(spacing: SpacingModel) -> Self {
+        Self::Spacing {
+            spacing,
+            ratio: 2.0,
+        }
+    }
+
+    /// All rules with their default figures, with the names used by settings, and what a person calls them.
+    #[must_use]
+    pub fn all() -> [(&'static str, Self, &'static str); 3] {
+        let mean = Self::MeanRatio { ratio: 4.5 };
+        let spacing = Self::spacing(SpacingModel::even(360.0));
+        [
+            (
+                "adaptive",
+                Self::default(),
+                "adaptive (Borges & Aldon 2004)",
+            ),
+            ("mean-ratio", mean, "ν times the mean (TDK 2016)"),
+            ("spacing", spacing, "the sensor's spacing (Pilch 2016)"),
+        ]
+    }
+}
+
 impl Default for BreakRule {
     fn default() -> Self {
         Self::Adaptive {

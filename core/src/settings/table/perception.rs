@@ -1,351 +1,124 @@
-//! What is made of scans: points and lines.
+//! What is made of scans: points, lines, and what is remembered in the blind zone.
 
-use crate::features::{Classic, LineConfig, NoiseAware, Pilch, SplitRule};
-use crate::points::{Growth, RangeSigma, SectorConfig};
-use crate::settings::{Acts, Kind, Setting, Settings};
+use super::{ANY, BY_LINES, Group};
+use crate::features::{LineConfig, SplitRule};
+use crate::points::{BreakRule, Growth, RangeSigma, SectorConfig, SectorRange};
+use crate::settings::Settings;
+use crate::settings::field::{Number, at, rows};
+use crate::settings::setting::{
+    CENTIMETRES, DEGREES, Field, METRES, NUMBER, Named, PERCENT, SIGMAS, SQUARE_METRES, Setting,
+    named, one_of, real, si, switch, whole,
+};
 
-/// The settings.
-pub(super) const PERCEPTION: &[Setting] = &[
-    Setting {
-        key: "points.min_range",
-        group: "Points",
-        name: "Nearest range used",
-        unit: "m",
-        range: [0.0, 5.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "Nearer readings are dropped: the robot's own body.",
-        get: |s| Some(s.slam.points.min_range),
-        set: |s, v| s.slam.points.min_range = v,
-    },
-    Setting {
-        key: "points.max_range",
-        group: "Points",
-        name: "Farthest range used",
-        unit: "m",
-        range: [0.1, 1000.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "Farther readings count as no return; 1000 m leaves it to the sensor.",
-        get: |s| Some(s.slam.points.max_range.min(1000.0)),
-        set: |s, v| s.slam.points.max_range = if v < 1000.0 { v } else { f64::INFINITY },
-    },
-    Setting {
-        key: "points.sector",
-        group: "Points",
-        name: "One reading for each sector of",
-        unit: "rad",
-        range: [0.0, 1.5],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "The least range of a sector stands for it (Celej: 0.175, that is 10°). 0: every beam counts. Wide sectors leave no lines to find the pose by: it drifts with the wheels.",
-        get: |s| Some(s.slam.sectors.map_or(0.0, |sectors| sectors.width)),
-        set: |s, v| {
-            s.slam.sectors = (v > 0.0).then(|| SectorConfig {
-                width: v,
-                ..s.slam.sectors.unwrap_or_default()
-            });
-        },
-    },
-    Setting {
-        key: "points.sector_no_returns",
-        group: "Points",
-        name: "No returns that are errors",
-        unit: "",
-        range: [0.0, 1000.0],
-        kind: Kind::Whole,
-        acts: Acts::AtOnce,
-        meaning: "With sectors: so many in one do not count; more, and nothing is there.",
-        get: |s| s.slam.sectors.map(|sectors| sectors.no_returns as f64),
-        set: |s, v| {
-            if let Some(sectors) = &mut s.slam.sectors {
-                sectors.no_returns = v as usize;
-            }
-        },
-    },
-    Setting {
-        key: "points.sigma",
-        group: "Points",
-        name: "σ of the ranges",
-        unit: "",
-        range: [0.0, 2.0],
-        kind: Kind::Choice(&["as the sensor says", "a + b ρ", "a + b ρ²"]),
-        acts: Acts::AtOnce,
-        meaning: "Own figures for σ(ρ), as estimated from scans taken standing.",
-        get: sigma_growth,
-        set: set_sigma_growth,
-    },
-    Setting {
-        key: "points.sigma_constant",
-        group: "Points",
-        name: "a",
-        unit: "m",
-        range: [-1.0, 1.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "σ at no distance.",
-        get: |s| s.slam.points.sigma.map(|m| m.constant),
-        set: |s, v| {
-            if let Some(m) = &mut s.slam.points.sigma {
-                m.constant = v;
-            }
-        },
-    },
-    Setting {
-        key: "points.sigma_slope",
-        group: "Points",
-        name: "b",
-        unit: "m/m, m/m²",
-        range: [-1.0, 1.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "Growth of σ with the distance, or with its square.",
-        get: |s| s.slam.points.sigma.map(|m| m.slope),
-        set: |s, v| {
-            if let Some(m) = &mut s.slam.points.sigma {
-                m.slope = v;
-            }
-        },
-    },
-    Setting {
-        key: "points.sigma_least",
-        group: "Points",
-        name: "Least σ",
-        unit: "m",
-        range: [1e-05, 1.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "σ is never believed smaller than this.",
-        get: |s| s.slam.points.sigma.map(|m| m.least),
-        set: |s, v| {
-            if let Some(m) = &mut s.slam.points.sigma {
-                m.least = v;
-            }
-        },
-    },
-    Setting {
-        key: "lines.rule",
-        group: "Lines",
-        name: "Split-and-merge",
-        unit: "",
-        range: [0.0, 2.0],
-        kind: Kind::Choice(&[
-            "noise-aware (TDK 2016)",
-            "classic",
-            "by explained scatter (Pilch 2016)",
-        ]),
-        acts: Acts::AtOnce,
-        meaning: "When a run of points is split into two lines.",
-        get: split_rule,
-        set: set_split_rule,
-    },
-    Setting {
-        key: "lines.split_k",
-        group: "Lines",
-        name: "Split at k standard deviations",
-        unit: "σ",
-        range: [0.5, 10.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "A point farther off splits. Growing: fewer true walls are torn, shallow corners stay undetected.",
-        get: |s| noise_aware(s).map(|rule| rule.split_k),
-        set: |s, v| noise_aware_mut(s, |rule| rule.split_k = v),
-    },
-    Setting {
-        key: "lines.max_residual",
-        group: "Lines",
-        name: "Point left out beyond",
-        unit: "σ",
-        range: [1.0, 20.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "A point so far off its line does not count for it.",
-        get: |s| noise_aware(s).map(|rule| rule.max_residual),
-        set: |s, v| noise_aware_mut(s, |rule| rule.max_residual = v),
-    },
-    Setting {
-        key: "lines.threshold",
-        group: "Lines",
-        name: "Split beyond",
-        unit: "m",
-        range: [0.005, 1.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "A point farther from its line splits. Growing: fewer walls torn by noise, fewer shallow corners.",
-        get: |s| classic(s).map(|rule| rule.threshold),
-        set: |s, v| classic_mut(s, |rule| rule.threshold = v),
-    },
-    Setting {
-        key: "lines.max_step",
-        group: "Lines",
-        name: "Largest step in bearing",
-        unit: "rad",
-        range: [0.005, 1.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "Points farther apart in bearing are not of one wall.",
-        get: |s| Some(s.slam.lines.segmentation.max_step),
-        set: |s, v| s.slam.lines.segmentation.max_step = v,
-    },
-    Setting {
-        key: "lines.gap_points",
-        group: "Lines",
-        name: "Points between merged lines",
-        unit: "",
-        range: [0.0, 50.0],
-        kind: Kind::Whole,
-        acts: Acts::AtOnce,
-        meaning: "Two lines become one over at most so many points of neither.",
-        get: |s| Some(s.slam.lines.merge.gap_points as f64),
-        set: |s, v| s.slam.lines.merge.gap_points = v as usize,
-    },
-    Setting {
-        key: "lines.gap",
-        group: "Lines",
-        name: "Gap between merged lines",
-        unit: "m",
-        range: [0.0, 2.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "Over at most this distance: less than a door.",
-        get: |s| Some(s.slam.lines.merge.gap),
-        set: |s, v| s.slam.lines.merge.gap = v,
-    },
-    Setting {
-        key: "lines.trim",
-        group: "Lines",
-        name: "Points given up at the ends",
-        unit: "",
-        range: [0.0, 10.0],
-        kind: Kind::Whole,
-        acts: Acts::AtOnce,
-        meaning: "Fewer give longer lines and a less honest map.",
-        get: |s| Some(s.slam.lines.accept.trim as f64),
-        set: |s, v| s.slam.lines.accept.trim = v as usize,
-    },
-    Setting {
-        key: "lines.min_points",
-        group: "Lines",
-        name: "Fewest points",
-        unit: "",
-        range: [3.0, 100.0],
-        kind: Kind::Whole,
-        acts: Acts::AtOnce,
-        meaning: "Growing: fewer, safer lines.",
-        get: |s| Some(s.slam.lines.accept.min_points as f64),
-        set: |s, v| s.slam.lines.accept.min_points = v as usize,
-    },
-    Setting {
-        key: "lines.min_length",
-        group: "Lines",
-        name: "Shortest line",
-        unit: "m",
-        range: [0.0, 5.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "Shorter ones are people and pillars more often than walls.",
-        get: |s| Some(s.slam.lines.accept.min_length),
-        set: |s, v| s.slam.lines.accept.min_length = v,
-    },
-    Setting {
-        key: "lines.max_alpha_sigma",
-        group: "Lines",
-        name: "Largest σ of the direction",
-        unit: "rad",
-        range: [0.001, 1.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "Less certain lines are left out: what is linear at 2° is not at 6°.",
-        get: |s| Some(s.slam.lines.accept.max_alpha_sigma),
-        set: |s, v| s.slam.lines.accept.max_alpha_sigma = v,
-    },
-    Setting {
-        key: "lines.max_chi2_sigmas",
-        group: "Lines",
-        name: "Largest misfit",
-        unit: "σ",
-        range: [0.5, 100.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "χ² of the residuals above its mean, in standard deviations.",
-        get: |s| Some(s.slam.lines.accept.max_chi2_sigmas),
-        set: |s, v| s.slam.lines.accept.max_chi2_sigmas = v,
-    },
-    Setting {
-        key: "lines.max_bend_sigmas",
-        group: "Lines",
-        name: "Largest bend",
-        unit: "σ",
-        range: [0.5, 100.0],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "More bent ones are pillars.",
-        get: |s| Some(s.slam.lines.accept.max_bend_sigmas),
-        set: |s, v| s.slam.lines.accept.max_bend_sigmas = v,
-    },
-    Setting {
-        key: "lines.surface_sigma",
-        group: "Lines",
-        name: "Roughness of walls",
-        unit: "m",
-        range: [0.0, 0.1],
-        kind: Kind::Real,
-        acts: Acts::AtOnce,
-        meaning: "How far from flat a wall may be, one standard deviation.",
-        get: |s| Some(s.slam.lines.accept.surface_sigma),
-        set: |s, v| s.slam.lines.accept.surface_sigma = v,
-    },
-];
+const OF_POINTS: Group = Group {
+    name: "Points",
+    ..ANY
+};
+/// Instead of no limit.
+const FAR: f64 = 1000.0;
+const OWN: &[&str] = &["linear", "square"];
 
-fn noise_aware(settings: &Settings) -> Option<NoiseAware> {
-    match settings.slam.lines.split {
-        SplitRule::NoiseAware(rule) => Some(rule),
-        _ => None,
-    }
+rows! { POINTS = OF_POINTS;
+    "points.min_range", "Nearest range used", real([0.0, 5.0], METRES), [slam.points.min_range],
+        "Nearer readings are dropped: the robot's own body. Larger: near obstacles are not seen either.";
+    "points.max_range", "Farthest range used", real([0.1, FAR], METRES),
+        [get |s| Some(s.slam.points.max_range.min(FAR)), set |s, v| s.slam.points.max_range = if v < FAR { v } else { f64::INFINITY }].basic(),
+        "Farther readings count as no return. Larger: more, and less certain, points. 1000 m leaves it to the sensor.";
+    "points.sector", "Width of a sector", real([0.0, 1.5], DEGREES),
+        [get |s| Some(s.slam.sectors.map_or(0.0, |sectors| sectors.width)),
+         set |s, v| s.slam.sectors = (v > 0.0).then(|| SectorConfig { width: v, ..s.slam.sectors.unwrap_or_default() })],
+        "One reading stands for all of a sector (Celej: 10°). 0: every beam counts. Wide sectors leave no lines to find the pose by: it drifts with the wheels.";
+    "points.sector_no_returns", "No returns that are errors", whole([0.0, 1000.0], NUMBER), [Some(sectors) = slam.sectors => sectors.no_returns].needs_more_than_zero("points.sector"),
+        "With sectors: so many in one do not count. More of them, and nothing is there.";
+    "points.sector_range", "Reading of a sector", one_of::<SectorRange>(), [Some(sectors) = slam.sectors => sectors.range].needs_more_than_zero("points.sector"),
+        "With sectors: the least range is the cautious one; the mean has less noise and smooths away what stands out.";
+    "points.sigma", "σ of the ranges", named(3, || Named::all(&[("sensor", "as the sensor says"), ("linear", "a + b ρ"), ("square", "a + b ρ²")])),
+        [get growth, set set_growth],
+        "Own figures for σ(ρ), as estimated from scans taken standing.";
+    "points.sigma_constant", "σ at zero range", real([-1.0, 1.0], CENTIMETRES), [Some(sigma) = slam.points.sigma => sigma.constant].needs("points.sigma", OWN),
+        "a of σ(ρ). Larger: all points are trusted less.";
+    "points.sigma_slope", "Growth of σ with the range", real([-1.0, 1.0], si("m/m, m/m²")), [Some(sigma) = slam.points.sigma => sigma.slope].needs("points.sigma", OWN),
+        "b of σ(ρ), with the range or with its square. Larger: far points are trusted less.";
+    "points.sigma_least", "Least σ", real([1e-5, 1.0], CENTIMETRES), [Some(sigma) = slam.points.sigma => sigma.least].needs("points.sigma", OWN),
+        "σ is never believed smaller than this.";
 }
 
-fn noise_aware_mut(settings: &mut Settings, change: impl FnOnce(&mut NoiseAware)) {
-    if let SplitRule::NoiseAware(rule) = &mut settings.slam.lines.split {
-        change(rule);
-    }
+const OF_LINES: Group = Group {
+    name: "Lines",
+    methods: BY_LINES,
+    ..ANY
+};
+const SPLIT: &str = "lines.rule";
+const BREAKS: &str = "lines.breaks";
+
+rows! { LINES = OF_LINES;
+    "lines.rule", "Split-and-merge", one_of::<SplitRule>(), [slam.lines.split].basic(),
+        "When a run of points is split into two lines: beyond what noise explains, beyond a fixed distance, or where a regression gets worse.";
+    "lines.split_k", "Split at k standard deviations", real(LineConfig::SPLIT_K, SIGMAS), [SplitRule::NoiseAware(rule) = slam.lines.split => rule.split_k].needs(SPLIT, &["noise-aware"]),
+        "A point farther off splits. Growing: fewer true walls are torn, shallow corners stay undetected.";
+    "lines.max_residual", "Point left out beyond", real(LineConfig::MAX_RESIDUAL, SIGMAS), [SplitRule::NoiseAware(rule) = slam.lines.split => rule.max_residual].needs(SPLIT, &["noise-aware"]),
+        "A point so far off its line does not count for it. Growing: outliers bend lines.";
+    "lines.threshold", "Split beyond", real(LineConfig::THRESHOLD, CENTIMETRES), [SplitRule::Classic(rule) = slam.lines.split => rule.threshold].needs(SPLIT, &["classic"]),
+        "A point farther from its line splits. Growing: fewer walls torn by noise, fewer shallow corners.";
+    "lines.max_error", "Largest error of a line", real(LineConfig::MAX_ERROR, SQUARE_METRES), [SplitRule::Pilch(rule) = slam.lines.split => rule.max_error].needs(SPLIT, &["explained"]),
+        "Sum of squared distances at which a growing line ends. Growing: longer lines, also around corners.";
+    "lines.min_r2", "Least explained scatter", real(LineConfig::MIN_R2, PERCENT), [SplitRule::Pilch(rule) = slam.lines.split => rule.min_r2].needs(SPLIT, &["explained"]),
+        "Part of the scatter (r²) that a line explains. Growing: straighter lines, in more pieces.";
+    "lines.start_points", "Points that begin a line", whole([2.0, 50.0], NUMBER), [SplitRule::Pilch(rule) = slam.lines.split => rule.min_points].needs(SPLIT, &["explained"]),
+        "So many neighbours in a row begin a line that grows. Growing: fewer, surer lines.";
+    "lines.breaks", "Neighbours belong together", one_of::<BreakRule>(), [slam.lines.segmentation.rule],
+        "When two neighbouring points may lie on one wall: by what a wall seen at a flat angle would give, by ν times the mean distance, or by the sensor's own spacing.";
+    "lines.grazing_angle", "Flattest view of a wall", real(LineConfig::GRAZING_ANGLE, DEGREES), [BreakRule::Adaptive { grazing_angle, .. } = slam.lines.segmentation.rule => grazing_angle].needs(BREAKS, &["adaptive"]),
+        "A wall seen at a flatter angle is not followed. Growing: more breaks on long walls, fewer walls joined across a depth step.";
+    "lines.break_sigmas", "Noise between neighbours", real(LineConfig::BREAK_SIGMAS, SIGMAS), [BreakRule::Adaptive { n_sigmas, .. } = slam.lines.segmentation.rule => n_sigmas].needs(BREAKS, &["adaptive"]),
+        "Allowed on top, of the difference of two ranges. Growing: fewer breaks.";
+    "lines.break_ratio", "Break beyond", real(LineConfig::BREAK_RATIO, si("×")), [BreakRule::MeanRatio { ratio } | BreakRule::Spacing { ratio, .. } = slam.lines.segmentation.rule => ratio].needs(BREAKS, &["mean-ratio", "spacing"]),
+        "ν: times the mean distance of neighbours (TDK 2016: 4 to 5), or times the sensor's spacing (Pilch 2016: 2). Growing: fewer breaks.";
+    "lines.spacing_slope", "Spacing of the beams", real(LineConfig::SPACING_SLOPE, DEGREES), [BreakRule::Spacing { spacing, .. } = slam.lines.segmentation.rule => spacing.slope].needs(BREAKS, &["spacing"]),
+        "Angle between two beams of the sensor. Growing: fewer breaks.";
+    "lines.spacing_offset", "Spacing at zero range", real(LineConfig::SPACING_OFFSET, CENTIMETRES), [BreakRule::Spacing { spacing, .. } = slam.lines.segmentation.rule => spacing.offset].needs(BREAKS, &["spacing"]),
+        "Added to the distance that the angle gives. Growing: fewer breaks near the robot.";
+    "lines.max_step", "Largest step in bearing", real(LineConfig::MAX_STEP, DEGREES), [slam.lines.segmentation.max_step],
+        "Points farther apart in bearing are not of one wall. Growing: lines go on over lost beams.";
+    "lines.gap_points", "Points between merged lines", whole([0.0, 50.0], NUMBER), [slam.lines.merge.gap_points],
+        "Two lines become one over at most so many points of neither. Growing: longer lines, over things that stand in front.";
+    "lines.gap", "Gap between merged lines", real(LineConfig::GAP, CENTIMETRES), [slam.lines.merge.gap],
+        "Two lines become one over at most this distance: less than a door. Growing: longer lines.";
+    "lines.across_runs", "Merge across gaps", switch(), [slam.lines.merge.across_runs],
+        "On: two lines become one also where the points between do not belong together, as behind a pillar.";
+    "lines.trim", "Points given up at the ends", whole([0.0, 10.0], NUMBER), [slam.lines.accept.trim],
+        "Growing: shorter lines and a more honest map.";
+    "lines.min_points", "Fewest points", whole([3.0, 100.0], NUMBER), [slam.lines.accept.min_points],
+        "Growing: fewer, safer lines.";
+    "lines.min_length", "Shortest line", real(LineConfig::MIN_LENGTH, METRES), [slam.lines.accept.min_length].basic(),
+        "Shorter ones are people and pillars more often than walls. Growing: fewer, safer lines.";
+    "lines.max_alpha_sigma", "Largest σ of the direction", real(LineConfig::MAX_ALPHA_SIGMA, DEGREES), [slam.lines.accept.max_alpha_sigma],
+        "Less certain lines are left out: what is linear at 2° is not at 6°. Growing: more lines, a less honest filter.";
+    "lines.max_chi2_sigmas", "Largest misfit", real(LineConfig::MAX_SIGMAS, SIGMAS), [slam.lines.accept.max_chi2_sigmas],
+        "χ² of the residuals above its mean, in standard deviations. Growing: lines across corners are kept.";
+    "lines.max_bend_sigmas", "Largest bend", real(LineConfig::MAX_SIGMAS, SIGMAS), [slam.lines.accept.max_bend_sigmas],
+        "More bent ones are pillars. Growing: round things become lines.";
+    "lines.surface_sigma", "Roughness of walls", real(LineConfig::SURFACE_SIGMA, CENTIMETRES), [slam.lines.accept.surface_sigma],
+        "How far from flat a wall may be, one standard deviation. Growing: lines are trusted less.";
 }
 
-fn classic(settings: &Settings) -> Option<Classic> {
-    match settings.slam.lines.split {
-        SplitRule::Classic(rule) => Some(rule),
-        _ => None,
-    }
+const OF_BLIND_ZONE: Group = Group {
+    name: "Blind zone",
+    ..ANY
+};
+
+rows! { BLIND_ZONE = OF_BLIND_ZONE;
+    "near.reach", "Remembered up to", real([0.0, 5.0], CENTIMETRES), [slam.blind_zone.reach],
+        "Hits nearer than this are remembered from scan to scan, so that the robot does not drive into what it no longer sees. Growing: false hits stay longer.";
+    "near.blind", "Looks far below", real([0.0, 1.0], CENTIMETRES), [slam.blind_zone.blind],
+        "A wall nearer than the peak of an IR ranger's curve looks far: readings towards a remembered wall nearer than this are not used. 0 for a lidar. Growing: more readings are dropped.";
+    "near.behind", "Gone if seen behind by", real([0.0, 1.0], CENTIMETRES), [slam.blind_zone.behind],
+        "A beam that ends this far behind a remembered point says that it has gone. Growing: what has gone is remembered longer.";
+    "near.beams", "Beams that speak of a point", real([0.0, 20.0], si("beams")), [slam.blind_zone.beams],
+        "How far beside a remembered point a beam may pass and still say that it has gone, in angles between two beams. Growing: more is forgotten.";
 }
 
-fn classic_mut(settings: &mut Settings, change: impl FnOnce(&mut Classic)) {
-    if let SplitRule::Classic(rule) = &mut settings.slam.lines.split {
-        change(rule);
-    }
-}
-
-fn split_rule(settings: &Settings) -> Option<f64> {
-    Some(match settings.slam.lines.split {
-        SplitRule::NoiseAware(_) => 0.0,
-        SplitRule::Classic(_) => 1.0,
-        SplitRule::Pilch(_) => 2.0,
-    })
-}
-
-/// The rule with its default figures, unless it is the one already.
-fn set_split_rule(settings: &mut Settings, value: f64) {
-    if split_rule(settings) == Some(value) {
-        return;
-    }
-    settings.slam.lines.split = if value == 0.0 {
-        LineConfig::default().split
-    } else if value == 1.0 {
-        SplitRule::Classic(Classic::default())
-    } else {
-        SplitRule::Pilch(Pilch::default())
-    };
-}
-
-fn sigma_growth(settings: &Settings) -> Option<f64> {
+fn growth(settings: &Settings) -> Option<f64> {
     Some(match settings.slam.points.sigma {
         None => 0.0,
         Some(sigma) if sigma.growth == Growth::Linear => 1.0,
@@ -354,11 +127,10 @@ fn sigma_growth(settings: &Settings) -> Option<f64> {
 }
 
 /// Begins with 1 cm and no growth.
-fn set_sigma_growth(settings: &mut Settings, value: f64) {
-    let growth = if value == 1.0 {
-        Growth::Linear
-    } else {
-        Growth::Square
+fn set_growth(settings: &mut Settings, value: f64) {
+    let growth = match value == 1.0 {
+        true => Growth::Linear,
+        false => Growth::Square,
     };
     let before = settings.slam.points.sigma.unwrap_or(RangeSigma {
         growth,

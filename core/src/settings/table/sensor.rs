@@ -1,444 +1,120 @@
-//! What the sensors are.
+//! The simulated sensors.
 
+use super::{Group, SIMULATED};
+use crate::bounds::PART;
 use crate::map::Layer;
-use crate::robot::RangerModel;
-use crate::settings::{Acts, Kind, Setting, Settings};
+use crate::robot::{RangerModel, Sharp};
+use crate::settings::field::{Choice, Number, at, rows};
+use crate::settings::setting::{
+    CENTIMETRES, CENTIMETRES_PER_METRE, DEGREES, Field, METRES, MILLISECONDS, NUMBER, Needs,
+    PERCENT, Setting, VOLTS, one_of, real, switch, whole,
+};
 use crate::sim::SensorModel;
 use crate::sim::sensors::{LidarModel, SonarModel};
 
-/// The settings.
-pub(super) const SENSOR: &[Setting] = &[
-    Setting {
-        key: "lidar.beams",
-        group: "Sensor",
-        name: "Beams",
-        unit: "",
-        range: [1.0, 10000.0],
-        kind: Kind::Whole,
-        acts: Acts::OnRestart,
-        meaning: "Beams of one revolution. More: finer, and more work for each scan.",
-        get: |s| lidar(s).map(|m| m.beams as f64),
-        set: |s, v| lidar_mut(s, |m| m.beams = v as usize),
-    },
-    Setting {
-        key: "lidar.period",
-        group: "Sensor",
-        name: "Revolution",
-        unit: "s",
-        range: [0.02, 5.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Time of one revolution. Longer: a moving robot skews the scan more.",
-        get: |s| lidar(s).map(|m| m.period),
-        set: |s, v| lidar_mut(s, |m| m.period = v),
-    },
-    Setting {
-        key: "lidar.min_range",
-        group: "Sensor",
-        name: "Nearest range",
-        unit: "m",
-        range: [0.0, 5.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Nearer things give no reading.",
-        get: |s| lidar(s).map(|m| m.min_range),
-        set: |s, v| lidar_mut(s, |m| m.min_range = v),
-    },
-    Setting {
-        key: "lidar.max_range",
-        group: "Sensor",
-        name: "Farthest range",
-        unit: "m",
-        range: [0.5, 100.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Farther things give no reading.",
-        get: |s| lidar(s).map(|m| m.max_range),
-        set: |s, v| lidar_mut(s, |m| m.max_range = v),
-    },
-    Setting {
-        key: "lidar.sigma",
-        group: "Sensor",
-        name: "σ of the range at 0 m",
-        unit: "m",
-        range: [0.0001, 0.5],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Noise of each reading, standard deviation.",
-        get: |s| lidar(s).map(|m| m.sigma),
-        set: |s, v| lidar_mut(s, |m| m.sigma = v),
-    },
-    Setting {
-        key: "lidar.sigma_per_metre",
-        group: "Sensor",
-        name: "Growth of σ",
-        unit: "m/m",
-        range: [0.0, 0.2],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "What σ gains with each metre of range.",
-        get: |s| lidar(s).map(|m| m.sigma_per_metre),
-        set: |s, v| lidar_mut(s, |m| m.sigma_per_metre = v),
-    },
-    Setting {
-        key: "lidar.bearing_sigma",
-        group: "Sensor",
-        name: "σ of the bearing",
-        unit: "rad",
-        range: [0.0, 0.1],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Noise of the direction of each beam.",
-        get: |s| lidar(s).map(|m| m.bearing_sigma),
-        set: |s, v| lidar_mut(s, |m| m.bearing_sigma = v),
-    },
-    Setting {
-        key: "lidar.dropouts",
-        group: "Sensor",
-        name: "Lost readings",
-        unit: "",
-        range: [0.0, 1.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Part of the readings that do not come.",
-        get: |s| lidar(s).map(|m| m.dropouts),
-        set: |s, v| lidar_mut(s, |m| m.dropouts = v),
-    },
-    Setting {
-        key: "lidar.outliers",
-        group: "Sensor",
-        name: "Wrong readings",
-        unit: "",
-        range: [0.0, 1.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Part of the readings that lie somewhere short of the surface.",
-        get: |s| lidar(s).map(|m| m.outliers),
-        set: |s, v| lidar_mut(s, |m| m.outliers = v),
-    },
-    Setting {
-        key: "lidar.dark_range",
-        group: "Sensor",
-        name: "Dark surfaces seen from",
-        unit: "m",
-        range: [0.0, 100.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Farther than this they answer nothing.",
-        get: |s| lidar(s).map(|m| m.dark_range),
-        set: |s, v| lidar_mut(s, |m| m.dark_range = v),
-    },
-    Setting {
-        key: "lidar.glass_angle",
-        group: "Sensor",
-        name: "Glass answers within",
-        unit: "rad",
-        range: [0.0, 1.57],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Angle from its normal; the rest goes through.",
-        get: |s| lidar(s).map(|m| m.glass_angle),
-        set: |s, v| lidar_mut(s, |m| m.glass_angle = v),
-    },
-    Setting {
-        key: "rangers.positions",
-        group: "Sensor",
-        name: "Positions of the servo",
-        unit: "",
-        range: [5.0, 360.0],
-        kind: Kind::Whole,
-        acts: Acts::OnRestart,
-        meaning: "Readings of each ranger in its 90°.",
-        get: |s| rangers(s).map(|m| m.positions as f64),
-        set: |s, v| rangers_mut(s, |m| m.positions = v as usize),
-    },
-    Setting {
-        key: "rangers.period",
-        group: "Sensor",
-        name: "Time at each position",
-        unit: "s",
-        range: [0.005, 1.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Shorter than the servo takes to settle and a ranger to measure reads what was measured at the position before.",
-        get: |s| rangers(s).map(|m| m.period),
-        set: |s, v| rangers_mut(s, |m| m.period = v),
-    },
-    Setting {
-        key: "rangers.settle",
-        group: "Sensor",
-        name: "Servo settles in",
-        unit: "s",
-        range: [0.0, 1.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Until it stands at a new angle. Longer needs more time at each position.",
-        get: |s| rangers(s).map(|m| m.settle),
-        set: |s, v| rangers_mut(s, |m| m.settle = v),
-    },
-    Setting {
-        key: "rangers.min_range",
-        group: "Sensor",
-        name: "Nearest range",
-        unit: "m",
-        range: [0.02, 1.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Nearer things look far, or give no reading.",
-        get: |s| rangers(s).map(|m| m.min_range),
-        set: |s, v| rangers_mut(s, |m| m.min_range = v),
-    },
-    Setting {
-        key: "rangers.max_range",
-        group: "Sensor",
-        name: "Farthest range",
-        unit: "m",
-        range: [0.3, 5.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Farther things give no reading.",
-        get: |s| rangers(s).map(|m| m.max_range),
-        set: |s, v| rangers_mut(s, |m| m.max_range = v),
-    },
-    Setting {
-        key: "rangers.volts_sigma",
-        group: "Sensor",
-        name: "σ of the volts",
-        unit: "V",
-        range: [0.0, 0.5],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Noise of the output; a volt is worth the more metres the farther the wall is.",
-        get: |s| rangers(s).map(|m| m.volts_sigma),
-        set: |s, v| rangers_mut(s, |m| m.volts_sigma = v),
-    },
-    Setting {
-        key: "rangers.bearing_sigma",
-        group: "Sensor",
-        name: "σ of the servo",
-        unit: "rad",
-        range: [0.0, 0.1],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Noise of its angle.",
-        get: |s| rangers(s).map(|m| m.bearing_sigma),
-        set: |s, v| rangers_mut(s, |m| m.bearing_sigma = v),
-    },
-    Setting {
-        key: "rangers.dropouts",
-        group: "Sensor",
-        name: "Lost readings",
-        unit: "",
-        range: [0.0, 1.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Part of the readings that do not come.",
-        get: |s| rangers(s).map(|m| m.dropouts),
-        set: |s, v| rangers_mut(s, |m| m.dropouts = v),
-    },
-    Setting {
-        key: "rangers.outliers",
-        group: "Sensor",
-        name: "Wrong readings",
-        unit: "",
-        range: [0.0, 1.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Part of the readings that are any volts at all.",
-        get: |s| rangers(s).map(|m| m.outliers),
-        set: |s, v| rangers_mut(s, |m| m.outliers = v),
-    },
-    Setting {
-        key: "rangers.folds",
-        group: "Sensor",
-        name: "Near things look far",
-        unit: "",
-        range: [0.0, 1.0],
-        kind: Kind::Switch,
-        acts: Acts::OnRestart,
-        meaning: "As on the real robot: nearer than the peak the volts fall again. Off: such readings are recognised.",
-        get: |s| rangers(s).map(|m| f64::from(u8::from(m.folds))),
-        set: |s, v| rangers_mut(s, |m| m.folds = v != 0.0),
-    },
-    Setting {
-        key: "sonars.beside",
-        group: "Sensor",
-        name: "Sonars beside it",
-        unit: "",
-        range: [0.0, 1.0],
-        kind: Kind::Switch,
-        acts: Acts::OnRestart,
-        meaning: "A ring of 16 that draws a map of its own; it hears glass. The pose comes from the sensor alone.",
-        get: |s| {
-            sonar(s)
-                .is_none()
-                .then(|| f64::from(u8::from(s.sonars_beside.is_some())))
-        },
-        set: |s, v| s.sonars_beside = (v > 0.0).then(SonarModel::default),
-    },
-    Setting {
-        key: "sonars.shown",
-        group: "Sensor",
-        name: "Map that is shown",
-        unit: "",
-        range: [0.0, 2.0],
-        kind: Kind::Choice(&["the sensor's", "the sonars'", "both, fused"]),
-        acts: Acts::AtOnce,
-        meaning: "With sonars beside the sensor: each draws by its own model, fused by Bayes' rule. The pilot uses the sensor's.",
-        get: |s| {
-            s.sonars_beside.as_ref()?;
-            let shown = Layer::ALL
-                .iter()
-                .position(|layer| *layer == s.slam.sonars.shown);
-            shown.map(|at| at as f64)
-        },
-        set: |s, v| s.slam.sonars.shown = Layer::ALL.get(v as usize).copied().unwrap_or_default(),
-    },
-    Setting {
-        key: "sonar.cones",
-        group: "Sensor",
-        name: "Sonars in the ring",
-        unit: "",
-        range: [1.0, 64.0],
-        kind: Kind::Whole,
-        acts: Acts::OnRestart,
-        meaning: "They fire one after the other: more of them take longer for a round.",
-        get: |s| sonar(s).map(|m| m.cones as f64),
-        set: |s, v| sonar_mut(s, |m| m.cones = v as usize),
-    },
-    Setting {
-        key: "sonar.half_angle",
-        group: "Sensor",
-        name: "Half opening of a cone",
-        unit: "rad",
-        range: [0.02, 1.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Whatever is nearest inside is heard, whatever its bearing.",
-        get: |s| sonar(s).map(|m| m.half_angle),
-        set: |s, v| sonar_mut(s, |m| m.half_angle = v),
-    },
-    Setting {
-        key: "sonar.specular_angle",
-        group: "Sensor",
-        name: "A wall answers within",
-        unit: "rad",
-        range: [0.0, 1.57],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Angle from its normal; farther off it mirrors the ping away.",
-        get: |s| sonar(s).map(|m| m.specular_angle),
-        set: |s, v| sonar_mut(s, |m| m.specular_angle = v),
-    },
-    Setting {
-        key: "sonar.period",
-        group: "Sensor",
-        name: "Time between pings",
-        unit: "s",
-        range: [0.005, 1.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "The echo of the farthest range has to be back by then.",
-        get: |s| sonar(s).map(|m| m.period),
-        set: |s, v| sonar_mut(s, |m| m.period = v),
-    },
-    Setting {
-        key: "sonar.max_range",
-        group: "Sensor",
-        name: "Farthest range",
-        unit: "m",
-        range: [0.5, 20.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Farther things give no echo.",
-        get: |s| sonar(s).map(|m| m.max_range),
-        set: |s, v| sonar_mut(s, |m| m.max_range = v),
-    },
-    Setting {
-        key: "sonar.sigma",
-        group: "Sensor",
-        name: "σ of the range at 0 m",
-        unit: "m",
-        range: [0.0001, 0.5],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Noise of each echo, standard deviation.",
-        get: |s| sonar(s).map(|m| m.sigma),
-        set: |s, v| sonar_mut(s, |m| m.sigma = v),
-    },
-    Setting {
-        key: "sonar.sigma_per_metre",
-        group: "Sensor",
-        name: "Growth of σ",
-        unit: "m/m",
-        range: [0.0, 0.2],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "What σ gains with each metre of range.",
-        get: |s| sonar(s).map(|m| m.sigma_per_metre),
-        set: |s, v| sonar_mut(s, |m| m.sigma_per_metre = v),
-    },
-    Setting {
-        key: "sonar.dropouts",
-        group: "Sensor",
-        name: "Lost pings",
-        unit: "",
-        range: [0.0, 1.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Part of the pings without an echo.",
-        get: |s| sonar(s).map(|m| m.dropouts),
-        set: |s, v| sonar_mut(s, |m| m.dropouts = v),
-    },
-    Setting {
-        key: "sonar.outliers",
-        group: "Sensor",
-        name: "Cross-talk",
-        unit: "",
-        range: [0.0, 1.0],
-        kind: Kind::Real,
-        acts: Acts::OnRestart,
-        meaning: "Part of the pings that hear another sonar's echo.",
-        get: |s| sonar(s).map(|m| m.outliers),
-        set: |s, v| sonar_mut(s, |m| m.outliers = v),
-    },
-];
+const OF_LIDAR: Group = Group {
+    name: "Sensor",
+    needs: Needs::Sensor("a lidar"),
+    ..SIMULATED
+};
 
-fn lidar(settings: &Settings) -> Option<&LidarModel> {
-    match &settings.sensor {
-        SensorModel::Lidar(model) => Some(model),
-        _ => None,
-    }
+rows! { LIDAR = OF_LIDAR;
+    "lidar.beams", "Beams", whole(LidarModel::BEAMS, NUMBER),
+        [get |s| match &s.sensor { SensorModel::Lidar(m) => Some(m.beams.number()), _ => None },
+         set |s, v| if let SensorModel::Lidar(m) = &mut s.sensor { *m = m.with_beams(v as usize); }],
+        "Beams of one revolution. More: finer, and more work for each scan.";
+    "lidar.period", "Time of a revolution", real(LidarModel::PERIOD, MILLISECONDS), [SensorModel::Lidar(m) = sensor => m.period],
+        "Longer: a moving robot skews the scan more.";
+    "lidar.min_range", "Nearest range", real(LidarModel::MIN_RANGE, METRES), [SensorModel::Lidar(m) = sensor => m.min_range],
+        "Nearer things give no reading. Larger: a wider blind zone.";
+    "lidar.max_range", "Farthest range", real(LidarModel::MAX_RANGE, METRES), [SensorModel::Lidar(m) = sensor => m.max_range].basic(),
+        "Farther things give no reading. Larger: more is seen from one place.";
+    "lidar.sigma", "σ of the range at 0 m", real(LidarModel::SIGMA, CENTIMETRES), [SensorModel::Lidar(m) = sensor => m.sigma].basic(),
+        "Noise of each reading, standard deviation. Larger: rougher walls, fewer lines.";
+    "lidar.sigma_per_metre", "Growth of σ with the range", real(LidarModel::SIGMA_PER_METRE, CENTIMETRES_PER_METRE), [SensorModel::Lidar(m) = sensor => m.sigma_per_metre],
+        "What σ gains with each metre of range. Larger: far walls are rougher.";
+    "lidar.bearing_sigma", "σ of the bearing", real(LidarModel::BEARING_SIGMA, DEGREES), [SensorModel::Lidar(m) = sensor => m.bearing_sigma],
+        "Noise of the direction of each beam. Larger: far ends of walls fray.";
+    "lidar.dropouts", "Lost readings", real(PART, PERCENT), [SensorModel::Lidar(m) = sensor => m.dropouts].basic(),
+        "Part of the readings that do not come.";
+    "lidar.outliers", "Wrong readings", real(PART, PERCENT), [SensorModel::Lidar(m) = sensor => m.outliers],
+        "Part of the readings that lie somewhere short of the surface.";
+    "lidar.dark_range", "Dark surfaces seen within", real(LidarModel::DARK_RANGE, METRES), [SensorModel::Lidar(m) = sensor => m.dark_range],
+        "Farther away they return nothing. Larger: dark walls are mapped from afar.";
+    "lidar.glass_angle", "Glass returns within", real(LidarModel::GLASS_ANGLE, DEGREES), [SensorModel::Lidar(m) = sensor => m.glass_angle],
+        "Angle from its normal; other beams go through. Larger: more of a pane is seen.";
 }
 
-fn lidar_mut(settings: &mut Settings, change: impl FnOnce(&mut LidarModel)) {
-    if let SensorModel::Lidar(model) = &mut settings.sensor {
-        change(model);
-    }
+const OF_RANGERS: Group = Group {
+    needs: Needs::Sensor("IR rangers"),
+    ..OF_LIDAR
+};
+
+rows! { RANGERS = OF_RANGERS;
+    "rangers.type", "Type of the rangers", one_of::<Sharp>(),
+        [get |s| match &s.sensor { SensorModel::Rangers(m) => Some(m.sharp.number()), _ => None },
+         set |s, v| if let (SensorModel::Rangers(m), Some((_, sharp, _))) = (&mut s.sensor, Sharp::all().get(v as usize)) {
+             if m.sharp != *sharp { *m = RangerModel::of(*sharp); }
+         }].basic(),
+        "Sharp's infra-red rangers, with their ranges and the pairs of their data sheet. The short type has its peak nearer to the robot.";
+    "rangers.positions", "Positions of the servo", whole(RangerModel::POSITIONS, NUMBER), [SensorModel::Rangers(m) = sensor => m.positions],
+        "Readings of each ranger in its 90°. More: finer scans that take longer.";
+    "rangers.period", "Time at each position", real(RangerModel::PERIOD, MILLISECONDS), [SensorModel::Rangers(m) = sensor => m.period],
+        "If it is shorter than the servo takes to settle and a ranger to measure, what is read was measured at the position before.";
+    "rangers.settle", "Settling time of the servo", real(RangerModel::SETTLE, MILLISECONDS), [SensorModel::Rangers(m) = sensor => m.settle],
+        "Until it stands at a new angle. Longer needs more time at each position.";
+    "rangers.min_range", "Nearest range", real(RangerModel::MIN_RANGE, CENTIMETRES), [SensorModel::Rangers(m) = sensor => m.min_range],
+        "Nearer things look far, or give no reading. Larger: a wider blind zone.";
+    "rangers.max_range", "Farthest range", real(RangerModel::MAX_RANGE, METRES), [SensorModel::Rangers(m) = sensor => m.max_range].basic(),
+        "Farther things give no reading. Larger: more is seen, with much more noise.";
+    "rangers.volts_sigma", "σ of the voltage", real(RangerModel::VOLTS_SIGMA, VOLTS), [SensorModel::Rangers(m) = sensor => m.volts_sigma].basic(),
+        "Noise of the output. Larger: rougher ranges, the more so the farther the wall is.";
+    "rangers.bearing_sigma", "σ of the servo", real(RangerModel::BEARING_SIGMA, DEGREES), [SensorModel::Rangers(m) = sensor => m.bearing_sigma],
+        "Noise of its angle. Larger: far ends of walls fray.";
+    "rangers.dropouts", "Lost readings", real(PART, PERCENT), [SensorModel::Rangers(m) = sensor => m.dropouts],
+        "Part of the readings that do not come.";
+    "rangers.outliers", "Wrong readings", real(PART, PERCENT), [SensorModel::Rangers(m) = sensor => m.outliers],
+        "Part of the readings that are any voltage at all.";
+    "rangers.folds", "Near things look far", switch(), [SensorModel::Rangers(m) = sensor => m.folds],
+        "On, as on the real robot: nearer than the peak the voltage falls again. Off: such readings are recognised.";
 }
 
-fn rangers(settings: &Settings) -> Option<&RangerModel> {
-    match &settings.sensor {
-        SensorModel::Rangers(model) => Some(model),
-        _ => None,
-    }
+const OF_SONAR: Group = Group {
+    needs: Needs::Sensor("a ring of sonars"),
+    ..OF_LIDAR
+};
+
+rows! { SONAR = OF_SONAR;
+    "sonar.cones", "Sonars in the ring", whole(SonarModel::CONES, NUMBER), [SensorModel::Sonar(m) = sensor => m.cones].basic(),
+        "They fire one after the other. More: finer, but a round takes longer.";
+    "sonar.half_angle", "Half opening of a cone", real(SonarModel::HALF_ANGLE, DEGREES), [SensorModel::Sonar(m) = sensor => m.half_angle],
+        "The nearest thing inside is heard, whatever its bearing. Wider: coarser.";
+    "sonar.specular_angle", "A wall answers within", real(SonarModel::SPECULAR_ANGLE, DEGREES), [SensorModel::Sonar(m) = sensor => m.specular_angle],
+        "Angle from its normal; beyond it mirrors the ping away. Larger: more walls are heard.";
+    "sonar.period", "Time between pings", real(SonarModel::PERIOD, MILLISECONDS), [SensorModel::Sonar(m) = sensor => m.period],
+        "The echo of the farthest range has to be back by then. Longer: a round takes longer.";
+    "sonar.max_range", "Farthest range", real(SonarModel::MAX_RANGE, METRES), [SensorModel::Sonar(m) = sensor => m.max_range].basic(),
+        "Farther things give no echo. Larger: more is heard from one place.";
+    "sonar.sigma", "σ of the range at 0 m", real(SonarModel::SIGMA, CENTIMETRES), [SensorModel::Sonar(m) = sensor => m.sigma],
+        "Noise of each echo, standard deviation. Larger: rougher walls.";
+    "sonar.sigma_per_metre", "Growth of σ with the range", real(SonarModel::SIGMA_PER_METRE, CENTIMETRES_PER_METRE), [SensorModel::Sonar(m) = sensor => m.sigma_per_metre],
+        "What σ gains with each metre of range. Larger: far walls are rougher.";
+    "sonar.dropouts", "Lost pings", real(PART, PERCENT), [SensorModel::Sonar(m) = sensor => m.dropouts],
+        "Part of the pings without an echo.";
+    "sonar.outliers", "Cross-talk", real(PART, PERCENT), [SensorModel::Sonar(m) = sensor => m.outliers],
+        "Part of the pings that hear another sonar's echo.";
 }
 
-fn rangers_mut(settings: &mut Settings, change: impl FnOnce(&mut RangerModel)) {
-    if let SensorModel::Rangers(model) = &mut settings.sensor {
-        change(model);
-    }
-}
+const OF_SONARS_BESIDE: Group = Group {
+    needs: Needs::Sensor("a lidar or IR rangers"),
+    ..OF_LIDAR
+};
 
-fn sonar(settings: &Settings) -> Option<&SonarModel> {
-    match &settings.sensor {
-        SensorModel::Sonar(model) => Some(model),
-        _ => None,
-    }
-}
-
-fn sonar_mut(settings: &mut Settings, change: impl FnOnce(&mut SonarModel)) {
-    if let SensorModel::Sonar(model) = &mut settings.sensor {
-        change(model);
-    }
+rows! { SONARS_BESIDE = OF_SONARS_BESIDE;
+    "sonars.beside", "Sonars beside it", switch(),
+        [get |s| (!matches!(s.sensor, SensorModel::Sonar(_))).then(|| s.sonars_beside.is_some().number()),
+         set |s, v| s.sonars_beside = (v > 0.5).then(SonarModel::default)].basic(),
+        "A ring of 16 that draws a map of its own; it hears glass. The pose comes from the sensor alone.";
+    "sonars.shown", "Map that is shown", one_of::<Layer>(), [slam.sonars.shown].needs("sonars.beside", &["on"]).at_once(),
+        "Each sensor draws by its own model, and both are fused by Bayes' rule. The pilot uses the sensor's map.";
 }

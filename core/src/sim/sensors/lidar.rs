@@ -19,14 +19,15 @@
 //! Source: the specification, "Sensors"; RPLIDAR A1 data sheet (SLAMTEC) for rate and ranges, σ(ρ) rounded up from
 //! the 1 % that it states; SICK LMS 200 technical description for rate, ranges and σ; Celej §1 for its 20 m.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use nalgebra::Vector2;
 use rand::{Rng, RngExt};
 
-use super::check::Check;
+use super::check::check_sensor;
 use super::view::Echo;
 use super::{SensorError, Span, View};
+use crate::bounds::{Bounds, PART, or_no_limit};
 use crate::geom::{Pose2, sin_cos};
 use crate::robot::{Scan, Stamp};
 use crate::sim::Material;
@@ -145,24 +146,63 @@ impl LidarModel {
         (strength.round() as u8).clamp(LEAST_QUALITY, MOST_QUALITY)
     }
 
+    /// What [`Self::beams`] may be.
+    pub const BEAMS: Bounds = [1.0, 10_000.0];
+    /// What [`Self::period`] may be, s.
+    pub const PERIOD: Bounds = [0.02, 5.0];
+    /// What [`Self::min_range`] may be, m.
+    pub const MIN_RANGE: Bounds = [0.0, 5.0];
+    /// What [`Self::max_range`] may be, m; more than [`Self::min_range`].
+    pub const MAX_RANGE: Bounds = [0.5, 100.0];
+    /// What [`Self::sigma`] may be, m.
+    pub const SIGMA: Bounds = [1e-6, 0.5];
+    /// What [`Self::sigma_per_metre`] may be, m/m.
+    pub const SIGMA_PER_METRE: Bounds = [0.0, 0.2];
+    /// What [`Self::bearing_sigma`] may be, rad.
+    pub const BEARING_SIGMA: Bounds = [0.0, 0.1];
+    /// What [`Self::dark_range`] may be, m.
+    pub const DARK_RANGE: Bounds = [0.0, 100.0];
+    /// What [`Self::glass_angle`] may be, rad.
+    pub const GLASS_ANGLE: Bounds = [0.0, FRAC_PI_2];
+
+    /// The same lidar with so many beams, taken in the same part of its period.
+    #[must_use]
+    pub fn with_beams(&self, beams: usize) -> Self {
+        let slots = self.slots as f64 * beams as f64 / self.beams.max(1) as f64;
+        let slots = (slots.round() as usize).max(beams);
+        Self {
+            beams,
+            slots,
+            ..self.clone()
+        }
+    }
+
     pub(super) fn validate(&self) -> Result<(), SensorError> {
-        let check = Check("lidar");
         let beams = self.beams as f64;
-        check.within("beams", beams, [1.0, 100_000.0])?;
-        check.within("slots", self.slots as f64, [beams, 1e7])?;
-        check.within("field_of_view", self.field_of_view, [0.0, TAU])?;
-        check.within("period", self.period, [0.001, 60.0])?;
-        check.ranges(self.min_range, self.max_range, 1000.0)?;
-        check.positive("sigma", self.sigma)?;
-        check.size("sigma_per_metre", self.sigma_per_metre)?;
-        check.size("bearing_sigma", self.bearing_sigma)?;
-        check.part("dropouts", self.dropouts)?;
-        check.part("outliers", self.outliers)?;
-        let dark = self.dark_range;
-        check.that(dark >= 0.0, "dark_range", dark, || {
-            "at least 0 m".to_owned()
-        })?;
-        check.size("glass_angle", self.glass_angle)
+        let nearest = f64::max(self.min_range, Self::MAX_RANGE[0]);
+        let dark = or_no_limit(self.dark_range, Self::DARK_RANGE);
+        check_sensor(
+            "lidar",
+            &[
+                ("beams", beams, Self::BEAMS),
+                ("slots", self.slots as f64, [beams, 1e7]),
+                ("field_of_view", self.field_of_view, [0.0, TAU]),
+                ("period", self.period, Self::PERIOD),
+                ("min_range", self.min_range, Self::MIN_RANGE),
+                ("max_range", self.max_range, [nearest, Self::MAX_RANGE[1]]),
+                ("sigma", self.sigma, Self::SIGMA),
+                (
+                    "sigma_per_metre",
+                    self.sigma_per_metre,
+                    Self::SIGMA_PER_METRE,
+                ),
+                ("bearing_sigma", self.bearing_sigma, Self::BEARING_SIGMA),
+                ("dropouts", self.dropouts, PART),
+                ("outliers", self.outliers, PART),
+                ("dark_range", dark, Self::DARK_RANGE),
+                ("glass_angle", self.glass_angle, Self::GLASS_ANGLE),
+            ],
+        )
     }
 
     fn bearings(&self) -> Vec<f64> {

@@ -26,8 +26,9 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use nalgebra::Vector2;
 use rand::{Rng, RngExt};
 
-use super::check::Check;
+use super::check::check_sensor;
 use super::{SensorError, Span, View};
+use crate::bounds::{Bounds, PART, POSITIVE};
 use crate::geom::{sin_cos, wrap};
 use crate::robot::{RangerInverse, RangerModel, Scan, Stamp};
 use crate::sim::Material;
@@ -42,20 +43,41 @@ const DARK_NOISE: f64 = 1.5;
 const LIGHT_RANGE: f64 = 2.0;
 
 impl RangerModel {
+    /// What [`Self::positions`] may be.
+    pub const POSITIONS: Bounds = [5.0, 360.0];
+    /// What [`Self::period`] may be, s.
+    pub const PERIOD: Bounds = [0.005, 1.0];
+    /// What [`Self::settle`] may be, s.
+    pub const SETTLE: Bounds = [0.0, 1.0];
+    /// What [`Self::min_range`] may be, m.
+    pub const MIN_RANGE: Bounds = [0.02, 1.0];
+    /// What [`Self::max_range`] may be, m; more than [`Self::min_range`].
+    pub const MAX_RANGE: Bounds = [0.3, 5.0];
+    /// What [`Self::volts_sigma`] may be, V.
+    pub const VOLTS_SIGMA: Bounds = [0.0, 0.5];
+    /// What [`Self::bearing_sigma`] may be, rad.
+    pub const BEARING_SIGMA: Bounds = [0.0, 0.1];
+
     pub(super) fn validate(&self) -> Result<(), SensorError> {
-        let check = Check("rangers");
-        check.within("positions", self.positions as f64, [1.0, 10_000.0])?;
-        check.within("period", self.period, [0.001, 60.0])?;
-        check.within("settle", self.settle, [0.0, 60.0])?;
-        check.within("cycle", self.cycle, [0.001, 60.0])?;
-        check.within("cycle_spread", self.cycle_spread, [0.0, 0.9 * self.cycle])?;
-        check.ranges(self.min_range, self.max_range, 100.0)?;
-        check.size("volts_sigma", self.volts_sigma)?;
-        check.within("bits", f64::from(self.adc.bits), [1.0, 31.0])?;
-        check.positive("reference", self.adc.reference)?;
-        check.size("bearing_sigma", self.bearing_sigma)?;
-        check.part("dropouts", self.dropouts)?;
-        check.part("outliers", self.outliers)?;
+        let nearest = f64::max(self.min_range, Self::MAX_RANGE[0]);
+        check_sensor(
+            "rangers",
+            &[
+                ("positions", self.positions as f64, Self::POSITIONS),
+                ("period", self.period, Self::PERIOD),
+                ("settle", self.settle, Self::SETTLE),
+                ("cycle", self.cycle, [0.001, 60.0]),
+                ("cycle_spread", self.cycle_spread, [0.0, 0.9 * self.cycle]),
+                ("min_range", self.min_range, Self::MIN_RANGE),
+                ("max_range", self.max_range, [nearest, Self::MAX_RANGE[1]]),
+                ("volts_sigma", self.volts_sigma, Self::VOLTS_SIGMA),
+                ("bits", f64::from(self.adc.bits), [1.0, 31.0]),
+                ("reference", self.adc.reference, POSITIVE),
+                ("bearing_sigma", self.bearing_sigma, Self::BEARING_SIGMA),
+                ("dropouts", self.dropouts, PART),
+                ("outliers", self.outliers, PART),
+            ],
+        )?;
         self.fit()?;
         Ok(())
     }

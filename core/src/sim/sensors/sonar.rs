@@ -13,13 +13,14 @@
 //! Source: the specification, "Sensors"; Thrun, Burgard & Fox (2005), "Probabilistic Robotics" §6.2; Devantech SRF05 for the
 //! ranges; Kuc & Siegel (1987), "Physically based simulation model for acoustic sensor robot navigation", for the mirror.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nalgebra::Vector2;
 use rand::{Rng, RngExt};
 
-use super::check::Check;
+use super::check::check_sensor;
 use super::{SensorError, Span, View};
+use crate::bounds::{Bounds, PART};
 use crate::geom::{Pose2, sin_cos, wrap};
 use crate::robot::{Scan, Stamp};
 use crate::sim::noise::gaussian_pair;
@@ -85,18 +86,42 @@ impl SonarModel {
         self.half_angle / 3.0_f64.sqrt()
     }
 
+    /// What [`Self::cones`] may be.
+    pub const CONES: Bounds = [1.0, 64.0];
+    /// What [`Self::half_angle`] may be, rad.
+    pub const HALF_ANGLE: Bounds = [0.02, 1.0];
+    /// What [`Self::specular_angle`] may be, rad.
+    pub const SPECULAR_ANGLE: Bounds = [0.0, FRAC_PI_2];
+    /// What [`Self::period`] may be, s.
+    pub const PERIOD: Bounds = [0.005, 1.0];
+    /// What [`Self::max_range`] may be, m.
+    pub const MAX_RANGE: Bounds = [0.5, 20.0];
+    /// What [`Self::sigma`] may be, m.
+    pub const SIGMA: Bounds = [1e-6, 0.5];
+    /// What [`Self::sigma_per_metre`] may be, m/m.
+    pub const SIGMA_PER_METRE: Bounds = [0.0, 0.2];
+
     pub(super) fn validate(&self) -> Result<(), SensorError> {
-        let check = Check("sonar");
-        check.within("cones", self.cones as f64, [1.0, 1000.0])?;
-        check.within("half_angle", self.half_angle, [0.001, 1.5])?;
-        check.within("rays", self.rays as f64, [1.0, 1000.0])?;
-        check.within("specular_angle", self.specular_angle, [0.0, 1.6])?;
-        check.within("period", self.period, [0.001, 60.0])?;
-        check.ranges(self.min_range, self.max_range, 100.0)?;
-        check.positive("sigma", self.sigma)?;
-        check.size("sigma_per_metre", self.sigma_per_metre)?;
-        check.part("dropouts", self.dropouts)?;
-        check.part("outliers", self.outliers)
+        check_sensor(
+            "sonar",
+            &[
+                ("cones", self.cones as f64, Self::CONES),
+                ("half_angle", self.half_angle, Self::HALF_ANGLE),
+                ("rays", self.rays as f64, [1.0, 1000.0]),
+                ("specular_angle", self.specular_angle, Self::SPECULAR_ANGLE),
+                ("period", self.period, Self::PERIOD),
+                ("min_range", self.min_range, [0.0, Self::MAX_RANGE[0]]),
+                ("max_range", self.max_range, Self::MAX_RANGE),
+                ("sigma", self.sigma, Self::SIGMA),
+                (
+                    "sigma_per_metre",
+                    self.sigma_per_metre,
+                    Self::SIGMA_PER_METRE,
+                ),
+                ("dropouts", self.dropouts, PART),
+                ("outliers", self.outliers, PART),
+            ],
+        )
     }
 }
 
@@ -249,7 +274,7 @@ mod tests {
 
     fn model() -> SonarModel {
         SonarModel {
-            sigma: 1e-9,
+            sigma: 1e-6,
             sigma_per_metre: 0.0,
             dropouts: 0.0,
             outliers: 0.0,

@@ -1,0 +1,170 @@
+//! Which settings have an effect on a run, and why the others have none.
+
+use super::setting::{Needs, Setting, Source};
+use super::{SettingError, Settings, table};
+use crate::slam::Method;
+
+/// What a run is of, as far as its settings depend on it; its sensor stands in [`Settings`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Scope {
+    /// What feeds it.
+    pub source: Source,
+    /// How it estimates.
+    pub method: Method,
+}
+
+/// Why a setting has no effect on a run.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Idle {
+    /// It belongs to other sources.
+    #[error("{name} has no effect on {source_is}: it is a setting of {of}", source_is = here.title())]
+    Source {
+        /// The setting's name for people.
+        name: &'static str,
+        /// What the run is fed by.
+        here: Source,
+        /// What it would have to be.
+        of: String,
+    },
+    /// It belongs to other methods.
+    #[error("{name} has no effect with the method {}: it is a setting of {of}", here.title())]
+    Method {
+        /// The setting's name for people.
+        name: &'static str,
+        /// The run's method.
+        here: Method,
+        /// What it would have to be.
+        of: String,
+    },
+    /// It belongs to another sensor.
+    #[error("{name} is a setting of {sensor}, and the run has another sensor")]
+    Sensor {
+        /// The setting's name for people.
+        name: &'static str,
+        /// What it would have to be.
+        sensor: &'static str,
+    },
+    /// It belongs to another choice.
+    #[error("{name} has no effect unless \"{choice}\" is {of}")]
+    Choice {
+        /// The setting's name for people.
+        name: &'static str,
+        /// The other setting's name for people.
+        choice: &'static str,
+        /// What that would have to be.
+        of: String,
+    },
+}
+
+impl Settings {
+    /// Why a setting has no effect on such a run; none if it has.
+    #[must_use]
+    pub fn idle(&self, setting: &Setting, scope: &Scope) -> Option<Idle> {
+        let name = setting.name;
+        let (sources, methods) = (setting.sources, setting.methods);
+        if !sources.contains(&scope.source) {
+            return Some(Idle::Source {
+                name,
+                here: scope.source,
+                of: listed(sources.iter().map(|source| source.title())),
+            });
+        }
+        if !methods.is_empty() && !methods.contains(&scope.method) {
+            return Some(Idle::Method {
+                name,
+                here: scope.method,
+                of: listed(methods.iter().map(|method| method.title())),
+            });
+        }
+        self.unmet(setting)
+    }
+
+    /// The sensor or the choice that a setting would need.
+    pub(super) fn unmet(&self, setting: &Setting) -> Option<Idle> {
+        let name = setting.name;
+        match setting.needs {
+            Needs::Choice { key, is } if !self.chosen(key, is) => {
+                let other = super::find(key).ok()?;
+                let titles = other.names().into_iter();
+                let titles = titles.filter(|named| is.contains(&named.name));
+                Some(Idle::Choice {
+                    name,
+                    choice: other.name,
+                    of: listed(titles.map(|named| named.title)),
+                })
+            }
+            Needs::MoreThanZero(key) if self.number(key).is_none_or(|number| number <= 0.0) => {
+                let choice = super::find(key).ok()?.name;
+                let of = "more than 0".to_owned();
+                Some(Idle::Choice { name, choice, of })
+            }
+            Needs::Sensor(sensor) if self.get(setting).is_none() => {
+                Some(Idle::Sensor { name, sensor })
+            }
+            _ => None,
+        }
+    }
+
+    fn number(&self, key: &str) -> Option<f64> {
+        super::find(key).ok().and_then(|setting| self.get(setting))
+    }
+
+    /// Whether the setting of `key` has an effect itself and is one of these.
+    fn chosen(&self, key: &str, is: &[&str]) -> bool {
+        let Ok(other) = super::find(key) else {
+            return false;
+        };
+        let at = self.get(other).map(|number| number as usize);
+        let named = at.and_then(|at| other.names().get(at).copied());
+        named.is_some_and(|named| is.contains(&named.name)) && self.unmet(other).is_none()
+    }
+
+    /// The settings that have an effect on such a run.
+    pub fn effective(&self, scope: Scope) -> impl Iterator<Item = &'static Setting> {
+        table().filter(move |setting| self.idle(setting, &scope).is_none())
+    }
+
+    /// Sets a number of such a run.
+    ///
+    /// # Errors    [`SettingError`], also where it would have no effect; then nothing has changed.
+    pub fn set_for(&mut self, scope: &Scope, key: &str, value: f64) -> Result<(), SettingError> {
+        let setting = super::find(key)?;
+        setting.check(value)?;
+        match self.idle(setting, scope) {
+            Some(idle) => Err(idle.into()),
+            None => self.set(key, value),
+        }
+    }
+
+    /// Sets all that have an effect on such a run, as a preset may hold more; tells why the others have none. Choices go before
+    /// the settings that depend on them.
+    ///
+    /// # Errors    [`SettingError`] for a key that is unknown or a number out of range; then nothing has changed.
+    pub fn take<'a>(
+        &mut self,
+        scope: &Scope,
+        changes: impl IntoIterator<Item = (&'a str, f64)>,
+    ) -> Result<Vec<Idle>, SettingError> {
+        let mut next = self.clone();
+        let mut idle = vec![];
+        for (key, value) in super::in_order(changes) {
+            match next.set_for(scope, key, value) {
+                Err(SettingError::Idle(why)) => idle.push(why),
+                result => result?,
+            }
+        }
+        *self = next;
+        Ok(idle)
+    }
+}
+
+/// "a", "a or b", "a, b or c".
+fn listed<'a>(words: impl Iterator<Item = &'a str>) -> String {
+    let words: Vec<&str> = words.collect();
+    match words.as_slice() {
+        [] => String::new(),
+        [one] => (*one).to_owned(),
+        [most @ .., last] => format!("{} or {last}", most.join(", ")),
+    }
+}

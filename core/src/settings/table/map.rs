@@ -1,0 +1,36 @@
+//! How the grid is drawn.
+
+use super::{ANY, BY_LINES, Group};
+use crate::map::{GridConfig, Sweep};
+use crate::settings::field::{Number, at, rows};
+use crate::settings::setting::{
+    Acts, CENTIMETRES, Field, PERCENT, SIGMAS, Setting, one_of, real, si,
+};
+use crate::slam::Method;
+
+const OF_MAP: Group = Group {
+    name: "Map",
+    acts: Acts::OnRestart,
+    ..ANY
+};
+/// Scan matching draws by figures of its own.
+const SCAN_BY_SCAN: &[Method] = &[Method::Odometry, Method::LineEkf, Method::PriorMap];
+
+rows! { MAP = OF_MAP;
+    "grid.resolution", "Cell size", real(GridConfig::RESOLUTION, CENTIMETRES),
+        [get |s| Some(s.slam.grid.resolution), set |s, v| { s.slam.grid.resolution = v; s.slam.matcher.grid.resolution = v; }].basic(),
+        "Side of a cell. Growing: coarser and faster.";
+    "grid.hit", "Occupied where a beam ends", real(GridConfig::HIT, PERCENT), [slam.grid.hit].methods(SCAN_BY_SCAN).basic(),
+        "Probability that the cell where a beam ended is occupied. Lidar 70 %, Celej 80 %. Growing: fewer beams make a wall.";
+    "grid.miss", "Occupied where a beam passes", real(GridConfig::MISS, PERCENT), [slam.grid.miss].methods(SCAN_BY_SCAN).basic(),
+        "The same for a cell that a beam crossed. Lidar 40 %, Celej 20 %. Growing: more beams are needed to clear a cell.";
+    "grid.clamp", "Never surer than", real(GridConfig::CLAMP, PERCENT), [slam.grid.clamp].methods(SCAN_BY_SCAN),
+        "Probabilities stay this far from 0 and 1. Growing: the map changes its mind sooner.";
+    "grid.sweep", "Cells that a scan frees", one_of::<Sweep>(),
+        [get |s| Some(s.slam.grid.sweep.number()), set |s, v| { s.slam.grid.sweep.put(v); s.slam.matcher.grid.sweep.put(v); }].basic(),
+        "Between the beams is fastest, and leaves no cells unseen where beams are far apart. Sonars beside the sensor keep theirs.";
+    "evidence.sigmas", "Width of a beam", real([0.0, 5.0], SIGMAS), [slam.evidence.sigmas].methods(BY_LINES).at_once(),
+        "In standard deviations of its direction. Growing: cleaner walls, less known from afar.";
+    "evidence.margin", "Margin of a beam", real([0.0, 5.0], si("cells")), [slam.evidence.margin_cells].methods(BY_LINES).at_once(),
+        "What is cleared is free over so much more to either side. Growing: cleaner walls, less known in narrow places.";
+}
