@@ -8,7 +8,7 @@ use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::live::{Live, LiveConfig, Note};
 use slamlab_core::pilot::Mode;
 use slamlab_core::session::Session;
-use slamlab_core::wire::message::{DeviceState, Severity};
+use slamlab_core::wire::message::Severity;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::building::Known;
@@ -191,13 +191,7 @@ impl WebLive {
         let (safety, delays) = (client.safety(), client.delays());
         let recording = live.recording();
         let devices = live.devices().iter().flat_map(|device| {
-            let state = match device.state {
-                DeviceState::Waiting => "waiting",
-                DeviceState::Connected => "connected",
-                DeviceState::Measuring => "measuring",
-                DeviceState::Sending => "sending",
-                _ => "fault",
-            };
+            let state = device.state.name();
             [&device.name, &device.model, state, &device.detail].map(|text| text.to_owned())
         });
         BridgeStatus {
@@ -212,7 +206,7 @@ impl WebLive {
                 .unwrap_or_default(),
             reason: safety
                 .filter(|safety| !safety.armed)
-                .map(|safety| format!("{:?}", safety.reason))
+                .map(|safety| safety.reason.name().to_owned())
                 .unwrap_or_default(),
             battery: live.battery().map_or(f64::NAN, f64::from),
             round_trip: delays.map_or(f64::NAN, |delays| delays.round_trip),

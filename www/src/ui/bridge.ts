@@ -19,20 +19,20 @@ const STATES: Readonly<Record<string, { word: string; tone: string }>> = {
 
 /** Why the robot does not move, by the bridge's name for it. */
 const REASONS: Readonly<Record<string, string>> = {
-  Start: "nobody has armed it yet",
-  Stop: "somebody pressed Stop",
-  EmergencyStop: "somebody pressed the emergency stop",
-  Released: "the right to drive was given back",
-  LeaseExpired: "nothing was heard from whoever drove",
-  TakenOver: "the right to drive was taken over",
-  DriverGone: "whoever drove is gone",
-  Link: "the link to the robot was lost, or began anew",
-  Silence: "the robot has said nothing for half a second",
-  Bumper: "a bumper was pressed",
-  Battery: "the battery is nearly empty",
-  Stall: "it was told to run and did not move",
-  Runaway: "it moved without being told to",
-  Shutdown: "the bridge ends",
+  start: "nobody has armed it yet",
+  stop: "somebody pressed Stop",
+  "emergency-stop": "somebody pressed the emergency stop",
+  released: "the right to drive was given back",
+  "lease-expired": "nothing was heard from whoever drove",
+  "taken-over": "the right to drive was taken over",
+  "driver-gone": "whoever drove is gone",
+  link: "the link to the robot was lost, or began anew",
+  silence: "the robot has said nothing for half a second",
+  bumper: "a bumper was pressed",
+  battery: "the battery is nearly empty",
+  stall: "it was told to run and did not move",
+  runaway: "it moved without being told to",
+  shutdown: "the bridge ends",
 };
 
 export class SlamBridge extends SlamElement {
