@@ -47,7 +47,7 @@ pub enum ExperimentError {
 }
 
 /// A simulated robot that maps, finds itself, plans and drives.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Experiment {
     sim: Simulation,
     session: Session,

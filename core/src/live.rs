@@ -70,7 +70,7 @@ pub enum LiveError {
 }
 
 /// A robot behind a bridge that is mapped and driven from here.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Live {
     config: LiveConfig,
     client: Client,

@@ -42,7 +42,7 @@ pub enum ReplayError {
 }
 
 /// A log that is being replayed.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Replay {
     log: Log,
     feed: Feed,

@@ -37,7 +37,7 @@ use crate::twin::Twin;
 pub use config::SessionConfig;
 
 /// One robot that is mapped and driven.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Session {
     robot: RobotModel,
     scans_on_command: bool,
@@ -117,7 +117,7 @@ impl Session {
         if let (Some(twin), Some(points)) = (&mut self.twin, self.slam.points()) {
             twin.scan(scan.stamp.seconds(), &estimate, points, self.slam.grid());
         }
-        if let Some(report) = self.slam.explain() {
+        if let Some(report) = self.slam.view().update {
             let nees = truth.and_then(|truth| estimate.nees(truth));
             self.consistency
                 .push(nees, report.nis, report.nis_degrees());

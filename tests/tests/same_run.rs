@@ -69,7 +69,7 @@ fn a_recording_of_a_loop_gives_the_same_way_and_map_everywhere() {
     let mut replay = Replay::new(log.clone(), Method::ScanMatching, &log.settings()).unwrap();
     while replay.step().unwrap() {}
     assert!(
-        replay.session().slam().loop_closures() > 0,
+        replay.session().slam().view().loop_closures > 0,
         "the loop is not closed"
     );
     let mut hash = StateHash::new();

@@ -41,9 +41,9 @@ impl Inspection {
             return None;
         }
         let slam = session.slam();
-        let report = slam.explain()?;
+        let report = slam.view().update?;
         let correlations = if matrix {
-            slam.correlations()?
+            slam.view().correlations()?
         } else {
             Correlations::default()
         };
@@ -56,7 +56,8 @@ impl Inspection {
             sightings: vec![],
             candidates: vec![],
             odometry: slam
-                .odometry_errors()?
+                .view()
+                .odometry_errors?
                 .into_iter()
                 .flat_map(|errors| [errors.curvature, errors.turn_scale])
                 .collect(),
@@ -65,7 +66,7 @@ impl Inspection {
             max_gap: association.max_gap,
         };
         for explanation in report.explanations() {
-            let Some(feature) = slam.features().get(explanation.feature) else {
+            let Some(feature) = slam.view().features.get(explanation.feature) else {
                 continue;
             };
             let ends = feature.ends.map(|end| map_from_robot * end);

@@ -52,7 +52,7 @@ impl RunStatus {
     pub(crate) fn of(session: &Session) -> Self {
         let (odometry, consistency) = (session.dead_reckoning(), session.consistency());
         let (estimate, slam) = (session.shown_estimate(), session.slam());
-        let fit = slam.prior_map_fit();
+        let fit = slam.view().prior_map_fit;
         let flat = |figure: Option<Figure>| {
             figure.map_or([f64::NAN; 3], |f| [f.mean, f.band[0], f.band[1]])
         };
@@ -85,7 +85,7 @@ impl RunStatus {
             nis,
             nis_low,
             nis_high,
-            loop_closures: slam.loop_closures() as u32,
+            loop_closures: slam.view().loop_closures as u32,
             known_part: fit.and_then(PriorMapFit::part).unwrap_or(f64::NAN),
             known_misfit: fit.is_some_and(PriorMapFit::is_misfit),
             map_full: slam.grid().is_whole().is_err(),

@@ -117,21 +117,30 @@ fn found(session: &Session) -> Vec<f32> {
         return vec![];
     }
     let map_from_robot = map_from_robot_at_scan(session);
-    let ends = session.slam().features().iter().flat_map(|line| line.ends);
+    let ends = session
+        .slam()
+        .view()
+        .features
+        .iter()
+        .flat_map(|line| line.ends);
     ends.flat_map(|end| flat(map_from_robot * end)).collect()
 }
 
 /// Names of the walls that the last scan merged, the one that stays before the one that goes.
 pub(crate) fn merged(slam: &Slam) -> Vec<u32> {
-    let merged = slam.explain().into_iter().flat_map(|report| &report.merged);
+    let merged = slam
+        .view()
+        .update
+        .into_iter()
+        .flat_map(|report| &report.merged);
     merged.flat_map(|m| [m.kept.0, m.gone.0]).collect()
 }
 
 /// For each wall: alpha, r, var alpha, cov alpha r, var r, x1, y1, x2, y2, matched in the last scan, confirmed, name.
 fn lines(slam: &Slam) -> Vec<f64> {
-    let is_matched = |id| slam.matches().iter().any(|m| m.landmark == id);
+    let is_matched = |id| slam.view().matches().iter().any(|m| m.landmark == id);
     let mut numbers = vec![];
-    for wall in slam.landmarks() {
+    for wall in slam.view().landmarks {
         let [a, b] = wall.ends;
         numbers.extend([
             wall.line.alpha(),
@@ -161,7 +170,7 @@ pub(crate) fn segments<'a>(
 
 /// x1 y1 x2 y2 of the walls of the known map; empty for methods without.
 pub(crate) fn known_walls(slam: &Slam) -> Vec<f32> {
-    let lines = match slam.prior_map_fit() {
+    let lines = match slam.view().prior_map_fit {
         Some(_) => slam.config().prior_map.lines.as_slice(),
         None => &[],
     };

@@ -112,7 +112,8 @@ impl Experiment {
             features: self
                 .session
                 .slam()
-                .landmarks()
+                .view()
+                .landmarks
                 .iter()
                 .filter(|landmark| landmark.is_confirmed)
                 .count(),

@@ -222,7 +222,7 @@ fn a_robot_behind_a_bridge_is_driven_to_a_goal_and_mapped() {
     );
     let error = (live.session().slam().estimate().pose.position() - truth.position()).norm();
     assert!(error < 0.02, "estimate is {error} m off");
-    assert!(live.session().scans() > 20 && live.session().slam().landmarks().len() >= 4);
+    assert!(live.session().scans() > 20 && live.session().slam().view().landmarks.len() >= 4);
     assert_eq!(live.dropped(), 0);
 
     let mut replay = replayed(&bridge.told);
@@ -261,7 +261,7 @@ fn a_robot_behind_a_bridge_finds_itself_in_a_known_map_and_fits_another_building
         bridge.step(&mut live);
     }
     assert_eq!(live.session().slam().method(), Method::PriorMap);
-    let fit = live.session().slam().prior_map_fit().unwrap();
+    let fit = live.session().slam().view().prior_map_fit.unwrap();
     assert!(!fit.is_misfit() && fit.part() > Some(0.9), "{fit:?}");
     let error =
         (live.session().slam().estimate().pose.position() - truth(&bridge).position()).norm();
@@ -272,7 +272,7 @@ fn a_robot_behind_a_bridge_finds_itself_in_a_known_map_and_fits_another_building
     for _ in 0..200 {
         bridge.step(&mut live);
     }
-    let part = live.session().slam().prior_map_fit().unwrap().part();
+    let part = live.session().slam().view().prior_map_fit.unwrap().part();
     assert!(part.is_some_and(|part| part < 0.9), "{part:?}");
 }
 
@@ -456,7 +456,7 @@ fn a_new_connection_goes_on_in_the_old_map_without_the_right_to_drive() {
     for _ in 0..60 {
         bridge.step(&mut live);
     }
-    let walls = live.session().slam().landmarks().len();
+    let walls = live.session().slam().view().landmarks.len();
     assert!(walls > 0);
     live.reconnect();
     for _ in 0..100 {
@@ -470,7 +470,7 @@ fn a_new_connection_goes_on_in_the_old_map_without_the_right_to_drive() {
         bridge.step(&mut live);
     }
     assert!(!live.client().is_armed());
-    assert!(live.session().slam().landmarks().len() >= walls);
+    assert!(live.session().slam().view().landmarks.len() >= walls);
     let notes = live.take_notes();
     assert!(
         notes.iter().any(|note| note.text.contains("1.0 s")),

@@ -7,9 +7,9 @@ use crate::slam::Slam;
 
 /// Scan, lines, localise and map, once `slam` has taken in a scan; `before` is what it estimated just before.
 pub(super) fn of_scan(slam: &Slam, before: &PoseEstimate) -> [StageReport; 4] {
-    let lines = slam.features();
-    let walls = slam.landmarks();
-    let [matched, added, rejected] = slam.explain().map_or([0; 3], |report| {
+    let view = slam.view();
+    let (lines, walls) = (view.features, view.landmarks);
+    let [matched, added, rejected] = view.update.map_or([0; 3], |report| {
         [
             report.matches.len(),
             report.added.len(),
@@ -19,9 +19,7 @@ pub(super) fn of_scan(slam: &Slam, before: &PoseEstimate) -> [StageReport; 4] {
     [
         StageReport::Scan {
             readings: slam.points().map_or(0, |points| points.beams.len()),
-            hits: slam
-                .points()
-                .map_or(0, |points| Points::hits(points).count()),
+            hits: slam.points().into_iter().flat_map(Points::hits).count(),
         },
         StageReport::Lines {
             lines: lines.len(),

@@ -99,7 +99,7 @@ fn where_the_origin_of_the_file_lies_does_not_matter() {
         60.0,
     );
     assert!(error < 0.06, "{error}");
-    let fit = experiment.session().slam().prior_map_fit().unwrap();
+    let fit = experiment.session().slam().view().prior_map_fit.unwrap();
     assert!(fit.part().unwrap() > 0.8 && !fit.is_misfit(), "{fit:?}");
 }
 
@@ -129,7 +129,8 @@ fn a_start_that_is_roughly_known_becomes_exact() {
         !experiment
             .session()
             .slam()
-            .prior_map_fit()
+            .view()
+            .prior_map_fit
             .unwrap()
             .is_misfit()
     );
@@ -147,7 +148,13 @@ fn a_map_of_another_building_or_place_does_not_fit() {
     }
     let fit = |by, known: &PriorMap| {
         let (_, _, experiment) = drive_by(by, known.clone(), 20.0);
-        experiment.session().slam().prior_map_fit().unwrap().clone()
+        experiment
+            .session()
+            .slam()
+            .view()
+            .prior_map_fit
+            .unwrap()
+            .clone()
     };
     for (by, known) in [
         (PriorMapMatching::Lines, &office),
@@ -161,7 +168,7 @@ fn a_map_of_another_building_or_place_does_not_fit() {
     let found = fit(PriorMapMatching::Surfaces, &elsewhere);
     assert!(!found.is_misfit(), "{:?}", found.part());
     let plain = Slam::new(Method::LineEkf, config()).unwrap();
-    assert!(plain.prior_map_fit().is_none());
+    assert!(plain.view().prior_map_fit.is_none());
 }
 
 #[test]
