@@ -2,13 +2,12 @@
 
 use slamlab_core::estimation::{DriveFit, FittedParameter};
 use slamlab_core::format::preset::{self, FittedLine, PresetFile};
-use slamlab_core::robot::{RobotModel, ToldOdometry};
+use slamlab_core::robot::{OdometryCalibration, RobotModel};
 use slamlab_core::settings::Settings;
-use slamlab_core::sim::SensorModel;
 use slamlab_core::twin::{Twin, TwinSample};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
-use crate::settings::apply;
+use crate::settings::apply_present;
 
 /// What a drive told, one entry of each list a parameter.
 #[wasm_bindgen(getter_with_clone)]
@@ -104,9 +103,9 @@ pub(crate) fn told(
     robot: &RobotModel,
     keys: &[String],
     values: &[f64],
-) -> Result<ToldOdometry, JsError> {
-    let mut settings = Settings::of(SensorModel::lidar(), robot);
-    apply(&mut settings, keys, values)?;
+) -> Result<OdometryCalibration, JsError> {
+    let mut settings = Settings::of_robot(robot, false);
+    apply_present(&mut settings, keys, values)?;
     Ok(settings.odometry.calibration(robot))
 }
 

@@ -7,10 +7,9 @@ use slamlab_core::experiment::Experiment;
 use slamlab_core::format::carmen::CarmenLog;
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::pilot::{Mode, Pilot, Stage, Status};
-use slamlab_core::robot::RobotModel;
+use slamlab_core::session::Session;
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::{Material, ReachableArea, SensorModel, Wall, reachable_area};
-use slamlab_core::slam::Slam;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::bench::{BenchResponse, BenchTrial};
@@ -20,7 +19,7 @@ use crate::setup::WebSetup;
 use crate::shows_slam::shows_slam;
 use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
-use crate::view::{self, Shown};
+use crate::view;
 
 /// What the page calls it.
 pub(crate) fn mode_name(mode: Mode) -> &'static str {
@@ -78,13 +77,7 @@ impl WebExperiment {
     pub fn configure(&mut self, keys: Vec<String>, values: Vec<f64>) -> Result<(), JsError> {
         let mut settings = self.settings.clone();
         apply(&mut settings, &keys, &values)?;
-        let odometry = &settings.odometry;
-        self.experiment.reconfigure(
-            &settings.slam,
-            &settings.pilot,
-            odometry.used(),
-            odometry.wear,
-        )?;
+        self.experiment.reconfigure(&settings)?;
         self.settings = settings;
         Ok(())
     }
@@ -97,7 +90,7 @@ impl WebExperiment {
     /// Whether it drives by the cycle.
     #[must_use]
     pub fn in_cycle(&self) -> bool {
-        self.experiment.is_in_cycle()
+        self.experiment.session().scans_on_command()
     }
 
     /// Goes on to the next stage of the cycle; its name, or empty where there is none.
@@ -111,7 +104,7 @@ impl WebExperiment {
     /// Names of the stages, each followed by what it gave last (empty before).
     #[must_use]
     pub fn stages(&self) -> Vec<String> {
-        let stages = self.experiment.pilot().stages();
+        let stages = self.experiment.session().stages();
         let told = |stage| {
             stages
                 .report(stage)
@@ -128,7 +121,7 @@ impl WebExperiment {
     #[must_use]
     pub fn stage(&self) -> String {
         self.experiment
-            .pilot()
+            .session()
             .stages()
             .now()
             .map(name_of)
@@ -138,7 +131,7 @@ impl WebExperiment {
     /// Which round of the cycle this is, and the number of reports so far.
     #[must_use]
     pub fn cycle_count(&self) -> Vec<f64> {
-        let stages = self.experiment.pilot().stages();
+        let stages = self.experiment.session().stages();
         vec![f64::from(stages.round()), stages.count() as f64]
     }
 
@@ -194,7 +187,7 @@ impl WebExperiment {
     pub fn status(&self) -> RunStatus {
         let (experiment, sim) = (&self.experiment, self.experiment.sim());
         let truth = experiment.truth();
-        let goal = experiment.pilot().goal();
+        let goal = experiment.session().pilot().goal();
         let samples = experiment.record().samples();
         RunStatus {
             time: sim.stamp().seconds(),
@@ -206,31 +199,28 @@ impl WebExperiment {
             contacts: f64::from(sim.contacts()),
             goal_x: goal.map_or(f64::NAN, |goal| goal.x),
             goal_y: goal.map_or(f64::NAN, |goal| goal.y),
-            finished: experiment.status().is_over(),
-            ..RunStatus::of(
-                &self.shown(),
-                &experiment.odometry_pose(),
-                experiment.record().consistency(),
-            )
+            finished: experiment.session().status().is_over(),
+            ..RunStatus::of(experiment.session())
         }
     }
 
     /// `manual`, `goto` or `explore`.
     #[must_use]
     pub fn mode(&self) -> String {
-        mode_name(self.experiment.pilot().mode()).to_owned()
+        mode_name(self.experiment.session().pilot().mode()).to_owned()
     }
 
     /// What the pilot is doing, or how its errand ended, in words.
     #[must_use]
     pub fn activity(&self) -> String {
-        activity_of(self.experiment.pilot())
+        activity_of(self.experiment.session().pilot())
     }
 
     /// Which planner found the path; empty without a path.
     #[must_use]
     pub fn planner(&self) -> String {
         self.experiment
+            .session()
             .pilot()
             .planner()
             .map(|planner| format!("{planner:?}"))
@@ -243,7 +233,7 @@ impl WebExperiment {
     pub fn explored(&self) -> f64 {
         let area = self.area.get_or_init(|| {
             let sim = self.experiment.sim();
-            let resolution = self.experiment.slam().grid().resolution();
+            let resolution = self.experiment.session().slam().grid().resolution();
             reachable_area(sim.world(), sim.robot().radius(), resolution)
         });
         self.experiment.explored_fraction(area)
@@ -353,6 +343,7 @@ impl WebExperiment {
     #[must_use]
     pub fn path(&self) -> Vec<f32> {
         self.experiment
+            .session()
             .pilot()
             .path()
             .map(|path| view::polyline(&path.points))
@@ -363,6 +354,7 @@ impl WebExperiment {
     #[must_use]
     pub fn raw_path(&self) -> Vec<f32> {
         self.experiment
+            .session()
             .pilot()
             .raw_path()
             .map(|path| view::polyline(&path.points))
@@ -372,15 +364,19 @@ impl WebExperiment {
     /// x1 y1 x2 y2 of the edges of the planner's trees.
     #[must_use]
     pub fn tree(&self) -> Vec<f32> {
-        view::segments(self.experiment.pilot().tree().iter(), &Pose2::identity())
+        view::segments(
+            self.experiment.session().pilot().tree().iter(),
+            &Pose2::identity(),
+        )
     }
 
     /// x y of the cells between known and unknown.
     #[must_use]
     pub fn frontiers(&self) -> Vec<f32> {
-        let grid = self.experiment.slam().grid();
+        let grid = self.experiment.session().slam().grid();
         let cells = self
             .experiment
+            .session()
             .pilot()
             .frontiers()
             .iter()
@@ -392,7 +388,7 @@ impl WebExperiment {
     /// Whether the filter is honest, and the likeliest cause if not: a name of `Diagnosis`.
     #[must_use]
     pub fn diagnosis(&self) -> String {
-        let consistency = self.experiment.record().consistency();
+        let consistency = self.experiment.session().consistency();
         consistency.diagnosis().name().to_owned()
     }
 
@@ -423,19 +419,8 @@ fn name_of(stage: Stage) -> String {
 shows_slam!(WebExperiment);
 
 impl WebExperiment {
-    fn slam(&self) -> &Slam {
-        self.experiment.slam()
-    }
-
-    fn shown(&self) -> Shown<'_> {
-        Shown {
-            slam: self.slam(),
-            stages: Some(self.experiment.pilot().stages()),
-        }
-    }
-
-    fn robot(&self) -> &RobotModel {
-        self.experiment.sim().robot()
+    fn session(&self) -> &Session {
+        self.experiment.session()
     }
 
     /// The true walls, doors as they are now, and the motion into the map's frame.
@@ -446,7 +431,7 @@ impl WebExperiment {
     }
 
     fn trajectory(&self) -> Vec<(f64, Pose2)> {
-        trajectory_of(self.slam())
+        trajectory_of(self.session().slam())
     }
 
     fn scan_log(&self) -> Result<&CarmenLog, JsError> {

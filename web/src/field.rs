@@ -97,11 +97,11 @@ mod tests {
             run.step().unwrap();
         }
         let of = |name: &str, generation, revision| {
-            FieldView::since(run.slam(), 0.18, name, generation, revision)
+            FieldView::since(run.session().slam(), 0.18, name, generation, revision)
         };
         let distance = of("distance", 0, 0.0).unwrap();
         assert_eq!(distance.cells.len(), distance.blocks.len() / 2 * 4096);
-        let here = run.slam().estimate().pose;
+        let here = run.session().slam().estimate().pose;
         let (x, y) = (here.x(), here.y());
         let far = value_at(&distance, x, y).unwrap();
         assert!(far > 0.2, "the robot stands clear of walls: {far}");

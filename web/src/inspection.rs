@@ -3,9 +3,10 @@
 use nalgebra::Point2;
 use slamlab_core::estimation::{Considered, Correlations, Explanation, Gate, Rejection, Verdict};
 use slamlab_core::pilot::Stage;
+use slamlab_core::session::Session;
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::view::Shown;
+use crate::view::map_from_robot_at_scan;
 
 /// The line filter after the last scan; codes and strides as in `Inspection` of www/src/protocol/filter.ts.
 #[wasm_bindgen(getter_with_clone)]
@@ -35,11 +36,11 @@ pub struct Inspection {
 impl Inspection {
     /// `None` for methods without a line map, and while lines were found that are not yet compared with it. Without `matrix` the
     /// coefficients are left out: they are many.
-    pub(crate) fn of(shown: &Shown, matrix: bool) -> Option<Self> {
-        if shown.awaits(Stage::Localise) {
+    pub(crate) fn of(session: &Session, matrix: bool) -> Option<Self> {
+        if session.stages().awaits(Stage::Localise) {
             return None;
         }
-        let slam = shown.slam;
+        let slam = session.slam();
         let report = slam.view().update?;
         let correlations = if matrix {
             slam.view().correlations()?
@@ -47,7 +48,7 @@ impl Inspection {
             Correlations::default()
         };
         let association = &slam.config().ekf.association;
-        let map_from_robot = shown.map_from_robot_at_scan();
+        let map_from_robot = map_from_robot_at_scan(session);
         let mut inspection = Self {
             robot_rows: correlations.first_landmark as u32,
             landmarks: correlations.landmarks.iter().map(|id| id.0).collect(),

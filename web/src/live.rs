@@ -7,8 +7,7 @@ use slamlab_core::format::carmen::CarmenLog;
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::live::{Live, LiveConfig, Note};
 use slamlab_core::pilot::Mode;
-use slamlab_core::robot::RobotModel;
-use slamlab_core::slam::Slam;
+use slamlab_core::session::Session;
 use slamlab_core::wire::message::Severity;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
@@ -18,7 +17,7 @@ use crate::experiment::{activity_of, mode_name};
 use crate::export::{ExportError, trajectory_of};
 use crate::shows_slam::shows_slam;
 use crate::status::RunStatus;
-use crate::view::{self, Shown};
+use crate::view;
 
 /// A robot that is mapped and driven through a bridge. Bytes of the WebSocket come in and go out here; times are µs of the
 /// page's clock.
@@ -77,7 +76,8 @@ impl WebLive {
             name: name.to_owned(),
             token: (!token.is_empty()).then(|| token.to_owned()),
             method: method.parse()?,
-            known: known.as_ref().map(Into::into),
+            prior_map: known.as_ref().map(Into::into),
+            settings: vec![],
             seed: u64::from(seed),
         })?;
         Ok(Self {
@@ -223,53 +223,52 @@ impl WebLive {
     #[must_use]
     pub fn status(&self) -> RunStatus {
         let live = &self.live;
-        let goal = live.pilot().goal();
+        let goal = live.session().pilot().goal();
         RunStatus {
-            time: live.stamp().seconds(),
-            scans: live.scans(),
-            distance: live.distance(),
+            time: live.session().stamp().seconds(),
+            scans: live.session().scans() as u32,
+            distance: live.session().distance(),
             goal_x: goal.map_or(f64::NAN, |goal| goal.x),
             goal_y: goal.map_or(f64::NAN, |goal| goal.y),
-            finished: live.pilot().status().is_over(),
-            ..RunStatus::of(&self.shown(), &live.odometry_pose(), live.consistency())
+            finished: live.session().pilot().status().is_over(),
+            ..RunStatus::of(live.session())
         }
     }
 
     /// `manual`, `goto` or `explore`.
     #[must_use]
     pub fn mode(&self) -> String {
-        mode_name(self.live.pilot().mode()).to_owned()
+        mode_name(self.live.session().pilot().mode()).to_owned()
     }
 
     /// What the pilot is doing, or how its errand ended, in words.
     #[must_use]
     pub fn activity(&self) -> String {
-        activity_of(self.live.pilot())
+        activity_of(self.live.session().pilot())
     }
 
     /// What the drive so far tells of the robot.
     #[must_use]
     pub fn fit(&self) -> FitTable {
-        FitTable::of(&self.live.fit())
+        FitTable::of(&self.live.session().fit())
     }
 
     /// Samples of the twin from number `from` on, see `TWIN` of www/src/protocol/figures.ts.
     #[must_use]
     pub fn twin_since(&self, from: u32) -> Vec<f64> {
-        samples_since(self.live.twin(), from)
+        samples_since(self.live.session().twin(), from)
     }
 
-    /// What the settings say of the odometry is used from here on; others do not matter here.
+    /// Settings that differ from the defaults from here on; those of a simulated sensor and body do not matter here.
     ///
-    /// # Errors    A sentence on a setting that does not exist.
+    /// # Errors    A sentence on a setting that cannot be; then all stay as they were.
     #[allow(
         clippy::needless_pass_by_value,
         reason = "lists of text cross the border by value only"
     )]
     pub fn configure(&mut self, keys: Vec<String>, values: Vec<f64>) -> Result<(), JsError> {
-        let told = told(self.live.model(), &keys, &values)?;
-        self.live.tell_odometry(told);
-        Ok(())
+        let changes = keys.into_iter().zip(values).collect();
+        Ok(self.live.reconfigure(changes)?)
     }
 
     /// A twin with what these settings say of the odometry runs beside the robot from here on, or no longer.
@@ -285,7 +284,7 @@ impl WebLive {
         keys: Vec<String>,
         values: Vec<f64>,
     ) -> Result<(), JsError> {
-        let told = told(self.live.model(), &keys, &values)?;
+        let told = told(self.live.session().robot(), &keys, &values)?;
         self.live.set_twin(on.then_some(told));
         Ok(())
     }
@@ -293,7 +292,7 @@ impl WebLive {
     /// x y of each corner of the path.
     #[must_use]
     pub fn path(&self) -> Vec<f32> {
-        let path = self.live.pilot().path();
+        let path = self.live.session().pilot().path();
         path.map(|path| view::polyline(&path.points))
             .unwrap_or_default()
     }
@@ -301,14 +300,19 @@ impl WebLive {
     /// Whether the filter is honest, and the likeliest cause if not: a name of `Diagnosis`.
     #[must_use]
     pub fn diagnosis(&self) -> String {
-        self.live.consistency().diagnosis().name().to_owned()
+        self.live
+            .session()
+            .consistency()
+            .diagnosis()
+            .name()
+            .to_owned()
     }
 
     /// Fingerprint of pose and map, 16 hexadecimal digits.
     #[must_use]
     pub fn state_hash(&self) -> String {
         let mut hash = slamlab_core::hash::StateHash::new();
-        self.live.slam().add_to(&mut hash);
+        self.live.session().slam().add_to(&mut hash);
         format!("{:016x}", hash.finish())
     }
 }
@@ -316,19 +320,8 @@ impl WebLive {
 shows_slam!(WebLive);
 
 impl WebLive {
-    fn slam(&self) -> &Slam {
-        self.live.slam()
-    }
-
-    fn shown(&self) -> Shown<'_> {
-        Shown {
-            slam: self.slam(),
-            stages: Some(self.live.pilot().stages()),
-        }
-    }
-
-    fn robot(&self) -> &RobotModel {
-        self.live.model()
+    fn session(&self) -> &Session {
+        self.live.session()
     }
 
     fn true_walls(&self) -> Option<(Vec<Segment>, Pose2)> {
@@ -336,7 +329,7 @@ impl WebLive {
     }
 
     fn trajectory(&self) -> Vec<(f64, Pose2)> {
-        trajectory_of(self.slam())
+        trajectory_of(self.session().slam())
     }
 
     fn scan_log(&self) -> Result<Box<CarmenLog>, JsError> {

@@ -4,18 +4,18 @@ use slamlab_core::format::carmen::CarmenLog;
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::replay::{Log, LogReader, Replay};
 use slamlab_core::robot::{RobotModel, Scan};
+use slamlab_core::session::Session;
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::SensorModel;
-use slamlab_core::slam::{Method, Slam};
+use slamlab_core::slam::Method;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::building::Known;
 use crate::drive_fit::{FitTable, samples_since};
-use crate::settings::apply;
+use crate::settings::{apply, apply_present};
 use crate::shows_slam::shows_slam;
 use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
-use crate::view::Shown;
 
 /// A log that is being read: of CARMEN, or a recording of the bridge.
 #[wasm_bindgen]
@@ -72,20 +72,15 @@ impl WebLogReader {
     /// # Errors    A sentence on what is wrong with the log, with its line or byte.
     pub fn finish(self) -> Result<WebReplay, JsError> {
         let log = self.reader.finish()?;
-        let sensor = match log.scans_on_command() {
-            true => SensorModel::rangers(),
-            false => SensorModel::lidar(),
-        };
-        let mut settings = Settings::of(sensor, &log.robot());
-        apply(&mut settings, &self.keys, &self.values)?;
-        let told = settings.odometry.calibration(&log.robot());
+        let mut settings = log.settings();
+        apply_present(&mut settings, &self.keys, &self.values)?;
+        let calibration = settings.odometry.calibration(&log.robot());
         if let Some(known) = &self.known {
             settings.slam.prior_map = known.into();
         }
-        let mut replay = Replay::new(log, self.method, settings.slam)?;
-        replay.tell_odometry(told);
+        let mut replay = Replay::new(log, self.method, &settings)?;
         if self.twin {
-            replay.set_twin(Some(told));
+            replay.set_twin(Some(calibration));
         }
         Ok(WebReplay { replay })
     }
@@ -107,6 +102,20 @@ impl WebReplay {
         Ok(self.replay.step()?)
     }
 
+    /// Settings that differ from the defaults, from the next scan on; those of a simulated sensor and body and of driving do not
+    /// matter to a log.
+    ///
+    /// # Errors    A sentence on a setting that cannot be; then all stay as they were.
+    #[allow(
+        clippy::needless_pass_by_value,
+        reason = "lists of text cross the border by value only"
+    )]
+    pub fn configure(&mut self, keys: Vec<String>, values: Vec<f64>) -> Result<(), JsError> {
+        let mut settings = self.replay.log().settings();
+        apply_present(&mut settings, &keys, &values)?;
+        Ok(self.replay.reconfigure(&settings)?)
+    }
+
     /// The numbers of the moment.
     #[must_use]
     pub fn status(&self) -> RunStatus {
@@ -114,8 +123,8 @@ impl WebReplay {
         RunStatus {
             time: replay.time(),
             progress: replay.progress(),
-            scans: replay.scans_done() as u32,
-            ..RunStatus::of(&self.shown(), &replay.odometry_pose(), replay.consistency())
+            scans: replay.session().scans() as u32,
+            ..RunStatus::of(replay.session())
         }
     }
 
@@ -137,7 +146,7 @@ impl WebReplay {
     /// Samples of the twin from number `from` on, see `TWIN` of www/src/protocol/figures.ts.
     #[must_use]
     pub fn twin_since(&self, from: u32) -> Vec<f64> {
-        samples_since(self.replay.twin(), from)
+        samples_since(self.replay.session().twin(), from)
     }
 
     /// What the log holds, in words.
@@ -187,7 +196,12 @@ impl WebReplay {
     /// Whether the filter is honest, and the likeliest cause if not: a name of `Diagnosis`.
     #[must_use]
     pub fn diagnosis(&self) -> String {
-        self.replay.consistency().diagnosis().name().to_owned()
+        self.replay
+            .session()
+            .consistency()
+            .diagnosis()
+            .name()
+            .to_owned()
     }
 
     /// Fingerprint of the whole trajectory, 16 hexadecimal digits.
@@ -200,20 +214,8 @@ impl WebReplay {
 shows_slam!(WebReplay);
 
 impl WebReplay {
-    fn slam(&self) -> &Slam {
-        self.replay.slam()
-    }
-
-    fn shown(&self) -> Shown<'_> {
-        Shown {
-            slam: self.slam(),
-            stages: None,
-        }
-    }
-
-    /// Of a Pioneer where the log does not tell, for most were recorded with one.
-    fn robot(&self) -> &RobotModel {
-        self.replay.robot()
+    fn session(&self) -> &Session {
+        self.replay.session()
     }
 
     fn true_walls(&self) -> Option<(Vec<Segment>, Pose2)> {

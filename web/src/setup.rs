@@ -89,7 +89,7 @@ impl WebSetup {
             rangers.calibration =
                 calibration::fit(self.calibration.as_bytes(), rangers.variable)?.0;
         }
-        let mut config = settings.experiment(world, robot, u64::from(self.seed));
+        let mut config = ExperimentConfig::of(&settings, world, robot, u64::from(self.seed));
         config.method = self.method.parse()?;
         config.mode = mode;
         config.cycle = self.cycle;

@@ -1,11 +1,9 @@
 //! The numbers of the moment, the same for every source.
 
-use slamlab_core::estimation::{ConsistencyWindow, Figure};
-use slamlab_core::geom::Pose2;
+use slamlab_core::estimation::Figure;
+use slamlab_core::session::Session;
 use slamlab_core::slam::PriorMapFit;
 use wasm_bindgen::prelude::wasm_bindgen;
-
-use crate::view::Shown;
 
 /// The numbers of the moment; poses in the map frame, m and rad. NaN where the source knows none.
 #[wasm_bindgen]
@@ -51,8 +49,9 @@ pub struct RunStatus {
 
 impl RunStatus {
     /// What every source knows: the estimate, and where the wheels alone would put the robot.
-    pub(crate) fn of(shown: &Shown, odometry: &Pose2, consistency: &ConsistencyWindow) -> Self {
-        let (estimate, slam) = (shown.estimate(), shown.slam);
+    pub(crate) fn of(session: &Session) -> Self {
+        let (odometry, consistency) = (session.dead_reckoning(), session.consistency());
+        let (estimate, slam) = (session.shown_estimate(), session.slam());
         let fit = slam.view().prior_map_fit;
         let flat = |figure: Option<Figure>| {
             figure.map_or([f64::NAN; 3], |f| [f.mean, f.band[0], f.band[1]])

@@ -1,11 +1,12 @@
 //! What a person sees of a map, flattened for the page.
 
 use nalgebra::Point2;
-use slamlab_core::geom::{Pose2, PoseEstimate, Segment};
+use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::map::CellState;
-use slamlab_core::pilot::{Stage, StageRecord};
+use slamlab_core::pilot::Stage;
 use slamlab_core::points::{Beam, Points};
 use slamlab_core::robot::{BodyShape, RobotModel};
+use slamlab_core::session::Session;
 use slamlab_core::slam::Slam;
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -34,35 +35,11 @@ pub struct SlamView {
     pub lines: Option<Vec<f64>>,
 }
 
-/// What is to be seen: the newest, or what the stage shown last had given by then.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Shown<'a> {
-    pub(crate) slam: &'a Slam,
-    /// None of a recording.
-    pub(crate) stages: Option<&'a StageRecord>,
-}
-
-impl Shown<'_> {
-    /// Whether what this stage changed is not to be seen yet.
-    pub(crate) fn awaits(&self, stage: Stage) -> bool {
-        self.stages.is_some_and(|stages| stages.awaits(stage))
-    }
-
-    pub(crate) fn estimate(&self) -> PoseEstimate {
-        let held = self.stages.and_then(StageRecord::held_estimate);
-        held.copied().unwrap_or_else(|| self.slam.estimate())
-    }
-
-    pub(crate) fn map_from_robot_at_scan(&self) -> Pose2 {
-        self.estimate().pose * self.slam.motion_since_scan().inverse()
-    }
-}
-
 impl SlamView {
     /// The view of someone who knows the grid up to `revision` of `generation`. Somebody who follows the cycle stage by stage
     /// sees what each stage changed when that stage is shown.
-    pub(crate) fn since(shown: &Shown, generation: u32, revision: f64) -> Self {
-        let slam = shown.slam;
+    pub(crate) fn since(session: &Session, generation: u32, revision: f64) -> Self {
+        let slam = session.slam();
         let (layers, now) = (slam.layers(), slam.shown_version() as u32);
         let known = if now == generation {
             revision as u64
@@ -75,12 +52,12 @@ impl SlamView {
             resolution: slam.grid().resolution(),
             blocks: vec![],
             cells: vec![],
-            scan: hits(shown),
+            scan: hits(session),
             beams: beams(slam),
-            found: found(shown),
-            lines: (!shown.awaits(Stage::Localise)).then(|| lines(slam)),
+            found: found(session),
+            lines: (!session.stages().awaits(Stage::Localise)).then(|| lines(slam)),
         };
-        if shown.awaits(Stage::Map) {
+        if session.stages().awaits(Stage::Map) {
             (view.generation, view.revision) = (generation, revision);
             return view;
         }
@@ -112,9 +89,9 @@ pub(crate) fn free_area(slam: &Slam) -> f64 {
     free as f64 * grid.resolution() * grid.resolution()
 }
 
-fn hits(shown: &Shown) -> Vec<f32> {
-    let map_from_robot = shown.map_from_robot_at_scan();
-    let ends = hits_of(shown.slam).map(|beam| flat(map_from_robot * beam.end_in_robot));
+fn hits(session: &Session) -> Vec<f32> {
+    let map_from_robot = map_from_robot_at_scan(session);
+    let ends = hits_of(session.slam()).map(|beam| flat(map_from_robot * beam.end_in_robot));
     ends.flatten().collect()
 }
 
@@ -131,12 +108,21 @@ fn hits_of(slam: &Slam) -> impl Iterator<Item = &Beam> {
     slam.points().into_iter().flat_map(Points::hits)
 }
 
-fn found(shown: &Shown) -> Vec<f32> {
-    if shown.awaits(Stage::Lines) {
+pub(crate) fn map_from_robot_at_scan(session: &Session) -> Pose2 {
+    session.shown_estimate().pose * session.slam().motion_since_scan().inverse()
+}
+
+fn found(session: &Session) -> Vec<f32> {
+    if session.stages().awaits(Stage::Lines) {
         return vec![];
     }
-    let map_from_robot = shown.map_from_robot_at_scan();
-    let ends = shown.slam.view().features.iter().flat_map(|line| line.ends);
+    let map_from_robot = map_from_robot_at_scan(session);
+    let ends = session
+        .slam()
+        .view()
+        .features
+        .iter()
+        .flat_map(|line| line.ends);
     ends.flat_map(|end| flat(map_from_robot * end)).collect()
 }
 

@@ -65,7 +65,7 @@ fn an_experiment_steps_and_has_frames() {
     for _ in 0..200 {
         step(&mut run);
     }
-    let status = run.status();
+    let status = run.session().status();
     assert!((status.time - 10.0).abs() < 1e-9);
     assert!(status.scans > 20 && !status.finished);
     assert_eq!(run.mode(), "explore");
@@ -123,7 +123,7 @@ fn the_filter_can_be_looked_into() {
     }
     assert_eq!(inside.odometry.len(), 4);
     assert!(inside.odometry[2] > 0.0 && inside.odometry[3] > 0.0);
-    let status = run.status();
+    let status = run.session().status();
     assert!(status.nees > 0.0 && status.nees_low < 3.0 && status.nees_high > 3.0);
     assert!(status.nis > 0.0 && status.nis_low < 1.0 && status.nis_high > 1.0);
     assert!(!run.diagnosis().is_empty());
@@ -206,17 +206,17 @@ fn the_hand_takes_over_and_stop_stops() {
         step(&mut run);
     }
     assert_eq!(run.mode(), "manual");
-    let driven = run.status().distance;
+    let driven = run.session().status().distance;
     assert!(driven > 0.2);
     run.stop();
     for _ in 0..40 {
         step(&mut run);
     }
-    let stopped = run.status().distance;
+    let stopped = run.session().status().distance;
     for _ in 0..40 {
         step(&mut run);
     }
-    assert!((run.status().distance - stopped).abs() < 1e-3);
+    assert!((run.session().status().distance - stopped).abs() < 1e-3);
 }
 
 #[wasm_bindgen_test]
@@ -275,7 +275,7 @@ fn a_log_read_in_pieces_is_mapped_to_its_end() {
             steps += 1;
         }
         assert_eq!(steps, 40);
-        let status = replay.status();
+        let status = replay.session().status();
         assert_eq!((status.scans, status.progress), (40, 1.0));
         assert!(
             (status.x - 1.95).abs() < 0.02 && status.y.abs() < 0.02,

@@ -19,9 +19,7 @@ pub(super) fn of_scan(slam: &Slam, before: &PoseEstimate) -> [StageReport; 4] {
     [
         StageReport::Scan {
             readings: slam.points().map_or(0, |points| points.beams.len()),
-            hits: slam
-                .points()
-                .map_or(0, |points| Points::hits(points).count()),
+            hits: slam.points().into_iter().flat_map(Points::hits).count(),
         },
         StageReport::Lines {
             lines: lines.len(),
