@@ -227,7 +227,6 @@ pub struct Device {
 ///
 /// Source: Pilch 2016 §3.6, states 0 to 4.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[non_exhaustive]
 pub enum DeviceState {
     /// Not there yet.
     Waiting,

@@ -120,7 +120,6 @@ pub struct SafetyBody {
 
 /// Why the robot is disarmed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[non_exhaustive]
 pub enum DisarmReason {
     /// Nobody armed it since the bridge started.
     Start,

@@ -250,7 +250,6 @@ pub struct Event {
 
 /// How grave an event is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[non_exhaustive]
 pub enum Severity {
     /// Good to know.
     Info,
