@@ -160,7 +160,7 @@ fn run(args: &Args) -> Result<()> {
     let mut config = config;
     if let Some(path) = &args.known {
         let start = args.start.unwrap_or(config.world.start);
-        config.slam.known = known_map(path, args.svg_unit, &start)?;
+        config.slam.prior_map = known_map(path, args.svg_unit, &start)?;
     }
     let mut experiment = Experiment::new(config)?;
     let begin = Instant::now();

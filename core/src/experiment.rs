@@ -152,7 +152,7 @@ impl Experiment {
             self.slam.sonar_scan(&scan)?;
         }
         while let Some(look) = self.sim.take_look() {
-            self.slam.look(&look)?;
+            self.slam.partial_scan(&look)?;
         }
         let scan = self.sim.take_scan();
         if let Some(scan) = scan.as_ref().filter(|_| self.log.len() < MOST_LOGGED) {

@@ -18,7 +18,7 @@ mod tests;
 
 use crate::pilot::Mode;
 use crate::robot::{Bumpers, ToldOdometry};
-use crate::slam::{KnownMap, Method, SlamError};
+use crate::slam::{Method, PriorMap, SlamError};
 use crate::twin::Twin;
 use crate::wire::client::{Client, ClientError};
 use crate::wire::message::{
@@ -48,9 +48,9 @@ pub struct LiveConfig {
     pub token: Option<String>,
     /// How the pose is estimated.
     pub method: Method,
-    /// The map that [`Method::KnownMap`] finds the robot in, placed by where the robot is when the bridge names it; without one the
+    /// The map that [`Method::PriorMap`] finds the robot in, placed by where the robot is when the bridge names it; without one the
     /// line filter draws its own.
-    pub known: Option<KnownMap>,
+    pub known: Option<PriorMap>,
     /// Of the planner's random numbers.
     pub seed: u64,
 }

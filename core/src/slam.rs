@@ -10,11 +10,11 @@
 
 mod config;
 mod estimator;
-mod known;
-#[cfg(test)]
-mod known_tests;
 mod localiser;
 mod method;
+mod prior_map;
+#[cfg(test)]
+mod prior_map_tests;
 mod shown;
 mod sonars;
 #[cfg(test)]
@@ -27,12 +27,12 @@ use crate::estimation::{EkfError, ScanMatcherError};
 use crate::features::LineError;
 use crate::geom::Pose2;
 use crate::map::{Grid, GridError, VectorMap};
-use crate::points::{MotionHistory, NearField, Points, WalkerConfig, Walkers, sectors};
+use crate::points::{BlindZone, MotionHistory, Points, WalkerConfig, Walkers, sectors};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError};
 pub use config::SlamConfig;
-use estimator::{Estimator, Sweep};
-pub use known::{KnownBy, KnownFit, KnownMap};
+use estimator::{Estimator, PreparedScan};
 pub use method::{Method, UnknownMethod};
+pub use prior_map::{PriorMap, PriorMapFit, PriorMapMatching};
 pub use sonars::SonarsConfig;
 
 /// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
@@ -58,8 +58,8 @@ pub enum SlamError {
     #[error(transparent)]
     Matcher(#[from] ScanMatcherError),
     /// A method that needs a map, and none is there.
-    #[error("known-map needs a known map with walls to find the robot in; none was given")]
-    NoKnownMap,
+    #[error("known-map needs a prior map with walls to find the robot in; none was given")]
+    NoPriorMap,
 }
 
 /// Estimates the robot's pose and builds the map. The map's frame begins where the robot does.
@@ -70,7 +70,7 @@ pub struct Slam {
     history: MotionHistory,
     estimator: Estimator,
     points: Option<Points>,
-    near: NearField,
+    blind_zone: BlindZone,
     /// `None` where nobody is driven.
     walkers: Option<Walkers>,
     /// The same points, with what is near and was not seen.
@@ -113,7 +113,7 @@ impl Slam {
             estimator: Estimator::new(method, &config)?,
             // The slowest sweep is that of a ranger on a servo, a few seconds.
             history: MotionHistory::new(5.0),
-            near: NearField::new(config.near),
+            blind_zone: BlindZone::new(config.blind_zone),
             walkers: Some(Walkers::new(WalkerConfig::default())),
             vector: VectorMap::new(config.vector),
             sonar_grid: None,
@@ -156,7 +156,9 @@ impl Slam {
 
     /// Without readings that look far and are near, and by sectors where that is set.
     fn prepared<'a>(&self, scan: &'a Scan) -> Cow<'a, Scan> {
-        let scan = self.near.without_folded(scan, &self.motion_since_scan);
+        let scan = self
+            .blind_zone
+            .without_folded(scan, &self.motion_since_scan);
         match &self.config.sectors {
             Some(config) => Cow::Owned(sectors(&scan, config)),
             None => scan,
@@ -207,7 +209,7 @@ impl Slam {
     }
 
     fn take_in(&mut self, part: ScanPart, scan: &Scan, points: &Points) -> Result<(), SlamError> {
-        let sweep = Sweep {
+        let sweep = PreparedScan {
             scan,
             points,
             history: &self.history,
@@ -225,11 +227,11 @@ impl Slam {
 
     fn conclude(&mut self, points: Points) {
         walls::observe(&mut self.vector, &self.estimator, &points);
-        self.near.update(&points, &self.motion_since_scan);
+        self.blind_zone.update(&points, &self.motion_since_scan);
         if let Some(walkers) = &mut self.walkers {
             walkers.update(&points, &self.motion_since_scan);
         }
-        self.obstacles = Some(self.near.with_unseen(&points));
+        self.obstacles = Some(self.blind_zone.with_unseen(&points));
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
         self.heading_variance = self.estimate().cov[(2, 2)];
@@ -239,22 +241,22 @@ impl Slam {
     /// ([`Self::walkers`]), and nothing of pose or map.
     ///
     /// # Errors    [`SlamError::Scan`]: the readings break a scan's promises.
-    pub fn look(&mut self, look: &Scan) -> Result<(), SlamError> {
-        look.validate()?;
+    pub fn partial_scan(&mut self, readings: &Scan) -> Result<(), SlamError> {
+        readings.validate()?;
         let moved = self.motion_since_scan;
-        let look = self.near.without_folded(look, &moved);
-        let points = self.points_of(&look);
+        let readings = self.blind_zone.without_folded(readings, &moved);
+        let points = self.points_of(&readings);
         let Some(walkers) = &mut self.walkers else {
             return Ok(());
         };
-        for at in walkers.look(&points, &moved) {
-            self.near.came(at);
+        for at in walkers.partial_scan(&points, &moved) {
+            self.blind_zone.came(at);
         }
         Ok(())
     }
 
     /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids, of the vector map and of the scan matcher
-    /// hold for a whole run, and so do the known map, and so does what the filter knew of the odometry beforehand.
+    /// hold for a whole run, and so does the prior map, and so does what the filter knew of the odometry beforehand.
     ///
     /// # Errors    [`SlamError::Lines`] naming the first setting out of range; then the old ones stay.
     pub fn reconfigure(&mut self, config: &SlamConfig) -> Result<(), SlamError> {
@@ -263,10 +265,10 @@ impl Slam {
             matcher: self.config.matcher,
             grid: self.config.grid,
             vector: self.config.vector,
-            known: std::mem::take(&mut self.config.known),
+            prior_map: std::mem::take(&mut self.config.prior_map),
             ..config.clone()
         };
-        self.near.reconfigure(self.config.near);
+        self.blind_zone.reconfigure(self.config.blind_zone);
         self.estimator.reconfigure(&self.config);
         Ok(())
     }
@@ -278,7 +280,7 @@ impl Slam {
         }
     }
 
-    /// Nobody is driven by what is seen: from here on nobody is looked for who walks about, and [`Self::look`] tells nothing.
+    /// Nobody is driven by what is seen: from here on nobody is looked for who walks about, and [`Self::partial_scan`] does nothing.
     pub fn leave_walkers_out(&mut self) {
         self.walkers = None;
     }

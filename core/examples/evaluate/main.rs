@@ -31,7 +31,7 @@ use slamlab_core::geom::Pose2;
 use slamlab_core::replay::{Log, LogReader, Replay};
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::SensorModel;
-use slamlab_core::slam::{KnownFit, Method};
+use slamlab_core::slam::{Method, PriorMapFit};
 
 /// Relations over at least this time show whether loops close, s.
 const LONG: f64 = 20.0;
@@ -116,10 +116,10 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     let told = settings.odometry.told(&log.robot());
     let mut slam = settings.slam;
     match (&arguments.known, method) {
-        (Some(path), Method::KnownMap) => {
-            slam.known = known::known_map(path, arguments.svg_unit, &arguments.start)?;
+        (Some(path), Method::PriorMap) => {
+            slam.prior_map = known::known_map(path, arguments.svg_unit, &arguments.start)?;
         }
-        (None, Method::KnownMap) => bail!("--method known-map needs a map: --known FILE"),
+        (None, Method::PriorMap) => bail!("--method known-map needs a map: --known FILE"),
         (Some(_), _) => bail!("--known needs --method known-map, not {}", method.name()),
         (None, _) => {}
     }
@@ -137,14 +137,14 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     for note in replay.take_notes() {
         eprintln!("{}: {note}", arguments.log.display());
     }
-    let fits = replay.slam().known_fit();
-    if fits.is_some_and(KnownFit::is_misfit) {
+    let fits = replay.slam().prior_map_fit();
+    if fits.is_some_and(PriorMapFit::is_misfit) {
         eprintln!(
             "{}: at its end, what is seen does not stand in the known map",
             arguments.log.display()
         );
     }
-    let known_part = fits.and_then(KnownFit::part);
+    let known_part = fits.and_then(PriorMapFit::part);
     let wall_seconds = start.elapsed().as_secs_f64();
     let trajectory = replay.trajectory();
     let relations = truth

@@ -9,18 +9,18 @@ use anyhow::{Context, Result, bail};
 use slamlab_core::format::building::BuildingFile;
 use slamlab_core::format::map_server::MapInfo;
 use slamlab_core::geom::Pose2;
-use slamlab_core::slam::KnownMap;
+use slamlab_core::slam::PriorMap;
 
 /// A map to be found in. `svg_unit`: metres in a unit of a floor plan, where the drawing does not say. `start`: `map_from_robot` at
 /// the beginning.
-pub(crate) fn known_map(path: &Path, svg_unit: Option<f64>, start: &Pose2) -> Result<KnownMap> {
+pub(crate) fn known_map(path: &Path, svg_unit: Option<f64>, start: &Pose2) -> Result<PriorMap> {
     let walls = load(path, svg_unit)?
         .known_walls()
         .with_context(|| format!("{} is no map", path.display()))?;
     for what in &walls.left_out {
         eprintln!("{}: left out {what}", path.display());
     }
-    Ok(KnownMap::of_faces(&walls.faces, walls.sigma, start))
+    Ok(PriorMap::of_faces(&walls.faces, walls.sigma, start))
 }
 
 /// What a file shows; the image that the YAML of a map names is read with it.

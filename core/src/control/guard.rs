@@ -19,7 +19,7 @@ use super::{
 };
 use crate::geom::Pose2;
 use crate::points::{
-    MotionHistory, NearConfig, NearField, PointConfig, Points, WalkerConfig, Walkers,
+    BlindZone, BlindZoneConfig, MotionHistory, PointConfig, Points, WalkerConfig, Walkers,
 };
 use crate::robot::{Command, Odometry, RobotModel, Scan};
 
@@ -36,7 +36,7 @@ pub struct SafeMode {
     scans_on_command: bool,
     config: SafeConfig,
     history: MotionHistory,
-    near: NearField,
+    near: BlindZone,
     walkers: Walkers,
     /// Of the last scan, and what it was too near to see.
     points: Option<Points>,
@@ -57,15 +57,15 @@ impl SafeMode {
     #[must_use]
     pub fn new(model: RobotModel, scans_on_command: bool) -> Self {
         let near = match scans_on_command {
-            true => NearConfig::short_range(),
-            false => NearConfig::default(),
+            true => BlindZoneConfig::short_range(),
+            false => BlindZoneConfig::default(),
         };
         Self {
             model,
             scans_on_command,
             config: SafeConfig::default().by_hand(),
             history: MotionHistory::new(HISTORY),
-            near: NearField::new(near),
+            near: BlindZone::new(near),
             walkers: Walkers::new(WalkerConfig::default()),
             points: None,
             motion_since_scan: Pose2::identity(),
@@ -103,7 +103,7 @@ impl SafeMode {
         let moved = self.motion_since_scan;
         let look = self.near.without_folded(look, &moved);
         let points = Points::from_rolling_scan(&look, &self.history, &PointConfig::default());
-        for at in self.walkers.look(&points, &moved) {
+        for at in self.walkers.partial_scan(&points, &moved) {
             self.near.came(at);
         }
         self.again()

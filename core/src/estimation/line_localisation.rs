@@ -1,4 +1,4 @@
-//! In: odometry, the lines of each scan, and a map of lines that is known. Out: the robot's pose in that map, with covariance.
+//! In: odometry, the lines of each scan, and a prior map of lines. Out: the robot's pose in that map, with covariance.
 //!
 //! 1. **Predict**: pose and covariance move by the odometry, whose systematic errors are states like the pose
 //!    (`ekf_slam::robot_state`; TDK 2016 eq. (3.1)-(3.4)).
@@ -21,7 +21,7 @@ use crate::robot::Odometry;
 
 /// One face of a known wall, map frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KnownLine {
+pub struct PriorLine {
     /// Direction of the normal from the free side into the wall, rad.
     pub alpha: f64,
     /// Signed distance of the line from the origin along that normal, m.
@@ -30,7 +30,7 @@ pub struct KnownLine {
     pub ends: [Point2<f64>; 2],
 }
 
-impl KnownLine {
+impl PriorLine {
     /// The face of `segment` that looks to the left of the way from `a` to `b`; `None` for one without length.
     #[must_use]
     pub fn left_face(segment: &Segment) -> Option<Self> {
@@ -71,7 +71,7 @@ impl KnownLine {
 
 /// A line that was found in the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KnownMatch {
+pub struct PriorMatch {
     /// Index of the feature in the scan's list.
     pub feature: usize,
     /// Index of the line in the map.
@@ -80,10 +80,10 @@ pub struct KnownMatch {
     pub d2: f64,
 }
 
-/// Finds a robot in a known map of lines.
+/// Finds a robot in a prior map of lines.
 #[derive(Clone, Debug)]
 pub struct LineLocaliser {
-    map: Vec<KnownLine>,
+    map: Vec<PriorLine>,
     association: AssociationConfig,
     state: RobotState,
 }
@@ -94,7 +94,7 @@ impl LineLocaliser {
     ///
     /// # Errors   [`EkfError::Association`], or [`EkfError::Setting`] where start or prior are no numbers.
     pub fn new(
-        map: Vec<KnownLine>,
+        map: Vec<PriorLine>,
         start: &PoseEstimate,
         prior: &OdometryErrors,
         association: AssociationConfig,
@@ -123,7 +123,7 @@ impl LineLocaliser {
     /// Steps 2 and 3: takes in the lines of one scan, robot frame; tells which of them were found in the map.
     ///
     /// # Errors   [`EkfError::Feature`] for the first line whose numbers cannot be used; then nothing has changed.
-    pub fn update(&mut self, features: &[LineFeature]) -> Result<Vec<KnownMatch>, EkfError> {
+    pub fn update(&mut self, features: &[LineFeature]) -> Result<Vec<PriorMatch>, EkfError> {
         for (index, feature) in features.iter().enumerate() {
             check_feature(index, feature)?;
         }
@@ -135,7 +135,7 @@ impl LineLocaliser {
             if let Choice::Match(found) = choose(&candidates, &self.association)
                 && self.correct(found.index, seen)
             {
-                matches.push(KnownMatch {
+                matches.push(PriorMatch {
                     feature,
                     line: found.index,
                     d2: found.d2,
@@ -161,7 +161,7 @@ impl LineLocaliser {
     }
 
     /// Eq. (3.5) and (3.6) of the source: ẑ and H_x.
-    fn expect(&self, known: &KnownLine) -> (ExpectedLine, Matrix2x3<f64>) {
+    fn expect(&self, known: &PriorLine) -> (ExpectedLine, Matrix2x3<f64>) {
         let pose = &self.state.pose;
         let at = Linearisation {
             robot: pose.position(),

@@ -25,7 +25,7 @@ pub use ekf_slam::{
     Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejected, Rejection,
     SweepTiming, UpdateReport, Verdict,
 };
-pub use line_localisation::{KnownLine, KnownMatch, LineLocaliser};
+pub use line_localisation::{LineLocaliser, PriorLine, PriorMatch};
 pub use measures::{align, ate_rmse};
 pub use odometry_fit::{
     Drive, DriveExtent, FittedParameter, OdometryFit, OdometryFitError, Verdict as FitVerdict,

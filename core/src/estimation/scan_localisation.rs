@@ -1,4 +1,4 @@
-//! In: odometry, the points of each scan, and the walls of a map that is known. Out: the robot's pose in that map, with covariance.
+//! In: odometry, the points of each scan, and the walls of a prior map. Out: the robot's pose in that map, with covariance.
 //!
 //! 1. **Predict**: pose and covariance move by the odometry, whose systematic errors are states like the pose
 //!    (`ekf_slam::robot_state`; TDK 2016 eq. (3.1)-(3.4)).
@@ -23,7 +23,7 @@ use crate::registration::{
 };
 use crate::robot::Odometry;
 
-/// How a scan is found in a known map.
+/// How a scan is found in a prior map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScanLocaliserConfig {
     /// How scans are matched to the walls.
@@ -82,7 +82,7 @@ const FARTHEST: f64 = 800.0;
 /// Least mean likelihood of a pose that was looked for.
 const LOOK_SCORE: f64 = 0.3;
 
-/// Finds a robot in a known map by whole scans.
+/// Finds a robot in a prior map by whole scans.
 #[derive(Clone, Debug)]
 pub struct ScanLocaliser {
     config: ScanLocaliserConfig,
@@ -263,7 +263,7 @@ fn check_size(faces: &[Segment], spacing: f64) -> Result<(), EkfError> {
     let count: f64 = finite.map(|face| (face.length() / spacing).ceil()).sum();
     if count > MOST_PIECES {
         return Err(EkfError::Setting {
-            field: "number of pieces of the known map's walls",
+            field: "number of pieces of the prior map's walls",
             value: count,
             expected: "at most 2 000 000; with known.by = 0 the robot is found by lines, however long",
         });
@@ -275,7 +275,7 @@ fn check_size(faces: &[Segment], spacing: f64) -> Result<(), EkfError> {
     let farthest = farthest.fold(0.0, f64::max);
     if farthest > FARTHEST {
         return Err(EkfError::Setting {
-            field: "distance of the known map's walls from its origin, m",
+            field: "distance of the prior map's walls from its origin, m",
             value: farthest,
             expected: "at most 800; with known.by = 0 the robot is found by lines, however far",
         });

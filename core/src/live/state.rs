@@ -48,12 +48,12 @@ impl State {
         };
         // Without wheels, lines alone do not tell how far along a corridor the sensor was carried.
         let method = match (&figures, config.method, &config.known) {
-            (Some(_), Method::KnownMap, Some(known)) => {
-                slam.known.clone_from(known);
-                Method::KnownMap
+            (Some(_), Method::PriorMap, Some(known)) => {
+                slam.prior_map.clone_from(known);
+                Method::PriorMap
             }
             // A bridge has no map to hand out.
-            (Some(_), Method::KnownMap, None) => Method::LineEkf,
+            (Some(_), Method::PriorMap, None) => Method::LineEkf,
             (Some(_), method, _) => method,
             (None, ..) => Method::ScanMatching,
         };

@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use super::*;
-use crate::estimation::KnownLine;
+use crate::estimation::PriorLine;
 use crate::geom::{Pose2, Segment};
 use crate::pilot::{Finish, Status};
 use crate::replay::{Log, Replay};
@@ -243,10 +243,10 @@ fn a_robot_behind_a_bridge_finds_itself_in_a_known_map_and_fits_another_building
         let world = worlds::builtin(name).unwrap();
         let walls: Vec<Segment> = world.walls().iter().map(|wall| wall.segment).collect();
         let mut live = live();
-        live.config.method = Method::KnownMap;
-        live.config.known = Some(KnownMap {
-            lines: KnownLine::of_walls(&walls, &world.start.inverse()),
-            ..KnownMap::default()
+        live.config.method = Method::PriorMap;
+        live.config.known = Some(PriorMap {
+            lines: PriorLine::of_walls(&walls, &world.start.inverse()),
+            ..PriorMap::default()
         });
         live
     };
@@ -255,8 +255,8 @@ fn a_robot_behind_a_bridge_finds_itself_in_a_known_map_and_fits_another_building
     while live.scans() < 40 {
         bridge.step(&mut live);
     }
-    assert_eq!(live.slam().method(), Method::KnownMap);
-    let fit = live.slam().known_fit().unwrap();
+    assert_eq!(live.slam().method(), Method::PriorMap);
+    let fit = live.slam().prior_map_fit().unwrap();
     assert!(!fit.is_misfit() && fit.part() > Some(0.9), "{fit:?}");
     let error = (live.slam().estimate().pose.position() - truth(&bridge).position()).norm();
     assert!(error < 0.02, "estimate is {error} m off");
@@ -266,14 +266,14 @@ fn a_robot_behind_a_bridge_finds_itself_in_a_known_map_and_fits_another_building
     for _ in 0..200 {
         bridge.step(&mut live);
     }
-    let part = live.slam().known_fit().unwrap().part();
+    let part = live.slam().prior_map_fit().unwrap().part();
     assert!(part.is_some_and(|part| part < 0.9), "{part:?}");
 }
 
 #[test]
 fn without_a_map_the_line_filter_draws_its_own() {
     let mut live = live();
-    live.config.method = Method::KnownMap;
+    live.config.method = Method::PriorMap;
     Bridge::new(SensorModel::lidar()).greet(&mut live);
     assert_eq!(live.slam().method(), Method::LineEkf);
 }

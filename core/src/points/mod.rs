@@ -1,10 +1,10 @@
 //! From a scan to points in the robot frame, and to runs of points that may lie on one surface.
 
+mod blind_zone;
 mod cartesian;
 mod deskew;
 #[cfg(test)]
 pub(crate) mod fixture;
-mod near;
 mod oriented;
 mod range_sigma;
 mod sectors;
@@ -12,9 +12,9 @@ mod segmentation;
 mod spacing;
 mod walkers;
 
+pub use blind_zone::{BlindZone, BlindZoneConfig};
 pub use cartesian::{Beam, PointConfig, Points};
 pub use deskew::{MotionHistory, MovedSince};
-pub use near::{NearConfig, NearField};
 pub use oriented::{OrientedConfig, OrientedPoint, oriented_points};
 pub use range_sigma::{
     Growth, RangeSigma, SigmaBin, SigmaConfig, SigmaError, SigmaFit, estimate_sigma,

@@ -13,14 +13,14 @@
 //!    somebody was last seen to walk there, a second for each scan that saw them walk: who only paused may walk on, and what only
 //!    seemed to have moved is forgotten soon.
 //!
-//! A sensor that sweeps only standing is too slow for that; [`Walkers::look`] compares single readings on the move with its last scan.
+//! A sensor that sweeps only standing is too slow for that; [`Walkers::partial_scan`] compares single readings on the move with its last scan.
 //!
 //! A robot that turns by half a radian a second or more sees only who walks fast: its heading is too uncertain for more.
 //!
 //! Ours; step 2 is the test of visibility by which Lindström & Eklundh (2001), "Detecting and tracking moving objects from a
 //! mobile platform using a laser range scanner", find what violates the free room.
 
-mod look;
+mod partial_scan;
 mod turn;
 
 use std::collections::VecDeque;
@@ -92,7 +92,7 @@ pub struct Walkers {
     past: VecDeque<Past>,
     places: Vec<Place>,
     /// By single readings since the last scan.
-    newcomers: Vec<look::Newcomer>,
+    newcomers: Vec<partial_scan::Newcomer>,
     points: Vec<Point2<f64>>,
 }
 

@@ -143,7 +143,7 @@ fn nobody_is_looked_for_in_a_log() {
     assert!(!slam.walkers().is_empty(), "somebody is there to be seen");
     slam.leave_walkers_out();
     for scan in &log.scans {
-        slam.look(&log.scan(scan)).unwrap();
+        slam.partial_scan(&log.scan(scan)).unwrap();
         assert_eq!(slam.walkers(), []);
     }
     let mut replay = Replay::new(log, Method::Odometry, SlamConfig::default()).unwrap();

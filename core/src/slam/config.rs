@@ -1,10 +1,10 @@
 //! The settings of every stage, nested as the stages are.
 
-use super::{KnownBy, KnownMap, SonarsConfig};
+use super::{PriorMap, PriorMapMatching, SonarsConfig};
 use crate::estimation::{EkfConfig, ScanMatcherConfig};
 use crate::features::LineConfig;
 use crate::map::{EvidenceConfig, GridConfig, VectorConfig};
-use crate::points::{NearConfig, PointConfig, SectorConfig};
+use crate::points::{BlindZoneConfig, PointConfig, SectorConfig};
 
 /// Settings of every stage.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -14,7 +14,7 @@ pub struct SlamConfig {
     /// How a scan is reduced to sectors before anything else. Default none: every beam counts.
     pub sectors: Option<SectorConfig>,
     /// What is remembered of things too near to be seen.
-    pub near: NearConfig,
+    pub blind_zone: BlindZoneConfig,
     /// How lines are found.
     pub lines: LineConfig,
     /// The filter over lines.
@@ -29,10 +29,10 @@ pub struct SlamConfig {
     pub sonars: SonarsConfig,
     /// The vector map of the filter over lines.
     pub vector: VectorConfig,
-    /// The map that [`Method::KnownMap`](super::Method::KnownMap) finds the robot in.
-    pub known: KnownMap,
+    /// The map that [`Method::PriorMap`](super::Method::PriorMap) finds the robot in.
+    pub prior_map: PriorMap,
     /// What of a scan is found in it. Default surfaces; with rangers, whose few readings stand in many places equally well, lines.
-    pub known_by: KnownBy,
+    pub prior_map_matching: PriorMapMatching,
 }
 
 impl SlamConfig {
@@ -41,10 +41,10 @@ impl SlamConfig {
     #[must_use]
     pub fn short_range() -> Self {
         Self {
-            near: NearConfig::short_range(),
+            blind_zone: BlindZoneConfig::short_range(),
             grid: GridConfig::celej(),
             lines: LineConfig::short_range(),
-            known_by: KnownBy::Lines,
+            prior_map_matching: PriorMapMatching::Lines,
             ekf: EkfConfig::short_range(),
             evidence: EvidenceConfig::short_range(),
             matcher: ScanMatcherConfig {

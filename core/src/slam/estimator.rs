@@ -1,7 +1,7 @@
 //! The methods behind [`super::Slam`], each with the map it fills.
 
 use super::localiser::Localiser;
-use super::{KnownFit, Method, SlamConfig, SlamError};
+use super::{Method, PriorMapFit, SlamConfig, SlamError};
 use crate::estimation::{EkfSlam, ScanMatcher, SweepSmoother, SweepTiming, UpdateReport};
 use crate::features::{LineExtractor, LineFeature};
 use crate::geom::{Pose2, PoseEstimate};
@@ -33,7 +33,7 @@ pub(super) enum Estimator {
         localiser: Localiser,
         extractor: Box<LineExtractor>,
         features: Vec<LineFeature>,
-        fit: KnownFit,
+        fit: PriorMapFit,
         track: Vec<(Stamp, Pose2)>,
         grid: Grid,
     },
@@ -41,7 +41,7 @@ pub(super) enum Estimator {
 
 /// A scan, with all that helps to understand it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sweep<'a> {
+pub(super) struct PreparedScan<'a> {
     pub(super) scan: &'a Scan,
     /// De-skewed by odometry.
     pub(super) points: &'a Points,
@@ -49,7 +49,7 @@ pub(super) struct Sweep<'a> {
     pub(super) config: &'a SlamConfig,
 }
 
-impl Sweep<'_> {
+impl PreparedScan<'_> {
     /// Variance of the heading that odometry gathered since each beam of the scan was taken, rad².
     pub(super) fn heading_variances(&self) -> Vec<f64> {
         let (scan, end) = (self.scan, self.scan.stamp.seconds());
@@ -114,7 +114,7 @@ impl Estimator {
                 matcher: Box::new(ScanMatcher::new(config.matcher)?),
                 since_scan: None,
             },
-            Method::KnownMap => Self::in_known_map(config)?,
+            Method::PriorMap => Self::in_known_map(config)?,
         })
     }
 
@@ -124,7 +124,7 @@ impl Estimator {
             localiser: Localiser::new(config)?,
             extractor: Box::new(LineExtractor::new(config.lines)),
             features: vec![],
-            fit: KnownFit::default(),
+            fit: PriorMapFit::default(),
             track: vec![],
             grid: Grid::new(config.grid)?,
         })
@@ -177,7 +177,7 @@ impl Estimator {
     }
 
     /// Last part: what the scan shows, for a method that draws it once the pose is known.
-    pub(super) fn draw(&mut self, sweep: &Sweep) {
+    pub(super) fn draw(&mut self, sweep: &PreparedScan) {
         if let Self::Lines {
             ekf,
             smoother,
@@ -193,7 +193,7 @@ impl Estimator {
     }
 
     /// Middle part: the pose, and all of it for methods that draw at once.
-    pub(super) fn correct(&mut self, sweep: &Sweep) -> Result<(), SlamError> {
+    pub(super) fn correct(&mut self, sweep: &PreparedScan) -> Result<(), SlamError> {
         let points = sweep.points;
         match self {
             Self::Odometry {
@@ -216,7 +216,7 @@ impl Estimator {
                 grid,
                 ..
             } => {
-                let known = &sweep.config.known;
+                let known = &sweep.config.prior_map;
                 let turned = sweep.heading_variances();
                 localiser.update(sweep, features, &turned)?;
                 let pose = localiser.estimate().pose;

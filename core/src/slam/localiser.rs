@@ -1,6 +1,6 @@
-//! The two ways to be found in a known map, behind one face.
+//! The two ways to be found in a prior map, behind one face.
 
-use super::{KnownBy, SlamConfig, SlamError, estimator::Sweep};
+use super::{PriorMapMatching, SlamConfig, SlamError, estimator::PreparedScan};
 use crate::estimation::{LineLocaliser, ScanLocaliser, ScanLocaliserConfig};
 use crate::features::LineFeature;
 use crate::geom::{PoseEstimate, Segment};
@@ -16,19 +16,19 @@ pub(super) enum Localiser {
 
 impl Localiser {
     pub(super) fn new(config: &SlamConfig) -> Result<Self, SlamError> {
-        let known = &config.known;
+        let known = &config.prior_map;
         if known.lines.is_empty() {
-            return Err(SlamError::NoKnownMap);
+            return Err(SlamError::NoPriorMap);
         }
         let (start, prior) = (known.start(), &config.ekf.odometry_prior);
-        Ok(match config.known_by {
-            KnownBy::Lines => Self::Lines(Box::new(LineLocaliser::new(
+        Ok(match config.prior_map_matching {
+            PriorMapMatching::Lines => Self::Lines(Box::new(LineLocaliser::new(
                 known.lines.clone(),
                 &start,
                 prior,
                 config.ekf.association,
             )?)),
-            KnownBy::Surfaces => Self::Surfaces(Box::new(ScanLocaliser::new(
+            PriorMapMatching::Surfaces => Self::Surfaces(Box::new(ScanLocaliser::new(
                 known.lines.iter().map(|line| {
                     let [a, b] = line.ends;
                     Segment::new(a, b)
@@ -49,16 +49,16 @@ impl Localiser {
     }
 
     /// Takes in a scan, the lines that were found in it, and what was `turned` since each of its beams
-    /// ([`Sweep::heading_variances`]).
+    /// ([`PreparedScan::heading_variances`]).
     pub(super) fn update(
         &mut self,
-        sweep: &Sweep,
+        sweep: &PreparedScan,
         features: &[LineFeature],
         turned: &[f64],
     ) -> Result<(), SlamError> {
         match self {
             Self::Lines(localiser) => {
-                let known = &sweep.config.known;
+                let known = &sweep.config.prior_map;
                 let loose = features.iter().map(|f| known.loosened(f, turned));
                 let loose: Vec<LineFeature> = loose.collect();
                 localiser.update(&loose)?;

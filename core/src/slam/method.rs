@@ -11,8 +11,8 @@ pub enum Method {
     LineEkf,
     /// Scans matched to submaps, loops closed in a pose graph.
     ScanMatching,
-    /// Kalman filter over the walls of a map that is known (TDK 2016 §3.2).
-    KnownMap,
+    /// Kalman filter over the walls of a prior map (TDK 2016 §3.2).
+    PriorMap,
 }
 
 impl Method {
@@ -21,7 +21,7 @@ impl Method {
         ("odometry", Self::Odometry),
         ("line-ekf", Self::LineEkf),
         ("scan-matching", Self::ScanMatching),
-        ("known-map", Self::KnownMap),
+        ("known-map", Self::PriorMap),
     ];
 
     /// The name.

@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use super::estimator::Estimator;
-use super::{KnownFit, Method, ScanPart, Slam, SlamConfig};
+use super::{Method, PriorMapFit, ScanPart, Slam, SlamConfig};
 use crate::estimation::{Correlations, Landmark, Match, OdometryErrors, UpdateReport};
 use crate::features::LineFeature;
 use crate::geom::{Pose2, PoseEstimate};
@@ -61,9 +61,9 @@ impl Slam {
         }
     }
 
-    /// Whether what is seen stands in the known map; `None` for other methods.
+    /// Whether what is seen stands in the prior map; `None` for other methods.
     #[must_use]
-    pub fn known_fit(&self) -> Option<&KnownFit> {
+    pub fn prior_map_fit(&self) -> Option<&PriorMapFit> {
         match &self.estimator {
             Estimator::Known { fit, .. } => Some(fit),
             _ => None,

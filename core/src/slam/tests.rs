@@ -6,7 +6,7 @@ use crate::robot::Stamp;
 #[test]
 fn odometry_that_is_no_motion_leaves_every_method_as_it_was() {
     for (name, method) in Method::ALL {
-        let mut slam = Slam::new(method, known_tests::config()).unwrap();
+        let mut slam = Slam::new(method, prior_map_tests::config()).unwrap();
         let mut odometry = Odometry::standing(Stamp(1_000_000));
         slam.odometry(&odometry).unwrap();
         let before = slam.estimate();

@@ -10,16 +10,16 @@ use crate::robot::{OdometryNoise, Stamp, Tracks};
 const WIDTH: f64 = 0.2;
 
 /// A room of 5 x 4 m, seen from inside.
-fn room() -> Vec<KnownLine> {
+fn room() -> Vec<PriorLine> {
     let corners = [(0.0, 0.0), (5.0, 0.0), (5.0, 4.0), (0.0, 4.0)].map(|(x, y)| Point2::new(x, y));
     sides_of(&corners)
-        .filter_map(|(a, b)| KnownLine::left_face(&Segment::new(*a, *b)))
+        .filter_map(|(a, b)| PriorLine::left_face(&Segment::new(*a, *b)))
         .collect()
 }
 
 /// A known line as it is seen from `pose`, with errors drawn from `cov`.
 fn sighting(
-    known: &KnownLine,
+    known: &PriorLine,
     pose: &Pose2,
     cov: &Matrix2<f64>,
     rng: &mut ChaCha8Rng,
@@ -57,7 +57,7 @@ fn localiser(start: &PoseEstimate) -> LineLocaliser {
 #[test]
 fn faces_look_to_both_sides() {
     let wall = Segment::new(Point2::new(1.0, 0.0), Point2::new(1.0, 2.0));
-    let [left, right] = KnownLine::both_faces(&wall)[..] else {
+    let [left, right] = PriorLine::both_faces(&wall)[..] else {
         panic!("two faces");
     };
     // Seen from x < 1 the normal into the wall points along +x.
@@ -65,7 +65,7 @@ fn faces_look_to_both_sides() {
     assert!(
         (right.alpha.abs() - std::f64::consts::PI).abs() < 1e-12 && (right.r + 1.0).abs() < 1e-12
     );
-    assert!(KnownLine::left_face(&Segment::new(wall.a, wall.a)).is_none());
+    assert!(PriorLine::left_face(&Segment::new(wall.a, wall.a)).is_none());
 }
 
 #[test]

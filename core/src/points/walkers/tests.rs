@@ -183,12 +183,12 @@ proptest! {
         let told = Pose2::new(0.0, 0.0, turn) * Pose2::new(forward, 0.0, 0.0);
         let slipped = turn + slip * turn.abs().sqrt();
         let truth = Pose2::new(0.0, 0.0, slipped) * Pose2::new(forward, 0.0, 0.0);
-        let came = walkers.look(&four(&truth, None), &told);
+        let came = walkers.partial_scan(&four(&truth, None), &told);
         prop_assert!(came.is_empty() && walkers.points().is_empty(), "{came:?}");
         let at = truth * Point2::new(away, 0.0);
         let to_pillar = Vector2::new(at.x - PILLAR.0, at.y - PILLAR.1).norm();
         prop_assume!(to_pillar > 1.2 && at.coords.amax() < HALF - 0.8);
-        let came = walkers.look(&four(&truth, Some((at.x, at.y, 0.2))), &told);
+        let came = walkers.partial_scan(&four(&truth, Some((at.x, at.y, 0.2))), &told);
         // In the frame of the scan, as odometry has it.
         let expect = told * Point2::new(away - 0.2, 0.0);
         prop_assert!(came.len() == 1 && (came[0] - expect).norm() < 1e-6, "{came:?} instead of {expect}");

@@ -4,7 +4,7 @@ use crate::association::AssociationMethod;
 use crate::estimation::Consistency;
 use crate::map::Sweep;
 use crate::settings::{Acts, Kind, Setting};
-use crate::slam::KnownBy;
+use crate::slam::PriorMapMatching;
 
 /// The settings.
 pub(super) const ESTIMATION: &[Setting] = &[
@@ -193,12 +193,16 @@ pub(super) const ESTIMATION: &[Setting] = &[
         kind: Kind::Choice(&["lines (TDK 2016)", "whole scans"]),
         acts: Acts::OnRestart,
         meaning: "What of a scan is found in a known map: each straight wall by the filter, or all that was hit at once, which a map of cells with furniture in it asks for.",
-        get: |s| Some(f64::from(u8::from(s.slam.known_by == KnownBy::Surfaces))),
+        get: |s| {
+            Some(f64::from(u8::from(
+                s.slam.prior_map_matching == PriorMapMatching::Surfaces,
+            )))
+        },
         set: |s, v| {
-            s.slam.known_by = if v > 0.5 {
-                KnownBy::Surfaces
+            s.slam.prior_map_matching = if v > 0.5 {
+                PriorMapMatching::Surfaces
             } else {
-                KnownBy::Lines
+                PriorMapMatching::Lines
             };
         },
     },

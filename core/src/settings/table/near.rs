@@ -13,8 +13,8 @@ pub(super) const NEAR: &[Setting] = &[
         kind: Kind::Real,
         acts: Acts::AtOnce,
         meaning: "Hits nearer than this are remembered from scan to scan, so that the robot does not drive into what it no longer sees.",
-        get: |s| Some(s.slam.near.reach),
-        set: |s, v| s.slam.near.reach = v,
+        get: |s| Some(s.slam.blind_zone.reach),
+        set: |s, v| s.slam.blind_zone.reach = v,
     },
     Setting {
         key: "near.blind",
@@ -25,8 +25,8 @@ pub(super) const NEAR: &[Setting] = &[
         kind: Kind::Real,
         acts: Acts::AtOnce,
         meaning: "Of an IR ranger a wall nearer than the peak of its curve looks far: readings towards a remembered wall nearer than this are not used. 0 for a lidar.",
-        get: |s| Some(s.slam.near.blind),
-        set: |s, v| s.slam.near.blind = v,
+        get: |s| Some(s.slam.blind_zone.blind),
+        set: |s, v| s.slam.blind_zone.blind = v,
     },
     Setting {
         key: "near.behind",
@@ -37,8 +37,8 @@ pub(super) const NEAR: &[Setting] = &[
         kind: Kind::Real,
         acts: Acts::AtOnce,
         meaning: "A beam that ends this far behind a remembered point says that it has gone; above the noise of the ranges.",
-        get: |s| Some(s.slam.near.behind),
-        set: |s, v| s.slam.near.behind = v,
+        get: |s| Some(s.slam.blind_zone.behind),
+        set: |s, v| s.slam.blind_zone.behind = v,
     },
     Setting {
         key: "near.beams",
@@ -49,7 +49,7 @@ pub(super) const NEAR: &[Setting] = &[
         kind: Kind::Real,
         acts: Acts::AtOnce,
         meaning: "How far beside a remembered point a beam may pass and still tell that it has gone, in angles between two beams.",
-        get: |s| Some(s.slam.near.beams),
-        set: |s, v| s.slam.near.beams = v,
+        get: |s| Some(s.slam.blind_zone.beams),
+        set: |s, v| s.slam.blind_zone.beams = v,
     },
 ];

@@ -13,7 +13,7 @@
 //!    The spread of the fit's residuals is added, being what the characteristic does not know.
 //! 6. Beyond the greatest range there is no return (infinite), below the least the reading is invalid (NaN). What is nearer than the
 //!    peak folds back and looks far, as on the real robot: the scan cannot tell, only what was seen before can
-//!    ([`crate::points::NearField`]). Without [`RangerModel::folds`] such readings are taken to be recognised and invalid.
+//!    ([`crate::points::BlindZone`]). Without [`RangerModel::folds`] such readings are taken to be recognised and invalid.
 //!
 //! The readings are handed on in the order of their bearings, with `sweep` 0: nothing moved meanwhile, and neighbours
 //! in the scan are neighbours in the room.

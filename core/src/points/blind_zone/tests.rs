@@ -21,8 +21,8 @@ fn wall() -> Vec<Segment> {
 }
 
 /// The field after looks from each of the poses.
-fn seen_from(walls: &[Segment], poses: &[Pose2]) -> NearField {
-    let mut field = NearField::default();
+fn seen_from(walls: &[Segment], poses: &[Pose2]) -> BlindZone {
+    let mut field = BlindZone::default();
     let mut before = poses[0];
     for pose in poses {
         field.update(&look(walls, pose), &before.delta_to(pose));
@@ -94,7 +94,7 @@ fn what_was_left_behind_is_forgotten_even_where_no_beam_looks() {
 
 #[test]
 fn memory_is_bounded_whatever_comes() {
-    let mut field = NearField::default();
+    let mut field = BlindZone::default();
     let points = look(
         &[Segment::new(Point2::new(0.2, -3.0), Point2::new(0.2, 3.0))],
         &Pose2::identity(),
@@ -134,7 +134,7 @@ fn folded_readings_of_a_remembered_wall_are_invalid_and_others_stay() {
     ]
     .concat();
     let (before, now) = (Pose2::new(-0.6, 0.0, 0.3), Pose2::new(-0.12, 0.0, 0.2));
-    let mut field = NearField::new(NearConfig::short_range());
+    let mut field = BlindZone::new(BlindZoneConfig::short_range());
     field.update(&look(&walls, &before), &Pose2::identity());
     let beams = 0..180;
     let bearings: Vec<f64> = beams
@@ -176,14 +176,14 @@ fn folded_readings_of_a_remembered_wall_are_invalid_and_others_stay() {
     // The wall is inside of 0.15 m over 2 acos(0.12 / 0.15), and of 0.18 m over 2 acos(0.12 / 0.18).
     assert!((37..=50).contains(&masked), "{masked}");
     // Who expects no folding takes the scan as it is.
-    let mut plain = NearField::default();
+    let mut plain = BlindZone::default();
     plain.update(&look(&walls, &before), &Pose2::identity());
     assert_eq!(*plain.without_folded(&scan, &before.delta_to(&now)), scan);
 }
 
 #[test]
 fn people_who_come_between_two_sweeps_are_not_gathered_without_end() {
-    let mut near = NearField::new(NearConfig::short_range());
+    let mut near = BlindZone::new(BlindZoneConfig::short_range());
     for _ in 0..5_000 {
         near.came(Point2::new(0.3, 0.1));
     }

@@ -6,11 +6,11 @@
 //! 1. Remembered points are moved into the robot's present frame by odometry.
 //! 2. A point is forgotten when a beam in its direction ends clearly behind it (it has gone), or not behind it (it is seen
 //!    again), and when the robot has left it behind. A beam without a reading says nothing: that is what blindness looks like.
-//! 3. Hits nearer than [`NearConfig::reach`] are remembered for the next scan, and so is who came since ([`NearField::came`]).
+//! 3. Hits nearer than [`BlindZoneConfig::reach`] are remembered for the next scan, and so is who came since ([`BlindZone::came`]).
 //!
 //! A sensor whose readings fold back (an infra-red ranger before its peak) does worse than see nothing: a wall nearer than
-//! [`NearConfig::blind`] looks far, with nothing in the reading that tells. Before such a scan is used,
-//! [`NearField::without_folded`] makes those readings invalid that look where something was remembered so near.
+//! [`BlindZoneConfig::blind`] looks far, with nothing in the reading that tells. Before such a scan is used,
+//! [`BlindZone::without_folded`] makes those readings invalid that look where something was remembered so near.
 //!
 //! Ours. The occupancy grid keeps walls likewise, but it smooths over many scans, and a person stands in it too late.
 
@@ -24,7 +24,7 @@ use crate::robot::Scan;
 
 /// What is remembered.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NearConfig {
+pub struct BlindZoneConfig {
     /// Hits nearer to the sensor than this are remembered, m. Default 0.3: more than a lidar is blind for, and what the robot
     /// drives in a scan. Growing: walls that were seen too near by an error stay longer.
     pub reach: f64,
@@ -37,7 +37,7 @@ pub struct NearConfig {
     pub blind: f64,
 }
 
-impl NearConfig {
+impl BlindZoneConfig {
     /// For rangers that scan on command, 0.7 m apart at most: what is seen from as far may be inside of the peak, 0.15 m, at the next
     /// scan. To that come 3 cm for the odometry in between.
     #[must_use]
@@ -50,7 +50,7 @@ impl NearConfig {
     }
 }
 
-impl Default for NearConfig {
+impl Default for BlindZoneConfig {
     fn default() -> Self {
         Self {
             reach: 0.3,
@@ -71,18 +71,18 @@ const HALF_PERSON: f64 = 0.08;
 
 /// Remembers what is near.
 #[derive(Clone, Debug, Default)]
-pub struct NearField {
-    config: NearConfig,
+pub struct BlindZone {
+    config: BlindZoneConfig,
     /// Robot frame at the last scan.
     remembered: Vec<Point2<f64>>,
     /// Those of them that the last scan did not see.
     unseen: Vec<Point2<f64>>,
 }
 
-impl NearField {
+impl BlindZone {
     /// Remembers nothing yet.
     #[must_use]
-    pub fn new(config: NearConfig) -> Self {
+    pub fn new(config: BlindZoneConfig) -> Self {
         Self {
             config,
             ..Self::default()
@@ -90,11 +90,11 @@ impl NearField {
     }
 
     /// Other settings from the next scan on.
-    pub fn reconfigure(&mut self, config: NearConfig) {
+    pub fn reconfigure(&mut self, config: BlindZoneConfig) {
         self.config = config;
     }
 
-    /// The scan with those readings invalid (NaN) that may be of something nearer than [`NearConfig::blind`]. `moved` is the motion
+    /// The scan with those readings invalid (NaN) that may be of something nearer than [`BlindZoneConfig::blind`]. `moved` is the motion
     /// since the scan before.
     #[must_use]
     pub fn without_folded<'a>(&self, scan: &'a Scan, moved: &Pose2) -> Cow<'a, Scan> {

@@ -28,14 +28,18 @@ pub(super) struct Newcomer {
 
 impl Walkers {
     /// Takes readings on the move; `robot_at_scan_from_robot` is the motion since the last scan. [`Self::points`] are those who came;
-    /// gives those whom this look saw, robot frame of the last scan, m.
-    pub fn look(&mut self, look: &Points, robot_at_scan_from_robot: &Pose2) -> Vec<Point2<f64>> {
+    /// gives those whom these readings saw, robot frame of the last scan, m.
+    pub fn partial_scan(
+        &mut self,
+        readings: &Points,
+        robot_at_scan_from_robot: &Pose2,
+    ) -> Vec<Point2<f64>> {
         self.newcomers
-            .retain(|other| look.stamp.since(other.seen) <= KEPT_FOR);
+            .retain(|other| readings.stamp.since(other.seen) <= KEPT_FOR);
         let Some(mut past) = self.past.back().cloned() else {
             return vec![];
         };
-        // Of this look alone: the next scan brings the whole motion.
+        // Of these readings alone: the next scan brings the whole motion.
         past.now_from_then = robot_at_scan_from_robot.inverse();
         let has_come = |beam: &&Beam| {
             let margin = Margin {
@@ -45,8 +49,8 @@ impl Walkers {
             past.looked_past(beam.end_in_robot, &margin)
         };
         let in_scan = |beam: &Beam| *robot_at_scan_from_robot * beam.end_in_robot;
-        let came: Vec<_> = look.hits().filter(has_come).map(in_scan).collect();
-        let seen = look.stamp;
+        let came: Vec<_> = readings.hits().filter(has_come).map(in_scan).collect();
+        let seen = readings.stamp;
         self.newcomers
             .extend(came.iter().map(|&at| Newcomer { at, seen }));
         self.points = self.newcomers.iter().map(|other| other.at).collect();

@@ -1,4 +1,4 @@
-//! Localisation in a map that is known: its lines, where the robot begins in it, and whether what is seen stands in it.
+//! Localisation in a prior map: its lines, where the robot begins in it, and whether what is seen stands in it.
 //!
 //! A drawn map is not exact: walls of a grid are off by up to half a cell. The filter takes its map for exact, so that what is not known
 //! of the map is added to what is not known of each line seen: σ of the offset, and √12 σ over its length of the direction, as if
@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::estimation::KnownLine;
+use crate::estimation::PriorLine;
 use crate::features::LineFeature;
 use crate::geom::{Pose2, PoseEstimate, Segment, sin_cos};
 use crate::points::Points;
@@ -27,7 +27,7 @@ const FITS_ABOVE: f64 = 0.5;
 
 /// What of a scan is found in the map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum KnownBy {
+pub enum PriorMapMatching {
     /// Each of its lines, by the filter of TDK 2016 §3.2.
     Lines,
     /// All of its surfaces at once, by scan matching.
@@ -37,16 +37,16 @@ pub enum KnownBy {
 
 /// A map to be localised in.
 #[derive(Clone, Debug, PartialEq)]
-pub struct KnownMap {
+pub struct PriorMap {
     /// Its lines, map frame; the robot begins at the origin.
-    pub lines: Vec<KnownLine>,
+    pub lines: Vec<PriorLine>,
     /// How far its walls may be off, m: standard deviation. Default 0.01; of a grid, a third of its cells.
     pub sigma: f64,
     /// How far off the robot's first pose may be, m and rad: standard deviations. Default 0: the map is placed by where the robot is.
     pub start_sigmas: [f64; 2],
 }
 
-impl Default for KnownMap {
+impl Default for PriorMap {
     fn default() -> Self {
         Self {
             lines: vec![],
@@ -56,7 +56,7 @@ impl Default for KnownMap {
     }
 }
 
-impl KnownMap {
+impl PriorMap {
     /// A map in a frame of its own, in which the robot begins at `file_from_robot`. `faces` have what is free to the left of the way
     /// from `a` to `b`; `sigma` as in [`Self::sigma`].
     #[must_use]
@@ -65,7 +65,7 @@ impl KnownMap {
         let moved = |face: &Segment| Segment::new(to * face.a, to * face.b);
         let lines = faces.iter().map(moved);
         Self {
-            lines: lines.filter_map(|f| KnownLine::left_face(&f)).collect(),
+            lines: lines.filter_map(|f| PriorLine::left_face(&f)).collect(),
             sigma,
             ..Self::default()
         }
@@ -108,14 +108,14 @@ impl KnownMap {
     }
 }
 
-/// How much of what was hit lately is a wall of the known map.
+/// How much of what was hit lately is a wall of the prior map.
 #[derive(Clone, Debug, Default)]
-pub struct KnownFit {
+pub struct PriorMapFit {
     /// Of each of the last scans: hits that were looked at, and those on walls.
     scans: VecDeque<[usize; 2]>,
 }
 
-impl KnownFit {
+impl PriorMapFit {
     /// The part of what was hit that stands in the map, 0 to 1; `None` while too little was seen.
     #[must_use]
     pub fn part(&self) -> Option<f64> {
@@ -132,13 +132,13 @@ impl KnownFit {
     }
 
     /// Takes in a scan from the pose that is believed.
-    pub(super) fn push(&mut self, points: &Points, map_from_robot: &Pose2, known: &KnownMap) {
+    pub(super) fn push(&mut self, points: &Points, map_from_robot: &Pose2, known: &PriorMap) {
         let hits = points.beams.iter().filter(|beam| beam.is_hit);
         let mut scan = [0; 2];
         for beam in hits.step_by(EVERY) {
             let at = *map_from_robot * beam.end_in_robot;
             let near = AT_WALL + 3.0 * libm::hypot(known.sigma, beam.sigma);
-            let is_there = |line: &KnownLine| {
+            let is_there = |line: &PriorLine| {
                 let [a, b] = line.ends;
                 Segment::new(a, b).distance(at) <= near
             };

@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use super::*;
-use crate::estimation::KnownLine;
+use crate::estimation::PriorLine;
 use crate::experiment::{Experiment, ExperimentConfig};
 use crate::format::building::BuildingFile;
 use crate::format::map_server::{self, MapImage, MapMode, OccupancyMap};
@@ -14,26 +14,26 @@ use crate::sim::{SensorModel, worlds};
 pub(super) fn config() -> SlamConfig {
     let wall = Segment::new(Point2::new(2.0, -1.0), Point2::new(2.0, 1.0));
     SlamConfig {
-        known: KnownMap {
-            lines: KnownLine::both_faces(&wall),
-            ..KnownMap::default()
+        prior_map: PriorMap {
+            lines: PriorLine::both_faces(&wall),
+            ..PriorMap::default()
         },
         ..SlamConfig::default()
     }
 }
 
 /// Greatest error of the pose on a drive through `doors`, m, and that of the wheels alone.
-fn drive(known: KnownMap, seconds: f64) -> (f64, f64, Experiment) {
-    drive_by(KnownBy::default(), known, seconds)
+fn drive(known: PriorMap, seconds: f64) -> (f64, f64, Experiment) {
+    drive_by(PriorMapMatching::default(), known, seconds)
 }
 
-fn drive_by(by: KnownBy, known: KnownMap, seconds: f64) -> (f64, f64, Experiment) {
+fn drive_by(by: PriorMapMatching, known: PriorMap, seconds: f64) -> (f64, f64, Experiment) {
     let world = worlds::builtin("doors").unwrap();
     let robot = world.robot.model();
     let mut config = ExperimentConfig::new(world, robot, SensorModel::lidar(), 5);
-    config.method = Method::KnownMap;
-    config.slam.known = known;
-    config.slam.known_by = by;
+    config.method = Method::PriorMap;
+    config.slam.prior_map = known;
+    config.slam.prior_map_matching = by;
     let mut experiment = Experiment::new(config).unwrap();
     while experiment.seconds() < seconds && !experiment.status().is_over() {
         experiment.step().unwrap();
@@ -55,8 +55,8 @@ fn drive_by(by: KnownBy, known: KnownMap, seconds: f64) -> (f64, f64, Experiment
 
 #[test]
 fn a_robot_that_knows_the_walls_knows_where_it_is() {
-    for by in [KnownBy::Lines, KnownBy::Surfaces] {
-        let (error, wheels, experiment) = drive_by(by, KnownMap::default(), 120.0);
+    for by in [PriorMapMatching::Lines, PriorMapMatching::Surfaces] {
+        let (error, wheels, experiment) = drive_by(by, PriorMap::default(), 120.0);
         assert!(wheels > 0.2, "the wheels alone are off by {wheels}");
         assert!(error < 0.06, "{by:?}: {error}");
         // 3 is honest; what a turning lidar does not know of the heading counts.
@@ -68,19 +68,19 @@ fn a_robot_that_knows_the_walls_knows_where_it_is() {
 #[test]
 fn a_map_that_was_saved_is_a_map_to_be_found_in() {
     // Drawn by a robot that knew the walls, written and read as files of map_server.
-    let (_, _, first) = drive(KnownMap::default(), 120.0);
+    let (_, _, first) = drive(PriorMap::default(), 120.0);
     let map = OccupancyMap::of_grid(first.slam().grid(), MapMode::Trinary).unwrap();
     let files = map_server::write(&map, MapMode::Trinary, MapImage::Png, "map.png").unwrap();
     let map = map_server::read(files.yaml.as_bytes(), &files.image).unwrap();
     let walls = BuildingFile::Map(map).known_walls().unwrap();
-    let known = KnownMap::of_faces(&walls.faces, walls.sigma, &Pose2::identity());
+    let known = PriorMap::of_faces(&walls.faces, walls.sigma, &Pose2::identity());
     let (error, wheels, _) = drive(known, 120.0);
     // Cells are 5 cm, and the greatest error is that of a moment in which few walls are in sight.
     assert!(wheels > 0.2 && error < 0.1, "{error} against {wheels}");
 }
 
 /// The walls of a world, as a file with another origin has them: the robot begins there at `file_from_robot`.
-fn in_another_frame(world: &str, file_from_robot: &Pose2) -> KnownMap {
+fn in_another_frame(world: &str, file_from_robot: &Pose2) -> PriorMap {
     let world = worlds::builtin(world).unwrap();
     let file_from_world = *file_from_robot * world.start.inverse();
     let both = |s: Segment| [Segment::new(s.a, s.b), Segment::new(s.b, s.a)];
@@ -89,7 +89,7 @@ fn in_another_frame(world: &str, file_from_robot: &Pose2) -> KnownMap {
     let faces: Vec<Segment> = walls
         .map(|s| Segment::new(file_from_world * s.a, file_from_world * s.b))
         .collect();
-    KnownMap::of_faces(&faces, 0.01, file_from_robot)
+    PriorMap::of_faces(&faces, 0.01, file_from_robot)
 }
 
 #[test]
@@ -99,7 +99,7 @@ fn where_the_origin_of_the_file_lies_does_not_matter() {
         60.0,
     );
     assert!(error < 0.06, "{error}");
-    let fit = experiment.slam().known_fit().unwrap();
+    let fit = experiment.slam().prior_map_fit().unwrap();
     assert!(fit.part().unwrap() > 0.8 && !fit.is_misfit(), "{fit:?}");
 }
 
@@ -109,13 +109,13 @@ fn a_start_that_is_roughly_known_becomes_exact() {
     let truth = Pose2::new(3.0, -2.0, 0.5);
     let told = truth * Pose2::new(0.12, -0.09, 0.07);
     let mut known = in_another_frame("doors", &truth);
-    let exact = KnownMap::of_faces(&[], 0.01, &told);
+    let exact = PriorMap::of_faces(&[], 0.01, &told);
     let to = told.inverse() * truth;
     for line in &mut known.lines {
         let ends = line.ends.map(|end| to * end);
-        *line = KnownLine::left_face(&Segment::new(ends[0], ends[1])).unwrap();
+        *line = PriorLine::left_face(&Segment::new(ends[0], ends[1])).unwrap();
     }
-    known = KnownMap {
+    known = PriorMap {
         start_sigmas: [0.1, 0.05],
         lines: known.lines,
         ..exact
@@ -125,7 +125,7 @@ fn a_start_that_is_roughly_known_becomes_exact() {
     let truth_in_map = to * experiment.truth();
     let off = (experiment.estimate().pose.position() - truth_in_map.position()).norm();
     assert!(off < 0.05, "{off}");
-    assert!(!experiment.slam().known_fit().unwrap().is_misfit());
+    assert!(!experiment.slam().prior_map_fit().unwrap().is_misfit());
 }
 
 #[test]
@@ -136,29 +136,29 @@ fn a_map_of_another_building_or_place_does_not_fit() {
     let by = Pose2::new(1.3, 0.8, 0.6);
     for line in &mut elsewhere.lines {
         let [a, b] = line.ends.map(|end| by * end);
-        *line = KnownLine::left_face(&Segment::new(a, b)).unwrap();
+        *line = PriorLine::left_face(&Segment::new(a, b)).unwrap();
     }
-    let fit = |by, known: &KnownMap| {
+    let fit = |by, known: &PriorMap| {
         let (_, _, experiment) = drive_by(by, known.clone(), 20.0);
-        experiment.slam().known_fit().unwrap().clone()
+        experiment.slam().prior_map_fit().unwrap().clone()
     };
     for (by, known) in [
-        (KnownBy::Lines, &office),
-        (KnownBy::Surfaces, &office),
-        (KnownBy::Lines, &elsewhere),
+        (PriorMapMatching::Lines, &office),
+        (PriorMapMatching::Surfaces, &office),
+        (PriorMapMatching::Lines, &elsewhere),
     ] {
         let fit = fit(by, known);
         assert!(fit.is_misfit(), "{by:?}: {:?}", fit.part());
     }
     // Whole scans find where in the right map the robot is.
-    let found = fit(KnownBy::Surfaces, &elsewhere);
+    let found = fit(PriorMapMatching::Surfaces, &elsewhere);
     assert!(!found.is_misfit(), "{:?}", found.part());
     let plain = Slam::new(Method::LineEkf, config()).unwrap();
-    assert!(plain.known_fit().is_none());
+    assert!(plain.prior_map_fit().is_none());
 }
 
 #[test]
 fn without_a_map_there_is_nothing_to_be_found_in() {
-    let error = Slam::new(Method::KnownMap, SlamConfig::default()).unwrap_err();
-    assert_eq!(error, SlamError::NoKnownMap);
+    let error = Slam::new(Method::PriorMap, SlamConfig::default()).unwrap_err();
+    assert_eq!(error, SlamError::NoPriorMap);
 }
