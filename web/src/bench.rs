@@ -11,7 +11,7 @@ use crate::border::{Float64Array, WebError};
 const EVERY: usize = 10;
 
 /// What is asked of the motors on the bench.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Tsify)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct BenchTrial {
     /// Wished speed as a part of the robot's highest.
@@ -27,7 +27,7 @@ pub struct BenchTrial {
 }
 
 /// Time series of one trial, closed loop beside open loop.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct BenchResponse {
     /// Time, s.
     pub seconds: Float64Array,

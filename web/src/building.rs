@@ -16,7 +16,7 @@ use crate::border::{Float64Array, Typed, Uint8Array, WebError, typed};
 const PLACED_SIGMAS: [f64; 2] = [0.1, 0.05];
 
 /// A file as it was dropped or chosen; its name tells what it is.
-#[derive(Clone, Debug, PartialEq, Deserialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct GivenFile {
     /// Without its folder.
     pub name: String,
@@ -25,7 +25,7 @@ pub struct GivenFile {
 }
 
 /// A building as a world file.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct Building {
     /// Text of the world file.
@@ -48,7 +48,7 @@ pub struct KnownMap {
 }
 
 /// A map to be found in as its file shows it.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct KnownFile {
     /// The map.
@@ -61,7 +61,10 @@ pub struct KnownFile {
 ///
 /// # Errors    A sentence on what stands where and what was expected.
 #[wasm_bindgen]
-#[allow(clippy::needless_pass_by_value, reason = "lists cross the border by value only")]
+#[allow(
+    clippy::needless_pass_by_value,
+    reason = "lists cross the border by value only"
+)]
 pub fn read_building(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<Building> {
     let imported = read(&files)?.into_world(name)?;
     typed(&Building {
@@ -74,7 +77,10 @@ pub fn read_building(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<Building> {
 ///
 /// # Errors    A sentence on what stands where and what was expected.
 #[wasm_bindgen]
-#[allow(clippy::needless_pass_by_value, reason = "lists cross the border by value only")]
+#[allow(
+    clippy::needless_pass_by_value,
+    reason = "lists cross the border by value only"
+)]
 pub fn read_known(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<KnownFile> {
     typed(&KnownFile::of(name, read(&files)?)?)
 }
@@ -87,7 +93,12 @@ fn read(files: &[Ts<GivenFile>]) -> Result<BuildingFile, WebError> {
 
 impl KnownFile {
     fn of(name: &str, file: BuildingFile) -> Result<Self, WebError> {
-        let KnownWalls { faces, sigma, start, left_out } = file.known_walls()?;
+        let KnownWalls {
+            faces,
+            sigma,
+            start,
+            left_out,
+        } = file.known_walls()?;
         let flat = |Segment { a, b }: &Segment| [a.x, a.y, b.x, b.y];
         let known = KnownMap {
             name: name.to_owned(),

@@ -12,7 +12,7 @@ use crate::border::{Float64Array, Typed, VariableName, typed};
 const CURVE: u32 = 200;
 
 /// Calibration pairs of a ranger as text, and what the characteristic is a polynomial of.
-#[derive(Clone, Debug, PartialEq, Deserialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct Pairs {
     /// In the format of `slamlab_core::format::calibration`.
     pub text: String,
@@ -21,7 +21,7 @@ pub struct Pairs {
 }
 
 /// A characteristic of the fifth degree and how well it fits; m and V.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct Calibration {
     /// True ranges of the pairs.

@@ -37,7 +37,7 @@ pub struct ContestAsk {
 }
 
 /// How all planners stand; map frame, m and s.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct ContestState {
@@ -58,7 +58,7 @@ pub struct ContestState {
 }
 
 /// How one planner stands.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct Entrant {
@@ -89,7 +89,7 @@ pub struct Entrant {
 }
 
 /// Why there is no path.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct NoPathReason {
     /// Which reason.
     pub kind: NoPathKind,

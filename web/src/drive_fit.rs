@@ -75,7 +75,7 @@ impl From<estimation::DriveFit> for DriveFit {
 }
 
 /// A preset as its file holds it.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct PresetFile {
     /// For people.
     pub name: String,

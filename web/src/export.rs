@@ -1,6 +1,6 @@
 //! What a person takes away from a run: the map, the walls, the way, the scans, as files of other programs.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use slamlab_core::format::carmen::CarmenLog;
 use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
 use slamlab_core::format::{floor_plan, og_map, rooms, tum};
@@ -26,7 +26,7 @@ pub enum ExportError {
 }
 
 /// A file to save.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct SavedFile {
     /// Without a folder.
     pub name: String,
@@ -109,7 +109,11 @@ pub(crate) fn trajectory(poses: &[(f64, Pose2)], stem: &str) -> Result<Vec<Saved
         return Err(ExportError::NoScans.into());
     }
     let text = tum::write(poses.iter().copied());
-    Ok(vec![SavedFile::new(format!("{stem}.tum"), "text/plain", text)])
+    Ok(vec![SavedFile::new(
+        format!("{stem}.tum"),
+        "text/plain",
+        text,
+    )])
 }
 
 /// The scans with their odometry: a CARMEN log.

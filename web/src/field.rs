@@ -1,6 +1,6 @@
 //! Fields of the map, flattened for the page.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use slamlab_core::map::Field;
 use slamlab_core::plan::RouteConfig;
 use slamlab_core::slam::Slam;
@@ -13,7 +13,7 @@ use crate::view::GridChange;
 const LIKELIHOOD_SIGMA: f64 = 0.1;
 
 /// A field of the map where it may have changed; map frame, m.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[tsify(missing_as_null)]
 pub struct FieldChange {
     /// Which one.

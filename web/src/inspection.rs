@@ -1,7 +1,7 @@
 //! The filter's inside, flattened for the page: how errors hang together, and why each line was matched.
 
 use nalgebra::Point2;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::{Considered, Correlations, Explanation, Verdict as CoreVerdict};
 use slamlab_core::slam::{ScanPart, Slam};
 use tsify::Tsify;
@@ -12,7 +12,7 @@ use crate::border::{
 use crate::view;
 
 /// The line filter after the last scan.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct Inspection {
     /// Rows of the matrix that belong to the robot; two for each landmark follow, α and r.
@@ -36,7 +36,7 @@ pub struct Inspection {
 }
 
 /// What the filter learned of the odometry.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct LearnedOdometry {
     /// Turn in a drive that it takes for straight, rad/m.

@@ -18,7 +18,7 @@ use crate::run::{Behind, Notice, Source, WebRun};
 use crate::status::RunStatus;
 
 /// Who talks to a bridge.
-#[derive(Clone, Debug, PartialEq, Deserialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[tsify(missing_as_null)]
 pub struct LiveSetup {
     /// How others see this page.
@@ -34,7 +34,7 @@ pub struct LiveSetup {
 }
 
 /// What bridge and robot say of themselves. NaN where nothing is known.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct BridgeStatus {
@@ -69,7 +69,7 @@ pub struct BridgeStatus {
 }
 
 /// A device at a line of the bridge.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct DeviceStatus {
     /// As the bridge was told of it: `rplidar:/dev/ttyUSB0`.
     pub name: String,
@@ -150,7 +150,8 @@ impl WebRun {
     /// Whether the bridge let this page in.
     #[must_use]
     pub fn is_in(&self) -> bool {
-        self.behind().is_ok_and(|behind| behind.live.client().is_in())
+        self.behind()
+            .is_ok_and(|behind| behind.live.client().is_in())
     }
 
     /// How often estimate and map began anew.

@@ -1,6 +1,6 @@
 //! Reads a log, of CARMEN or of the bridge, piece by piece, and begins the run that maps it.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use slamlab_core::replay::{Log, LogReader, Replay};
 use slamlab_core::robot::RobotModel;
 use slamlab_core::settings::Settings;
@@ -13,7 +13,7 @@ use crate::building::KnownMap;
 use crate::run::{Source, WebRun};
 
 /// How a log is to be mapped.
-#[derive(Clone, Debug, PartialEq, Deserialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[tsify(missing_as_null)]
 pub struct ReplaySetup {
     /// How it maps and finds itself.

@@ -1,7 +1,7 @@
 //! Rooms, corridors and doors, flattened for the page.
 
 use nalgebra::Point2;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use slamlab_core::map::{Door, Grid, Region, Topology, TopologyConfig};
 use tsify::Tsify;
 
@@ -11,7 +11,7 @@ use crate::border::{
 use crate::view::flag;
 
 /// The topological map: rooms, corridors and doors, the largest region first; map frame, m.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct Rooms {
     /// See `REGION`.
     pub regions: Float64Array,

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 use std::collections::VecDeque;
 
 use nalgebra::Point2;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use slamlab_core::experiment::Experiment;
 use slamlab_core::format::map_server::{MapImage, MapMode};
 use slamlab_core::geom::{Pose2, Segment};
@@ -20,7 +20,7 @@ use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{
-    FieldName, Float32Array, Float64Array, GrowthName, Level, SavedKind, SettingValues, Stage,
+    FieldName, GrowthName, Level, SavedKind, SettingValues, Stage,
     Typed, WebError, names, typed,
 };
 use crate::building::KnownFile;
@@ -85,7 +85,7 @@ pub(crate) struct Behind {
 }
 
 /// The cycle of TDK 2016 §6.3: scan standing, plan, one turn, one leg, again.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[tsify(missing_as_null)]
 pub struct Cycle {
     /// Scans asked for so far.
@@ -99,7 +99,7 @@ pub struct Cycle {
 }
 
 /// A stage and what it gave.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct StageWords {
     /// Which one.
     pub stage: Stage,
@@ -108,7 +108,7 @@ pub struct StageWords {
 }
 
 /// What a person should read.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct Notice {
     /// How grave it is.
     pub level: Level,
@@ -255,11 +255,7 @@ impl WebRun {
     /// Files to save, named after `stem`.
     ///
     /// # Errors    A sentence on why there is no such file.
-    pub fn export(
-        &self,
-        what: &Ts<SavedKind>,
-        stem: &str,
-    ) -> Result<Vec<Ts<SavedFile>>, WebError> {
+    pub fn export(&self, what: &Ts<SavedKind>, stem: &str) -> Result<Vec<Ts<SavedFile>>, WebError> {
         let slam = self.slam();
         let files = match what.to_rust()? {
             SavedKind::Map => {
@@ -420,7 +416,8 @@ impl WebRun {
     /// Reports of the cycle so far.
     #[must_use]
     pub fn cycle_count(&self) -> f64 {
-        self.pilot().map_or(0.0, |pilot| pilot.cycle().told() as f64)
+        self.pilot()
+            .map_or(0.0, |pilot| pilot.cycle().told() as f64)
     }
 
     /// Explore from here on.

@@ -1,6 +1,6 @@
 //! What a simulated run starts from, as the page says it.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use slamlab_core::experiment::ExperimentConfig;
 use slamlab_core::format::{calibration, world};
 use slamlab_core::pilot;
@@ -28,7 +28,7 @@ pub enum SetupError {
 }
 
 /// What a simulated run starts from; the same setup gives the same bits.
-#[derive(Clone, Debug, PartialEq, Deserialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct Setup {

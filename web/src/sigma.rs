@@ -1,7 +1,7 @@
 //! σ(ρ) of a sensor from scans taken standing, for the page.
 
-use serde::Serialize;
-use slamlab_core::points::{RangeBin, SigmaConfig, SigmaError, estimate_sigma_of_stretches};
+use serde::{Deserialize, Serialize};
+use slamlab_core::points::{SigmaBin as Bin, SigmaConfig, SigmaError, estimate_sigma_of_stretches};
 use slamlab_core::robot::Scan;
 use tsify::Tsify;
 
@@ -11,7 +11,7 @@ use crate::border::{Float64Array, GrowthName};
 const CURVE: u32 = 60;
 
 /// σ(ρ) of a sensor with its doubts, as estimated from scans taken standing; m.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct SigmaCurve {
     /// How it grows.
@@ -45,7 +45,7 @@ pub struct SigmaCurve {
 }
 
 /// Readings of similar range.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct SigmaBin {
     /// Mean range, m.
     pub range: f64,
@@ -59,8 +59,8 @@ pub struct SigmaBin {
     pub clipped: u32,
 }
 
-impl From<&RangeBin> for SigmaBin {
-    fn from(bin: &RangeBin) -> Self {
+impl From<&Bin> for SigmaBin {
+    fn from(bin: &Bin) -> Self {
         Self {
             range: bin.range,
             sigma: bin.sigma,

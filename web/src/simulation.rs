@@ -8,9 +8,7 @@ use tsify::Ts;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::bench::{BenchResponse, BenchTrial};
-use crate::border::{
-    DoorRow, MaterialName, SettingValues, Stage, Typed, WebError, flat, typed,
-};
+use crate::border::{DoorRow, MaterialName, SettingValues, Stage, Typed, WebError, flat, typed};
 use crate::run::{Simulated, Source, WebRun};
 use crate::setup::Setup;
 use crate::status::RunStatus;
@@ -58,14 +56,19 @@ impl WebRun {
     /// much as the world's floor is large.
     #[must_use]
     pub fn explored(&self) -> f64 {
-        self.simulated().map_or(f64::NAN, |Simulated { experiment, area, .. }| {
-            let area = area.get_or_init(|| {
-                let sim = experiment.sim();
-                let resolution = experiment.slam().grid().resolution();
-                reachable_area(sim.world(), sim.robot().radius(), resolution)
-            });
-            experiment.explored_fraction(area)
-        })
+        self.simulated().map_or(
+            f64::NAN,
+            |Simulated {
+                 experiment, area, ..
+             }| {
+                let area = area.get_or_init(|| {
+                    let sim = experiment.sim();
+                    let resolution = experiment.slam().grid().resolution();
+                    reachable_area(sim.world(), sim.robot().radius(), resolution)
+                });
+                experiment.explored_fraction(area)
+            },
+        )
     }
 
     /// Area of the rectangle around the world, m²; infinite where nobody knows it.
@@ -181,14 +184,18 @@ impl Simulated {
         let (ends, _) = ends.as_chunks::<4>();
         let states = sim.doors_open().zip(sim.doors_ordered());
         let flag = |yes| f32::from(u8::from(yes));
-        flat(ends.iter().zip(states).map(|(&[x1, y1, x2, y2], (open, ordered))| DoorRow {
-            x1,
-            y1,
-            x2,
-            y2,
-            open: flag(open),
-            ordered: flag(ordered),
-        }))
+        flat(
+            ends.iter()
+                .zip(states)
+                .map(|(&[x1, y1, x2, y2], (open, ordered))| DoorRow {
+                    x1,
+                    y1,
+                    x2,
+                    y2,
+                    open: flag(open),
+                    ordered: flag(ordered),
+                }),
+        )
     }
 
     /// The walls that stand for good. Doors that are shut come after them.

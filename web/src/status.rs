@@ -1,9 +1,9 @@
 //! The numbers of the moment, the same for every source.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::{ConsistencyWindow, Figure};
 use slamlab_core::geom::Pose2;
-use slamlab_core::pilot::{Finish, Homecoming, Pilot, Status};
+use slamlab_core::pilot::{Pilot, Status};
 use slamlab_core::robot::{BodyShape, RobotModel};
 use slamlab_core::slam::{PriorMapFit, Slam};
 use tsify::Tsify;
@@ -11,7 +11,7 @@ use tsify::Tsify;
 use crate::border::{DiagnosisName, Level, Mode, PlannerName, TaskState};
 
 /// The numbers of the moment; poses in the map frame, m and rad. NaN where the source knows none.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct RunStatus {
@@ -94,7 +94,7 @@ pub struct RunStatus {
 }
 
 /// What the pilot is doing, or how its task ended.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[tsify(missing_as_null)]
 pub struct Task {
     /// What it is doing.

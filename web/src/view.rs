@@ -1,7 +1,7 @@
 //! What a person sees of a map, flattened for the page.
 
 use nalgebra::Point2;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::map::CellState;
 use slamlab_core::points::{Beam, Points};
@@ -14,7 +14,7 @@ use crate::border::{BeamRow, Float32Array, Float64Array, Int32Array, LineRow, Ui
 const BLOCK_CELLS: u32 = 64;
 
 /// Grid blocks that changed.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 pub struct GridChange {
     /// Side of a cell, m.
@@ -41,7 +41,7 @@ impl GridChange {
 }
 
 /// What a person sees of [`Slam`], whatever feeds it: map frame, m and rad.
-#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct SlamView {

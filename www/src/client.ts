@@ -2,10 +2,10 @@
 
 import { bridgeBehind, tokenOf } from "./behind.js";
 import { chosen } from "./chosen.js";
-import type { Answer, Command } from "./protocol.js";
+import type { Answer, Command, GivenBytes } from "./protocol.js";
 import type { SerialKind } from "./protocol/devices.js";
-import type { Told } from "./protocol/figures.js";
-import type { GivenFile, KnownMap, MethodName, SettingValues, Setup, SourceKind } from "./protocol/setup.js";
+import type { KnownMap, MethodName, SettingValues, Setup, SourceKind } from "./protocol/module.js";
+import type { Told } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
 import type { Contest, Store } from "./store.js";
@@ -280,7 +280,7 @@ export class Client {
   async #build(name: string, files: readonly File[], kind: "build" | "know" = "build"): Promise<void> {
     this.#store.set("toast", { toast: null });
     try {
-      const given = files.map(async (file): Promise<GivenFile> => ({ name: file.name, bytes: await file.arrayBuffer() }));
+      const given = files.map(async (file): Promise<GivenBytes> => ({ name: file.name, bytes: await file.arrayBuffer() }));
       this.send({ kind, name, files: await Promise.all(given) });
     } catch (error) {
       const why = error instanceof Error ? error.message : String(error);
@@ -390,7 +390,7 @@ export class Client {
         store.note({ time: store.status?.time ?? 0, level: "good", text: `The preset "${answer.name}" is in use` });
         break;
       case "contest":
-        store.set("contest", { contest: { ...store.contest, found: answer.contest, error: answer.error } });
+        store.set("contest", { contest: { ...store.contest, found: answer.contest, running: answer.running, error: answer.error } });
         break;
       case "bridge":
         store.set("bridge", { bridge: answer.state });
@@ -411,8 +411,8 @@ export class Client {
         break;
       case "failed":
         store.set("run", { entering: "" });
-        store.note({ time: store.status?.time ?? 0, level: "warn", text: answer.text });
-        store.set("toast", { toast: { level: "warn", text: answer.text } });
+        store.note({ time: store.status?.time ?? 0, level: "warn", text: answer.fault.text });
+        this.#warn(answer.fault.text);
         break;
     }
   }

@@ -1,6 +1,6 @@
 // Numbers of rooms that stay the same while the map grows, though the list of rooms is sorted by size.
 
-import { REGION, REGION_STRIDE, type Rooms } from "./protocol/rooms.js";
+import { REGION, REGION_STRIDE, type Rooms } from "./protocol/module.js";
 import { roomAt } from "./view/layers/rooms.js";
 
 /** The number of each room: that of the room before that had its middle in it, else the first that is free. */

@@ -1,14 +1,14 @@
 //! Closed sets: each variant crosses by its name. What a person reads of it stands in the page, which must have words for all.
 
-use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::Rejection;
-use tsify::Tsify;
 
 /// Types of the page with the names of their variants; `of` a type of the core they follow it, variant by variant.
 macro_rules! names {
     ($($(#[$doc:meta])* $name:ident $(of $core:path)? { $($variant:ident = $word:literal),+ $(,)? })+) => { $(
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Tsify)]
+        #[derive(
+            Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, tsify::Tsify,
+        )]
         #[expect(missing_docs, reason = "as in the core, or as its name says")]
         pub enum $name { $(#[serde(rename = $word)] $variant),+ }
 
@@ -57,7 +57,7 @@ names! {
     Level { Info = "info", Good = "good", Warn = "warn" }
     /// A way to do SLAM.
     MethodName of slamlab_core::slam::Method {
-        Odometry = "odometry", LineEkf = "line-ekf", ScanMatching = "scan-matching", KnownMap = "known-map",
+        Odometry = "odometry", LineEkf = "line-ekf", ScanMatching = "scan-matching", PriorMap = "known-map",
     }
     /// A planner.
     PlannerName of slamlab_core::plan::Planner {
@@ -135,7 +135,7 @@ impl From<MethodName> for slamlab_core::slam::Method {
             MethodName::Odometry => Self::Odometry,
             MethodName::LineEkf => Self::LineEkf,
             MethodName::ScanMatching => Self::ScanMatching,
-            MethodName::KnownMap => Self::KnownMap,
+            MethodName::PriorMap => Self::PriorMap,
         }
     }
 }

@@ -66,7 +66,9 @@ const LISTS: &[(&str, &str, &[&str])] = &[
 ];
 
 /// Rows one after the other.
-pub(crate) fn flat<R, N, const STRIDE: usize, A: FromIterator<N>>(rows: impl IntoIterator<Item = R>) -> A
+pub(crate) fn flat<R, N, const STRIDE: usize, A: FromIterator<N>>(
+    rows: impl IntoIterator<Item = R>,
+) -> A
 where
     [N; STRIDE]: From<R>,
 {
@@ -77,13 +79,25 @@ where
 #[wasm_bindgen]
 #[must_use]
 pub fn layout() -> String {
-    let mut text = "// Which number stands where in the module's flat arrays: written by layout.mjs.\n\n".to_owned();
+    let mut text =
+        "// Which number stands where in the module's flat arrays: written by layout.mjs.\n\n"
+            .to_owned();
     let types: Vec<&str> = LISTS.iter().map(|(_, of, _)| *of).collect();
-    let _ = writeln!(text, "import type {{ {} }} from \"./slamlab_web.js\";", types.join(", "));
+    let _ = writeln!(
+        text,
+        "import type {{ {} }} from \"./slamlab_web.js\";",
+        types.join(", ")
+    );
     for (title, doc, fields) in ROWS {
         let places = fields.iter().enumerate();
-        let places: Vec<String> = places.map(|(i, field)| format!("{}: {i}", camel(field))).collect();
-        let _ = writeln!(text, "\n/**{doc} */\nexport const {title} = {{ {} }} as const;", places.join(", "));
+        let places: Vec<String> = places
+            .map(|(i, field)| format!("{}: {i}", camel(field)))
+            .collect();
+        let _ = writeln!(
+            text,
+            "\n/**{doc} */\nexport const {title} = {{ {} }} as const;",
+            places.join(", ")
+        );
         let _ = writeln!(text, "export const {title}_STRIDE = {};", fields.len());
     }
     for (title, of, names) in LISTS {
@@ -112,8 +126,14 @@ mod tests {
         let text = layout();
         assert!(text.contains("export const LINE = { alpha: 0, r: 1, varAlpha: 2, covAlphaR: 3,"));
         assert!(text.contains("export const LINE_STRIDE = 12;"));
-        assert!(text.contains("export const GATES: readonly Gate[] = [\"match\", \"near\", \"far\", \"beyond\"];"));
-        let row = BeamRow { range: 1.0, sigma: 2.0, quality: 3.0 };
+        assert!(text.contains(
+            "export const GATES: readonly Gate[] = [\"match\", \"near\", \"far\", \"beyond\"];"
+        ));
+        let row = BeamRow {
+            range: 1.0,
+            sigma: 2.0,
+            quality: 3.0,
+        };
         let numbers: Vec<f32> = flat([row, row]);
         assert_eq!(numbers, [1.0, 2.0, 3.0, 1.0, 2.0, 3.0]);
     }

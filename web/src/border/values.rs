@@ -23,6 +23,11 @@ impl SettingValues {
 
 impl<K: Into<String>> FromIterator<(K, f64)> for SettingValues {
     fn from_iter<I: IntoIterator<Item = (K, f64)>>(pairs: I) -> Self {
-        Self(pairs.into_iter().map(|(key, value)| (key.into(), value)).collect())
+        Self(
+            pairs
+                .into_iter()
+                .map(|(key, value)| (key.into(), value))
+                .collect(),
+        )
     }
 }

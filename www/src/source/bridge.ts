@@ -1,8 +1,7 @@
 // A robot behind a bridge: the module estimates, maps and drives; the link carries its bytes.
 
 import type { FitTable, RunStatus, WebLive } from "../../pkg/slamlab_web.js";
-import type { Growth, SigmaCurve } from "../protocol/figures.js";
-import type { MethodName, ModeName, SettingValues } from "../protocol/setup.js";
+import type { GrowthName, MethodName, Mode, SettingValues, SigmaCurve } from "../protocol/module.js";
 import { listOf } from "./convert.js";
 import { errand } from "./errand.js";
 import { Trail } from "./feeds.js";
@@ -35,7 +34,7 @@ export class BridgeSource extends Run<WebLive> {
   /** A robot goes at its own pace. */
   step(): void {}
 
-  estimateSigma(_growth: Growth): SigmaCurve {
+  estimateSigma(_growth: GrowthName): SigmaCurve {
     throw new Error("σ(ρ) is estimated from a recording: record the standing robot, and open the recording here.");
   }
 
@@ -92,7 +91,7 @@ export class BridgeSource extends Run<WebLive> {
   }
 
   moment(): Moment {
-    const mode = this.module.mode() as ModeName;
+    const mode = this.module.mode() as Mode;
     const activity = this.module.activity();
     return this.read((s) => ({
       ...this.momentOf(s), source: this.kind, mode,

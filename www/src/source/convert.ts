@@ -1,8 +1,8 @@
 // What the module hands over once, as plain objects of the protocol; the module's own are freed.
 
 import type { Calibration as WebCalibration, FitTable, PresetInfo, SettingInfo, SigmaCurve as WebSigmaCurve } from "../../pkg/slamlab_web.js";
-import type { Calibration, DriveFit, Growth, SigmaCurve } from "../protocol/figures.js";
-import type { Preset, Setting, SettingValues } from "../protocol/setup.js";
+import type { Calibration, DriveFit, GrowthName, SettingValues, SigmaCurve } from "../protocol/module.js";
+import type { Preset, Setting } from "../protocol/setup.js";
 
 /** Keys and their numbers, as the module takes them. */
 export function listOf(settings: SettingValues): [string[], Float64Array] {
@@ -27,7 +27,7 @@ export function calibrationOf(fit: WebCalibration): Calibration {
   return { ranges, volts, residuals, sigma, reversesAt, domain, curveVolts, curveRanges };
 }
 
-export function sigmaCurve(growth: Growth, estimate: WebSigmaCurve): SigmaCurve {
+export function sigmaCurve(growth: GrowthName, estimate: WebSigmaCurve): SigmaCurve {
   const { scans, stretches, coefficients, errors, chi_squared: chiSquared, bins, curve_ranges: curveRanges, curve_sigmas: curveSigmas, truth } = estimate;
   estimate.free();
   return { growth, scans, stretches, coefficients, errors, chiSquared, bins, curveRanges, curveSigmas, truth };

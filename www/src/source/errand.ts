@@ -1,11 +1,11 @@
 // What the robot is about to do, in words a visitor understands.
 
-import type { ModeName } from "../protocol/setup.js";
+import type { Mode } from "../protocol/module.js";
 
 const WINDS = ["east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east"] as const;
 
 /** `activity` is the pilot's own word: idle, driving, homeward, looking. North is up on the map. */
-export function errand(mode: ModeName, activity: string, x: number, y: number, goalX: number, goalY: number): string {
+export function errand(mode: Mode, activity: string, x: number, y: number, goalX: number, goalY: number): string {
   if (mode === "manual") return "";
   if (activity === "looking") return "stands and looks around";
   if (!Number.isFinite(goalX)) return mode === "explore" ? "looks for the next frontier" : "plans a way";

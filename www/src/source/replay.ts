@@ -1,9 +1,7 @@
 // A recorded log through the same SLAM. It knows no truth, takes no commands, and ends.
 
 import type { FitTable, RunStatus, WebReplay } from "../../pkg/slamlab_web.js";
-import type { Growth, SigmaCurve } from "../protocol/figures.js";
-import { TRAIL_STRIDE } from "../protocol/frame.js";
-import type { MethodName } from "../protocol/setup.js";
+import { type GrowthName, type MethodName, type SigmaCurve, TRAIL_STRIDE } from "../protocol/module.js";
 import { sigmaCurve } from "./convert.js";
 import { Trail } from "./feeds.js";
 import { Run } from "./run.js";
@@ -29,7 +27,7 @@ export class ReplaySource extends Run<WebReplay> {
     this.#told();
   }
 
-  estimateSigma(growth: Growth): SigmaCurve {
+  estimateSigma(growth: GrowthName): SigmaCurve {
     return sigmaCurve(growth, this.module.estimate_sigma(growth));
   }
 

@@ -2,9 +2,7 @@
 
 import type { RunStatus, WebExperiment } from "../../pkg/slamlab_web.js";
 import { plannerTitle } from "../planners.js";
-import type { BenchResponse, BenchTrial, Growth, SigmaCurve } from "../protocol/figures.js";
-import type { Cycle } from "../protocol/frame.js";
-import type { ModeName, Setup } from "../protocol/setup.js";
+import type { BenchResponse, BenchTrial, Cycle, GrowthName, Mode, Setup, SigmaCurve } from "../protocol/module.js";
 import { sigmaCurve } from "./convert.js";
 import { errand } from "./errand.js";
 import { Slow, Trail } from "./feeds.js";
@@ -87,7 +85,7 @@ export class SimSource extends Run<WebExperiment> {
     this.module.configure(keys, values);
   }
 
-  estimateSigma(growth: Growth): SigmaCurve {
+  estimateSigma(growth: GrowthName): SigmaCurve {
     return sigmaCurve(growth, this.module.estimate_sigma(STANDING_SCANS, growth));
   }
 
@@ -136,7 +134,7 @@ export class SimSource extends Run<WebExperiment> {
   }
 
   moment(): Moment {
-    const mode = this.module.mode() as ModeName;
+    const mode = this.module.mode() as Mode;
     const activity = this.module.activity();
     return this.read((s) => ({
       ...this.momentOf(s), source: this.kind, mode, reason: s.finished ? activity : "",

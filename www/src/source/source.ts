@@ -2,12 +2,8 @@
 
 import type { Known, WebContest } from "../../pkg/slamlab_web.js";
 import type { LogLevel, SavedFile, SavedKind } from "../protocol.js";
-import type { ContestAsk } from "../protocol/contest.js";
-import type { Growth, SigmaCurve } from "../protocol/figures.js";
-import type { Inspection } from "../protocol/filter.js";
-import type { FieldChange, FieldName, Frame, Status } from "../protocol/frame.js";
-import type { Rooms } from "../protocol/rooms.js";
-import type { MethodName, SourceKind } from "../protocol/setup.js";
+import type { ContestAsk, FieldChange, FieldName, GrowthName, Inspection, MethodName, Rooms, SigmaCurve, SourceKind } from "../protocol/module.js";
+import type { Frame, Status } from "../protocol/frame.js";
 
 /** What changed since the last call; the worker adds run, number and pace. */
 export type Change = Omit<Frame, "kind" | "run" | "seq" | "clock" | "status" | "inspection" | "rooms" | "field">;
@@ -51,7 +47,7 @@ export interface Source {
   /** It is told anew when it is next asked for. */
   forgetField(): void;
   /** σ(ρ) of the sensor from scans taken standing; throws in words where it cannot be told. */
-  estimateSigma(growth: Growth): SigmaCurve;
+  estimateSigma(growth: GrowthName): SigmaCurve;
   /** What happened since the last call, for the log. */
   notes(): Note[];
   /** All planners on one query; throws in words where it cannot be asked. */

@@ -1,7 +1,7 @@
 // What the twin did since it was last asked, in the units of the page.
 
 import type { WebLive, WebReplay } from "../../pkg/slamlab_web.js";
-import { TWIN, TWIN_STRIDE } from "../protocol/figures.js";
+import { TWIN, TWIN_STRIDE } from "../protocol/module.js";
 
 const DEGREES = 180 / Math.PI;
 

@@ -2,7 +2,7 @@
 
 import { css, html, type TemplateResult } from "lit";
 import { SAVED, type SavedKind } from "../protocol.js";
-import type { MethodName } from "../protocol/setup.js";
+import type { MethodName } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";

@@ -1,6 +1,7 @@
 // What there is to draw: the latest of everything, taken from frames as they come.
 
-import { type FieldChange, type FieldName, type Frame, type Status, TRAIL_STRIDE } from "../protocol/frame.js";
+import { type Frame, type Status } from "../protocol/frame.js";
+import { type FieldChange, type FieldName, TRAIL_STRIDE } from "../protocol/module.js";
 import type { Box } from "./camera.js";
 import { Motion } from "./motion.js";
 import { Tiles } from "./tiles.js";

@@ -1,6 +1,6 @@
 // Rooms and corridors tinted and numbered, the doors between them with their widths, and the graph that joins them.
 
-import { DOORWAY, DOORWAY_STRIDE, REGION, REGION_STRIDE, type Rooms } from "../../protocol/rooms.js";
+import { DOORWAY, DOORWAY_STRIDE, REGION, REGION_STRIDE, type Rooms } from "../../protocol/module.js";
 import type { PaletteName } from "../palette.js";
 import type { Brush } from "./layer.js";
 
