@@ -178,7 +178,7 @@ pub async fn run(
 
 fn start(
     sources: Vec<Box<dyn Source>>,
-    events: &mpsc::Sender<(u8, source::Event)>,
+    events: &mpsc::Sender<(u8, source::SourceEvent)>,
 ) -> Result<Vec<Running>, RunError> {
     let count = sources.len();
     let start = |(number, source): (usize, Box<dyn Source>)| {

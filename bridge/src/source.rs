@@ -1,6 +1,6 @@
 //! What a source of data is: a robot, a sensor, a recording, a simulation.
 //!
-//! In: a [`Source`]. Out: its [`Event`]s, in order; and a way to give it [`Order`]s.
+//! In: a [`Source`]. Out: its [`SourceEvent`]s, in order; and a way to give it [`Order`]s.
 //!
 //! 1. [`start`] gives the source a thread of its own, for serial ports block. Several sources run side by side, each with a
 //!    number; the hub joins what they say.
@@ -10,7 +10,7 @@
 //!    whatever comes after. So nothing stale runs after a delay.
 //! 4. [`Waited::Closed`] tells the source that the bridge ends: it stops its robot, and returns. It does the same after a
 //!    fault that it cannot mend; faults that it can (a pulled cable) it mends by itself, and says so by
-//!    [`Event::Link`]. Whoever drives has to arm again after any link that was not up.
+//!    [`SourceEvent::Link`]. Whoever drives has to arm again after any link that was not up.
 
 mod named;
 mod orders;
@@ -26,7 +26,9 @@ use std::time::Duration;
 use slamlab_core::wire::message::LinkState;
 use tokio::sync::mpsc;
 
-pub use slamlab_core::device::event::{Event, Link, Order, Profile, robot, scans_on_command};
+pub use slamlab_core::device::source::{
+    Link, Order, Profile, SourceEvent, robot, scans_on_command,
+};
 
 pub use named::{SourceError, SourceName};
 use orders::Orders;
@@ -70,7 +72,7 @@ pub struct Running {
 pub fn start(
     number: u8,
     source: Box<dyn Source>,
-    events: mpsc::Sender<(u8, Event)>,
+    events: mpsc::Sender<(u8, SourceEvent)>,
 ) -> io::Result<Running> {
     let profile = source.profile();
     let orders = Arc::new(Orders::default());
@@ -121,15 +123,15 @@ impl Drop for Running {
 #[derive(Debug)]
 pub struct Port {
     number: u8,
-    events: mpsc::Sender<(u8, Event)>,
+    events: mpsc::Sender<(u8, SourceEvent)>,
     orders: Arc<Orders>,
     missed: Arc<AtomicU64>,
 }
 
 impl Port {
     /// Sends an event, or counts it as missed where the queue is full.
-    pub fn send(&self, mut event: Event) {
-        if let Event::Busy { after, .. } = &mut event {
+    pub fn send(&self, mut event: SourceEvent) {
+        if let SourceEvent::Busy { after, .. } = &mut event {
             *after = self.orders.taken();
         }
         if self.events.try_send((self.number, event)).is_err() {
@@ -147,7 +149,7 @@ impl Port {
 /// A source that ended, in whatever way, has no link any more; whoever drives learns it at once.
 impl Drop for Port {
     fn drop(&mut self) {
-        self.send(Event::Link(Link {
+        self.send(SourceEvent::Link(Link {
             state: LinkState::Down,
             round_trip: None,
             damaged: 0,

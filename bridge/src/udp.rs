@@ -131,16 +131,18 @@ struct Desk<'a> {
     /// The lidar at a path.
     lidar: Option<(String, Running)>,
     is_measuring: bool,
-    sender: mpsc::Sender<(u8, source::Event)>,
-    events: mpsc::Receiver<(u8, source::Event)>,
+    sender: mpsc::Sender<(u8, source::SourceEvent)>,
+    events: mpsc::Receiver<(u8, source::SourceEvent)>,
 }
 
 impl Desk<'_> {
     fn hear_lidar(&mut self) {
         while let Ok((_, event)) = self.events.try_recv() {
             match event {
-                source::Event::Scan(scan) if self.is_measuring => self.server.publish(nodes(&scan)),
-                source::Event::Device { state, .. } if self.lidar.is_some() => {
+                source::SourceEvent::Scan(scan) if self.is_measuring => {
+                    self.server.publish(nodes(&scan))
+                }
+                source::SourceEvent::Device { state, .. } if self.lidar.is_some() => {
                     self.server.set_state(match state {
                         DeviceState::Sending if self.is_measuring => DeviceState::Measuring,
                         DeviceState::Sending => DeviceState::Connected,

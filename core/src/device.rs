@@ -4,7 +4,7 @@
 //!
 //! | module | what it holds |
 //! |---|---|
-//! | [`event`] | what robot and sensors say and are told |
+//! | [`source`] | what robots and sensors report, and the orders they take |
 //! | [`Device`] | what is at the other end of a line: [`Rp6`], [`Rplidar`], [`Ld06`] |
 //! | [`safety`] | whether the robot may move, and by whom |
 //! | [`robot_side`] | what its readings mean for driving |
@@ -14,7 +14,6 @@
 //! The bridge gives each line two threads and joins many clients; a page with Web Serial has the lines and is the only client.
 //! Both run this code.
 
-pub mod event;
 mod ld06;
 mod line;
 mod near;
@@ -24,6 +23,7 @@ pub mod robot_side;
 pub mod rp6;
 pub mod rplidar;
 pub mod safety;
+pub mod source;
 
 pub use ld06::Ld06;
 pub use line::{Device, Want, Weight};

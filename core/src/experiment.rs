@@ -7,17 +7,17 @@
 //!
 //! The same configuration gives the same bits natively and in the browser; [`Experiment::state_hash`] shows it.
 
-mod by_stage;
 mod config;
 mod figures;
 mod known_map;
+mod stages;
 #[cfg(test)]
 mod tests;
 
 use crate::format::carmen::CarmenLog;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
-use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation};
+use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation, Stage};
 use crate::robot::{Command, Robot, Scan, TrackNoise, TrackWear};
 use crate::sim::{NoDoor, SimError, Simulation};
 use crate::slam::{Slam, SlamConfig, SlamError};
@@ -26,8 +26,8 @@ pub use figures::{Figures, Record, Sample};
 
 /// Simulated time of one step, s: how often the pilot decides.
 pub const CONTROL_PERIOD: f64 = 0.05;
-/// Steps that scans of a standing robot may take: ten minutes.
-const MOST_STANDING: usize = 12_000;
+/// Control periods that one stage of the cycle, or scans of a standing robot, may take: ten minutes.
+const MOST_PERIODS: usize = 12_000;
 /// Readings that are kept for a log: 40 MB, three quarters of an hour of a lidar with 360 beams at 10 Hz.
 const MOST_LOGGED: usize = 10_000_000;
 /// Odometry readings in one step. A turning sensor is de-skewed by them, so they come faster than decisions.
@@ -54,10 +54,8 @@ pub struct Experiment {
     dead_reckoning: Pose2,
     map_from_world: Pose2,
     record: Record,
-    /// Odometry readings of the present period that were taken; all of them between two periods.
-    readings: u32,
-    /// The pose before the scan that is taken in part by part.
-    before_scan: Pose2,
+    /// Whether the pilot has decided on the period that comes next.
+    has_decided: bool,
     /// Scans with the odometry at which they were taken, as long as there is room.
     log: CarmenLog,
 }
@@ -93,8 +91,7 @@ impl Experiment {
             dead_reckoning: Pose2::identity(),
             map_from_world,
             record: Record::default(),
-            readings: READINGS,
-            before_scan: Pose2::identity(),
+            has_decided: false,
             log: CarmenLog::empty(),
         })
     }
@@ -107,35 +104,39 @@ impl Experiment {
         self.advance()
     }
 
-    /// The first half of a step: the pilot looks at the map and tells the robot what to do. Does nothing in the middle of a
-    /// period or of a scan, where [`Self::next_stage`] may have left off.
+    /// The first half of a step: the pilot looks at the map and tells the robot what to do. Does nothing where it has
+    /// decided already, as [`Self::next_stage`] may leave it.
     pub fn decide(&mut self) {
-        if self.readings < READINGS || self.slam.pending_points().is_some() {
+        self.pilot.stages_mut().show_all();
+        self.steer();
+    }
+
+    fn steer(&mut self) {
+        if std::mem::replace(&mut self.has_decided, true) {
             return;
         }
         let estimate = self.slam.estimate();
-        let command = self
-            .pilot
-            .steer(&situation(&self.sim, &self.slam, &estimate));
-        self.obey(command);
-    }
-
-    fn obey(&mut self, command: Option<Command>) {
-        if let Some(command) = command {
+        let now = situation(&self.sim, &self.slam, &estimate);
+        if let Some(command) = self.pilot.steer(&now) {
             self.sim.command(command);
         }
-        self.readings = 0;
     }
 
     /// The second half of a step: the robot moves, odometry and scans are taken in. Tells whether a scan was.
     ///
     /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors make none such.
     pub fn advance(&mut self) -> Result<bool, SlamError> {
-        let mut has_scanned = self.complete_scan()?;
-        while self.readings < READINGS {
+        self.pilot.stages_mut().show_all();
+        self.sense()
+    }
+
+    fn sense(&mut self) -> Result<bool, SlamError> {
+        self.has_decided = false;
+        let mut has_scanned = false;
+        for _ in 0..READINGS {
             if let Some(scan) = self.read()? {
-                self.begin_scan(scan)?;
-                has_scanned |= self.complete_scan()?;
+                self.scan(&scan)?;
+                has_scanned = true;
             }
         }
         Ok(has_scanned)
@@ -143,7 +144,6 @@ impl Experiment {
 
     /// One reading of the odometry, and the scan that came with it.
     fn read(&mut self) -> Result<Option<Scan>, SlamError> {
-        self.readings += 1;
         self.sim.advance(CONTROL_PERIOD / f64::from(READINGS));
         let odometry = self.sim.odometry();
         self.dead_reckoning = self.dead_reckoning * odometry.motion;
@@ -160,6 +160,44 @@ impl Experiment {
                 .push(scan.stamp.seconds(), &self.dead_reckoning, scan);
         }
         Ok(scan)
+    }
+
+    fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
+        let before = self.slam.estimate();
+        self.slam.scan(scan)?;
+        if self.is_in_cycle() {
+            for report in stages::of_scan(&self.slam, &before) {
+                self.pilot.stages_mut().record(report);
+            }
+        }
+        let sample = Sample {
+            stamp: self.sim.stamp(),
+            truth: self.truth(),
+            estimate: self.slam.estimate(),
+            odometry: self.dead_reckoning,
+        };
+        self.record.push(sample, self.slam.explain());
+        Ok(())
+    }
+
+    /// Goes on to the next stage of the cycle that was not shown yet, and tells which it is; `None` where the errand is over
+    /// or there is none. It steps through the record of the stages; the run itself goes on, to the next decision, only
+    /// where that is used up, so that its bits are those of [`Self::step`].
+    ///
+    /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors make none such.
+    pub fn next_stage(&mut self) -> Result<Option<Stage>, SlamError> {
+        for _ in 0..2 * MOST_PERIODS {
+            let stage = self.pilot.stages_mut().step();
+            if stage.is_some() || self.status().is_over() || !self.is_in_cycle() {
+                return Ok(stage);
+            }
+            if self.has_decided {
+                self.sense()?;
+            } else {
+                self.steer();
+            }
+        }
+        Ok(None)
     }
 
     /// Other settings from here on, as far as they can be changed during a run (see [`Slam::reconfigure`]).
@@ -187,7 +225,7 @@ impl Experiment {
         sim.command(Command::Stop);
         let on_command = sim.scans_on_command();
         let (mut scans, mut stands) = (vec![], false);
-        for _ in 0..MOST_STANDING {
+        for _ in 0..MOST_PERIODS {
             if on_command && stands && !sim.is_busy() {
                 sim.command(Command::Scan);
             }

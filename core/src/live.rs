@@ -144,7 +144,7 @@ impl Live {
             FromBridge::Heartbeat(beat) => {
                 (self.dropped, self.watchers) = (beat.dropped, beat.clients);
             }
-            FromBridge::Event(event) => self.note(event.severity, event.text),
+            FromBridge::Notice(event) => self.note(event.severity, event.text),
             FromBridge::Refused(reason) => self.refused(reason),
             FromBridge::Granted(_) if std::mem::take(&mut self.wants_to_arm) => {
                 self.client.arm(now);

@@ -41,7 +41,7 @@ use crate::points::Points;
 use crate::robot::{Bumpers, Command, RobotModel, Stamp};
 use around::people_are_near;
 pub use config::PilotConfig;
-pub use stages::{Cut, Cycle, Stage, StageReport};
+pub use stages::{Cut, Stage, StageRecord, StageReport};
 pub use status::{Failure, Finish, Homecoming, Mode, Status};
 
 /// What the pilot knows at a tick.
@@ -85,7 +85,7 @@ pub struct Pilot {
     told: (f64, f64),
     errand: errand::Errand,
     phase: cycle::Phase,
-    cycle: Cycle,
+    stages: StageRecord,
     hand_scan: cycle::HandScan,
     /// Whether bumpers were pressed at the last tick.
     was_bumped: bool,
@@ -114,7 +114,7 @@ impl Pilot {
             told: (0.0, 0.0),
             errand: errand::Errand::default(),
             phase: cycle::Phase::default(),
-            cycle: Cycle::default(),
+            stages: StageRecord::default(),
             hand_scan: cycle::HandScan::default(),
             was_bumped: false,
         }
@@ -127,7 +127,7 @@ impl Pilot {
         self.wish = (0.0, 0.0);
         self.errand = errand::Errand::default();
         self.phase = cycle::Phase::default();
-        self.cycle = Cycle::default();
+        self.stages = StageRecord::default();
     }
 
     /// Other settings from the next tick on.
@@ -161,33 +161,15 @@ impl Pilot {
         }
     }
 
-    /// One stage of the cycle, for someone who follows it stage by stage; as many of these in a row as give no command are
-    /// one [`Self::steer`]. The second tells whether there is more to do now.
-    pub(crate) fn steer_by_stage(&mut self, now: &Situation) -> (Option<Command>, bool) {
-        let in_cycle = self.mode != Mode::Manual
-            && !self.status.is_over()
-            && !now.robot_is_busy
-            && now.scans_on_command;
-        if !in_cycle {
-            return (self.steer(now), false);
-        }
-        self.was_bumped = now.bumpers.any();
-        match self.stage(now) {
-            cycle::Next::Stage => (None, true),
-            cycle::Next::Tell(command) => (Some(command), false),
-            cycle::Next::Wait => (None, false),
-        }
-    }
-
-    /// The cycle so far; empty for continuous driving.
+    /// What the stages of the cycle gave; empty for continuous driving.
     #[must_use]
-    pub fn cycle(&self) -> &Cycle {
-        &self.cycle
+    pub fn stages(&self) -> &StageRecord {
+        &self.stages
     }
 
-    /// What somebody else did for the cycle.
-    pub(crate) fn tell(&mut self, report: StageReport) {
-        self.cycle.tell(report);
+    /// The same, for whoever does the stages of the scan, or steps through the record.
+    pub(crate) fn stages_mut(&mut self) -> &mut StageRecord {
+        &mut self.stages
     }
 
     fn by_hand(&mut self, now: &Situation) -> Option<Command> {

@@ -81,26 +81,6 @@ pub struct Slam {
     vector: VectorMap,
     /// What sonars beside the main sensor have drawn.
     sonar_grid: Option<Grid>,
-    /// A scan that is taken in part by part.
-    pending: Option<Pending>,
-}
-
-/// The parts in which a scan is taken in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ScanPart {
-    /// Lines are found.
-    Lines,
-    /// The pose is corrected.
-    Localise,
-    /// The map is drawn.
-    Map,
-}
-
-#[derive(Clone, Debug)]
-struct Pending {
-    scan: Scan,
-    points: Points,
-    next: ScanPart,
 }
 
 impl Slam {
@@ -122,7 +102,6 @@ impl Slam {
             obstacles: None,
             motion_since_scan: Pose2::identity(),
             heading_variance: 0.0,
-            pending: None,
         })
     }
 
@@ -131,7 +110,6 @@ impl Slam {
     /// # Errors    [`SlamError::Odometry`] for a motion that is not finite, whatever the method.
     pub fn odometry(&mut self, odometry: &Odometry) -> Result<(), SlamError> {
         odometry.validate()?;
-        while self.continue_scan()?.is_some() {}
         self.estimator.predict(odometry)?;
         self.history.push(odometry);
         self.motion_since_scan = self.motion_since_scan * odometry.motion;
@@ -143,13 +121,18 @@ impl Slam {
     /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises, [`SlamError::Lines`] and [`SlamError::Ekf`] for one
     /// that the line extraction or the filter refuses.
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
-        while self.continue_scan()?.is_some() {}
         scan.validate()?;
         let scan = self.prepared(scan);
         let points = self.points_of(&scan);
-        for part in [ScanPart::Lines, ScanPart::Localise, ScanPart::Map] {
-            self.take_in(part, &scan, &points)?;
-        }
+        let prepared = PreparedScan {
+            scan: &scan,
+            points: &points,
+            history: &self.history,
+            config: &self.config,
+        };
+        self.estimator.find_lines(&points)?;
+        self.estimator.correct(&prepared)?;
+        self.estimator.draw(&prepared);
         self.conclude(points);
         Ok(())
     }
@@ -165,66 +148,11 @@ impl Slam {
         }
     }
 
-    /// The same part by part: [`Self::continue_scan`] does the parts. The next motion or scan does those that are left.
-    ///
-    /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises.
-    #[allow(
-        clippy::needless_pass_by_value,
-        reason = "it is kept, as it came or with invalid readings in it"
-    )]
-    pub fn begin_scan(&mut self, scan: Scan) -> Result<(), SlamError> {
-        while self.continue_scan()?.is_some() {}
-        scan.validate()?;
-        let scan = self.prepared(&scan).into_owned();
-        self.pending = Some(Pending {
-            points: self.points_of(&scan),
-            scan,
-            next: ScanPart::Lines,
-        });
-        Ok(())
-    }
-
-    /// Does the next part of the scan that was begun, and tells which; `None` where nothing is left to do.
-    ///
-    /// # Errors    [`SlamError`] as of [`Self::scan`]; what is left of the scan is given up.
-    pub fn continue_scan(&mut self) -> Result<Option<ScanPart>, SlamError> {
-        let Some(Pending { scan, points, next }) = self.pending.take() else {
-            return Ok(None);
-        };
-        self.take_in(next, &scan, &points)?;
-        let after = match next {
-            ScanPart::Lines => Some(ScanPart::Localise),
-            ScanPart::Localise => Some(ScanPart::Map),
-            ScanPart::Map => None,
-        };
-        match after {
-            Some(next) => self.pending = Some(Pending { scan, points, next }),
-            None => self.conclude(points),
-        }
-        Ok(Some(next))
-    }
-
     fn points_of(&self, scan: &Scan) -> Points {
         Points::from_rolling_scan(scan, &self.history, &self.config.points)
     }
 
-    fn take_in(&mut self, part: ScanPart, scan: &Scan, points: &Points) -> Result<(), SlamError> {
-        let sweep = PreparedScan {
-            scan,
-            points,
-            history: &self.history,
-            config: &self.config,
-        };
-        match part {
-            ScanPart::Lines => self.estimator.find_lines(points),
-            ScanPart::Localise => self.estimator.correct(&sweep),
-            ScanPart::Map => {
-                self.estimator.draw(&sweep);
-                Ok(())
-            }
-        }
-    }
-
+    /// What a scan leaves behind for the next one and for the pilot.
     fn conclude(&mut self, points: Points) {
         walls::observe(&mut self.vector, &self.estimator, &points);
         self.blind_zone.update(&points, &self.motion_since_scan);

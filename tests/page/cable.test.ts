@@ -157,7 +157,7 @@ test('a robot and a lidar at the ports of this computer are driven and mapped wi
     await together(robot, begun, () => expect.poll(error, { ...PATIENCE, message: 'it knows where it is' }).toBeLessThan(0.3));
 
     // Out of sight it stops too. It stands because of the Stop above.
-    await exploreUntil(lab, robot, 'it drives again', async () => (await robot.facts()).moves, ['Stop']);
+    await exploreUntil(lab, robot, 'it drives again', async () => (await robot.facts()).moves, ['stop']);
     await page.evaluate(() => {
       Object.defineProperty(document, 'hidden', { value: true, configurable: true });
       document.dispatchEvent(new Event('visibilitychange'));

@@ -39,7 +39,7 @@ test('without the token a page watches: it maps, and anyone may stop', async ({ 
   await expect(page.getByText('simulated rp6 with lidar')).toBeVisible();
   await lab.hidePanels();
   await lab.at('stop').click();
-  await expect.poll(async () => (await state())?.reason).toBe('Stop');
+  await expect.poll(async () => (await state())?.reason).toBe('stop');
 });
 
 test('with the token it drives by hand and by itself, and Stop ends it', async ({ lab, page, bridge, token, state, hasTouch }) => {

@@ -144,7 +144,7 @@ test('the real firmware without a lidar sweeps its rangers, drives and maps', as
     const bridge = await open(run);
     const sweeps = Number(process.env.SLAMLAB_SWEEPS ?? 6);
     // Between two looks it sees nothing: contacts are told, not judged.
-    await exploreUntil(lab, robot, 'its sweeps come as scans, from place to place', (s) => s.scans > sweeps, ['Bumper']);
+    await exploreUntil(lab, robot, 'its sweeps come as scans, from place to place', (s) => s.scans > sweeps, ['bumper']);
     const truth = await mapTruth(run);
     const { seconds, behind, fault, contacts } = await robot.facts();
     const error = await positionError(run);

@@ -160,7 +160,7 @@ export async function turnByHand(lab: Lab, robot: WiredRobot): Promise<void> {
 }
 
 /** Reasons for which a robot may stand before it was armed, or on a machine that starves it, its bridge or the page. */
-const UNARMED = ['', 'Start', 'Silence', 'Link', 'LeaseExpired', 'DriverGone'];
+const UNARMED = ['', 'start', 'silence', 'link', 'lease-expired', 'driver-gone'];
 
 /** Sends it exploring. */
 async function explore(lab: Lab, robot: WiredRobot): Promise<void> {

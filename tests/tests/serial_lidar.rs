@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use nalgebra::Point2;
 use slamlab_bridge::serial::{Ld06, Retry, Rplidar, SerialSource};
 use slamlab_bridge::settings::SourceSettings;
-use slamlab_bridge::source::{self, Event, Running, Source};
+use slamlab_bridge::source::{self, Running, Source, SourceEvent};
 use slamlab_core::robot::Scan;
 use slamlab_core::sim::worlds;
 use slamlab_core::wire::message::{DeviceState, LinkState};
@@ -38,7 +38,7 @@ const PATIENCE: u64 = 60;
 /// A source at work, and what it said.
 struct Ear {
     running: Option<Running>,
-    events: mpsc::Receiver<(u8, Event)>,
+    events: mpsc::Receiver<(u8, SourceEvent)>,
 }
 
 impl Ear {
@@ -69,7 +69,7 @@ impl Ear {
     }
 
     /// The first event that is wanted, within `seconds`.
-    fn wait<T>(&mut self, seconds: u64, mut wanted: impl FnMut(&Event) -> Option<T>) -> T {
+    fn wait<T>(&mut self, seconds: u64, mut wanted: impl FnMut(&SourceEvent) -> Option<T>) -> T {
         let until = Instant::now() + Duration::from_secs(seconds);
         let mut others = vec![];
         while Instant::now() < until {
@@ -87,7 +87,7 @@ impl Ear {
 
     fn scan(&mut self) -> Scan {
         self.wait(PATIENCE, |event| match event {
-            Event::Scan(scan) => Some(scan.clone()),
+            SourceEvent::Scan(scan) => Some(scan.clone()),
             _ => None,
         })
     }
@@ -95,7 +95,7 @@ impl Ear {
     /// Waits for a state; gives the sentence that came with it.
     fn state(&mut self, wanted: DeviceState) -> String {
         self.wait(PATIENCE, |event| match event {
-            Event::Device { state, detail, .. } if *state == wanted => Some(detail.clone()),
+            SourceEvent::Device { state, detail, .. } if *state == wanted => Some(detail.clone()),
             _ => None,
         })
     }
@@ -103,7 +103,7 @@ impl Ear {
     /// Waits until it is told, with this state, in these words. On a loaded machine a device may stutter before.
     fn told(&mut self, wanted: DeviceState, words: &[&str]) {
         self.wait(PATIENCE, |event| match event {
-            Event::Device { state, detail, .. } if *state == wanted => words
+            SourceEvent::Device { state, detail, .. } if *state == wanted => words
                 .iter()
                 .all(|words| detail.contains(words))
                 .then_some(()),
@@ -113,15 +113,17 @@ impl Ear {
 
     fn link(&mut self, wanted: LinkState) {
         self.wait(PATIENCE, |event| match event {
-            Event::Link(link) if link.state == wanted => Some(()),
+            SourceEvent::Link(link) if link.state == wanted => Some(()),
             _ => None,
         });
     }
 }
 
-fn brief(event: &Event) -> String {
+fn brief(event: &SourceEvent) -> String {
     match event {
-        Event::Scan(scan) => format!("scan of {} at {:.3} s", scan.len(), scan.stamp.seconds()),
+        SourceEvent::Scan(scan) => {
+            format!("scan of {} at {:.3} s", scan.len(), scan.stamp.seconds())
+        }
         other => format!("{other:?}"),
     }
 }
@@ -206,7 +208,7 @@ fn an_rplidar_says_what_it_is() {
         let mut ear = Ear::rplidar(socket.path(), ScanMode::Standard);
         ear.link(LinkState::Up);
         let model = ear.wait(PATIENCE, |event| match event {
-            Event::Device { model, .. } if !model.is_empty() => Some(model.clone()),
+            SourceEvent::Device { model, .. } if !model.is_empty() => Some(model.clone()),
             _ => None,
         });
         assert_eq!(model, "RPLIDAR A1M8, firmware 1.29, hardware 7");

@@ -7,7 +7,7 @@
 use std::time::{Duration, Instant};
 
 use slamlab_bridge::serial::{Ld06, Retry, Rp6, SerialSource};
-use slamlab_bridge::source::{self, Event, Order, Running};
+use slamlab_bridge::source::{self, Order, Running, SourceEvent};
 use slamlab_core::geom::Pose2;
 use slamlab_core::robot::{Command, Odometry};
 use slamlab_core::sim::worlds;
@@ -37,7 +37,7 @@ const PATIENCE: f64 = 60.0;
 /// A source at work, and what it said.
 struct Driver {
     running: Option<Running>,
-    events: mpsc::Receiver<(u8, Event)>,
+    events: mpsc::Receiver<(u8, SourceEvent)>,
     /// Odometry joined together, in the frame where the link came up.
     pose: Pose2,
 }
@@ -59,22 +59,22 @@ impl Driver {
     }
 
     /// Takes the next event, if there is one.
-    fn hear(&mut self) -> Option<Event> {
+    fn hear(&mut self) -> Option<SourceEvent> {
         let (_, event) = self.events.try_recv().ok()?;
-        if let Event::Odometry(odometry) = &event {
+        if let SourceEvent::Odometry(odometry) = &event {
             self.pose = self.pose * odometry.motion;
         }
         Some(event)
     }
 
-    fn wait<T>(&mut self, seconds: f64, mut wanted: impl FnMut(&Event) -> Option<T>) -> T {
+    fn wait<T>(&mut self, seconds: f64, mut wanted: impl FnMut(&SourceEvent) -> Option<T>) -> T {
         let until = Instant::now() + Duration::from_secs_f64(seconds);
         let mut others = vec![];
         while Instant::now() < until {
             match self.hear() {
                 Some(event) => match wanted(&event) {
                     Some(found) => return found,
-                    None if matches!(event, Event::Odometry(_)) => (),
+                    None if matches!(event, SourceEvent::Odometry(_)) => (),
                     None => others.push(event),
                 },
                 None => std::thread::sleep(Duration::from_millis(2)),
@@ -85,14 +85,14 @@ impl Driver {
 
     fn link(&mut self, wanted: LinkState) {
         self.wait(PATIENCE, |event| match event {
-            Event::Link(link) if link.state == wanted => Some(()),
+            SourceEvent::Link(link) if link.state == wanted => Some(()),
             _ => None,
         });
     }
 
     fn detail(&mut self, wanted: DeviceState) -> String {
         self.wait(PATIENCE, |event| match event {
-            Event::Device { state, detail, .. } if *state == wanted && !detail.is_empty() => {
+            SourceEvent::Device { state, detail, .. } if *state == wanted && !detail.is_empty() => {
                 Some(detail.clone())
             }
             _ => None,
@@ -187,12 +187,12 @@ fn robot_and_lidar_are_on_one_clock() {
         let (mut last, mut apart) = (None, vec![]);
         while apart.len() < 30 && Instant::now() < until {
             match events.try_recv() {
-                Ok((_, Event::Odometry(odometry))) => {
+                Ok((_, SourceEvent::Odometry(odometry))) => {
                     let end = last.map_or(odometry.from, |odometry: Odometry| odometry.to);
                     assert_eq!(odometry.from, end, "odometry has no gaps");
                     last = Some(odometry);
                 }
-                Ok((_, Event::Scan(scan))) => {
+                Ok((_, SourceEvent::Scan(scan))) => {
                     apart.extend(last.map(|odometry| scan.stamp.since(odometry.to)));
                 }
                 Ok(_) => (),
@@ -216,12 +216,12 @@ fn it_says_what_it_is_and_how_it_is() {
         let socket = Socket::plugged(robot()).unwrap();
         let mut driver = Driver::new(socket.path());
         let model = driver.wait(PATIENCE, |event| match event {
-            Event::Device { model, .. } if !model.is_empty() => Some(model.clone()),
+            SourceEvent::Device { model, .. } if !model.is_empty() => Some(model.clone()),
             _ => None,
         });
         assert_eq!(model, "RP6, firmware 1.0");
         let volts = driver.wait(PATIENCE, |event| match event {
-            Event::Battery { volts, .. } => Some(*volts),
+            SourceEvent::Battery { volts, .. } => Some(*volts),
             _ => None,
         });
         let truth = socket.with(|robot| robot.simulation().battery_volts());
@@ -230,7 +230,7 @@ fn it_says_what_it_is_and_how_it_is() {
             "{volts} V, in truth {truth} V"
         );
         let round_trip = driver.wait(PATIENCE, |event| match event {
-            Event::Link(link) => link.round_trip,
+            SourceEvent::Link(link) => link.round_trip,
             _ => None,
         });
         assert!(round_trip > Duration::ZERO, "{round_trip:?}");
@@ -321,7 +321,7 @@ fn a_robot_that_starts_anew_stands_until_the_key_is_let_go() {
             driver.order(FORWARD);
             std::thread::sleep(Duration::from_millis(40));
             while let Some(event) = driver.hear() {
-                was_up |= matches!(event, Event::Link(link) if link.state == LinkState::Up);
+                was_up |= matches!(event, SourceEvent::Link(link) if link.state == LinkState::Up);
             }
         }
         assert!(was_up);
@@ -393,7 +393,7 @@ fn a_line_that_flips_one_bit_of_a_thousand_still_drives_and_stops() {
             socket.with(|robot| (robot.simulation().ticks(), *robot.simulation().robot()));
         assert!(left as f64 * model.metres_per_tick > 0.1, "{left} counts");
         let damaged = driver.wait(PATIENCE, |event| match event {
-            Event::Link(link) => (link.damaged > 0).then_some(link.damaged),
+            SourceEvent::Link(link) => (link.damaged > 0).then_some(link.damaged),
             _ => None,
         });
         // 150 telemetries of about 34 bytes in 3 s: 2 to 60 of them damaged.

@@ -33,6 +33,7 @@ pub struct SavedFile {
     /// What kind of file it is.
     pub mime: String,
     /// What stands in it.
+    #[tsify(type = "Uint8Array<ArrayBuffer>")]
     pub bytes: Uint8Array,
 }
 

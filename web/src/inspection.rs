@@ -3,13 +3,13 @@
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::{Considered, Correlations, Explanation, Verdict as CoreVerdict};
-use slamlab_core::slam::{ScanPart, Slam};
+use slamlab_core::pilot::Stage;
 use tsify::Tsify;
 
 use crate::border::{
     CandidateRow, Float32Array, Float64Array, Gate, SightingRow, Uint32Array, Verdict, flat,
 };
-use crate::view;
+use crate::view::Shown;
 
 /// The line filter after the last scan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
@@ -52,10 +52,11 @@ pub struct LearnedOdometry {
 impl Inspection {
     /// `None` for methods without a line map, and while lines were found that are not yet compared with it. Without `matrix` the
     /// coefficients are left out: they are many.
-    pub(crate) fn of(slam: &Slam, matrix: bool) -> Option<Self> {
-        if slam.pending_part() == Some(ScanPart::Localise) {
+    pub(crate) fn of(shown: &Shown<'_>, matrix: bool) -> Option<Self> {
+        if shown.awaits(Stage::Localise) {
             return None;
         }
+        let slam = shown.slam;
         let report = slam.explain()?;
         let correlations = if matrix {
             slam.correlations()?
@@ -64,7 +65,7 @@ impl Inspection {
         };
         let [learned, sigmas] = slam.odometry_errors()?;
         let association = &slam.config().ekf.association;
-        let map_from_robot = view::map_from_robot_at_scan(slam);
+        let map_from_robot = shown.map_from_robot_at_scan();
         let seen: Vec<_> = report
             .explanations()
             .filter_map(|explanation| {

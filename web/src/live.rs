@@ -16,6 +16,7 @@ use crate::building::KnownMap;
 use crate::drive_fit::told;
 use crate::run::{Behind, Notice, Source, WebRun};
 use crate::status::RunStatus;
+use crate::view::Shown;
 
 /// Who talks to a bridge.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
@@ -211,14 +212,14 @@ impl WebRun {
 }
 
 impl Behind {
-    pub(crate) fn status(&self) -> RunStatus {
+    pub(crate) fn status(&self, shown: &Shown<'_>) -> RunStatus {
         let live = &self.live;
         let status = RunStatus {
             time: live.stamp().seconds(),
             scans: live.scans(),
             distance: live.distance(),
             ..RunStatus::of(
-                live.slam(),
+                shown,
                 &live.odometry_pose(),
                 live.consistency(),
                 live.model(),

@@ -96,7 +96,7 @@ impl WebNear {
             Want::Dtr(on) => ("dtr", vec![], on),
             Want::Reopen => ("reopen", vec![], false),
             // What is told has become messages.
-            Want::Well | Want::Tell(_) | Want::Note(..) => ("well", vec![], false),
+            Want::Well | Want::Report(_) | Want::Note(..) => ("well", vec![], false),
         };
         Some(LineWant {
             what: what.to_owned(),

@@ -10,7 +10,7 @@ use slamlab_core::format::map_server::{MapImage, MapMode};
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::hash::StateHash;
 use slamlab_core::live::Live;
-use slamlab_core::pilot::{self, Cycle as CoreCycle, Pilot, Stage as CoreStage};
+use slamlab_core::pilot::{self, Pilot, Stage as CoreStage, StageRecord};
 use slamlab_core::replay::Replay;
 use slamlab_core::robot::{RobotModel, Scan};
 use slamlab_core::settings::Settings;
@@ -20,8 +20,7 @@ use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{
-    FieldName, GrowthName, Level, SavedKind, SettingValues, Stage,
-    Typed, WebError, names, typed,
+    FieldName, GrowthName, Level, SavedKind, SettingValues, Stage, Typed, WebError, names, typed,
 };
 use crate::building::KnownFile;
 use crate::contest::{ContestAsk, Field, WebContest};
@@ -32,7 +31,7 @@ use crate::inspection::Inspection;
 use crate::rooms::Rooms;
 use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
-use crate::view::{self, SlamView};
+use crate::view::{self, Shown, SlamView};
 
 /// Scans of a standing twin from which σ(ρ) is estimated.
 const STANDING_SCANS: usize = 120;
@@ -90,7 +89,7 @@ pub(crate) struct Behind {
 pub struct Cycle {
     /// Scans asked for so far.
     pub round: u32,
-    /// Reports so far.
+    /// Reports shown so far.
     pub count: f64,
     /// The stage of the newest; null before the first.
     pub now: Option<Stage>,
@@ -152,19 +151,19 @@ impl WebRun {
     /// # Errors    None that a page can cause.
     pub fn status(&self) -> Typed<RunStatus> {
         typed(&match &self.source {
-            Source::Simulation(sim) => sim.status(),
+            Source::Simulation(sim) => sim.status(&self.shown()),
             Source::Recording(replay) => RunStatus {
                 time: replay.time(),
                 progress: replay.progress(),
                 scans: replay.scans_done() as u32,
                 ..RunStatus::of(
-                    replay.slam(),
+                    &self.shown(),
                     &replay.odometry_pose(),
                     replay.consistency(),
                     replay.robot(),
                 )
             },
-            Source::Live(behind) => behind.status(),
+            Source::Live(behind) => behind.status(&self.shown()),
         })
     }
 
@@ -172,7 +171,7 @@ impl WebRun {
     ///
     /// # Errors    None that a page can cause.
     pub fn view(&self, generation: u32, revision: f64) -> Typed<SlamView> {
-        typed(&SlamView::since(self.slam(), generation, revision))
+        typed(&SlamView::since(&self.shown(), generation, revision))
     }
 
     /// Why the last scan's lines were matched, and, with `matrix`, how errors hang together; nothing for methods without a line
@@ -180,7 +179,7 @@ impl WebRun {
     ///
     /// # Errors    None that a page can cause.
     pub fn inspect(&self, matrix: bool) -> Result<Option<Ts<Inspection>>, WebError> {
-        let inside = Inspection::of(self.slam(), matrix);
+        let inside = Inspection::of(&self.shown(), matrix);
         inside.as_ref().map(typed).transpose()
     }
 
@@ -409,15 +408,15 @@ impl WebRun {
     ///
     /// # Errors    None that a page can cause.
     pub fn cycle(&self) -> Result<Option<Ts<Cycle>>, WebError> {
-        let cycle = self.pilot().map(|pilot| Cycle::of(pilot.cycle()));
+        let cycle = self.pilot().map(|pilot| Cycle::of(pilot.stages()));
         cycle.as_ref().map(typed).transpose()
     }
 
-    /// Reports of the cycle so far.
+    /// Reports of the cycle that were shown so far.
     #[must_use]
     pub fn cycle_count(&self) -> f64 {
         self.pilot()
-            .map_or(0.0, |pilot| pilot.cycle().told() as f64)
+            .map_or(0.0, |pilot| pilot.stages().count() as f64)
     }
 
     /// Explore from here on.
@@ -480,6 +479,13 @@ impl WebRun {
             Source::Simulation(sim) => sim.experiment.slam(),
             Source::Recording(replay) => replay.slam(),
             Source::Live(behind) => behind.live.slam(),
+        }
+    }
+
+    fn shown(&self) -> Shown<'_> {
+        Shown {
+            slam: self.slam(),
+            stages: self.pilot().map(Pilot::stages),
         }
     }
 
@@ -559,18 +565,18 @@ impl WebRun {
 }
 
 impl Cycle {
-    fn of(cycle: &CoreCycle) -> Self {
+    fn of(record: &StageRecord) -> Self {
         let words = |(_, stage): &(_, CoreStage)| StageWords {
             stage: stage.into(),
-            text: cycle
+            text: record
                 .report(*stage)
                 .map(ToString::to_string)
                 .unwrap_or_default(),
         };
         Self {
-            round: cycle.round(),
-            count: cycle.told() as f64,
-            now: cycle.now().as_ref().map(Into::into),
+            round: record.round(),
+            count: record.count() as f64,
+            now: record.now().as_ref().map(Into::into),
             stages: CoreStage::ALL.iter().map(words).collect(),
         }
     }

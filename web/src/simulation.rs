@@ -12,7 +12,7 @@ use crate::border::{DoorRow, MaterialName, SettingValues, Stage, Typed, WebError
 use crate::run::{Simulated, Source, WebRun};
 use crate::setup::Setup;
 use crate::status::RunStatus;
-use crate::view;
+use crate::view::{self, Shown};
 
 #[wasm_bindgen]
 impl WebRun {
@@ -44,7 +44,7 @@ impl WebRun {
         sim.is_ok_and(|sim| sim.experiment.is_in_cycle())
     }
 
-    /// Goes on to the end of the next stage of the cycle; nothing where there is none.
+    /// Goes on to the next stage of the cycle; nothing where there is none.
     ///
     /// # Errors    No simulation.
     pub fn next_stage(&mut self) -> Result<Option<Ts<Stage>>, WebError> {
@@ -138,7 +138,7 @@ impl WebRun {
 }
 
 impl Simulated {
-    pub(crate) fn status(&self) -> RunStatus {
+    pub(crate) fn status(&self, shown: &Shown<'_>) -> RunStatus {
         let (experiment, sim) = (&self.experiment, self.experiment.sim());
         let (truth, record) = (experiment.truth(), experiment.record());
         let status = RunStatus {
@@ -154,7 +154,7 @@ impl Simulated {
                 _ => 0.0,
             },
             ..RunStatus::of(
-                experiment.slam(),
+                shown,
                 &experiment.odometry_pose(),
                 record.consistency(),
                 sim.robot(),

@@ -5,10 +5,11 @@ use slamlab_core::estimation::{ConsistencyWindow, Figure};
 use slamlab_core::geom::Pose2;
 use slamlab_core::pilot::{Pilot, Status};
 use slamlab_core::robot::{BodyShape, RobotModel};
-use slamlab_core::slam::{PriorMapFit, Slam};
+use slamlab_core::slam::PriorMapFit;
 use tsify::Tsify;
 
 use crate::border::{DiagnosisName, Level, Mode, PlannerName, TaskState};
+use crate::view::Shown;
 
 /// The numbers of the moment; poses in the map frame, m and rad. NaN where the source knows none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
@@ -132,12 +133,13 @@ impl Task {
 impl RunStatus {
     /// What every source knows: the estimate, where the wheels alone would put the robot, and its body.
     pub(crate) fn of(
-        slam: &Slam,
+        shown: &Shown<'_>,
         odometry: &Pose2,
         consistency: &ConsistencyWindow,
         robot: &RobotModel,
     ) -> Self {
-        let (estimate, fit) = (slam.estimate(), slam.prior_map_fit());
+        let (estimate, slam) = (shown.estimate(), shown.slam);
+        let fit = slam.prior_map_fit();
         let flat = |figure: Option<Figure>| {
             figure.map_or([f64::NAN; 3], |f| [f.mean, f.band[0], f.band[1]])
         };

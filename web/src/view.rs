@@ -2,8 +2,9 @@
 
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
-use slamlab_core::geom::{Pose2, Segment};
+use slamlab_core::geom::{Pose2, PoseEstimate, Segment};
 use slamlab_core::map::CellState;
+use slamlab_core::pilot::{Stage, StageRecord};
 use slamlab_core::points::{Beam, Points};
 use slamlab_core::slam::Slam;
 use tsify::Tsify;
@@ -57,33 +58,65 @@ pub struct SlamView {
     pub beams: Float32Array,
     /// x1 y1 x2 y2 of the lines found in the last scan.
     pub found: Float32Array,
-    /// The walls of the line map, see `LINE`.
-    pub lines: Float64Array,
+    /// The walls of the line map, see `LINE`; none while they are those that were shown.
+    pub lines: Option<Float64Array>,
+}
+
+/// What is to be seen: the newest, or what the stage shown last had given by then.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shown<'a> {
+    pub(crate) slam: &'a Slam,
+    /// None of a recording.
+    pub(crate) stages: Option<&'a StageRecord>,
+}
+
+impl Shown<'_> {
+    /// Whether what this stage changed is not to be seen yet.
+    pub(crate) fn awaits(&self, stage: Stage) -> bool {
+        self.stages.is_some_and(|stages| stages.awaits(stage))
+    }
+
+    pub(crate) fn estimate(&self) -> PoseEstimate {
+        let held = self.stages.and_then(StageRecord::held_estimate);
+        held.copied().unwrap_or_else(|| self.slam.estimate())
+    }
+
+    pub(crate) fn map_from_robot_at_scan(&self) -> Pose2 {
+        self.estimate().pose * self.slam.motion_since_scan().inverse()
+    }
 }
 
 impl SlamView {
-    /// The view of someone who knows the grid up to `revision` of `generation`.
-    pub(crate) fn since(slam: &Slam, generation: u32, revision: f64) -> Self {
+    /// The view of someone who knows the grid up to `revision` of `generation`. Somebody who follows the cycle stage by stage
+    /// sees what each stage changed when that stage is shown.
+    pub(crate) fn since(shown: &Shown<'_>, generation: u32, revision: f64) -> Self {
+        let slam = shown.slam;
         let (layers, now) = (slam.layers(), slam.shown_version() as u32);
         let known = if now == generation {
             revision as u64
         } else {
             0
         };
+        let mut view = Self {
+            generation: now,
+            revision: layers.revision() as f64,
+            grid: None,
+            scan: hits(shown),
+            beams: beams(slam),
+            found: found(shown),
+            lines: (!shown.awaits(Stage::Localise)).then(|| lines(slam)),
+        };
+        if shown.awaits(Stage::Map) {
+            (view.generation, view.revision) = (generation, revision);
+            return view;
+        }
         let (mut index, mut cells) = (vec![], vec![]);
         for (block, log_odds) in layers.blocks_since(known) {
             index.extend([block.col, block.row]);
             cells.extend(log_odds.iter().map(|&l| tone(l)));
         }
-        Self {
-            generation: now,
-            revision: layers.revision() as f64,
-            grid: GridChange::of(slam.grid().resolution(), index, cells),
-            scan: hits(slam),
-            beams: beams(slam),
-            found: found(slam),
-            lines: lines(slam),
-        }
+        view.grid = GridChange::of(slam.grid().resolution(), index, cells);
+        view
     }
 }
 
@@ -107,37 +140,31 @@ pub(crate) fn free_area(slam: &Slam) -> f64 {
     free as f64 * grid.resolution() * grid.resolution()
 }
 
-fn hits(slam: &Slam) -> Float32Array {
-    let map_from_robot = map_from_robot_at_scan(slam);
-    let ends = shown(slam).map(|beam| pair(map_from_robot * beam.end_in_robot));
+fn hits(shown: &Shown<'_>) -> Float32Array {
+    let map_from_robot = shown.map_from_robot_at_scan();
+    let ends = hits_of(shown.slam).map(|beam| pair(map_from_robot * beam.end_in_robot));
     ends.flatten().collect()
 }
 
 fn beams(slam: &Slam) -> Float32Array {
-    flat(shown(slam).map(|beam| BeamRow {
+    flat(hits_of(slam).map(|beam| BeamRow {
         range: beam.range as f32,
         sigma: beam.sigma as f32,
         quality: beam.quality.map_or(f32::NAN, f32::from),
     }))
 }
 
-/// Hits of the scan that is shown: one that is taken in part by part from its first part on, for the robot stands.
-fn shown(slam: &Slam) -> impl Iterator<Item = &Beam> {
-    let points = slam.pending_points().or(slam.points());
-    points.into_iter().flat_map(Points::hits)
+fn hits_of(slam: &Slam) -> impl Iterator<Item = &Beam> {
+    slam.points().into_iter().flat_map(Points::hits)
 }
 
-fn found(slam: &Slam) -> Float32Array {
-    let map_from_robot = map_from_robot_at_scan(slam);
-    let ends = slam.features().iter().flat_map(|line| line.ends);
-    ends.flat_map(|end| pair(map_from_robot * end)).collect()
-}
-
-pub(crate) fn map_from_robot_at_scan(slam: &Slam) -> Pose2 {
-    if slam.pending_points().is_some() {
-        return slam.estimate().pose;
+fn found(shown: &Shown<'_>) -> Float32Array {
+    if shown.awaits(Stage::Lines) {
+        return Float32Array::default();
     }
-    slam.estimate().pose * slam.motion_since_scan().inverse()
+    let map_from_robot = shown.map_from_robot_at_scan();
+    let ends = shown.slam.features().iter().flat_map(|line| line.ends);
+    ends.flat_map(|end| pair(map_from_robot * end)).collect()
 }
 
 /// Names of the walls that the last scan merged, the one that stays before the one that goes.

@@ -52,7 +52,11 @@ fn rust<T: Tsify + serde::de::DeserializeOwned>(typed: Result<Ts<T>, WebError>) 
 where
     T::JsType: Clone,
 {
-    typed.map_err(words).expect("an answer").to_rust().expect("of its type")
+    typed
+        .map_err(words)
+        .expect("an answer")
+        .to_rust()
+        .expect("of its type")
 }
 
 /// The error as a browser would print it.
@@ -96,7 +100,8 @@ fn an_experiment_steps_and_has_frames() {
     assert_eq!(status.mode, ModeName::Explore);
     let view: SlamView = rust(run.view(0, 0.0));
     assert!(view.scan.len() > 200 && view.scan.len().is_multiple_of(2));
-    assert!(!view.lines.is_empty() && view.lines.len().is_multiple_of(12));
+    let lines = view.lines.clone().expect("nobody steps through stages");
+    assert!(!lines.is_empty() && lines.len().is_multiple_of(12));
     assert!(!run.truth().is_empty() && run.truth().len().is_multiple_of(4));
     assert!(run.extent() > 10.0 && run.explored() > 0.1 && run.known_area() > 1.0);
     assert_eq!(run.state_hash().len(), 16);
@@ -109,8 +114,14 @@ fn an_experiment_steps_and_has_frames() {
 }
 
 fn saved(run: &WebRun, what: SavedKind) -> Vec<SavedFile> {
-    let files = run.export(&ts(&what), "arena").map_err(words).expect("files");
-    files.iter().map(|file| file.to_rust().expect("a file")).collect()
+    let files = run
+        .export(&ts(&what), "arena")
+        .map_err(words)
+        .expect("files");
+    files
+        .iter()
+        .map(|file| file.to_rust().expect("a file"))
+        .collect()
 }
 
 #[wasm_bindgen_test]
@@ -120,7 +131,10 @@ fn the_filter_can_be_looked_into() {
         step(&mut run);
     }
     let inside = run.inspect(true).map_err(words).expect("an answer");
-    let inside: Inspection = inside.expect("a line filter").to_rust().expect("of its type");
+    let inside: Inspection = inside
+        .expect("a line filter")
+        .to_rust()
+        .expect("of its type");
     let n = inside.robot_rows as usize + 2 * inside.landmarks.len();
     assert_eq!(inside.coefficients.len(), n * n);
     for (row, cells) in inside.coefficients.chunks(n).enumerate() {
@@ -133,7 +147,10 @@ fn the_filter_can_be_looked_into() {
     let counted: f64 = inside.sightings.chunks(7).map(|s| s[6]).sum();
     assert_eq!(inside.candidates.len(), 8 * counted as usize);
     let is_matched = |s: &[f64]| s[4] == f64::from(Verdict::Matched as u8);
-    assert!(inside.sightings.chunks(7).any(is_matched), "walls are recognised");
+    assert!(
+        inside.sightings.chunks(7).any(is_matched),
+        "walls are recognised"
+    );
     let mut first = 0;
     for sighting in inside.sightings.chunks(7) {
         if is_matched(sighting) {
@@ -168,7 +185,8 @@ fn the_grid_is_told_in_blocks_that_changed() {
     for _ in 0..60 {
         step(&mut run);
     }
-    let view = |run: &WebRun, generation, revision| -> SlamView { rust(run.view(generation, revision)) };
+    let view =
+        |run: &WebRun, generation, revision| -> SlamView { rust(run.view(generation, revision)) };
     let all = view(&run, 0, 0.0);
     let grid = all.grid.clone().expect("blocks");
     assert_eq!(grid.cells.len(), grid.index.len() / 2 * BLOCK);
@@ -190,7 +208,9 @@ fn fields_are_told_in_blocks_that_may_have_changed() {
         step(&mut run);
     }
     for name in [Field::Distance, Field::Likelihood, Field::Room] {
-        let of = |generation, revision| -> FieldChange { rust(run.field(&ts(&name), generation, revision)) };
+        let of = |generation, revision| -> FieldChange {
+            rust(run.field(&ts(&name), generation, revision))
+        };
         let all = of(0, 0.0);
         let grid = all.grid.expect("blocks");
         assert!(grid.cells.contains(&0) && grid.cells.iter().any(|&byte| byte > 0));
@@ -245,14 +265,19 @@ fn the_hand_takes_over_and_stop_stops() {
 
 #[wasm_bindgen_test]
 fn what_cannot_be_is_refused_in_a_sentence() {
-    let refuse = |world: &str, json: Option<&str>| experiment(world, json).expect_err("no such world");
+    let refuse =
+        |world: &str, json: Option<&str>| experiment(world, json).expect_err("no such world");
     assert!(refuse("atlantis", None).contains("there is no world `atlantis`"));
     assert!(refuse("", Some("")).contains("empty"));
     assert!(refuse("", Some("{ \"slamlab_world\": 1,")).contains("line 1"));
     let error = WebRun::simulate(&ts(&setup("atlantis", None))).expect_err("no such world");
     assert_eq!(error.kind, ErrorKind::Setup);
     let kind = js_sys::Reflect::get(&JsValue::from(error), &"kind".into());
-    assert_eq!(kind, Ok(JsValue::from("setup")), "whoever catches it reads the kind");
+    assert_eq!(
+        kind,
+        Ok(JsValue::from("setup")),
+        "whoever catches it reads the kind"
+    );
     let in_wall = r#"{ "slamlab_world": 1, "name": "w", "start": { "x": 0.05, "y": 1 },
         "obstacles": [{ "shape": "polyline", "closed": true, "points": [[0, 0], [4, 0], [4, 3], [0, 3]] }] }"#;
     let text = refuse("w", Some(in_wall));

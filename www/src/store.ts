@@ -1,7 +1,7 @@
 // What the page knows, and who wants to hear of changes. Components read it and send commands; nothing is computed here.
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
-import { type BenchResponse, type Calibration, type ContestState, type Cycle, type DriveFit, type Ground, type Inspection, type MethodName, type Rooms, type Setup, type SigmaCurve, type SourceKind, TWIN_STRIDE } from "./protocol/module.js";
+import { type BenchResponse, type Calibration, type ContestState, type Cycle, type DriveFit, type Ground, type Inspection, type MethodName, type Rooms, type Setup, type SigmaCurve, type SourceKind, TWIN_STRIDE, type Level } from "./protocol/module.js";
 import type { Told } from "./protocol/setup.js";
 import type { BridgeState } from "./protocol/devices.js";
 import type { Frame, Status } from "./protocol/frame.js";

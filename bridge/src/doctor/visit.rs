@@ -7,7 +7,7 @@ use slamlab_core::wire::message::DeviceState;
 
 use super::finding::Measured;
 use crate::serial::{Device, Line, OpenError, PortSettings, Received, Want, note};
-use crate::source::Event;
+use crate::source::SourceEvent;
 
 /// How long the line is waited for at a time.
 const TURN: Duration = Duration::from_millis(5);
@@ -145,16 +145,16 @@ impl Visit {
                 }
                 // A port without DTR is none the worse.
                 Want::Dtr(is_set) => drop(line.set_dtr(is_set)),
-                Want::Tell(event) => self.see(event),
+                Want::Report(event) => self.see(event),
                 Want::Note(weight, text) => note(&device.profile().name, weight, &text),
                 Want::Well | Want::Reopen => (),
             }
         }
     }
 
-    fn see(&mut self, event: Event) {
+    fn see(&mut self, event: SourceEvent) {
         match event {
-            Event::Device {
+            SourceEvent::Device {
                 state,
                 model,
                 detail,
@@ -168,12 +168,12 @@ impl Visit {
                 }
                 self.model = model;
             }
-            Event::Link(link) => self.damage = [link.damaged, link.skipped],
-            Event::Scan(scan) => {
+            SourceEvent::Link(link) => self.damage = [link.damaged, link.skipped],
+            SourceEvent::Scan(scan) => {
                 self.data();
                 self.scans.push((scan.stamp, scan.len()));
             }
-            Event::Odometry(_) => {
+            SourceEvent::Odometry(_) => {
                 self.data();
                 self.odometries += 1;
             }

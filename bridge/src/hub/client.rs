@@ -93,7 +93,7 @@ impl Hub {
             let now = self.clock.now();
             self.given = None;
             self.rule(now, Input::Asks(Client { id, may_drive }, asked));
-            if matches!(message, ToBridge::Drive(body) if body.motion.is_errand()) {
+            if matches!(message, ToBridge::Drive(body) if body.motion.is_manoeuvre()) {
                 let order = self.given.take();
                 self.errand_given(id, header.sequence, order);
             }

@@ -1,13 +1,13 @@
 //! Errands: ways, turns and sweeps, which take their time. Who gave one learns when it is over, whatever ends it.
 //!
-//! In: driving messages as the rules judged them, and what the robot's source says of being busy. Out: [`ErrandBody`].
+//! In: driving messages as the rules judged them, and what the robot's source says of being busy. Out: [`ManoeuvreBody`].
 //!
 //! 1. A message that gives an errand is followed by the order that the rules and safe mode made of it. Is that an errand too, it
 //!    began; else it is told as over at once.
 //! 2. The source says whether its robot is busy, and after which order it says so: what it says after the errand's counts.
 //! 3. A link that goes ends the errand, and so does another errand.
 
-use slamlab_core::wire::message::{ErrandBody, FromBridge};
+use slamlab_core::wire::message::{FromBridge, ManoeuvreBody};
 
 use super::Hub;
 use crate::safety::ClientId;
@@ -23,7 +23,7 @@ pub(super) struct Errand {
 
 impl Errand {
     fn body(self, busy: bool) -> FromBridge {
-        FromBridge::Errand(ErrandBody {
+        FromBridge::Manoeuvre(ManoeuvreBody {
             client: self.client,
             sequence: self.sequence,
             busy,

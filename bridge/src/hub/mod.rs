@@ -17,7 +17,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use slamlab_core::wire::message::{
-    BridgeHeartbeat, DeviceState, Event as News, FromBridge, Header, SafetyBody, Severity, ToBridge,
+    BridgeHeartbeat, DeviceState, FromBridge, Header, Notice, SafetyBody, Severity, ToBridge,
 };
 use tokio::sync::{mpsc, oneshot};
 use tokio::time::Instant;
@@ -31,7 +31,7 @@ use slamlab_core::device::news::{Devices, explain};
 use slamlab_core::device::robot_side::RobotSide;
 
 use crate::safety::{ClientId, Input, Output, Safety, SafetyConfig};
-use crate::source::{Event, Order, Running};
+use crate::source::{Order, Running, SourceEvent};
 use client::Connected;
 pub(crate) use client::NewClient;
 use errand::Errand;
@@ -58,7 +58,7 @@ pub(crate) enum FromClient {
 pub(crate) struct HubParts {
     pub(crate) clock: Clock,
     pub(crate) sources: Vec<Running>,
-    pub(crate) events: mpsc::Receiver<(u8, Event)>,
+    pub(crate) events: mpsc::Receiver<(u8, SourceEvent)>,
     pub(crate) clients: mpsc::Receiver<FromClient>,
     pub(crate) metrics: Arc<Metrics>,
     pub(crate) recorder: Option<Recorder>,
@@ -190,11 +190,11 @@ impl Hub {
     }
 
     /// Takes what a source says.
-    fn event(&mut self, source: u8, event: Event) {
+    fn event(&mut self, source: u8, event: SourceEvent) {
         let now = self.clock.now();
         self.metrics.events.fetch_add(1, Ordering::Relaxed);
         let consequence = self.robot.event(now, source, &event);
-        if let Event::Busy { busy, after } = event {
+        if let SourceEvent::Busy { busy, after } = event {
             if self.robot.source() == Some(usize::from(source)) {
                 self.busy(busy, after);
             }
@@ -214,7 +214,7 @@ impl Hub {
         {
             self.order(Order::Command(command));
         }
-        if let Event::Device {
+        if let SourceEvent::Device {
             state: DeviceState::Fault,
             detail,
             ..
@@ -267,7 +267,7 @@ impl Hub {
         }
         if let Some(source) = self.robot.source().and_then(|at| self.sources.get(at)) {
             let number = source.order(order);
-            self.given = order.is_errand().then_some(number);
+            self.given = order.is_manoeuvre().then_some(number);
         }
     }
 
@@ -286,7 +286,7 @@ impl Hub {
     fn news(&mut self, severity: Severity, text: impl Into<String>) {
         let text = text.into();
         tracing::info!("{text}");
-        self.tell_all(FromBridge::Event(News { severity, text }));
+        self.tell_all(FromBridge::Notice(Notice { severity, text }));
     }
 
     fn tell(&self, client: ClientId, message: FromBridge) {

@@ -172,7 +172,7 @@ fn slot(message: &FromBridge) -> Option<Slot> {
         FromBridge::Battery(body) => (Stream::Battery, body.source),
         FromBridge::Currents(body) => (Stream::Currents, body.source),
         FromBridge::Link(body) => (Stream::Link, body.source),
-        FromBridge::Errand(_) => (Stream::Errand, 0),
+        FromBridge::Manoeuvre(_) => (Stream::Errand, 0),
         FromBridge::Heartbeat(_) => (Stream::Heartbeat, 0),
         FromBridge::Recording(_) => (Stream::Recording, 0),
         _ => return None,
@@ -195,7 +195,7 @@ fn joined(first: &FromBridge, second: &FromBridge) -> Option<FromBridge> {
 mod tests {
     use slamlab_core::geom::Pose2;
     use slamlab_core::robot::{Scan, Stamp};
-    use slamlab_core::wire::message::{BatteryBody, Event, ScanBody, Severity};
+    use slamlab_core::wire::message::{BatteryBody, Notice, ScanBody, Severity};
 
     use super::*;
 
@@ -219,7 +219,7 @@ mod tests {
     }
 
     fn event(text: &str) -> Arc<FromBridge> {
-        Arc::new(FromBridge::Event(Event {
+        Arc::new(FromBridge::Notice(Notice {
             severity: Severity::Info,
             text: text.into(),
         }))

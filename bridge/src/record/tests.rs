@@ -6,7 +6,7 @@ use std::rc::Rc;
 use std::sync::mpsc::sync_channel;
 
 use mcap::read::{MessageStream, Options};
-use slamlab_core::wire::message::{BatteryBody, Event, Format, Severity, decode};
+use slamlab_core::wire::message::{BatteryBody, Format, Notice, Severity, decode};
 use slamlab_core::wire::recording::CHANNEL;
 
 use super::journal::Storage;
@@ -208,7 +208,7 @@ fn messages_and_orders_stand_in_the_file_when_it_is_finished() {
     let folder = tempfile::TempDir::new().unwrap();
     let path = folder.path().join("a.mcap");
     let recorder = Recorder::start(&path, Clock::start()).unwrap();
-    let news = FromBridge::Event(Event {
+    let news = FromBridge::Notice(Notice {
         severity: Severity::Info,
         text: "hello".into(),
     });

@@ -243,7 +243,7 @@ impl Peer<'_> {
         if let Some(said) = self.services.heard(message, self.client.map(|(id, _)| id)) {
             self.guest.say(&said)?;
         } else if let FromBridge::Refused(reason) = message {
-            let why = format!("{VELOCITY} was left out: {reason:?}");
+            let why = format!("{VELOCITY} was left out: {reason}");
             self.refuse(&why)?;
         }
         let now = self.shared.clock.now();

@@ -63,7 +63,7 @@ impl Services {
                 (is_ours, json!({ "armed": is_ours }))
             }
             FromBridge::Refused(reason) if is_of(&service, *reason) => {
-                (false, json!({ "reason": format!("{reason:?}") }))
+                (false, json!({ "reason": reason }))
             }
             _ => return None,
         };

@@ -165,7 +165,7 @@ impl<D: Device> Life<D> {
                         tracing::debug!("no DTR, the motor must be switched otherwise: {error}");
                     }
                 }
-                Want::Tell(event) => self.port.send(event),
+                Want::Report(event) => self.port.send(event),
                 Want::Well => self.pause = self.retry.first,
                 Want::Reopen => return Err(Left::Reopen),
                 Want::Note(weight, text) => note(&self.device.profile().name, weight, &text),
@@ -178,7 +178,7 @@ impl<D: Device> Life<D> {
     fn tell(&mut self) {
         while let Some(want) = self.device.next_want() {
             match want {
-                Want::Tell(event) => self.port.send(event),
+                Want::Report(event) => self.port.send(event),
                 Want::Note(weight, text) => note(&self.device.profile().name, weight, &text),
                 _ => (),
             }

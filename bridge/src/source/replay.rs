@@ -14,7 +14,7 @@ use slamlab_core::robot::Stamp;
 use slamlab_core::wire::message::{DeviceState, FromBridge, RobotFigures};
 use slamlab_core::wire::recording::{Recording, RecordingError, RecordingReader, Said};
 
-use super::{Event, Link, Port, Profile, Source, Waited};
+use super::{Link, Port, Profile, Source, SourceEvent, Waited};
 
 /// A longer pause than this is played as this.
 pub const LONGEST_PAUSE: Duration = Duration::from_secs(60);
@@ -86,7 +86,7 @@ impl ReplaySource {
 
     /// What it holds, and how long after what came before: at most [`LONGEST_PAUSE`]. Orders are messages of the other direction, and are
     /// passed over here.
-    pub fn events(&self) -> impl Iterator<Item = (Duration, Event)> {
+    pub fn events(&self) -> impl Iterator<Item = (Duration, SourceEvent)> {
         let mut pause = Duration::ZERO;
         let mut before = None;
         self.recording.messages().filter_map(move |message| {
@@ -118,29 +118,29 @@ impl ReplaySource {
 }
 
 /// The event that the message was made of; none for news of the bridge itself.
-fn event(said: FromBridge) -> Option<Event> {
+fn event(said: FromBridge) -> Option<SourceEvent> {
     Some(match said {
-        FromBridge::Odometry(body) => Event::Odometry(body.odometry().ok()?),
-        FromBridge::Scan(body) => Event::Scan(body.scan().ok()?),
-        FromBridge::Rangers(body) => Event::Rangers {
+        FromBridge::Odometry(body) => SourceEvent::Odometry(body.odometry().ok()?),
+        FromBridge::Scan(body) => SourceEvent::Scan(body.scan().ok()?),
+        FromBridge::Rangers(body) => SourceEvent::Rangers {
             stamp: Stamp(body.stamp),
             readings: body.readings,
         },
-        FromBridge::Bumpers(body) => Event::Bumpers {
+        FromBridge::Bumpers(body) => SourceEvent::Bumpers {
             stamp: Stamp(body.stamp),
             left: body.left,
             right: body.right,
         },
-        FromBridge::Battery(body) => Event::Battery {
+        FromBridge::Battery(body) => SourceEvent::Battery {
             stamp: Stamp(body.stamp),
             volts: body.volts,
         },
-        FromBridge::Currents(body) => Event::Currents {
+        FromBridge::Currents(body) => SourceEvent::Currents {
             stamp: Stamp(body.stamp),
             left: body.left,
             right: body.right,
         },
-        FromBridge::Link(body) => Event::Link(Link {
+        FromBridge::Link(body) => SourceEvent::Link(Link {
             state: body.state,
             round_trip: body
                 .round_trip
@@ -164,7 +164,7 @@ impl Source for ReplaySource {
     }
 
     fn run(self: Box<Self>, port: Port) {
-        let device = |state, detail: &str| Event::Device {
+        let device = |state, detail: &str| SourceEvent::Device {
             state,
             model: "recording".into(),
             detail: detail.into(),

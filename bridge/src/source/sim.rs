@@ -16,7 +16,7 @@ use slamlab_core::sim::{
 };
 use slamlab_core::wire::message::{DeviceState, LinkState};
 
-use super::{Event, Link, Order, Port, Profile, Source, Waited};
+use super::{Link, Order, Port, Profile, Source, SourceEvent, Waited};
 
 /// Between two odometry readings.
 const PERIOD: Duration = Duration::from_millis(10);
@@ -114,7 +114,7 @@ impl Source for SimSource {
             SensorModel::Sonar(_) => "sonars",
         };
         let robot = self.simulation.robot().name;
-        port.send(Event::Device {
+        port.send(SourceEvent::Device {
             state: DeviceState::Sending,
             model: format!("simulated {robot} with {sensor}"),
             detail: String::new(),
@@ -181,12 +181,12 @@ impl Life {
         self.simulation.advance(PERIOD.as_secs_f64());
         self.period += 1;
         let odometry = Robot::odometry(&mut self.simulation);
-        self.port.send(Event::Odometry(odometry));
+        self.port.send(SourceEvent::Odometry(odometry));
         while let Some(scan) = self.simulation.take_scan() {
-            self.port.send(Event::Scan(scan));
+            self.port.send(SourceEvent::Scan(scan));
         }
         while let Some(look) = self.simulation.take_look() {
-            self.port.send(Event::Look(look));
+            self.port.send(SourceEvent::PartialScan(look));
         }
         self.readings();
     }
@@ -194,7 +194,7 @@ impl Life {
     fn tell_busy(&mut self) {
         let busy = self.simulation.is_busy();
         if self.busy.replace(busy) != Some(busy) {
-            self.port.send(Event::Busy { busy, after: 0 });
+            self.port.send(SourceEvent::Busy { busy, after: 0 });
         }
     }
 
@@ -204,15 +204,15 @@ impl Life {
         let bumpers = self.simulation.bumpers();
         if is_due(BUMPERS_EVERY) || self.bumpers.replace(bumpers) != Some(bumpers) {
             let Bumpers { left, right } = bumpers;
-            self.port.send(Event::Bumpers { stamp, left, right });
+            self.port.send(SourceEvent::Bumpers { stamp, left, right });
         }
         if is_due(CURRENTS_EVERY) {
             let [left, right] = self.simulation.motor_currents().map(|amps| amps as f32);
-            self.port.send(Event::Currents { stamp, left, right });
+            self.port.send(SourceEvent::Currents { stamp, left, right });
         }
         if is_due(BATTERY_EVERY) {
             let volts = self.simulation.battery_volts() as f32;
-            self.port.send(Event::Battery { stamp, volts });
+            self.port.send(SourceEvent::Battery { stamp, volts });
             self.link();
             self.busy = None;
         }
@@ -220,7 +220,7 @@ impl Life {
     }
 
     fn link(&self) {
-        self.port.send(Event::Link(Link {
+        self.port.send(SourceEvent::Link(Link {
             state: LinkState::Up,
             round_trip: None,
             damaged: 0,

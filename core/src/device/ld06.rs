@@ -7,9 +7,9 @@ use crate::wire::ld06::driver::{self, Driver};
 use crate::wire::message::{DeviceState, LinkState};
 use crate::wire::revolution::RevolutionConfig;
 
-use crate::device::event::{Event, Order, Profile};
 use crate::device::line::{Device, Want};
 use crate::device::report::Report;
+use crate::device::source::{Order, Profile, SourceEvent};
 
 /// An LD06 or LD19 at the other end of a line. It cannot be told anything: its motor runs while it has power.
 #[derive(Debug)]
@@ -45,7 +45,7 @@ impl Ld06 {
                 driver::Event::State(state) => self.state(state),
                 driver::Event::Scan(scan) => {
                     self.wants.push_back(Want::Well);
-                    self.wants.push_back(Want::Tell(Event::Scan(scan)));
+                    self.wants.push_back(Want::Report(SourceEvent::Scan(scan)));
                 }
                 driver::Event::Fault(fault) => {
                     self.report.detail = fault.to_string();
@@ -55,7 +55,7 @@ impl Ld06 {
         }
         self.report.count(self.driver.tally());
         self.wants
-            .extend(self.report.link_now_and_then(now).map(Want::Tell));
+            .extend(self.report.link_now_and_then(now).map(Want::Report));
     }
 
     fn state(&mut self, state: DeviceState) {
@@ -63,7 +63,8 @@ impl Ld06 {
             self.report.detail.clear();
             self.report.model = "LD06 or LD19".into();
         }
-        self.wants.extend(self.report.lidar(state).map(Want::Tell));
+        self.wants
+            .extend(self.report.lidar(state).map(Want::Report));
     }
 }
 
@@ -80,7 +81,7 @@ impl Device for Ld06 {
         self.driver = Driver::new(self.config.clone(), now);
         self.report.reopened();
         let events = self.report.change(DeviceState::Waiting, LinkState::Opening);
-        self.wants.extend(events.map(Want::Tell));
+        self.wants.extend(events.map(Want::Report));
     }
 
     fn receive(&mut self, bytes: &[u8], now: Stamp) {
@@ -100,7 +101,7 @@ impl Device for Ld06 {
 
     fn broken(&mut self, why: String) {
         self.wants.clear();
-        self.wants.extend(self.report.broken(why).map(Want::Tell));
+        self.wants.extend(self.report.broken(why).map(Want::Report));
     }
 
     fn next_want(&mut self) -> Option<Want> {

@@ -2,7 +2,7 @@
 
 use crate::robot::Stamp;
 
-use crate::device::event::{Event, Order, Profile};
+use crate::device::source::{Order, Profile, SourceEvent};
 
 /// A device at the other end of a line. Time counts on the bridge's clock, the same for all devices; stamps of what a device
 /// tells are on that clock too, whatever its own says.
@@ -42,8 +42,8 @@ pub enum Want {
     Write(Vec<u8>),
     /// Set (true) or clear DTR. A line without it (a plain UART) is none the worse.
     Dtr(bool),
-    /// Tell the bridge.
-    Tell(Event),
+    /// Report this to the bridge.
+    Report(SourceEvent),
     /// All is well: the next time that the line breaks, it is tried again soon.
     Well,
     /// Close the line and begin anew after a pause.

@@ -15,15 +15,15 @@ use std::time::Duration;
 
 use crate::robot::Stamp;
 use crate::wire::message::{
-    BridgeHeartbeat, BridgeHello, CHALLENGE_BYTES, ErrandBody, Event as News, Format, FromBridge,
-    Header, MessageError, ProbeAnswer, RobotFigures, SCHEMA, SafetyBody, Severity, ToBridge,
+    BridgeHeartbeat, BridgeHello, CHALLENGE_BYTES, Format, FromBridge, Header, ManoeuvreBody,
+    MessageError, Notice, ProbeAnswer, RobotFigures, SCHEMA, SafetyBody, Severity, ToBridge,
     Watching, Welcome, decode, encode,
 };
 
-use crate::device::event::{self, Event, Order, Profile};
 use crate::device::news::{Devices, explain};
 use crate::device::robot_side::RobotSide;
 use crate::device::safety::{Asked, Client, ClientId, Input, Output, Safety, SafetyConfig};
+use crate::device::source::{self, Order, Profile, SourceEvent};
 use crate::device::{Device, Want, Weight};
 
 /// The one who drives.
@@ -92,8 +92,8 @@ impl Near {
     /// Says hello to the client, who begins or begins anew.
     pub fn begin(&mut self, now: Duration) {
         self.now = now;
-        let robot = event::robot(self.profiles.iter()).and_then(|profile| profile.robot);
-        let on_command = event::scans_on_command(self.profiles.iter());
+        let robot = source::robot(self.profiles.iter()).and_then(|profile| profile.robot);
+        let on_command = source::scans_on_command(self.profiles.iter());
         let config = SafetyConfig::default();
         self.is_in = false;
         self.say(&FromBridge::Hello(BridgeHello {
@@ -164,7 +164,7 @@ impl Near {
     pub fn next_want(&mut self, line: usize) -> Option<Want> {
         while let Some(want) = self.waiting_or_next(line) {
             match want {
-                Want::Tell(event) => self.event(line as u8, event),
+                Want::Report(event) => self.event(line as u8, event),
                 Want::Note(weight, text) => self.note(line, weight, &text),
                 Want::Reopen => {
                     self.set_open(line, false);
@@ -241,7 +241,7 @@ impl Near {
         };
         self.gave_errand = false;
         self.rule(Input::Asks(DRIVER, asked));
-        if matches!(message, ToBridge::Drive(body) if body.motion.is_errand()) {
+        if matches!(message, ToBridge::Drive(body) if body.motion.is_manoeuvre()) {
             if self.gave_errand {
                 self.errand_over();
                 self.errand = Some(header.sequence);
@@ -269,9 +269,9 @@ impl Near {
         }
     }
 
-    fn event(&mut self, line: u8, event: Event) {
+    fn event(&mut self, line: u8, event: SourceEvent) {
         let consequence = self.robot.event(self.now, line, &event);
-        if let Event::Busy { busy, .. } = event {
+        if let SourceEvent::Busy { busy, .. } = event {
             // What a device said of its rest before an order is forgotten when the order is given: this comes after it.
             if !busy && self.robot.source() == Some(usize::from(line)) {
                 self.errand_over();
@@ -307,13 +307,13 @@ impl Near {
             Weight::Error => Severity::Error,
         };
         let text = format!("{}: {text}", self.profiles[line].name);
-        self.tell(&FromBridge::Event(News { severity, text }));
+        self.tell(&FromBridge::Notice(Notice { severity, text }));
     }
 
     fn fault(&mut self, reason: crate::wire::message::DisarmReason) {
         self.rule(Input::Fault(reason));
         let (severity, text) = (Severity::Error, explain(reason).to_owned());
-        self.tell(&FromBridge::Event(News { severity, text }));
+        self.tell(&FromBridge::Notice(Notice { severity, text }));
     }
 
     fn rule(&mut self, input: Input) {
@@ -338,11 +338,12 @@ impl Near {
         let line = self.robot.source();
         if let Some((line, device)) = line.and_then(|l| Some((l, self.devices.get_mut(l)?))) {
             let before = std::iter::from_fn(|| device.next_want());
-            let is_rest = |want: &Want| matches!(want, Want::Tell(Event::Busy { busy: false, .. }));
+            let is_rest =
+                |want: &Want| matches!(want, Want::Report(SourceEvent::Busy { busy: false, .. }));
             self.waiting[line].extend(before);
             self.waiting[line].retain(|want| !is_rest(want));
             device.order(order, stamp);
-            self.gave_errand = order.is_errand();
+            self.gave_errand = order.is_manoeuvre();
         }
     }
 
@@ -366,7 +367,7 @@ impl Near {
 
     fn tell_errand(&mut self, busy: bool) {
         if let Some(sequence) = self.errand {
-            self.tell(&FromBridge::Errand(ErrandBody {
+            self.tell(&FromBridge::Manoeuvre(ManoeuvreBody {
                 client: CLIENT,
                 sequence,
                 busy,

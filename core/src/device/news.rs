@@ -6,7 +6,7 @@ use crate::wire::message::{
     LinkBody, OdometryBody, RangersBody, ScanBody,
 };
 
-use crate::device::event::{Event, Profile};
+use crate::device::source::{Profile, SourceEvent};
 
 /// Robot and sensors, as clients know them.
 #[derive(Clone, Debug, Default)]
@@ -35,34 +35,36 @@ impl Devices {
 
 impl Devices {
     /// What clients are told of an event of source `source`; none where it is not for them.
-    pub fn message(&mut self, source: u8, event: Event) -> Option<FromBridge> {
+    pub fn message(&mut self, source: u8, event: SourceEvent) -> Option<FromBridge> {
         let micros = |stamp: Stamp| stamp.0;
         Some(match event {
-            Event::Odometry(odometry) => FromBridge::Odometry(OdometryBody::new(source, &odometry)),
-            Event::Scan(scan) => FromBridge::Scan(ScanBody::new(source, &scan)),
-            Event::Rangers { stamp, readings } => FromBridge::Rangers(RangersBody {
+            SourceEvent::Odometry(odometry) => {
+                FromBridge::Odometry(OdometryBody::new(source, &odometry))
+            }
+            SourceEvent::Scan(scan) => FromBridge::Scan(ScanBody::new(source, &scan)),
+            SourceEvent::Rangers { stamp, readings } => FromBridge::Rangers(RangersBody {
                 source,
                 stamp: micros(stamp),
                 readings,
             }),
-            Event::Bumpers { stamp, left, right } => FromBridge::Bumpers(BumpersBody {
+            SourceEvent::Bumpers { stamp, left, right } => FromBridge::Bumpers(BumpersBody {
                 source,
                 stamp: micros(stamp),
                 left,
                 right,
             }),
-            Event::Battery { stamp, volts } => FromBridge::Battery(BatteryBody {
+            SourceEvent::Battery { stamp, volts } => FromBridge::Battery(BatteryBody {
                 source,
                 stamp: micros(stamp),
                 volts,
             }),
-            Event::Currents { stamp, left, right } => FromBridge::Currents(CurrentsBody {
+            SourceEvent::Currents { stamp, left, right } => FromBridge::Currents(CurrentsBody {
                 source,
                 stamp: micros(stamp),
                 left,
                 right,
             }),
-            Event::Link(link) => FromBridge::Link(LinkBody {
+            SourceEvent::Link(link) => FromBridge::Link(LinkBody {
                 source,
                 state: link.state,
                 round_trip: link.round_trip.map(|duration| duration.as_secs_f32()),
@@ -70,8 +72,8 @@ impl Devices {
                 skipped: link.skipped,
             }),
             // What a look means for driving is known here.
-            Event::Busy { .. } | Event::Look(_) => return None,
-            Event::Device {
+            SourceEvent::Busy { .. } | SourceEvent::PartialScan(_) => return None,
+            SourceEvent::Device {
                 state,
                 model,
                 detail,

@@ -4,7 +4,7 @@ use crate::robot::Stamp;
 use crate::wire::Tally;
 use crate::wire::message::{DeviceState, LinkState};
 
-use crate::device::event::{Event, Link};
+use crate::device::source::{Link, SourceEvent};
 
 /// Seconds between two reports of a line that does not change.
 const NOW_AND_THEN: f64 = 1.0;
@@ -59,9 +59,9 @@ impl Report {
         &mut self,
         state: DeviceState,
         link: LinkState,
-    ) -> impl Iterator<Item = Event> + use<> {
+    ) -> impl Iterator<Item = SourceEvent> + use<> {
         let now = (state, self.model.clone(), self.detail.clone());
-        let device = (self.told.as_ref() != Some(&now)).then(|| Event::Device {
+        let device = (self.told.as_ref() != Some(&now)).then(|| SourceEvent::Device {
             state,
             model: now.1.clone(),
             detail: now.2.clone(),
@@ -72,7 +72,10 @@ impl Report {
     }
 
     /// The events of a change of a lidar, whose driver says whether it measures.
-    pub(super) fn lidar(&mut self, state: DeviceState) -> impl Iterator<Item = Event> + use<> {
+    pub(super) fn lidar(
+        &mut self,
+        state: DeviceState,
+    ) -> impl Iterator<Item = SourceEvent> + use<> {
         let (state, link) = match state {
             DeviceState::Measuring => (DeviceState::Sending, LinkState::Up),
             DeviceState::Connected => (state, LinkState::Up),
@@ -82,23 +85,23 @@ impl Report {
     }
 
     /// The events of a line that broke, or could not be opened; `why` says cause and cure.
-    pub(super) fn broken(&mut self, why: String) -> impl Iterator<Item = Event> + use<> {
+    pub(super) fn broken(&mut self, why: String) -> impl Iterator<Item = SourceEvent> + use<> {
         self.detail = why;
         self.change(DeviceState::Waiting, LinkState::Down)
     }
 
     /// The event of a change of the line, if it is one.
-    pub(super) fn change_link(&mut self, link: LinkState) -> Option<Event> {
+    pub(super) fn change_link(&mut self, link: LinkState) -> Option<SourceEvent> {
         let has_changed = self.link.state != link;
         self.link.state = link;
-        has_changed.then_some(Event::Link(self.link))
+        has_changed.then_some(SourceEvent::Link(self.link))
     }
 
     /// The line, once a second.
-    pub(super) fn link_now_and_then(&mut self, now: Stamp) -> Option<Event> {
+    pub(super) fn link_now_and_then(&mut self, now: Stamp) -> Option<SourceEvent> {
         (now.since(self.link_told) >= NOW_AND_THEN).then(|| {
             self.link_told = now;
-            Event::Link(self.link)
+            SourceEvent::Link(self.link)
         })
     }
 

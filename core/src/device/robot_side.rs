@@ -6,8 +6,8 @@ use crate::control::SafeMode;
 use crate::robot::{Command, Stamp};
 use crate::wire::message::{DisarmReason, LinkState};
 
-use crate::device::event::{self, Event, Order, Profile};
 use crate::device::safety::plausible::{Plausible, PlausibleConfig};
+use crate::device::source::{self, Order, Profile, SourceEvent};
 
 /// What is known of the robot that takes commands: the first source that has one.
 #[derive(Clone, Debug)]
@@ -40,7 +40,7 @@ impl RobotSide {
         let source = sources
             .clone()
             .position(|profile| profile.robot.is_some() && profile.takes_orders);
-        let on_command = event::scans_on_command(sources.clone());
+        let on_command = source::scans_on_command(sources.clone());
         let fresh = source
             .and_then(|at| sources.clone().nth(at)?.robot)
             .map(|robot| SafeMode::new(robot, on_command));
@@ -92,9 +92,9 @@ impl RobotSide {
     }
 
     /// Takes an event. Scans count from whatever source: the lidar may be another than the robot.
-    pub fn event(&mut self, now: Duration, source: u8, event: &Event) -> Consequence {
+    pub fn event(&mut self, now: Duration, source: u8, event: &SourceEvent) -> Consequence {
         let mut consequence = Consequence::default();
-        if let Event::Scan(scan) = event {
+        if let SourceEvent::Scan(scan) = event {
             let safe_mode = self.safe_mode.as_mut();
             consequence.correction = safe_mode.and_then(|safe_mode| safe_mode.scan(scan));
         }
@@ -102,11 +102,11 @@ impl RobotSide {
             return consequence;
         }
         match event {
-            Event::Look(look) => {
+            SourceEvent::PartialScan(look) => {
                 let safe_mode = self.safe_mode.as_mut();
                 consequence.correction = safe_mode.and_then(|safe_mode| safe_mode.look(look));
             }
-            Event::Odometry(odometry) => {
+            SourceEvent::Odometry(odometry) => {
                 if odometry.from < self.newest.0 {
                     self.begin_anew();
                 }
@@ -116,13 +116,13 @@ impl RobotSide {
                     consequence.correction = safe_mode.odometry(odometry);
                 }
             }
-            Event::Bumpers { left, right, .. } => {
+            SourceEvent::Bumpers { left, right, .. } => {
                 consequence.fault = self.plausible.bumpers([*left, *right]);
             }
-            Event::Battery { volts, .. } => {
+            SourceEvent::Battery { volts, .. } => {
                 consequence.fault = self.plausible.battery(now, *volts);
             }
-            Event::Link(link) => consequence.link = self.link(link.state == LinkState::Up),
+            SourceEvent::Link(link) => consequence.link = self.link(link.state == LinkState::Up),
             _ => (),
         }
         consequence

@@ -17,9 +17,9 @@ use crate::wire::message::{DeviceState, LinkState, RangerReading};
 use crate::wire::rp6::Down;
 use crate::wire::rp6::{self, Hello, Link, LinkConfig, Phase, Ranger, Telemetry};
 
-use crate::device::event::{Event, Order, Profile};
 use crate::device::line::{Device, Want, Weight};
 use crate::device::report::Report;
+use crate::device::source::{Order, Profile, SourceEvent};
 
 mod errand;
 mod looks;
@@ -162,13 +162,13 @@ impl Rp6 {
             telemetry.state.bumper_right(),
         ];
         let is_due = now.since(robot.last_told) >= NOW_AND_THEN;
-        let touches = (robot.bumpers != [left, right] || is_due).then_some(Event::Bumpers {
+        let touches = (robot.bumpers != [left, right] || is_due).then_some(SourceEvent::Bumpers {
             stamp,
             left,
             right,
         });
         robot.bumpers = [left, right];
-        let battery = is_due.then(|| Event::Battery {
+        let battery = is_due.then(|| SourceEvent::Battery {
             stamp,
             volts: telemetry.battery_volts() as f32,
         });
@@ -176,11 +176,11 @@ impl Rp6 {
             robot.last_told = now;
         }
         match odometry.validate() {
-            Ok(()) => self.tell(Event::Odometry(odometry)),
+            Ok(()) => self.tell(SourceEvent::Odometry(odometry)),
             Err(error) => self.note(Weight::Warning, error.to_string()),
         }
         let events = touches.into_iter().chain(battery);
-        self.wants.extend(events.map(Want::Tell));
+        self.wants.extend(events.map(Want::Report));
         self.fault(telemetry.fault);
         self.sweep(|sweeps| sweeps.telemetry(telemetry));
         self.look_on(telemetry, now);
@@ -216,7 +216,7 @@ impl Rp6 {
             servo: ranger.servo_angle() as f32,
             raw: ranger.adc,
         };
-        self.tell(Event::Rangers {
+        self.tell(SourceEvent::Rangers {
             stamp,
             readings: vec![reading],
         });
@@ -230,9 +230,9 @@ impl Rp6 {
         let Some(swept) = robot.sweeps.as_mut().and_then(end) else {
             return;
         };
-        let (mut scan, event): (Scan, fn(Scan) -> Event) = match swept {
-            Swept::Scan(scan) => (scan, Event::Scan),
-            Swept::Look(look) => (look, Event::Look),
+        let (mut scan, event): (Scan, fn(Scan) -> SourceEvent) = match swept {
+            Swept::Scan(scan) => (scan, SourceEvent::Scan),
+            Swept::Look(look) => (look, SourceEvent::PartialScan),
         };
         let Some(stamp) = robot.host_time((scan.stamp.0 / 1000) as u32) else {
             return;
@@ -294,11 +294,11 @@ impl Rp6 {
     fn state(&mut self, state: DeviceState) {
         let link = link_state(self.link.phase());
         self.wants
-            .extend(self.report.change(state, link).map(Want::Tell));
+            .extend(self.report.change(state, link).map(Want::Report));
     }
 
-    fn tell(&mut self, event: Event) {
-        self.wants.push_back(Want::Tell(event));
+    fn tell(&mut self, event: SourceEvent) {
+        self.wants.push_back(Want::Report(event));
     }
 
     fn tell_link(&mut self, now: Stamp) {
@@ -319,9 +319,9 @@ impl Rp6 {
         }
         let phase = link_state(self.link.phase());
         self.wants
-            .extend(self.report.change_link(phase).map(Want::Tell));
+            .extend(self.report.change_link(phase).map(Want::Report));
         self.wants
-            .extend(self.report.link_now_and_then(now).map(Want::Tell));
+            .extend(self.report.link_now_and_then(now).map(Want::Report));
     }
 }
 
@@ -391,7 +391,7 @@ impl Device for Rp6 {
         self.robot = None;
         // It would go on to be up until it had been silent for long enough; a line that is opened begins anew.
         self.link = Link::new(LinkConfig::default(), Stamp(0), self.nonce);
-        self.wants.extend(self.report.broken(why).map(Want::Tell));
+        self.wants.extend(self.report.broken(why).map(Want::Report));
     }
 
     fn next_want(&mut self) -> Option<Want> {

@@ -6,9 +6,9 @@ use crate::robot::Stamp;
 use crate::wire::message::DeviceState;
 use crate::wire::rplidar::driver::{self, Driver, DriverConfig};
 
-use crate::device::event::{Event, Order, Profile};
 use crate::device::line::{Device, Want, Weight};
 use crate::device::report::Report;
+use crate::device::source::{Order, Profile, SourceEvent};
 
 /// An RPLIDAR at the other end of a line.
 #[derive(Debug)]
@@ -71,7 +71,7 @@ impl Rplidar {
                 driver::Event::Scan(scan) => {
                     self.report.detail.clear();
                     self.wants.push_back(Want::Well);
-                    self.wants.push_back(Want::Tell(Event::Scan(scan)));
+                    self.wants.push_back(Want::Report(SourceEvent::Scan(scan)));
                 }
                 driver::Event::Fault(fault) => {
                     self.report.detail = fault.to_string();
@@ -82,11 +82,12 @@ impl Rplidar {
         }
         self.report.count(self.driver.tally());
         self.wants
-            .extend(self.report.link_now_and_then(now).map(Want::Tell));
+            .extend(self.report.link_now_and_then(now).map(Want::Report));
     }
 
     fn state(&mut self, state: DeviceState) {
-        self.wants.extend(self.report.lidar(state).map(Want::Tell));
+        self.wants
+            .extend(self.report.lidar(state).map(Want::Report));
     }
 }
 
@@ -128,7 +129,7 @@ impl Device for Rplidar {
 
     fn broken(&mut self, why: String) {
         self.wants.clear();
-        self.wants.extend(self.report.broken(why).map(Want::Tell));
+        self.wants.extend(self.report.broken(why).map(Want::Report));
     }
 
     fn next_want(&mut self) -> Option<Want> {

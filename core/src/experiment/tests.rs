@@ -29,7 +29,7 @@ fn stage_by_stage_is_the_same_run_to_the_bit() {
         let mut by_stage = in_cycle("arena", sensor, goal, 3);
         let mut whole = by_stage.clone();
         let mut stages = vec![];
-        // Ten stages leave off in the middle of a period and of a scan; then it goes on without a hold.
+        // Ten stages leave off in the middle of a period, with reports not shown yet; then it goes on without a hold.
         for _ in 0..10 {
             stages.extend(by_stage.next_stage().unwrap());
         }
@@ -65,7 +65,7 @@ fn stages_come_in_the_order_of_the_source() {
         Stage::Truncate,
     ];
     assert_eq!(first, expected);
-    assert!(run.pilot().cycle().report(Stage::Init).is_some());
+    assert!(run.pilot().stages().report(Stage::Init).is_some());
     let mut last = Stage::Truncate;
     for _ in 0..60 {
         let Some(stage) = run.next_stage().unwrap() else {

@@ -11,7 +11,7 @@ use crate::robot::{Command, Robot};
 use crate::sim::{SensorModel, Simulation, worlds};
 use crate::slam::SlamConfig;
 use crate::wire::message::{
-    BridgeHello, CHALLENGE_BYTES, DisarmReason, ErrandBody, Format, Header, Lease, Motion,
+    BridgeHello, CHALLENGE_BYTES, DisarmReason, Format, Header, Lease, ManoeuvreBody, Motion,
     OdometryBody, SCHEMA, SafetyBody, ScanBody, ToBridge, Watching, Welcome, decode, encode,
 };
 use crate::wire::recording::{Recording, fixture};
@@ -117,7 +117,7 @@ impl Bridge {
                 ToBridge::Drive(body) if self.armed => {
                     self.driven = self.robot.stamp().seconds();
                     self.robot.command(body.motion.into());
-                    self.errand = body.motion.is_errand().then_some(header.sequence);
+                    self.errand = body.motion.is_manoeuvre().then_some(header.sequence);
                 }
                 ToBridge::Hold { .. } => self.driven = self.robot.stamp().seconds(),
                 _ => (),
@@ -143,12 +143,12 @@ impl Bridge {
             if let (false, Some(sequence)) = (self.robot.is_busy(), self.errand) {
                 self.errand = None;
                 let (client, busy) = (1, false);
-                let body = ErrandBody {
+                let body = ManoeuvreBody {
                     client,
                     sequence,
                     busy,
                 };
-                self.tell(live, &FromBridge::Errand(body));
+                self.tell(live, &FromBridge::Manoeuvre(body));
             }
         }
         self.hear(live);

@@ -1,6 +1,6 @@
 //! The sense-plan-act cycle for sensors that scan on command, the robot standing still.
 //!
-//! 1. Scan, plan, truncate, turn, drive one leg, again. Each stage is told ([`StageReport`]), and can be done alone.
+//! 1. Scan, plan, truncate, turn, drive one leg, again. Each stage is recorded ([`StageReport`]).
 //! 2. A leg ends where the map does, and where odometry would have lost the heading: tracks slip by degrees in a turn or
 //!    a metre, and the next scan has to find walls where the filter's first order still holds. A turn that uses all of
 //!    that up is followed by a scan, then by the leg. With [`super::PilotConfig::legs_by_estimate`] the estimate says on the way when
@@ -131,7 +131,7 @@ impl Pilot {
             Phase::Truncate { leg, has_turned } => self.truncate(&leg, has_turned, now),
             Phase::TurnAndLook(angle) => {
                 self.phase = Phase::Turning;
-                self.cycle.tell(StageReport::Turn { angle });
+                self.stages.record(StageReport::Turn { angle });
                 Next::Tell(Command::Turn(angle))
             }
             Phase::Leg(leg) => self.begin_leg(&leg, now),
@@ -141,7 +141,7 @@ impl Pilot {
                     self.get_unstuck(now);
                     let length = -self.free_way(-1.0, SHORT_LEG, now);
                     let wished = -SHORT_LEG;
-                    self.cycle.tell(StageReport::Go { length, wished });
+                    self.stages.record(StageReport::Go { length, wished });
                     return Next::Tell(Command::Forward(length));
                 }
                 self.errand.stuck = 0;
@@ -152,11 +152,11 @@ impl Pilot {
 
     fn look(&mut self, now: &Situation) -> Next {
         self.status = Status::Scanning;
-        if self.cycle.now().is_none() {
+        if self.stages.now().is_none() {
             let estimate = *now.estimate;
-            self.cycle.tell(StageReport::Init { estimate });
+            self.stages.record(StageReport::Init { estimate });
         }
-        self.cycle.tell(StageReport::LooksRound);
+        self.stages.record(StageReport::LooksRound);
         Next::Tell(Command::Scan)
     }
 
@@ -179,7 +179,7 @@ impl Pilot {
         self.errand.follower = None;
         if !self.has_way(now) {
             let why = self.status.to_string();
-            self.cycle.tell(StageReport::NoPath { why });
+            self.stages.record(StageReport::NoPath { why });
             return Next::Wait;
         }
         self.tell_plan();
@@ -206,7 +206,7 @@ impl Pilot {
             legs: route.path.legs().count(),
             by: route.by,
         };
-        self.cycle.tell(report);
+        self.stages.record(report);
     }
 
     /// Cuts the first leg to what was seen and to what odometry can be trusted for.
@@ -249,7 +249,8 @@ impl Pilot {
 
     fn tell_cut(&mut self, length: f64, leg: &Segment, cut: Cut) {
         let leg = leg.length();
-        self.cycle.tell(StageReport::Truncate { length, leg, cut });
+        self.stages
+            .record(StageReport::Truncate { length, leg, cut });
     }
 
     /// Turns towards the end of the leg, then drives.
@@ -271,7 +272,7 @@ impl Pilot {
                 turns: turns + 1,
                 ..*leg
             });
-            self.cycle.tell(StageReport::Turn { angle });
+            self.stages.record(StageReport::Turn { angle });
             return Next::Tell(Command::Turn(angle));
         }
         if self.somebody_came(self.model.max_speed, now) {
@@ -281,7 +282,7 @@ impl Pilot {
         self.phase = Phase::Going(pose.position());
         let wished = way.norm();
         let length = self.free_leg(wished, now);
-        self.cycle.tell(StageReport::Go { length, wished });
+        self.stages.record(StageReport::Go { length, wished });
         Next::Tell(Command::Forward(length))
     }
 

@@ -1,10 +1,11 @@
 //! What each stage of the cycle gave, for people who want to follow it.
 //!
-//! In: nothing. Out: one [`StageReport`] for each [`Stage`], written by whoever does the stage: the experiment those of the scan
-//! (scan, lines, localise, map), the pilot the others.
+//! In: one [`StageReport`] for each [`Stage`], from whoever does the stage: scan, lines, localise and map come with a scan, the others from
+//! the pilot. Out: the [`StageRecord`], through which a person can step stage by stage while the run itself goes on in whole rounds.
 //!
 //! Source: TDK 2016 §6.3 (fig. 6.3), where each of four nodes does some of them.
 
+use std::collections::VecDeque;
 use std::fmt;
 
 use nalgebra::Point2;
@@ -90,8 +91,8 @@ pub enum StageReport {
         rejected: usize,
         /// The pose afterwards.
         estimate: PoseEstimate,
-        /// How far the scan moved the position, m.
-        moved: f64,
+        /// The pose before.
+        before: PoseEstimate,
     },
     /// The scan was drawn into the map.
     Map {
@@ -188,8 +189,9 @@ impl fmt::Display for StageReport {
                 added,
                 rejected,
                 estimate,
-                moved,
+                before,
             } => {
+                let moved = (estimate.pose.position() - before.pose.position()).norm();
                 write!(f, "{matched} recognised, {added} new, {rejected} unused; ")?;
                 write!(
                     f,
@@ -268,18 +270,55 @@ impl fmt::Display for Pose<'_> {
     }
 }
 
-/// The newest report of each stage.
+/// The reports of the rounds in order, and how far they have been shown.
+///
+/// What is recorded is shown at once, unless somebody steps through the record ([`Self::step`]): then reports wait until
+/// they are asked for, or until [`Self::show_all`].
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Cycle {
+pub struct StageRecord {
+    /// The newest report of each stage, of those that were shown.
     reports: [Option<StageReport>; Stage::ALL.len()],
     now: Option<Stage>,
     count: u64,
     round: u32,
+    /// Reports that wait to be shown.
+    waiting: VecDeque<StageReport>,
+    is_stepped: bool,
 }
 
-impl Cycle {
+impl StageRecord {
     /// A stage is done, or under way.
-    pub(crate) fn tell(&mut self, report: StageReport) {
+    pub(crate) fn record(&mut self, report: StageReport) {
+        if self.is_stepped {
+            self.waiting.push_back(report);
+        } else {
+            self.show(report);
+        }
+    }
+
+    /// Shows the next report that waits, and returns its stage; `None` where none does. That an errand or a sweep begins is
+    /// shown together with what comes next.
+    pub(crate) fn step(&mut self) -> Option<Stage> {
+        self.is_stepped = true;
+        while let Some(report) = self.waiting.pop_front() {
+            let is_stage = !matches!(report, StageReport::Init { .. } | StageReport::LooksRound);
+            self.show(report);
+            if is_stage {
+                return self.now;
+            }
+        }
+        None
+    }
+
+    /// Shows all that waits, and whatever comes from here on.
+    pub(crate) fn show_all(&mut self) {
+        self.is_stepped = false;
+        while let Some(report) = self.waiting.pop_front() {
+            self.show(report);
+        }
+    }
+
+    fn show(&mut self, report: StageReport) {
         let stage = report.stage();
         if report == StageReport::LooksRound {
             self.round += 1;
@@ -303,9 +342,9 @@ impl Cycle {
         self.now
     }
 
-    /// Reports so far.
+    /// Reports shown so far.
     #[must_use]
-    pub fn told(&self) -> u64 {
+    pub fn count(&self) -> u64 {
         self.count
     }
 
@@ -313,6 +352,21 @@ impl Cycle {
     #[must_use]
     pub fn round(&self) -> u32 {
         self.round
+    }
+
+    /// Whether a stage is done but waits to be shown: what it changed is not to be seen yet.
+    #[must_use]
+    pub fn awaits(&self, stage: Stage) -> bool {
+        self.waiting.iter().any(|report| report.stage() == stage)
+    }
+
+    /// The estimate to show while the correction of it waits to be shown; otherwise it is the newest.
+    #[must_use]
+    pub fn held_estimate(&self) -> Option<&PoseEstimate> {
+        self.waiting.iter().find_map(|report| match report {
+            StageReport::Localise { before, .. } => Some(before),
+            _ => None,
+        })
     }
 }
 
@@ -330,19 +384,19 @@ mod tests {
 
     #[test]
     fn reports_are_kept_by_stage_and_say_what_was_cut_and_why() {
-        let mut cycle = Cycle::default();
-        assert_eq!((cycle.now(), cycle.round()), (None, 0));
-        cycle.tell(StageReport::LooksRound);
-        cycle.tell(StageReport::Scan {
+        let mut stages = StageRecord::default();
+        assert_eq!((stages.now(), stages.round()), (None, 0));
+        stages.record(StageReport::LooksRound);
+        stages.record(StageReport::Scan {
             readings: 180,
             hits: 40,
         });
-        cycle.tell(StageReport::Turn { angle: -0.5 });
+        stages.record(StageReport::Turn { angle: -0.5 });
         assert_eq!(
-            (cycle.now(), cycle.told(), cycle.round()),
+            (stages.now(), stages.count(), stages.round()),
             (Some(Stage::Turn), 3, 1)
         );
-        let said = |stage| cycle.report(stage).map(ToString::to_string);
+        let said = |stage| stages.report(stage).map(ToString::to_string);
         assert_eq!(said(Stage::Scan).unwrap(), "180 readings, 40 on something");
         assert_eq!(said(Stage::Turn).unwrap(), "28.6° to the right");
         assert_eq!(said(Stage::Go), None);
@@ -362,5 +416,34 @@ mod tests {
             StageReport::Init { estimate }.to_string(),
             "at (0.00, 0.00) m, 0°, ± 0.0 cm"
         );
+    }
+
+    #[test]
+    fn who_steps_sees_one_stage_at_a_time_and_the_pose_as_it_was() {
+        let mut stages = StageRecord::default();
+        let [before, estimate] = [0.0, 1.0].map(|x| PoseEstimate::exact(Pose2::new(x, 0.0, 0.0)));
+        assert_eq!(stages.step(), None);
+        stages.record(StageReport::LooksRound);
+        let (readings, hits) = (10, 5);
+        stages.record(StageReport::Scan { readings, hits });
+        stages.record(StageReport::Localise {
+            matched: 1,
+            added: 0,
+            rejected: 0,
+            estimate,
+            before,
+        });
+        assert_eq!((stages.now(), stages.round()), (None, 0));
+        assert_eq!(stages.step(), Some(Stage::Scan));
+        assert!(stages.awaits(Stage::Localise) && !stages.awaits(Stage::Scan));
+        assert_eq!(stages.held_estimate(), Some(&before));
+        assert_eq!(stages.step(), Some(Stage::Localise));
+        assert_eq!((stages.step(), stages.held_estimate()), (None, None));
+        stages.record(StageReport::Turn { angle: 0.1 });
+        assert!(stages.awaits(Stage::Turn));
+        stages.show_all();
+        assert_eq!((stages.now(), stages.round()), (Some(Stage::Turn), 1));
+        stages.record(StageReport::Turn { angle: 0.2 });
+        assert!(!stages.awaits(Stage::Turn));
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use super::estimator::Estimator;
-use super::{Method, PriorMapFit, ScanPart, Slam, SlamConfig};
+use super::{Method, PriorMapFit, Slam, SlamConfig};
 use crate::estimation::{Correlations, Landmark, Match, OdometryErrors, UpdateReport};
 use crate::features::LineFeature;
 use crate::geom::{Pose2, PoseEstimate};
@@ -113,18 +113,6 @@ impl Slam {
     #[must_use]
     pub fn points(&self) -> Option<&Points> {
         self.points.as_ref()
-    }
-
-    /// Points of the scan that is taken in part by part, before its last part.
-    #[must_use]
-    pub fn pending_points(&self) -> Option<&Points> {
-        self.pending.as_ref().map(|pending| &pending.points)
-    }
-
-    /// The next part of the scan that is taken in part by part.
-    #[must_use]
-    pub fn pending_part(&self) -> Option<ScanPart> {
-        self.pending.as_ref().map(|pending| pending.next)
     }
 
     /// The same points and, beside them, what was seen before and stands nearer now than the sensor sees: what a pilot must

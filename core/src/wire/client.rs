@@ -174,7 +174,7 @@ impl Client {
                 }
                 self.safety = Some(safety.clone());
             }
-            FromBridge::Errand(errand)
+            FromBridge::Manoeuvre(errand)
                 if !errand.busy
                     && self.number() == Some(errand.client)
                     && self.errand == Some(errand.sequence) =>
@@ -252,7 +252,7 @@ impl Client {
                 motion,
             }),
         );
-        self.errand = motion.is_errand().then_some(self.sequence);
+        self.errand = motion.is_manoeuvre().then_some(self.sequence);
         true
     }
 

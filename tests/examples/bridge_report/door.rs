@@ -37,7 +37,7 @@ pub(crate) async fn report() -> (bool, Map<String, Value>) {
     let stale = stale_lease(&bridge).await;
     cases.insert(
         "stale lease epoch".into(),
-        case(stale, &json!("StaleEpoch")),
+        case(stale, &json!(RefusalReason::StaleEpoch)),
     );
     let (served, refused) = crowd(bridge.address).await;
     let is_bounded = served <= 300 && served + refused == CROWD && refused > 0;

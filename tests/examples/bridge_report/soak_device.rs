@@ -5,7 +5,7 @@
 
 use serde_json::{Value, json};
 use slamlab_bridge::serial::{Device as _, Rp6, Want};
-use slamlab_bridge::source::{Event, Order};
+use slamlab_bridge::source::{Order, SourceEvent};
 use slamlab_core::robot::{Command, Stamp};
 use slamlab_core::sim::worlds;
 use slamlab_tests::devices::{self, Device as _};
@@ -79,7 +79,7 @@ impl Pair {
         while let Some(want) = bridge.next_want() {
             match want {
                 Want::Write(bytes) => robot.receive(&bytes),
-                Want::Tell(Event::Odometry(odometry)) => {
+                Want::Report(SourceEvent::Odometry(odometry)) => {
                     self.odometries += 1;
                     self.worst_age = self.worst_age.max(now.since(odometry.to));
                 }

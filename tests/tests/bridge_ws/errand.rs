@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use slamlab_bridge::Config;
 use slamlab_bridge::source::sim::SimSource;
-use slamlab_core::wire::message::{ErrandBody, FromBridge, Motion, ToBridge};
+use slamlab_core::wire::message::{FromBridge, ManoeuvreBody, Motion, ToBridge};
 use slamlab_tests::calm::async_on_a_calm_machine;
 
 use crate::client::{Bridge, Came, Client};
@@ -36,7 +36,7 @@ async fn until_over(driver: &mut Client, sequence: u32, is_held: bool) -> Vec<Fr
             }
             came = driver.next() => match came {
                 Came::Message(message) => {
-                    let is_over = matches!(&message, FromBridge::Errand(errand)
+                    let is_over = matches!(&message, FromBridge::Manoeuvre(errand)
                         if errand.sequence == sequence && !errand.busy);
                     all.push(message);
                     if is_over {
@@ -51,7 +51,7 @@ async fn until_over(driver: &mut Client, sequence: u32, is_held: bool) -> Vec<Fr
 
 fn errands(messages: &[FromBridge]) -> Vec<(u32, bool)> {
     let errand = |message: &FromBridge| match message {
-        FromBridge::Errand(ErrandBody { sequence, busy, .. }) => Some((*sequence, *busy)),
+        FromBridge::Manoeuvre(ManoeuvreBody { sequence, busy, .. }) => Some((*sequence, *busy)),
         _ => None,
     };
     messages.iter().filter_map(errand).collect()
@@ -110,7 +110,7 @@ fn another_errand_ends_the_one_before() {
         let first = give(&mut driver, Motion::Turn(3.0)).await;
         driver
             .wait(|message| {
-                matches!(message, FromBridge::Errand(errand) if errand.busy).then_some(())
+                matches!(message, FromBridge::Manoeuvre(errand) if errand.busy).then_some(())
             })
             .await;
         let second = give(&mut driver, Motion::Turn(-0.4)).await;

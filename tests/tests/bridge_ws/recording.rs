@@ -7,7 +7,7 @@ use slamlab_bridge::Config;
 use slamlab_bridge::record::export;
 use slamlab_bridge::source::replay::ReplaySource;
 use slamlab_bridge::source::sim::SimSource;
-use slamlab_bridge::source::{Event, SourceName};
+use slamlab_bridge::source::{SourceEvent, SourceName};
 use slamlab_core::format::map_server::{MapMode, OccupancyMap};
 use slamlab_core::replay::Replay;
 use slamlab_core::slam::{Method, SlamConfig};
@@ -113,7 +113,7 @@ fn what_was_recorded_plays_back() {
 
         let whole = ReplaySource::open(&file).unwrap();
         let odometry = whole.events().filter_map(|(_, event)| match event {
-            Event::Odometry(odometry) => Some(odometry),
+            SourceEvent::Odometry(odometry) => Some(odometry),
             _ => None,
         });
         let odometry: Vec<_> = odometry.collect();
@@ -121,7 +121,7 @@ fn what_was_recorded_plays_back() {
         assert!(
             whole
                 .events()
-                .any(|(_, event)| matches!(event, Event::Scan(_)))
+                .any(|(_, event)| matches!(event, SourceEvent::Scan(_)))
         );
 
         let name: SourceName = format!("replay:{}", file.display()).parse().unwrap();

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use slamlab_bridge::Config;
-use slamlab_bridge::source::{Event, Link, Order, Port, Profile, Source, Waited};
+use slamlab_bridge::source::{Link, Order, Port, Profile, Source, SourceEvent, Waited};
 use slamlab_core::robot::{Command, Robot};
 use slamlab_core::sim::{SensorModel, Simulation, World, worlds};
 use slamlab_core::wire::message::LinkState;
@@ -175,15 +175,15 @@ impl TestRobot {
             .unwrap()
             .sent
             .insert(odometry.to.0, now);
-        port.send(Event::Odometry(odometry));
+        port.send(SourceEvent::Odometry(odometry));
         if let Some(scan) = scan {
-            port.send(Event::Scan(scan));
+            port.send(SourceEvent::Scan(scan));
         }
     }
 }
 
-fn link(is_cut: bool) -> Event {
-    Event::Link(Link {
+fn link(is_cut: bool) -> SourceEvent {
+    SourceEvent::Link(Link {
         state: if is_cut {
             LinkState::Down
         } else {

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use futures_util::{SinkExt, StreamExt};
 use serde_json::Value;
-use slamlab_bridge::source::{Event, Link, Order, Port, Profile, Source, Waited};
+use slamlab_bridge::source::{Link, Order, Port, Profile, Source, SourceEvent, Waited};
 use slamlab_bridge::{Config, Limits};
 use slamlab_core::robot::RobotModel;
 use slamlab_core::wire::message::LinkState;
@@ -242,7 +242,7 @@ impl Source for Watchman {
     }
 
     fn run(self: Box<Self>, port: Port) {
-        port.send(Event::Link(Link {
+        port.send(SourceEvent::Link(Link {
             state: LinkState::Up,
             round_trip: None,
             damaged: 0,

@@ -61,7 +61,8 @@ export class Changes {
     this.#grid = { generation: view.generation, revision: view.revision };
     const scanned = version !== this.#scansSent;
     this.#scansSent = version;
-    if (scanned) this.#features = countWalls(view.lines);
+    const lines = scanned ? view.lines : null;
+    if (lines) this.#features = countWalls(lines);
     const whole = !this.#wholeSent;
     this.#wholeSent = true;
     const now = performance.now();
@@ -76,7 +77,7 @@ export class Changes {
       scan: scanned ? view.scan : null,
       beams: scanned ? view.beams : null,
       found: scanned ? view.found : null,
-      lines: scanned ? view.lines : null,
+      lines,
       cycle: told ? module.cycle() ?? null : null,
       inCycle: module.in_cycle(),
       known: whole ? module.known_walls() : null,

@@ -11,7 +11,7 @@ use slamlab_core::robot::{Command, Stamp};
 
 use super::SerialSource;
 use crate::serial::{Device, Want};
-use crate::source::{self, Event, Order, Profile};
+use crate::source::{self, Order, Profile, SourceEvent};
 
 const NEVER: Duration = Duration::from_secs(60);
 
@@ -24,8 +24,8 @@ struct Scripted {
 
 impl Scripted {
     fn tell(&mut self, busy: bool) {
-        let event = Event::Busy { busy, after: 0 };
-        self.wants.push_back(Want::Tell(event));
+        let event = SourceEvent::Busy { busy, after: 0 };
+        self.wants.push_back(Want::Report(event));
     }
 }
 
@@ -97,7 +97,7 @@ fn what_was_said_before_an_order_does_not_count_after_it() {
     let mut said = Vec::new();
     while !said.contains(&(true, number)) {
         match events.blocking_recv() {
-            Some((_, Event::Busy { busy, after })) => said.push((busy, after)),
+            Some((_, SourceEvent::Busy { busy, after })) => said.push((busy, after)),
             Some(_) => (),
             None => panic!("it has ended: {said:?}"),
         }

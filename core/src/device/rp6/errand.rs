@@ -8,7 +8,7 @@ use crate::wire::rp6;
 use super::looks::is_look;
 use super::robot::Motion;
 use super::{ALIVE, FORGOTTEN, Rp6};
-use crate::device::event::Event;
+use crate::device::source::SourceEvent;
 
 impl Rp6 {
     pub(super) fn acknowledged(&mut self, command: rp6::Command, now: Stamp) {
@@ -39,7 +39,7 @@ impl Rp6 {
         let motion = self.robot.as_ref().map(|robot| robot.motion);
         let busy = matches!(motion, Some(Motion::Errand(_)));
         if self.busy.replace(busy) != Some(busy) {
-            self.tell(Event::Busy { busy, after: 0 });
+            self.tell(SourceEvent::Busy { busy, after: 0 });
         }
     }
 

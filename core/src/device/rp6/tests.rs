@@ -19,7 +19,7 @@ struct Pair {
     commands: Decoder<rp6::Command>,
     /// What the robot was given, and when.
     given: Vec<(u32, rp6::Command)>,
-    told: Vec<Event>,
+    told: Vec<SourceEvent>,
 }
 
 impl Pair {
@@ -53,7 +53,7 @@ impl Pair {
                         self.answer(frame.sequence, frame.message);
                     }
                 }
-                Want::Tell(event) => self.told.push(event),
+                Want::Report(event) => self.told.push(event),
                 _ => (),
             }
         }
@@ -108,7 +108,7 @@ impl Pair {
         self.hear();
         let told = std::mem::take(&mut self.told).into_iter();
         let scan = |event| match event {
-            Event::Scan(scan) => Some(scan),
+            SourceEvent::Scan(scan) => Some(scan),
             _ => None,
         };
         told.filter_map(scan).collect()
@@ -168,7 +168,7 @@ fn looks(pair: &mut Pair) -> Vec<Scan> {
     pair.hear();
     let told = std::mem::take(&mut pair.told).into_iter();
     let look = |event| match event {
-        Event::Look(look) => Some(look),
+        SourceEvent::PartialScan(look) => Some(look),
         _ => None,
     };
     told.filter_map(look).collect()
@@ -237,7 +237,7 @@ fn busy(pair: &mut Pair) -> Vec<bool> {
     let told = std::mem::take(&mut pair.told).into_iter();
     let mut busy: Vec<_> = told
         .filter_map(|event| match event {
-            Event::Busy { busy, .. } => Some(busy),
+            SourceEvent::Busy { busy, .. } => Some(busy),
             _ => None,
         })
         .collect();

@@ -22,7 +22,7 @@ use std::time::Duration;
 
 use crate::wire::message::{DisarmReason, DriveBody, Header, Lease, RefusalReason, ToBridge};
 
-use crate::device::event::Order;
+use crate::device::source::Order;
 
 /// Number of a connection, never used again.
 pub type ClientId = u32;

@@ -13,7 +13,7 @@ use std::time::Duration;
 use crate::robot::{Command, Odometry};
 use crate::wire::message::DisarmReason;
 
-use crate::device::event::Order;
+use crate::device::source::Order;
 
 /// The limits.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,7 +6,7 @@ use crate::robot::Command;
 use crate::wire::message::{DisarmReason, DriveBody, Lease, Motion, RefusalReason, close};
 
 use super::{Asked, Client, ClientId, Holder, Output, Safety};
-use crate::device::event::Order;
+use crate::device::source::Order;
 
 const STOP: Output = Output::Order(Order::Command(Command::Stop));
 

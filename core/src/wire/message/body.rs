@@ -3,6 +3,7 @@
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
+use super::names::named;
 use super::number;
 use crate::geom::Pose2;
 use crate::robot::{Odometry, OdometryError, OdometryNoise, RobotModel, Scan, ScanError, Stamp};
@@ -194,18 +195,18 @@ pub struct LinkBody {
     pub skipped: u64,
 }
 
-/// Whether data can flow.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub enum LinkState {
-    /// Closed, or gone.
-    Down,
-    /// Open, and nothing was understood yet.
-    Opening,
-    /// At work.
-    Up,
-    /// The robot must be reset by hand.
-    ResetNeeded,
+named! {
+    /// Whether data can flow.
+    pub enum LinkState {
+        /// Closed, or gone.
+        Down = "down",
+        /// Open, and nothing was understood yet.
+        Opening = "opening",
+        /// At work.
+        Up = "up",
+        /// The robot must be reset by hand.
+        ResetNeeded = "reset-needed",
+    }
 }
 
 /// A robot or a sensor, for the list that a person sees.
@@ -223,21 +224,22 @@ pub struct Device {
     pub detail: String,
 }
 
-/// How a device does.
-///
-/// Source: Pilch 2016 §3.6, states 0 to 4.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum DeviceState {
-    /// Not there yet.
-    Waiting,
-    /// There.
-    Connected,
-    /// Measuring.
-    Measuring,
-    /// Measuring, and its data are passed on.
-    Sending,
-    /// Something is wrong with it.
-    Fault,
+named! {
+    /// How a device does.
+    ///
+    /// Source: Pilch 2016 §3.6, states 0 to 4.
+    pub enum DeviceState {
+        /// Not there yet.
+        Waiting = "waiting",
+        /// There.
+        Connected = "connected",
+        /// Measuring.
+        Measuring = "measuring",
+        /// Measuring, and its data are passed on.
+        Sending = "sending",
+        /// Something is wrong with it.
+        Fault = "fault",
+    }
 }
 
 /// The figures of the robot that whoever steers it must know; see [`RobotModel`] for their units.

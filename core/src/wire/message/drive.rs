@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::names::named;
+
 use crate::robot::Command;
 
 /// A driving command.
@@ -41,7 +43,7 @@ pub enum Motion {
 impl Motion {
     /// Whether it takes its time and then ends by itself.
     #[must_use]
-    pub fn is_errand(&self) -> bool {
+    pub fn is_manoeuvre(&self) -> bool {
         matches!(self, Self::Forward(_) | Self::Turn(_) | Self::Scan)
     }
 
@@ -85,7 +87,7 @@ impl From<Command> for Motion {
 /// Told when it begins and when it is over, however it ends: done, given up for another command, stopped. One that was not even
 /// begun is told as over to its sender. Its end comes after the readings that belong to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ErrandBody {
+pub struct ManoeuvreBody {
     /// Number of the client that gave it.
     pub client: u32,
     /// Sequence of the message that gave it.
@@ -118,61 +120,62 @@ pub struct SafetyBody {
     pub reason: DisarmReason,
 }
 
-/// Why the robot is disarmed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum DisarmReason {
-    /// Nobody armed it since the bridge started.
-    Start,
-    /// Somebody pressed Stop.
-    Stop,
-    /// Somebody pressed the emergency stop.
-    EmergencyStop,
-    /// The lease was given back.
-    Released,
-    /// The lease ran out.
-    LeaseExpired,
-    /// The lease was taken over.
-    TakenOver,
-    /// The driver's connection ended.
-    DriverGone,
-    /// The link to the robot was lost, or began anew.
-    Link,
-    /// The robot says nothing any more.
-    Silence,
-    /// A bumper was pressed.
-    Bumper,
-    /// The battery is nearly empty.
-    Battery,
-    /// The motors work and the robot does not move.
-    Stall,
-    /// The robot moves and was not told to.
-    Runaway,
-    /// The bridge ends.
-    Shutdown,
+named! {
+    /// Why the robot is disarmed.
+    pub enum DisarmReason {
+        /// Nobody armed it since the bridge started.
+        Start = "start",
+        /// Somebody pressed Stop.
+        Stop = "stop",
+        /// Somebody pressed the emergency stop.
+        EmergencyStop = "emergency-stop",
+        /// The lease was given back.
+        Released = "released",
+        /// The lease ran out.
+        LeaseExpired = "lease-expired",
+        /// The lease was taken over.
+        TakenOver = "taken-over",
+        /// The driver's connection ended.
+        DriverGone = "driver-gone",
+        /// The link to the robot was lost, or began anew.
+        Link = "link",
+        /// The robot says nothing any more.
+        Silence = "silence",
+        /// A bumper was pressed.
+        Bumper = "bumper",
+        /// The battery is nearly empty.
+        Battery = "battery",
+        /// The motors work and the robot does not move.
+        Stall = "stall",
+        /// The robot moves and was not told to.
+        Runaway = "runaway",
+        /// The bridge ends.
+        Shutdown = "shutdown",
+    }
 }
 
-/// Why something was not done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub enum RefusalReason {
-    /// The sender has no token.
-    NoRight,
-    /// Another client has the lease; it can be taken over.
-    Held,
-    /// The sender has no lease, or its epoch is an old one.
-    StaleEpoch,
-    /// The sequence is not higher than the one before.
-    StaleSequence,
-    /// What the sender had seen is older than it allows itself, or than the bridge allows.
-    TooOld,
-    /// `seen` is later than now.
-    FromTheFuture,
-    /// The robot is not armed.
-    Disarmed,
-    /// The emergency stop is latched.
-    Emergency,
-    /// The robot cannot be armed, nor its emergency stop reset: its link is down.
-    NoRobot,
-    /// A figure is not a finite number.
-    NotFinite,
+named! {
+    /// Why something was not done.
+    pub enum RefusalReason {
+        /// The sender has no token.
+        NoRight = "no-right",
+        /// Another client has the lease; it can be taken over.
+        Held = "held",
+        /// The sender has no lease, or its epoch is an old one.
+        StaleEpoch = "stale-epoch",
+        /// The sequence is not higher than the one before.
+        StaleSequence = "stale-sequence",
+        /// What the sender had seen is older than it allows itself, or than the bridge allows.
+        TooOld = "too-old",
+        /// `seen` is later than now.
+        FromTheFuture = "from-the-future",
+        /// The robot is not armed.
+        Disarmed = "disarmed",
+        /// The emergency stop is latched.
+        Emergency = "emergency",
+        /// The robot cannot be armed, nor its emergency stop reset: its link is down.
+        NoRobot = "no-robot",
+        /// A figure is not a finite number.
+        NotFinite = "not-finite",
+    }
 }

@@ -33,7 +33,7 @@
 //!    ([`close::HEARTBEAT`]); a client should do likewise.
 //! 6. To drive: [`ToBridge::Take`], answered by [`FromBridge::Granted`] with an epoch; then [`ToBridge::Arm`]; then, as long
 //!    as a key is held, [`ToBridge::Drive`] at 20 Hz. A leg or a turn that takes longer is kept alive by
-//!    [`ToBridge::Hold`] until [`FromBridge::Errand`] says that it is over. 200 ms without either stops the robot; 2 s without either, or [`ToBridge::Renew`], end the lease.
+//!    [`ToBridge::Hold`] until [`FromBridge::Manoeuvre`] says that it is over. 200 ms without either stops the robot; 2 s without either, or [`ToBridge::Renew`], end the lease.
 //!    A lease taken from another stops the robot first, and ends the other's connection ([`close::TAKEN_OVER`]).
 //! 7. Every driving message says the newest bridge time (`micros` of any header) that its sender had seen, and how old that may
 //!    be: both ends of the network's delay count, and neither clock is compared with the other.
@@ -43,6 +43,7 @@
 mod access;
 mod body;
 mod drive;
+mod names;
 mod number;
 mod packet;
 #[cfg(test)]
@@ -53,16 +54,17 @@ pub use body::{
     BatteryBody, BumpersBody, CurrentsBody, Device, DeviceState, LinkBody, LinkState, OdometryBody,
     RangerReading, RangersBody, RobotFigures, ScanBody,
 };
-pub use drive::{DisarmReason, DriveBody, ErrandBody, Lease, Motion, RefusalReason, SafetyBody};
+pub use drive::{DisarmReason, DriveBody, Lease, ManoeuvreBody, Motion, RefusalReason, SafetyBody};
 pub use packet::{Format, Header, MAGIC, MessageError, Packet, decode, encode};
 
+use names::named;
 use serde::{Deserialize, Serialize};
 
 /// Version of the layout; a reader refuses any other.
 pub const PROTOCOL: u8 = 2;
 
 /// XXH64 over one sample of each kind of message, in both formats: it changes whenever a name, a type or an order does.
-pub const SCHEMA: u64 = 0xfa6f_9262_7d42_9f5f;
+pub const SCHEMA: u64 = 0x45ef_7ba0_d388_00ae;
 
 /// Codes with which the bridge closes a connection, beside those of RFC 6455 (1001 bridge ends, 1007 malformed, 1008 too
 /// many messages, 1009 too large, 1013 too slow to take what must not be dropped).
@@ -106,7 +108,7 @@ pub enum FromBridge {
     /// All devices, whenever one changes.
     Devices(Vec<Device>),
     /// Something happened that a person should read.
-    Event(Event),
+    Notice(Notice),
     /// Who drives and whether the robot may move, whenever it changes.
     Safety(SafetyBody),
     /// The lease is the receiver's.
@@ -117,8 +119,8 @@ pub enum FromBridge {
     Probe(ProbeAnswer),
     /// How the recording goes, whenever that changes and each second.
     Recording(RecordingBody),
-    /// A way, a turn or a sweep began, or is over.
-    Errand(ErrandBody),
+    /// A manoeuvre began, or is over.
+    Manoeuvre(ManoeuvreBody),
 }
 
 /// What a client says. The number of a variant plus 128 is its kind.
@@ -241,22 +243,23 @@ pub struct ProbeAnswer {
 
 /// Something that a person should read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Event {
+pub struct Notice {
     /// How grave it is.
     pub severity: Severity,
     /// One sentence: what, and what to do.
     pub text: String,
 }
 
-/// How grave an event is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Severity {
-    /// Good to know.
-    Info,
-    /// Something does not go as it should.
-    Warning,
-    /// The robot was stopped, or data is being lost.
-    Error,
+named! {
+    /// How grave a notice is.
+    pub enum Severity {
+        /// Good to know.
+        Info = "info",
+        /// Something does not go as it should.
+        Warning = "warning",
+        /// The robot was stopped, or data is being lost.
+        Error = "error",
+    }
 }
 
 /// How a recording goes.

@@ -116,17 +116,41 @@ fn golden_bytes() {
     check(&|| bytes(&bumpers), 6, &[2, 5, 0, 1]);
     let refused = FromBridge::Refused(RefusalReason::StaleEpoch);
     check(&|| bytes(&refused), 14, &[2]);
-    let event = FromBridge::Event(Event {
+    let event = FromBridge::Notice(Notice {
         severity: Severity::Error,
         text: "ok".into(),
     });
     check(&|| bytes(&event), 11, &[2, 2, b'o', b'k']);
-    let errand = FromBridge::Errand(ErrandBody {
+    let errand = FromBridge::Manoeuvre(ManoeuvreBody {
         client: 7,
         sequence: 300,
         busy: true,
     });
     check(&|| bytes(&errand), 17, &[7, 0xAC, 2, 1]);
+}
+
+#[test]
+fn names_are_those_of_json_and_no_two_are_alike() {
+    fn check<T: Copy + serde::Serialize>(all: &[T], name: impl Fn(T) -> &'static str) {
+        let mut names: Vec<_> = all.iter().map(|variant| name(*variant)).collect();
+        let json: Vec<_> = all
+            .iter()
+            .map(|v| serde_json::to_value(v).unwrap())
+            .collect();
+        assert_eq!(json, names);
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), all.len());
+    }
+    check(DisarmReason::ALL, DisarmReason::name);
+    check(RefusalReason::ALL, RefusalReason::name);
+    check(LinkState::ALL, LinkState::name);
+    check(DeviceState::ALL, DeviceState::name);
+    check(Severity::ALL, Severity::name);
+    let refused = FromBridge::Refused(RefusalReason::FromTheFuture);
+    let text = encode(HEADER, &refused, Format::Json).unwrap();
+    let text = String::from_utf8(text).unwrap();
+    assert!(text.contains(r#"{"Refused":"from-the-future"}"#), "{text}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 use mcap::WriteOptions;
 
 use super::super::message::{
-    BatteryBody, Event, Format, FromBridge, Header, OdometryBody, ScanBody, Severity, encode,
+    BatteryBody, Format, FromBridge, Header, Notice, OdometryBody, ScanBody, Severity, encode,
 };
 use super::*;
 use crate::geom::Pose2;
@@ -40,7 +40,7 @@ fn drive() -> Vec<(u64, FromBridge)> {
             stamp: i,
             volts: 7.0,
         }),
-        2 => FromBridge::Event(Event {
+        2 => FromBridge::Notice(Notice {
             severity: Severity::Info,
             text: format!("event {i}"),
         }),

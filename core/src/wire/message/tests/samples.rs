@@ -83,7 +83,7 @@ pub(super) fn from_bridge() -> Vec<FromBridge> {
             state: DeviceState::Fault,
             detail: "unplugged".into(),
         }]),
-        FromBridge::Event(Event {
+        FromBridge::Notice(Notice {
             severity: Severity::Warning,
             text: "the battery is low".into(),
         }),
@@ -111,7 +111,7 @@ pub(super) fn from_bridge() -> Vec<FromBridge> {
             lost: 18,
             fault: Some("the disk is full".into()),
         }),
-        FromBridge::Errand(ErrandBody {
+        FromBridge::Manoeuvre(ManoeuvreBody {
             client: 7,
             sequence: 300,
             busy: true,

@@ -8,14 +8,14 @@ use crate::wire::message::{DeviceState, LinkState, RangerReading};
 /// What a source says. Stamps of one program's serial devices are all on one clock; a simulated robot and a recording have
 /// their own.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Event {
+pub enum SourceEvent {
     /// The motion since the last one.
     Odometry(Odometry),
     /// A whole sweep; it passed [`Scan::validate`].
     Scan(Scan),
     /// A few readings on the move, of a robot that scans only standing: they tell who came, and are nothing to map. It passed
     /// [`Scan::validate`].
-    Look(Scan),
+    PartialScan(Scan),
     /// Single readings of rangers.
     Rangers {
         /// When.
@@ -97,7 +97,7 @@ pub enum Order {
 impl Order {
     /// Whether it takes its time and then ends by itself.
     #[must_use]
-    pub fn is_errand(&self) -> bool {
+    pub fn is_manoeuvre(&self) -> bool {
         matches!(
             self,
             Self::Command(Command::Forward(_) | Command::Turn(_) | Command::Scan)

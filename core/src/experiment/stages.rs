@@ -1,0 +1,42 @@
+//! What the stages of a scan gave, for people who follow the cycle (TDK 2016 §6.3).
+
+use crate::geom::PoseEstimate;
+use crate::pilot::StageReport;
+use crate::points::Points;
+use crate::slam::Slam;
+
+/// Scan, lines, localise and map, once `slam` has taken in a scan; `before` is what it estimated just before.
+pub(super) fn of_scan(slam: &Slam, before: &PoseEstimate) -> [StageReport; 4] {
+    let lines = slam.features();
+    let walls = slam.landmarks();
+    let [matched, added, rejected] = slam.explain().map_or([0; 3], |report| {
+        [
+            report.matches.len(),
+            report.added.len(),
+            report.rejected.len(),
+        ]
+    });
+    [
+        StageReport::Scan {
+            readings: slam.points().map_or(0, |points| points.beams.len()),
+            hits: slam
+                .points()
+                .map_or(0, |points| Points::hits(points).count()),
+        },
+        StageReport::Lines {
+            lines: lines.len(),
+            points: lines.iter().map(|line| line.n_points).sum(),
+        },
+        StageReport::Localise {
+            matched,
+            added,
+            rejected,
+            estimate: slam.estimate(),
+            before: *before,
+        },
+        StageReport::Map {
+            confirmed: walls.iter().filter(|wall| wall.is_confirmed).count(),
+            walls: walls.len(),
+        },
+    ]
+}
