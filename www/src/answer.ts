@@ -1,6 +1,7 @@
 // How the worker answers the page.
 
-import type { Answer, Fault } from "./protocol.js";
+import type { Answer } from "./protocol.js";
+import type { ErrorKind } from "./protocol/module.js";
 
 export function post(answer: Answer, transfer: Transferable[] = []): void {
   (self as unknown as { postMessage(message: Answer, transfer: Transferable[]): void }).postMessage(answer, transfer);
@@ -19,15 +20,15 @@ export function attempt<Name extends string, T>(name: Name, work: () => T): { [k
 
 /** Something could not be done. A fault of the program is an error; else what was given, by its name if it has one, cannot be used. */
 export function fail(error: unknown, name = ""): void {
-  const fault = faultOf(error);
-  if (fault.kind === "internal") console.error(error);
+  const { about, text } = faultOf(error);
+  if (about === "internal") console.error(error);
   else console.warn(error);
-  post({ kind: "failed", fault: { ...fault, text: `${name === "" ? "" : `${name}: `}${fault.text}` } });
+  post({ kind: "failed", about, text: `${name === "" ? "" : `${name}: `}${text}` });
 }
 
-/** What the module throws has a kind; whatever else is thrown is a fault of the program. */
-export function faultOf(error: unknown): Fault {
-  if (!(error instanceof Error)) return { kind: "internal", text: String(error) };
-  const { kind = "internal" } = error as Error & Partial<Fault>;
-  return { kind, text: error.message };
+/** What the module throws tells what it is about; whatever else is thrown is a fault of the program. */
+export function faultOf(error: unknown): { about: ErrorKind; text: string } {
+  if (!(error instanceof Error)) return { about: "internal", text: String(error) };
+  const { kind = "internal" } = error as Error & { kind?: ErrorKind };
+  return { about: kind, text: error.message };
 }

@@ -411,8 +411,8 @@ export class Client {
         break;
       case "failed":
         store.set("run", { entering: "" });
-        store.note({ time: store.status?.time ?? 0, level: "warn", text: answer.fault.text });
-        this.#warn(answer.fault.text);
+        store.note({ time: store.status?.time ?? 0, level: "warn", text: answer.text });
+        this.#warn(answer.text);
         break;
     }
   }

@@ -97,12 +97,6 @@ export const SAVED: Readonly<Record<SavedKind, string>> = {
   carmen: "Scans and odometry (CARMEN log)",
 };
 
-/** Why something was not done: what it is about, and a sentence. */
-export interface Fault {
-  kind: ErrorKind;
-  text: string;
-}
-
 export type Answer =
   /** The module is there, with these worlds and sensors. */
   | { kind: "ready"; worlds: string[]; sensors: Named[]; presets: Preset[]; dataSheet: string }
@@ -133,4 +127,4 @@ export type Answer =
   | { kind: "contest"; contest: ContestState | null; running: boolean; error: string }
   | { kind: "bridge"; state: BridgeState | null }
   /** Something could not be done; the state before stays. */
-  | { kind: "failed"; fault: Fault };
+  | { kind: "failed"; about: ErrorKind; text: string };

@@ -108,7 +108,6 @@ const handlers: Handlers = {
   stage: () => {
     player.play(false);
     simulated((run) => run.nextStage());
-    player.changed();
   },
   cycle: ({ on }) => simulated((run) => run.command((module) => module.set_cycle(on), on ? "Drives by the cycle: scan standing, plan, one turn, one leg, again" : "Drives while it looks round")),
   door: ({ index, open }) => simulated((run) => run.command((module) => module.set_door(index, open), `Door ${index + 1}: told to ${open ? "open" : "shut"}`)),
