@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Point2, Vector2};
 use slamlab_core::geom::Pose2;
 use slamlab_core::map::{LikelihoodPyramid, SurfelConfig, SurfelMap};
 use slamlab_core::points::OrientedPoint;
-use slamlab_core::registration::{MatchConfig, Prior, SearchWindow, match_to_surfels, search};
+use slamlab_core::registration::{MatchConfig, Prior, SearchWindow, register, search};
 
 /// A room of 12 m x 8 m with two pillars, a point every 10 cm.
 fn room() -> Vec<OrientedPoint> {
@@ -46,7 +46,7 @@ fn bench(c: &mut Criterion) {
     };
     let config = MatchConfig::default();
     c.bench_function("registration/match_to_surfels_450_points", |b| {
-        b.iter(|| match_to_surfels(black_box(&room), &map, &start, &prior, &config));
+        b.iter(|| register(black_box(&room), &map, &start, &prior, &config));
     });
     let places: Vec<_> = room.iter().map(|p| p.position).collect();
     c.bench_function("registration/likelihood_pyramid", |b| {

@@ -46,7 +46,7 @@ pub enum ExperimentError {
 }
 
 /// A simulated robot that maps, finds itself, plans and drives.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Experiment {
     sim: Simulation,
     slam: Slam,
@@ -176,7 +176,7 @@ impl Experiment {
             estimate: self.slam.estimate(),
             odometry: self.dead_reckoning,
         };
-        self.record.push(sample, self.slam.explain());
+        self.record.push(sample, self.slam.view().update);
         Ok(())
     }
 

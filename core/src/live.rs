@@ -56,7 +56,7 @@ pub struct LiveConfig {
 }
 
 /// A robot behind a bridge that is mapped and driven from here.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Live {
     config: LiveConfig,
     client: Client,

@@ -27,7 +27,7 @@ pub use log::{Log, LogError, LogReader};
 const STILL: f64 = 1e-4;
 
 /// A log that is being replayed.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Replay {
     log: Log,
     robot: RobotModel,
@@ -123,7 +123,7 @@ impl Replay {
             seconds: step.seconds,
             odom_from_robot: step.odom_from_robot,
         });
-        if let Some(report) = self.slam.explain() {
+        if let Some(report) = self.slam.view().update {
             self.consistency
                 .push(None, report.nis, report.nis_degrees());
         }

@@ -9,9 +9,8 @@
 //! they can be swapped and compared on the same run.
 
 mod config;
-mod estimator;
-mod localiser;
 mod method;
+mod prepared;
 mod prior_map;
 #[cfg(test)]
 mod prior_map_tests;
@@ -19,6 +18,7 @@ mod shown;
 mod sonars;
 #[cfg(test)]
 mod tests;
+mod view;
 mod walls;
 
 use std::borrow::Cow;
@@ -28,12 +28,14 @@ use crate::features::LineError;
 use crate::geom::Pose2;
 use crate::map::{Grid, GridError, VectorMap};
 use crate::points::{BlindZone, MotionHistory, Points, WalkerConfig, Walkers, sectors};
-use crate::robot::{Odometry, OdometryError, Scan, ScanError};
+use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
 pub use config::SlamConfig;
-use estimator::{Estimator, PreparedScan};
+use method::Estimator;
 pub use method::{Method, UnknownMethod};
+use prepared::PreparedScan;
 pub use prior_map::{PriorMap, PriorMapFit, PriorMapMatching};
 pub use sonars::SonarsConfig;
+pub use view::{OwnMap, View};
 
 /// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -63,12 +65,16 @@ pub enum SlamError {
 }
 
 /// Estimates the robot's pose and builds the map. The map's frame begins where the robot does.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Slam {
     method: Method,
     config: SlamConfig,
     history: MotionHistory,
-    estimator: Estimator,
+    estimator: Box<dyn Estimator>,
+    /// The map, for methods without one of their own.
+    grid: Grid,
+    /// The pose at each scan, for methods without a map of their own.
+    track: Vec<(Stamp, Pose2)>,
     points: Option<Points>,
     blind_zone: BlindZone,
     /// `None` where nobody is driven.
@@ -90,7 +96,9 @@ impl Slam {
     pub fn new(method: Method, config: SlamConfig) -> Result<Self, SlamError> {
         Ok(Self {
             method,
-            estimator: Estimator::new(method, &config)?,
+            estimator: method.begin(&config)?,
+            grid: Grid::new(config.grid)?,
+            track: vec![],
             // The slowest sweep is that of a ranger on a servo, a few seconds.
             history: MotionHistory::new(5.0),
             blind_zone: BlindZone::new(config.blind_zone),
@@ -122,23 +130,19 @@ impl Slam {
     /// that the line extraction or the filter refuses.
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         scan.validate()?;
-        let scan = self.prepared(scan);
-        let points = self.points_of(&scan);
-        let prepared = PreparedScan {
-            scan: &scan,
-            points: &points,
-            history: &self.history,
-            config: &self.config,
-        };
-        self.estimator.find_lines(&points)?;
-        self.estimator.correct(&prepared)?;
-        self.estimator.draw(&prepared);
+        let scan = PreparedScan::new(self.readable(scan), &self.history, &self.config);
+        if let Some(evidence) = self.estimator.update(&scan)? {
+            let pose = self.estimator.estimate().pose;
+            self.grid.draw(&evidence, &pose);
+            self.track.push((scan.points.stamp, pose));
+        }
+        let points = scan.points;
         self.conclude(points);
         Ok(())
     }
 
     /// Without readings that look far and are near, and by sectors where that is set.
-    fn prepared<'a>(&self, scan: &'a Scan) -> Cow<'a, Scan> {
+    fn readable<'a>(&self, scan: &'a Scan) -> Cow<'a, Scan> {
         let scan = self
             .blind_zone
             .without_folded(scan, &self.motion_since_scan);
@@ -148,13 +152,10 @@ impl Slam {
         }
     }
 
-    fn points_of(&self, scan: &Scan) -> Points {
-        Points::from_rolling_scan(scan, &self.history, &self.config.points)
-    }
-
     /// What a scan leaves behind for the next one and for the pilot.
     fn conclude(&mut self, points: Points) {
-        walls::observe(&mut self.vector, &self.estimator, &points);
+        let (view, estimate) = (self.estimator.view(), self.estimator.estimate());
+        walls::observe(&mut self.vector, &view, &estimate, &points);
         self.blind_zone.update(&points, &self.motion_since_scan);
         if let Some(walkers) = &mut self.walkers {
             walkers.update(&points, &self.motion_since_scan);
@@ -162,7 +163,7 @@ impl Slam {
         self.obstacles = Some(self.blind_zone.with_unseen(&points));
         self.points = Some(points);
         self.motion_since_scan = Pose2::identity();
-        self.heading_variance = self.estimate().cov[(2, 2)];
+        self.heading_variance = estimate.cov[(2, 2)];
     }
 
     /// Takes a few readings on the move, of a sensor that scans only standing: they tell who came since the last scan
@@ -173,7 +174,7 @@ impl Slam {
         readings.validate()?;
         let moved = self.motion_since_scan;
         let readings = self.blind_zone.without_folded(readings, &moved);
-        let points = self.points_of(&readings);
+        let points = Points::from_rolling_scan(&readings, &self.history, &self.config.points);
         let Some(walkers) = &mut self.walkers else {
             return Ok(());
         };
@@ -183,8 +184,8 @@ impl Slam {
         Ok(())
     }
 
-    /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids, of the vector map and of the scan matcher
-    /// hold for a whole run, and so does the prior map, and so does what the filter knew of the odometry beforehand.
+    /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids, of the vector map and of
+    /// the scan matcher hold for a whole run, as do the prior map and what the filter knew of the odometry beforehand.
     ///
     /// # Errors    [`SlamError::Lines`] naming the first setting out of range; then the old ones stay.
     pub fn reconfigure(&mut self, config: &SlamConfig) -> Result<(), SlamError> {
@@ -203,9 +204,7 @@ impl Slam {
 
     /// Completes all work that was put off, at the end of a log.
     pub fn finish(&mut self) {
-        if let Estimator::Matching { matcher, .. } = &mut self.estimator {
-            matcher.finish();
-        }
+        self.estimator.finish();
     }
 
     /// Nobody is driven by what is seen: from here on nobody is looked for who walks about, and [`Self::partial_scan`] does nothing.

@@ -67,7 +67,10 @@ fn a_recording_of_a_loop_gives_the_same_way_and_map_everywhere() {
     let log = CarmenLog::parse(recording().as_bytes()).unwrap();
     let mut replay = Replay::new(log, Method::ScanMatching, SlamConfig::default()).unwrap();
     while replay.step().unwrap() {}
-    assert!(replay.slam().loop_closures() > 0, "the loop is not closed");
+    assert!(
+        replay.slam().view().loop_closures > 0,
+        "the loop is not closed"
+    );
     let mut hash = StateHash::new();
     hash.integer(replay.state_hash());
     replay.slam().add_to(&mut hash);

@@ -57,19 +57,19 @@ impl Inspection {
             return None;
         }
         let slam = shown.slam;
-        let report = slam.explain()?;
+        let report = slam.view().update?;
         let correlations = if matrix {
-            slam.correlations()?
+            slam.view().correlations()?
         } else {
             Correlations::default()
         };
-        let [learned, sigmas] = slam.odometry_errors()?;
+        let [learned, sigmas] = slam.view().odometry_errors?;
         let association = &slam.config().ekf.association;
         let map_from_robot = shown.map_from_robot_at_scan();
         let seen: Vec<_> = report
             .explanations()
             .filter_map(|explanation| {
-                let feature = slam.features().get(explanation.feature)?;
+                let feature = slam.view().features.get(explanation.feature)?;
                 Some((explanation, feature.ends.map(|end| map_from_robot * end)))
             })
             .collect();

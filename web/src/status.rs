@@ -139,7 +139,7 @@ impl RunStatus {
         robot: &RobotModel,
     ) -> Self {
         let (estimate, slam) = (shown.estimate(), shown.slam);
-        let fit = slam.prior_map_fit();
+        let fit = slam.view().prior_map_fit;
         let flat = |figure: Option<Figure>| {
             figure.map_or([f64::NAN; 3], |f| [f.mean, f.band[0], f.band[1]])
         };
@@ -173,7 +173,7 @@ impl RunStatus {
             nis_low,
             nis_high,
             diagnosis: (&consistency.diagnosis()).into(),
-            loop_closures: slam.loop_closures() as u32,
+            loop_closures: slam.view().loop_closures as u32,
             known_part: fit.and_then(PriorMapFit::part).unwrap_or(f64::NAN),
             known_misfit: fit.is_some_and(PriorMapFit::is_misfit),
             map_full: slam.grid().is_whole().is_err(),

@@ -163,13 +163,13 @@ fn found(shown: &Shown<'_>) -> Float32Array {
         return Float32Array::default();
     }
     let map_from_robot = shown.map_from_robot_at_scan();
-    let ends = shown.slam.features().iter().flat_map(|line| line.ends);
+    let ends = shown.slam.view().features.iter().flat_map(|line| line.ends);
     ends.flat_map(|end| pair(map_from_robot * end)).collect()
 }
 
 /// Names of the walls that the last scan merged, the one that stays before the one that goes.
 pub(crate) fn merged(slam: &Slam) -> Vec<u32> {
-    let merged = slam.explain().into_iter().flat_map(|report| &report.merged);
+    let merged = slam.view().update.into_iter().flat_map(|report| &report.merged);
     merged.flat_map(|m| [m.kept.0, m.gone.0]).collect()
 }
 
@@ -179,8 +179,8 @@ pub(crate) fn flag(yes: bool) -> f64 {
 }
 
 fn lines(slam: &Slam) -> Float64Array {
-    let is_matched = |id| slam.matches().iter().any(|m| m.landmark == id);
-    flat(slam.landmarks().iter().map(|wall| {
+    let is_matched = |id| slam.view().matches().iter().any(|m| m.landmark == id);
+    flat(slam.view().landmarks.iter().map(|wall| {
         let [a, b] = wall.ends;
         LineRow {
             alpha: wall.line.alpha(),
@@ -212,7 +212,7 @@ pub(crate) fn segments<'a>(
 
 /// x1 y1 x2 y2 of the walls of the known map; empty for methods without.
 pub(crate) fn known_walls(slam: &Slam) -> Vec<f32> {
-    let lines = match slam.prior_map_fit() {
+    let lines = match slam.view().prior_map_fit {
         Some(_) => slam.config().prior_map.lines.as_slice(),
         None => &[],
     };

@@ -137,7 +137,7 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     for note in replay.take_notes() {
         eprintln!("{}: {note}", arguments.log.display());
     }
-    let fits = replay.slam().prior_map_fit();
+    let fits = replay.slam().view().prior_map_fit;
     if fits.is_some_and(PriorMapFit::is_misfit) {
         eprintln!(
             "{}: at its end, what is seen does not stand in the known map",
@@ -161,7 +161,7 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
         "real_time_factor": log_seconds / wall_seconds,
         "scan_ms": { "median": quantile(&mut scan_ms, 0.5), "p99": quantile(&mut scan_ms, 0.99) },
         "peak_memory_mb": peak_memory_mb(),
-        "loop_closures": replay.slam().loop_closures(),
+        "loop_closures": replay.slam().view().loop_closures,
         "known_part": known_part,
         "relations": relations,
         "fit": fit.as_ref().map(fitted),

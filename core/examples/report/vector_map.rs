@@ -121,7 +121,7 @@ impl Run {
         Ok(Self {
             counts,
             all: map.len(),
-            landmarks: experiment.slam().landmarks().len(),
+            landmarks: experiment.slam().view().landmarks.len(),
             error_p95: errors[errors.len() * 95 / 100],
             error_median: errors[errors.len() / 2],
             covered: near.iter().filter(|near| **near).count() as f64 / near.len() as f64,

@@ -2,14 +2,15 @@
 //!
 //! 1. **Predict**: pose and covariance move by the odometry, whose systematic errors are states like the pose
 //!    (`ekf_slam::robot_state`; TDK 2016 eq. (3.1)-(3.4)).
-//! 2. **Match** the surfaces of the scan to the walls (`registration`), with the predicted pose as prior.
-//! 3. Where too little of the scan stands on walls, **look around**: branch and bound over a window that grows with each scan that
-//!    finds nothing. A pose found so counts only if it is fixed in all directions and explains much more.
-//! 4. **Update**: the matched pose is the mean given prior and points; what it says of the odometry's errors follows from their
+//! 2. **Locate** the surfaces of the scan in the walls ([`locate`]), with the predicted pose as prior: matched, or searched for in a
+//!    window that grows with each scan that finds nothing.
+//! 3. **Update**: the matched pose is the mean given prior and points; what it says of the odometry's errors follows from their
 //!    covariance with the pose.
 //!
 //! Unlike [`super::LineLocaliser`] it asks no line to be the line of the map: a map of cells, in which furniture and doorposts are
 //! short and jagged, is used as it was drawn.
+
+use std::borrow::Cow;
 
 use nalgebra::{Matrix3, Point2, Vector3};
 
@@ -19,15 +20,15 @@ use crate::geom::{Pose2, PoseEstimate, Segment, symmetrize, wrap};
 use crate::map::{LikelihoodPyramid, Surfel, SurfelConfig, SurfelMap};
 use crate::points::OrientedPoint;
 use crate::registration::{
-    MatchConfig, Prior, Registration, SearchWindow, Verdict, match_to_surfels, search,
+    LocateConfig, Located, Prior, Registration, SearchConfig, Target, Verdict, locate,
 };
 use crate::robot::Odometry;
 
 /// How a scan is found in a prior map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScanLocaliserConfig {
-    /// How scans are matched to the walls.
-    pub matching: MatchConfig,
+    /// How scans are located in the walls. Default [`LocateConfig::in_prior_map`].
+    pub locate: LocateConfig,
     /// Distance of the pieces into which walls are cut, m. Default 0.05.
     pub spacing: f64,
     /// Odometry and the map together are never believed better than this from scan to scan, m: neighbouring scans see the same
@@ -35,70 +36,56 @@ pub struct ScanLocaliserConfig {
     pub floor: f64,
     /// The same for the heading, rad. Default 0.003.
     pub turn_floor: f64,
-    /// Where a smaller part of a scan than this stands on walls, the pose is looked for. Default 0.4.
-    pub lost_below: f64,
-    /// A pose that was looked for has to put this part of the scan on walls in the first window, and this in the widest: the more poses
-    /// there are, the likelier is one that fits by chance. Default 0.5 and 0.8.
-    pub found_above: [f64; 2],
-    /// The window of the first look.
-    pub window: SearchWindow,
-    /// The window after many. Default 4 m and 1 rad.
-    pub widest: SearchWindow,
 }
 
 impl Default for ScanLocaliserConfig {
     fn default() -> Self {
         Self {
-            matching: MatchConfig::default(),
+            locate: LocateConfig::in_prior_map(),
             spacing: 0.05,
             floor: 0.01,
             turn_floor: 0.003,
-            lost_below: 0.4,
-            found_above: [0.5, 0.8],
-            window: SearchWindow {
-                shift: 0.5,
-                turn: 0.2,
-            },
-            widest: SearchWindow {
-                shift: 4.0,
-                turn: 1.0,
-            },
         }
     }
 }
 
-/// Scans after which the widest window is looked through.
-const LOOKS: f64 = 20.0;
-/// Most points that a look takes.
-const LOOKED_AT: usize = 200;
-/// Cells and standard deviation of the likelihood, m, in which it looks; and levels of its pyramid.
-const LOOK_CELL: f64 = 0.1;
-const LOOK_LEVELS: usize = 6;
-/// Where the walls span more than the likelihood has cells, it is laid in cells twice as large, so many times at most.
-const COARSER: i32 = 5;
 /// Most pieces of walls, and how far from the origin they may lie, m: the map of them reaches no farther.
 const MOST_PIECES: f64 = 2e6;
 const FARTHEST: f64 = 800.0;
-/// Least mean likelihood of a pose that was looked for.
-const LOOK_SCORE: f64 = 0.3;
-
 /// Finds a robot in a prior map by whole scans.
 #[derive(Clone, Debug)]
 pub struct ScanLocaliser {
     config: ScanLocaliserConfig,
-    walls: SurfelMap,
-    pyramid: Option<LikelihoodPyramid>,
+    walls: Walls,
     state: RobotState,
     /// Scans since one stood on the walls.
     lost_for: usize,
+}
+
+/// The walls, which never change: their likelihood is made once.
+#[derive(Clone, Debug)]
+struct Walls {
+    surfels: SurfelMap,
+    likelihood: Option<LikelihoodPyramid>,
+}
+
+impl Target for Walls {
+    #[inline]
+    fn nearest(&self, place: Point2<f64>) -> Option<&Surfel> {
+        self.surfels.nearest(place)
+    }
+
+    fn likelihood(&self, _: &SearchConfig) -> Option<Cow<'_, LikelihoodPyramid>> {
+        self.likelihood.as_ref().map(Cow::Borrowed)
+    }
 }
 
 impl ScanLocaliser {
     /// A robot at `start`, map frame, in a map whose `faces` have what is free to the left of the way from `a` to `b`; odometry is as
     /// good as `prior` says (standard deviations).
     ///
-    /// # Errors   [`EkfError::Setting`] where start or prior are no numbers, and where the walls are longer or lie farther off than can be
-    /// held.
+    /// # Errors   [`EkfError::Setting`] where start or prior are no numbers, a figure is out of range, or the walls are longer or lie
+    /// farther off than can be held.
     pub fn new(
         faces: impl IntoIterator<Item = Segment>,
         start: &PoseEstimate,
@@ -106,9 +93,10 @@ impl ScanLocaliser {
         mut config: ScanLocaliserConfig,
     ) -> Result<Self, EkfError> {
         let state = RobotState::starting(start, prior)?;
+        config.locate.validate()?;
         let faces: Vec<Segment> = faces.into_iter().collect();
         check_size(&faces, config.spacing)?;
-        config.matching.two_sided |= are_thin(&faces);
+        config.locate.matching.two_sided |= are_thin(&faces);
         let cut = |face: &Segment| pieces(face, config.spacing);
         let pieces: Vec<Surfel> = faces.iter().flat_map(cut).collect();
         let farthest = pieces.iter().map(|p| p.position.coords.amax());
@@ -118,11 +106,10 @@ impl ScanLocaliser {
         };
         let places = pieces.iter().map(|piece| piece.position);
         Ok(Self {
-            pyramid: (0..=COARSER).find_map(|times| {
-                let cell = LOOK_CELL * f64::from(1 << times);
-                LikelihoodPyramid::new(places.clone(), cell, cell, LOOK_LEVELS)
-            }),
-            walls: SurfelMap::from_surfels(surfels, pieces),
+            walls: Walls {
+                likelihood: config.locate.search.likelihood_of(places),
+                surfels: SurfelMap::from_surfels(surfels, pieces),
+            },
             config,
             state,
             lost_for: 0,
@@ -142,7 +129,7 @@ impl ScanLocaliser {
         self.state.predict(odometry)
     }
 
-    /// Steps 2 to 4: takes in the surfaces of one scan, robot frame, and the variance of the heading that odometry gathered since
+    /// Steps 2 and 3: takes in the surfaces of one scan, robot frame, and the variance of the heading that odometry gathered since
     /// they were seen, in the mean, rad².
     pub fn update(&mut self, surfaces: &[OrientedPoint], heading_variance: f64) -> Registration {
         let (way, turn) = (self.config.floor, self.config.turn_floor);
@@ -153,53 +140,33 @@ impl ScanLocaliser {
             pose: predicted.pose,
             information: predicted.cov.try_inverse().unwrap_or_else(Matrix3::zeros),
         };
-        let found = self.matched(surfaces, &prior.pose, &prior);
-        if found.overlap >= self.config.lost_below {
-            self.lost_for = 0;
-        } else if !surfaces.is_empty() {
-            self.lost_for += 1;
-            if let Some(again) = self.look_around(surfaces, &prior) {
-                self.lost_for = 0;
-                self.restart(&again);
-                return again;
-            }
+        let located = locate(
+            surfaces,
+            &self.walls,
+            &prior,
+            self.lost_for,
+            &self.config.locate,
+        );
+        match located {
+            Located::Matched(_) | Located::Found(_) => self.lost_for = 0,
+            // Nothing was seen, which says nothing.
+            Located::Lost(_) if surfaces.is_empty() => {}
+            Located::Lost(_) => self.lost_for += 1,
         }
-        if matches!(
+        let found = *located.registration();
+        let is_match = matches!(
             found.verdict,
             Verdict::Converged | Verdict::Degenerate { .. }
-        ) {
-            self.correct(&predicted, &found, heading_variance);
+        );
+        match located {
+            Located::Found(_) => self.restart(&found),
+            _ if is_match => self.correct(&predicted, &found, heading_variance),
+            _ => {}
         }
         found
     }
 
-    fn matched(&self, surfaces: &[OrientedPoint], start: &Pose2, prior: &Prior) -> Registration {
-        match_to_surfels(surfaces, &self.walls, start, prior, &self.config.matching)
-    }
-
-    /// Step 3.
-    fn look_around(&self, surfaces: &[OrientedPoint], prior: &Prior) -> Option<Registration> {
-        let (first, last) = (&self.config.window, &self.config.widest);
-        let part = (self.lost_for as f64 / LOOKS).min(1.0);
-        let window = SearchWindow {
-            shift: first.shift + part * (last.shift - first.shift),
-            turn: first.turn + part * (last.turn - first.turn),
-        };
-        let every = surfaces.len() / LOOKED_AT + 1;
-        let points: Vec<Point2<f64>> = surfaces.iter().step_by(every).map(|s| s.position).collect();
-        let map = self.pyramid.as_ref()?;
-        let candidate = search(&points, map, &prior.pose, &window, LOOK_SCORE)?;
-        let weak = Prior {
-            pose: candidate.pose,
-            information: Matrix3::from_diagonal_element(10.0),
-        };
-        let again = self.matched(surfaces, &candidate.pose, &weak);
-        let [in_first, in_last] = self.config.found_above;
-        let is_found = again.overlap >= in_first + part * (in_last - in_first);
-        (is_found && again.verdict == Verdict::Converged).then_some(again)
-    }
-
-    /// Step 4. The match is the mean of prior and points, x = (P⁻¹ + I)⁻¹ (P⁻¹ x̂ + I z). But what the points say is worth less than
+    /// Step 3. The match is the mean of prior and points, x = (P⁻¹ + I)⁻¹ (P⁻¹ x̂ + I z). But what the points say is worth less than
     /// I: the heading errs by Q from the middle of the sweep to now. With I' = (I⁻¹ + Q)⁻¹ = (1 + I Q)⁻¹ I, which asks for no inverse
     /// of I, the update is P' = (P⁻¹ + I')⁻¹ and x' = x̂ + P' (1 + I Q)⁻¹ (P⁻¹ + I) (x - x̂).
     fn correct(&mut self, predicted: &PoseEstimate, found: &Registration, heading_variance: f64) {

@@ -2,8 +2,8 @@
 //!
 //! In: odometry and scans. Out: the pose with its covariance, the trajectory, the grid.
 //!
-//! 1. Odometry since the last scan says where to look; the scan's oriented points are matched to the running submap
-//!    ([`match_to_surfels`]), with odometry's own covariance as the prior. Along a direction that the scan says nothing of,
+//! 1. Odometry since the last scan says where to look; the scan's oriented points are located in the running submap
+//!    ([`locate`]), with odometry's own covariance as the prior. Along a direction that the scan says nothing of,
 //!    a corridor's, odometry stands alone, and its covariance gathers until a scan fixes the direction again.
 //! 2. After some way or turn the scan becomes a keyframe: it is added to the submap and drawn into the grid.
 //! 3. After some keyframes the submap is closed and a new one begun, seeded with the last keyframes, so that there is
@@ -30,7 +30,7 @@ use super::submap::ClosedSubmap;
 use crate::geom::{Pose2, PoseEstimate, symmetrize};
 use crate::map::{Grid, SurfelMap};
 use crate::points::{OrientedPoint, Points, oriented_points};
-use crate::registration::{Registration, Verdict};
+use crate::registration::{Registration, Verdict, locate};
 use crate::robot::{Odometry, Stamp};
 
 pub use self::config::{ScanMatcherConfig, ScanMatcherError};
@@ -153,10 +153,10 @@ impl ScanMatcher {
             .pending
             .take()
             .unwrap_or_else(|| Odometry::standing(points.stamp));
-        let predicted = self.carried_on(&moved);
+        let predicted = carried_on(&self.local_estimate(), &moved);
         let registration = (!self.running.surfels().is_empty()).then(|| {
             let prior = self.prior(&predicted, &moved);
-            self.match_running(&surfaces, &predicted.pose, &prior)
+            *locate(&surfaces, &self.running, &prior, 0, &self.config.locate).registration()
         });
         let matched = registration.filter(|r| !matches!(r.verdict, Verdict::TooFewPoints { .. }));
         let local = matched.map_or(predicted, |r| self.corrected(&r, &predicted));
@@ -183,9 +183,15 @@ impl ScanMatcher {
         self.work_off(usize::MAX);
     }
 
-    /// The pose in the map, with its covariance.
+    /// The pose in the map, with its covariance, the odometry since the last scan included.
     #[must_use]
     pub fn estimate(&self) -> PoseEstimate {
+        let at_scan = self.estimate_at_scan();
+        self.pending
+            .map_or(at_scan, |since| carried_on(&at_scan, &since))
+    }
+
+    fn estimate_at_scan(&self) -> PoseEstimate {
         let map_from_submap = self.map_from_running();
         let (cos, sin) = map_from_submap.cos_sin();
         let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
@@ -248,7 +254,7 @@ impl ScanMatcher {
     /// Where little of the scan is known already, as behind a door, the map must grow sooner.
     fn is_new_place(&self, overlap: f64) -> bool {
         let part = if overlap < self.config.new_below {
-            0.3
+            self.config.new_part
         } else {
             1.0
         };
@@ -331,7 +337,10 @@ impl ScanMatcher {
         }
         let budget = match count {
             usize::MAX => count,
-            _ => self.config.redraw_keyframes.max(self.keyframes.len() / 500),
+            _ => self
+                .config
+                .redraw_keyframes
+                .max(self.keyframes.len() / self.config.redraw_scans.max(1)),
         };
         let shift = self.config.redraw_shift;
         if self.redraw.is_none() {
@@ -340,9 +349,24 @@ impl ScanMatcher {
         self.draw_on(budget);
         if count == usize::MAX {
             // What moved since the drawing began.
-            self.begin_redraw(0.2 * shift);
+            self.begin_redraw(self.config.last_redraw * shift);
             self.draw_on(budget);
         }
+    }
+}
+
+/// An estimate moved on by odometry.
+fn carried_on(before: &PoseEstimate, moved: &Odometry) -> PoseEstimate {
+    let before = Odometry {
+        from: moved.from,
+        to: moved.from,
+        motion: before.pose,
+        cov: before.cov,
+    };
+    let now = before.then(moved);
+    PoseEstimate {
+        pose: now.motion,
+        cov: now.cov,
     }
 }
 

@@ -3,7 +3,7 @@
 //! In: two closed submaps and how well their relative pose is known. Out: a [`Closure`], or nothing.
 //!
 //! 1. Where the relative pose is known to within the reach of matching, the surfaces of one are matched to the other at
-//!    once; else branch and bound looks through the whole window of three standard deviations first.
+//!    once; else the whole window of three standard deviations is searched first ([`search_and_match`]).
 //! 2. The match must hold both ways: surfaces of one must lie on surfaces of the other, and must not stand where the
 //!    other looked through. What the other never saw says nothing.
 //! 3. A window wide enough to need a search must end in a pose that is fixed in all directions: a corridor fits itself
@@ -13,9 +13,11 @@ use nalgebra::{Matrix3, Point2, Vector3};
 
 use super::pose_graph::information_at_end;
 use crate::geom::Pose2;
-use crate::map::{LikelihoodPyramid, Surfel, SurfelConfig, SurfelMap, cells_on_ray};
+use crate::map::{Surfel, SurfelConfig, SurfelMap, cells_on_ray};
 use crate::points::OrientedPoint;
-use crate::registration::{MatchConfig, Prior, SearchWindow, Verdict, match_to_surfels, search};
+use crate::registration::{
+    MatchConfig, Prior, SearchConfig, SearchWindow, Verdict, register, search_and_match,
+};
 
 /// When two submaps are one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,8 +26,23 @@ pub struct ClosureConfig {
     pub max_shift: f64,
     /// Widest search to either side, rad. Default 0.6.
     pub max_turn: f64,
-    /// Least mean likelihood of a searched pose. Default 0.45.
-    pub min_score: f64,
+    /// The window is so many standard deviations of what is known of the pose, to either side. Default 3; larger finds loops after
+    /// worse drives, and more wrong ones.
+    pub doubt_sigmas: f64,
+    /// In a window no wider than this the submaps are matched without a search: matching pulls them in from as far. Default 0.3 m and
+    /// 0.06 rad.
+    pub match_reach: SearchWindow,
+    /// How poses are searched for. Default [`SearchConfig::between_submaps`].
+    pub search: SearchConfig,
+    /// Matched without a search, the relative pose is never believed better beforehand than this, m. Default 0.02.
+    pub prior_sigma: f64,
+    /// The same, rad. Default 0.005.
+    pub prior_turn_sigma: f64,
+    /// A surface agrees that lies nearer than this to one of the other submap, m, across it. Default 0.08: larger takes the two sides of a
+    /// thin wall for one.
+    pub agree_within: f64,
+    /// Cosine of the largest angle between surfaces that agree. Default 0.5.
+    pub agree_cosine: f64,
     /// Least number of surfaces that agree. Default 80.
     pub min_agreeing: usize,
     /// Least part that agrees, of all that could. Default 0.75.
@@ -36,6 +53,12 @@ pub struct ClosureConfig {
     pub sigma: f64,
     /// A closure is never believed better than this, rad. Default 0.003.
     pub turn_sigma: f64,
+    /// What a closure says at least, 1/m² and 1/rad²: nothing is known worse than to ten metres and ten radians. Default 0.01.
+    pub min_information: f64,
+    /// Scale of the Cauchy kernel by which wrong closures lose their say, in standard deviations. Default 3; larger listens to more.
+    pub kernel: f64,
+    /// Most iterations of the optimisation after a closure. Default 30.
+    pub max_iterations: usize,
     /// Earlier submaps that are tried for each new one. Default 10.
     pub candidates: usize,
 }
@@ -45,13 +68,35 @@ impl Default for ClosureConfig {
         Self {
             max_shift: 8.0,
             max_turn: 0.6,
-            min_score: 0.45,
+            doubt_sigmas: 3.0,
+            match_reach: SearchWindow {
+                shift: 0.3,
+                turn: 0.06,
+            },
+            search: SearchConfig::between_submaps(),
+            prior_sigma: 0.02,
+            prior_turn_sigma: 0.005,
+            agree_within: 0.08,
+            agree_cosine: 0.5,
             min_agreeing: 80,
             min_agreement: 0.75,
             min_agreement_searched: 0.85,
             sigma: 0.015,
             turn_sigma: 0.003,
+            min_information: 0.01,
+            kernel: 3.0,
+            max_iterations: 30,
             candidates: 10,
+        }
+    }
+}
+
+impl ClosureConfig {
+    /// Where to look for a submap whose relative pose is known as well as this.
+    pub(super) fn window(&self, doubt: &Doubt) -> SearchWindow {
+        SearchWindow {
+            shift: (self.doubt_sigmas * doubt.shift).min(self.max_shift),
+            turn: (self.doubt_sigmas * doubt.turn).min(self.max_turn),
         }
     }
 }
@@ -83,6 +128,19 @@ pub(super) struct Doubt {
     pub(super) shift: f64,
     /// Standard deviation, rad.
     pub(super) turn: f64,
+}
+
+impl Doubt {
+    fn prior(&self, guess: &Pose2, config: &ClosureConfig) -> Prior {
+        let shift = self.shift.max(config.prior_sigma);
+        let turn = self.turn.max(config.prior_turn_sigma);
+        let shift = 1.0 / (shift * shift);
+        let information = Vector3::new(shift, shift, 1.0 / (turn * turn));
+        Prior {
+            pose: *guess,
+            information: Matrix3::from_diagonal(&information),
+        }
+    }
 }
 
 impl ClosedSubmap {
@@ -120,41 +178,25 @@ impl ClosedSubmap {
         matching: &MatchConfig,
         config: &ClosureConfig,
     ) -> Option<Closure> {
-        let window = SearchWindow {
-            shift: (3.0 * doubt.shift).min(config.max_shift),
-            turn: (3.0 * doubt.turn).min(config.max_turn),
-        };
-        let searched = window.shift > 0.3 || window.turn > 0.06;
-        let start = if searched {
-            self.search(other, guess, &window, config)?
-        } else {
-            *guess
-        };
-        let prior = if searched {
-            Prior {
-                pose: start,
-                information: Matrix3::from_diagonal_element(10.0),
-            }
-        } else {
-            let (shift, turn) = (doubt.shift.max(0.02), doubt.turn.max(0.005));
-            let shift = 1.0 / (shift * shift);
-            Prior {
-                pose: start,
-                information: Matrix3::from_diagonal(&Vector3::new(
-                    shift,
-                    shift,
-                    1.0 / (turn * turn),
-                )),
-            }
-        };
+        let window = config.window(doubt);
+        let reach = &config.match_reach;
+        let searched = window.shift > reach.shift || window.turn > reach.turn;
         let map = SurfelMap::from_surfels(*surfels, self.surfels.clone());
         let points = other.points();
-        let found = match_to_surfels(&points, &map, &start, &prior, matching);
-        match found.verdict {
-            Verdict::Converged => {}
-            Verdict::Degenerate { .. } if !searched => {}
-            _ => return None,
-        }
+        let found = if searched {
+            let believed = doubt.prior(guess, config);
+            let (pivot, search) = (other.centre, &config.search);
+            search_and_match(&points, pivot, &map, &believed, &window, search, matching)?
+        } else {
+            let found = register(&points, &map, guess, &doubt.prior(guess, config), matching);
+            if !matches!(
+                found.verdict,
+                Verdict::Converged | Verdict::Degenerate { .. }
+            ) {
+                return None;
+            }
+            found
+        };
         let motion = found.estimate.pose;
         let least = if searched {
             config.min_agreement_searched
@@ -162,8 +204,8 @@ impl ClosedSubmap {
             config.min_agreement
         };
         let reverse = SurfelMap::from_surfels(*surfels, other.surfels.clone());
-        let there = self.agreement(&map, other, &motion);
-        let back = other.agreement(&reverse, self, &motion.inverse());
+        let there = self.agreement(&map, other, &motion, config);
+        let back = other.agreement(&reverse, self, &motion.inverse(), config);
         if !there.holds(least, config) || !back.holds(least, config) {
             return None;
         }
@@ -172,40 +214,12 @@ impl ClosedSubmap {
             config.sigma * config.sigma,
             config.turn_sigma * config.turn_sigma,
         );
-        let weak = Matrix3::from_diagonal_element(1e-2);
+        let weak = Matrix3::from_diagonal_element(config.min_information);
         let cov = (found.information + weak).try_inverse()? + Matrix3::from_diagonal(&floor);
         Some(Closure {
             motion,
             information: information_at_end(&motion, &cov.try_inverse()?),
         })
-    }
-
-    fn search(
-        &self,
-        other: &Self,
-        guess: &Pose2,
-        window: &SearchWindow,
-        config: &ClosureConfig,
-    ) -> Option<Pose2> {
-        let places = self.surfels.iter().map(|s| s.position);
-        let pyramid = LikelihoodPyramid::new(places, 0.1, 0.1, 7)?;
-        // Turned around its own centre, a cloud needs fewer turns.
-        let centre = Pose2::new(other.centre.x, other.centre.y, 0.0);
-        let stride = other.surfels.len() / 300 + 1;
-        let points: Vec<_> = other
-            .surfels
-            .iter()
-            .step_by(stride)
-            .map(|s| s.position - other.centre.coords)
-            .collect();
-        let found = search(
-            &points,
-            &pyramid,
-            &(*guess * centre),
-            window,
-            config.min_score,
-        )?;
-        Some(found.pose * centre.inverse())
     }
 
     fn points(&self) -> Vec<OrientedPoint> {
@@ -219,7 +233,13 @@ impl ClosedSubmap {
     }
 
     /// Compares the surfels of `other` with what this submap, indexed in `map`, saw there.
-    fn agreement(&self, map: &SurfelMap, other: &Self, self_from_other: &Pose2) -> Agreement {
+    fn agreement(
+        &self,
+        map: &SurfelMap,
+        other: &Self,
+        self_from_other: &Pose2,
+        config: &ClosureConfig,
+    ) -> Agreement {
         let mut agreement = Agreement {
             agree: 0,
             contradict: 0,
@@ -227,8 +247,8 @@ impl ClosedSubmap {
         for surfel in &other.surfels {
             let place = *self_from_other * surfel.position;
             let on_surface = map.nearest(place).is_some_and(|s| {
-                s.normal.dot(&(place - s.position)).abs() < 0.08
-                    && s.normal.dot(&self_from_other.rotate(surfel.normal)) > 0.5
+                s.normal.dot(&(place - s.position)).abs() < config.agree_within
+                    && s.normal.dot(&self_from_other.rotate(surfel.normal)) > config.agree_cosine
             });
             if on_surface {
                 agreement.agree += 1;

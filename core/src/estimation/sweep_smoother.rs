@@ -62,11 +62,15 @@ struct Change {
 }
 
 impl SweepSmoother {
-    /// Poses of all beams of `scan`, in their order. `fixes` are those of this scan in the order of time, `history` ends now.
-    pub fn smooth(&mut self, scan: &Scan, fixes: &[Fix], history: &MotionHistory) -> Vec<BeamPose> {
-        let end = scan.stamp.seconds();
-        let instant = |beam: usize| Stamp::from_seconds(end - scan.sweep * scan.age_fraction(beam));
-        let beams = history.since((0..scan.len()).map(instant));
+    /// Poses of all beams of `scan`, in their order. `beams` is the motion since each of them, and `history` ends now; `fixes` are those
+    /// of this scan in the order of time.
+    pub fn smooth(
+        &mut self,
+        scan: &Scan,
+        beams: &[MovedSince],
+        fixes: &[Fix],
+        history: &MotionHistory,
+    ) -> Vec<BeamPose> {
         let Some(first) = beams.first() else {
             return vec![];
         };
@@ -82,7 +86,7 @@ impl SweepSmoother {
         };
         let placed = beams.iter().enumerate();
         placed
-            .map(|(beam, moved)| sweep.place(instant(beam).seconds(), moved))
+            .map(|(beam, moved)| sweep.place(scan.taken_at(beam).seconds(), moved))
             .collect()
     }
 

@@ -124,7 +124,8 @@ impl Experiment {
             nees_mean: self.record.nees_mean(),
             features: self
                 .slam
-                .landmarks()
+                .view()
+                .landmarks
                 .iter()
                 .filter(|landmark| landmark.is_confirmed)
                 .count(),

@@ -7,9 +7,9 @@ use crate::slam::Slam;
 
 /// Scan, lines, localise and map, once `slam` has taken in a scan; `before` is what it estimated just before.
 pub(super) fn of_scan(slam: &Slam, before: &PoseEstimate) -> [StageReport; 4] {
-    let lines = slam.features();
-    let walls = slam.landmarks();
-    let [matched, added, rejected] = slam.explain().map_or([0; 3], |report| {
+    let view = slam.view();
+    let (lines, walls) = (view.features, view.landmarks);
+    let [matched, added, rejected] = view.update.map_or([0; 3], |report| {
         [
             report.matches.len(),
             report.added.len(),

@@ -13,7 +13,7 @@ use crate::wire::message::{Motion, RobotFigures};
 use crate::wire::timeline::Timeline;
 
 /// Estimate and intention.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct State {
     pub(super) figures: Option<RobotFigures>,
     pub(super) timeline: Timeline,
@@ -98,7 +98,7 @@ impl State {
             let at = scan.stamp.seconds();
             twin.scan(at, &self.slam.estimate(), points, self.slam.grid());
         }
-        if let Some(report) = self.slam.explain() {
+        if let Some(report) = self.slam.view().update {
             self.consistency
                 .push(None, report.nis, report.nis_degrees());
         }

@@ -225,7 +225,7 @@ fn a_robot_behind_a_bridge_is_driven_to_a_goal_and_mapped() {
     );
     let error = (live.slam().estimate().pose.position() - truth.position()).norm();
     assert!(error < 0.02, "estimate is {error} m off");
-    assert!(live.scans() > 20 && live.slam().landmarks().len() >= 4);
+    assert!(live.scans() > 20 && live.slam().view().landmarks.len() >= 4);
     assert_eq!(live.dropped(), 0);
 
     let mut replay = replayed(&bridge.told);
@@ -256,7 +256,7 @@ fn a_robot_behind_a_bridge_finds_itself_in_a_known_map_and_fits_another_building
         bridge.step(&mut live);
     }
     assert_eq!(live.slam().method(), Method::PriorMap);
-    let fit = live.slam().prior_map_fit().unwrap();
+    let fit = live.slam().view().prior_map_fit.unwrap();
     assert!(!fit.is_misfit() && fit.part() > Some(0.9), "{fit:?}");
     let error = (live.slam().estimate().pose.position() - truth(&bridge).position()).norm();
     assert!(error < 0.02, "estimate is {error} m off");
@@ -266,7 +266,7 @@ fn a_robot_behind_a_bridge_finds_itself_in_a_known_map_and_fits_another_building
     for _ in 0..200 {
         bridge.step(&mut live);
     }
-    let part = live.slam().prior_map_fit().unwrap().part();
+    let part = live.slam().view().prior_map_fit.unwrap().part();
     assert!(part.is_some_and(|part| part < 0.9), "{part:?}");
 }
 
@@ -373,7 +373,7 @@ fn a_new_connection_goes_on_in_the_old_map_without_the_right_to_drive() {
     for _ in 0..60 {
         bridge.step(&mut live);
     }
-    let walls = live.slam().landmarks().len();
+    let walls = live.slam().view().landmarks.len();
     assert!(walls > 0);
     live.reconnect();
     for _ in 0..100 {
@@ -387,7 +387,7 @@ fn a_new_connection_goes_on_in_the_old_map_without_the_right_to_drive() {
         bridge.step(&mut live);
     }
     assert!(!live.client().is_armed());
-    assert!(live.slam().landmarks().len() >= walls);
+    assert!(live.slam().view().landmarks.len() >= walls);
     let notes = live.take_notes();
     assert!(
         notes.iter().any(|note| note.text.contains("1.0 s")),

@@ -7,7 +7,7 @@
 
 use nalgebra::{Point2, Vector2};
 
-use super::{MotionHistory, RangeSigma};
+use super::{MotionHistory, MovedSince, RangeSigma};
 use crate::geom::Pose2;
 use crate::robot::{Scan, Stamp};
 
@@ -85,16 +85,22 @@ impl Points {
     #[must_use]
     pub fn from_rolling_scan(scan: &Scan, history: &MotionHistory, config: &PointConfig) -> Self {
         let now = history.now().unwrap_or(scan.stamp);
+        Self::from_moved_scan(scan, now, &history.since_beams(scan), config)
+    }
+
+    /// The same from the motion since each beam was taken, up to `now` ([`MotionHistory::since_beams`]).
+    #[must_use]
+    pub fn from_moved_scan(
+        scan: &Scan,
+        now: Stamp,
+        moved: &[MovedSince],
+        config: &PointConfig,
+    ) -> Self {
         if scan.sweep <= 0.0 && now == scan.stamp {
             return Self::from_scan(scan, &Pose2::identity(), config);
         }
-        let end = scan.stamp.seconds();
-        let instants = (0..scan.len())
-            .map(|beam| Stamp::from_seconds(end - scan.sweep * scan.age_fraction(beam)));
-        let poses = history.poses_at(instants);
-        let last = poses.last().copied().unwrap_or_default();
-        Self::collect(scan, now, config, &last, |beam| {
-            poses.get(beam).copied().unwrap_or_default()
+        Self::from_placed_scan(scan, now, config, |beam| {
+            moved.get(beam).map_or_else(Pose2::identity, |m| m.pose)
         })
     }
 

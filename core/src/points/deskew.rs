@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 
 use crate::geom::Pose2;
-use crate::robot::{Odometry, Stamp};
+use crate::robot::{Odometry, Scan, Stamp};
 
 /// The robot's motion over the last moments, from odometry.
 #[derive(Clone, Debug)]
@@ -64,17 +64,16 @@ impl MotionHistory {
         }
     }
 
-    /// Poses at the given instants, each as `robot_now_from_robot_then`, for instants in any order.
-    ///
-    /// Instants before the oldest reading get the pose at its start, instants after the newest one get the identity:
-    /// nothing is known there, so standing still is assumed.
+    /// What is known of the motion since each beam of `scan` was taken, as [`Self::since`].
     #[must_use]
-    pub fn poses_at(&self, instants: impl IntoIterator<Item = Stamp>) -> Vec<Pose2> {
-        let since = self.since(instants);
-        since.into_iter().map(|moved| moved.pose).collect()
+    pub fn since_beams(&self, scan: &Scan) -> Vec<MovedSince> {
+        self.since((0..scan.len()).map(|beam| scan.taken_at(beam)))
     }
 
-    /// What is known of the motion from each of the given instants to now, as [`Self::poses_at`].
+    /// What is known of the motion from each of the given instants to now, for instants in any order.
+    ///
+    /// Instants before the oldest reading get the motion since its start, instants after the newest one get none:
+    /// nothing is known there, so standing still is assumed.
     #[must_use]
     pub fn since(&self, instants: impl IntoIterator<Item = Stamp>) -> Vec<MovedSince> {
         // From the end of each step to now, from the newest back.
@@ -154,7 +153,8 @@ mod tests {
     #[test]
     fn poses_between_readings_lie_on_the_way() {
         let history = history();
-        let poses = history.poses_at([0, 50_000, 200_000, 250_000, 400_000].map(Stamp));
+        let since = history.since([0, 50_000, 200_000, 250_000, 400_000].map(Stamp));
+        let poses: Vec<_> = since.iter().map(|moved| moved.pose).collect();
         // (now_from_then)⁻¹ * now_from_start = then_from_start: what the robot had done by then.
         let start = poses[0];
         let done: Vec<_> = poses
@@ -207,13 +207,14 @@ mod tests {
     #[test]
     fn outside_of_what_is_remembered_it_stands_still() {
         let history = history();
-        assert_eq!(history.poses_at([Stamp(900_000)]), [Pose2::identity()]);
-        assert!(MotionHistory::new(1.0).poses_at([Stamp(5)]) == [Pose2::identity()]);
+        let nothing = [MovedSince::default()];
+        assert_eq!(history.since([Stamp(900_000)]), nothing);
+        assert_eq!(MotionHistory::new(1.0).since([Stamp(5)]), nothing);
         let mut long = MotionHistory::new(0.15);
         for step in &history.steps {
             long.push(step);
         }
         assert_eq!(long.steps.len(), 2);
-        assert_eq!(long.poses_at([Stamp(0)]), long.poses_at([Stamp(200_000)]));
+        assert_eq!(long.since([Stamp(0)]), long.since([Stamp(200_000)]));
     }
 }

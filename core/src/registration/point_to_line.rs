@@ -1,6 +1,6 @@
 //! Points matched to the surfaces of a map, from a start that is nearly right.
 //!
-//! In: oriented points, a [`SurfelMap`], a start and what is believed of it. Out: a [`Registration`].
+//! In: oriented points, a [`Target`], a start and what is believed of it. Out: a [`Registration`].
 //!
 //! 1. Each point looks up the surfel nearest to where it would lie. It takes part if the two surfaces look the same way.
 //! 2. Its residual is the distance to the surfel's line; far ones are doubted by a Cauchy kernel whose scale shrinks
@@ -16,19 +16,25 @@
 
 use nalgebra::{Matrix2, Matrix3, SymmetricEigen, Vector2, Vector3};
 
+use super::{Prior, Registration, RegistrationMethod, Target, Verdict};
 use crate::geom::{Pose2, PoseEstimate, symmetrize, wrap};
-use crate::map::SurfelMap;
 use crate::points::OrientedPoint;
 
 /// How to match.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MatchConfig {
+    /// By which method. Default point to line.
+    pub method: RegistrationMethod,
     /// Most iterations. Default 20.
     pub max_iterations: usize,
     /// Scale of the kernel at the first iteration, m. Default 0.15.
     pub first_kernel: f64,
     /// Scale of the kernel at the end, m. Default 0.03; larger listens to more, smaller to less.
     pub last_kernel: f64,
+    /// What is left of the kernel's scale after an iteration. Default 0.5; larger forgives worse starts and takes longer.
+    pub kernel_shrink: f64,
+    /// Points within so many of the kernel's scales of their surface lie on it. Default 2.
+    pub inlier_kernels: f64,
     /// Standard deviation of a residual, m: a point's noise and the map's. Default 0.03.
     pub sigma: f64,
     /// Points that say one thing, since neighbours err alike. Default 3; larger gives larger covariances.
@@ -44,14 +50,21 @@ pub struct MatchConfig {
     pub full_overlap: f64,
     /// A direction is degenerate where it gets less than this part of the points' say. Default 0.02.
     pub min_share: f64,
+    /// A step smaller than this is nothing, m. Default 2e-4: a hundredth of the noise of a lidar.
+    pub shift_tolerance: f64,
+    /// A step smaller than this is nothing, rad. Default 1e-4.
+    pub turn_tolerance: f64,
 }
 
 impl Default for MatchConfig {
     fn default() -> Self {
         Self {
+            method: RegistrationMethod::PointToLine,
             max_iterations: 20,
             first_kernel: 0.15,
             last_kernel: 0.03,
+            kernel_shrink: 0.5,
+            inlier_kernels: 2.0,
             sigma: 0.03,
             redundancy: 3.0,
             min_cosine: 0.7,
@@ -59,56 +72,14 @@ impl Default for MatchConfig {
             min_points: 12,
             full_overlap: 0.5,
             min_share: 0.02,
+            shift_tolerance: 2e-4,
+            turn_tolerance: 1e-4,
         }
     }
 }
 
-/// What is believed of the pose before the points are asked.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prior {
-    /// The believed pose.
-    pub pose: Pose2,
-    /// Inverse of its covariance of (x, y, θ), in the frame of the pose's coordinates.
-    pub information: Matrix3<f64>,
-}
-
-/// What a match is worth.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Verdict {
-    /// The points fix the pose.
-    Converged,
-    /// They do not say how far along this direction (unit vector in the map frame); there the prior stands.
-    Degenerate {
-        /// The direction.
-        direction: Vector2<f64>,
-    },
-    /// Too few points lie on a surface.
-    TooFewPoints {
-        /// How many did.
-        found: usize,
-    },
-    /// The last step was still large.
-    NotConverged,
-}
-
-/// The result of a match.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Registration {
-    /// `map_from_points`, with the covariance of points and prior together.
-    pub estimate: PoseEstimate,
-    /// What the points alone say: the inverse of their covariance; nothing along a degenerate direction.
-    pub information: Matrix3<f64>,
-    /// Points within two of the kernel's scales from their surface.
-    pub inliers: usize,
-    /// Inliers as a part of all points.
-    pub overlap: f64,
-    /// Root of the mean squared residual of the inliers, m.
-    pub residual: f64,
-    /// Iterations taken.
-    pub iterations: usize,
-    /// What it is worth.
-    pub verdict: Verdict,
-}
+/// Variance where neither points nor prior say anything, m² and rad².
+const UNKNOWN: f64 = 1e6;
 
 /// The sums of one iteration.
 struct Sums {
@@ -120,10 +91,9 @@ struct Sums {
 }
 
 /// Matches `points` to `map`, from `start`.
-#[must_use]
-pub fn match_to_surfels(
+pub(super) fn register<T: Target>(
     points: &[OrientedPoint],
-    map: &SurfelMap,
+    map: &T,
     start: &Pose2,
     prior: &Prior,
     config: &MatchConfig,
@@ -165,8 +135,10 @@ pub fn match_to_surfels(
             pose.heading() + step.z,
         );
         let at_end = kernel <= config.last_kernel;
-        settled = at_end && step.x.abs().max(step.y.abs()) < 2e-4 && step.z.abs() < 1e-4;
-        kernel = (0.5 * kernel).max(config.last_kernel);
+        settled = at_end
+            && step.x.abs().max(step.y.abs()) < config.shift_tolerance
+            && step.z.abs() < config.turn_tolerance;
+        kernel = (config.kernel_shrink * kernel).max(config.last_kernel);
     }
     let mut sums = accumulate(points, map, &pose, config.last_kernel, config);
     let free = free_direction(&sums.hessian, config.min_share);
@@ -189,7 +161,7 @@ pub fn match_to_surfels(
     };
     let mut cov = (information + prior.information)
         .try_inverse()
-        .unwrap_or_else(|| Matrix3::from_diagonal_element(1e6));
+        .unwrap_or_else(|| Matrix3::from_diagonal_element(UNKNOWN));
     symmetrize(&mut cov);
     Registration {
         estimate: PoseEstimate { pose, cov },
@@ -202,9 +174,9 @@ pub fn match_to_surfels(
     }
 }
 
-fn accumulate(
+fn accumulate<T: Target>(
     points: &[OrientedPoint],
-    map: &SurfelMap,
+    map: &T,
     pose: &Pose2,
     kernel: f64,
     config: &MatchConfig,
@@ -218,7 +190,7 @@ fn accumulate(
     };
     let (cos, sin) = pose.cos_sin();
     let scale = 1.0 / (kernel * kernel);
-    let limit = 2.0 * kernel;
+    let limit = config.inlier_kernels * kernel;
     let (mut xx, mut xy, mut yy, mut xt, mut yt, mut tt) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     let (mut gx, mut gy, mut gt) = (0.0, 0.0, 0.0);
     for point in points {

@@ -202,6 +202,12 @@ impl Scan {
             (last - beam.min(last)) as f64 / last as f64
         }
     }
+
+    /// When a beam was taken.
+    #[must_use]
+    pub fn taken_at(&self, beam: usize) -> Stamp {
+        Stamp::from_seconds(self.stamp.seconds() - self.sweep * self.age_fraction(beam))
+    }
 }
 
 #[cfg(test)]

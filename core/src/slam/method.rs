@@ -1,51 +1,135 @@
-//! The methods by which a pose is estimated, with their names.
+//! The methods by which a pose is estimated: what each has to do, and the table of all of them.
+//!
+//! A new method is a file here and a row of the table: everything else (names, settings files, commands, errors) follows from it.
 
+mod line_ekf;
+mod odometry;
+mod prior_map;
+mod scan_matching;
+
+use std::fmt::Debug;
 use std::str::FromStr;
 
-/// How the pose is estimated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// Odometry alone: the yardstick.
-    Odometry,
-    /// Kalman filter over walls (TDK 2016 §3.4).
-    LineEkf,
-    /// Scans matched to submaps, loops closed in a pose graph.
-    ScanMatching,
-    /// Kalman filter over the walls of a prior map (TDK 2016 §3.2).
-    PriorMap,
+use super::{PreparedScan, SlamConfig, SlamError, View};
+use crate::geom::PoseEstimate;
+use crate::map::Evidence;
+use crate::robot::Odometry;
+
+/// What a method does. The map and the trajectory are [`super::Slam`]'s, for a method that does not change what was drawn.
+pub(super) trait Estimator: Debug + Send + Sync {
+    /// Takes the motion since the last call; readings come in order of time.
+    fn predict(&mut self, odometry: &Odometry) -> Result<(), SlamError>;
+
+    /// Takes a scan. Gives what is to be drawn of it at the pose that is believed now; `None` from a method with a map of its own
+    /// ([`View::map`]).
+    fn update(&mut self, scan: &PreparedScan) -> Result<Option<Evidence>, SlamError>;
+
+    /// Where the robot is now, map frame, the odometry since the last scan included.
+    fn estimate(&self) -> PoseEstimate;
+
+    /// What there is to show.
+    fn view(&self) -> View<'_> {
+        View::default()
+    }
+
+    /// Other settings from the next scan on.
+    fn reconfigure(&mut self, _config: &SlamConfig) {}
+
+    /// Completes all work that was put off.
+    fn finish(&mut self) {}
+}
+
+type Begin = fn(&SlamConfig) -> Result<Box<dyn Estimator>, SlamError>;
+
+struct Row {
+    method: Method,
+    name: &'static str,
+    title: &'static str,
+    begin: Begin,
+    meaning: &'static str,
+}
+
+/// One row for each method: variant, name in commands and saved links, title, where it begins, meaning for people.
+macro_rules! methods {
+    ($($variant:ident, $name:literal, $title:literal, $begin:path, $meaning:literal;)*) => {
+        /// How the pose is estimated.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Method {
+            $(#[doc = $meaning] $variant,)*
+        }
+
+        const TABLE: &[Row] = &[$(Row {
+            method: Method::$variant,
+            name: $name,
+            title: $title,
+            begin: $begin,
+            meaning: $meaning,
+        },)*];
+    };
+}
+
+methods! {
+    Odometry, "odometry", "Odometry", odometry::begin,
+        "Odometry alone: the yardstick for all others.";
+    LineEkf, "line-ekf", "Line EKF-SLAM", line_ekf::begin,
+        "A Kalman filter over the pose and all walls seen so far (TDK 2016 §3.4).";
+    ScanMatching, "scan-matching", "Scan matching", scan_matching::begin,
+        "Whole scans matched to submaps; loops are closed in a pose graph.";
+    PriorMap, "known-map", "Prior map", prior_map::begin,
+        "Localisation in a map that is given before the run (TDK 2016 §3.2).";
 }
 
 impl Method {
-    /// All methods, with the names used by commands and pages.
-    pub const ALL: [(&'static str, Self); 4] = [
-        ("odometry", Self::Odometry),
-        ("line-ekf", Self::LineEkf),
-        ("scan-matching", Self::ScanMatching),
-        ("known-map", Self::PriorMap),
-    ];
+    /// All methods.
+    pub fn all() -> impl Iterator<Item = Self> {
+        TABLE.iter().map(|row| row.method)
+    }
 
-    /// The name.
+    fn row(self) -> &'static Row {
+        // The table has a row for each variant, in their order.
+        &TABLE[self as usize]
+    }
+
+    /// The name in commands, settings and saved links.
     #[must_use]
     pub fn name(self) -> &'static str {
-        Self::ALL
-            .iter()
-            .find(|(_, method)| *method == self)
-            .map_or("", |(name, _)| name)
+        self.row().name
+    }
+
+    /// The name for people.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        self.row().title
+    }
+
+    /// What it does, for people.
+    #[must_use]
+    pub fn meaning(self) -> &'static str {
+        self.row().meaning
+    }
+
+    pub(super) fn begin(self, config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError> {
+        (self.row().begin)(config)
     }
 }
 
 /// There is no method of that name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no method `{0}`; expected odometry, line-ekf, scan-matching or known-map")]
+#[error("there is no method `{0}`; expected {names}", names = names())]
 pub struct UnknownMethod(String);
+
+fn names() -> String {
+    let mut names: Vec<&str> = TABLE.iter().map(|row| row.name).collect();
+    let last = names.pop().unwrap_or_default();
+    format!("{} or {last}", names.join(", "))
+}
 
 impl FromStr for Method {
     type Err = UnknownMethod;
 
     fn from_str(name: &str) -> Result<Self, UnknownMethod> {
-        let found = Self::ALL.iter().find(|(known, _)| *known == name);
-        found
-            .map(|(_, method)| *method)
+        Self::all()
+            .find(|method| method.name() == name)
             .ok_or_else(|| UnknownMethod(name.to_owned()))
     }
 }

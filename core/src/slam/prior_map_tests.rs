@@ -99,7 +99,7 @@ fn where_the_origin_of_the_file_lies_does_not_matter() {
         60.0,
     );
     assert!(error < 0.06, "{error}");
-    let fit = experiment.slam().prior_map_fit().unwrap();
+    let fit = experiment.slam().view().prior_map_fit.unwrap();
     assert!(fit.part().unwrap() > 0.8 && !fit.is_misfit(), "{fit:?}");
 }
 
@@ -125,7 +125,7 @@ fn a_start_that_is_roughly_known_becomes_exact() {
     let truth_in_map = to * experiment.truth();
     let off = (experiment.estimate().pose.position() - truth_in_map.position()).norm();
     assert!(off < 0.05, "{off}");
-    assert!(!experiment.slam().prior_map_fit().unwrap().is_misfit());
+    assert!(!experiment.slam().view().prior_map_fit.unwrap().is_misfit());
 }
 
 #[test]
@@ -140,7 +140,7 @@ fn a_map_of_another_building_or_place_does_not_fit() {
     }
     let fit = |by, known: &PriorMap| {
         let (_, _, experiment) = drive_by(by, known.clone(), 20.0);
-        experiment.slam().prior_map_fit().unwrap().clone()
+        experiment.slam().view().prior_map_fit.unwrap().clone()
     };
     for (by, known) in [
         (PriorMapMatching::Lines, &office),
@@ -154,7 +154,7 @@ fn a_map_of_another_building_or_place_does_not_fit() {
     let found = fit(PriorMapMatching::Surfaces, &elsewhere);
     assert!(!found.is_misfit(), "{:?}", found.part());
     let plain = Slam::new(Method::LineEkf, config()).unwrap();
-    assert!(plain.prior_map_fit().is_none());
+    assert!(plain.view().prior_map_fit.is_none());
 }
 
 #[test]

@@ -2,10 +2,7 @@
 
 use nalgebra::Point2;
 
-use super::estimator::Estimator;
-use super::{Method, PriorMapFit, Slam, SlamConfig};
-use crate::estimation::{Correlations, Landmark, Match, OdometryErrors, UpdateReport};
-use crate::features::LineFeature;
+use super::{Method, OwnMap, Slam, SlamConfig, View};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::{Grid, VectorMap};
@@ -34,7 +31,7 @@ impl Slam {
     /// The occupancy grid.
     #[must_use]
     pub fn grid(&self) -> &Grid {
-        self.estimator.grid()
+        self.view().map.map_or(&self.grid, OwnMap::grid)
     }
 
     /// The walls as segments with ends; empty for methods without lines.
@@ -43,70 +40,10 @@ impl Slam {
         &self.vector
     }
 
-    /// Walls of the line map; empty for methods without one.
+    /// What the method shows of itself: what it saw, understood and learned.
     #[must_use]
-    pub fn landmarks(&self) -> Vec<Landmark> {
-        match &self.estimator {
-            Estimator::Lines { ekf, .. } => ekf.landmarks().collect(),
-            _ => vec![],
-        }
-    }
-
-    /// Lines of the last scan, robot frame; empty for methods without.
-    #[must_use]
-    pub fn features(&self) -> &[LineFeature] {
-        match &self.estimator {
-            Estimator::Lines { features, .. } | Estimator::Known { features, .. } => features,
-            _ => &[],
-        }
-    }
-
-    /// Whether what is seen stands in the prior map; `None` for other methods.
-    #[must_use]
-    pub fn prior_map_fit(&self) -> Option<&PriorMapFit> {
-        match &self.estimator {
-            Estimator::Known { fit, .. } => Some(fit),
-            _ => None,
-        }
-    }
-
-    /// Which lines of the last scan were recognised as which walls.
-    #[must_use]
-    pub fn matches(&self) -> &[Match] {
-        match &self.estimator {
-            Estimator::Lines { ekf, .. } => &ekf.report().matches,
-            _ => &[],
-        }
-    }
-
-    /// What the last scan did to the line map and why, with the normalised innovation squared; `None` for methods without.
-    #[must_use]
-    pub fn explain(&self) -> Option<&UpdateReport> {
-        match &self.estimator {
-            Estimator::Lines { ekf, .. } => Some(ekf.report()),
-            _ => None,
-        }
-    }
-
-    /// What the filter has learned of the odometry's systematic errors, and the standard deviations of that; `None` for
-    /// methods that do not learn them.
-    #[must_use]
-    pub fn odometry_errors(&self) -> Option<[OdometryErrors; 2]> {
-        match &self.estimator {
-            Estimator::Lines { ekf, .. } => {
-                Some([ekf.odometry_errors(), ekf.odometry_error_sigmas()])
-            }
-            _ => None,
-        }
-    }
-
-    /// How the errors of pose and walls hang together; `None` for methods without a common covariance.
-    #[must_use]
-    pub fn correlations(&self) -> Option<Correlations> {
-        match &self.estimator {
-            Estimator::Lines { ekf, .. } => Some(ekf.correlations()),
-            _ => None,
-        }
+    pub fn view(&self) -> View<'_> {
+        self.estimator.view()
     }
 
     /// Points of the last scan, in the robot frame when it came.
@@ -150,31 +87,20 @@ impl Slam {
     /// The pose at each scan, as known now: a closed loop changes earlier ones.
     #[must_use]
     pub fn trajectory(&self) -> Vec<(Stamp, Pose2)> {
-        self.estimator.trajectory()
-    }
-
-    /// Number of loops closed by the pose graph.
-    #[must_use]
-    pub fn loop_closures(&self) -> usize {
-        match &self.estimator {
-            Estimator::Matching { matcher, .. } => matcher.loop_closures(),
-            _ => 0,
-        }
+        let own = self.view().map;
+        own.map_or_else(|| self.track.clone(), OwnMap::trajectory)
     }
 
     /// Grows by one whenever the grid was drawn anew: what was shown of the old one is void then.
     #[must_use]
     pub fn grid_version(&self) -> u64 {
-        match &self.estimator {
-            Estimator::Matching { matcher, .. } => matcher.grid_version(),
-            _ => 0,
-        }
+        self.view().map.map_or(0, OwnMap::version)
     }
 
     /// Adds pose, walls and map to a hash.
     pub fn add_to(&self, hash: &mut StateHash) {
         hash.estimate(&self.estimate());
-        for landmark in self.landmarks() {
+        for landmark in self.view().landmarks {
             hash.integer(u64::from(landmark.id.0))
                 .number(landmark.line.alpha())
                 .number(landmark.line.r());

@@ -2,8 +2,7 @@
 
 use nalgebra::{Matrix2, Point2};
 
-use super::estimator::Estimator;
-use crate::estimation::Landmark;
+use super::View;
 use crate::geom::{Line, Pose2, PoseEstimate, Segment, sin_cos};
 use crate::map::{Sighting, VectorMap};
 use crate::points::Points;
@@ -11,23 +10,19 @@ use crate::points::Points;
 /// One beam in so many is asked whether it goes through walls; all of them say the same.
 const EVERY: usize = 3;
 
-/// Hands the last scan to the map. A feature that was recognised lies where the filter now believes its wall to be, which is
-/// better known; the others where the pose puts them.
-pub(super) fn observe(map: &mut VectorMap, estimator: &Estimator, points: &Points) {
-    let Estimator::Lines { ekf, features, .. } = estimator else {
+/// Hands the last scan of a method with a line map to the vector map. A feature that was recognised lies where the filter now believes
+/// its wall to be, which is better known; the others where the pose puts them.
+pub(super) fn observe(map: &mut VectorMap, view: &View, estimate: &PoseEstimate, points: &Points) {
+    if view.update.is_none() {
         return;
-    };
-    let estimate = estimator.estimate();
+    }
     let map_from_robot = estimate.pose;
     let sensor = map_from_robot * points.sensor_in_robot;
-    let landmarks: Vec<Landmark> = ekf.landmarks().collect();
-    let matches = &ekf.report().matches;
-    let sightings: Vec<Sighting> = features
-        .iter()
+    let sightings: Vec<Sighting> = (view.features.iter())
         .enumerate()
         .map(|(number, feature)| {
-            let matched = matches.iter().find(|m| m.feature == number);
-            let known = matched.and_then(|m| landmarks.iter().find(|l| l.id == m.landmark));
+            let matched = view.matches().iter().find(|m| m.feature == number);
+            let known = matched.and_then(|m| view.landmarks.iter().find(|l| l.id == m.landmark));
             let ends = feature.ends.map(|end| map_from_robot * end);
             let (seen, [sigma_direction, sigma_across]) = match known {
                 Some(wall) => {
@@ -37,7 +32,7 @@ pub(super) fn observe(map: &mut VectorMap, estimator: &Estimator, points: &Point
                 }
                 None => {
                     let own = sigmas(&feature.line, &feature.cov, middle(feature.ends));
-                    (ends, with_pose(own, &feature.line, &estimate))
+                    (ends, with_pose(own, &feature.line, estimate))
                 }
             };
             Sighting {

@@ -2,7 +2,8 @@
 //!
 //! Source: TDK 2016 fig. 3.4-3.5.
 
-use super::{EkfSlam, LandmarkId};
+use super::{Landmark, LandmarkId, ROBOT};
+use crate::estimation::SymmetricMatrix;
 
 /// The matrix of correlation coefficients of the state (x, y, θ, …, α₁, r₁, α₂, r₂, …).
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,16 +18,16 @@ pub struct Correlations {
     pub coefficients: Vec<f32>,
 }
 
-impl EkfSlam {
-    /// The correlation coefficients of the whole state at the last scan. O(n²).
+impl Correlations {
+    /// The correlation coefficients of the whole state, of which these are the landmarks, in its order. O(n²).
     #[must_use]
-    pub fn correlations(&self) -> Correlations {
-        let n = self.cov.n();
-        let cell = |i: usize| self.covariance().correlation(i / n, i % n) as f32;
-        Correlations {
+    pub fn of(covariance: &SymmetricMatrix, landmarks: &[Landmark]) -> Self {
+        let n = covariance.n();
+        let cell = |i: usize| covariance.correlation(i / n, i % n) as f32;
+        Self {
             n,
-            first_landmark: super::ROBOT,
-            landmarks: self.landmarks.iter().map(|entry| entry.id).collect(),
+            first_landmark: ROBOT,
+            landmarks: landmarks.iter().map(|landmark| landmark.id).collect(),
             coefficients: (0..n * n).map(cell).collect(),
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::association::AssociationError;
 use crate::features::LineFeature;
+use crate::registration::LocateError;
 use crate::robot::OdometryError;
 
 /// Why the filter refused an input; the state is untouched.
@@ -32,6 +33,21 @@ pub enum EkfError {
         /// The part at fault.
         what: &'static str,
     },
+}
+
+impl From<LocateError> for EkfError {
+    fn from(error: LocateError) -> Self {
+        let LocateError {
+            field,
+            value,
+            expected,
+        } = error;
+        Self::Setting {
+            field,
+            value,
+            expected,
+        }
+    }
 }
 
 pub(in crate::estimation) fn check_feature(

@@ -198,6 +198,6 @@ fn walls_longer_or_farther_than_can_be_held_are_refused_before_memory_is_taken()
     // As wide as `campus`, and wider: a robot that is lost is looked for all the same.
     for half in [180.0, 700.0] {
         let around = vec![wall(half, -half), wall(half, half)];
-        assert!(made(around).unwrap().pyramid.is_some(), "{half} m");
+        assert!(made(around).unwrap().walls.likelihood.is_some(), "{half} m");
     }
 }

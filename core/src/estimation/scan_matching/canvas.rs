@@ -33,10 +33,11 @@ pub(super) struct Keyframe {
 impl ScanMatcher {
     /// Begins to draw the map anew if the submaps have moved since it was drawn.
     pub(super) fn begin_redraw(&mut self, shift: f64) {
+        let turn = self.config.redraw_turn * shift;
         let moved = self
             .submaps
             .iter()
-            .any(|s| differs(&s.map_from_submap, &s.drawn_at, shift, 0.1 * shift));
+            .any(|s| differs(&s.map_from_submap, &s.drawn_at, shift, turn));
         if moved && let Ok(grid) = Grid::new(self.config.grid) {
             for submap in &mut self.submaps {
                 submap.drawn_at = submap.map_from_submap;

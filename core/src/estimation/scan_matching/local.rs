@@ -1,66 +1,18 @@
-//! One scan against the running submap: where odometry says to look, what the match is worth, and what of odometry's doubt stays.
+//! One scan in the running submap: what odometry believes beforehand, and what of its doubt stays after the match.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::ScanMatcher;
-use crate::geom::{Pose2, PoseEstimate, symmetrize};
-use crate::map::LikelihoodPyramid;
-use crate::points::OrientedPoint;
-use crate::registration::{Prior, Registration, Verdict, match_to_surfels, search};
+use crate::geom::{PoseEstimate, symmetrize};
+use crate::registration::{Prior, Registration, Verdict};
 use crate::robot::Odometry;
 
 impl ScanMatcher {
-    /// Matches to the running submap; where too little fits, looks around for a pose that fits better: odometry may
-    /// have slipped. A pose that is not fixed in all directions is none: a corridor fits itself anywhere, best where it was
-    /// mapped.
-    pub(super) fn match_running(
-        &self,
-        surfaces: &[OrientedPoint],
-        predicted: &Pose2,
-        prior: &Prior,
-    ) -> Registration {
-        let config = &self.config;
-        let found = match_to_surfels(surfaces, &self.running, predicted, prior, &config.matching);
-        if found.overlap >= config.lost_below {
-            return found;
-        }
-        let places = self.running.surfels().iter().map(|s| s.position);
-        let points: Vec<_> = surfaces.iter().map(|s| s.position).collect();
-        let candidate = LikelihoodPyramid::new(places, 0.05, 0.05, 5)
-            .and_then(|map| search(&points, &map, predicted, &config.lost_window, 0.2));
-        let Some(candidate) = candidate else {
-            return found;
-        };
-        let weak = Prior {
-            pose: candidate.pose,
-            information: prior.information * 0.01,
-        };
-        let again = match_to_surfels(
-            surfaces,
-            &self.running,
-            &candidate.pose,
-            &weak,
-            &config.matching,
-        );
-        if again.overlap > found.overlap + 0.1 && again.verdict == Verdict::Converged {
-            again
-        } else {
-            found
-        }
-    }
-
-    /// The pose in the running submap by odometry alone.
-    pub(super) fn carried_on(&self, moved: &Odometry) -> PoseEstimate {
-        let before = Odometry {
-            from: moved.from,
-            to: moved.from,
-            motion: self.submap_from_robot,
-            cov: self.local_cov,
-        };
-        let now = before.then(moved);
+    /// The pose in the running submap at the last scan.
+    pub(super) fn local_estimate(&self) -> PoseEstimate {
         PoseEstimate {
-            pose: now.motion,
-            cov: now.cov,
+            pose: self.submap_from_robot,
+            cov: self.local_cov,
         }
     }
 

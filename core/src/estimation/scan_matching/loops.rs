@@ -13,8 +13,9 @@ use crate::geom::{Pose2, symmetrize};
 impl ScanMatcher {
     /// The edge from a submap to the one that follows it.
     pub(super) fn join_to_next(&mut self, old: usize, old_from_new: &Pose2, map_from_new: Pose2) {
-        let floor = Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-4, 2.5e-5));
-        let cov = self.way_cov + floor;
+        let (way, turn) = (self.config.submap_sigma, self.config.submap_turn_sigma);
+        let floor = Vector3::new(way * way, way * way, turn * turn);
+        let cov = self.way_cov + Matrix3::from_diagonal(&floor);
         let information = cov.try_inverse().unwrap_or_else(Matrix3::identity);
         let new = self.graph.add_pose(map_from_new);
         // Both ends exist, and a match that is not finite was never accepted.
@@ -52,7 +53,7 @@ impl ScanMatcher {
             .filter_map(|(old, (submap, doubt))| {
                 let distance = (submap.map_from_submap * submap.closed.centre - centre).norm();
                 let reach = submap.closed.radius.max(this.closed.radius)
-                    + (3.0 * doubt.shift).min(self.config.closure.max_shift);
+                    + self.config.closure.window(doubt).shift;
                 (distance < reach && !self.are_joined(old, new)).then_some((distance, old))
             })
             .collect();
@@ -76,7 +77,7 @@ impl ScanMatcher {
             &guess,
             doubt,
             &self.config.surfels,
-            &self.config.matching,
+            &self.config.locate.matching,
             &self.config.closure,
         );
         let Some(closure) = found else { return };
@@ -85,7 +86,9 @@ impl ScanMatcher {
             to: new,
             motion: closure.motion,
             information: closure.information,
-            kernel: Kernel::Cauchy { c: 3.0 },
+            kernel: Kernel::Cauchy {
+                c: self.config.closure.kernel,
+            },
         });
         if added.is_ok() {
             self.closures += 1;
@@ -95,7 +98,7 @@ impl ScanMatcher {
 
     pub(super) fn optimize(&mut self) {
         self.graph_changed = false;
-        self.graph.optimize(30);
+        self.graph.optimize(self.config.closure.max_iterations);
         for (submap, pose) in self.submaps.iter_mut().zip(self.graph.poses()) {
             submap.map_from_submap = *pose;
         }

@@ -4,7 +4,7 @@ use nalgebra::Point2;
 use proptest::prelude::*;
 
 use super::*;
-use crate::map::SurfelConfig;
+use crate::map::{SurfelConfig, SurfelMap};
 
 type Corner = (f64, f64);
 
@@ -68,7 +68,7 @@ proptest! {
     ) {
         let truth = Pose2::new(0.5, -0.3, h);
         let start = Pose2::new(0.5 + x, -0.3 + y, h + t);
-        let found = match_to_surfels(&seen_from(&room(), &truth), &map_of(&room()), &start, &weak(start), &MatchConfig::default());
+        let found = register(&seen_from(&room(), &truth), &map_of(&room()), &start, &weak(start), &MatchConfig::default());
         prop_assert_eq!(found.verdict, Verdict::Converged);
         prop_assert!((found.estimate.pose.position() - truth.position()).norm() < 2e-3, "{:?}", found);
         prop_assert!(wrap(found.estimate.pose.heading() - h).abs() < 1e-3);
@@ -104,7 +104,7 @@ fn corridor_reports_the_direction_along_it_and_keeps_the_prior_there() {
         pose: start,
         information: Matrix3::from_diagonal_element(1.0),
     };
-    let found = match_to_surfels(
+    let found = register(
         &corridor,
         &map_of(&corridor),
         &start,
@@ -138,7 +138,7 @@ fn noisy_normals_along_a_corridor_do_not_pull_the_pose_off_a_weak_prior() {
     };
     let (map, points) = (map_of(&crooked()), crooked());
     let start = Pose2::new(0.15, 0.05, 0.02);
-    let found = match_to_surfels(&points, &map, &start, &weak(start), &MatchConfig::default());
+    let found = register(&points, &map, &start, &weak(start), &MatchConfig::default());
     let Verdict::Degenerate { direction } = found.verdict else {
         panic!("{found:?}")
     };
@@ -182,7 +182,7 @@ fn silencing_a_motion_leaves_what_is_said_of_the_others() {
 fn too_few_points_are_told_and_the_start_is_kept() {
     let points = room();
     let start = Pose2::new(0.0, 0.0, 0.0);
-    let found = match_to_surfels(
+    let found = register(
         &points[..5],
         &map_of(&points),
         &start,
@@ -222,7 +222,7 @@ fn covariance_is_that_of_a_monte_carlo_run_when_points_err_alone() {
             })
             .collect();
         let start = Pose2::identity();
-        let found = match_to_surfels(&noisy, &map, &start, &weak(start), &config);
+        let found = register(&noisy, &map, &start, &weak(start), &config);
         let p = found.estimate.pose;
         let e = Vector3::new(p.x(), p.y(), p.heading());
         sum += e * e.transpose();

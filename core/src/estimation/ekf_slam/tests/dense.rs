@@ -184,7 +184,10 @@ fn forgetting_leaves_the_marginal_of_the_rest() {
 #[test]
 fn correlations_are_those_of_the_dense_matrix() {
     let slam = some_state();
-    let (p, found) = (dense(&slam), slam.correlations());
+    let (p, found) = (
+        dense(&slam),
+        Correlations::of(slam.covariance(), &slam.landmarks().collect::<Vec<_>>()),
+    );
     assert_eq!((found.n, found.landmarks.len()), (p.nrows(), 3));
     assert_eq!(found.first_landmark + 2 * found.landmarks.len(), found.n);
     for i in 0..found.n {

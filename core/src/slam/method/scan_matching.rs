@@ -1,0 +1,54 @@
+//! Scan matching. It keeps keyframes, and draws the map anew where a closed loop moves them, so that map and trajectory are its own.
+
+use super::{Estimator, PreparedScan, SlamConfig, SlamError, View};
+use crate::estimation::ScanMatcher;
+use crate::geom::{Pose2, PoseEstimate};
+use crate::map::{Evidence, Grid};
+use crate::robot::{Odometry, Stamp};
+use crate::slam::OwnMap;
+
+pub(super) fn begin(config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError> {
+    Ok(Box::new(ScanMatcher::new(config.matcher)?))
+}
+
+impl Estimator for ScanMatcher {
+    fn predict(&mut self, odometry: &Odometry) -> Result<(), SlamError> {
+        self.odometry(odometry);
+        Ok(())
+    }
+
+    fn update(&mut self, scan: &PreparedScan) -> Result<Option<Evidence>, SlamError> {
+        self.update_swept(&scan.points, &scan.direction_sigmas());
+        Ok(None)
+    }
+
+    fn estimate(&self) -> PoseEstimate {
+        Self::estimate(self)
+    }
+
+    fn view(&self) -> View<'_> {
+        View {
+            loop_closures: self.loop_closures(),
+            map: Some(self),
+            ..View::default()
+        }
+    }
+
+    fn finish(&mut self) {
+        Self::finish(self);
+    }
+}
+
+impl OwnMap for ScanMatcher {
+    fn grid(&self) -> &Grid {
+        Self::grid(self)
+    }
+
+    fn version(&self) -> u64 {
+        self.grid_version()
+    }
+
+    fn trajectory(&self) -> Vec<(Stamp, Pose2)> {
+        Self::trajectory(self).collect()
+    }
+}

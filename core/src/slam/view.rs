@@ -1,0 +1,60 @@
+//! What a method shows of itself.
+
+use std::fmt::Debug;
+
+use super::PriorMapFit;
+use crate::estimation::{
+    Correlations, Landmark, Match, OdometryErrors, SymmetricMatrix, UpdateReport,
+};
+use crate::features::LineFeature;
+use crate::geom::Pose2;
+use crate::map::Grid;
+use crate::robot::Stamp;
+
+/// What a method shows of itself after the last scan. What it does not have is empty.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct View<'a> {
+    /// Lines of the last scan, robot frame.
+    pub features: &'a [LineFeature],
+    /// Walls of the line map, in the order of the state.
+    pub landmarks: &'a [Landmark],
+    /// What the last scan did to the line map and why, with the normalised innovation squared.
+    pub update: Option<&'a UpdateReport>,
+    /// The common covariance of pose and walls.
+    pub covariance: Option<&'a SymmetricMatrix>,
+    /// What was learned of the odometry's systematic errors, and the standard deviations of that.
+    pub odometry_errors: Option<[OdometryErrors; 2]>,
+    /// Whether what is seen stands in the prior map.
+    pub prior_map_fit: Option<&'a PriorMapFit>,
+    /// Number of loops closed by the pose graph.
+    pub loop_closures: usize,
+    /// The map and trajectory of a method that changes what it has drawn.
+    pub map: Option<&'a dyn OwnMap>,
+}
+
+impl<'a> View<'a> {
+    /// Which lines of the last scan were recognised as which walls.
+    #[must_use]
+    pub fn matches(&self) -> &'a [Match] {
+        self.update.map_or(&[], |update| &update.matches)
+    }
+
+    /// How the errors of pose and walls hang together; `None` for methods without a common covariance. O(n²).
+    #[must_use]
+    pub fn correlations(&self) -> Option<Correlations> {
+        let covariance = self.covariance?;
+        Some(Correlations::of(covariance, self.landmarks))
+    }
+}
+
+/// Map and trajectory of a method that keeps them itself, since it changes what it has drawn.
+pub trait OwnMap: Debug {
+    /// The map.
+    fn grid(&self) -> &Grid;
+
+    /// Grows by one whenever the map was drawn anew: what was shown of the old one is void then.
+    fn version(&self) -> u64;
+
+    /// The pose at each scan, as known now.
+    fn trajectory(&self) -> Vec<(Stamp, Pose2)>;
+}
