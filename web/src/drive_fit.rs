@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::{self, FittedParameter as CoreParameter};
 use slamlab_core::format::preset::{self, FittedLine, PresetFile as CoreFile};
-use slamlab_core::robot::{RobotModel, ToldOdometry};
-use slamlab_core::settings::{SettingError, Settings};
+use slamlab_core::robot::RobotModel;
+use slamlab_core::settings::Settings;
 use slamlab_core::sim::SensorModel;
 use slamlab_core::twin::{Twin, TwinSample};
 use tsify::{Ts, Tsify};
@@ -113,18 +113,6 @@ pub fn write_preset(name: &str, fit: &Ts<DriveFit>) -> Result<String, WebError> 
     };
     let lines: Vec<_> = fit.parameters.into_iter().map(line).collect();
     Ok(preset::write(&file, &lines))
-}
-
-/// What the settings tell of the odometry of a robot of this model.
-///
-/// # Errors    [`SettingError`].
-pub(crate) fn told(
-    robot: &RobotModel,
-    values: &SettingValues,
-) -> Result<ToldOdometry, SettingError> {
-    let mut settings = Settings::of(SensorModel::lidar(), robot);
-    values.apply_to(&mut settings)?;
-    Ok(settings.odometry.told(robot))
 }
 
 /// Samples of the twin from number `from` on, see `TWIN`.

@@ -93,12 +93,12 @@ mod tests {
             run.step().unwrap();
         }
         let of = |name, generation, revision| {
-            FieldChange::since(run.slam(), 0.18, name, generation, revision)
+            FieldChange::since(run.session().slam(), 0.18, name, generation, revision)
         };
         let distance = of(FieldName::Distance, 0, 0.0);
         let blocks = distance.grid.clone().unwrap();
         assert_eq!(blocks.cells.len(), blocks.index.len() / 2 * 4096);
-        let here = run.slam().estimate().pose;
+        let here = run.session().slam().estimate().pose;
         let (x, y) = (here.x(), here.y());
         let far = value_at(&distance, x, y).unwrap();
         assert!(far > 0.2, "the robot stands clear of walls: {far}");

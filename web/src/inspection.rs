@@ -4,12 +4,13 @@ use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::{Considered, Correlations, Explanation, Verdict as CoreVerdict};
 use slamlab_core::pilot::Stage;
+use slamlab_core::session::Session;
 use tsify::Tsify;
 
 use crate::border::{
     CandidateRow, Float32Array, Float64Array, Gate, SightingRow, Uint32Array, Verdict, flat,
 };
-use crate::view::Shown;
+use crate::view::map_from_robot_at_scan;
 
 /// The line filter after the last scan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
@@ -52,11 +53,11 @@ pub struct LearnedOdometry {
 impl Inspection {
     /// `None` for methods without a line map, and while lines were found that are not yet compared with it. Without `matrix` the
     /// coefficients are left out: they are many.
-    pub(crate) fn of(shown: &Shown<'_>, matrix: bool) -> Option<Self> {
-        if shown.awaits(Stage::Localise) {
+    pub(crate) fn of(session: &Session, matrix: bool) -> Option<Self> {
+        if session.stages().awaits(Stage::Localise) {
             return None;
         }
-        let slam = shown.slam;
+        let slam = session.slam();
         let report = slam.view().update?;
         let correlations = if matrix {
             slam.view().correlations()?
@@ -65,7 +66,7 @@ impl Inspection {
         };
         let [learned, sigmas] = slam.view().odometry_errors?;
         let association = &slam.config().ekf.association;
-        let map_from_robot = shown.map_from_robot_at_scan();
+        let map_from_robot = map_from_robot_at_scan(session);
         let seen: Vec<_> = report
             .explanations()
             .filter_map(|explanation| {

@@ -13,10 +13,7 @@ use crate::border::{
     DeviceStateName, DisarmReasonName, Level, MethodName, SettingValues, Typed, WebError, typed,
 };
 use crate::building::KnownMap;
-use crate::drive_fit::told;
 use crate::run::{Behind, Notice, Source, WebRun};
-use crate::status::RunStatus;
-use crate::view::Shown;
 
 /// Who talks to a bridge.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
@@ -30,6 +27,8 @@ pub struct LiveSetup {
     pub method: MethodName,
     /// The map that the method `known-map` finds the robot in, placed by where the robot is now.
     pub known: Option<KnownMap>,
+    /// Settings that differ from their defaults.
+    pub settings: SettingValues,
     /// Of the planner's draws.
     pub seed: u32,
 }
@@ -104,7 +103,8 @@ impl WebRun {
             name: setup.name,
             token: Some(setup.token).filter(|token| !token.is_empty()),
             method: setup.method.into(),
-            known: setup.known.as_ref().map(Into::into),
+            prior_map: setup.known.as_ref().map(Into::into),
+            settings: setup.settings.0.into_iter().collect(),
             seed: u64::from(setup.seed),
         })?;
         let source = Source::Live(Box::new(Behind {
@@ -199,35 +199,9 @@ impl WebRun {
     pub fn bridge(&self) -> Typed<BridgeStatus> {
         typed(&BridgeStatus::of(&self.behind()?.live))
     }
-
-    /// A twin with what these settings say of the odometry runs beside the robot from here on, or no longer.
-    ///
-    /// # Errors    A sentence on a setting that does not exist.
-    pub fn set_twin(&mut self, on: bool, values: &Ts<SettingValues>) -> Result<(), WebError> {
-        let live = &mut self.behind_mut()?.live;
-        let told = told(live.model(), &values.to_rust()?)?;
-        live.set_twin(on.then_some(told));
-        Ok(())
-    }
 }
 
 impl Behind {
-    pub(crate) fn status(&self, shown: &Shown<'_>) -> RunStatus {
-        let live = &self.live;
-        let status = RunStatus {
-            time: live.stamp().seconds(),
-            scans: live.scans(),
-            distance: live.distance(),
-            ..RunStatus::of(
-                shown,
-                &live.odometry_pose(),
-                live.consistency(),
-                live.model(),
-            )
-        };
-        status.with_pilot(live.pilot())
-    }
-
     pub(crate) fn notices(&mut self) -> Vec<Notice> {
         let notice = |Note { severity, text }| Notice {
             level: match severity {

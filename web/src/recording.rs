@@ -44,7 +44,7 @@ impl WebLogReader {
         let setup = setup.to_rust()?;
         // What cannot be set is told before a long log is read.
         let mut settings = Settings::of(SensorModel::lidar(), &RobotModel::pioneer());
-        setup.settings.apply_to(&mut settings)?;
+        setup.settings.apply_present(&mut settings)?;
         Ok(Self {
             reader: LogReader::default(),
             setup,
@@ -63,19 +63,14 @@ impl WebLogReader {
     /// # Errors    A sentence on what is wrong with the log, with its line or byte.
     pub fn finish(self) -> Result<WebRun, WebError> {
         let (log, setup) = (self.reader.finish()?, self.setup);
-        let sensor = match log.scans_on_command() {
-            true => SensorModel::rangers(),
-            false => SensorModel::lidar(),
-        };
-        let mut settings = Settings::of(sensor, &log.robot());
-        setup.settings.apply_to(&mut settings)?;
-        let told = settings.odometry.told(&log.robot());
+        let mut settings = log.settings();
+        setup.settings.apply_present(&mut settings)?;
+        let calibration = settings.odometry.calibration(&log.robot());
         if let Some(known) = &setup.known {
             settings.slam.prior_map = known.into();
         }
-        let mut replay = Replay::new(log, setup.method.into(), settings.slam)?;
-        replay.tell_odometry(told);
-        replay.set_twin(setup.twin.then_some(told));
+        let mut replay = Replay::new(log, setup.method.into(), &settings)?;
+        replay.set_twin(setup.twin.then_some(calibration));
         let source = Source::Recording(Box::new(replay));
         Ok(WebRun { source })
     }

@@ -13,6 +13,7 @@ use slamlab_core::live::Live;
 use slamlab_core::pilot::{self, Pilot, Stage as CoreStage, StageRecord};
 use slamlab_core::replay::Replay;
 use slamlab_core::robot::{RobotModel, Scan};
+use slamlab_core::session::Session;
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::{ReachableArea, SensorModel};
 use slamlab_core::slam::Slam;
@@ -24,14 +25,14 @@ use crate::border::{
 };
 use crate::building::KnownFile;
 use crate::contest::{ContestAsk, Field, WebContest};
-use crate::drive_fit::{DriveFit, samples_since, told};
+use crate::drive_fit::{DriveFit, samples_since};
 use crate::export::{self, SavedFile, trajectory_of};
 use crate::field::FieldChange;
 use crate::inspection::Inspection;
 use crate::rooms::Rooms;
 use crate::sigma::SigmaCurve;
 use crate::status::RunStatus;
-use crate::view::{self, Shown, SlamView};
+use crate::view::{self, SlamView};
 
 /// Scans of a standing twin from which σ(ρ) is estimated.
 const STANDING_SCANS: usize = 120;
@@ -151,19 +152,13 @@ impl WebRun {
     /// # Errors    None that a page can cause.
     pub fn status(&self) -> Typed<RunStatus> {
         typed(&match &self.source {
-            Source::Simulation(sim) => sim.status(&self.shown()),
+            Source::Simulation(sim) => sim.status(),
             Source::Recording(replay) => RunStatus {
                 time: replay.time(),
                 progress: replay.progress(),
-                scans: replay.scans_done() as u32,
-                ..RunStatus::of(
-                    &self.shown(),
-                    &replay.odometry_pose(),
-                    replay.consistency(),
-                    replay.robot(),
-                )
+                ..RunStatus::of(replay.session(), false)
             },
-            Source::Live(behind) => behind.status(&self.shown()),
+            Source::Live(behind) => RunStatus::of(behind.live.session(), true),
         })
     }
 
@@ -171,7 +166,7 @@ impl WebRun {
     ///
     /// # Errors    None that a page can cause.
     pub fn view(&self, generation: u32, revision: f64) -> Typed<SlamView> {
-        typed(&SlamView::since(&self.shown(), generation, revision))
+        typed(&SlamView::since(self.session(), generation, revision))
     }
 
     /// Why the last scan's lines were matched, and, with `matrix`, how errors hang together; nothing for methods without a line
@@ -179,7 +174,7 @@ impl WebRun {
     ///
     /// # Errors    None that a page can cause.
     pub fn inspect(&self, matrix: bool) -> Result<Option<Ts<Inspection>>, WebError> {
-        let inside = Inspection::of(&self.shown(), matrix);
+        let inside = Inspection::of(self.session(), matrix);
         inside.as_ref().map(typed).transpose()
     }
 
@@ -289,12 +284,22 @@ impl WebRun {
         let values = values.to_rust()?;
         match &mut self.source {
             Source::Simulation(sim) => sim.configure(&values),
-            Source::Recording(_) => Ok(()),
-            Source::Live(behind) => {
-                let told = told(behind.live.model(), &values)?;
-                behind.live.tell_odometry(told);
-                Ok(())
+            Source::Recording(replay) => {
+                let mut settings = replay.log().settings();
+                values.apply_present(&mut settings)?;
+                Ok(replay.reconfigure(&settings)?)
             }
+            Source::Live(behind) => Ok(behind.live.reconfigure(values.0.into_iter().collect())?),
+        }
+    }
+
+    /// A twin with what is known of the odometry runs beside the robot from here on, or no longer.
+    pub fn set_twin(&mut self, on: bool) {
+        let calibration = on.then(|| *self.session().calibration());
+        match &mut self.source {
+            Source::Simulation(sim) => sim.experiment.set_twin(calibration),
+            Source::Recording(replay) => replay.set_twin(calibration),
+            Source::Live(behind) => behind.live.set_twin(calibration),
         }
     }
 
@@ -330,7 +335,7 @@ impl WebRun {
         let fit = match &self.source {
             Source::Simulation(_) => None,
             Source::Recording(replay) => Some(replay.fit()),
-            Source::Live(behind) => Some(behind.live.fit()),
+            Source::Live(behind) => Some(behind.live.session().fit()),
         };
         fit.map(|fit| typed(&fit.into())).transpose()
     }
@@ -338,12 +343,7 @@ impl WebRun {
     /// Samples of the twin from number `from` on, see `TWIN`.
     #[must_use]
     pub fn twin_since(&self, from: u32) -> Vec<f64> {
-        let twin = match &self.source {
-            Source::Simulation(_) => None,
-            Source::Recording(replay) => replay.twin(),
-            Source::Live(behind) => behind.live.twin(),
-        };
-        samples_since(twin, from)
+        samples_since(self.session().twin(), from)
     }
 
     /// What a person should read since the last call.
@@ -374,7 +374,7 @@ impl WebRun {
     /// x y of the corners of the path.
     #[must_use]
     pub fn path(&self) -> Vec<f32> {
-        let path = self.pilot().and_then(Pilot::path);
+        let path = self.pilot().path();
         path.map(|path| view::polyline(&path.points))
             .unwrap_or_default()
     }
@@ -382,7 +382,7 @@ impl WebRun {
     /// The same before it was shortened.
     #[must_use]
     pub fn raw_path(&self) -> Vec<f32> {
-        let path = self.pilot().and_then(Pilot::raw_path);
+        let path = self.pilot().raw_path();
         path.map(|path| view::polyline(&path.points))
             .unwrap_or_default()
     }
@@ -390,33 +390,36 @@ impl WebRun {
     /// x1 y1 x2 y2 of the edges of the planner's trees.
     #[must_use]
     pub fn tree(&self) -> Vec<f32> {
-        let tree = self.pilot().map(Pilot::tree);
-        view::segments(tree.iter().flat_map(|tree| tree.iter()), &Pose2::identity())
+        view::segments(self.pilot().tree().iter(), &Pose2::identity())
     }
 
     /// x y of the cells between known and unknown.
     #[must_use]
     pub fn frontiers(&self) -> Vec<f32> {
         let grid = self.slam().grid();
-        let frontiers = self.pilot().map(Pilot::frontiers).unwrap_or_default();
-        let cells = frontiers.iter().flat_map(|frontier| &frontier.cells);
+        let frontiers = self.pilot().frontiers().iter();
+        let cells = frontiers.flat_map(|frontier| &frontier.cells);
         let centres: Vec<_> = cells.map(|&cell| grid.centre_of(cell)).collect();
         view::polyline(&centres)
+    }
+
+    /// Whether the robot drives by the cycle of TDK 2016 §6.3.
+    #[must_use]
+    pub fn in_cycle(&self) -> bool {
+        self.session().scans_on_command()
     }
 
     /// The stages of the cycle with what they gave.
     ///
     /// # Errors    None that a page can cause.
-    pub fn cycle(&self) -> Result<Option<Ts<Cycle>>, WebError> {
-        let cycle = self.pilot().map(|pilot| Cycle::of(pilot.stages()));
-        cycle.as_ref().map(typed).transpose()
+    pub fn cycle(&self) -> Typed<Cycle> {
+        typed(&Cycle::of(self.session().stages()))
     }
 
     /// Reports of the cycle that were shown so far.
     #[must_use]
     pub fn cycle_count(&self) -> f64 {
-        self.pilot()
-            .map_or(0.0, |pilot| pilot.stages().count() as f64)
+        self.session().stages().count() as f64
     }
 
     /// Explore from here on.
@@ -465,7 +468,7 @@ impl WebRun {
             Source::Recording(replay) => replay.state_hash(),
             Source::Live(behind) => {
                 let mut hash = StateHash::new();
-                behind.live.slam().add_to(&mut hash);
+                behind.live.session().slam().add_to(&mut hash);
                 hash.finish()
             }
         };
@@ -474,36 +477,25 @@ impl WebRun {
 }
 
 impl WebRun {
-    fn slam(&self) -> &Slam {
+    fn session(&self) -> &Session {
         match &self.source {
-            Source::Simulation(sim) => sim.experiment.slam(),
-            Source::Recording(replay) => replay.slam(),
-            Source::Live(behind) => behind.live.slam(),
+            Source::Simulation(sim) => sim.experiment.session(),
+            Source::Recording(replay) => replay.session(),
+            Source::Live(behind) => behind.live.session(),
         }
     }
 
-    fn shown(&self) -> Shown<'_> {
-        Shown {
-            slam: self.slam(),
-            stages: self.pilot().map(Pilot::stages),
-        }
+    fn slam(&self) -> &Slam {
+        self.session().slam()
     }
 
     /// Of a recording whose log does not tell: a Pioneer, for most were recorded with one.
     fn robot(&self) -> &RobotModel {
-        match &self.source {
-            Source::Simulation(sim) => sim.experiment.sim().robot(),
-            Source::Recording(replay) => replay.robot(),
-            Source::Live(behind) => behind.live.model(),
-        }
+        self.session().robot()
     }
 
-    fn pilot(&self) -> Option<&Pilot> {
-        match &self.source {
-            Source::Simulation(sim) => Some(sim.experiment.pilot()),
-            Source::Recording(_) => None,
-            Source::Live(behind) => Some(behind.live.pilot()),
-        }
+    fn pilot(&self) -> &Pilot {
+        self.session().pilot()
     }
 
     fn set_mode(&mut self, mode: pilot::Mode) {

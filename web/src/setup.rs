@@ -71,7 +71,7 @@ impl Setup {
             rangers.variable = pairs.variable.into();
             rangers.calibration = calibration::fit(pairs.text.as_bytes(), rangers.variable)?.0;
         }
-        let mut config = settings.experiment(world, robot, u64::from(self.seed));
+        let mut config = ExperimentConfig::of(&settings, world, robot, u64::from(self.seed));
         config.method = self.method.into();
         config.mode = match self.mode {
             Mode::Manual => pilot::Mode::Manual,

@@ -12,7 +12,7 @@ use crate::border::{DoorRow, MaterialName, SettingValues, Stage, Typed, WebError
 use crate::run::{Simulated, Source, WebRun};
 use crate::setup::Setup;
 use crate::status::RunStatus;
-use crate::view::{self, Shown};
+use crate::view;
 
 #[wasm_bindgen]
 impl WebRun {
@@ -37,13 +37,6 @@ impl WebRun {
         Ok(())
     }
 
-    /// Whether it drives by the cycle.
-    #[must_use]
-    pub fn in_cycle(&self) -> bool {
-        let sim = self.simulated();
-        sim.is_ok_and(|sim| sim.experiment.is_in_cycle())
-    }
-
     /// Goes on to the next stage of the cycle; nothing where there is none.
     ///
     /// # Errors    No simulation.
@@ -63,7 +56,7 @@ impl WebRun {
              }| {
                 let area = area.get_or_init(|| {
                     let sim = experiment.sim();
-                    let resolution = experiment.slam().grid().resolution();
+                    let resolution = experiment.session().slam().grid().resolution();
                     reachable_area(sim.world(), sim.robot().radius(), resolution)
                 });
                 experiment.explored_fraction(area)
@@ -138,41 +131,26 @@ impl WebRun {
 }
 
 impl Simulated {
-    pub(crate) fn status(&self, shown: &Shown<'_>) -> RunStatus {
-        let (experiment, sim) = (&self.experiment, self.experiment.sim());
-        let (truth, record) = (experiment.truth(), experiment.record());
-        let status = RunStatus {
+    pub(crate) fn status(&self) -> RunStatus {
+        let (truth, sim) = (self.experiment.truth(), self.experiment.sim());
+        RunStatus {
             time: sim.stamp().seconds(),
-            scans: record.samples().len() as u32,
             truth_x: truth.x(),
             truth_y: truth.y(),
             truth_heading: truth.heading(),
-            distance: record.distance(),
             contacts: f64::from(sim.contacts()),
             beam_half_angle: match sim.sensor() {
                 SensorModel::Sonar(model) => model.half_angle,
                 _ => 0.0,
             },
-            ..RunStatus::of(
-                shown,
-                &experiment.odometry_pose(),
-                record.consistency(),
-                sim.robot(),
-            )
-        };
-        status.with_pilot(experiment.pilot())
+            ..RunStatus::of(self.experiment.session(), true)
+        }
     }
 
     pub(crate) fn configure(&mut self, values: &SettingValues) -> Result<(), WebError> {
         let mut settings = self.settings.clone();
         values.apply_to(&mut settings)?;
-        let odometry = &settings.odometry;
-        self.experiment.reconfigure(
-            &settings.slam,
-            &settings.pilot,
-            odometry.used(),
-            odometry.wear,
-        )?;
+        self.experiment.reconfigure(&settings)?;
         self.settings = settings;
         Ok(())
     }

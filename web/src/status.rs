@@ -1,15 +1,14 @@
 //! The numbers of the moment, the same for every source.
 
 use serde::{Deserialize, Serialize};
-use slamlab_core::estimation::{ConsistencyWindow, Figure};
-use slamlab_core::geom::Pose2;
+use slamlab_core::estimation::Figure;
 use slamlab_core::pilot::{Pilot, Status};
-use slamlab_core::robot::{BodyShape, RobotModel};
+use slamlab_core::robot::BodyShape;
+use slamlab_core::session::Session;
 use slamlab_core::slam::PriorMapFit;
 use tsify::Tsify;
 
 use crate::border::{DiagnosisName, Level, Mode, PlannerName, TaskState};
-use crate::view::Shown;
 
 /// The numbers of the moment; poses in the map frame, m and rad. NaN where the source knows none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
@@ -131,14 +130,11 @@ impl Task {
 }
 
 impl RunStatus {
-    /// What every source knows: the estimate, where the wheels alone would put the robot, and its body.
-    pub(crate) fn of(
-        shown: &Shown<'_>,
-        odometry: &Pose2,
-        consistency: &ConsistencyWindow,
-        robot: &RobotModel,
-    ) -> Self {
-        let (estimate, slam) = (shown.estimate(), shown.slam);
+    /// What every source knows; of a robot that somebody drives, what its pilot is about.
+    pub(crate) fn of(session: &Session, is_driven: bool) -> Self {
+        let (odometry, consistency) = (session.dead_reckoning(), session.consistency());
+        let (estimate, slam, robot) = (session.shown_estimate(), session.slam(), session.robot());
+        let (pilot, goal) = (session.pilot(), session.pilot().goal());
         let fit = slam.view().prior_map_fit;
         let flat = |figure: Option<Figure>| {
             figure.map_or([f64::NAN; 3], |f| [f.mean, f.band[0], f.band[1]])
@@ -146,9 +142,9 @@ impl RunStatus {
         let [nees, nees_low, nees_high] = flat(consistency.nees());
         let [nis, nis_low, nis_high] = flat(consistency.nis());
         Self {
-            time: f64::NAN,
+            time: session.stamp().seconds(),
             progress: f64::NAN,
-            scans: 0,
+            scans: session.scans() as u32,
             x: estimate.pose.x(),
             y: estimate.pose.y(),
             heading: estimate.pose.heading(),
@@ -162,10 +158,10 @@ impl RunStatus {
             odometry_x: odometry.x(),
             odometry_y: odometry.y(),
             odometry_heading: odometry.heading(),
-            distance: f64::NAN,
+            distance: session.distance(),
             contacts: f64::NAN,
-            goal_x: f64::NAN,
-            goal_y: f64::NAN,
+            goal_x: goal.map_or(f64::NAN, |goal| goal.x),
+            goal_y: goal.map_or(f64::NAN, |goal| goal.y),
             nees,
             nees_low,
             nees_high,
@@ -177,26 +173,13 @@ impl RunStatus {
             known_part: fit.and_then(PriorMapFit::part).unwrap_or(f64::NAN),
             known_misfit: fit.is_some_and(PriorMapFit::is_misfit),
             map_full: slam.grid().is_whole().is_err(),
-            mode: Mode::Manual,
-            task: None,
-            finished: false,
+            mode: (&pilot.mode()).into(),
+            task: is_driven.then(|| Task::of(pilot)),
+            finished: pilot.status().is_over(),
             half_length: 0.5 * robot.length,
             half_width: 0.5 * robot.width,
             is_rectangle: robot.shape == BodyShape::Rectangle,
             beam_half_angle: 0.0,
-        }
-    }
-
-    /// With what its pilot is about.
-    pub(crate) fn with_pilot(self, pilot: &Pilot) -> Self {
-        let goal = pilot.goal();
-        Self {
-            goal_x: goal.map_or(f64::NAN, |goal| goal.x),
-            goal_y: goal.map_or(f64::NAN, |goal| goal.y),
-            mode: (&pilot.mode()).into(),
-            task: Some(Task::of(pilot)),
-            finished: pilot.status().is_over(),
-            ..self
         }
     }
 }

@@ -2,10 +2,11 @@
 
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
-use slamlab_core::geom::{Pose2, PoseEstimate, Segment};
+use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::map::CellState;
-use slamlab_core::pilot::{Stage, StageRecord};
+use slamlab_core::pilot::Stage;
 use slamlab_core::points::{Beam, Points};
+use slamlab_core::session::Session;
 use slamlab_core::slam::Slam;
 use tsify::Tsify;
 
@@ -62,35 +63,11 @@ pub struct SlamView {
     pub lines: Option<Float64Array>,
 }
 
-/// What is to be seen: the newest, or what the stage shown last had given by then.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Shown<'a> {
-    pub(crate) slam: &'a Slam,
-    /// None of a recording.
-    pub(crate) stages: Option<&'a StageRecord>,
-}
-
-impl Shown<'_> {
-    /// Whether what this stage changed is not to be seen yet.
-    pub(crate) fn awaits(&self, stage: Stage) -> bool {
-        self.stages.is_some_and(|stages| stages.awaits(stage))
-    }
-
-    pub(crate) fn estimate(&self) -> PoseEstimate {
-        let held = self.stages.and_then(StageRecord::held_estimate);
-        held.copied().unwrap_or_else(|| self.slam.estimate())
-    }
-
-    pub(crate) fn map_from_robot_at_scan(&self) -> Pose2 {
-        self.estimate().pose * self.slam.motion_since_scan().inverse()
-    }
-}
-
 impl SlamView {
     /// The view of someone who knows the grid up to `revision` of `generation`. Somebody who follows the cycle stage by stage
     /// sees what each stage changed when that stage is shown.
-    pub(crate) fn since(shown: &Shown<'_>, generation: u32, revision: f64) -> Self {
-        let slam = shown.slam;
+    pub(crate) fn since(session: &Session, generation: u32, revision: f64) -> Self {
+        let slam = session.slam();
         let (layers, now) = (slam.layers(), slam.shown_version() as u32);
         let known = if now == generation {
             revision as u64
@@ -101,12 +78,12 @@ impl SlamView {
             generation: now,
             revision: layers.revision() as f64,
             grid: None,
-            scan: hits(shown),
+            scan: hits(session),
             beams: beams(slam),
-            found: found(shown),
-            lines: (!shown.awaits(Stage::Localise)).then(|| lines(slam)),
+            found: found(session),
+            lines: (!session.stages().awaits(Stage::Localise)).then(|| lines(slam)),
         };
-        if shown.awaits(Stage::Map) {
+        if session.stages().awaits(Stage::Map) {
             (view.generation, view.revision) = (generation, revision);
             return view;
         }
@@ -140,9 +117,9 @@ pub(crate) fn free_area(slam: &Slam) -> f64 {
     free as f64 * grid.resolution() * grid.resolution()
 }
 
-fn hits(shown: &Shown<'_>) -> Float32Array {
-    let map_from_robot = shown.map_from_robot_at_scan();
-    let ends = hits_of(shown.slam).map(|beam| pair(map_from_robot * beam.end_in_robot));
+fn hits(session: &Session) -> Float32Array {
+    let map_from_robot = map_from_robot_at_scan(session);
+    let ends = hits_of(session.slam()).map(|beam| pair(map_from_robot * beam.end_in_robot));
     ends.flatten().collect()
 }
 
@@ -158,18 +135,31 @@ fn hits_of(slam: &Slam) -> impl Iterator<Item = &Beam> {
     slam.points().into_iter().flat_map(Points::hits)
 }
 
-fn found(shown: &Shown<'_>) -> Float32Array {
-    if shown.awaits(Stage::Lines) {
+pub(crate) fn map_from_robot_at_scan(session: &Session) -> Pose2 {
+    session.shown_estimate().pose * session.slam().motion_since_scan().inverse()
+}
+
+fn found(session: &Session) -> Float32Array {
+    if session.stages().awaits(Stage::Lines) {
         return Float32Array::default();
     }
-    let map_from_robot = shown.map_from_robot_at_scan();
-    let ends = shown.slam.view().features.iter().flat_map(|line| line.ends);
+    let map_from_robot = map_from_robot_at_scan(session);
+    let ends = session
+        .slam()
+        .view()
+        .features
+        .iter()
+        .flat_map(|line| line.ends);
     ends.flat_map(|end| pair(map_from_robot * end)).collect()
 }
 
 /// Names of the walls that the last scan merged, the one that stays before the one that goes.
 pub(crate) fn merged(slam: &Slam) -> Vec<u32> {
-    let merged = slam.view().update.into_iter().flat_map(|report| &report.merged);
+    let merged = slam
+        .view()
+        .update
+        .into_iter()
+        .flat_map(|report| &report.merged);
     merged.flat_map(|m| [m.kept.0, m.gone.0]).collect()
 }
 

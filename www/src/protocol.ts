@@ -15,13 +15,21 @@ export interface GivenBytes {
   bytes: ArrayBuffer;
 }
 
+/** How a live robot is mapped and driven. */
+export interface Found {
+  method: MethodName;
+  known: KnownMap | null;
+  settings: SettingValues;
+  twin: boolean;
+}
+
 export type Command =
   | { kind: "start"; setup: Setup; play: boolean }
   /** A building to drive in from files of others: a floor plan (.svg), OGmap.txt, or the YAML and the image of a map of ROS. It is answered by `built`. */
   | { kind: "build"; name: string; files: readonly GivenBytes[] }
   /** The same, or a world, as a map to be found in; without files the map as the present run has drawn it. It is answered by `known`. */
   | { kind: "know"; name: string; files: readonly GivenBytes[] }
-  | { kind: "replay"; name: string; bytes: ArrayBuffer; method: MethodName; settings: SettingValues; known: KnownMap | null }
+  | { kind: "replay"; name: string; bytes: ArrayBuffer; method: MethodName; settings: SettingValues; twin: boolean; known: KnownMap | null }
   | { kind: "play" }
   | { kind: "pause" }
   /** Advances to the next scan and pauses. */
@@ -47,7 +55,7 @@ export type Command =
   | { kind: "cycle"; on: boolean }
   /** Goes on to the end of the next stage of the cycle and pauses. */
   | { kind: "stage" }
-  /** Settings that act at once: all that differ from their defaults. */
+  /** All settings that differ from their defaults, of every source: those that act at once do. */
   | { kind: "configure"; settings: SettingValues }
   /** The settings that this sensor has, with these changes. */
   | { kind: "settings"; sensor: string; settings: SettingValues }
@@ -58,8 +66,8 @@ export type Command =
   | { kind: "fit" }
   /** Settings of a preset file. */
   | { kind: "preset"; name: string; bytes: ArrayBuffer }
-  /** Of a live robot from here on, of a recording when it is opened next. */
-  | { kind: "tell"; settings: SettingValues; twin: boolean }
+  /** A simulated twin beside a live or a recorded robot from here on, or none. */
+  | { kind: "twin"; on: boolean }
   /** All planners on one query; the tree of one of them is told. */
   | { kind: "contest"; ask: ContestAsk; watched: number }
   | { kind: "contest-watch"; watched: number }
@@ -67,9 +75,9 @@ export type Command =
   /** A trial of the simulated robot's drive controller. */
   | { kind: "bench"; trial: BenchTrial }
   /** A robot behind a bridge, at the address of its WebSocket; with an empty token this page only watches. */
-  | { kind: "connect"; url: string; token: string; method: MethodName; known: KnownMap | null }
+  | ({ kind: "connect"; url: string; token: string } & Found)
   /** Devices at serial ports of the page, whose rules are at the other end of this wire. */
-  | { kind: "cable"; wire: MessagePort; method: MethodName; known: KnownMap | null }
+  | ({ kind: "cable"; wire: MessagePort } & Found)
   /** Leaves them. */
   | { kind: "unplug" }
   /** The right to drive it: takes it (with `force` also from somebody else), or gives it back. */

@@ -3,10 +3,9 @@
 import init, { WebRun, data_sheet, sensor_names, world_names } from "../pkg/slamlab_web.js";
 import { fail, post } from "./answer.js";
 import type { Command, Handlers } from "./protocol.js";
-import type { SettingValues } from "./protocol/module.js";
 import type { Named } from "./protocol/setup.js";
 import { CableLink } from "./source/cable.js";
-import { Conversation } from "./source/conversation.js";
+import { Conversation, type Who, type Wire } from "./source/conversation.js";
 import { BridgeLink, micros } from "./source/link.js";
 import { Player, SLICE_MILLIS } from "./source/player.js";
 import { given, questions } from "./source/questions.js";
@@ -20,8 +19,6 @@ const MOST_STEPS = 400;
 const player = new Player();
 let reading: LogReading | null = null;
 let conversation: Conversation | null = null;
-/** What is known better of a robot than it says itself, and whether a twin runs beside it. */
-let told: { settings: SettingValues; twin: boolean } = { settings: {}, twin: false };
 
 function stopReading(): void {
   reading?.free();
@@ -39,13 +36,10 @@ function begin(run: Run, how: Parameters<Player["begin"]>[1]): void {
   player.begin(run, how);
 }
 
-function converse(...[who, wire]: [ConstructorParameters<typeof Conversation>[1], ConstructorParameters<typeof Conversation>[2]]): void {
-  stopReading();
+function converse(who: Who, wire: Wire): void {
+  if (reading) stopReading();
   disconnect();
-  conversation = new Conversation(player, who, wire, (run) => {
-    run.configure(told.settings);
-    run.setTwin(told.twin, told.settings);
-  });
+  conversation = new Conversation(player, who, wire);
 }
 
 /** Does something to a run that takes commands: every one but a recording. */
@@ -72,16 +66,16 @@ const handlers: Handlers = {
       begin(new Run(run, { kind: "sim", title, method }, `A robot with ${sensor} wakes up in ${title}, seed ${seed}`), { setup, playing: play });
     });
   },
-  replay: ({ name, bytes, method, settings, known }) => {
+  replay: ({ name, bytes, ...setup }) => {
     if (reading) stopReading();
-    const log = new LogReading(name, bytes, { method, settings: { ...settings, ...told.settings }, twin: told.twin, known });
+    const log = new LogReading(name, bytes, setup);
     reading = log;
     player.before = () => {
       try {
         const run = log.readOn(SLICE_MILLIS);
         if (!run) return true;
         reading = null;
-        begin(new Run(run, { kind: "replay", title: name, method }, `Opened ${name}: ${run.summary()}`), { setup: null, playing: true });
+        begin(new Run(run, { kind: "replay", title: name, method: setup.method }, `Opened ${name}: ${run.summary()}`), { setup: null, playing: true });
       } catch (error) {
         stopReading();
         fail(error, name);
@@ -111,14 +105,15 @@ const handlers: Handlers = {
   },
   cycle: ({ on }) => simulated((run) => run.command((module) => module.set_cycle(on), on ? "Drives by the cycle: scan standing, plan, one turn, one leg, again" : "Drives while it looks round")),
   door: ({ index, open }) => simulated((run) => run.command((module) => module.set_door(index, open), `Door ${index + 1}: told to ${open ? "open" : "shut"}`)),
-  configure: ({ settings }) => simulated((run) => run.configure(settings)),
-  tell: ({ settings, twin }) => {
-    told = { settings, twin };
-    const { run } = player;
-    if (run?.kind === "bridge") {
-      run.configure(settings);
-      run.setTwin(twin, settings);
-    }
+  configure: ({ settings }) => {
+    // A robot that the bridge has not named yet is to have them too.
+    if (conversation) conversation.configure(settings);
+    else player.run?.configure(settings);
+    player.changed();
+  },
+  twin: ({ on }) => {
+    if (conversation) conversation.setTwin(on);
+    else player.run?.setTwin(on);
     player.changed();
   },
   connect: ({ url, ...who }) => converse({ ...who, title: new URL(url).host }, (module, events) => new BridgeLink(module, url, events)),

@@ -29,4 +29,4 @@ pub use motor::{DriveTrain, MotorError, MotorModel};
 pub use odometry::{Odometry, OdometryError, TrackNoise, TrackOdometry, Tracks};
 pub use scan::{Scan, ScanError};
 pub use stamp::Stamp;
-pub use wear::{ToldOdometry, TrackWear};
+pub use wear::{OdometryCalibration, TrackWear};

@@ -49,7 +49,8 @@ macro_rules! kinds {
 }
 
 kinds! {
-    Setup: crate::setup::SetupError, slamlab_core::experiment::ExperimentError, slamlab_core::sim::UnknownSensor;
+    Setup: crate::setup::SetupError, slamlab_core::experiment::ExperimentError, slamlab_core::live::LiveError,
+        slamlab_core::replay::ReplayError, slamlab_core::sim::UnknownSensor;
     Setting: slamlab_core::settings::SettingError;
     File: slamlab_core::format::building::BuildingError, slamlab_core::format::building::BuildingFileError, slamlab_core::format::calibration::CalibrationFileError,
         slamlab_core::format::preset::PresetFileError, slamlab_core::format::world::WorldFileError,

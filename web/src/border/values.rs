@@ -21,6 +21,16 @@ impl SettingValues {
     }
 }
 
+impl SettingValues {
+    /// The same of a robot that may have another sensor than they were made for; see [`Settings::set_present`].
+    ///
+    /// # Errors    [`SettingError`] for the first that cannot be.
+    pub(crate) fn apply_present(&self, settings: &mut Settings) -> Result<(), SettingError> {
+        let pairs = self.0.iter();
+        settings.set_present(pairs.map(|(key, value)| (key.as_str(), *value)))
+    }
+}
+
 impl<K: Into<String>> FromIterator<(K, f64)> for SettingValues {
     fn from_iter<I: IntoIterator<Item = (K, f64)>>(pairs: I) -> Self {
         Self(

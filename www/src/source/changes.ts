@@ -78,7 +78,7 @@ export class Changes {
       beams: scanned ? view.beams : null,
       found: scanned ? view.found : null,
       lines,
-      cycle: told ? module.cycle() ?? null : null,
+      cycle: told ? module.cycle() : null,
       inCycle: module.in_cycle(),
       known: whole ? module.known_walls() : null,
       truth: whole ? module.truth() : null,

@@ -3,17 +3,19 @@
 
 import { WebRun } from "../../pkg/slamlab_web.js";
 import { post } from "../answer.js";
-import type { KnownMap, MethodName } from "../protocol/module.js";
+import type { Found } from "../protocol.js";
+import type { SettingValues } from "../protocol/module.js";
 import type { Link, LinkEvents } from "./link.js";
 import type { Player } from "./player.js";
 import { Run } from "./run.js";
 
-export interface Who {
+export interface Who extends Found {
   title: string;
   token: string;
-  method: MethodName;
-  known: KnownMap | null;
 }
+
+/** Makes the link for a module. */
+export type Wire = (module: WebRun, events: LinkEvents) => Link;
 
 export class Conversation {
   readonly #module: WebRun;
@@ -22,18 +24,19 @@ export class Conversation {
   /** The run that shows it, and which beginning of the robot that is. */
   #shown: { run: Run; begun: number } | null = null;
 
-  /** `prepare` sets up each run that begins. */
-  constructor(player: Player, { title, token, method, known }: Who, wire: (module: WebRun, events: LinkEvents) => Link, prepare: (run: Run) => void) {
-    this.#player = player;
+  #twin: boolean;
+
+  constructor(player: Player, { title, token, method, known, settings, twin }: Who, wire: Wire) {
+    [this.#player, this.#twin] = [player, twin];
     const name = navigator.userAgent.includes("Mobile") ? "phone" : "browser";
-    const module = (this.#module = WebRun.connect({ name, token, method, known: method === "known-map" ? known : null, seed: 1 }));
+    const module = (this.#module = WebRun.connect({ name, token, method, known: method === "known-map" ? known : null, settings, seed: 1 }));
     let link: Link | null = null;
     const moved = (): void => {
       // The other end may speak while its link is being made.
       if (!link) return;
       if (module.begun() !== (this.#shown?.begun ?? 0)) {
         const run = new Run(module, { kind: "bridge", title, method }, "");
-        prepare(run);
+        run.setTwin(this.#twin);
         this.#shown = { run, begun: module.begun() };
         player.begin(run, { setup: null, playing: true });
       }
@@ -42,6 +45,17 @@ export class Conversation {
       player.changed();
     };
     link = this.#link = wire(module, { moved, state: (state) => post({ kind: "bridge", state }) });
+  }
+
+  /** Of the robot that is there, and of those that the bridge may name later. */
+  configure(settings: SettingValues): void {
+    this.#module.configure(settings);
+  }
+
+  /** With a twin another one begins here. */
+  setTwin(on: boolean): void {
+    this.#twin = on;
+    if (this.#shown) this.#shown.run.setTwin(on);
   }
 
   get link(): Link {

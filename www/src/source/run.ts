@@ -30,8 +30,6 @@ export class Run implements RunFacts {
   readonly #knownArea: Slow;
   #status: RunStatus;
   #ended: "" | "end of the recording" | "cancelled" = "";
-  /** Way by the wheels, m, where the module does not tell it. */
-  #distance = 0;
   #roomsOf = { generation: -1, revision: -1 };
   #fieldOf = { generation: -1, revision: -1 };
 
@@ -83,7 +81,7 @@ export class Run implements RunFacts {
     const stage = this.module.next_stage();
     this.look(performance.now() - begin);
     if (!stage) return;
-    this.#story.note("info", `${stage}: ${this.module.cycle()?.stages.find((s) => s.stage === stage)?.text ?? ""}`);
+    this.#story.note("info", `${stage}: ${this.module.cycle().stages.find((s) => s.stage === stage)?.text ?? ""}`);
   }
 
   /** Ends a recording here; the map stays. */
@@ -109,8 +107,8 @@ export class Run implements RunFacts {
   }
 
   /** With a twin another one begins here. */
-  setTwin(on: boolean, settings: SettingValues): void {
-    this.module.set_twin(on, settings);
+  setTwin(on: boolean): void {
+    this.module.set_twin(on);
     this.#changes.twinAnew();
   }
 
@@ -131,7 +129,6 @@ export class Run implements RunFacts {
       activity: finished ? "" : doing(s),
       positionError: Math.hypot(s.x - s.truthX, s.y - s.truthY), headingError: turnBetween(s.heading, s.truthHeading),
       odometryError: Math.hypot(s.odometryX - s.truthX, s.odometryY - s.truthY),
-      distance: Number.isFinite(s.distance) ? s.distance : this.#distance,
       explored: this.#explored.value, knownArea: this.#knownArea.value, features: this.#changes.features,
     };
   }
@@ -202,7 +199,6 @@ export class Run implements RunFacts {
   look(scanMillis: number): void {
     const before = this.#status;
     const s = (this.#status = this.module.status());
-    this.#distance += Math.hypot(s.odometryX - before.odometryX, s.odometryY - before.odometryY);
     this.#changes.follow(s);
     if (s.scans > before.scans) {
       this.#story.scanned(s);
