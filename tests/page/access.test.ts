@@ -7,8 +7,7 @@ const REACHED = [
   'method', 'seed', 'dice', 'restart', 'file', 'save-map', 'save-png', 'tab-plots', 'tab-filter', 'tab-log',
 ];
 
-test('the tabulator reaches everything, and shows where it is', async ({ lab, page, hasTouch }) => {
-  test.skip(hasTouch, 'a phone has no keys');
+test('the tabulator reaches everything, and shows where it is', async ({ lab, page }) => {
   await lab.open();
   const seen = new Set<string>();
   for (let i = 0; i < 60; i += 1) {
@@ -27,8 +26,7 @@ test('the tabulator reaches everything, and shows where it is', async ({ lab, pa
   for (const id of REACHED) expect([...seen]).toContain(id);
 });
 
-test('the keyboard alone plays, aims, drives and saves', async ({ lab, page, hasTouch }) => {
-  test.skip(hasTouch, 'a phone has no keys');
+test('the keyboard alone plays, aims, drives and saves', async ({ lab, page }) => {
   await lab.open();
   await page.keyboard.press('p');
   await expect.poll(async () => (await lab.state()).playing).toBe(false);
@@ -55,7 +53,7 @@ test('the keyboard alone plays, aims, drives and saves', async ({ lab, page, has
 });
 
 for (const theme of ['light', 'dark'] as const) {
-  test(`nothing serious stands in anyone's way, ${theme}`, async ({ lab, page, hasTouch }) => {
+  test(`nothing serious stands in anyone's way, ${theme}`, { tag: '@phone' }, async ({ lab, page }) => {
     await page.emulateMedia({ colorScheme: theme });
     await lab.open();
     await lab.pause();
@@ -68,7 +66,7 @@ for (const theme of ['light', 'dark'] as const) {
   });
 }
 
-test('nothing sticks out at 360 pixels', async ({ lab, page }) => {
+test('nothing sticks out at 360 pixels', { tag: '@phone' }, async ({ lab, page }) => {
   await page.setViewportSize({ width: 360, height: 740 });
   await lab.open();
   for (const panel of ['run', 'status', 'plots', 'filter', 'layers', 'log'] as const) {

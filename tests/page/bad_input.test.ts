@@ -82,7 +82,7 @@ test('bad maps are refused in words, as a world and as a map to be found in, and
   }
 });
 
-test('a goal far off the map is refused in words', async ({ lab, isMobile }) => {
+test('a goal far off the map is refused in words', { tag: '@phone' }, async ({ lab, isMobile }) => {
   await lab.open();
   await lab.enter('arena', '4');
   await lab.watch((s) => s.distance, 'there is a map').toBeGreaterThan(0.3);

@@ -134,8 +134,7 @@ async function plugHere(lab: Lab): Promise<void> {
   await expect.poll(async () => (await lab.state()).source, { message: 'the robot is shown', timeout: 60_000 }).toBe('bridge');
 }
 
-test('a robot and a lidar at the ports of this computer are driven and mapped without a bridge', async ({ lab, page, hasTouch }) => {
-  test.skip(hasTouch, 'phones have no Web Serial');
+test('a robot and a lidar at the ports of this computer are driven and mapped without a bridge', async ({ lab, page }) => {
   test.setTimeout(240_000);
   const robot = await WiredRobot.start('wired_robot', 'arena');
   const serial = await fakeSerial(page, [robot.ports.rp6!, robot.ports.rplidar!]);
@@ -171,8 +170,7 @@ test('a robot and a lidar at the ports of this computer are driven and mapped wi
   });
 });
 
-test('an adapter that is put in again is found, and its robot moves only after it is armed', async ({ lab, page, hasTouch }) => {
-  test.skip(hasTouch, 'phones have no Web Serial');
+test('an adapter that is put in again is found, and its robot moves only after it is armed', async ({ lab, page }) => {
   test.setTimeout(240_000);
   const robot = await WiredRobot.start('wired_robot', 'arena');
   const serial = await fakeSerial(page, [robot.ports.rp6!]);
@@ -195,8 +193,7 @@ test('an adapter that is put in again is found, and its robot moves only after i
   });
 });
 
-test('Stop reaches the robot while whoever maps is busy', async ({ lab, page, hasTouch }) => {
-  test.skip(hasTouch, 'phones have no Web Serial');
+test('Stop reaches the robot while whoever maps is busy', async ({ lab, page }) => {
   test.setTimeout(240_000);
   const robot = await WiredRobot.start('wired_robot', 'arena');
   const serial = await fakeSerial(page, [robot.ports.rp6!]);
@@ -239,8 +236,7 @@ test('Stop reaches the robot while whoever maps is busy', async ({ lab, page, ha
   });
 });
 
-test('rules that need long to load drive the robot, and rules that fail leave it standing until they begin anew', async ({ lab, page, problems, hasTouch }) => {
-  test.skip(hasTouch, 'phones have no Web Serial');
+test('rules that need long to load drive the robot, and rules that fail leave it standing until they begin anew', async ({ lab, page, problems }) => {
   test.setTimeout(240_000);
   const robot = await WiredRobot.start('wired_robot', 'arena');
   const serial = await fakeSerial(page, [robot.ports.rp6!]);
@@ -269,8 +265,7 @@ test('rules that need long to load drive the robot, and rules that fail leave it
   });
 });
 
-test('the rules for devices are there before one is plugged: at a robot there may be no server', async ({ lab, page, hasTouch, problems }) => {
-  test.skip(hasTouch, 'phones have no Web Serial');
+test('the rules for devices are there before one is plugged: at a robot there may be no server', async ({ lab, page, problems }) => {
   test.setTimeout(120_000);
   const robot = await WiredRobot.start('wired_robot', 'arena');
   const serial = await fakeSerial(page, [robot.ports.rp6!]);
@@ -289,7 +284,7 @@ test('the rules for devices are there before one is plugged: at a robot there ma
   problems.length = 0;
 });
 
-test('a browser without Web Serial says so', async ({ lab, page }) => {
+test('a browser without Web Serial says so', { tag: '@phone' }, async ({ lab, page }) => {
   await page.addInitScript(() => Object.defineProperty(navigator, 'serial', { value: undefined }));
   await lab.open();
   await lab.show('run');

@@ -2,7 +2,7 @@
 import { expect, test } from './fixture.ts';
 import type { Setup } from '../../www/src/protocol/module.ts';
 
-test('world, sensor, method and seed start the run again', async ({ lab, page }) => {
+test('world, sensor, method and seed start the run again', { tag: '@phone' }, async ({ lab, page }) => {
   await lab.open();
   await lab.speed('20');
   await lab.show('run');
@@ -25,8 +25,7 @@ test('world, sensor, method and seed start the run again', async ({ lab, page })
   await lab.watch((s) => s.time, 'from the beginning').toBeLessThan(begun + 2);
 });
 
-test('every world of the page can be entered', async ({ lab, hasTouch }) => {
-  test.skip(hasTouch, 'once is enough');
+test('every world of the page can be entered', async ({ lab }) => {
   test.setTimeout(120_000);
   await lab.open();
   const worlds = await lab.at('world').locator('option').evaluateAll((options) => options.map((o) => (o as HTMLOptionElement).value));
@@ -54,7 +53,7 @@ test('the run pauses, steps one scan, and changes pace', async ({ lab }) => {
   await lab.watch((s) => s.time, 'it goes on').toBeGreaterThan(time + 2);
 });
 
-test('layers are switched on and off', async ({ lab, page }) => {
+test('layers are switched on and off', { tag: '@phone' }, async ({ lab, page }) => {
   await lab.open();
   await lab.pause();
   await lab.stillCamera();

@@ -29,7 +29,7 @@ async function ask(lab: Lab, page: Page, isTouch: boolean): Promise<void> {
   await over(lab);
 }
 
-test('all planners find the way and are held against the shortest', async ({ lab, page, isMobile }) => {
+test('all planners find the way and are held against the shortest', { tag: '@phone' }, async ({ lab, page, isMobile }) => {
   await ask(lab, page, !!isMobile);
   const { goalX } = await lab.status();
   await expect(lab.at('contest-rrt'), 'nobody has to look for the table').toBeInViewport();

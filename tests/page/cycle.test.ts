@@ -64,7 +64,7 @@ test('it can be left, and rangers cannot leave it', async ({ lab }) => {
   await expect(lab.at('mode-cycle')).toHaveAttribute('aria-pressed', 'true');
 });
 
-test('the strip fits the page, with the keyboard too', async ({ lab, page, hasTouch }) => {
+test('the strip fits the page, with the keyboard too', { tag: '@phone' }, async ({ lab, page, hasTouch }) => {
   await lab.open();
   await lab.at('mode-cycle').click();
   await expect(lab.at('cycle')).toBeVisible();

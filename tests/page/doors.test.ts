@@ -13,7 +13,7 @@ async function middle(lab: Lab, door: number): Promise<[number, number]> {
   return [(x1 + x2) / 2, (y1 + y2) / 2];
 }
 
-test('doors are shut and opened by button and by a click on the map', async ({ lab, hasTouch }) => {
+test('doors are shut and opened by button and by a click on the map', { tag: '@phone' }, async ({ lab, hasTouch }) => {
   await lab.open();
   await lab.enter('doors', '4');
   await lab.at('mode-manual').click();
@@ -49,8 +49,7 @@ test('a world without doors has no buttons for them', async ({ lab }) => {
   await expect(lab.at('door-0')).toHaveCount(0);
 });
 
-test('a beam under the pointer tells its range, its σ and its quality', async ({ lab, page, hasTouch }) => {
-  test.skip(hasTouch, 'a finger does not hover');
+test('a beam under the pointer tells its range, its σ and its quality', async ({ lab, page }) => {
   await lab.open();
   await lab.enter('doors', '4');
   await lab.at('mode-manual').click();

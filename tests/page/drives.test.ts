@@ -2,7 +2,7 @@
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 
-test('a click on the map sends the robot there', async ({ lab, hasTouch }) => {
+test('a click on the map sends the robot there', { tag: '@phone' }, async ({ lab, hasTouch }) => {
   await lab.open();
   await lab.enter('arena', '10');
   await lab.at('mode-goto').click();
@@ -19,8 +19,7 @@ test('a click on the map sends the robot there', async ({ lab, hasTouch }) => {
   expect(status.contacts).toBe(0);
 });
 
-test('the robot drives while a key is held', async ({ lab, page, hasTouch }) => {
-  test.skip(hasTouch, 'a phone has no keys');
+test('the robot drives while a key is held', async ({ lab, page }) => {
   await lab.open();
   await lab.enter('arena', '1');
   await lab.at('mode-manual').click();
@@ -42,8 +41,7 @@ test('the robot drives while a key is held', async ({ lab, page, hasTouch }) => 
   }
 });
 
-test('the stick drives under the thumb', async ({ lab, page, hasTouch }) => {
-  test.skip(!hasTouch, 'the stick is for the thumb');
+test('the stick drives under the thumb', { tag: '@phone-only' }, async ({ lab, page }) => {
   await lab.open();
   await lab.enter('arena', '1');
   await lab.at('mode-manual').tap();
@@ -60,8 +58,7 @@ test('the stick drives under the thumb', async ({ lab, page, hasTouch }) => {
   await lab.standsStill();
 });
 
-test('a gamepad drives, and stops when it is let go or told to', async ({ lab, page, hasTouch }) => {
-  test.skip(hasTouch, 'one kind of page is enough');
+test('a gamepad drives, and stops when it is let go or told to', async ({ lab, page }) => {
   // No machine of ours has a gamepad: the browser is given one of the standard layout.
   await page.addInitScript(() => {
     const pad = { connected: true, axes: [0, 0, 0, 0], buttons: Array.from({ length: 16 }, () => ({ pressed: false })) };
@@ -91,8 +88,7 @@ test('a gamepad drives, and stops when it is let go or told to', async ({ lab, p
   await lab.standsStill();
 });
 
-test('full speed at a wall ends before the wall', async ({ lab, page, hasTouch }) => {
-  test.skip(hasTouch, 'a phone has no keys');
+test('full speed at a wall ends before the wall', async ({ lab, page }) => {
   await lab.open();
   await lab.enter('arena', '10');
   await lab.at('mode-manual').click();
@@ -107,15 +103,14 @@ test('full speed at a wall ends before the wall', async ({ lab, page, hasTouch }
   expect(status.contacts).toBe(0);
 });
 
-test('the button stops the robot', async ({ lab }) => {
+test('the button stops the robot', { tag: '@phone' }, async ({ lab }) => {
   await exploring(lab);
   await lab.at('stop').click();
   await stopped(lab);
 });
 
 for (const key of ['Escape', 'Space']) {
-  test(`${key} stops the robot`, async ({ lab, page, hasTouch }) => {
-    test.skip(hasTouch, 'a phone has no keys');
+  test(`${key} stops the robot`, async ({ lab, page }) => {
     await exploring(lab);
     await page.keyboard.press(key);
     await stopped(lab);

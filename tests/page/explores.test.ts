@@ -3,7 +3,7 @@ import { execFileSync } from 'node:child_process';
 import { fileURLToPath } from 'node:url';
 import { expect, test } from './fixture.ts';
 
-test('the robot explores by itself and the map grows', async ({ lab }, info) => {
+test('the robot explores by itself and the map grows', { tag: '@phone' }, async ({ lab }, info) => {
   const begin = Date.now();
   await lab.open();
   info.annotations.push({ type: 'first picture', description: `${Date.now() - begin} ms` });

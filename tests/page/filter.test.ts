@@ -37,8 +37,7 @@ test('the matrix shows correlations: symmetric, ones on its diagonal, shades bes
   expect(colours, 'and more or less with the others').toBeGreaterThan(5);
 });
 
-test('a cell names its two walls, which light up on the map', async ({ lab, page, hasTouch }) => {
-  test.skip(hasTouch, 'a finger does not hover');
+test('a cell names its two walls, which light up on the map', async ({ lab, page }) => {
   await lookInside(lab);
   const matrix = lab.at('correlations');
   await matrix.scrollIntoViewIfNeeded();
@@ -54,8 +53,7 @@ test('a cell names its two walls, which light up on the map', async ({ lab, page
   expect((await lab.state()).spot.hovered, 'and go out again').toEqual([]);
 });
 
-test('the keyboard walks over the matrix without driving the robot', async ({ lab, page, hasTouch }) => {
-  test.skip(hasTouch, 'a phone has no keys');
+test('the keyboard walks over the matrix without driving the robot', async ({ lab, page }) => {
   await lookInside(lab);
   await lab.at('correlations').focus();
   const { mode } = await lab.status();
@@ -64,7 +62,7 @@ test('the keyboard walks over the matrix without driving the robot', async ({ la
   expect((await lab.status()).mode).toBe(mode);
 });
 
-test('a wall clicked on the map explains its match: candidates, distances, gates, winner', async ({ lab, hasTouch }) => {
+test('a wall clicked on the map explains its match: candidates, distances, gates, winner', { tag: '@phone' }, async ({ lab, hasTouch }) => {
   await lookInside(lab);
   const { mode } = await lab.status();
   const row = lab.page.locator('slam-matches li button', { hasText: 'recognised' }).first();

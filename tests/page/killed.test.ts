@@ -16,7 +16,6 @@ const BOUND = 0.25 + 0.4;
 const BOUND_OF_A_STARVED_BRIDGE = 0.4 + 0.4;
 
 test('a browser that is killed while it drives stops the robot, and the recording holds all', async ({ page }, info) => {
-  test.skip(info.project.name !== 'desktop', 'the robot is the same for a phone');
   test.skip(!existsSync(process.env.SLAMLAB_RP6_SIM ?? ''), 'simavr or avr-gcc is not there');
   test.setTimeout(300_000);
   const folder = await mkdtemp(join(tmpdir(), 'slamlab-killed-'));

@@ -42,7 +42,7 @@ test('without the token a page watches: it maps, and anyone may stop', async ({ 
   await expect.poll(async () => (await state())?.reason).toBe('stop');
 });
 
-test('with the token it drives by hand and by itself, and Stop ends it', async ({ lab, page, bridge, token, state, hasTouch }) => {
+test('with the token it drives by hand and by itself, and Stop ends it', { tag: '@phone' }, async ({ lab, page, bridge, token, state, hasTouch }) => {
   await lab.open(`${bridge.url}#token=${token}`);
   expect(page.url(), 'the token does not stay in the address').not.toContain('token');
   await expect(lab.at('mode-explore'), 'nothing moves before somebody takes the wheel').toBeDisabled();

@@ -1,7 +1,7 @@
 // The page comes up whole, fenced in, and fits the screen. What can be done with it is tested beside this file.
 import { expect, test } from './fixture.ts';
 
-test('the page loads without an error and names itself', async ({ page, problems }) => {
+test('the page loads without an error and names itself', { tag: '@phone' }, async ({ page, problems }) => {
   await page.goto('/');
   await expect(page).toHaveTitle(/slamlab/i);
   await expect(page.locator('body')).toBeVisible();
@@ -25,7 +25,7 @@ test('the page is cross-origin isolated and may not run inline scripts', async (
   problems.length = 0; // the refusal is reported on the console, as it should be
 });
 
-test('nothing sticks out sideways', async ({ page }) => {
+test('nothing sticks out sideways', { tag: '@phone' }, async ({ page }) => {
   await page.goto('/');
   await page.waitForLoadState('networkidle');
   const excess = await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
@@ -40,8 +40,7 @@ test('the module arrives compressed and typed', async ({ page }) => {
   expect(headers['content-encoding']).toMatch(/^(br|gzip)$/);
 });
 
-test('play and Stop are in reach on a phone held sideways', async ({ lab, page, hasTouch }) => {
-  test.skip(!hasTouch, 'a screen stands still');
+test('play and Stop are in reach on a phone held sideways', { tag: '@phone-only' }, async ({ lab, page }) => {
   await page.setViewportSize({ width: 844, height: 390 });
   await lab.open();
   await lab.at('mode-manual').tap();

@@ -1,11 +1,16 @@
-// The page as a user uses it: the built page, served by the real bridge, in an installed Chromium, at desktop and at
-// phone size. `cargo xtask test page` builds both and sets CHROME and SLAMLAB_BRIDGE; no browser is ever downloaded.
+// The page as a user uses it: the built page, served by the real bridge, in an installed Chromium. `cargo xtask test page`
+// builds both and sets CHROME and SLAMLAB_BRIDGE; no browser is ever downloaded.
+//
+// | tag of a test | where it runs |
+// |---|---|
+// | none | at desktop size |
+// | `@phone` | there and on a phone: touch, tabs or layout differ |
+// | `@phone-only` | on a phone |
 import { existsSync } from 'node:fs';
 import { delimiter, join } from 'node:path';
 import { defineConfig } from '@playwright/test';
 
 const inPath = (name: string) => (process.env.PATH ?? '').split(delimiter).map((folder) => join(folder, name)).find(existsSync);
-
 
 export default defineConfig({
   testDir: '.',
@@ -19,7 +24,7 @@ export default defineConfig({
   workers: 1,
   timeout: 60_000,
   expect: { timeout: 15_000 },
-  reporter: [['list']],
+  reporter: [['list'], ['./skips.ts']],
   use: {
     browserName: 'chromium',
     launchOptions: {
@@ -32,7 +37,7 @@ export default defineConfig({
     screenshot: 'only-on-failure',
   },
   projects: [
-    { name: 'desktop', use: { viewport: { width: 1280, height: 800 } } },
-    { name: 'phone', use: { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true } },
+    { name: 'desktop', grepInvert: /@phone-only/, use: { viewport: { width: 1280, height: 800 } } },
+    { name: 'phone', grep: /@phone/, use: { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true } },
   ],
 });

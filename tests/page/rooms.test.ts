@@ -2,7 +2,7 @@
 import { numbered } from '../../www/src/room_numbers.ts';
 import { expect, test } from './fixture.ts';
 
-test('rooms are found, listed with their doors, chosen by click and by key, and saved', async ({ lab, page, isMobile }) => {
+test('rooms are found, listed with their doors, chosen by click and by key, and saved', { tag: '@phone' }, async ({ lab, page, isMobile }) => {
   test.setTimeout(120_000);
   await lab.open();
   const rooms = (): Promise<number> => page.evaluate(() => (window as unknown as { slamlab: { rooms: { regions: Float64Array } | null } }).slamlab.rooms?.regions.length ?? -1);

@@ -31,8 +31,7 @@ test('the map is saved as PGM and YAML', async ({ lab, page }) => {
   expect(Number(value('occupied_thresh'))).toBeGreaterThan(Number(value('free_thresh')));
 });
 
-test('Shift + A saves the map as M does, A alone steers, and in a recording A saves too', async ({ lab, page, isMobile }) => {
-  test.skip(!!isMobile, 'keys are for the desktop');
+test('Shift + A saves the map as M does, A alone steers, and in a recording A saves too', async ({ lab, page }) => {
   await lab.open();
   const names: string[] = [];
   page.on('download', (download) => names.push(download.suggestedFilename()));
@@ -89,7 +88,7 @@ test('the walls are saved as a drawing, for drawing programs and as data', async
   expect(files.get('office.dxf')?.match(/^LINE$/gm)).toHaveLength(plan.features.length);
 });
 
-test('everything that can be saved is saved, and says so', async ({ lab, page }) => {
+test('everything that can be saved is saved, and says so', { tag: '@phone' }, async ({ lab, page }) => {
   await lab.open();
   await lab.watch((s) => s.scans, 'the robot looks around').toBeGreaterThan(10);
   await lab.pause();

@@ -67,7 +67,7 @@ test('a preset sets its group, and each setting can go back', async ({ lab }) =>
   await expect.poll(async () => (await lab.state()).setup.settings).toEqual({});
 });
 
-test('settings fit the page', async ({ lab, page }) => {
+test('settings fit the page', { tag: '@phone' }, async ({ lab, page }) => {
   await lab.open();
   await search(lab, 'σ');
   expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);

@@ -1,7 +1,7 @@
 // The figures of the moment: each on one line, at every size of the page.
 import { expect, test } from './fixture.ts';
 
-test('every figure keeps to its line, also an uncertain heading', async ({ lab }) => {
+test('every figure keeps to its line, also an uncertain heading', { tag: '@phone' }, async ({ lab }) => {
   await lab.open();
   await lab.show('status');
   const one = (await lab.at('distance').boundingBox())!.height;

@@ -97,7 +97,6 @@ async function positionError({ robot, lab }: Run): Promise<number> {
 
 for (const { name, program, more } of ROBOTS) {
   test(`${name} explores arena over two serial lines; pulled cables stop it until it is armed again`, async ({ lab, folder }, info) => {
-    test.skip(info.project.name !== 'desktop', 'the robot is the same for a phone');
     test.skip(program === 'rp6_sim' && !hasFirmware, 'simavr or avr-gcc is not there');
     test.setTimeout(1_500_000);
     const robot = await WiredRobot.start(program, 'arena', ...more);
@@ -135,7 +134,6 @@ for (const { name, program, more } of ROBOTS) {
 }
 
 test('the real firmware without a lidar sweeps its rangers, drives and maps', async ({ lab, folder }, info) => {
-  test.skip(info.project.name !== 'desktop', 'the robot is the same for a phone');
   test.skip(!hasFirmware, 'simavr or avr-gcc is not there');
   test.setTimeout(900_000);
   const robot = await WiredRobot.start('rp6_sim', 'arena');

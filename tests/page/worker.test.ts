@@ -3,8 +3,7 @@ import type { Answer, Command } from '../../www/src/protocol.ts';
 import { expect, test } from './fixture.ts';
 import { record } from './recording.ts';
 
-test.beforeEach(async ({ page, hasTouch }) => {
-  test.skip(hasTouch, 'a worker has no screen');
+test.beforeEach(async ({ page }) => {
   // The page without its script, so that no other worker runs.
   await page.route('**/main.js', (route) => route.fulfill({ contentType: 'text/javascript', body: '' }));
   await page.goto('/');

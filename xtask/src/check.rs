@@ -3,14 +3,15 @@
 use anyhow::Result;
 
 use crate::report::Report;
-use crate::{page, tools};
+use crate::{page, results, rules, tools};
 
-/// Formatting, lints natively and for wasm32, documentation, TypeScript types.
+/// House rules, formatting, lints natively and for wasm32, documentation, TypeScript types, and which results have grown old.
 ///
 /// # Errors
 /// If one of them fails; the others run all the same.
 pub fn all() -> Result<()> {
     let mut report = Report::default();
+    report.step("house rules", rules::check);
     report.step("formatting", || cargo("fmt --all --check"));
     report.step("lints, native", || {
         cargo("clippy --workspace --all-targets --all-features -- -D warnings")
@@ -25,11 +26,8 @@ pub fn all() -> Result<()> {
         tools::run(doc.args(["doc", "--workspace", "--no-deps"]))
     });
     report.step("types of the page", page::check_types);
-    report.step("types of the page's tests", || {
-        let folder = tools::root().join("tests/page");
-        page::install(&folder)?;
-        tools::run(tools::npm(&folder)?.args(["run", "--silent", "types"]))
-    });
+    report.step("types of the page's tests", page::check_types_of_tests);
+    report.step("age of RESULTS.md", results::name_stale);
     report.finish()
 }
 

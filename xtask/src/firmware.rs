@@ -1,18 +1,19 @@
 //! The robot's firmware, compiled by avr-gcc and run in simavr.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::Result;
 
-use crate::tools;
+use crate::suites::Suite;
+use crate::{setup, skips, tools};
 
 /// Compiles the firmware and runs its tests, where everything they need is there; else says what is missing, and passes.
 ///
 /// # Errors
 /// If the firmware does not compile without warnings, or a test fails.
 pub fn test() -> Result<()> {
-    if is_missing("the firmware's tests") {
+    if is_skipped("the firmware's tests")? {
         return Ok(());
     }
     tools::run(cargo("test").arg("--no-fail-fast"))
@@ -23,23 +24,21 @@ pub fn test() -> Result<()> {
 /// # Errors
 /// If it does not compile.
 pub fn build_simulator() -> Result<Option<PathBuf>> {
-    if is_missing("the test with the real firmware") {
+    if is_skipped("the page's tests with the real firmware")? {
         return Ok(None);
     }
     tools::run(cargo("build").args(["--bin", "rp6_sim"]))?;
     Ok(Some(tools::target_dir().join("debug/rp6_sim")))
 }
 
-fn is_missing(what: &str) -> bool {
+/// Whether this cannot run here; then it is noted as skipped.
+fn is_skipped(what: &str) -> Result<bool> {
     let missing = missing();
-    if !missing.is_empty() {
-        eprintln!(
-            "skipped: {what} needs {}. On Debian: sudo apt-get install gcc-avr avr-libc make pkg-config libclang-dev \
-             libelf-dev zlib1g-dev libzstd-dev",
-            missing.join(", ")
-        );
+    if missing.is_empty() {
+        return Ok(false);
     }
-    !missing.is_empty()
+    skips::note(what, &format!("it needs {}", missing.join(", ")))?;
+    Ok(true)
 }
 
 /// Cargo, in the workspace of the firmware's tests.
@@ -58,21 +57,31 @@ fn cargo(command: &str) -> Command {
     cargo
 }
 
+/// What is missing, by Debian's names.
 fn missing() -> Vec<&'static str> {
-    let programs = ["avr-gcc", "avr-objcopy", "make", "cc", "pkg-config"];
-    let absent = |name: &&str| tools::in_path(name).is_none();
-    let mut missing: Vec<_> = programs.into_iter().filter(absent).collect();
-    let libraries = ["libelf", "zlib", "libzstd"];
-    missing.extend(libraries.into_iter().filter(|name| !has_library(name)));
+    let mut missing = setup::missing(&[Suite::Firmware]);
+    if tools::in_path("cc").is_none() {
+        missing.push("a C compiler");
+    }
     if !cfg!(target_os = "linux") {
         missing.push("Linux");
-    } else if !has_libclang() {
-        missing.push("libclang");
     }
     missing
 }
 
-fn has_library(name: &str) -> bool {
+/// Whether the compiler for the robot's processor finds its C library.
+#[must_use]
+pub fn has_avr_libc() -> bool {
+    let mut compiler = Command::new("avr-gcc");
+    compiler.args(["-mmcu=atmega32", "-print-file-name=libc.a"]);
+    let output = compiler.output();
+    output
+        .is_ok_and(|output| Path::new(String::from_utf8_lossy(&output.stdout).trim()).is_absolute())
+}
+
+/// Whether there is such a library to compile against.
+#[must_use]
+pub fn has_library(name: &str) -> bool {
     let mut pkg_config = Command::new("pkg-config");
     pkg_config
         .args(["--exists", name])
@@ -80,8 +89,9 @@ fn has_library(name: &str) -> bool {
         .is_ok_and(|status| status.success())
 }
 
-/// Where bindgen looks for it: the variable, or LLVM's folders.
-fn has_libclang() -> bool {
+/// Whether libclang is where bindgen looks for it: the variable, or LLVM's folders.
+#[must_use]
+pub fn has_libclang() -> bool {
     if std::env::var_os("LIBCLANG_PATH").is_some() {
         return true;
     }
@@ -104,7 +114,7 @@ fn has_libclang() -> bool {
         .any(|folder| holds_libclang(&folder))
 }
 
-fn holds_libclang(folder: &std::path::Path) -> bool {
+fn holds_libclang(folder: &Path) -> bool {
     let is_it = |name: String| {
         name.starts_with("libclang") && !name.starts_with("libclang-cpp") && name.contains(".so")
     };

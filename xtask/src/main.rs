@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use xtask::wasm::Profile;
-use xtask::{check, measure, page, serve, suites};
+use xtask::{check, measure, page, results, serve, suites};
 
 /// slamlab's commands.
 #[derive(Parser)]
@@ -39,11 +39,11 @@ enum Command {
         #[arg(long, value_enum, default_value_t = xtask::package::Target::this_machine())]
         target: xtask::package::Target,
     },
-    /// Formatting, lints for native and wasm32, documentation, TypeScript types
+    /// House rules, formatting, lints for native and wasm32, documentation, TypeScript types, age of RESULTS.md
     Check,
-    /// Native tests, tests in headless Chromium, and the page as a user uses it
+    /// Native tests, tests in headless Chromium, and the page as a user uses it; sets up what they lack
     Test {
-        /// Only these suites; all of them if none is named
+        /// Only these suites; all but `quick`, which is part of them, if none is named
         #[arg(value_enum)]
         suites: Vec<suites::Suite>,
     },
@@ -58,6 +58,20 @@ enum Command {
         /// How often each fault is tried (100)
         #[arg(long)]
         trials: Option<usize>,
+    },
+    /// Measures figures anew and writes them into RESULTS.md, with command, date, machine and commit
+    Results {
+        /// Only these; all of them, which takes days, if none is named
+        names: Vec<String>,
+        /// Only those that are missing or older than the code that they measure
+        #[arg(long)]
+        stale: bool,
+        /// Only those that take less than two minutes
+        #[arg(long)]
+        quick: bool,
+        /// Measure nothing: name them all, with their commands and how old they are
+        #[arg(long)]
+        list: bool,
     },
 }
 
@@ -95,8 +109,8 @@ fn main() -> ExitCode {
 fn obey(command: Command) -> anyhow::Result<()> {
     match command {
         Command::Run { speed, port, open } => {
-            page::build(speed.profile())?;
-            serve::serve(port, open)
+            let bridge = page::build_with_bridge(speed.profile())?;
+            serve::serve(&bridge, port, open)
         }
         Command::Build { speed } => page::build(speed.profile()),
         #[cfg(unix)]
@@ -107,6 +121,23 @@ fn obey(command: Command) -> anyhow::Result<()> {
             minutes,
             trials,
         } => measure::measure(promise, minutes, trials),
+        Command::Results {
+            names,
+            stale,
+            quick,
+            list,
+        } => {
+            let choice = results::Choice {
+                names,
+                stale,
+                quick,
+            };
+            if list {
+                results::list(&choice)
+            } else {
+                results::measure(&choice)
+            }
+        }
         Command::Test { suites } => suites::run(&suites),
     }
 }

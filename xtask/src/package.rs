@@ -18,7 +18,7 @@ use clap::ValueEnum;
 
 use crate::report::Report;
 use crate::wasm::Profile;
-use crate::{page, tools};
+use crate::{page, skips, tools};
 
 /// What computer the package is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -92,13 +92,14 @@ pub fn package(target: Target) -> Result<()> {
     page::build(Profile::Release)?;
     let program = build(target, &tools::root().join("www/dist"))?;
     let package = deb::build(target, &program)?;
+    skips::begin()?;
     let mut report = Report::default();
     report.step("the packaged program runs", || {
         smoke::test(target, &package)
     });
     report.step("the unit is one", verify_unit);
     report.step("the package is one", || lint(&package));
-    report.finish()?;
+    report.finish_with(&skips::all()?, false)?;
     println!("{}", package.display());
     Ok(())
 }
@@ -189,8 +190,7 @@ fn lint(package: &Path) -> Result<()> {
 }
 
 /// A step that cannot be done here is none that failed.
-#[allow(clippy::unnecessary_wraps)] // stands where a step's result does
 fn skip(tool: &str, debian: &str) -> Result<()> {
-    eprintln!("skipped: {tool} is missing; on Debian: sudo apt-get install {debian}");
-    Ok(())
+    let why = format!("{tool} is missing; on Debian: sudo apt-get install {debian}");
+    skips::note("a step of the package", &why)
 }

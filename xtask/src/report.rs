@@ -1,8 +1,10 @@
-//! Runs steps to the end even when one fails, and closes with a table of what passed.
+//! Runs steps to the end even when one fails, and closes with a table of what passed and a list of what was skipped.
 
 use std::time::Instant;
 
 use anyhow::{Result, bail};
+
+use crate::skips::Skip;
 
 /// Steps that have run: name, error if it failed, seconds.
 #[derive(Debug, Default)]
@@ -28,10 +30,22 @@ impl Report {
     /// # Errors
     /// If a step failed.
     pub fn finish(self) -> Result<()> {
+        self.finish_with(&[], false)
+    }
+
+    /// Prints the table, and what was skipped. `in_ci`: only what [`Skip::is_fine_in_ci`] may be.
+    ///
+    /// # Errors
+    /// If a step failed, or something was skipped that may not be.
+    pub fn finish_with(self, skips: &[Skip], in_ci: bool) -> Result<()> {
         eprintln!();
         for (name, error, seconds) in &self.steps {
             let verdict = if error.is_none() { "ok    " } else { "FAILED" };
             eprintln!("{verdict} {seconds:7.1} s  {name}");
+        }
+        eprintln!("{} skipped", skips.len());
+        for Skip { what, why } in skips {
+            eprintln!("  {what}: {why}");
         }
         let failed: Vec<&str> = self
             .steps
@@ -39,15 +53,19 @@ impl Report {
             .filter(|(_, error, _)| error.is_some())
             .map(|(name, ..)| name.as_str())
             .collect();
-        if failed.is_empty() {
-            return Ok(());
+        if !failed.is_empty() {
+            bail!(
+                "{} of {} failed: {}",
+                failed.len(),
+                self.steps.len(),
+                failed.join(", ")
+            );
         }
-        bail!(
-            "{} of {} failed: {}",
-            failed.len(),
-            self.steps.len(),
-            failed.join(", ")
-        );
+        let forbidden = skips.iter().filter(|skip| !skip.is_fine_in_ci()).count();
+        if in_ci && forbidden > 0 {
+            bail!("{forbidden} skipped that may not be where CI is set; they are named above");
+        }
+        Ok(())
     }
 }
 
@@ -74,5 +92,15 @@ mod tests {
         let mut report = Report::default();
         report.step("only", || Ok(()));
         assert!(report.finish().is_ok());
+    }
+
+    #[test]
+    fn what_is_skipped_fails_only_in_ci() {
+        let skips = [Skip {
+            what: "the firmware".into(),
+            why: "it needs avr-gcc".into(),
+        }];
+        assert!(Report::default().finish_with(&skips, false).is_ok());
+        assert!(Report::default().finish_with(&skips, true).is_err());
     }
 }

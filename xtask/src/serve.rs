@@ -1,18 +1,18 @@
-//! Builds the bridge, and becomes it: signals reach it directly, and it prints the address.
+//! Becomes the bridge: signals reach it directly, and it prints the address.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result};
 
 use crate::tools;
 
-/// Serves `www/dist` on `port` of this machine, until stopped.
+/// Serves `www/dist` on `port` of this machine by this program, until stopped.
 ///
 /// # Errors
-/// If the bridge does not compile or cannot serve.
-pub fn serve(port: u16, open: bool) -> Result<()> {
-    let mut bridge = Command::new(build_bridge()?);
+/// If it cannot serve.
+pub fn serve(bridge: &Path, port: u16, open: bool) -> Result<()> {
+    let mut bridge = Command::new(bridge);
     bridge
         .current_dir(tools::root())
         .args(["--page", "www/dist", "--port", &port.to_string()]);
@@ -28,10 +28,7 @@ pub fn serve(port: u16, open: bool) -> Result<()> {
 /// If it does not compile.
 pub fn build_bridge() -> Result<PathBuf> {
     tools::run(tools::cargo().args(["build", "--package", "slamlab-bridge"]))?;
-    Ok(tools::target_dir()
-        .join("debug")
-        .join("slamlab-bridge")
-        .with_extension(std::env::consts::EXE_EXTENSION))
+    Ok(tools::built("debug/slamlab-bridge"))
 }
 
 #[cfg(unix)]

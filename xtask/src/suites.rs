@@ -7,51 +7,80 @@ use clap::ValueEnum;
 
 use crate::report::Report;
 use crate::wasm::Profile;
-use crate::{firmware, page, serve, tools};
+use crate::{firmware, page, rules, setup, skips, tools};
 
 /// A group of tests that runs by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Suite {
+    /// What one runs between edits: the core's unit tests but for the slow ones, order of imports, house rules, types
+    Quick,
     /// Unit, integration, property and documentation tests, compiled for this machine
     Native,
     /// Tests compiled for wasm32, in headless Chromium
     Wasm,
-    /// The page in headless Chromium, served by the bridge, at desktop and phone size
+    /// The page in headless Chromium, served by the bridge; on a phone what is different there
     Page,
     /// The robot's firmware in a simulated microcontroller; skipped where avr-gcc or what simavr is built from is missing
     Firmware,
 }
 
-/// Runs the named suites, or all of them if none is named.
+/// All but [`Suite::Quick`], which is part of them.
+const ALL: [Suite; 4] = [Suite::Native, Suite::Wasm, Suite::Page, Suite::Firmware];
+
+/// Unit tests of `core` that take seconds: a run of [`Suite::Quick`] passes them over.
+const SLOW: &[&str] = &[];
+
+/// Runs the named suites, or all of them if none is named, and installs before what they lack.
 ///
 /// # Errors
-/// If a suite fails; the others run all the same.
+/// If a suite fails; the others run all the same. In CI, if something was skipped that may not be.
 pub fn run(suites: &[Suite]) -> Result<()> {
-    let suites = if suites.is_empty() {
-        Suite::value_variants()
-    } else {
-        suites
-    };
+    let suites = if suites.is_empty() { &ALL } else { suites };
+    skips::begin()?;
     let mut report = Report::default();
+    let missing = setup::missing(suites);
+    if !missing.is_empty() {
+        report.step("set-up", || setup::install(&missing));
+    }
     for suite in suites {
         match suite {
+            Suite::Quick => quick(&mut report),
             Suite::Native => report.step("native tests", native),
             Suite::Wasm => report.step("tests in the browser", wasm),
             Suite::Page => report.step("the page", the_page),
             Suite::Firmware => report.step("the firmware", firmware::test),
         }
     }
-    report.finish()
+    report.finish_with(&skips::all()?, tools::is_ci())
+}
+
+fn quick(report: &mut Report) {
+    report.step("house rules", rules::check);
+    report.step("order of imports", || {
+        cargo("test --quiet --package xtask --test import_order")
+    });
+    report.step("types of the page", page::check_types_of_last_build);
+    report.step("types of the page's tests", page::check_types_of_tests);
+    report.step("unit tests of core", || {
+        let mut cargo = tools::cargo();
+        cargo.args("test --quiet --package slamlab-core --lib --".split(' '));
+        for test in SLOW {
+            cargo.args(["--skip", test]);
+        }
+        tools::run(&mut cargo)
+    });
 }
 
 fn native() -> Result<()> {
-    // Apart from the rest: together, cargo would join their features and compile the wasm-bindgen tool once more.
-    let rest = tools::run(
-        tools::cargo().args("test --workspace --exclude xtask --no-fail-fast".split(' ')),
-    );
-    rest.and(tools::run(
-        tools::cargo().args("test --package xtask".split(' ')),
-    ))
+    // Examples are compiled by `cargo xtask check`. xtask is apart: together, cargo would join their features and compile
+    // the wasm-bindgen tool once more.
+    let most = "test --workspace --exclude xtask --no-fail-fast";
+    let steps = [
+        cargo(&format!("{most} --lib --bins --tests")),
+        cargo(&format!("{most} --doc")),
+        cargo("test --package xtask"),
+    ];
+    steps.into_iter().collect()
 }
 
 fn wasm() -> Result<()> {
@@ -70,8 +99,7 @@ fn wasm() -> Result<()> {
 
 fn the_page() -> Result<()> {
     let chrome = tools::chrome()?;
-    page::build(Profile::Release)?;
-    let bridge = serve::build_bridge()?;
+    let bridge = page::build_with_bridge(Profile::Release)?;
     // The run on the command line whose bits those in the page must equal.
     let simulate = build_example("slamlab-core", "simulate")?;
     let wired_robot = build_example("slamlab-tests", "wired_robot")?;
@@ -90,8 +118,9 @@ fn the_page() -> Result<()> {
 /// An example's program, compiled for this machine.
 fn build_example(package: &str, name: &str) -> Result<PathBuf> {
     tools::run(tools::cargo().args(["build", "--package", package, "--example", name]))?;
-    Ok(tools::target_dir()
-        .join("debug/examples")
-        .join(name)
-        .with_extension(std::env::consts::EXE_EXTENSION))
+    Ok(tools::built(&format!("debug/examples/{name}")))
+}
+
+fn cargo(words: &str) -> Result<()> {
+    tools::run(tools::cargo().args(words.split(' ')))
 }

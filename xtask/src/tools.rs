@@ -7,6 +7,8 @@ use std::process::{Command, ExitStatus, Stdio};
 
 use anyhow::{Context, Result, bail};
 
+use crate::skips;
+
 /// The repository's root.
 #[must_use]
 pub fn root() -> PathBuf {
@@ -23,11 +25,42 @@ pub fn target_dir() -> PathBuf {
     }
 }
 
+/// A program under [`target_dir`], by its path without the ending that Windows wants.
+#[must_use]
+pub fn built(program: &str) -> PathBuf {
+    target_dir()
+        .join(program)
+        .with_extension(env::consts::EXE_EXTENSION)
+}
+
+/// Whether nobody watches, and nothing may be left out: `CI` is set.
+#[must_use]
+pub fn is_ci() -> bool {
+    env::var_os("CI").is_some_and(|value| !["", "0", "false"].contains(&&*value.to_string_lossy()))
+}
+
+/// Recorded data for tests: the folder beside the repository, or the one that `SLAMLAB_DATA` names.
+#[must_use]
+pub fn data_folder() -> PathBuf {
+    match env::var_os("SLAMLAB_DATA") {
+        Some(folder) => folder.into(),
+        None => root().join("../shared/data"),
+    }
+}
+
 /// The cargo that runs this command, at the repository's root.
 #[must_use]
 pub fn cargo() -> Command {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(root());
+    with_places(command)
+}
+
+/// Where tests find recorded data, and where they write what they leave out.
+fn with_places(mut command: Command) -> Command {
+    command
+        .env("SLAMLAB_DATA", data_folder())
+        .env("SLAMLAB_SKIPPED", skips::file());
     command
 }
 
@@ -48,31 +81,70 @@ pub fn node(folder: &Path) -> Result<Command> {
 pub fn npm(folder: &Path) -> Result<Command> {
     let mut command = Command::new(need("npm", &["npm"], NODE)?);
     command.current_dir(folder);
-    Ok(command)
+    Ok(with_places(command))
 }
 
 const NODE: &str = "install Node 20 or later: `sudo apt-get install nodejs npm`, `brew install node`, or \
                     `winget install OpenJS.NodeJS.LTS`";
 
-/// Chromium or Chrome; the variable `CHROME` names one that is not in the path.
+/// Chromium or Chrome: the one that the variable `CHROME` names, one in the path, or the one that Playwright has brought.
 ///
 /// # Errors
 /// If none is installed.
 pub fn chrome() -> Result<PathBuf> {
-    if let Some(path) = env::var_os("CHROME") {
-        return Ok(path.into());
-    }
-    need(
-        "Chromium",
-        &[
-            "chromium",
-            "chromium-browser",
-            "google-chrome",
-            "google-chrome-stable",
-        ],
-        "install it by `sudo apt-get install chromium` or `brew install --cask chromium`, or name an installed one in \
-         the variable CHROME",
+    find_chrome().context(
+        "Chromium is missing; install it by `npx --prefix tests/page playwright install chromium`, \
+         `sudo apt-get install chromium` or `brew install --cask chromium`, or name an installed one \
+         in the variable CHROME",
     )
+}
+
+/// [`chrome`], if there is one.
+#[must_use]
+pub fn find_chrome() -> Option<PathBuf> {
+    let names = [
+        "chromium",
+        "chromium-browser",
+        "google-chrome",
+        "google-chrome-stable",
+    ];
+    env::var_os("CHROME")
+        .map(PathBuf::from)
+        .or_else(|| names.iter().find_map(|name| in_path(name)))
+        .or_else(playwright_chromium)
+}
+
+/// The newest Chromium that `playwright install` has brought.
+fn playwright_chromium() -> Option<PathBuf> {
+    let home = || env::var_os("HOME").map(PathBuf::from);
+    let folder = match env::var_os("PLAYWRIGHT_BROWSERS_PATH") {
+        Some(folder) => folder.into(),
+        None if cfg!(target_os = "macos") => home()?.join("Library/Caches/ms-playwright"),
+        None if cfg!(windows) => PathBuf::from(env::var_os("LOCALAPPDATA")?).join("ms-playwright"),
+        None => home()?.join(".cache/ms-playwright"),
+    };
+    let number = |path: &Path| -> Option<u32> {
+        let name = path.file_name()?.to_str()?;
+        name.strip_prefix("chromium-")?.parse().ok()
+    };
+    let mut versions: Vec<(u32, PathBuf)> = std::fs::read_dir(folder)
+        .ok()?
+        .flatten()
+        .filter_map(|entry| Some((number(&entry.path())?, entry.path())))
+        .collect();
+    versions.sort();
+    let programs = [
+        "chrome-linux64/chrome",
+        "chrome-linux/chrome",
+        "chrome-mac/Chromium.app/Contents/MacOS/Chromium",
+        "chrome-win64/chrome.exe",
+        "chrome-win/chrome.exe",
+    ];
+    versions
+        .iter()
+        .rev()
+        .flat_map(|(_, version)| programs.map(|program| version.join(program)))
+        .find(|program| program.is_file())
 }
 
 /// chromedriver; the variable `CHROMEDRIVER` names one that is not in the path.
@@ -80,15 +152,18 @@ pub fn chrome() -> Result<PathBuf> {
 /// # Errors
 /// If none is installed.
 pub fn chromedriver() -> Result<PathBuf> {
-    if let Some(path) = env::var_os("CHROMEDRIVER") {
-        return Ok(path.into());
-    }
-    need(
-        "chromedriver",
-        &["chromedriver"],
-        "install it by `sudo apt-get install chromium-driver` or `brew install --cask chromedriver`, or name an \
-         installed one in the variable CHROMEDRIVER",
+    find_chromedriver().context(
+        "chromedriver is missing; install it by `sudo apt-get install chromium-driver` or \
+         `brew install --cask chromedriver`, or name an installed one in the variable CHROMEDRIVER",
     )
+}
+
+/// [`chromedriver`], if there is one.
+#[must_use]
+pub fn find_chromedriver() -> Option<PathBuf> {
+    env::var_os("CHROMEDRIVER")
+        .map(PathBuf::from)
+        .or_else(|| in_path("chromedriver"))
 }
 
 /// Debian's packer.

@@ -1,13 +1,10 @@
 //! From `web`, in Rust, to `www/pkg`: the WebAssembly module, its JavaScript bindings and their types.
-//!
-//! The library form of wasm-bindgen's tool is part of this program, so there is nothing to install, and cargo pins it
-//! to the version of the crate: the two must be equal.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::{Context, Result};
-use wasm_bindgen_cli_support::Bindgen;
 
 use crate::tools;
 
@@ -30,50 +27,51 @@ impl Profile {
     }
 }
 
-/// Compiles the module and writes `slamlab_web.js`, `slamlab_web.d.ts` and `slamlab_web_bg.wasm` into `www/pkg`.
+/// Compiles the module and returns its file.
 ///
 /// # Errors
-/// If the wasm32 target is missing, the sources do not compile, or the bindings cannot be made.
-pub fn build(profile: Profile) -> Result<()> {
+/// If the wasm32 target is missing or the sources do not compile.
+pub fn compile(profile: Profile) -> Result<PathBuf> {
     tools::need_wasm_target()?;
     let (name, folder) = profile.names();
-    tools::run(tools::cargo().args([
-        "build",
-        "--package",
-        "slamlab-web",
-        "--target",
-        "wasm32-unknown-unknown",
-        "--profile",
-        name,
-    ]))?;
-    let module = tools::target_dir()
+    let build = "build --package slamlab-web --target wasm32-unknown-unknown --profile";
+    tools::run(tools::cargo().args(build.split(' ')).arg(name))?;
+    Ok(tools::target_dir()
         .join("wasm32-unknown-unknown")
         .join(folder)
-        .join("slamlab_web.wasm");
-    bind(&module, &tools::root().join("www/pkg"), profile)
+        .join("slamlab_web.wasm"))
 }
 
-/// Makes the bindings of `module` in `out`, unless they were made from this very module.
-fn bind(module: &Path, out: &Path, profile: Profile) -> Result<()> {
+/// Compiles the program that makes bindings and returns it.
+///
+/// # Errors
+/// If it does not compile.
+pub fn build_binder() -> Result<PathBuf> {
+    let build = "build --package xtask --features bindings --bin make-bindings";
+    tools::run(tools::cargo().args(build.split(' ')))?;
+    Ok(tools::built("debug/make-bindings"))
+}
+
+/// Writes `slamlab_web.js`, `slamlab_web.d.ts` and `slamlab_web_bg.wasm` into `www/pkg`, unless they were made from this very module.
+///
+/// # Errors
+/// If the bindings cannot be made.
+pub fn bind(binder: &Path, module: &Path, profile: Profile) -> Result<()> {
+    let out = tools::root().join("www/pkg");
     let stamp = stamp(module)?;
     let stamp_file = out.join(".made-from");
     if fs::read_to_string(&stamp_file).is_ok_and(|made_from| made_from == stamp) {
         return Ok(());
     }
     if out.exists() {
-        fs::remove_dir_all(out).with_context(|| format!("cannot empty {}", out.display()))?;
+        fs::remove_dir_all(&out).with_context(|| format!("cannot empty {}", out.display()))?;
     }
-    let release = profile == Profile::Release;
-    Bindgen::new()
-        .input_path(module)
-        .web(true)?
-        .typescript(true)
-        .debug(!release)
-        .keep_debug(!release)
-        .remove_name_section(false)
-        .remove_producers_section(true)
-        .generate(out)
-        .with_context(|| format!("wasm-bindgen cannot process {}", module.display()))?;
+    let mut bind = Command::new(binder);
+    bind.arg(module).arg(&out);
+    if profile == Profile::Dev {
+        bind.arg("--debug");
+    }
+    tools::run(&mut bind)?;
     fs::write(&stamp_file, stamp)?;
     report_size(&out.join("slamlab_web_bg.wasm"))
 }

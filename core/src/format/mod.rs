@@ -20,22 +20,28 @@ pub use rows::RowError;
 const MOST_CELLS: usize = 100_000_000;
 
 /// Recorded data for tests: a file under the data folder beside the repository, or under `SLAMLAB_DATA` where that is
-/// set. `None`, said plainly, where it is absent.
+/// set. `None` where it is absent, noted for `cargo xtask test` in the file that `SLAMLAB_SKIPPED` names.
 #[cfg(test)]
+#[expect(
+    clippy::disallowed_methods,
+    reason = "where recorded data lies is the machine's matter, and its tests read it"
+)]
 pub(crate) fn recorded(name: &str) -> Option<Vec<u8>> {
+    use std::io::Write;
+
     let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data");
-    #[expect(
-        clippy::disallowed_methods,
-        reason = "where recorded data lies is the machine's matter"
-    )]
     let folder = std::env::var("SLAMLAB_DATA").unwrap_or_else(|_| beside.into());
-    #[expect(
-        clippy::disallowed_methods,
-        reason = "a test of recorded data reads it"
-    )]
-    let read = std::fs::read(format!("{folder}/{name}"));
-    if read.is_err() {
-        eprintln!("skipped: {folder}/{name} is absent");
+    let read = std::fs::read(format!("{folder}/{name}")).ok();
+    if read.is_none() {
+        let test = std::thread::current();
+        let test = test.name().unwrap_or("a test");
+        let skip = format!("{test}\trecorded data {name} is absent from {folder}");
+        eprintln!("skipped: {skip}");
+        if let Some(list) = std::env::var_os("SLAMLAB_SKIPPED") {
+            let list = std::fs::OpenOptions::new().append(true).create(true).open(list);
+            list.and_then(|mut list| writeln!(list, "{skip}"))
+                .expect("the list of skipped tests can be written");
+        }
     }
-    read.ok()
+    read
 }

@@ -14,8 +14,8 @@ use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::http::HeaderValue;
 
-use crate::client::{Bridge, Client, limits};
-use crate::robot::with_robot;
+use super::client::{Bridge, Client, limits};
+use super::robot::with_robot;
 
 /// Status of the answer to an upgrade with these headers; 101 where it succeeds.
 async fn upgrade(bridge: &Bridge, headers: &[(&'static str, &str)]) -> u16 {

@@ -12,8 +12,8 @@ use slamlab_core::wire::message::{
 };
 use slamlab_tests::calm::async_on_a_calm_machine;
 
-use crate::client::{Bridge, Client};
-use crate::robot::{Memory, is_motion, with_robot, with_robot_in};
+use super::client::{Bridge, Client};
+use super::robot::{Memory, is_motion, with_robot, with_robot_in};
 
 /// From the last command to the order to stop, as the specification wants it.
 const WATCHDOG: Duration = Duration::from_millis(250);

@@ -7,7 +7,7 @@ use slamlab_bridge::source::sim::SimSource;
 use slamlab_core::wire::message::{FromBridge, ManoeuvreBody, Motion, ToBridge};
 use slamlab_tests::calm::async_on_a_calm_machine;
 
-use crate::client::{Bridge, Came, Client};
+use super::client::{Bridge, Came, Client};
 
 async fn bridge(which: &str) -> Bridge {
     Bridge::start(Config {

@@ -14,9 +14,9 @@ use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::http::HeaderValue;
 
-use crate::client::{Bridge, limits};
-use crate::robot::{is_stop, with_robot};
-use crate::streams::get;
+use super::client::{Bridge, limits};
+use super::robot::{is_stop, with_robot};
+use super::streams::get;
 
 const NEVER: Duration = Duration::from_secs(60);
 

@@ -16,7 +16,7 @@ use slamlab_core::wire::recording::Recording;
 use slamlab_tests::calm::async_on_a_calm_machine;
 use tempfile::TempDir;
 
-use crate::client::Bridge;
+use super::client::Bridge;
 
 /// The recording names its robot, so that it is mapped as that robot; the export holds all of it again, with a pose for each
 /// scan, and the map as the replay itself has it.

@@ -6,8 +6,8 @@ use slamlab_core::wire::message::{Format, Header};
 use slamlab_tests::calm::async_on_a_calm_machine;
 use tokio_tungstenite::tungstenite::Message;
 
-use crate::client::{Bridge, Client};
-use crate::robot::with_robot;
+use super::client::{Bridge, Client};
+use super::robot::with_robot;
 
 fn hello(schema: u64) -> ToBridge {
     ToBridge::Hello(ClientHello {

@@ -10,8 +10,8 @@ use slamlab_tests::calm::async_on_a_calm_machine;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 
-use crate::client::{Bridge, Came, Client};
-use crate::robot::with_robot;
+use super::client::{Bridge, Came, Client};
+use super::robot::with_robot;
 
 fn simulated() -> Config {
     Config {

@@ -1,0 +1,228 @@
+//! `RESULTS.md`: every measured figure with its command, date, machine and commit, and whether it is older than what it measures.
+//!
+//! 1. [`table`] names each result: what is claimed, the command, and the folders whose code it measures.
+//! 2. [`measure`] runs the command and puts its section into the file, in the order of the table. A folder must be as it
+//!    was committed: git's hash of each stands in the section, and nothing else says what was measured.
+//! 3. [`name_stale`] compares those hashes with the commit that is checked out. A section whose result has left the table goes.
+
+mod section;
+mod table;
+
+use std::fs;
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+
+use crate::report::Report;
+use crate::tools;
+use section::Section;
+use table::{Entry, TABLE};
+
+const FILE: &str = "RESULTS.md";
+
+const HEAD: &str = "# Results\n\n\
+    Every figure here was measured by the command above it, on the day, machine and commit beside it, and\n\
+    `cargo xtask results NAME` measures it anew. `cargo xtask check` names those that are older than the\n\
+    code that they measure. `holds` says whether each requirement of the report is met.\n";
+
+/// Which results are meant.
+#[derive(Debug, Default)]
+pub struct Choice {
+    /// By name; all of them if none is named.
+    pub names: Vec<String>,
+    /// Only those that are missing, or older than what they measure.
+    pub stale: bool,
+    /// Only those that take less than two minutes.
+    pub quick: bool,
+}
+
+/// Measures the chosen results, one after the other, and writes each into the file as soon as it is there.
+///
+/// # Errors
+/// If a name is unknown, code that is to be measured is not committed, or a command measures nothing.
+pub fn measure(choice: &Choice) -> Result<()> {
+    let entries = chosen(choice)?;
+    let mut report = Report::default();
+    for entry in entries {
+        report.step(entry.name, || {
+            let section = section_of(entry)?;
+            let mut sections = read()?;
+            sections.retain(|other| other.name != entry.name);
+            sections.push(section);
+            write(&sections)
+        });
+    }
+    report.finish()
+}
+
+/// Names the chosen results, with their commands, and says which are missing or old.
+///
+/// # Errors
+/// If a name is unknown, or the file cannot be read.
+pub fn list(choice: &Choice) -> Result<()> {
+    let sections = read()?;
+    for entry in chosen(choice)? {
+        let state = state(entry, &sections)?;
+        println!("{:16} {state:8} {}", entry.name, entry.command_line());
+    }
+    Ok(())
+}
+
+/// Names the results that are older than what they measure, on standard error. They are no failure: measuring them takes days.
+///
+/// # Errors
+/// If the file or git cannot be read.
+pub fn name_stale() -> Result<()> {
+    let sections = read()?;
+    let mut old = 0;
+    for entry in TABLE {
+        match state(entry, &sections)? {
+            State::Measured => {}
+            State::Missing => eprintln!("  {} was never measured", entry.name),
+            State::Old => {
+                old += 1;
+                eprintln!("  {} is older than what it measures", entry.name);
+            }
+        }
+    }
+    eprintln!("{old} of {} results are old", sections.len());
+    Ok(())
+}
+
+/// Whether a result is as old as the code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Measured,
+    Old,
+    Missing,
+}
+
+impl std::fmt::Display for State {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(match self {
+            Self::Measured => "measured",
+            Self::Old => "old",
+            Self::Missing => "missing",
+        })
+    }
+}
+
+fn state(entry: &Entry, sections: &[Section]) -> Result<State> {
+    let Some(section) = sections.iter().find(|s| s.name == entry.name) else {
+        return Ok(State::Missing);
+    };
+    Ok(match section.code == code_of(entry)? {
+        true => State::Measured,
+        false => State::Old,
+    })
+}
+
+fn chosen(choice: &Choice) -> Result<Vec<&'static Entry>> {
+    for name in &choice.names {
+        if !TABLE.iter().any(|entry| entry.name == name) {
+            let known: Vec<_> = TABLE.iter().map(|entry| entry.name).collect();
+            bail!(
+                "there is no result `{name}`; expected one of: {}",
+                known.join(", ")
+            );
+        }
+    }
+    let sections = read()?;
+    let mut chosen = vec![];
+    for entry in TABLE {
+        let is_named = choice.names.is_empty() || choice.names.iter().any(|n| n == entry.name);
+        let is_wanted = is_named && (entry.is_quick || !choice.quick);
+        if is_wanted && (!choice.stale || state(entry, &sections)? != State::Measured) {
+            chosen.push(entry);
+        }
+    }
+    Ok(chosen)
+}
+
+fn section_of(entry: &Entry) -> Result<Section> {
+    let mut status = git(&["status", "--porcelain", "--"]);
+    let changed = tools::output(status.args(entry.measures))?;
+    if !changed.trim().is_empty() {
+        bail!("commit first, so that the figures have a commit:\n{changed}");
+    }
+    let code = code_of(entry)?;
+    let commit = line(&mut git(&["rev-parse", "--short=12", "HEAD"]))?;
+    // By git's clock, for days are a matter of the machine.
+    let date = line(Command::new("date").args(["-u", "+%Y-%m-%d"]))?;
+    Ok(Section {
+        name: entry.name.to_owned(),
+        claim: entry.claim.to_owned(),
+        command: entry.command_line(),
+        facts: format!("{date}, {}, commit {commit}", machine()),
+        code,
+        figures: entry.run()?,
+    })
+}
+
+/// Git's hashes of the folders that an entry measures, as committed.
+fn code_of(entry: &Entry) -> Result<String> {
+    let hashes = entry.measures.iter().map(|folder| {
+        let hash = line(&mut git(&[
+            "rev-parse",
+            "--short=12",
+            &format!("HEAD:{folder}"),
+        ]))
+        .with_context(|| {
+            format!(
+                "`{}` measures {folder}, which git does not know",
+                entry.name
+            )
+        })?;
+        Ok(format!("{folder}={hash}"))
+    });
+    Ok(hashes.collect::<Result<Vec<_>>>()?.join(" "))
+}
+
+fn git(words: &[&str]) -> Command {
+    let mut git = Command::new("git");
+    git.current_dir(tools::root()).args(words);
+    git
+}
+
+fn line(command: &mut Command) -> Result<String> {
+    let output = command.output().context("cannot start git or date")?;
+    if !output.status.success() {
+        bail!("{}", String::from_utf8_lossy(&output.stderr).trim());
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+/// Processors and system, as a reader knows them.
+fn machine() -> String {
+    let model = fs::read_to_string("/proc/cpuinfo").ok().and_then(|facts| {
+        let line = facts.lines().find(|line| line.starts_with("model name"))?;
+        Some(line.split_once(':')?.1.trim().to_owned())
+    });
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    format!(
+        "{cores} x {}, {}",
+        model.unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
+        std::env::consts::OS
+    )
+}
+
+fn read() -> Result<Vec<Section>> {
+    let file = tools::root().join(FILE);
+    let text = match fs::read_to_string(&file) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(vec![]),
+        text => text.with_context(|| format!("cannot read {}", file.display()))?,
+    };
+    section::parse(&text)
+}
+
+fn write(sections: &[Section]) -> Result<()> {
+    let file = tools::root().join(FILE);
+    let mut text = HEAD.to_owned();
+    let in_order = TABLE
+        .iter()
+        .filter_map(|entry| sections.iter().find(|section| section.name == entry.name));
+    for section in in_order {
+        text.push_str(&section.to_string());
+    }
+    fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))
+}

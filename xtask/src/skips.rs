@@ -1,0 +1,113 @@
+//! What was not tested, and why: one list for Rust, the page and these commands.
+//!
+//! Whoever leaves a test out writes a line, `WHAT` tab `WHY`, to the end of the file that the
+//! variable `SLAMLAB_SKIPPED` names. [`crate::tools`] names the same one to every cargo and npm that it starts.
+
+use std::fs::{self, OpenOptions};
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+
+use crate::tools;
+
+/// A test, or some, that did not run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Skip {
+    /// Which.
+    pub what: String,
+    /// A sentence.
+    pub why: String,
+}
+
+impl Skip {
+    /// Whether it is fine where nobody watches: only what asks for recorded data on a machine that has none.
+    #[must_use]
+    pub fn is_fine_in_ci(&self) -> bool {
+        self.why.starts_with("recorded data") && !tools::data_folder().is_dir()
+    }
+}
+
+/// The file in which they are gathered.
+#[must_use]
+pub fn file() -> PathBuf {
+    tools::target_dir().join("skipped.tsv")
+}
+
+/// Begins with an empty list.
+///
+/// # Errors
+/// If the list of an earlier run cannot be removed.
+pub fn begin() -> Result<()> {
+    let file = file();
+    match fs::remove_file(&file) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("cannot remove {}", file.display()))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Says that something is left out, and why.
+///
+/// # Errors
+/// If it cannot be written down.
+pub fn note(what: &str, why: &str) -> Result<()> {
+    eprintln!("skipped: {what}: {why}");
+    let file = file();
+    let line = format!("{what}\t{why}\n");
+    OpenOptions::new()
+        .create(true)
+        .append(true)
+        .open(&file)
+        .and_then(|mut list| list.write_all(line.as_bytes()))
+        .with_context(|| format!("cannot write {}", file.display()))
+}
+
+/// All that were noted since [`begin`], each once.
+///
+/// # Errors
+/// If the list cannot be read.
+pub fn all() -> Result<Vec<Skip>> {
+    let file = file();
+    match fs::read_to_string(&file) {
+        Ok(text) => Ok(parse(&text)),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(vec![]),
+        Err(error) => Err(error).with_context(|| format!("cannot read {}", file.display())),
+    }
+}
+
+fn parse(text: &str) -> Vec<Skip> {
+    let mut skips: Vec<Skip> = vec![];
+    for line in text.lines() {
+        let (what, why) = line.split_once('\t').unwrap_or((line, "without a reason"));
+        let skip = Skip {
+            what: what.to_owned(),
+            why: why.to_owned(),
+        };
+        if !skips.contains(&skip) {
+            skips.push(skip);
+        }
+    }
+    skips
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_test_that_was_skipped_is_named_once_with_its_reason() {
+        let skips = parse("a\tno lidar\nb\tno robot\na\tno lidar\nc\n");
+        let read: Vec<_> = skips
+            .iter()
+            .map(|s| (s.what.as_str(), s.why.as_str()))
+            .collect();
+        let expected = [
+            ("a", "no lidar"),
+            ("b", "no robot"),
+            ("c", "without a reason"),
+        ];
+        assert_eq!(read, expected);
+    }
+}
