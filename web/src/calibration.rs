@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::format::calibration;
-use slamlab_core::sim::sensors::Sharp;
+use slamlab_core::robot::Sharp;
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 

@@ -5,6 +5,7 @@
 // All geometry is in the map frame (m, rad, x forward and y left of the robot's start pose), also the truth.
 
 import type { BridgeState } from "./protocol/devices.js";
+import type { DeviceKind } from "./protocol/module.js";
 import type { Frame } from "./protocol/frame.js";
 import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, KnownFile, KnownMap, Level, MethodName, Pairs, PresetFile, SavedFile, SavedKind, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind } from "./protocol/module.js";
 import type { Named, Preset, Setting } from "./protocol/setup.js";
@@ -106,8 +107,8 @@ export const SAVED: Readonly<Record<SavedKind, string>> = {
 };
 
 export type Answer =
-  /** The module is there, with these worlds and sensors. */
-  | { kind: "ready"; worlds: string[]; sensors: Named[]; presets: Preset[]; dataSheet: string }
+  /** The module is there, with these worlds, sensors and devices. */
+  | { kind: "ready"; worlds: string[]; sensors: Named[]; devices: DeviceKind[]; presets: Preset[]; dataSheet: string }
   | { kind: "started"; run: number; source: SourceKind; title: string; method: MethodName; setup: Setup | null; playing: boolean }
   | Frame
   /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands still meanwhile. */

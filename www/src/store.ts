@@ -4,6 +4,7 @@ import type { ReactiveController, ReactiveControllerHost } from "lit";
 import { type BenchResponse, type Calibration, type ContestState, type Cycle, type DriveFit, type Ground, type Inspection, type MethodName, type Rooms, type Setup, type SigmaCurve, type SourceKind, TWIN_STRIDE, type Level } from "./protocol/module.js";
 import type { Told } from "./protocol/setup.js";
 import type { BridgeState } from "./protocol/devices.js";
+import type { DeviceKind } from "./protocol/module.js";
 import type { Frame, Status } from "./protocol/frame.js";
 import type { Named, Preset, Setting } from "./protocol/setup.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
@@ -73,6 +74,8 @@ export class Store {
   /** What the module offers; empty until it is there. */
   worlds: string[] = [];
   sensors: Named[] = [];
+  /** What can stand at a serial port of this computer. */
+  devices: DeviceKind[] = [];
   setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore", cycle: false, settings: {}, calibration: null, known: null };
   /** What the present run was started from: settings that wait for a restart differ. */
   started: Setup = this.setup;

@@ -1,6 +1,6 @@
 // Runs the core for the page: with near.ts the only file that starts the WebAssembly module. Each command of the page has one handler.
 
-import init, { WebRun, data_sheet, sensor_names, world_names } from "../pkg/slamlab_web.js";
+import init, { WebRun, data_sheet, device_kinds, sensor_names, world_names } from "../pkg/slamlab_web.js";
 import { fail, post } from "./answer.js";
 import type { Command, Handlers } from "./protocol.js";
 import type { Named } from "./protocol/setup.js";
@@ -168,6 +168,6 @@ function sensors(): Named[] {
   return names.flatMap((name, i) => (i % 2 === 0 ? [{ name, title: names[i + 1] ?? name }] : []));
 }
 
-module.then(() => post({ kind: "ready", worlds: world_names(), sensors: sensors(), presets: presets(), dataSheet: data_sheet() }), (error: unknown) => {
+module.then(() => post({ kind: "ready", worlds: world_names(), sensors: sensors(), devices: device_kinds(), presets: presets(), dataSheet: data_sheet() }), (error: unknown) => {
   fail(new Error(`The simulator could not be loaded: ${error instanceof Error ? error.message : String(error)}. Reload the page.`));
 });

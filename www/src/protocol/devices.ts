@@ -2,9 +2,6 @@
 
 import type { BridgeStatus } from "./module.js";
 
-/** A device at a serial port that the page itself opened. */
-export type SerialKind = "rp6" | "rplidar" | "ld06";
-
 /** What happened at a line, by its number. */
 export interface LineEvent {
   line: number;
@@ -29,7 +26,7 @@ export interface LineWish {
 /** To the worker with the rules for a robot at ports of this page. */
 export type NearCommand =
   /** `driver` leads to the one who maps and drives; what goes over it are a bridge's messages. */
-  | { kind: "begin"; devices: readonly SerialKind[]; driver: MessagePort }
+  | { kind: "begin"; devices: readonly string[]; driver: MessagePort }
   | ({ kind: "line" } & LineEvent)
   /** The person stops the robot; with `cutOff` its motors stay off. */
   | { kind: "stop"; cutOff: boolean }
