@@ -56,7 +56,7 @@ const MAY_IMPORT: [(&str, Imports); 24] = [
     ("live", AllBefore),
     (
         "device",
-        These(&["geom", "robot", "points", "control", "sim", "wire"]),
+        These(&["geom", "robot", "points", "control", "wire"]),
     ),
 ];
 
