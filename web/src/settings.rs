@@ -111,14 +111,3 @@ pub(crate) fn apply(
 ) -> Result<(), SettingError> {
     settings.set_all(keys.iter().map(String::as_str).zip(values.iter().copied()))
 }
-
-/// The same of a robot that may have another sensor than they were made for; see [`Settings::set_present`].
-///
-/// # Errors    [`SettingError`] for the first that cannot be.
-pub(crate) fn apply_present(
-    settings: &mut Settings,
-    keys: &[String],
-    values: &[f64],
-) -> Result<(), SettingError> {
-    settings.set_present(keys.iter().map(String::as_str).zip(values.iter().copied()))
-}
