@@ -38,7 +38,10 @@ pub(crate) fn recorded(name: &str) -> Option<Vec<u8>> {
         let skip = format!("{test}\trecorded data {name} is absent from {folder}");
         eprintln!("skipped: {skip}");
         if let Some(list) = std::env::var_os("SLAMLAB_SKIPPED") {
-            let list = std::fs::OpenOptions::new().append(true).create(true).open(list);
+            let list = std::fs::OpenOptions::new()
+                .append(true)
+                .create(true)
+                .open(list);
             list.and_then(|mut list| writeln!(list, "{skip}"))
                 .expect("the list of skipped tests can be written");
         }
