@@ -97,7 +97,7 @@ impl KnownFile {
             faces,
             sigma,
             start,
-            left_out,
+            skipped: left_out,
         } = file.known_walls()?;
         let flat = |Segment { a, b }: &Segment| [a.x, a.y, b.x, b.y];
         let known = KnownMap {
