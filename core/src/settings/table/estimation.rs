@@ -2,7 +2,7 @@
 
 use crate::association::AssociationMethod;
 use crate::estimation::Consistency;
-use crate::map::Sweep;
+use crate::map::FreeCells;
 use crate::settings::{Acts, Kind, Setting};
 use crate::slam::PriorMapMatching;
 
@@ -355,13 +355,15 @@ pub(super) const ESTIMATION: &[Setting] = &[
         acts: Acts::OnRestart,
         meaning: "Between the beams is fastest, and leaves no cells unseen where beams are far apart. Sonars beside it keep theirs.",
         get: |s| {
-            let at = Sweep::ALL.iter().position(|at| *at == s.slam.grid.sweep);
+            let at = FreeCells::ALL
+                .iter()
+                .position(|at| *at == s.slam.grid.free_cells);
             at.map(|at| at as f64)
         },
         set: |s, v| {
-            let sweep = Sweep::ALL.get(v as usize).copied().unwrap_or_default();
-            s.slam.grid.sweep = sweep;
-            s.slam.matcher.grid.sweep = sweep;
+            let free_cells = FreeCells::ALL.get(v as usize).copied().unwrap_or_default();
+            s.slam.grid.free_cells = free_cells;
+            s.slam.matcher.grid.free_cells = free_cells;
         },
     },
     Setting {
