@@ -147,15 +147,3 @@ pub fn preset_list() -> Vec<PresetInfo> {
     };
     PRESETS.iter().map(info).collect()
 }
-
-/// Sets all of them that this sensor has, choices before the settings that depend on them; why the others have no effect stands in
-/// [`setting_list`].
-///
-/// # Errors    [`SettingError`] for a key that does not exist and a number out of range.
-pub(crate) fn apply(
-    settings: &mut Settings,
-    keys: &[String],
-    values: &[f64],
-) -> Result<(), SettingError> {
-    settings.set_present(keys.iter().map(String::as_str).zip(values.iter().copied()))
-}

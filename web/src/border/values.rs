@@ -17,7 +17,7 @@ impl SettingValues {
     /// # Errors    [`SettingError`] for the first that cannot be.
     pub(crate) fn apply_to(&self, settings: &mut Settings) -> Result<(), SettingError> {
         let pairs = self.0.iter();
-        settings.set_all(pairs.map(|(key, value)| (key.as_str(), *value)))
+        settings.set_present(pairs.map(|(key, value)| (key.as_str(), *value)))
     }
 }
 
