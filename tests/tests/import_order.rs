@@ -54,7 +54,7 @@ const MAY_IMPORT: [(&str, Imports); 23] = [
     ("replay", AllBefore),
     (
         "device",
-        These(&["geom", "robot", "points", "control", "sim", "wire"]),
+        These(&["geom", "robot", "points", "control", "wire"]),
     ),
     ("live", AllBefore),
 ];

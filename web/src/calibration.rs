@@ -1,8 +1,8 @@
 //! Calibration of infra-red rangers, for the page: pairs in, curve and residuals out.
 
 use slamlab_core::format::calibration;
+use slamlab_core::robot::Sharp;
 use slamlab_core::robot::Variable;
-use slamlab_core::sim::sensors::Sharp;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 /// Points of the curve that the page draws.

@@ -3,7 +3,7 @@
 import { bridgeBehind, tokenOf } from "./behind.js";
 import { chosen } from "./chosen.js";
 import type { Answer, Command } from "./protocol.js";
-import type { SerialKind } from "./protocol/devices.js";
+import type { DeviceKind } from "./protocol/devices.js";
 import type { Told } from "./protocol/figures.js";
 import type { GivenFile, KnownMap, MethodName, SettingValues, Setup, SourceKind } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
@@ -122,14 +122,14 @@ export class Client {
   }
 
   /** Devices at serial ports that this page has open. */
-  get plugged(): readonly SerialKind[] {
+  get plugged(): readonly string[] {
     return this.#ports.kinds;
   }
 
-  /** One more device at a serial port, which the browser asks the person for. */
-  async plug(kind: SerialKind): Promise<void> {
+  /** One more device at a serial port, which the browser asks the person for: among those behind its usual adapters, or among all. */
+  async plug(kind: DeviceKind, ofAll: boolean): Promise<void> {
     try {
-      await this.#ports.choose(kind);
+      await this.#ports.choose(kind, ofAll);
       this.#cable(this.#store.setup.method);
     } catch (error) {
       // Whoever chose no port knows that.
@@ -331,7 +331,7 @@ export class Client {
     const store = this.#store;
     switch (answer.kind) {
       case "ready":
-        store.set("run", { worlds: answer.worlds, sensors: answer.sensors, presets: answer.presets, dataSheet: answer.dataSheet });
+        store.set("run", { worlds: answer.worlds, sensors: answer.sensors, devices: answer.devices, presets: answer.presets, dataSheet: answer.dataSheet });
         this.#ports.prepare();
         break;
       case "started":

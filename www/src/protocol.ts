@@ -5,7 +5,7 @@
 // All geometry is in the map frame (m, rad, x forward and y left of the robot's start pose), also the truth.
 
 import type { ContestAsk, ContestState } from "./protocol/contest.js";
-import type { BridgeState } from "./protocol/devices.js";
+import type { BridgeState, DeviceKind } from "./protocol/devices.js";
 import type { BenchResponse, BenchTrial, Calibration, DriveFit, Growth, SigmaCurve } from "./protocol/figures.js";
 import type { FieldName, Frame } from "./protocol/frame.js";
 import type { GivenFile, KnownMap, MethodName, Named, Pairs, Preset, SensorName, Setting, SettingValues, Setup, SourceKind } from "./protocol/setup.js";
@@ -100,8 +100,8 @@ export interface SavedFile {
 }
 
 export type Answer =
-  /** The module is there, with these worlds and sensors. */
-  | { kind: "ready"; worlds: string[]; sensors: Named[]; presets: Preset[]; dataSheet: string }
+  /** The module is there, with these worlds, sensors and devices. */
+  | { kind: "ready"; worlds: string[]; sensors: Named[]; devices: DeviceKind[]; presets: Preset[]; dataSheet: string }
   | { kind: "started"; run: number; source: SourceKind; title: string; method: MethodName; setup: Setup | null; playing: boolean }
   | Frame
   /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands still meanwhile. */

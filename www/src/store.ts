@@ -3,7 +3,7 @@
 import type { ReactiveController, ReactiveControllerHost } from "lit";
 import type { LogLevel } from "./protocol.js";
 import type { ContestState, Ground } from "./protocol/contest.js";
-import type { BridgeState } from "./protocol/devices.js";
+import type { BridgeState, DeviceKind } from "./protocol/devices.js";
 import { type BenchResponse, type Calibration, type DriveFit, type SigmaCurve, type Told, TWIN_STRIDE } from "./protocol/figures.js";
 import type { Inspection } from "./protocol/filter.js";
 import type { Cycle, Frame, Status } from "./protocol/frame.js";
@@ -75,6 +75,8 @@ export class Store {
   /** What the module offers; empty until it is there. */
   worlds: string[] = [];
   sensors: Named[] = [];
+  /** What can stand at a serial port of this computer. */
+  devices: DeviceKind[] = [];
   setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore", cycle: false, settings: {}, calibration: null, known: null };
   /** What the present run was started from: settings that wait for a restart differ. */
   started: Setup = this.setup;

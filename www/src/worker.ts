@@ -3,9 +3,10 @@
 // It paces the source (simulated seconds for each second), works in slices short enough that every message is heard within
 // about 20 ms, and sends a frame only when the page has drawn the one before.
 
-import init, { WebExperiment, WebLive, data_sheet, preset_list, sensor_names, world_names } from "../pkg/slamlab_web.js";
+import init, { WebExperiment, WebLive, data_sheet, device_kinds, preset_list, sensor_names, world_names } from "../pkg/slamlab_web.js";
 import { fail, post, refuse, wordsOf } from "./answer.js";
 import type { Answer, Command } from "./protocol.js";
+import type { DeviceKind } from "./protocol/devices.js";
 import { transferables } from "./protocol/frame.js";
 import type { KnownMap, MethodName, Named, SettingValues } from "./protocol/setup.js";
 import { BridgeSource } from "./source/bridge.js";
@@ -392,6 +393,15 @@ function sensors(): Named[] {
   return names.flatMap((name, i) => (i % 2 === 0 ? [{ name, title: names[i + 1] ?? name }] : []));
 }
 
-module.then(() => post({ kind: "ready", worlds: world_names(), sensors: sensors(), presets: preset_list().map(presetOf), dataSheet: data_sheet() }), (error: unknown) => {
+/** Adapters come as vendor and product one after the other. */
+function devices(): DeviceKind[] {
+  return device_kinds().map((kind) => {
+    const { name, title, about, adapters } = kind;
+    kind.free();
+    return { name, title, about, adapters: [...adapters].flatMap((usbVendorId, i) => (i % 2 === 0 ? [{ usbVendorId, usbProductId: adapters[i + 1] ?? 0 }] : [])) };
+  });
+}
+
+module.then(() => post({ kind: "ready", worlds: world_names(), sensors: sensors(), devices: devices(), presets: preset_list().map(presetOf), dataSheet: data_sheet() }), (error: unknown) => {
   fail(new Error(`The simulator could not be loaded: ${wordsOf(error)}. Reload the page.`));
 });

@@ -12,7 +12,9 @@ mod interface;
 mod model;
 mod motor;
 mod odometry;
+mod ranger;
 mod scan;
+mod sharp;
 mod stamp;
 mod wear;
 
@@ -27,6 +29,8 @@ pub use interface::Robot;
 pub use model::{BodyShape, OdometryBias, OdometryNoise, RobotModel};
 pub use motor::{DriveTrain, MotorError, MotorModel};
 pub use odometry::{Odometry, OdometryError, TrackNoise, TrackOdometry, Tracks};
+pub use ranger::{RangerInverse, RangerModel};
 pub use scan::{Scan, ScanError};
+pub use sharp::Sharp;
 pub use stamp::Stamp;
 pub use wear::{ToldOdometry, TrackWear};

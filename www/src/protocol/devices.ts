@@ -1,7 +1,15 @@
 // Robots and sensors: behind a bridge, and at serial ports of this page.
 
-/** A device at a serial port that the page itself opened. */
-export type SerialKind = "rp6" | "rplidar" | "ld06";
+/** A kind of device that the page can have at a serial port, as the module's table has it. */
+export interface DeviceKind {
+  /** What the rules know it by. */
+  name: string;
+  title: string;
+  /** What it is good for. */
+  about: string;
+  /** USB adapters that usually come with it. It works behind any other as well. */
+  adapters: readonly { usbVendorId: number; usbProductId: number }[];
+}
 
 /** What happened at a line, by its number. */
 export interface LineEvent {
@@ -27,7 +35,7 @@ export interface LineWish {
 /** To the local bridge, the worker with the rules for a robot at ports of this page. */
 export type LocalBridgeCommand =
   /** `driver` leads to the client; over it go the messages of a bridge. */
-  | { kind: "begin"; devices: readonly SerialKind[]; driver: MessagePort }
+  | { kind: "begin"; devices: readonly string[]; driver: MessagePort }
   | ({ kind: "line" } & LineEvent)
   /** The person stops the robot; with `cutOff` its motors stay off. */
   | { kind: "stop"; cutOff: boolean }

@@ -1,11 +1,11 @@
-//! What is under way: kept alive, acknowledged, and told when it is over.
+//! What is under way: kept alive, acknowledged, and reported when it is over.
 
 use std::time::Duration;
 
 use crate::robot::Stamp;
 use crate::wire::rp6;
 
-use super::looks::is_look;
+use super::partial_scans::is_partial_scan;
 use super::robot::Motion;
 use super::{ALIVE, FORGOTTEN, Rp6};
 use crate::device::source::SourceEvent;
@@ -17,9 +17,9 @@ impl Rp6 {
         let asked = asked.and_then(|asked| asked.take_if(|(asked, _)| *asked == command));
         if let Some((_, given)) = asked {
             if let Some(robot) = &mut self.robot
-                && matches!(robot.motion, Motion::Errand(_))
+                && matches!(robot.motion, Motion::Manoeuvre(_))
             {
-                robot.errand_taken = Some(now);
+                robot.manoeuvre_acknowledged = Some(now);
             }
             self.report
                 .set_round_trip(Duration::from_secs_f64(now.since(given).max(0.0)));
@@ -27,19 +27,19 @@ impl Rp6 {
     }
 
     fn sweep_acknowledged(&mut self, command: &rp6::Command) {
-        let is_round = matches!(command, rp6::Command::Sweep { .. }) && !is_look(command);
+        let is_round = matches!(command, rp6::Command::Sweep { .. }) && !is_partial_scan(command);
         let sweeps = self.robot.as_mut().and_then(|robot| robot.sweeps.as_mut());
         if let Some(sweeps) = sweeps.filter(|_| is_round) {
-            sweeps.sweeps();
+            sweeps.begin_sweep();
         }
     }
 
-    /// Says whether an errand is under way, where that was not said yet.
-    pub(super) fn tell_busy(&mut self) {
+    /// Reports whether a manoeuvre is under way, where that was not said yet.
+    pub(super) fn report_busy(&mut self) {
         let motion = self.robot.as_ref().map(|robot| robot.motion);
-        let busy = matches!(motion, Some(Motion::Errand(_)));
+        let busy = matches!(motion, Some(Motion::Manoeuvre(_)));
         if self.busy.replace(busy) != Some(busy) {
-            self.tell(SourceEvent::Busy { busy, after: 0 });
+            self.emit(SourceEvent::Busy { busy, after: 0 });
         }
     }
 

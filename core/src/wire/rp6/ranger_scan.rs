@@ -1,44 +1,22 @@
-//! From the readings of a sweep to a scan.
+//! From single readings of the rangers to a scan.
 //!
-//! In: [`Ranger`] readings as they come. Out: a [`Scan`] for each sweep.
+//! In: [`Ranger`] readings as they come. Out: a [`Scan`] for each movement of the servo, a sweep or a partial scan.
 //!
-//! 1. Counts become volts, and volts a range by the rangers' [`Characteristic`](crate::robot::Characteristic).
-//! 2. σ is that of the volts (noise and the converter's steps) times the slope of the characteristic; the spread of the fit's
-//!    residuals is added, being what the characteristic does not know.
-//! 3. Where the characteristic ends, and from the greatest range on, nothing came back (infinite); below the least range the
-//!    reading is invalid (NaN).
-//! 4. The bearing is the servo's angle plus the ranger's own. Readings are handed on in the order of their bearings, with
-//!    `sweep` 0: the robot stands while it sweeps.
+//! 1. Counts become volts, and volts a range with its σ ([`RangerInverse`]), as for the simulated rangers.
+//! 2. The bearing is the servo's angle plus the ranger's own. Readings are handed on in the order of their bearings,
+//!    with `sweep` 0: the robot stands while it sweeps.
 //!
-//! A sweep ends with the first reading of the next, or when its owner says so: telemetry tells when the servo rests.
-//!
-//! Source: TDK 2016 §1.3; the same inverse as that of the simulated rangers.
+//! A scan ends with the first reading of the next, or when its owner says so: telemetry tells when the servo rests.
 
 use super::{Hello, Ranger};
-use crate::geom::{Pose2, wrap};
-use crate::robot::{Adc, Fit, Scan, Stamp};
-
-/// Figures of the rangers.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RangerFigures {
-    /// From volts to range, with how well it fits.
-    pub fit: Fit,
-    /// σ of a ranger's output, V.
-    pub volts_sigma: f64,
-    /// Nearest usable range, m; a reading of less is invalid.
-    pub min_range: f64,
-    /// Farthest usable range, m.
-    pub max_range: f64,
-    /// σ of the servo's angle, rad.
-    pub bearing_sigma: f64,
-    /// Where the servo sits on the robot.
-    pub robot_from_sensor: Pose2,
-}
+use crate::geom::wrap;
+use crate::robot::{CharacteristicError, RangerInverse, RangerModel, Scan, Stamp};
 
 /// Puts readings together.
 #[derive(Clone, Debug)]
-pub struct SweepReader {
-    figures: RangerFigures,
+pub struct RangerScans {
+    model: RangerModel,
+    inverse: RangerInverse,
     /// Directions of the rangers on the servo, rad.
     mounts: Vec<f64>,
     sweep: u8,
@@ -51,20 +29,22 @@ pub struct SweepReader {
     unknown: u64,
 }
 
-impl SweepReader {
+impl RangerScans {
     /// For the rangers that the robot says it has.
-    #[must_use]
-    pub fn new(hello: &Hello, figures: RangerFigures) -> Self {
+    ///
+    /// # Errors    [`CharacteristicError`] for a calibration that settles no characteristic.
+    pub fn new(hello: &Hello, model: RangerModel) -> Result<Self, CharacteristicError> {
         let mount = |mrad: &i16| 1e-3 * f64::from(*mrad);
-        Self {
-            figures,
+        Ok(Self {
+            inverse: model.inverse()?,
+            model,
             mounts: hello.ranger_angles_mrad.iter().map(mount).collect(),
             sweep: 0,
             readings: Vec::new(),
             last_ms: 0,
             spoilt: None,
             unknown: 0,
-        }
+        })
     }
 
     /// Readings of rangers that the robot did not say it has.
@@ -88,7 +68,7 @@ impl SweepReader {
             true => None,
             false => self.finish(),
         };
-        let (range, sigma) = self.figures.read(reading.volts());
+        let (range, sigma) = self.inverse.read(reading.volts());
         self.readings.push((bearing, range, sigma));
         self.sweep = reading.sweep;
         self.last_ms = reading.time_ms;
@@ -113,55 +93,26 @@ impl SweepReader {
         readings.sort_by(|a, b| a.0.total_cmp(&b.0));
         Some(Scan {
             stamp: Stamp(1_000 * u64::from(self.last_ms)),
-            robot_from_sensor: self.figures.robot_from_sensor,
+            robot_from_sensor: self.model.robot_from_sensor,
             bearings: readings.iter().map(|r| r.0).collect(),
             ranges: readings.iter().map(|r| r.1).collect(),
             sigmas: readings.iter().map(|r| r.2).collect(),
-            bearing_sigma: self.figures.bearing_sigma,
-            max_range: self.figures.max_range,
+            bearing_sigma: self.model.bearing_sigma,
+            max_range: self.model.max_range,
             sweep: 0.0,
             qualities: vec![],
         })
     }
 }
 
-impl RangerFigures {
-    /// Range and σ for these volts, m.
-    fn read(&self, volts: f64) -> (f32, f32) {
-        let characteristic = &self.fit.characteristic;
-        let range = characteristic.range_at(volts);
-        let of_volts = libm::hypot(self.volts_sigma, Adc::rp6().sigma());
-        let sigma = libm::hypot(of_volts * characteristic.slope_at(volts), self.fit.sigma) as f32;
-        let [lowest, _] = characteristic.domain();
-        if range >= self.max_range || volts <= lowest {
-            return (f32::INFINITY, sigma);
-        }
-        if range < self.min_range {
-            return (f32::NAN, sigma);
-        }
-        (range as f32, sigma)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::{Characteristic, Variable};
-    use crate::sim::sensors::Sharp;
+    use crate::robot::{Adc, Sharp};
     use crate::wire::rp6::fixture::hello;
 
-    fn reader() -> SweepReader {
-        let hello = hello(1);
-        let pairs = Sharp::Long.data_sheet();
-        let figures = RangerFigures {
-            fit: Characteristic::fit(&pairs, Variable::PerVolt).unwrap(),
-            volts_sigma: 0.015,
-            min_range: 0.2,
-            max_range: 1.5,
-            bearing_sigma: 0.005,
-            robot_from_sensor: Pose2::identity(),
-        };
-        SweepReader::new(&hello, figures)
+    fn reader() -> RangerScans {
+        RangerScans::new(&hello(1), RangerModel::long()).unwrap()
     }
 
     fn reading(sweep: u8, servo_mrad: i16, index: u8, range: f64) -> Ranger {

@@ -1,11 +1,11 @@
 //! What can be wrong with an RPLIDAR: each with its cause and its cure.
 
-use super::super::request::Request;
+use crate::wire::rplidar::request::Request;
 
 /// Why the sensor does not work.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
-pub enum Fault {
+pub enum RplidarFault {
     /// Not a byte came.
     #[error(
         "the lidar does not answer ({request:?}, 3 tries): no power, or TX and RX are swapped or loose; \

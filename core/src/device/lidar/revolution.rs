@@ -92,6 +92,15 @@ impl RevolutionConfig {
             ..Self::rplidar()
         }
     }
+
+    /// The same sensor, sitting elsewhere on the robot.
+    #[must_use]
+    pub fn mounted(self, robot_from_sensor: Pose2) -> Self {
+        Self {
+            robot_from_sensor,
+            ..self
+        }
+    }
 }
 
 /// Puts readings together to revolutions.

@@ -1,12 +1,12 @@
 //! Sharp's infra-red rangers: from range to volts.
 //!
-//! In: the true range. Out: the volts of the output, before any noise. The inverse is [`crate::robot::Characteristic`], fitted to
+//! In: the true range. Out: the volts of the output, before any noise. The inverse is [`super::Characteristic`], fitted to
 //! the pairs of the data sheet and not to this model.
 //!
 //! Source: the specification, "Sensors": GP2Y0A21 V = 26.54/(d + 2) + 0.085 with d in cm, 3.2 V at its peak; GP2Y0A02 by
 //! pairs, straight in 1/d between them. Below the peak the volts fall to 0 at the lens.
 
-use crate::robot::CalibrationPair;
+use super::CalibrationPair;
 
 /// Pairs of the GP2Y0A02: range in cm, volts.
 const LONG: [(f64, f64); 15] = [
