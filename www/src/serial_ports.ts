@@ -1,7 +1,8 @@
 // Serial ports of this computer, by Web Serial: the person chooses them, bytes go to and fro here. What they mean, and when a line
 // is opened anew, is decided by the local bridge, in a worker of its own (local_bridge.ts).
 
-import type { DeviceKind, LineWish, LocalBridgeAnswer, LocalBridgeCommand } from "./protocol/devices.js";
+import type { LineWish, LocalBridgeAnswer, LocalBridgeCommand } from "./protocol/devices.js";
+import type { DeviceKind } from "./protocol/module.js";
 
 /** Milliseconds before a line is tried again, the longest last. */
 const RETRY_MILLIS = [250, 500, 1000, 2000];
