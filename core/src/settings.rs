@@ -25,11 +25,13 @@ pub use presets::{PRESETS, Preset};
 pub use setting::{Acts, Kind, Named, Needs, Setting, Source, Unit};
 pub use table::table;
 
-use crate::experiment::ExperimentConfig;
+use crate::map::EvidenceConfig;
 use crate::pilot::PilotConfig;
-use crate::robot::{BodyShape, OdometryNoise, RobotModel, ToldOdometry, TrackNoise, TrackWear};
+use crate::robot::{
+    BodyShape, OdometryCalibration, OdometryNoise, RobotModel, TrackNoise, TrackWear,
+};
+use crate::sim::SensorModel;
 use crate::sim::sensors::SonarModel;
-use crate::sim::{SensorModel, World};
 use crate::slam::SlamConfig;
 
 /// All that can be set of a run, beside world, robot, seed and method.
@@ -121,13 +123,13 @@ impl OdometrySettings {
         }
     }
 
-    /// For a real or a recorded robot: its own covariances stand where the noise was left at the defaults of its model.
+    /// The calibration of this robot: its own word on noise stands where nothing else was set than the defaults of its model.
     #[must_use]
-    pub fn calibration(&self, robot: &RobotModel) -> ToldOdometry {
-        let chance = |of: &Self| (of.is_constant, of.constant, of.proportional);
-        ToldOdometry {
+    pub fn calibration(&self, robot: &RobotModel) -> OdometryCalibration {
+        let noise = |of: &Self| (of.is_constant, of.constant, of.proportional);
+        OdometryCalibration {
             wear: self.wear,
-            noise: (chance(self) != chance(&Self::of(robot))).then(|| self.used()),
+            noise: (noise(self) != noise(&Self::of(robot))).then(|| self.used()),
         }
     }
 
@@ -170,7 +172,7 @@ impl Settings {
     /// The defaults for a sensor on a robot.
     #[must_use]
     pub fn of(sensor: SensorModel, robot: &RobotModel) -> Self {
-        let (slam, pilot) = ExperimentConfig::settings_for(&sensor);
+        let (slam, pilot) = estimation_and_driving(&sensor);
         Self {
             sensor,
             sonars_beside: None,
@@ -190,20 +192,6 @@ impl Settings {
             false => SensorModel::lidar(),
         };
         Self::of(sensor, robot)
-    }
-
-    /// An experiment with these settings in a world.
-    #[must_use]
-    pub fn experiment(&self, world: World, robot: RobotModel, seed: u64) -> ExperimentConfig {
-        ExperimentConfig {
-            sonars_beside: self.sonars_beside.clone(),
-            wear: self.wear.used(),
-            told_wear: self.odometry.wear,
-            odometry: self.odometry.used(),
-            slam: self.slam.clone(),
-            pilot: self.pilot.clone(),
-            ..ExperimentConfig::new(world, self.body.on(robot), self.sensor.clone(), seed)
-        }
     }
 
     /// The number of a setting; `None` where this sensor or rule has none such.
@@ -264,4 +252,22 @@ fn in_order<'a>(changes: impl IntoIterator<Item = (&'a str, f64)>) -> Vec<(&'a s
     let mut changes: Vec<_> = changes.into_iter().collect();
     changes.sort_by_key(|(key, _)| table().position(|setting| setting.key == *key));
     changes
+}
+
+/// The defaults of estimation and driving for a sensor.
+///
+/// A sensor that scans only on command sees each cell a few times at most, little of each wall, and from afar in terms
+/// of odometry: it takes Celej's quicker grid, and the `short_range` figures of lines, filter and pilot.
+fn estimation_and_driving(sensor: &SensorModel) -> (SlamConfig, PilotConfig) {
+    if let SensorModel::Sonar(sonar) = sensor {
+        let slam = SlamConfig {
+            evidence: EvidenceConfig::cones(sonar.half_angle),
+            ..SlamConfig::default()
+        };
+        return (slam, PilotConfig::default());
+    }
+    if !sensor.scans_on_command() {
+        return (SlamConfig::default(), PilotConfig::default());
+    }
+    (SlamConfig::short_range(), PilotConfig::short_range())
 }

@@ -56,15 +56,16 @@ const MAY_IMPORT: [(&str, Imports); 24] = [
     ("sim", These(&["bounds", "geom", "robot"])),
     ("format", These(&["geom", "robot", "map", "sim"])),
     ("wire", These(&["geom", "robot"])),
-    ("experiment", AllBefore),
     ("settings", AllBefore),
     ("twin", AllBefore),
+    ("session", AllBefore),
+    ("experiment", AllBefore),
     ("replay", AllBefore),
+    ("live", AllBefore),
     (
         "device",
         These(&["geom", "robot", "points", "control", "wire"]),
     ),
-    ("live", AllBefore),
 ];
 
 /// Whether `importer` may import `imported`; `None` where the table does not know the importer.

@@ -1,8 +1,6 @@
 //! The table of settings, for the page.
 
-use slamlab_core::settings::{
-    Acts, Kind, Needs, PRESETS, Scope, Setting, SettingError, Settings, Source, table,
-};
+use slamlab_core::settings::{Acts, Kind, Needs, PRESETS, Scope, Setting, Settings, Source, table};
 use slamlab_core::sim::{RobotKind, SensorKind};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
@@ -146,16 +144,4 @@ pub fn preset_list() -> Vec<PresetInfo> {
         values: preset.values.iter().map(|(_, value)| *value).collect(),
     };
     PRESETS.iter().map(info).collect()
-}
-
-/// Sets all of them that this sensor has, choices before the settings that depend on them; why the others have no effect stands in
-/// [`setting_list`].
-///
-/// # Errors    [`SettingError`] for a key that does not exist and a number out of range.
-pub(crate) fn apply(
-    settings: &mut Settings,
-    keys: &[String],
-    values: &[f64],
-) -> Result<(), SettingError> {
-    settings.set_present(keys.iter().map(String::as_str).zip(values.iter().copied()))
 }

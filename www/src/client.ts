@@ -2,10 +2,10 @@
 
 import { bridgeBehind, tokenOf } from "./behind.js";
 import { chosen } from "./chosen.js";
-import type { Answer, Command } from "./protocol.js";
-import type { DeviceKind } from "./protocol/devices.js";
-import type { Told } from "./protocol/figures.js";
-import type { GivenFile, KnownMap, MethodName, SettingValues, Setup, SourceKind } from "./protocol/setup.js";
+import type { Answer, Command, Found, GivenBytes } from "./protocol.js";
+import type { DeviceKind } from "./protocol/module.js";
+import type { KnownMap, MethodName, SettingValues, Setup, SourceKind } from "./protocol/module.js";
+import type { Told } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
 import type { Contest, Store } from "./store.js";
@@ -98,22 +98,21 @@ export class Client {
     const others = Object.entries(store.setup.settings).filter(([key]) => !before.includes(key));
     store.set("fit", { told: { ...store.told, preset } });
     this.configure({ ...Object.fromEntries(others), ...preset?.settings });
-    this.#tell();
+    this.#fromTheBeginning();
   }
 
   /** A simulated twin beside the robot, or none. A recording is mapped anew, for it begins with it. */
   setTwin(twin: boolean): void {
     const store = this.#store;
     store.set("fit", { told: { ...store.told, twin } });
-    this.#tell();
+    this.send({ kind: "twin", on: twin });
+    this.#fromTheBeginning();
   }
 
-  #tell(): void {
-    const store = this.#store;
-    const settings = Object.entries(store.told.preset?.settings ?? {}).filter(([key]) => key.startsWith("odometry."));
-    this.send({ kind: "tell", settings: Object.fromEntries(settings), twin: store.told.twin });
-    if (store.source === "replay") this.again();
-    store.tell("run");
+  /** A recording is mapped anew. */
+  #fromTheBeginning(): void {
+    if (this.#store.source === "replay") this.again();
+    this.#store.tell("run");
   }
 
   /** Looks whether the page's own server is a bridge with something behind it; the simulation begins where none is. */
@@ -153,10 +152,10 @@ export class Client {
     this.send({ kind: "connect", url, token, ...this.#found(method) });
   }
 
-  /** How a robot's pose is found: a bridge has no map to hand out, so that without one its robot draws its own. */
-  #found(method: MethodName): { method: MethodName; known: KnownMap | null } {
-    const { known } = this.#store.setup;
-    return method === "known-map" && !known ? { method: "line-ekf", known } : { method, known };
+  /** How a robot is mapped: a bridge has no map to hand out, so that without one its robot draws its own. */
+  #found(method: MethodName): Found {
+    const { setup: { known, settings }, told: { twin } } = this.#store;
+    return { method: method === "known-map" && !known ? "line-ekf" : method, known, settings, twin };
   }
 
   /** Takes the right to drive, or gives it back. */
@@ -283,7 +282,7 @@ export class Client {
   async #build(name: string, files: readonly File[], kind: "build" | "know" = "build"): Promise<void> {
     this.#store.set("toast", { toast: null });
     try {
-      const given = files.map(async (file): Promise<GivenFile> => ({ name: file.name, bytes: await file.arrayBuffer() }));
+      const given = files.map(async (file): Promise<GivenBytes> => ({ name: file.name, bytes: await file.arrayBuffer() }));
       this.send({ kind, name, files: await Promise.all(given) });
     } catch (error) {
       const why = error instanceof Error ? error.message : String(error);
@@ -302,7 +301,7 @@ export class Client {
         else this.start({ world: file.name, worldJson, mode: "explore" });
       } else {
         store.set("run", { reading: { name: file.name, done: 0 } });
-        this.send({ kind: "replay", name: file.name, bytes, method, settings: store.setup.settings, known: store.setup.known }, [bytes]);
+        this.send({ kind: "replay", name: file.name, bytes, method, settings: store.setup.settings, twin: store.told.twin, known: store.setup.known }, [bytes]);
         this.#opening = file;
       }
     } catch (error) {
@@ -393,7 +392,7 @@ export class Client {
         store.note({ time: store.status?.time ?? 0, level: "good", text: `The preset "${answer.name}" is in use` });
         break;
       case "contest":
-        store.set("contest", { contest: { ...store.contest, found: answer.contest, error: answer.error } });
+        store.set("contest", { contest: { ...store.contest, found: answer.contest, running: answer.running, error: answer.error } });
         break;
       case "bridge":
         store.set("bridge", { bridge: answer.state });
@@ -415,7 +414,7 @@ export class Client {
       case "failed":
         store.set("run", { entering: "" });
         store.note({ time: store.status?.time ?? 0, level: "warn", text: answer.text });
-        store.set("toast", { toast: { level: "warn", text: answer.text } });
+        this.#warn(answer.text);
         break;
     }
   }

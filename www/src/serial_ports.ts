@@ -1,7 +1,8 @@
 // Serial ports of this computer, by Web Serial: the person chooses them, bytes go to and fro here. What they mean is the matter of a worker
 // of their own (near.ts), and so is when a line is opened anew.
 
-import type { DeviceKind, LineWish, NearAnswer, NearCommand } from "./protocol/devices.js";
+import type { LineWish, NearAnswer, NearCommand } from "./protocol/devices.js";
+import type { DeviceKind } from "./protocol/module.js";
 
 /** Milliseconds before a line is tried again, the longest last. */
 const RETRY_MILLIS = [250, 500, 1000, 2000];

@@ -92,7 +92,6 @@ impl Planner {
 
 /// Why there is no path.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum NoPath {
     /// The robot is enclosed where it stands.
     #[error(

@@ -33,4 +33,4 @@ pub use ranger::{RangerInverse, RangerModel};
 pub use scan::{Scan, ScanError};
 pub use sharp::Sharp;
 pub use stamp::Stamp;
-pub use wear::{ToldOdometry, TrackWear};
+pub use wear::{OdometryCalibration, TrackWear};
