@@ -26,7 +26,7 @@ fn controller(c: &mut Criterion) {
     let mut seconds = 0.0;
     c.bench_function("controller/step", |b| {
         b.iter(|| {
-            // The shafts do as they are told: an encoder's counts, so that no observer comes to rest.
+            // The shafts follow the command: an encoder's counts, so that no observer comes to rest.
             seconds += PERIOD;
             let count = (wish.speed * seconds / RADIANS_PER_COUNT) as i64;
             controller.step(black_box([count, count]), [wish, wish])

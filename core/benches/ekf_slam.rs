@@ -1,67 +1,14 @@
 //! The line filter by the number of walls it knows: move, correct by one match, add a wall, and whole scans of eight lines.
 
+#[path = "../examples/shared/mapped_filter.rs"]
+mod mapped_filter;
+
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
-use nalgebra::{Matrix2, Matrix3, Point2, Vector2};
 use slamlab_core::association::AssociationMethod;
-use slamlab_core::estimation::{EkfConfig, EkfError, EkfSlam, SweepTiming};
-use slamlab_core::features::LineFeature;
-use slamlab_core::geom::{Line, Pose2};
-use slamlab_core::robot::{Odometry, Stamp};
+
+use mapped_filter::{mapped, observe, wall};
 
 const SIZES: [usize; 3] = [100, 300, 1000];
-const NOW: SweepTiming = SweepTiming {
-    stamp: Stamp(0),
-    lag: 0.0,
-    seconds: 0.0,
-    n_beams: 0,
-};
-
-/// The `i`-th wall of a fan around the robot.
-fn wall(i: usize) -> LineFeature {
-    let alpha = 2.399_963 * i as f64;
-    let line = Line::new(alpha, 1.0 + 0.02 * i as f64);
-    let foot = Point2::from(line.normal() * line.r());
-    let tangent = Vector2::new(-line.normal().y, line.normal().x);
-    LineFeature {
-        line,
-        cov: Matrix2::new(1e-5, 0.0, 0.0, 1e-5),
-        ends: [foot - tangent, foot + tangent],
-        seen_from_origin_side: true,
-        first_beam: 0,
-        last_beam: 0,
-        n_points: 20,
-        chi2: 18.0,
-        by_heading: [Vector2::zeros(); 2],
-    }
-}
-
-/// A filter that knows `n` walls.
-fn mapped(n: usize, method: AssociationMethod) -> Result<EkfSlam, EkfError> {
-    let mut config = EkfConfig::default();
-    config.association.method = method;
-    let mut slam = EkfSlam::new(config)?;
-    let walls: Vec<_> = (0..n).map(wall).collect();
-    // Often enough to be confirmed: what was seen once is soon forgotten.
-    for _ in 0..4 {
-        slam.update(&walls, &NOW)?;
-    }
-    Ok(slam)
-}
-
-fn standing() -> Odometry {
-    Odometry {
-        motion: Pose2::identity(),
-        cov: Matrix3::identity() * 1e-6,
-        ..Odometry::standing(Stamp(0))
-    }
-}
-
-/// One scan; how many of its lines were matched.
-fn scan(slam: &mut EkfSlam, seen: &[LineFeature]) -> usize {
-    let predicted = slam.predict(&standing()).is_ok();
-    let matched = slam.update(seen, &NOW).map_or(0, |r| r.matches.len());
-    matched * usize::from(predicted)
-}
 
 /// The odometry goes into the covariance when a scan comes, here one without a line.
 fn predict(c: &mut Criterion) {
@@ -71,7 +18,7 @@ fn predict(c: &mut Criterion) {
             continue;
         };
         group.bench_function(BenchmarkId::from_parameter(n), |b| {
-            b.iter(|| scan(&mut slam, &[]));
+            b.iter(|| observe(&mut slam, &[]));
         });
     }
     group.finish();
@@ -85,7 +32,7 @@ fn one_match(c: &mut Criterion) {
         };
         let seen = [wall(0)];
         group.bench_function(BenchmarkId::from_parameter(n), |b| {
-            b.iter(|| scan(&mut slam, &seen));
+            b.iter(|| observe(&mut slam, &seen));
         });
     }
     group.finish();
@@ -101,7 +48,7 @@ fn augment(c: &mut Criterion) {
         let seen = [wall(n + 10)];
         group.bench_function(BenchmarkId::from_parameter(n), |b| {
             let copy = || slam.clone();
-            b.iter_batched_ref(copy, |slam| scan(slam, &seen), BatchSize::LargeInput);
+            b.iter_batched_ref(copy, |slam| observe(slam, &seen), BatchSize::LargeInput);
         });
     }
     group.finish();
@@ -121,7 +68,7 @@ fn eight_lines(c: &mut Criterion) {
                 continue;
             };
             group.bench_function(BenchmarkId::from_parameter(n), |b| {
-                b.iter(|| scan(&mut slam, &seen));
+                b.iter(|| observe(&mut slam, &seen));
             });
         }
         group.finish();

@@ -1,7 +1,7 @@
 //! Line extraction from one revolution of the simulated lidar in the office: 360 beams.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use slamlab_core::features::{IntersectionConfig, LineConfig, LineExtractor, intersections};
+use slamlab_core::features::{LineConfig, LineExtractor};
 use slamlab_core::geom::Pose2;
 use slamlab_core::points::{PointConfig, Points, SegmentationConfig, SpacingModel, segment};
 use slamlab_core::robot::RobotModel;
@@ -42,10 +42,6 @@ fn extraction(c: &mut Criterion) {
             b.iter(|| extractor.extract(&points, &mut lines));
         });
     }
-    let (config, mut corners) = (IntersectionConfig::default(), vec![]);
-    c.bench_function("crossings of the lines of a scan", |b| {
-        b.iter(|| intersections(&lines, &config, &mut corners));
-    });
 }
 
 criterion_group!(benches, extraction);

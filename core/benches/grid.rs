@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use slamlab_core::geom::Pose2;
-use slamlab_core::map::{Grid, GridConfig};
+use slamlab_core::map::{FreeCells, Grid, GridConfig};
 use slamlab_core::points::{PointConfig, Points};
 use slamlab_core::robot::{Scan, Stamp};
 
@@ -44,17 +44,24 @@ fn bench(c: &mut Criterion) {
         .collect();
     let mut group = c.benchmark_group("grid");
     group.sample_size(10);
-    group.bench_function("insert_1000_scans_of_360", |b| {
-        b.iter(|| {
-            let mut grid = Grid::new(GridConfig::default()).ok();
-            if let Some(grid) = &mut grid {
-                for pose in &poses {
-                    grid.insert(black_box(&points), pose);
+    for free_cells in FreeCells::ALL {
+        let config = GridConfig {
+            free_cells,
+            ..GridConfig::default()
+        };
+        let name = format!("insert_1000_scans_of_360_{free_cells:?}").to_lowercase();
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                let mut grid = Grid::new(config).ok();
+                if let Some(grid) = &mut grid {
+                    for pose in &poses {
+                        grid.insert(black_box(&points), pose);
+                    }
                 }
-            }
-            grid
+                grid
+            });
         });
-    });
+    }
     group.finish();
 }
 

@@ -267,8 +267,8 @@ fn load_world(args: &Args) -> Result<World> {
     let imported = load(path, args.svg_unit)?
         .into_world(name)
         .with_context(|| format!("{name} is no building"))?;
-    for what in &imported.left_out {
-        eprintln!("simulate: {name}: left out {what}");
+    for what in &imported.skipped {
+        eprintln!("simulate: {name}: skipped {what}");
     }
     Ok(imported.world)
 }

@@ -145,7 +145,7 @@ impl Experiment {
         if let Some(scan) = self.sim.take_scan_beside() {
             self.session.sonar_scan(&scan)?;
         }
-        while let Some(scan) = self.sim.take_look() {
+        while let Some(scan) = self.sim.take_partial_scan() {
             self.session.partial_scan(&scan)?;
         }
         let Some(scan) = self.sim.take_scan() else {

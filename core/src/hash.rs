@@ -1,6 +1,5 @@
 //! A fingerprint of state: equal bits, equal hash, natively and in the browser.
 
-use nalgebra::Point2;
 use twox_hash::XxHash64;
 
 use crate::geom::{Pose2, PoseEstimate};
@@ -32,11 +31,6 @@ impl StateHash {
             self.bytes(&value.to_bits().to_le_bytes());
         }
         self
-    }
-
-    /// Adds a point.
-    pub fn point(&mut self, point: &Point2<f64>) -> &mut Self {
-        self.number(point.x).number(point.y)
     }
 
     /// Adds a pose.

@@ -2,7 +2,7 @@
 //!
 //! 1. [`Lanes`] is what the sums need of four numbers. Each operation is that of IEEE 754, lane by lane, rounded by itself (no fused
 //!    multiply-add): the same bits on every machine.
-//! 2. `wide::f64x4` is the form that every target has: two instructions of 128 bits where the compiler was told of no wider ones,
+//! 2. `wide::f64x4` is the form that every target has: two instructions of 128 bits where the compiler knows of no wider ones,
 //!    as in the browser and in the usual build for x86-64.
 //! 3. `Avx` is one instruction of 256 bits, for machines that turn out to have them when the program runs.
 //! 4. A [`Kernel`] is a loop written once for both; [`run`] picks.

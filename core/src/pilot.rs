@@ -82,7 +82,7 @@ pub struct Pilot {
     status: Status,
     wish: (f64, f64),
     /// Speeds of the last command.
-    told: (f64, f64),
+    commanded: (f64, f64),
     errand: errand::Errand,
     phase: cycle::Phase,
     stages: StageRecord,
@@ -111,7 +111,7 @@ impl Pilot {
             mode: Mode::Manual,
             status: Status::Idle,
             wish: (0.0, 0.0),
-            told: (0.0, 0.0),
+            commanded: (0.0, 0.0),
             errand: errand::Errand::default(),
             phase: cycle::Phase::default(),
             stages: StageRecord::default(),
@@ -252,7 +252,7 @@ impl Pilot {
         self.errand.watch.reset();
         let seconds = self.config.safe.stale_after;
         self.status = Status::Waiting(Failure::NoScan { seconds });
-        self.told = (0.0, 0.0);
+        self.commanded = (0.0, 0.0);
         Command::Stop
     }
 
@@ -270,7 +270,7 @@ impl Pilot {
             None if now.scans_on_command => within_model(wish, &self.model),
             None => (0.0, 0.0),
         };
-        self.told = (forward, turn);
+        self.commanded = (forward, turn);
         Command::Velocity { forward, turn }
     }
 
@@ -301,7 +301,7 @@ impl Pilot {
 
     fn underway(&self, points: &Points, now: &Situation) -> Underway {
         Underway {
-            told: self.told,
+            commanded: self.commanded,
             runs: now.speeds,
             since_scan: now.motion_since_scan,
             // A scan that was ordered is as old as it is; who came since is told by looks.

@@ -69,7 +69,7 @@ pub fn read_building(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<Building> {
     let imported = read(&files)?.into_world(name)?;
     typed(&Building {
         world_json: world::write(&imported.world),
-        left_out: imported.left_out,
+        left_out: imported.skipped,
     })
 }
 
@@ -97,7 +97,7 @@ impl KnownFile {
             faces,
             sigma,
             start,
-            left_out,
+            skipped: left_out,
         } = file.known_walls()?;
         let flat = |Segment { a, b }: &Segment| [a.x, a.y, b.x, b.y];
         let known = KnownMap {

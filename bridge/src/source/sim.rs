@@ -185,8 +185,8 @@ impl Life {
         while let Some(scan) = self.simulation.take_scan() {
             self.port.send(SourceEvent::Scan(scan));
         }
-        while let Some(look) = self.simulation.take_look() {
-            self.port.send(SourceEvent::PartialScan(look));
+        while let Some(scan) = self.simulation.take_partial_scan() {
+            self.port.send(SourceEvent::PartialScan(scan));
         }
         self.readings();
     }

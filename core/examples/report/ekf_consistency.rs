@@ -19,6 +19,7 @@ use slamlab_core::estimation::{Consistency, EkfConfig, OdometryErrors};
 use crate::Args;
 use crate::heading::{self, Belief};
 use crate::outcome::Outcome;
+use crate::statistics::chi2_mean_band;
 use crate::tour::{LOOP, Listener, OFFICE, Tour, drive};
 
 /// Worlds without requirements of their own: were the settings made for `loop` and `office` alone, it would show here.
@@ -237,16 +238,4 @@ fn all_seeds(
         runs.extend(handle.join().map_err(|_| anyhow!("a run panicked"))??);
     }
     Ok(runs)
-}
-
-/// The 95 % band of the mean of `n` values of χ² with `degrees` degrees of freedom.
-///
-/// Source: Wilson & Hilferty (1931): the cube root of χ²/k is nearly normal; good to 0.1 % for the hundreds of degrees here.
-pub(crate) fn chi2_mean_band(degrees: f64, n: f64) -> [f64; 2] {
-    let k = degrees * n;
-    let part = 2.0 / (9.0 * k);
-    [-1.959_964, 1.959_964].map(|z| {
-        let root = 1.0 - part + z * part.sqrt();
-        degrees * root * root * root
-    })
 }

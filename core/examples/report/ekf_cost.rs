@@ -15,35 +15,23 @@
 //! Times are the fastest tenth's slowest (point 2: the best of 20 such, by turns): what other programs take of the machine only ever
 //! adds. About 10 s.
 
-use std::alloc::System;
 use std::hint::black_box;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use nalgebra::{Matrix2, Matrix3, Matrix5, Point2, Vector2};
+use nalgebra::{Matrix2, Matrix5};
 use slamlab_core::association::AssociationMethod;
-use slamlab_core::estimation::{Covariance, EkfConfig, EkfSlam, SweepTiming};
-use slamlab_core::features::LineFeature;
-use slamlab_core::geom::{Line, Pose2};
-use slamlab_core::robot::{Odometry, Stamp};
-use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+use slamlab_core::estimation::Covariance;
+use stats_alloc::Region;
 
 use crate::Args;
+use crate::mapped_filter::{mapped, observe, wall};
+use crate::memory::ALLOCATOR;
 use crate::outcome::Outcome;
-
-/// Counts allocations of the whole program.
-#[global_allocator]
-pub(crate) static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 const SIZES: [usize; 3] = [100, 300, 1000];
 const STEP_SIZES: [usize; 3] = [100, 200, 500];
 const LINES_IN_A_STEP: usize = 10;
-const NOW: SweepTiming = SweepTiming {
-    stamp: Stamp(0),
-    lag: 0.0,
-    seconds: 0.0,
-    n_beams: 0,
-};
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     let mut outcome = Outcome::default();
@@ -112,7 +100,7 @@ fn whole_update(outcome: &mut Outcome) -> Result<()> {
     let (mut update, mut pass, mut failed) = (f64::INFINITY, f64::INFINITY, false);
     // By turns, so that both meet with what else the machine does.
     for _ in 0..20 {
-        update = update.min(quiet(11, || failed |= step(&mut slam, &seen).is_err()));
+        update = update.min(quiet(11, || failed |= observe(&mut slam, &seen).is_err()));
         pass = pass.min(quiet(11, || {
             for value in black_box(&mut triangle) {
                 *value -= 1e-9;
@@ -145,7 +133,7 @@ fn step_seconds(n: usize, method: AssociationMethod) -> Result<f64> {
     let mut slam = mapped(n, method)?;
     let seen: Vec<_> = (0..LINES_IN_A_STEP).map(wall).collect();
     let mut failed = false;
-    let seconds = quiet(201, || failed |= step(&mut slam, &seen).is_err());
+    let seconds = quiet(201, || failed |= observe(&mut slam, &seen).is_err());
     anyhow::ensure!(!failed, "a step failed");
     let matched = slam.report().matches.len();
     anyhow::ensure!(matched == LINES_IN_A_STEP, "{matched} lines matched");
@@ -174,59 +162,17 @@ fn allocations(outcome: &mut Outcome) -> Result<()> {
         let mut slam = mapped(200, method)?;
         let seen: Vec<_> = (0..LINES_IN_A_STEP).map(wall).collect();
         for _ in 0..10 {
-            step(&mut slam, &seen)?;
+            observe(&mut slam, &seen)?;
         }
         let region = Region::new(ALLOCATOR);
         for _ in 0..100 {
-            step(&mut slam, &seen)?;
+            observe(&mut slam, &seen)?;
         }
         let change = region.change();
         let count = (change.allocations + change.reallocations) as f64;
         outcome.at_most(&format!("allocations_in_100_updates_{name}"), count, 0.0);
     }
     Ok(())
-}
-
-fn step(slam: &mut EkfSlam, seen: &[LineFeature]) -> Result<()> {
-    slam.predict(&Odometry {
-        motion: Pose2::identity(),
-        cov: Matrix3::identity() * 1e-6,
-        ..Odometry::standing(Stamp(0))
-    })?;
-    slam.update(seen, &NOW)?;
-    Ok(())
-}
-
-/// A filter that knows `n` walls.
-fn mapped(n: usize, method: AssociationMethod) -> Result<EkfSlam> {
-    let mut config = EkfConfig::default();
-    config.association.method = method;
-    let mut slam = EkfSlam::new(config)?;
-    let walls: Vec<_> = (0..n).map(wall).collect();
-    for _ in 0..4 {
-        slam.update(&walls, &NOW)?;
-    }
-    let known = slam.landmarks().filter(|l| l.is_confirmed).count();
-    anyhow::ensure!(known == n, "{known} of {n} walls are in the map");
-    Ok(slam)
-}
-
-/// The `i`-th wall of a fan around the robot.
-fn wall(i: usize) -> LineFeature {
-    let line = Line::new(2.399_963 * i as f64, 1.0 + 0.02 * i as f64);
-    let foot = Point2::from(line.normal() * line.r());
-    let tangent = Vector2::new(-line.normal().y, line.normal().x);
-    LineFeature {
-        line,
-        cov: Matrix2::new(1e-5, 0.0, 0.0, 1e-5),
-        ends: [foot - tangent, foot + tangent],
-        seen_from_origin_side: true,
-        first_beam: 0,
-        last_beam: 0,
-        n_points: 20,
-        chi2: 18.0,
-        by_heading: [Vector2::zeros(); 2],
-    }
 }
 
 /// Some covariance over `n` landmarks.

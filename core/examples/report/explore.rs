@@ -21,7 +21,7 @@ use super::{Args, Outcome};
 use crate::clock::cpu_seconds;
 
 const SEEDS: u64 = 20;
-const LEFT_OUT: &str = "campus";
+const SKIPPED: &str = "campus";
 /// Worlds whose halls a ranger of 1.5 m can follow, and where nobody walks: whoever comes stops a robot that can look round only standing.
 const RANGER_WORLDS: [&str; 6] = ["arena", "doors", "office", "corridor", "loop", "maze"];
 const CELL: f64 = 0.05;
@@ -33,7 +33,7 @@ const SHORTER: f64 = 0.8;
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     let names: Vec<&str> = worlds::NAMES
         .into_iter()
-        .filter(|n| *n != LEFT_OUT)
+        .filter(|n| *n != SKIPPED)
         .collect();
     if let Some(name) = args.worlds.iter().find(|w| !names.contains(&w.as_str())) {
         bail!(

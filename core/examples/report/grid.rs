@@ -1,15 +1,12 @@
 //! `grid`: what the occupancy grid costs, and whether its cells are right. About a minute.
 //!
-//! 1. 1 000 scans of 360 beams from random places in `office`, up to 12 m, drawn by each sweep: time, and cells per second; beside it
-//!    the cells per second of a pass over 256 MB that reads, changes and writes each, the limit of this machine in this run.
-//! 2. The first 100 of them against a grid that shares no code (`grid/naive.rs`), every cell to the bit; of the area those cells are
-//!    left out and counted whose centre lies on a side of it.
-//! 3. Memory by mapped square metre; and a site of 1 km² of streets between buildings, in which a robot drives along every street: all
-//!    allocations of the program, which must stay below 1 GB.
-//! 4. With `--peers FILE` (lines of the peers' programs and of the example `workloads`, from one machine and hour): the area sweep in
-//!    MRPT's time on its scans, and a million beams over the cells of an office in MRPT's.
-//!
-//! Times are processor times, the least of several runs.
+//! 1. 100 scans of 360 beams from random places in `office`, up to 12 m, drawn by each way to find free cells, against
+//!    a grid that shares no code (`grid/naive.rs`): every cell to the bit. Cells whose centre lies on a side of the area
+//!    are skipped and counted.
+//! 2. Memory by mapped square metre, after 1 000 scans; and a site of 1 km² of streets between buildings, in which a
+//!    robot drives along every street: all allocations of the program, which must stay below 1 GB.
+//! 3. With `--peers FILE` (lines of the peers' programs and of the example `workloads`, from one machine and hour): the
+//!    area in MRPT's time on its scans.
 
 mod naive;
 mod site;
@@ -22,12 +19,11 @@ use nalgebra::{Point2, Vector2};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::geom::{Pose2, sin_cos};
-use slamlab_core::map::{Evidence, Grid, GridConfig, Sweep};
+use slamlab_core::map::{Evidence, FreeCells, Grid, GridConfig};
 use slamlab_core::sim::{Caster, worlds};
 use stats_alloc::Region;
 
-use crate::clock::least_seconds;
-use crate::ekf_cost::ALLOCATOR;
+use crate::memory::{ALLOCATOR, bytes};
 use crate::peers::{Peers, Race};
 use crate::{Args, Outcome};
 
@@ -38,10 +34,10 @@ const RANGE: f64 = 12.0;
 const CHECKED: usize = 100;
 /// What a browser gives a page, with some to spare.
 const BROWSER_BYTES: f64 = 1e9;
-const SWEEPS: [(&str, Sweep); 3] = [
-    ("crossed", Sweep::Crossed),
-    ("bresenham", Sweep::Bresenham),
-    ("area", Sweep::Area),
+const RULES: [(&str, FreeCells); 3] = [
+    ("crossed", FreeCells::Crossed),
+    ("bresenham", FreeCells::Bresenham),
+    ("area", FreeCells::Area),
 ];
 
 /// A scan and where it was taken.
@@ -53,13 +49,11 @@ pub(crate) struct Seen {
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     let mut outcome = Outcome::default();
     let scans = scans()?;
-    outcome.figure("streaming_cells_per_second", streaming());
-    for (name, sweep) in SWEEPS {
+    for (name, free_cells) in RULES {
         let config = GridConfig {
-            sweep,
+            free_cells,
             ..GridConfig::default()
         };
-        speed(&mut outcome, name, &config, &scans)?;
         equality(&mut outcome, name, &config, &scans)?;
     }
     memory(&mut outcome, &scans)?;
@@ -72,32 +66,15 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
 }
 
 /// Point 1.
-fn speed(outcome: &mut Outcome, name: &str, config: &GridConfig, scans: &[Seen]) -> Result<()> {
-    let mut drawn = Grid::new(*config)?;
-    let mut failed = Ok(());
-    let seconds = least_seconds(|| match drawn_anew(config, scans) {
-        Ok(grid) => drawn = grid,
-        Err(error) => failed = Err(error),
-    });
-    failed?;
-    outcome.figure(format!("{name}_blocks"), drawn.block_count());
-    let cells: usize = scans.iter().map(|seen| naive::cells(seen, config)).sum();
-    outcome.figure(format!("{name}_1000_scans_ms"), 1e3 * seconds);
-    outcome.figure(format!("{name}_cells_per_scan"), cells / SCANS);
-    outcome.figure(format!("{name}_cells_per_second"), cells as f64 / seconds);
-    Ok(())
-}
-
-/// Point 2.
 fn equality(outcome: &mut Outcome, name: &str, config: &GridConfig, scans: &[Seen]) -> Result<()> {
     let (mut grid, mut naive) = (Grid::new(*config)?, naive::NaiveGrid::default());
     for seen in scans.iter().take(CHECKED) {
         grid.draw(&seen.evidence, &seen.pose);
         naive.draw(seen, config);
     }
-    let [wrong, compared, left_out] = naive.differences(&grid);
+    let [wrong, compared, skipped] = naive.differences(&grid);
     outcome.figure(format!("{name}_cells_compared"), compared);
-    outcome.figure(format!("{name}_cells_on_a_side"), left_out);
+    outcome.figure(format!("{name}_cells_on_a_side"), skipped);
     outcome.at_most(&format!("{name}_cells_unlike_naive"), wrong as f64, 0.0);
     outcome.require(compared > 50_000, || {
         format!("only {compared} cells were compared")
@@ -105,12 +82,12 @@ fn equality(outcome: &mut Outcome, name: &str, config: &GridConfig, scans: &[See
     Ok(())
 }
 
-/// Point 3, first part.
+/// Point 2, first part.
 fn memory(outcome: &mut Outcome, scans: &[Seen]) -> Result<()> {
     let config = GridConfig::default();
     let region = Region::new(ALLOCATOR);
     let grid = drawn_anew(&config, scans)?;
-    let bytes = site::bytes(&region);
+    let bytes = bytes(&region);
     let all = grid.blocks_since(0).flat_map(|(_, cells)| cells);
     let known = all.filter(|odds| **odds != 0.0).count();
     let area = known as f64 * config.resolution * config.resolution;
@@ -119,7 +96,7 @@ fn memory(outcome: &mut Outcome, scans: &[Seen]) -> Result<()> {
     Ok(())
 }
 
-/// Point 4.
+/// Point 3.
 fn against_peers(outcome: &mut Outcome, peers: &Peers) -> Result<()> {
     let grid = Race {
         workload: "gridmap_1000x360_2000x2000",
@@ -127,14 +104,7 @@ fn against_peers(outcome: &mut Outcome, peers: &Peers) -> Result<()> {
         theirs: "mrpt-2.5.8-COccupancyGridMap2D(int8 log-odds)",
         at_most: 0.6,
     };
-    let rays = Race {
-        workload: "raycast_grid1000_1e6beams",
-        ours: "slamlab-GridCaster",
-        theirs: "mrpt-2.5.8-laserScanSimulator",
-        at_most: 0.6,
-    };
-    peers.race(outcome, &grid)?;
-    peers.race(outcome, &rays)
+    peers.race(outcome, &grid)
 }
 
 fn drawn_anew(config: &GridConfig, scans: &[Seen]) -> Result<Grid> {
@@ -143,17 +113,6 @@ fn drawn_anew(config: &GridConfig, scans: &[Seen]) -> Result<Grid> {
         grid.draw(black_box(&seen.evidence), &seen.pose);
     }
     Ok(grid)
-}
-
-/// Cells that a pass over far more memory than the caches hold reads, changes and writes in a second.
-fn streaming() -> f64 {
-    let mut cells = vec![0.0_f32; 64 << 20];
-    let seconds = least_seconds(|| {
-        for cell in black_box(&mut cells) {
-            *cell += 1.0;
-        }
-    });
-    cells.len() as f64 / seconds
 }
 
 fn scans() -> Result<Vec<Seen>> {

@@ -19,7 +19,7 @@ use slamlab_core::features::LineFeature;
 use slamlab_core::geom::{Line, Pose2, Segment, wrap};
 use slamlab_core::robot::{Odometry, Stamp};
 
-use crate::line_fit::normal;
+use crate::statistics::normal;
 
 /// Standard deviation of the heading before the first wall is seen, rad.
 pub(crate) const LOST: f64 = 3.0 * std::f64::consts::PI / 180.0;

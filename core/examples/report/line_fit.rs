@@ -4,19 +4,19 @@
 //! bias of α and r in standard deviations, the spread found against the spread stated, average NEES of (α, r). It holds if
 //! both biases are under 0.1 σ and the average NEES lies in the 95 % band of a mean of χ²(2).
 
-use std::f64::consts::{FRAC_PI_4, TAU};
+use std::f64::consts::FRAC_PI_4;
 
 use anyhow::{Context, Result};
 use nalgebra::{Point2, Vector2};
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::features::fit_line;
 use slamlab_core::geom::{sin_cos, wrap};
 use slamlab_core::points::Beam;
 
 use crate::Args;
-use crate::ekf_consistency::chi2_mean_band;
 use crate::outcome::Outcome;
+use crate::statistics::{chi2_mean_band, normal};
 
 const ALPHA: f64 = 3.0 * FRAC_PI_4;
 const R: f64 = 1.2388;
@@ -72,10 +72,4 @@ fn wall(seed: u64) -> Vec<Beam> {
             }
         })
         .collect()
-}
-
-/// A standard normal number, by Box and Muller.
-pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let (u, v): (f64, f64) = (rng.random(), rng.random());
-    (-2.0 * libm::log(1.0 - u)).sqrt() * libm::cos(TAU * v)
 }

@@ -4,8 +4,16 @@
 //! cargo run --release -p slamlab-core --example report -- NAME [--seeds N]
 //! ```
 //!
-//! In: the name of a report. Out: one JSON object on standard output whose keys say quantity and unit, and by exit status
-//! whether each requirement holds: 0 all do; 1 some do not, named on standard error; 2 nothing could be measured.
+//! | NAME | standard output |
+//! |---|---|
+//! | a report | one JSON object whose keys say quantity and unit, over several lines |
+//! | `all` | such an object for each report, as it is done, on a line each |
+//! | `list` | the names of the reports, one a line |
+//!
+//! Exit status: 0 where every requirement holds; 1 where some do not, which standard error names; 2 where something could
+//! not be measured at all.
+//!
+//! A stage's own speed is a matter of `benches/`, and ratios to other programs of the example `workloads`.
 //!
 //! Each report is a file of its own, with its run time in its head comment; [`REPORTS`] is the table of names.
 
@@ -16,6 +24,8 @@
 
 mod clock;
 mod controller;
+#[path = "../shared/cpu_clock.rs"]
+mod cpu_clock;
 mod crowd;
 mod distance;
 mod ekf_consistency;
@@ -25,6 +35,9 @@ mod explore;
 mod grid;
 mod heading;
 mod line_fit;
+#[path = "../shared/mapped_filter.rs"]
+mod mapped_filter;
+mod memory;
 mod outcome;
 mod peers;
 mod planners;
@@ -34,14 +47,16 @@ mod safe_drive;
 mod scenes;
 mod score;
 mod split_merge;
+mod statistics;
 mod tour;
 mod vector_map;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Result, bail};
+use anyhow::{Result, ensure};
 use clap::Parser;
+use serde_json::Value;
 
 use outcome::Outcome;
 
@@ -69,7 +84,7 @@ const REPORTS: &[Entry] = &[
 /// Measures one claim of the project; exit status 0 if it holds, 1 if it does not, 2 if it could not be measured.
 #[derive(Parser)]
 struct Args {
-    /// Which claim.
+    /// Which claim; or `all`, or `list`.
     name: String,
     /// Number of seeds (runs, scenes), for a quick look; each report has its own default.
     #[arg(long)]
@@ -102,42 +117,67 @@ struct Args {
 
 fn main() -> ExitCode {
     let args = Args::parse();
-    match measure(&args) {
+    if let Err(error) = args.check() {
+        eprintln!("report: {error:#}");
+        return CANNOT.into();
+    }
+    match args.name.as_str() {
+        "list" => {
+            REPORTS.iter().for_each(|(name, _)| println!("{name}"));
+            ExitCode::SUCCESS
+        }
+        "all" => {
+            let status = |entry| run(entry, &args, |json| println!("{json}"));
+            REPORTS.iter().map(status).max().unwrap_or(CANNOT).into()
+        }
+        name => match REPORTS.iter().find(|(known, _)| *known == name) {
+            Some(entry) => run(entry, &args, |json| println!("{json:#}")).into(),
+            None => {
+                let names: Vec<_> = REPORTS.iter().map(|(name, _)| *name).collect();
+                let names = names.join(", ");
+                eprintln!(
+                    "report: there is no report `{name}`; expected all, list or one of: {names}"
+                );
+                CANNOT.into()
+            }
+        },
+    }
+}
+
+/// Exit status where every requirement holds, where one does not, and where nothing could be measured.
+const HOLDS: u8 = 0;
+const FAILS: u8 = 1;
+const CANNOT: u8 = 2;
+
+/// Measures, prints and judges; the exit status.
+fn run((name, measure): &Entry, args: &Args, print: impl Fn(&Value)) -> u8 {
+    match measure(args) {
         Ok(outcome) => {
-            println!("{:#}", outcome.to_json(&args.name));
+            print(&outcome.to_json(name));
             for failure in outcome.failures() {
-                eprintln!("report: {} does not hold: {failure}", args.name);
+                eprintln!("report: {name} does not hold: {failure}");
             }
             if outcome.failures().is_empty() {
-                ExitCode::SUCCESS
+                HOLDS
             } else {
-                ExitCode::from(1)
+                FAILS
             }
         }
         Err(error) => {
-            eprintln!("report: {error:#}");
-            ExitCode::from(2)
+            eprintln!("report: {name}: {error:#}");
+            CANNOT
         }
     }
 }
 
-fn measure(args: &Args) -> Result<Outcome> {
-    let Some((_, measure)) = REPORTS.iter().find(|(name, _)| *name == args.name) else {
-        let names: Vec<_> = REPORTS.iter().map(|(name, _)| *name).collect();
-        bail!(
-            "there is no report `{}`; expected one of: {}",
-            args.name,
-            names.join(", ")
+impl Args {
+    fn check(&self) -> Result<()> {
+        ensure!(self.seeds != Some(0), "--seeds is 0, expected at least 1");
+        ensure!(self.trials != Some(0), "--trials is 0, expected at least 1");
+        ensure!(
+            self.queries != Some(0),
+            "--queries is 0, expected at least 1"
         );
-    };
-    if args.seeds == Some(0) {
-        bail!("--seeds is 0, expected at least 1");
+        Ok(())
     }
-    if args.trials == Some(0) {
-        bail!("--trials is 0, expected at least 1");
-    }
-    if args.queries == Some(0) {
-        bail!("--queries is 0, expected at least 1");
-    }
-    measure(args)
 }

@@ -58,7 +58,7 @@ impl Peers {
         Ok(())
     }
 
-    /// A figure `name=value` that stands beside a peer's time; a sign of per cent is left out.
+    /// A figure `name=value` that stands beside a peer's time; without a sign of per cent.
     pub(crate) fn extra(&self, workload: &str, peer: &str, name: &str) -> Result<f64> {
         let line = self.line(workload, peer)?;
         let mut parts = line.extra.split_whitespace();

@@ -4,7 +4,7 @@
 //!    as many as `--queries` says): start and goal anywhere that is free. Whether a query can be solved at all is told by the
 //!    visibility graph, and by a flood that knows nothing of it: where the two differ, the report says so. Among the 50 000 walls of
 //!    `campus` one graph takes minutes: there, as many queries as `ASKING` seconds hold, and those that take longer than
-//!    `OPTIMUM` seconds are `undecided` and left out.
+//!    `OPTIMUM` seconds are `undecided` and skipped.
 //! 2. RRT, RRT-Connect (both shortened as driving does it as well, by chords, and pulled tight), A* and Theta* over 5 cm cells, on the first
 //!    part of the queries; RRT* and Informed RRT* for one second of processor time each on some. Success of the solvable, length against the
 //!    visibility graph, time.

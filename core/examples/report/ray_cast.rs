@@ -93,7 +93,7 @@ fn growth(outcome: &mut Outcome) -> Result<()> {
     Ok(())
 }
 
-/// Intercept and slope of the least-squares line, and the root mean square of what is left.
+/// Intercept and slope of the least-squares line, and the root mean square of the residuals.
 fn fit_line(points: &[(f64, f64)]) -> (f64, f64, f64) {
     let n = points.len() as f64;
     let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
@@ -101,8 +101,8 @@ fn fit_line(points: &[(f64, f64)]) -> (f64, f64, f64) {
     let across: f64 = points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum();
     let along: f64 = points.iter().map(|p| (p.0 - x).powi(2)).sum();
     let slope = across / along;
-    let left = |p: &(f64, f64)| (p.1 - y - slope * (p.0 - x)).powi(2);
-    let squares: f64 = points.iter().map(left).sum();
+    let residual = |p: &(f64, f64)| (p.1 - y - slope * (p.0 - x)).powi(2);
+    let squares: f64 = points.iter().map(residual).sum();
     (y - slope * x, slope, (squares / n).sqrt())
 }
 

@@ -14,8 +14,8 @@ use slamlab_core::geom::{Segment, sides_of, sin_cos};
 use slamlab_core::points::{Beam, Points};
 use slamlab_core::robot::Stamp;
 
-use crate::line_fit::normal;
 use crate::score::Scene;
+use crate::statistics::normal;
 
 pub(crate) const BEAMS: usize = 360;
 const WILD: f64 = 0.01;

@@ -11,8 +11,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Point2;
-use slamlab_core::features::{LineFeature, SegmentFeature};
-use slamlab_core::geom::Line;
+use slamlab_core::features::LineFeature;
 use slamlab_core::points::Points;
 
 const MIN_BEAMS: usize = 7;
@@ -51,13 +50,13 @@ enum Kind {
 }
 
 impl Score {
-    pub(crate) fn add(&mut self, scene: &Scene, lines: &[impl Claim]) {
+    pub(crate) fn add(&mut self, scene: &Scene, lines: &[LineFeature]) {
         let (kinds, n_pieces) = kinds(scene);
         let mut lines_of_piece = vec![0; n_pieces];
         let mut right = vec![false; kinds.len()];
         let mut claimed = vec![false; kinds.len()];
         for line in lines {
-            let beams = claims(scene, &line.line(), line.beams());
+            let beams = claims(scene, line);
             let mut counts = BTreeMap::new();
             for &beam in &beams {
                 if let Kind::Piece(piece) = kinds[beam] {
@@ -111,42 +110,17 @@ impl Score {
     }
 }
 
-/// A line and the numbers of the beams at its ends.
-pub(crate) trait Claim {
-    fn line(&self) -> Line;
-    fn beams(&self) -> [usize; 2];
-}
-
-impl Claim for LineFeature {
-    fn line(&self) -> Line {
-        self.line
-    }
-
-    fn beams(&self) -> [usize; 2] {
-        [self.first_beam, self.last_beam]
-    }
-}
-
-impl Claim for SegmentFeature {
-    /// Ends that are one point have none; extraction keeps no such.
-    fn line(&self) -> Line {
-        let [a, b] = self.ends;
-        Line::through(a, b).unwrap_or_else(|| Line::new(0.0, f64::NAN))
-    }
-
-    fn beams(&self) -> [usize; 2] {
-        [self.first_beam, self.last_beam]
-    }
-}
-
 /// Step 2.
-fn claims(scene: &Scene, line: &Line, [first, last]: [usize; 2]) -> Vec<usize> {
+fn claims(scene: &Scene, found: &LineFeature) -> Vec<usize> {
     let beams = &scene.points.beams;
     let n = beams.len();
+    let (first, last) = (found.first_beam, found.last_beam);
     let n_between = (last + n - first) % n + 1;
     (0..n_between)
         .map(|step| (first + step) % n)
-        .filter(|&beam| line.signed_distance(beams[beam].end_in_robot).abs() <= 5.0 * scene.sigma)
+        .filter(|&beam| {
+            found.line.signed_distance(beams[beam].end_in_robot).abs() <= 5.0 * scene.sigma
+        })
         .collect()
 }
 

@@ -17,8 +17,8 @@ pub(crate) fn known_map(path: &Path, svg_unit: Option<f64>, start: &Pose2) -> Re
     let walls = load(path, svg_unit)?
         .known_walls()
         .with_context(|| format!("{} is no map", path.display()))?;
-    for what in &walls.left_out {
-        eprintln!("{}: left out {what}", path.display());
+    for what in &walls.skipped {
+        eprintln!("{}: skipped {what}", path.display());
     }
     Ok(PriorMap::of_faces(&walls.faces, walls.sigma, start))
 }
@@ -27,10 +27,10 @@ pub(crate) fn known_map(path: &Path, svg_unit: Option<f64>, start: &Pose2) -> Re
 pub(crate) fn load(path: &Path, svg_unit: Option<f64>) -> Result<BuildingFile> {
     let read =
         |path: &Path| std::fs::read(path).with_context(|| format!("reading {}", path.display()));
-    let told = || format!("{} is no building", path.display());
+    let is_none = || format!("{} is no building", path.display());
     let mut files = vec![(path.to_path_buf(), read(path)?)];
     if path.extension().is_some_and(|e| e == "yaml" || e == "yml") {
-        let info = MapInfo::parse(&files[0].1).with_context(told)?;
+        let info = MapInfo::parse(&files[0].1).with_context(is_none)?;
         let image = info.image_beside(path);
         let bytes = read(&image)?;
         files.push((image, bytes));
@@ -41,7 +41,7 @@ pub(crate) fn load(path: &Path, svg_unit: Option<f64>) -> Result<BuildingFile> {
         .zip(&files)
         .map(|(name, (_, bytes))| (name.as_ref(), bytes.as_slice()))
         .collect();
-    BuildingFile::read(&files, svg_unit).with_context(told)
+    BuildingFile::read(&files, svg_unit).with_context(is_none)
 }
 
 /// A pose from `x,y,heading`, the heading in degrees.

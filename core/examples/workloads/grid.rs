@@ -1,4 +1,4 @@
-//! `grid`: 1 000 scans of 360 beams drawn into the occupancy grid, 5 cm cells, by each sweep.
+//! `grid`: 1 000 scans of 360 beams drawn into the occupancy grid, 5 cm cells, by each rule for free cells.
 //!
 //! As with the peers, a beam without return clears 30 m, poses are known, and the time is that from ranges to cells.
 
@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 use anyhow::{Context, Result};
 use nalgebra::{Point2, Vector2};
 use slamlab_core::geom::{Pose2, sin_cos};
-use slamlab_core::map::{CellState, Evidence, Grid, GridConfig, Sweep};
+use slamlab_core::map::{CellState, Evidence, FreeCells, Grid, GridConfig};
 
 use crate::inputs::Inputs;
 use crate::timing::{emit, median_ms};
@@ -23,13 +23,13 @@ pub(crate) fn run(inputs: &Inputs) -> Result<()> {
         .map(|beam| sin_cos(TAU * beam as f64 / BEAMS as f64 - PI))
         .map(|(sin, cos)| Vector2::new(cos, sin))
         .collect();
-    for (name, sweep) in [
-        ("crossed", Sweep::Crossed),
-        ("bresenham", Sweep::Bresenham),
-        ("area", Sweep::Area),
+    for (name, free_cells) in [
+        ("crossed", FreeCells::Crossed),
+        ("bresenham", FreeCells::Bresenham),
+        ("area", FreeCells::Area),
     ] {
         let config = GridConfig {
-            sweep,
+            free_cells,
             ..GridConfig::default()
         };
         let mut drawn = None;

@@ -15,9 +15,10 @@
     reason = "an example reads files and the clock of the platform; the core does not"
 )]
 
+#[path = "../shared/cpu_clock.rs"]
+mod cpu_clock;
 mod ekf_step;
 mod grid;
-mod grid_rays;
 mod inputs;
 mod plan;
 mod rays;
@@ -40,7 +41,6 @@ type Entry = (&'static str, fn(&Inputs) -> Result<()>);
 const WORKLOADS: &[Entry] = &[
     ("ekf_step", ekf_step::run),
     ("grid", grid::run),
-    ("grid_rays", grid_rays::run),
     ("plan", plan::run),
     ("rays", rays::run),
     ("split_and_merge", split_and_merge::run),

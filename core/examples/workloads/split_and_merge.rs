@@ -1,7 +1,7 @@
 //! `split_and_merge`: the lines of 1000 scans of 360 beams in `world_hall.csv`, by a scan.
 //!
 //! The points are made beforehand, as the peers' are, but only just: some scans at a time, so that they still lie in the cache, as those
-//! that a robot has just made. The peer gives the ends of its pieces and nothing else; `ends` does the same, and the others give each line with
+//! that a robot has just made. The peer gives the ends of its pieces and nothing else; here each line comes with
 //! its covariance and χ². How good the lines are is judged as `report -- split-merge` does: TPR, the
 //! share of the beams on walls that a line claims; PPV, the share of the claims that are right.
 
@@ -9,13 +9,13 @@ use std::f64::consts::{PI, TAU};
 
 use anyhow::{Result, ensure};
 use nalgebra::{Point2, Vector2};
-use slamlab_core::features::{AcceptConfig, LineConfig, LineError, LineExtractor};
+use slamlab_core::features::{AcceptConfig, LineConfig, LineExtractor};
 use slamlab_core::geom::{Pose2, Segment, sin_cos};
 use slamlab_core::points::{PointConfig, Points};
 use slamlab_core::robot::{Scan, Stamp};
 
 use crate::inputs::Inputs;
-use crate::score::{Claim, Scene, Score};
+use crate::score::{Scene, Score};
 use crate::timing::{cpu_ms, emit, median};
 
 const WORKLOAD: &str = "lines_per_scan_360";
@@ -40,35 +40,20 @@ pub(crate) fn run(inputs: &Inputs) -> Result<()> {
         accept: AcceptConfig::all(7, 0.5),
         ..LineConfig::default()
     };
-    let (mut lines, mut segments) = (vec![], vec![]);
-    measure(
-        "slamlab(noise-aware,ends)",
-        every_line,
-        &scenes,
-        &mut segments,
-        LineExtractor::extract_segments,
-    )?;
     for (peer, config) in [
         ("slamlab(noise-aware)", every_line),
         ("slamlab(noise-aware,SLAM's-gates)", LineConfig::default()),
         ("slamlab(classic)", LineConfig::classic(0.05)),
     ] {
-        measure(peer, config, &scenes, &mut lines, LineExtractor::extract)?;
+        measure(peer, config, &scenes)?;
     }
     Ok(())
 }
 
-/// `found` is memory for what `extract` finds.
-fn measure<F: Claim>(
-    peer: &str,
-    config: LineConfig,
-    scenes: &[Scene],
-    found: &mut Vec<F>,
-    extract: impl Fn(&mut LineExtractor, &Points, &mut Vec<F>) -> Result<(), LineError>,
-) -> Result<()> {
+fn measure(peer: &str, config: LineConfig, scenes: &[Scene]) -> Result<()> {
     let mut extractor = LineExtractor::new(config);
     let mut count = 0;
-    let mut rounds = vec![];
+    let (mut lines, mut rounds) = (vec![], vec![]);
     for _ in 0..=REPEATS {
         count = 0;
         let mut ms = 0.0;
@@ -76,8 +61,8 @@ fn measure<F: Claim>(
             let fresh: Vec<_> = batch.iter().map(|scene| scene.points.clone()).collect();
             let begin = cpu_ms();
             for points in &fresh {
-                extract(&mut extractor, points, found)?;
-                count += found.len();
+                extractor.extract(points, &mut lines)?;
+                count += lines.len();
             }
             ms += cpu_ms() - begin;
         }
@@ -87,8 +72,8 @@ fn measure<F: Claim>(
     let ms = median(&mut rounds[1..]);
     let mut score = Score::default();
     for scene in scenes {
-        extract(&mut extractor, &scene.points, found)?;
-        score.add(scene, found);
+        extractor.extract(&scene.points, &mut lines)?;
+        score.add(scene, &lines);
     }
     let (n, ratios) = (scenes.len() as f64, score.ratios());
     let extra = format!(

@@ -1,12 +1,12 @@
 //! Processor time and medians, as the peers take them.
 
 use anyhow::Result;
-use rustix::time::{ClockId, clock_gettime};
+
+use crate::cpu_clock::cpu_seconds;
 
 /// Milliseconds of processor time that this process has used.
 pub(crate) fn cpu_ms() -> f64 {
-    let time = clock_gettime(ClockId::ProcessCPUTime);
-    time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6
+    1e3 * cpu_seconds()
 }
 
 /// Median processor time of `work`, ms: one run to warm up, then `times`.

@@ -54,7 +54,7 @@ pub struct JointConfig {
 pub enum Paired {
     /// The landmark of this index.
     Landmark(usize),
-    /// One of several that cannot be told apart.
+    /// One of several that cannot be distinguished.
     Ambiguous,
     /// None that agrees with the other pairings.
     #[default]

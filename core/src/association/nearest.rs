@@ -1,13 +1,13 @@
-//! In: the landmarks that one sighting may be. Out: which one it is, or that nobody can tell.
+//! In: the landmarks that one sighting may be. Out: which one it is, or that this is open.
 //!
-//! 1. Inside the gate, a confirmed landmark goes before one that is not yet. A line that noise threw out of the gate of its wall
-//!    becomes a second landmark beside it; would both compete for the sightings to come, noise of one sign would go to the one, of
-//!    the other sign to the other, and both become walls, each sure of itself and wrong.
+//! 1. Inside the gate, a confirmed landmark goes before an unconfirmed one. A line that noise threw out of its wall's gate
+//!    becomes a second landmark beside it. If both competed for later sightings, noise of one sign would go to one and of
+//!    the other sign to the other, and both would become walls, each certain and wrong.
 //! 2. A landmark whose known part overlaps the seen part goes before one across a gap; then the nearer one in standard deviations wins.
 //! 3. A second landmark at another place that explains the sighting nearly as well makes it ambiguous: it is dropped.
 //! 4. Outside of the gate but not far outside, it is dropped too. Only what is far from everything is new.
 //!
-//! Why so shy: a wrong match cannot be undone by an EKF, a lost sighting costs next to nothing; the next scan shows
+//! Why so cautious: an EKF cannot undo a wrong match, while a lost sighting costs next to nothing, for the next scan shows
 //! the wall again. Joint compatibility (`joint`) looks at all lines of a scan together.
 
 use super::Paired;
@@ -117,11 +117,11 @@ pub struct Candidate {
 pub enum Choice {
     /// This landmark.
     Match(Candidate),
-    /// One of several that cannot be told apart.
+    /// One of several that cannot be distinguished.
     Ambiguous,
-    /// Near a landmark, but not near enough.
-    Near,
-    /// Nothing known.
+    /// Outside of a landmark's gate, but not far outside.
+    NearMiss,
+    /// No landmark so far.
     New,
 }
 
@@ -144,7 +144,7 @@ pub fn choose(candidates: &[Candidate], config: &AssociationConfig) -> Choice {
     }
     let Some(best) = best else {
         return if near().next().is_some() {
-            Choice::Near
+            Choice::NearMiss
         } else {
             Choice::New
         };
@@ -187,9 +187,9 @@ pub fn choose_paired(
     match paired {
         Paired::Landmark(index) => near
             .find(|c| c.index == index)
-            .map_or(Choice::Near, |c| Choice::Match(*c)),
+            .map_or(Choice::NearMiss, |c| Choice::Match(*c)),
         Paired::Ambiguous => Choice::Ambiguous,
-        Paired::Nothing if near.next().is_some() => Choice::Near,
+        Paired::Nothing if near.next().is_some() => Choice::NearMiss,
         Paired::Nothing => Choice::New,
     }
 }
@@ -265,7 +265,7 @@ mod tests {
 
     #[test]
     fn between_the_gates_nothing_is_decided() {
-        check(&[candidate(0, 15.0, -1.0, 1.0)], Choice::Near);
+        check(&[candidate(0, 15.0, -1.0, 1.0)], Choice::NearMiss);
     }
 
     #[test]
@@ -299,9 +299,9 @@ mod tests {
         let near = [candidate(0, 1.0, -1.0, 1.0), candidate(1, 12.0, -1.0, 1.3)];
         let of = |paired| choose_paired(&near, paired, &config);
         assert_eq!(of(Paired::Landmark(1)), Choice::Match(near[1]));
-        assert_eq!(of(Paired::Landmark(2)), Choice::Near);
+        assert_eq!(of(Paired::Landmark(2)), Choice::NearMiss);
         assert_eq!(of(Paired::Ambiguous), Choice::Ambiguous);
-        assert_eq!(of(Paired::Nothing), Choice::Near);
+        assert_eq!(of(Paired::Nothing), Choice::NearMiss);
         let none = choose_paired(&[], Paired::Nothing, &config);
         assert_eq!(none, Choice::New);
     }

@@ -76,7 +76,7 @@ pub enum Follower {
 }
 
 impl Follower {
-    /// For a path of straight legs; legs without length are left out.
+    /// For a path of straight legs; legs without length are skipped.
     #[must_use]
     pub fn new(path: &Path) -> Self {
         Self::Legs(LegFollower::new(path))
@@ -115,7 +115,7 @@ pub struct LegFollower {
 }
 
 impl LegFollower {
-    /// For a path; legs without length are left out.
+    /// For a path; legs without length are skipped.
     #[must_use]
     pub fn new(path: &Path) -> Self {
         Self {

@@ -42,10 +42,10 @@ pub struct SafeMode {
     points: Option<Points>,
     motion_since_scan: Pose2,
     /// Speeds that were let through last.
-    told: (f64, f64),
+    commanded: (f64, f64),
     /// What is under way, as it was wished.
     wish: Command,
-    /// What is left of a leg under way, m.
+    /// What remains of a leg under way, m.
     leg: f64,
 }
 
@@ -69,7 +69,7 @@ impl SafeMode {
             walkers: Walkers::new(WalkerConfig::default()),
             points: None,
             motion_since_scan: Pose2::identity(),
-            told: (0.0, 0.0),
+            commanded: (0.0, 0.0),
             wish: Command::Stop,
             leg: 0.0,
         }
@@ -81,7 +81,7 @@ impl SafeMode {
         self.motion_since_scan = self.motion_since_scan * odometry.motion;
         let ran = odometry.motion.x() * self.leg.signum();
         self.leg = (self.leg.abs() - ran).max(0.0).copysign(self.leg);
-        let drives = self.told.0 != 0.0 || self.leg != 0.0;
+        let drives = self.commanded.0 != 0.0 || self.leg != 0.0;
         (drives && self.is_blind()).then(|| self.limit(self.wish))
     }
 
@@ -113,7 +113,7 @@ impl SafeMode {
     pub fn limit(&mut self, wish: Command) -> Command {
         self.wish = wish;
         let safe = self.safe(wish);
-        (self.told, self.leg) = match safe {
+        (self.commanded, self.leg) = match safe {
             Command::Velocity { forward, turn } => ((forward, turn), 0.0),
             Command::Forward(by) => ((0.0, 0.0), by),
             _ => ((0.0, 0.0), 0.0),
@@ -123,16 +123,16 @@ impl SafeMode {
 
     /// Forgets what is under way: the robot was stopped.
     pub fn stopped(&mut self) {
-        (self.wish, self.told, self.leg) = (Command::Stop, (0.0, 0.0), 0.0);
+        (self.wish, self.commanded, self.leg) = (Command::Stop, (0.0, 0.0), 0.0);
     }
 
     /// Looks again at what is under way.
     fn again(&mut self) -> Option<Command> {
         match self.wish {
             Command::Velocity { .. } => {
-                let before = self.told;
+                let before = self.commanded;
                 let safe = self.limit(self.wish);
-                (self.told != before).then_some(safe)
+                (self.commanded != before).then_some(safe)
             }
             // A leg slows down by itself where it ends; what came into its way since stops it.
             Command::Forward(_) if self.free_ahead(self.leg) + SCATTER < self.braking(self.leg) => {
@@ -189,7 +189,7 @@ impl SafeMode {
 
     fn underway(&self) -> Underway {
         Underway {
-            told: self.told,
+            commanded: self.commanded,
             runs: self.history.speeds(RUNS),
             since_scan: self.motion_since_scan,
             // A scan that was ordered is no older than the robot's place; looks are new.
@@ -209,7 +209,7 @@ impl SafeMode {
         })
     }
 
-    /// What the robot runs on, at most, after it was told to stop, m; not more than the leg.
+    /// What the robot runs on, at most, after it was commanded to stop, m; not more than the leg.
     fn braking(&self, leg: f64) -> f64 {
         let speed = self.model.max_speed;
         let brake = self.config.braking * self.model.max_acceleration;

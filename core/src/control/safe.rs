@@ -3,13 +3,13 @@
 //! In: the speeds that are wished, the last scan's points, how the robot runs. Out: speeds that stop before contact.
 //!
 //! 1. The points are moved into the robot's present frame by odometry.
-//! 2. The robot's disc is swept ([`super::strip`]) along the arc of the wished speeds, along those it was told and runs on, and
+//! 2. The robot's disc is swept ([`super::strip`]) along the arc of the wished speeds, along the commanded ones and those it runs on, and
 //!    straight on: the turn rate takes a second to change, and the robot is somewhere between them. The first point that it would
 //!    touch gives the free distance. Points that the disc moves away from do not count, so that backing off a wall stays possible.
 //! 3. Speed: v t + v²/(2 a) may not exceed the free distance, with reaction time t and braking a. Turning on the spot is never limited.
 //! 4. A robot that stands beside a wall, nearer than it would go there, may creep along it, but no nearer than a centimetre: points
 //!    scatter, and some of them always seem to come nearer.
-//! 5. Tracks slip, so that a robot that turns on the spot wanders by a centimetre a second and no encoder tells. One that is driven by
+//! 5. Tracks slip, so that a robot that turns on the spot wanders by a centimetre a second, and no encoder shows it. One that is driven by
 //!    hand and has come too near to something that way is eased off it ([`super::ease`]) while it turns.
 //!
 //! What is thinner than the gap between two beams, a wall without thickness seen end-on, is hidden from a scan, and so from this.
@@ -73,11 +73,11 @@ impl SafeConfig {
     }
 }
 
-/// What a robot is at when it is told something else.
+/// What a robot is at when it gets another command.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Underway {
-    /// Speeds that it was told last, m/s and rad/s.
-    pub told: (f64, f64),
+    /// Speeds that it was commanded last, m/s and rad/s.
+    pub commanded: (f64, f64),
     /// Speeds at which it runs, by odometry: motors take time.
     pub runs: (f64, f64),
     /// `robot_at_scan_from_robot`: the motion since the last scan.
@@ -87,9 +87,9 @@ pub struct Underway {
 }
 
 impl Underway {
-    /// Turn rates between which it is, once it is told to turn at `turn`, rad/s.
+    /// Turn rates between which it is, once it is commanded to turn at `turn`, rad/s.
     pub(super) fn turns(&self, turn: f64) -> [f64; 4] {
-        [turn, self.told.1, self.runs.1, 0.0]
+        [turn, self.commanded.1, self.runs.1, 0.0]
     }
 }
 
@@ -137,7 +137,7 @@ fn limit_forward(
     if near.is_empty() {
         return forward;
     }
-    // What it runs on is an arc of its own: told to turn less, it is still on the narrower one.
+    // What it runs on is an arc of its own: commanded to turn less, it is still on the narrower one.
     let runs = (underway.runs.0 * forward > 0.0).then_some(underway.runs);
     let arcs = underway.turns(turn).map(|turn| (forward, turn));
     let free_on_arcs = |strip: &Strip| {

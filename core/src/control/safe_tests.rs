@@ -76,9 +76,9 @@ fn under_stick(
             points = look(&pose, walls, noise, &mut rng);
             underway.since_scan = Pose2::identity();
         }
-        underway.told = limit_speed(*wish, &points, &underway, model, &config);
+        underway.commanded = limit_speed(*wish, &points, &underway, model, &config);
         let before = pose;
-        pose = drive(pose, &mut underway.runs, underway.told, model);
+        pose = drive(pose, &mut underway.runs, underway.commanded, model);
         let moved = before.delta_to(&pose);
         underway.since_scan = underway.since_scan * moved;
         let slipped = chance.slipped(underway.runs.1, model, &mut rng);
@@ -107,7 +107,7 @@ fn room(half: f64) -> Vec<Segment> {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
-    /// Motors take a second to turn the other way, and the arc that is swept meanwhile is none of those that were told.
+    /// Motors take a second to turn the other way, and the arc that is swept meanwhile is none of the commanded ones.
     #[test]
     fn a_stick_thrown_to_and_fro_touches_nothing(
         throws in proptest::collection::vec((prop_oneof![Just(1.0), Just(1.0), Just(-1.0)], -1.0..=1.0_f64, 4..20_usize), 6..12),
@@ -204,7 +204,7 @@ fn who_turns_before_a_wall_on_tracks_that_slip_is_eased_off_it() {
 fn what_the_robot_still_turns_into_slows_it() {
     let model = RobotModel::pioneer();
     let config = SafeConfig::default();
-    // 0.4 m/s at 1.4 rad/s to the right lead into it; told to turn left, the robot is a second away from doing so.
+    // 0.4 m/s at 1.4 rad/s to the right lead into it; commanded to turn left, the robot is a second away from doing so.
     let wall = [Segment::new(
         Point2::new(0.2, -0.45),
         Point2::new(0.5, -0.45),
@@ -218,7 +218,7 @@ fn what_the_robot_still_turns_into_slows_it() {
     let wish = (0.7, 0.7);
     let with = |runs| {
         let underway = Underway {
-            told: wish,
+            commanded: wish,
             runs,
             ..Underway::default()
         };
@@ -304,7 +304,7 @@ fn a_thin_post_beside_the_heading_is_not_driven_into() {
     }
 }
 
-/// The least room that is left between the robot and any of the points while the stick is pushed to the fore, m.
+/// The least room that remains between the robot and any of the points while the stick is pushed to the fore, m.
 fn towards(posts: &[Point2<f64>], model: &RobotModel, config: &SafeConfig) -> f64 {
     let mut pose = Pose2::identity();
     let mut underway = Underway::default();
@@ -312,8 +312,8 @@ fn towards(posts: &[Point2<f64>], model: &RobotModel, config: &SafeConfig) -> f6
     for _ in 0..200 {
         let points = scan_of_hits(posts.iter().map(|post| pose.inverse() * *post));
         underway.since_scan = Pose2::identity();
-        underway.told = limit_speed((model.max_speed, 0.0), &points, &underway, model, config);
-        pose = drive(pose, &mut underway.runs, underway.told, model);
+        underway.commanded = limit_speed((model.max_speed, 0.0), &points, &underway, model, config);
+        pose = drive(pose, &mut underway.runs, underway.commanded, model);
         let rooms = posts
             .iter()
             .map(|post| (post - pose.position()).norm() - model.radius());

@@ -4,7 +4,7 @@
 //! at which the robot stands before any of them, walking whichever way they like, can be where its front comes.
 //!
 //! 1. At speed v the robot stands after T = t + v/a and s = v t + v²/(2 a), with reaction time t and braking a.
-//! 2. Its front sweeps the disc along s, on the arcs of what it is told and of what was wished. Somebody at distance d of that needs d / u at
+//! 2. Its front sweeps the disc along s, on the arcs of the commanded speeds and of those wished for. Somebody at distance d of that needs d / u at
 //!    walking speed u. So d ≥ u T is asked for, and the greatest such v is taken; none where even v = 0 has less.
 //! 3. They walk on while a lidar is silent: t grows with the age of the scan.
 //! 4. Whoever is behind the middle of the robot, as it drives, is not driven into.

@@ -34,10 +34,10 @@ fn obstacle(x: f64, y: f64) -> Points {
     scan_of_hits([Point2::new(x, y)])
 }
 
-/// A robot that was told these speeds and has reached them.
+/// A robot that was commanded these speeds and has reached them.
 fn at(speeds: (f64, f64)) -> Underway {
     Underway {
-        told: speeds,
+        commanded: speeds,
         runs: speeds,
         ..Underway::default()
     }

@@ -1,6 +1,6 @@
 //! The dynamic window: of all speeds that the robot can have a moment from now, those that bring it nearest to its way and keep it free.
 //!
-//! In: a point on the way ahead, what stands around, the speeds at which the robot runs. Out: the speeds to be told next.
+//! In: a point on the way ahead, what stands around, the speeds at which the robot runs. Out: the speeds to command next.
 //!
 //! 1. The window: forward speeds and turn rates within what the motors can change in [`WindowConfig::period`].
 //! 2. Each pair is an arc; its free distance is where the robot's disc would first touch a point, exactly ([`free_on_arc`]).

@@ -305,7 +305,7 @@ impl EkfSlam {
         let verdict = match choice {
             Choice::Match(found) => self.recognise(index, &found, seen, gain, report),
             Choice::Ambiguous => Verdict::Rejected(Rejection::Ambiguous),
-            Choice::Near => Verdict::Rejected(Rejection::OutsideGate),
+            Choice::NearMiss => Verdict::Rejected(Rejection::OutsideGate),
             Choice::New => {
                 let id = self.augment(seen);
                 report.added.push((index, id));

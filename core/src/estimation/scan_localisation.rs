@@ -109,7 +109,7 @@ impl ScanLocaliser {
         let places = pieces.iter().map(|piece| piece.position);
         Ok(Self {
             walls: Walls {
-                likelihood: config.locate.search.likelihood_of(places),
+                likelihood: config.locate.search.likelihood_of(&places),
                 surfels: SurfelMap::from_surfels(surfels, pieces),
             },
             config,

@@ -1,9 +1,13 @@
 //! In: beams. Out: what the sums need of them, number by number, so that four points are worked on at a time.
 //!
-//! 1. Four neighbours stand together: four x, then four y and so on. [`Blocks`] hands out those of a range; where the range does not
-//!    begin or end with a four, the lanes outside of it have `keep` 0.
-//! 2. Prefix sums, so that the line through any range costs a few operations.
-//! 3. A point left out keeps its place with `keep` 0. The last four are filled up with repetitions of the last point.
+//! What the columns hold of one beam is said by `Sample::of`, the plain form, to which the tests hold them. The columns
+//! are faster, and trade for it:
+//!
+//! 1. Layout. Four neighbours stand together: four x, then four y and so on. [`Blocks`] hands out those of a range; where
+//!    the range does not begin or end with a four, the lanes outside of it have `keep` 0. So has a point that is skipped.
+//!    The last four are filled up with repetitions of the last point.
+//! 2. The last digit. One division gives both 1/ρ and 1/σ.
+//! 3. Memory. Prefix sums, so that the line through any range costs a few operations.
 
 use std::ops::Range;
 
@@ -20,6 +24,47 @@ pub(super) struct Noise {
     pub(super) bearing_sigma: f64,
     /// How far from flat a wall may be, m.
     pub(super) surface_sigma: f64,
+}
+
+/// What the sums need of one beam.
+#[cfg(test)]
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    /// Where the beam ends, and the direction in which it runs there.
+    pub(super) end: Vector2<f64>,
+    pub(super) along: Vector2<f64>,
+    /// 1/σ² of the range.
+    pub(super) weight: f64,
+    /// Variances of the end along the beam and across it, m².
+    pub(super) var_along: f64,
+    pub(super) var_across: f64,
+    /// Number of the beam in the scan.
+    pub(super) number: f64,
+}
+
+#[cfg(test)]
+impl Sample {
+    pub(super) fn of(beam: &Beam, bearing_sigma: f64) -> Self {
+        Self {
+            end: beam.end_in_robot.coords,
+            along: (beam.end_in_robot - beam.origin_in_robot) / beam.range,
+            weight: 1.0 / (beam.sigma * beam.sigma),
+            var_along: beam.sigma * beam.sigma,
+            var_across: (bearing_sigma * beam.range).powi(2),
+            number: beam.beam_idx as f64,
+        }
+    }
+
+    /// At right angles to the beam.
+    pub(super) fn across(&self) -> Vector2<f64> {
+        Vector2::new(-self.along.y, self.along.x)
+    }
+
+    /// Variance of the distance from a line with this normal.
+    pub(super) fn variance(&self, normal: &Vector2<f64>) -> f64 {
+        normal.dot(&self.along).powi(2) * self.var_along
+            + normal.dot(&self.across()).powi(2) * self.var_across
+    }
 }
 
 /// Beams by columns.
@@ -136,14 +181,13 @@ impl Columns {
         four.number[lane] as usize
     }
 
-    /// Whether a point was not left out.
     #[inline]
     pub(super) fn is_kept(&self, index: usize) -> bool {
         let (four, lane) = self.four(index);
         four.keep[lane] > 0.0
     }
 
-    /// Leaves a point out.
+    /// From here on the sums skip a point.
     pub(super) fn drop_point(&mut self, index: usize) {
         if let Some(four) = self.fours.get_mut(index / LANES) {
             four.keep[index % LANES] = 0.0;
@@ -151,13 +195,13 @@ impl Columns {
         }
     }
 
-    /// Whether no point at all was left out.
+    /// Whether no point at all is skipped.
     #[inline]
     pub(super) fn all_kept(&self) -> bool {
         self.n_dropped == 0
     }
 
-    /// The points of a range that were not left out.
+    /// The points of a range that are not skipped.
     pub(super) fn kept(&self, range: Range<usize>) -> impl DoubleEndedIterator<Item = usize> {
         range.filter(|&index| self.is_kept(index))
     }
@@ -168,7 +212,7 @@ impl Columns {
         Moments::of(four.weight[lane], four.x[lane], four.y[lane])
     }
 
-    /// The sums over a range, points left out included.
+    /// The sums over a range, skipped points included.
     #[inline]
     pub(super) fn moments(&self, range: &Range<usize>) -> Moments {
         self.prefix[range.end].minus(&self.prefix[range.start])
@@ -244,7 +288,7 @@ pub(super) struct Block<L> {
     pub(super) var_across: L,
     /// Number of the beam in the scan.
     pub(super) number: L,
-    /// 1, or 0 where the point was left out.
+    /// 1, or 0 where the point is skipped.
     pub(super) keep: L,
 }
 
@@ -313,7 +357,7 @@ const WITHIN: [[f64; LANES]; 2 * LANES] = [
     [0.0, 0.0, 0.0, 1.0],
 ];
 
-/// Steps 1 and 2.
+/// Fills columns and prefix sums.
 struct Load<'a> {
     beams: &'a [Beam],
     sources: &'a [usize],
@@ -402,4 +446,4 @@ impl Kernel for Load<'_> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(in crate::features) mod tests;

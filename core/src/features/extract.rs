@@ -12,7 +12,7 @@ use std::ops::Range;
 use super::accept::accept;
 use super::columns::{Columns, Noise};
 use super::config::{LineConfig, LineError, SplitRule};
-use super::feature::{LineFeature, SegmentFeature};
+use super::feature::LineFeature;
 use super::fit::is_usable;
 use super::merge::merge;
 use super::moments::Moments;
@@ -63,29 +63,6 @@ impl LineExtractor {
                 lines.push(fit.feature(&self.columns, chi2, origin));
             }
         }
-        Ok(())
-    }
-
-    /// Ends of the straight pieces in `points`, written to `segments` (cleared first) in the order of the beams: split-and-merge without
-    /// the covariance that a filter needs. Of [`super::AcceptConfig`], `min_points` and `min_length` hold.
-    ///
-    /// # Units    Robot frame, m.
-    /// # Errors   As of [`Self::extract`].
-    pub fn extract_segments(
-        &mut self,
-        points: &Points,
-        segments: &mut Vec<SegmentFeature>,
-    ) -> Result<(), LineError> {
-        self.find_pieces(points)?;
-        segments.clear();
-        let config = &self.config.accept;
-        let found = self.pieces.iter().filter_map(|piece| {
-            let segment = piece.segment(&self.columns)?;
-            let length = (segment.ends[1] - segment.ends[0]).norm();
-            let is_large = piece.n_points() >= config.min_points.max(3);
-            (is_large && length >= config.min_length).then_some(segment)
-        });
-        segments.extend(found);
         Ok(())
     }
 

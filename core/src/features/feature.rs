@@ -38,14 +38,3 @@ impl LineFeature {
         (b - a).norm()
     }
 }
-
-/// A straight piece of wall in one scan, by its ends alone.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SegmentFeature {
-    /// Feet of the first and the last point on the weighted total-least-squares line, robot frame.
-    pub ends: [Point2<f64>; 2],
-    /// Number of the first beam on it, as in the scan; may be greater than `last_beam` where it goes past the end of the scan.
-    pub first_beam: usize,
-    /// Number of the last beam on it.
-    pub last_beam: usize,
-}

@@ -193,7 +193,7 @@ impl Fit {
     }
 }
 
-/// Fits one line to the points of a piece that were not left out.
+/// Fits one line to the points of a piece that are not skipped.
 pub(super) fn fit_columns(columns: &Columns, piece: &Piece) -> Result<Fit, FitError> {
     let (Some(first), Some(last)) = (piece.first(columns), piece.last(columns)) else {
         return Err(FitError::TooFew { n_points: 0 });

@@ -1,4 +1,4 @@
-//! From points to lines with covariance, and to the points where lines cross.
+//! From points to lines with covariance.
 
 mod accept;
 mod classic;
@@ -7,7 +7,6 @@ mod config;
 mod extract;
 mod feature;
 mod fit;
-mod intersection;
 mod merge;
 mod moments;
 mod noise_aware;
@@ -17,10 +16,7 @@ mod pilch;
 pub use classic::Classic;
 pub use config::{AcceptConfig, LineConfig, LineError, MergeConfig, SplitRule};
 pub use extract::LineExtractor;
-pub use feature::{LineFeature, SegmentFeature};
+pub use feature::LineFeature;
 pub use fit::{FitError, fit_line};
-pub use intersection::{
-    Intersection, IntersectionConfig, IntersectionError, intersect, intersections,
-};
 pub use noise_aware::NoiseAware;
 pub use pilch::Pilch;

@@ -4,7 +4,7 @@
 //!    standard deviation of a point's distance from the line. The source has k = 1, which splits a true
 //!    line about one time in eight.
 //! 2. Where the test fails, the set is split at the point farthest from the chord through its ends.
-//! 3. A single point farther than `max_residual` σ_d from the line is left out instead (the sum does not see it, the line
+//! 3. A single point farther than `max_residual` σ_d from the line is skipped instead (the sum does not see it, the line
 //!    would be pulled by it).
 
 use std::f64::consts::FRAC_2_PI;
@@ -23,7 +23,7 @@ pub struct NoiseAware {
     /// 10 to 100 points is split once in 8 (k = 1), 60 (k = 2), 800 (k = 3) times, as the test measures; 3 is where splits no longer
     /// show among the lines that other gates refuse (1 in 20).
     pub split_k: f64,
-    /// A point this many standard deviations off its line is left out. Default 4.5: one true point in 150 000.
+    /// A point this many standard deviations off its line is skipped. Default 4.5: one true point in 150 000.
     pub max_residual: f64,
 }
 
@@ -62,7 +62,7 @@ impl NoiseAware {
         }
     }
 
-    /// Whether a piece is one line, once some wild points are left out.
+    /// Whether a piece is one line, once some wild points are skipped.
     fn hold(&self, columns: &mut Columns, piece: &mut Piece) -> bool {
         let mut leave_out = piece.n_points() / 10 + 1;
         loop {

@@ -5,11 +5,10 @@ use std::ops::Range;
 use nalgebra::Vector2;
 
 use super::columns::Columns;
-use super::feature::SegmentFeature;
 use super::moments::Moments;
 use crate::lanes::{Kernel, Lanes, greatest, run};
 
-/// Neighbouring points, and the sums over those not left out.
+/// Neighbouring points, and the sums over those that are not skipped.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
     pub(super) start: usize,
@@ -18,7 +17,7 @@ pub(super) struct Piece {
 }
 
 impl Piece {
-    /// All points of a range, of which none may have been left out.
+    /// All points of a range, none of which may have been skipped.
     pub(super) fn whole(columns: &Columns, range: Range<usize>) -> Self {
         Self {
             start: range.start,
@@ -35,32 +34,17 @@ impl Piece {
         self.end - self.start
     }
 
-    /// The first point that was not left out.
+    /// The first point that is not skipped.
     pub(super) fn first(&self, columns: &Columns) -> Option<usize> {
         columns.kept(self.range()).next()
     }
 
-    /// The last point that was not left out.
+    /// The last point that is not skipped.
     pub(super) fn last(&self, columns: &Columns) -> Option<usize> {
         columns.kept(self.range()).next_back()
     }
 
-    /// Its ends on the line through it.
-    pub(super) fn segment(&self, columns: &Columns) -> Option<SegmentFeature> {
-        let (first, last) = (self.first(columns)?, self.last(columns)?);
-        let (normal, r) = self.moments.line();
-        let foot = |index: usize| {
-            let p = columns.point(index);
-            p - normal * (normal.dot(&p.coords) - r)
-        };
-        Some(SegmentFeature {
-            ends: [foot(first), foot(last)],
-            first_beam: columns.number(first),
-            last_beam: columns.number(last),
-        })
-    }
-
-    /// Leaves out one of the points.
+    /// From here on skips one of the points.
     pub(super) fn drop_point(&mut self, columns: &mut Columns, index: usize) {
         if columns.is_kept(index) {
             columns.drop_point(index);
@@ -76,7 +60,7 @@ impl Piece {
         ]
     }
 
-    /// The points of a range that were not left out.
+    /// The points of a range that are not skipped.
     fn kept_of(columns: &Columns, range: Range<usize>) -> Self {
         let mut part = Self::whole(columns, range.clone());
         if columns.all_kept() {
@@ -137,7 +121,7 @@ impl Kernel for Farthest<'_> {
         let blocks = self.columns.blocks(self.range);
         for block in 0..blocks.len() {
             let b = blocks.at(machine, block);
-            // A point left out counts as -1 m: behind all others.
+            // A skipped point counts as -1 m: behind all others.
             let found = ((nx * b.x + ny * b.y - r).abs() + one) * b.keep - one;
             best_block = found.where_greater(best, splat(block as f64), best_block);
             best = found.where_greater(best, found, best);

@@ -56,8 +56,8 @@ const CLEARANCE: f64 = 0.05;
 pub struct Imported {
     /// The building.
     pub world: World,
-    /// What was left out, in words.
-    pub left_out: Vec<String>,
+    /// What was skipped, in words.
+    pub skipped: Vec<String>,
 }
 
 /// The building that a map shows.
@@ -75,7 +75,7 @@ pub fn of_map(map: &OccupancyMap, name: &str) -> Result<Imported, BuildingError>
     world = fenced(world, fence.map(|(x, y)| map.origin * Point2::new(x, y)));
     Ok(Imported {
         world: checked(world)?,
-        left_out: vec![],
+        skipped: vec![],
     })
 }
 

@@ -142,7 +142,7 @@ fn read_lines(bytes: &[u8]) -> Result<Vec<(usize, CalibrationPair)>, Calibration
     Ok(pairs)
 }
 
-/// The fields of a line, comment left out.
+/// The fields of a line, without its comment.
 fn fields(line: &str) -> Vec<&str> {
     let content = line.split('#').next().unwrap_or_default();
     let parted = content.split(|c: char| c == ',' || c == ';' || c.is_whitespace());

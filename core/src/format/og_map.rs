@@ -157,7 +157,7 @@ pub fn write(map: &OgMap) -> String {
     text
 }
 
-/// Reads such a file; spaces and line ends may be any, empty lines are left out.
+/// Reads such a file; spaces and line ends may be any, empty lines are skipped.
 ///
 /// # Errors    [`OgMapError`] with line and field; sizes are checked before memory is taken.
 pub fn parse(bytes: &[u8]) -> Result<OgMap, OgMapError> {

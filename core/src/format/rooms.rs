@@ -160,8 +160,8 @@ mod tests {
             assert_eq!(polygons.len(), 1);
             let rings = polygons[0].as_array().unwrap();
             let area: f64 = rings.iter().map(ring_area).sum();
-            let told = feature["properties"]["area_m2"].as_f64().unwrap();
-            assert!((area - told).abs() < 0.03 * told, "{area} {told}");
+            let stated = feature["properties"]["area_m2"].as_f64().unwrap();
+            assert!((area - stated).abs() < 0.03 * stated, "{area} {stated}");
             assert!(ring_area(&rings[0]) > 11.0);
         }
         let holes = |feature: &Value| {

@@ -26,7 +26,7 @@ pub enum RowError {
     },
 }
 
-/// The rows of a text with these columns, empty ones and comments left out.
+/// The rows of a text with these columns, without empty ones and comments.
 pub(super) fn rows(
     text: &str,
     columns: &'static str,

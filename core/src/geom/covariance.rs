@@ -1,11 +1,9 @@
 //! Covariances, and the estimate that carries one.
 
-use nalgebra::{Matrix2, Matrix3, Point2, SMatrix};
+use nalgebra::{Matrix3, SMatrix};
 
 use super::{Pose2, wrap};
 
-/// 95 % quantile of χ² with 2 degrees of freedom.
-pub const CHI2_2DOF_95: f64 = 5.991_464_547_107_979;
 /// 99 % quantile of χ² with 2 degrees of freedom.
 pub const CHI2_2DOF_99: f64 = 9.210_340_371_976_18;
 
@@ -42,44 +40,6 @@ impl PoseEstimate {
         let solved = self.cov.cholesky()?.solve(&error);
         Some(error.dot(&solved))
     }
-
-    /// The 95 % confidence ellipse of the position.
-    #[must_use]
-    pub fn ellipse95(&self) -> Ellipse {
-        let cov = self.cov.fixed_view::<2, 2>(0, 0).into_owned();
-        Ellipse::of_covariance(self.pose.position(), &cov, CHI2_2DOF_95)
-    }
-}
-
-/// An ellipse: centre, semi-axes (m, the longer first), direction of the longer one (rad).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ellipse {
-    /// Centre.
-    pub centre: Point2<f64>,
-    /// Longer semi-axis, m.
-    pub major: f64,
-    /// Shorter semi-axis, m.
-    pub minor: f64,
-    /// Direction of the longer axis, rad in (-π/2, π/2].
-    pub angle: f64,
-}
-
-impl Ellipse {
-    /// The ellipse (p - c)ᵀ C⁻¹ (p - c) = `chi2`. Semi-axes are √(chi2 λ): the factor 2 of the source makes full axes
-    /// (erratum to TDK 2016, see the specification).
-    #[must_use]
-    pub fn of_covariance(centre: Point2<f64>, cov: &Matrix2<f64>, chi2: f64) -> Self {
-        let mean = 0.5 * (cov[(0, 0)] + cov[(1, 1)]);
-        let half = 0.5 * (cov[(0, 0)] - cov[(1, 1)]);
-        let off = 0.5 * (cov[(0, 1)] + cov[(1, 0)]);
-        let spread = libm::hypot(half, off);
-        Self {
-            centre,
-            major: (chi2 * (mean + spread).max(0.0)).sqrt(),
-            minor: (chi2 * (mean - spread).max(0.0)).sqrt(),
-            angle: 0.5 * libm::atan2(off, half),
-        }
-    }
 }
 
 /// Makes a matrix symmetric to the bit by averaging it with its transpose.
@@ -98,13 +58,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ellipse_of_a_diagonal_covariance_has_its_standard_deviations_as_axes() {
-        let e = Ellipse::of_covariance(Point2::origin(), &Matrix2::new(1.0, 0.0, 0.0, 4.0), 1.0);
-        assert!((e.major - 2.0).abs() < 1e-12 && (e.minor - 1.0).abs() < 1e-12);
-        assert!((e.angle.abs() - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
-    }
-
-    #[test]
     fn nees_of_one_sigma_along_one_axis_is_one() {
         let estimate = PoseEstimate {
             pose: Pose2::new(0.1, 0.0, 0.0),
@@ -120,9 +73,8 @@ mod tests {
     }
 
     #[test]
-    fn chi2_quantiles_are_those_of_the_closed_form() {
+    fn chi2_quantile_is_that_of_the_closed_form() {
         // With 2 degrees of freedom the distribution function is 1 - exp(-x/2).
-        assert!((CHI2_2DOF_95 + 2.0 * libm::log(0.05)).abs() < 1e-9);
         assert!((CHI2_2DOF_99 + 2.0 * libm::log(0.01)).abs() < 1e-9);
     }
 }

@@ -53,19 +53,13 @@ impl DistanceField {
         }
     }
 
-    /// The rectangle it covers.
-    #[must_use]
-    pub fn rect(&self) -> CellRect {
-        self.rect
-    }
-
     /// All distances in rows from the lower left cell, m, as [`Self::at`].
     #[must_use]
     pub fn distances(&self) -> &[f32] {
         &self.distances
     }
 
-    /// [`Self::distances`], for who needs nothing else.
+    /// [`Self::distances`], without copying them.
     #[must_use]
     pub fn into_distances(self) -> Vec<f32> {
         self.distances

@@ -129,7 +129,7 @@ impl Evidence {
 
 impl Evidence {
     /// Cones are free as far as the nearest thing in them, which was heard; where on the arc it stands nobody knows, and the axis
-    /// is the best guess. The last cell before the arc is left alone.
+    /// is the best guess. The last cell before the arc stays as it is.
     ///
     /// Source: Thrun, Burgard & Fox (2005), §9.2, the inverse model of a sonar.
     fn of_cones(points: &Points, resolution: f64, half_angle: f64) -> Self {

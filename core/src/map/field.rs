@@ -1,8 +1,8 @@
-//! What can be told of every known cell from its distance to the nearest wall, to be looked at.
+//! Pictures of the distance to the nearest wall, one figure for each known cell.
 //!
 //! In: a [`Grid`], the revision up to which the field is known already. Out: for each block in which it may have changed one byte a cell.
 //!
-//! 1. A byte tells distances up to the side of a block, [`BLOCK_CELLS`] cells. So a wall changes the field in its own block and in
+//! 1. A byte holds distances up to the side of a block, [`BLOCK_CELLS`] cells. So a wall changes the field in its own block and in
 //!    the eight around it only, and a field costs what has changed, not what there is.
 //! 2. Such blocks that stand beside each other are measured as one rectangle, a block wider on all sides, by the exact distance
 //!    transform.
@@ -16,7 +16,7 @@ const BLOCK: i32 = BLOCK_CELLS as i32;
 /// Steps between the least and the largest value of a byte, beside that of the unknown.
 const STEPS: f64 = 254.0;
 
-/// What is told of a cell whose centre is d away from that of the nearest occupied cell.
+/// What a picture shows of a cell whose centre is d away from that of the nearest occupied cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Field {
     /// d itself, m.
@@ -43,7 +43,7 @@ pub struct FieldBlocks {
     /// The blocks.
     pub blocks: Vec<BlockIndex>,
     /// The cells of one block after another, in rows from the lower left one: 0 unknown, else 1 + the value in steps, 255 for all
-    /// that is more. Only [`Field::Room`] without any room is told as 1.
+    /// that is more. Only [`Field::Room`] without any room is shown as 1.
     pub bytes: Vec<u8>,
 }
 
@@ -66,7 +66,7 @@ impl Field {
         match self {
             Self::Likelihood { .. } => 1.0 / STEPS,
             Self::Distance => BLOCK_CELLS as f64 * resolution / STEPS,
-            // What is left of the farthest wall in sight: of walls beyond it, "at least that" is true.
+            // The residue of the farthest wall in sight: of walls beyond it, "at least that" is true.
             Self::Room { keep } => {
                 let most = (BLOCK_CELLS as f64 - 0.5) * resolution - keep;
                 most.max(resolution) / STEPS
@@ -214,9 +214,9 @@ mod tests {
     fn every_known_cell_tells_its_distance_from_all_walls() {
         let grid = seen();
         for field in ALL {
-            let told = field.since(&grid, 0);
-            assert_eq!(told.blocks.len(), grid.block_count());
-            let cells = all(&told);
+            let shown = field.since(&grid, 0);
+            assert_eq!(shown.blocks.len(), grid.block_count());
+            let cells = all(&shown);
             let walls: Vec<_> = cells
                 .iter()
                 .filter(|(cell, _)| grid.state(*cell) == CellState::Occupied)
@@ -230,7 +230,7 @@ mod tests {
                 }
                 let (expected, found) = (brute(field, &grid, &walls, cell), f64::from(byte) - 1.0);
                 if matches!(field, Field::Room { .. }) && byte == 255 {
-                    // Told as "at least so much".
+                    // Shown as "at least so much".
                     assert!(expected > 253.0, "{cell:?}: {expected}");
                 }
                 assert!(
@@ -269,10 +269,10 @@ mod tests {
             hits: vec![],
         };
         (0..4).for_each(|_| grid.draw(&evidence, &Pose2::identity()));
-        let told = Field::Distance.since(&grid, 0);
-        assert!(told.bytes.contains(&255));
-        assert!(told.bytes.iter().all(|byte| [0, 255].contains(byte)));
-        let told = Field::Likelihood { sigma: 0.1 }.since(&grid, 0);
-        assert!(told.bytes.iter().all(|byte| [0, 1].contains(byte)));
+        let shown = Field::Distance.since(&grid, 0);
+        assert!(shown.bytes.contains(&255));
+        assert!(shown.bytes.iter().all(|byte| [0, 255].contains(byte)));
+        let shown = Field::Likelihood { sigma: 0.1 }.since(&grid, 0);
+        assert!(shown.bytes.iter().all(|byte| [0, 1].contains(byte)));
     }
 }

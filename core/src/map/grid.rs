@@ -3,7 +3,7 @@
 //! In: points in the robot frame (or the [`Evidence`] they give) and the pose they were seen from. Out: log-odds per cell.
 //!
 //! 1. Each cell keeps l = ln(p / (1 - p)), 0 where nothing is known (Celej §2; Moravec & Elfes 1985).
-//! 2. A beam adds `miss` to the cells it leaves free ([`Sweep`]) and `hit` to the one it ended in; within one scan a hit wins over
+//! 2. A beam adds `miss` to the cells it leaves free ([`FreeCells`]) and `hit` to the one it ended in; within one scan a hit wins over
 //!    a miss, so that neighbouring beams do not rub out thin walls.
 //! 3. l is clamped so that a map can change its mind; p = 1 - 1/(1 + eˡ) (erratum to Celej eq. (3), see the
 //!    specification).
@@ -22,10 +22,10 @@ mod canvas;
 mod config;
 mod directory;
 mod extent;
-mod states;
-mod sweep;
+mod free_cells;
 #[cfg(test)]
-mod sweep_tests;
+mod free_cells_tests;
+mod states;
 #[cfg(test)]
 mod tests;
 
@@ -43,8 +43,8 @@ use crate::lanes::{self, Kernel, Lanes};
 use crate::points::Points;
 
 pub use self::config::{GridConfig, GridError};
+pub use self::free_cells::FreeCells;
 pub use self::states::without_stripes;
-pub use self::sweep::Sweep;
 
 /// Cells along one side of a block.
 pub const BLOCK_CELLS: usize = 64;
@@ -190,7 +190,7 @@ impl Grid {
             }
         }
         let ways = evidence.free.iter();
-        self.sweep(ways.map(|way| way.map(in_cells)));
+        self.mark_free(ways.map(|way| way.map(in_cells)));
         self.write_marked();
     }
 
@@ -214,7 +214,7 @@ impl Grid {
         self.directory.count
     }
 
-    /// Whether all that was seen is in the grid. What lies beyond its limits was left out; the rest is there.
+    /// Whether all that was seen is in the grid. What lies beyond its limits is missing; the rest is there.
     ///
     /// # Errors    [`GridError::Full`] once something was seen in a block that the grid may not have: there are
     /// [`GridConfig::max_blocks`] of them, or it lies so far away that the directory would be much larger than that.

@@ -1,7 +1,6 @@
 //! Maps: they own data, queries and insertion. They stand below association, registration and estimation, because
 //! matching reads the map that it later writes.
 
-mod caster;
 mod cell;
 mod distance;
 mod evidence;
@@ -17,12 +16,11 @@ mod surfels;
 mod topology;
 mod vector;
 
-pub use caster::GridCaster;
 pub use cell::{BlockIndex, CellIndex, CellRect, CellState};
 pub use distance::DistanceField;
 pub use evidence::{Evidence, EvidenceConfig};
 pub use field::{Field, FieldBlocks};
-pub use grid::{BLOCK_CELLS, Grid, GridConfig, GridError, Sweep, without_stripes};
+pub use grid::{BLOCK_CELLS, FreeCells, Grid, GridConfig, GridError, without_stripes};
 pub use layers::{Layer, Layers};
 pub use likelihood::LikelihoodPyramid;
 pub use outline::outlines;

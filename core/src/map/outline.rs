@@ -68,7 +68,7 @@ impl Edges {
         Self { columns, ways }
     }
 
-    /// The ring of corners that begins at a corner, and takes its edges away; `None` where no edge is left.
+    /// The ring of corners that begins at a corner, and takes its edges away; `None` where no edge remains.
     fn follow(&mut self, start: usize) -> Option<Vec<Point2<f64>>> {
         let first = (0..4).find(|way| self.ways[start] & (1 << way) != 0)?;
         let (mut at, mut way) = (start, first);

@@ -109,12 +109,6 @@ impl SurfelMap {
         &self.surfels
     }
 
-    /// The configuration it was made with.
-    #[must_use]
-    pub fn config(&self) -> &SurfelConfig {
-        &self.config
-    }
-
     /// The surfels alone, without their index.
     #[must_use]
     pub fn into_surfels(self) -> Vec<Surfel> {

@@ -19,7 +19,7 @@
 //!
 //! Sources: Thrun (1998), "Learning metric-topological maps for indoor mobile robot navigation"; Bormann et al. (2016), "Room
 //! segmentation: survey, implementation, and analysis", who compare its kin. Linear in cells but for the islands' and doors' own size.
-//! What it cannot tell: a corridor as narrow as its doors is no region of its own.
+//! Its limit: a corridor as narrow as its doors is no region of its own.
 
 mod disjoint_sets;
 mod doors;
@@ -102,7 +102,7 @@ pub struct Region {
     pub area: f64,
     /// The free place of it that is farthest from everything, map frame, m.
     pub centre: Point2<f64>,
-    /// Diameter of the widest circle between its walls, m, furniture left out.
+    /// Diameter of the widest circle between its walls, m, without furniture.
     pub width: f64,
     /// Area over the square of the width: how many times as long as wide.
     pub elongation: f64,

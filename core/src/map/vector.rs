@@ -41,7 +41,7 @@ pub struct VectorConfig {
     pub most_offset: f64,
     /// Largest gap along a wall that is bridged, m. Default 0.25: less than any door.
     pub gap: f64,
-    /// Shorter pieces are left out, m. Default 0.15.
+    /// Shorter pieces are skipped, m. Default 0.15.
     pub least_length: f64,
     /// How often a wall has to be seen before it is shown. Default 3.
     pub confirm: u32,
@@ -114,7 +114,7 @@ impl VectorMap {
     }
 
     /// Takes in one scan: the pieces it showed, and the ways of its beams from the sensor to where they ended. Pieces with
-    /// numbers that are not finite, without length or longer than a kilometre say nothing and are left out.
+    /// numbers that are not finite, without length or longer than a kilometre say nothing and are skipped.
     pub fn observe(&mut self, sightings: &[Sighting], beams: &[[Point2<f64>; 2]]) {
         self.scans += 1;
         for sighting in sightings {

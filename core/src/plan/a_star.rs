@@ -5,7 +5,7 @@
 //!
 //! 1. Lengths are whole numbers, 70 for a straight step and 99 for a diagonal one: their ratio is √2 to 5·10⁻⁵, and whole
 //!    numbers give the same order everywhere.
-//! 2. What is left to the goal is at least the octile distance. The sum of way and rest never falls along a way, and rises
+//! 2. The rest of the way to the goal is at least the octile distance. The sum of way and rest never falls along a way, and rises
 //!    by no more than twice a diagonal step: open cells wait in a ring of buckets (Dial 1969) instead of a heap.
 //! 3. Of equal sums the last one found comes first: it is nearest to the goal.
 //!

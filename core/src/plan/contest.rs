@@ -17,8 +17,6 @@
 mod entrant;
 mod standing;
 
-use nalgebra::Point2;
-
 use self::entrant::Entrant;
 use super::cspace::{ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown, rect_around};
 use super::path::{NoPath, Path, Planner};
@@ -195,7 +193,7 @@ impl Contest {
         })
     }
 
-    /// One turn of the next planner that is not done. Whether there was anything to do; if so, [`Self::took`] is to be told
+    /// One turn of the next planner that is not done. Whether there was anything to do; if so, [`Self::took`] is to hear
     /// how long it took.
     pub fn step(&mut self) -> bool {
         let count = self.entrants.len();
@@ -302,12 +300,6 @@ impl Contest {
     fn search(&self, planner: Planner) -> Option<&Search> {
         let entrant = self.entrants.iter().find(|e| e.planner == planner)?;
         entrant.search.as_ref()
-    }
-
-    /// Start and goal, map frame, m.
-    #[must_use]
-    pub fn ends(&self) -> [Point2<f64>; 2] {
-        [self.query.start, self.query.goal]
     }
 }
 

@@ -6,8 +6,8 @@
 //! 1. A frontier cell is free and has an unknown neighbour (Yamauchi 1997, "A frontier-based approach for autonomous
 //!    exploration"); clusters are connected over eight neighbours, and cut into pieces no longer than `longest`: a border that runs
 //!    round all that is known has one middle, and would be given up whole when a look there shows nothing.
-//! 2. What a cluster would tell is the unknown area behind it: counted by a flood through unknown cells, as deep as
-//!    `gain_reach`. Walls stop the flood, so the slivers along walls and between beams tell next to nothing and are
+//! 2. The gain of a cluster is the unknown area behind it: counted by a flood through unknown cells, as deep as
+//!    `gain_reach`. Walls stop the flood, so the slivers along walls and between beams gain next to nothing and are
 //!    dropped; so are clusters narrower than the robot, not counting their cells in the lee of a wall.
 //! 3. The goal is the reachable cell from which the frontier is nearest over free floor, the cheapest one of the first
 //!    few. Floor nearer to a wall than `min_clearance` leads nowhere: errors of the pose make holes of a cell or two in

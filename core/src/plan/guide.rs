@@ -6,7 +6,7 @@
 //! 1. Places lie on a raster. From a place with much room the next ones lie as far away as the room reaches, so that the leg there is
 //!    free, on a raster as much coarser: few places in the open, many at walls. Where the room reaches no neighbour, the leg is tested.
 //! 2. A* over these places, the rest of the way weighted, for any way will do. If there is none, again on finer rasters.
-//! 3. Places that can be passed over straight are dropped. What is left are the discs.
+//! 3. Places that can be passed over straight are dropped. What remains are the discs.
 //! 4. A tree draws a point in the next disc and grows there from its vertex in the last one. Where that fails it goes back by one
 //!    disc, and draws nearer to the middles: at last on the way itself, which is free.
 //!
@@ -316,7 +316,7 @@ mod tests {
 
     #[test]
     fn gaps_too_narrow_for_the_coarse_raster_are_found_on_a_finer_one_and_shut_ones_are_not() {
-        // Between a wall's end and the bounds, 5 cm are left for the robot's centre.
+        // Between a wall's end and the bounds, 5 cm remain for the robot's centre.
         let (space, query) = serpentine(KEEP + 0.05);
         assert!(Places::new(query, SIDES[0]).way(&space).is_none());
         assert!(Guide::new(&space, &query).is_some());

@@ -42,10 +42,10 @@ pub use a_star::AStar;
 pub use contest::{
     CONTESTANTS, Contest, ContestBody, ContestConfig, ContestError, Shortest, Standing,
 };
-pub use cspace::{Both, ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown, rect_around};
+pub use cspace::{ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown, rect_around};
 pub use frontier::{Frontier, FrontierChoice, FrontierConfig, find_frontiers};
 pub use lattice::Lattice;
-pub use outline::{OutlineConfig, OutlineSearch, follows, plan_outline, plan_outline_route};
+pub use outline::{OutlineConfig, OutlineSearch, follows, plan_outline_route};
 pub use path::{NoPath, Path, Planner};
 pub use pull_tight::pull_tight;
 pub use query::{Answer, Progress, Query};

@@ -50,39 +50,6 @@ impl Default for OutlineConfig {
     }
 }
 
-/// Plans for an outline, from a heading in rad, or from whichever is best; at the goal it may have any.
-///
-/// `space` holds the walls and the bounds; its centre keeps what the disc within the outline needs.
-///
-/// # Errors    [`NoPath::StartBlocked`] where the outline does not fit at the start, [`NoPath::GoalBlocked`] where not even the disc
-/// within it fits at the goal, [`NoPath::Unreachable`] where that disc provably cannot get there, [`NoPath::Exhausted`] and
-/// [`NoPath::BudgetSpent`].
-pub fn plan_outline<S: ConfigSpace + ?Sized>(
-    space: &S,
-    outline: &Footprint,
-    query: Query,
-    heading: Option<f64>,
-    config: &OutlineConfig,
-) -> Result<Path, NoPath> {
-    let mut search = OutlineSearch::new(space, outline.clone(), query, heading, *config)?;
-    for _ in 0..config.max_iterations {
-        if !search.iterate(space) {
-            break;
-        }
-    }
-    match search.path() {
-        Some(path) => Ok(path.clone()),
-        // What the disc within cannot reach, the outline cannot.
-        None if space.are_apart(query.start, query.goal) => Err(query.unreachable()),
-        None if search.is_exhausted() => Err(NoPath::Exhausted {
-            iterations: search.iterations,
-        }),
-        None => Err(NoPath::BudgetSpent {
-            iterations: search.iterations,
-        }),
-    }
-}
-
 /// The 16 steps, in the order of their headings.
 const STEPS: [(i32, i32); 16] = [
     (1, 0),
@@ -148,9 +115,12 @@ pub struct OutlineSearch {
 }
 
 impl OutlineSearch {
-    /// Begins; see [`plan_outline`].
+    /// Begins, from a heading in rad, or from whichever is best; at the goal it may have any.
     ///
-    /// # Errors    [`NoPath::StartBlocked`], [`NoPath::GoalBlocked`].
+    /// `space` holds the walls and the bounds; its centre keeps what the disc within the outline needs.
+    ///
+    /// # Errors    [`NoPath::StartBlocked`] where the outline does not fit at the start, [`NoPath::GoalBlocked`] where not even
+    /// the disc within it fits at the goal.
     pub fn new<S: ConfigSpace + ?Sized>(
         space: &S,
         outline: Footprint,
@@ -234,12 +204,6 @@ impl OutlineSearch {
     #[must_use]
     pub fn iterations(&self) -> usize {
         self.iterations
-    }
-
-    /// Whether all was tried.
-    #[must_use]
-    pub fn is_exhausted(&self) -> bool {
-        self.open.is_empty()
     }
 
     /// The steps that led to each state, to be drawn.

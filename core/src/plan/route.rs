@@ -22,7 +22,6 @@ use super::path::{NoPath, Path, Planner};
 use super::pull_tight::pull_tight;
 use super::query::Query;
 use super::reach::may_reach;
-use super::rooms::NoRooms;
 use super::rrt::RrtConfig;
 use super::sampler::Sampler;
 use super::search::Search;
@@ -124,9 +123,6 @@ pub struct Route {
     pub tree: Vec<Segment>,
     /// Who found it.
     pub by: Planner,
-    /// Why the planner did not keep to the rooms that lie on the way; `None` where it did, and for all others but
-    /// [`Planner::Rooms`].
-    pub fallback: Option<NoRooms>,
     /// Random points drawn.
     pub iterations: usize,
     /// Distance kept between the robot's disc and walls, m.
@@ -234,23 +230,23 @@ fn plan_in<R: Rng>(
         start: free_start,
         goal: aim.point,
     };
-    let looked = look(space, &wave, query, config, rng);
+    let found = find(space, &wave, query, config, rng);
     let way = || {
         let mut path = wave.path_to(space, aim.cell?)?;
         join_ends(&mut path, space, free_start, aim.point);
         Some(path)
     };
-    let (raw, by) = match looked.path {
-        Some(path) => (path, looked.by),
+    let (raw, by) = match found.path {
+        Some(path) => (path, found.by),
         None => match way() {
             Some(path) => (path, Planner::Wavefront),
             None => {
                 return Err(RouteFailure {
                     reason: NoPath::BudgetSpent {
-                        iterations: looked.iterations,
+                        iterations: found.iterations,
                     },
-                    iterations: looked.iterations,
-                    tree: looked.tree,
+                    iterations: found.iterations,
+                    tree: found.tree,
                 });
             }
         },
@@ -265,10 +261,9 @@ fn plan_in<R: Rng>(
         path,
         pieces: vec![],
         raw,
-        tree: looked.tree,
+        tree: found.tree,
         by,
-        fallback: looked.fallback,
-        iterations: looked.iterations,
+        iterations: found.iterations,
         margin: 0.0,
     })
 }
@@ -324,22 +319,21 @@ fn aim_at(
 }
 
 /// What the configured planner found.
-struct Looked {
+struct Found {
     path: Option<Path>,
     by: Planner,
-    fallback: Option<NoRooms>,
     iterations: usize,
     tree: Vec<Segment>,
 }
 
 /// Asks the configured planner; trees draw from the cells that the wavefront reached.
-fn look<R: Rng>(
+fn find<R: Rng>(
     space: &GridSpace,
     wave: &Wavefront,
     query: Query,
     config: &RouteConfig,
     rng: &mut R,
-) -> Looked {
+) -> Found {
     let sampler = || {
         let reached = wave.reached();
         let mut centres: Vec<_> = reached.iter().map(|&c| space.centre_of(c)).collect();
@@ -353,10 +347,9 @@ fn look<R: Rng>(
     };
     // A planner that is not offered here leaves the wavefront's path.
     let Ok(mut search) = Search::new(config.planner, space, query, config.rrt, sampler) else {
-        return Looked {
+        return Found {
             path: None,
             by: config.planner,
-            fallback: None,
             iterations: 0,
             tree: vec![],
         };
@@ -367,10 +360,9 @@ fn look<R: Rng>(
         _ => config.rrt.max_iterations,
     };
     search.step(space, rng, budget);
-    Looked {
+    Found {
         path: search.path(),
         by: search.planner(),
-        fallback: search.fallback(),
         iterations: search.iterations(),
         tree: search.tree(),
     }

@@ -286,21 +286,6 @@ fn a_leg_past_a_segment_is_judged_by_the_exact_capsule() {
 }
 
 #[test]
-fn both_spaces_at_once_are_as_tight_as_the_tighter() {
-    let grid = floor(&[]);
-    let space = GridSpace::new(&grid, whole(), RADIUS, Unknown::Free);
-    let wall = Segment::new(Point2::new(1.5, 0.0), Point2::new(1.5, 3.0));
-    let bounds = space.bounds();
-    let leg = Segment::new(Point2::new(1.0, 1.5), Point2::new(2.0, 1.5));
-    assert!(space.leg_is_free(&leg));
-    let both = Both(
-        space,
-        SegmentSpace::new(vec![wall], RADIUS, bounds).unwrap(),
-    );
-    assert!(!both.leg_is_free(&leg) && both.is_free(leg.a));
-}
-
-#[test]
 fn a_robot_too_near_to_a_wall_gets_out_and_an_enclosed_one_says_so() {
     let grid = floor(&[(30, 1, 4, 58)]);
     let mut rng = ChaCha8Rng::seed_from_u64(1);

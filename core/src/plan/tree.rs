@@ -186,12 +186,6 @@ impl Tree {
         space.leg_is_free(&leg).then(|| self.grow(from, target))
     }
 
-    /// Where a vertex is.
-    #[must_use]
-    pub fn branch_end(&self, vertex: usize) -> Point2<f64> {
-        self.vertices[vertex].point
-    }
-
     /// The points from the root to a vertex.
     #[must_use]
     pub fn branch(&self, vertex: usize) -> Vec<Point2<f64>> {

@@ -5,7 +5,7 @@
 //! 1. A taut path among capsules is made of straight legs and of arcs round ends of walls; each leg touches the circles
 //!    that it joins. The graph has a node for every such leg at its far end; an edge is an arc followed by the next leg.
 //! 2. Legs from a circle are looked for when the search first leaves that circle, and kept.
-//! 3. A* over that graph: what is left is at least the straight line.
+//! 3. A* over that graph: what remains is at least the straight line.
 //! 4. An exhausted search is a proof: if there is any path there is a taut one.
 //! 5. Arcs are handed on as corners of polygons around them, so that the path never comes nearer to a wall than allowed;
 //!    it is longer than the arcs by less than 0.03 % of their length.
@@ -230,12 +230,6 @@ impl Visibility {
     #[must_use]
     pub fn is_found(&self) -> bool {
         self.goal.is_some()
-    }
-
-    /// Length of the shortest path with true arcs, m; infinite while there is none.
-    #[must_use]
-    pub fn length(&self) -> f64 {
-        self.goal.map_or(f64::INFINITY, |a| self.arrivals[a].way)
     }
 
     /// The path, if the goal was reached.

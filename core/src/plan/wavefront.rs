@@ -133,7 +133,7 @@ impl Wavefront {
     }
 
     /// The way over cell centres from the start to the cell; `None` where no way leads. Corners only: cells in the
-    /// middle of a straight run are left out.
+    /// middle of a straight run are skipped.
     #[must_use]
     pub fn path_to(&self, space: &GridSpace, index: usize) -> Option<Path> {
         self.cost(index)?;

@@ -60,7 +60,7 @@ pub struct Beam {
     pub sigma: f64,
     /// Whether something came back.
     pub is_hit: bool,
-    /// Strength of the echo in the sensor's own unit; `None` where it tells none.
+    /// Strength of the echo in the sensor's own unit; `None` where it reports none.
     pub quality: Option<u8>,
 }
 
@@ -80,7 +80,7 @@ impl Points {
         })
     }
 
-    /// Converts a scan that was taken while the robot moved as `history` tells. The points stand in the robot frame
+    /// Converts a scan that was taken while the robot moved as `history` says. The points stand in the robot frame
     /// of now, which is the end of the newest odometry reading and may be a little later than the scan's stamp.
     #[must_use]
     pub fn from_rolling_scan(scan: &Scan, history: &MotionHistory, config: &PointConfig) -> Self {

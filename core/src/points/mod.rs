@@ -22,5 +22,5 @@ pub use range_sigma::{
 };
 pub use sectors::{SectorConfig, SectorRange, sectors};
 pub use segmentation::{BreakRule, Run, SegmentationConfig, segment};
-pub use spacing::{SpacingError, SpacingModel};
+pub use spacing::SpacingModel;
 pub use walkers::{WalkerConfig, Walkers};

@@ -5,7 +5,7 @@
 //! 1. Two readings of the same beam in successive scans differ by √2 σ: no mean is needed, and slow drift cancels
 //!    (von Neumann 1941, "Distribution of the ratio of the mean square successive difference to the variance").
 //! 2. Differences are gathered in bins of range. Those beyond [`SigmaConfig::clip`] deviations are outliers, edges and people, and
-//!    are left out, again and again until none is.
+//!    are skipped, again and again until none is.
 //! 3. σ of a bin of n differences is known to σ √3 / (2 √n) (same paper, for large n); a and b follow by weighted least squares.
 //!
 //! Why differences: the variance about a mean of its own for each beam needs long recordings, and counts a door that was opened
@@ -20,7 +20,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::robot::Scan;
 
-/// Rounds of leaving out what is beyond the clip; noise without outliers needs two.
+/// Rounds of skipping what is beyond the clip; noise without outliers needs two.
 const MOST_ROUNDS: usize = 20;
 
 /// How σ grows with the range.
@@ -40,7 +40,7 @@ pub struct SigmaConfig {
     pub growth: Growth,
     /// Width of a bin of range, m. Default 0.5; wider bins blur the growth.
     pub bin: f64,
-    /// Differences beyond this many deviations are left out. Default 4.
+    /// Differences beyond this many deviations are skipped. Default 4.
     pub clip: f64,
     /// Fewest differences in a bin that counts. Default 50.
     pub least_in_bin: usize,
@@ -81,7 +81,7 @@ pub struct SigmaBin {
     pub sigma: f64,
     /// Differences that were used.
     pub used: usize,
-    /// Differences that were left out.
+    /// Differences that were skipped.
     pub clipped: usize,
 }
 

@@ -95,7 +95,7 @@ impl Sector {
     }
 }
 
-/// Reduces a scan to sectors, in the order in which it came to them; sectors without a beam are left out.
+/// Reduces a scan to sectors, in the order in which it came to them; sectors without a beam are skipped.
 #[must_use]
 pub fn sectors(scan: &Scan, config: &SectorConfig) -> Scan {
     let count = (TAU / config.width.clamp(1e-3, TAU)).ceil() as usize;

@@ -1,21 +1,23 @@
-//! What walks: places that were free a moment ago and where something stands now.
+//! Walkers: something stands where a moment ago there was free space.
 //!
-//! In: each scan's points and the motion since the one before. Out: those points of the newest scan that belong to somebody who
-//! walks, or who walked a few seconds ago and may walk on.
+//! In: each scan's points and the motion since the previous scan. Out: those points of the newest scan that belong to a
+//! walker, or to one who stopped a few seconds ago and may walk on.
 //!
-//! 1. The motion since the scan before is turned by what odometry did not tell ([`turn`]): tracks that slip turn a robot by five degrees
-//!    in half a metre straight on, and every wall that it looks along would walk.
-//! 2. A hit has entered free room when an older scan looked past it: all beams in its direction, and a little to either side for the
-//!    odometry since, went on behind it. What was hidden then has not entered, and nor has what lay in a gap between beams. Beams of a
-//!    robot that drives do not begin at one place: each is asked from where it began, or each edge that comes in sight would walk.
+//! 1. Correct the motion since the previous scan by the turn that odometry missed ([`turn`]). Slipping tracks turn a robot
+//!    by five degrees in half a metre straight on, and every wall seen at a flat angle would seem to walk.
+//! 2. A hit has entered free space if an older scan saw past it: all its beams in that direction, and a little to either
+//!    side for the odometry since, ended behind it. What was hidden then has not entered; nor has what lay in a gap between
+//!    beams. A moving robot's beams do not start at one place, so each is compared from its own origin, or every edge that
+//!    comes into sight would seem to walk.
 //! 3. Two such hits beside each other, in two scans, are a place where somebody walks. One alone may be noise.
-//! 4. Hits near such a place belong to it. It is forgotten when nothing is near it any more, and [`WalkerConfig::memory`] after
-//!    somebody was last seen to walk there, a second for each scan that saw them walk: who only paused may walk on, and what only
-//!    seemed to have moved is forgotten soon.
+//! 4. Hits near such a place belong to it. The place is forgotten when nothing is near it any more, and at the latest
+//!    [`WalkerConfig::memory`] after somebody was last seen to walk there (a second for each scan that saw them walk):
+//!    whoever paused may walk on, and what only seemed to move is soon forgotten.
 //!
-//! A sensor that sweeps only standing is too slow for that; [`Walkers::partial_scan`] compares single readings on the move with its last scan.
+//! A sensor that sweeps only when the robot stands is too slow for this; [`Walkers::partial_scan`] compares single readings
+//! on the move with its last scan.
 //!
-//! A robot that turns by half a radian a second or more sees only who walks fast: its heading is too uncertain for more.
+//! A robot that turns by half a radian a second or more sees fast walkers only: its heading is too uncertain for more.
 //!
 //! Ours; step 2 is the test of visibility by which Lindström & Eklundh (2001), "Detecting and tracking moving objects from a
 //! mobile platform using a laser range scanner", find what violates the free room.
@@ -32,18 +34,18 @@ use super::{Beam, Points};
 use crate::geom::{Pose2, sin_cos};
 use crate::robot::Stamp;
 
-/// What counts as walking.
+/// What counts as a walker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WalkerConfig {
-    /// How far off somebody is looked for, m. Default 4: where a robot has to know of them to stop in time.
+    /// How far away walkers are looked for, m. Default 4: a robot must know of them there to stop in time.
     pub reach: f64,
-    /// How far an older beam has to go on behind a hit, m. Default 0.08: eight times a lidar's noise. Growing: who comes slowly is
+    /// How far an older beam has to go on behind a hit, m. Default 0.08: eight times a lidar's noise. Growing: slow walkers are
     /// seen later.
     pub behind: f64,
-    /// Hits this near to a place where somebody walked are of them, m. Default 0.3: about the radius of a person.
+    /// Hits this near to a place where somebody walked belong to that walker, m. Default 0.3: about the radius of a person.
     pub size: f64,
-    /// Who stands still is still somebody who may walk on for this long, s. Default 15: people who jam before one another stand for more
-    /// than five, and then step out.
+    /// A walker who stands still may walk on for this long, s. Default 15: people in each other's way stand for more than
+    /// five, and then step aside.
     pub memory: f64,
 }
 
@@ -84,7 +86,7 @@ const NEAR: f64 = 0.1;
 const LEAST_BEAMS: f64 = 3.0;
 const COVERED: f64 = 0.7;
 
-/// Finds who walks.
+/// Finds walkers.
 #[derive(Clone, Debug, Default)]
 pub struct Walkers {
     config: WalkerConfig,
@@ -153,7 +155,7 @@ impl Walkers {
     pub fn update(&mut self, points: &Points, moved: &Pose2) {
         let is_recent = |past: &Past| points.stamp.since(past.stamp) <= OLDEST;
         self.past.retain(is_recent);
-        let now_from_before = self.turn_untold(points, moved) * moved.inverse();
+        let now_from_before = self.unreported_turn(points, moved) * moved.inverse();
         for past in &mut self.past {
             past.now_from_then = now_from_before * past.now_from_then;
         }
@@ -171,14 +173,14 @@ impl Walkers {
         }
     }
 
-    /// Points of those who walk or may walk on, robot frame at the newest scan, m.
+    /// Points of those that walk or may walk on, robot frame at the newest scan, m.
     #[must_use]
     pub fn points(&self) -> &[Point2<f64>] {
         &self.points
     }
 
     /// Step 1: the turn about the sensor by which the scan before fits the newest one best.
-    fn turn_untold(&self, points: &Points, moved: &Pose2) -> Pose2 {
+    fn unreported_turn(&self, points: &Points, moved: &Pose2) -> Pose2 {
         let Some(past) = self.past.back() else {
             return Pose2::identity();
         };

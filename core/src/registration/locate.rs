@@ -189,7 +189,7 @@ impl SearchConfig {
     #[must_use]
     pub fn likelihood_of(
         &self,
-        places: impl Iterator<Item = Point2<f64>> + Clone,
+        places: &(impl Iterator<Item = Point2<f64>> + Clone),
     ) -> Option<LikelihoodPyramid> {
         (0..=self.coarser).find_map(|times| {
             let cell = self.cell * f64::from(1 << times);

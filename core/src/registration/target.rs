@@ -26,6 +26,6 @@ impl Target for SurfelMap {
 
     fn likelihood(&self, config: &SearchConfig) -> Option<Cow<'_, LikelihoodPyramid>> {
         let places = self.surfels().iter().map(|surfel| surfel.position);
-        config.likelihood_of(places).map(Cow::Owned)
+        config.likelihood_of(&places).map(Cow::Owned)
     }
 }

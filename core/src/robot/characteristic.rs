@@ -7,7 +7,7 @@
 //!    cost half the digits.
 //! 2. Least squares by Householder QR of the Vandermonde matrix (Golub & Van Loan §5.3).
 //! 3. The ends of the pairs bound the domain: beyond, volts are clamped, since a polynomial runs away there.
-//! 4. Where the derivative changes its sign the polynomial turns round, and one range stands for two: that is told.
+//! 4. Where the derivative changes its sign the polynomial turns round, and one range stands for two: that is reported.
 //!
 //! Why 1/volts: the ranger triangulates, so volts fall nearly like 1/range, and range is nearly a straight line in 1/volts. In
 //! volts the polynomial has to bend and ripples.

@@ -1,4 +1,4 @@
-//! What a robot can be told to do.
+//! What a robot can be commanded to do.
 
 /// A command to the robot; the simulated and the real one take the very same.
 ///

@@ -2,7 +2,7 @@
 
 use super::{Bumpers, Command, Odometry, RobotModel, Scan, Stamp};
 
-/// A robot, as those see it who drive it.
+/// A robot, as its driver sees it.
 ///
 /// Commands are taken at once and run by themselves; the last one holds. What the robot did and saw is asked for. Time is
 /// the robot's own and passes outside of this trait. A link that breaks is a matter of its owner: here it looks like a
@@ -28,9 +28,9 @@ pub trait Robot {
     /// The oldest scan that nobody took yet.
     fn take_scan(&mut self) -> Option<Scan>;
 
-    /// The oldest look that nobody took yet: a few readings on the move, of a sensor that sweeps only when the robot stands. Other sensors
-    /// look round all the time and give none.
-    fn take_look(&mut self) -> Option<Scan> {
+    /// The oldest partial scan that nobody took yet, of a sensor that sweeps only when the robot stands. Other sensors scan
+    /// all the time and give none.
+    fn take_partial_scan(&mut self) -> Option<Scan> {
         None
     }
 

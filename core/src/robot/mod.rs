@@ -4,7 +4,6 @@
 mod adc;
 mod bumpers;
 mod characteristic;
-pub mod chassis;
 mod command;
 pub mod controller;
 mod even;

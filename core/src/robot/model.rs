@@ -30,9 +30,9 @@ pub struct RobotModel {
     pub max_turn_acceleration: f64,
     /// What turns the tracks.
     pub drive: DriveTrain,
-    /// How the odometry errs by chance; what a filter is told.
+    /// How the odometry errs by chance, as a filter assumes it.
     pub odometry_noise: OdometryNoise,
-    /// How the odometry of a single robot of this kind errs always; what no filter is told.
+    /// How the odometry of a single robot of this kind errs always; no filter knows of it.
     pub odometry_bias: OdometryBias,
 }
 
@@ -144,7 +144,7 @@ impl RobotModel {
         self.metres_per_tick / self.drive.metres_per_radian
     }
 
-    /// The body's outline, wider by `margin` m on every side; `None` where it is a disc, or no outline is left.
+    /// The body's outline, wider by `margin` m on every side; `None` where it is a disc, or nothing of the outline remains.
     #[must_use]
     pub fn outline(&self, margin: f64) -> Option<Footprint> {
         let rectangle =

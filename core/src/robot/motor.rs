@@ -47,7 +47,7 @@ pub struct DriveTrain {
     /// Most that one track can push before it slips on the ground, N: half of weight times friction.
     pub grip: f64,
     /// How far the motors of a single robot are from these figures, as a part of their constants. The simulation draws
-    /// each motor's own from its seed; the controller is not told.
+    /// each motor's own from its seed; the controller does not know.
     pub spread: f64,
 }
 
@@ -133,7 +133,7 @@ impl MotorModel {
     }
 
     /// Current, A, and voltage, V, that hold a speed (rad/s) and an acceleration (rad/s²) against a load (N m). The change
-    /// of the current itself is left out: it is over within L/R.
+    /// of the current itself is neglected: it is over within L/R.
     #[must_use]
     pub fn to_hold(&self, speed: f64, acceleration: f64, load: f64) -> (f64, f64) {
         let torque = self.inertia * acceleration + self.friction * speed + load;

@@ -115,25 +115,6 @@ impl Tracks {
         Pose2::new(advance * cos, advance * sin, turn)
     }
 
-    /// The motion along the exact arc: the chord of radius Δs/Δθ in direction Δθ/2.
-    ///
-    /// It is [`Tracks::motion`] with the chord Δs sin(Δθ/2)/(Δθ/2) instead of the arc's length Δs: the two differ by
-    /// Δs Δθ²/24, the third order of a step. Constant speeds during the step make it exact.
-    #[must_use]
-    pub fn exact_arc(&self, track_width: f64) -> Pose2 {
-        let advance = 0.5 * (self.right + self.left);
-        let turn = (self.right - self.left) / track_width;
-        let half = 0.5 * turn;
-        let (sin, cos) = sin_cos(half);
-        // sin(x)/x = 1 - x²/6 + …: below this the rest is under the last bit.
-        let chord = if half.abs() < 1e-8 {
-            advance
-        } else {
-            advance * sin / half
-        };
-        Pose2::new(chord * cos, chord * sin, turn)
-    }
-
     /// Covariance of [`Tracks::motion`]: k |Δs| for each track, and lateral slip in proportion to the turn and the way.
     ///
     /// Source: TDK 2016 §3.1 (F_u Q F_uᵀ); the variance in proportion to the distance as in Siegwart & Nourbakhsh
@@ -175,7 +156,7 @@ impl Tracks {
     }
 }
 
-/// What a filter is told of the chance in the odometry.
+/// What a filter assumes of the chance in the odometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TrackNoise {
     /// Variances grow with the way and the turn.

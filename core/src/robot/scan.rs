@@ -20,7 +20,7 @@ pub struct Scan {
     /// Standard deviation of each range, m.
     pub sigmas: Vec<f32>,
     /// Strength of each echo in the sensor's own unit (RPLIDAR 0 to 63, LD06 0 to 255); 0 where nothing valid came back. Empty
-    /// where the sensor tells none.
+    /// where the sensor reports none.
     pub qualities: Vec<u8>,
     /// Standard deviation of each bearing, rad.
     pub bearing_sigma: f64,
@@ -186,7 +186,7 @@ impl Scan {
         }
     }
 
-    /// Strength of the echo of a beam; `None` where the sensor tells none.
+    /// Strength of the echo of a beam; `None` where the sensor reports none.
     #[must_use]
     pub fn quality(&self, beam: usize) -> Option<u8> {
         self.qualities.get(beam).copied()
@@ -248,12 +248,12 @@ mod tests {
 
     #[test]
     fn all_beams_have_a_quality_or_none_has() {
-        let mut told = scan(&[1.0, 2.0]);
-        assert_eq!(told.quality(1), None);
-        told.qualities = vec![47, 0];
-        assert_eq!((told.validate(), told.quality(1)), (Ok(()), Some(0)));
-        told.qualities.pop();
-        let message = told.validate().unwrap_err().to_string();
+        let mut scored = scan(&[1.0, 2.0]);
+        assert_eq!(scored.quality(1), None);
+        scored.qualities = vec![47, 0];
+        assert_eq!((scored.validate(), scored.quality(1)), (Ok(()), Some(0)));
+        scored.qualities.pop();
+        let message = scored.validate().unwrap_err().to_string();
         assert!(message.contains("2 ranges and 1 qualities"), "{message}");
     }
 

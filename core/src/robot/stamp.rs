@@ -1,4 +1,4 @@
-//! Time as the robot tells it.
+//! Time by the robot's own clock.
 
 /// Microseconds since the robot started; never the wall clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_like_its_model_is_told_as_it_was_counted_and_another_noise_is_told_too() {
+    fn odometry_without_calibration_is_as_counted_and_another_noise_is_applied() {
         let model = RobotModel::rp6();
         let odometry = counted(
             Tracks {

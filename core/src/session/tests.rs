@@ -48,7 +48,7 @@ fn driven(config: ExperimentConfig, steps: usize) -> (Session, Vec<(u64, FromBri
             let micros = sim.stamp().0;
             let body = OdometryBody::new(0, &odometry);
             said.push((micros, FromBridge::Odometry(body)));
-            while let Some(scan) = sim.take_look() {
+            while let Some(scan) = sim.take_partial_scan() {
                 session.partial_scan(&scan).unwrap();
             }
             if let Some(scan) = sim.take_scan() {

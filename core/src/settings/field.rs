@@ -5,7 +5,7 @@ use crate::association::AssociationMethod;
 use crate::control::Avoidance;
 use crate::estimation::Consistency;
 use crate::features::SplitRule;
-use crate::map::{Layer, Sweep};
+use crate::map::{FreeCells, Layer};
 use crate::plan::{FrontierChoice, Planner, Shortening};
 use crate::points::{BreakRule, SectorRange};
 use crate::robot::{BodyShape, Sharp};
@@ -154,13 +154,13 @@ choices!(
     Avoidance,
     BodyShape,
     Consistency,
+    FreeCells,
     FrontierChoice,
     Layer,
     PriorMapMatching,
     SectorRange,
     Sharp,
-    Shortening,
-    Sweep
+    Shortening
 );
 numbers!(BreakRule, Planner, SplitRule);
 

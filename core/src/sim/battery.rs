@@ -5,7 +5,7 @@
 //! 1. Motors are fed by chopping: of the battery's voltage U a motor at voltage u gets the part u/U of the time, and its current i
 //!    flows through the battery for that part. A motor that pushes a wall induces no voltage against its current: it draws
 //!    most. One that brakes feeds nothing back. The electronics draw theirs always.
-//! 2. Charge is current times time; the open-circuit voltage of a cell follows from the charge that is left.
+//! 2. Charge is current times time; the open-circuit voltage of a cell follows from the charge that remains.
 //! 3. The terminals show less by current times inner resistance.
 //!
 //! Source: the RP6 manual (six NiMH cells, 2.5 Ah, analogue reading of the battery); discharge curve rounded from cell data

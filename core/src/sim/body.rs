@@ -10,7 +10,7 @@
 //!    (a stadium around each segment) ends the motion there, and the rest of it slides along the wall. Swept, not
 //!    sampled: no speed and no time step lets it through a wall.
 //!    A body that is not round moves and turns as far as its outline is proved to touch nothing ([`outline`]).
-//! 3. Where room is known to be free in a whole circle, nothing is swept until the circle is left.
+//! 3. Where room is known to be free in a whole circle, nothing is swept until the robot leaves the circle.
 //!
 //! Source for the sweep: ray against an offset shape, Ericson (2005), "Real-Time Collision Detection", §5.5.7.
 

@@ -1,4 +1,4 @@
-//! Whom and what the robot touched, and who came.
+//! What the robot touched, and whether it drove there or was walked into.
 
 use nalgebra::Vector2;
 

@@ -1,7 +1,7 @@
 //! Doors at work.
 //!
-//! In: the time, orders from outside, and who stands in the way. Out: which doors are open. A door that is to shut waits until
-//! nobody stands in it, as one with a light barrier does.
+//! In: the time, orders from outside, and what stands in the way. Out: which doors are open. A door waits with shutting
+//! until the doorway is clear, as one with a light barrier does.
 
 use super::{Door, Wall};
 use crate::geom::Segment;
@@ -51,7 +51,7 @@ impl Doors {
         Ok(())
     }
 
-    /// Moves what is to move at `seconds`; tells whether something did.
+    /// Moves what is to move at `seconds`; whether something did.
     pub(super) fn step(&mut self, seconds: f64, is_clear: impl Fn(&Segment) -> bool) -> bool {
         let mut has_moved = false;
         for leaf in &mut self.0 {

@@ -8,7 +8,7 @@
 //!    counted on what the controller wishes by then, which it keeps to within a count or a few.
 //! 3. The controller turns wished speeds and counts into voltages, the motors voltages into turning. It knows the model's
 //!    motors, not this robot's, and sees counts, not angles.
-//! 4. When the wished speeds are zero and the counts stand still the motors are let go. A robot that is told to move and
+//! 4. When the wished speeds are zero and the counts stand still the motors are let go. A robot that is commanded to move and
 //!    whose counts do not change for a second gives the command up.
 //!
 //! Source: TDK 2016 §1.1 for motors and controller, §1.2 for the commands; the trapezoid is the time-optimal profile
@@ -33,9 +33,9 @@ const STALLED: u32 = 1_000;
 enum Task {
     /// Hold these speeds.
     Speeds { forward: f64, turn: f64 },
-    /// So much of the way is left, m.
+    /// Remaining way, m.
     Forward { left: f64 },
-    /// So much of the turn is left, rad.
+    /// Remaining turn, rad.
     Turn { left: f64 },
     /// The way is run; the last count is waited for.
     Settle,
@@ -112,7 +112,7 @@ impl Drive {
         !matches!(self.task, Task::Speeds { .. })
     }
 
-    /// Whether the tracks stand still and are to stand still, as far as the encoders tell.
+    /// Whether the tracks stand still and are to stand still, as far as the encoders show.
     pub(super) fn stands(&self) -> bool {
         self.task == STAND && self.is_let_go && self.still_for >= STILL
     }
@@ -236,7 +236,7 @@ impl Drive {
         }
     }
 
-    /// Takes what is wished more than before off what is left, and ends the way when nothing is.
+    /// Takes what is wished more than before off the remaining way, and ends it when nothing remains.
     fn count_down(&mut self, before: Angles, after: Angles) {
         let (metres, tick) = (
             self.model.drive.metres_per_radian,

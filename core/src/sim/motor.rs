@@ -21,7 +21,7 @@ pub struct Motor {
     transition: Matrix3<f64>,
     of_voltage: Vector3<f64>,
     of_load: Vector3<f64>,
-    /// What is left of a current after a period with the shaft held.
+    /// What remains of a current after a period with the shaft held.
     held_decay: f64,
     /// (Ψ, Ψ', i).
     state: Vector3<f64>,

@@ -7,7 +7,7 @@
 mod beside;
 mod check;
 mod interface;
-mod looks;
+mod partial_scans;
 mod past;
 
 use std::collections::VecDeque;
@@ -18,7 +18,7 @@ use rand_chacha::ChaCha8Rng;
 use self::beside::Beside;
 pub use self::check::SimError;
 use self::check::check_robot;
-use self::looks::Looks;
+use self::partial_scans::PartialScans;
 use self::past::Moment;
 use super::battery::{Battery, BatteryModel};
 use super::body::Body;
@@ -60,7 +60,7 @@ pub struct Simulation {
     battery: Battery,
     sensor: Sensor,
     beside: Option<Beside>,
-    looks: Looks,
+    partial_scans: PartialScans,
     motion_rng: ChaCha8Rng,
     sensor_rng: ChaCha8Rng,
     steps: u64,
@@ -124,7 +124,7 @@ impl Simulation {
             battery: Battery::new(BatteryModel::for_motors(robot.drive.battery)),
             sensor: at_work,
             beside: None,
-            looks: Looks::new(seed),
+            partial_scans: PartialScans::new(seed),
             motion_rng,
             sensor_rng,
             steps: 0,
@@ -144,7 +144,8 @@ impl Simulation {
     pub fn command(&mut self, command: Command) {
         self.drive.command(command);
         self.sensor.abort();
-        self.sensor.moves(looks::moves(&command), self.seconds());
+        self.sensor
+            .moves(partial_scans::moves(&command), self.seconds());
         self.scan = match command {
             Command::Scan => ScanOrder::Waiting,
             _ => ScanOrder::None,
@@ -156,13 +157,13 @@ impl Simulation {
         self.body.set_wear(wear);
     }
 
-    /// How the robot's tracks differ from its model: what nobody tells a robot.
+    /// How the robot's tracks differ from its model: no robot knows this of itself.
     #[must_use]
     pub fn wear(&self) -> TrackWear {
         self.body.wear()
     }
 
-    /// A sensor that looks round all the time is to be heard only after [`Command::Scan`], the robot standing; or no longer so.
+    /// A sensor that scans all the time is to be heard only after [`Command::Scan`], the robot standing; or no longer so.
     /// Scans that wait to be taken are dropped. No change for a sensor that scans on command anyway.
     pub fn set_on_command(&mut self, on_command: bool) {
         self.on_command = on_command;
@@ -232,7 +233,7 @@ impl Simulation {
         self.body.contacts().total()
     }
 
-    /// The same, by what was touched and who came.
+    /// The same, by what was touched and who moved.
     #[must_use]
     pub fn contact_counts(&self) -> Contacts {
         self.body.contacts()
@@ -322,7 +323,7 @@ impl Simulation {
         if let Some(beside) = &mut self.beside {
             beside.step(&span, &view);
         }
-        self.looks.step(&mut self.sensor, &span, &view);
+        self.partial_scans.step(&mut self.sensor, &span, &view);
         if let Some(scan) = self.sensor.step(&span, &view, &mut self.sensor_rng) {
             self.keep(scan);
         }

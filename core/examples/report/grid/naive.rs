@@ -1,9 +1,9 @@
-//! The occupancy grid once more, by the definitions and without a thought of speed: a table of cells, and each sweep as one says it.
+//! The occupancy grid once more, by the definitions and without a thought of speed: a table of cells, and each rule as one says it.
 
 use std::collections::{HashMap, HashSet};
 
 use nalgebra::Point2;
-use slamlab_core::map::{CellIndex, Grid, GridConfig, Sweep};
+use slamlab_core::map::{CellIndex, FreeCells, Grid, GridConfig};
 
 use super::Seen;
 
@@ -41,7 +41,7 @@ impl NaiveGrid {
         }
     }
 
-    /// Cells of either grid that differ in a bit, cells compared, and cells left out.
+    /// Cells of either grid that differ in a bit, cells compared, and cells skipped.
     pub(super) fn differences(&self, grid: &Grid) -> [usize; 3] {
         let mut all: HashSet<Cell> = self.odds.keys().copied().collect();
         if let Some(rect) = grid.rect_where(|odds| odds != 0.0) {
@@ -60,19 +60,14 @@ impl NaiveGrid {
     }
 }
 
-/// Number of cells that a scan leaves free.
-pub(super) fn cells(seen: &Seen, config: &GridConfig) -> usize {
-    free(seen, config).0.len()
-}
-
 /// Cells that are free, and those of which it is not certain.
 fn free(seen: &Seen, config: &GridConfig) -> (HashSet<Cell>, Vec<Cell>) {
     let way = |way: &[Point2<f64>; 2]| way.map(|end| in_cells(seen, config, end));
     let ways: Vec<Way> = seen.evidence.free.iter().map(way).collect();
-    match config.sweep {
-        Sweep::Crossed => (ways.iter().flat_map(crossed).collect(), vec![]),
-        Sweep::Bresenham => (ways.iter().flat_map(bresenham).collect(), vec![]),
-        Sweep::Area => between(&ways),
+    match config.free_cells {
+        FreeCells::Crossed => (ways.iter().flat_map(crossed).collect(), vec![]),
+        FreeCells::Bresenham => (ways.iter().flat_map(bresenham).collect(), vec![]),
+        FreeCells::Area => between(&ways),
     }
 }
 

@@ -3,13 +3,13 @@
 use anyhow::Result;
 use nalgebra::{Point2, Vector2};
 use slamlab_core::geom::{Pose2, Segment};
-use slamlab_core::map::{Grid, GridConfig, Sweep};
+use slamlab_core::map::{FreeCells, Grid, GridConfig};
 use slamlab_core::sim::{Caster, Material, Wall};
 use stats_alloc::Region;
 
 use super::scan_from;
 use crate::Outcome;
-use crate::ekf_cost::ALLOCATOR;
+use crate::memory::{ALLOCATOR, bytes};
 
 const SIDE: f64 = 1000.0;
 const PITCH: f64 = 60.0;
@@ -21,7 +21,7 @@ const SPACING: f64 = 0.5;
 pub(super) fn measure(outcome: &mut Outcome, most_bytes: f64) -> Result<()> {
     let caster = Caster::new(buildings());
     let config = GridConfig {
-        sweep: Sweep::Area,
+        free_cells: FreeCells::Area,
         ..GridConfig::default()
     };
     let region = Region::new(ALLOCATOR);
@@ -51,12 +51,6 @@ pub(super) fn measure(outcome: &mut Outcome, most_bytes: f64) -> Result<()> {
         format!("the site filled all {} blocks", config.max_blocks)
     });
     Ok(())
-}
-
-/// What was allocated and not given back.
-pub(super) fn bytes(region: &Region<std::alloc::System>) -> f64 {
-    let change = region.change();
-    change.bytes_allocated as f64 - change.bytes_deallocated as f64
 }
 
 fn buildings() -> Vec<Wall> {

@@ -67,7 +67,7 @@ impl Members {
             for (mine, theirs) in self.blocks.get(first..)?.iter().zip(theirs) {
                 block -= mine * theirs.transpose();
             }
-            // Block Lᵀ = what is left, for the lower triangle L of the member.
+            // Block Lᵀ = the remainder, for the lower triangle L of the member.
             let block = own.solve_lower_triangular(&block.transpose())?.transpose();
             rest -= block * block.transpose();
             v -= block * self.whitened.get(column)?;

@@ -32,21 +32,21 @@ fn seen(walls: &[Segment], pose: &Pose2) -> Points {
 fn drive(walls: &[Segment], wishes: &[(f64, f64)]) -> Vec<Pose2> {
     const TICK: f64 = 0.05;
     let (model, config) = (long(), SafeConfig::default());
-    let (mut pose, mut speeds, mut told) = (Pose2::identity(), (0.0, 0.0), (0.0, 0.0));
+    let (mut pose, mut speeds, mut commanded) = (Pose2::identity(), (0.0, 0.0), (0.0, 0.0));
     let mut poses = vec![pose];
     for &wish in wishes {
         for _ in 0..20 {
             let underway = Underway {
-                told,
+                commanded,
                 runs: speeds,
                 since_scan: Pose2::identity(),
                 scan_age: 0.0,
             };
-            told = limit_outline(wish, &seen(walls, &pose), &underway, &model, &config);
+            commanded = limit_outline(wish, &seen(walls, &pose), &underway, &model, &config);
             let towards = |now: f64, wish: f64, most: f64| now + (wish - now).clamp(-most, most);
             speeds = (
-                towards(speeds.0, told.0, model.max_acceleration * TICK),
-                towards(speeds.1, told.1, model.max_turn_acceleration * TICK),
+                towards(speeds.0, commanded.0, model.max_acceleration * TICK),
+                towards(speeds.1, commanded.1, model.max_turn_acceleration * TICK),
             );
             let at = arc(speeds.0 * TICK, speeds.1 * TICK);
             pose = pose * Pose2::new(at.x, at.y, speeds.1 * TICK);

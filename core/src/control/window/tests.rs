@@ -19,7 +19,7 @@ fn chosen_among(
     runs: (f64, f64),
 ) -> Option<(f64, f64)> {
     let underway = Underway {
-        told: runs,
+        commanded: runs,
         runs,
         ..Underway::default()
     };
@@ -113,7 +113,7 @@ fn who_may_walk_on_is_given_a_wider_berth_than_a_thing_and_no_more_speed_than_se
     let person = chosen_among((1.5, 0.0), &at, &walkers, runs).unwrap();
     assert!(person.1 < thing.1, "{person:?} {thing:?}");
     let underway = Underway {
-        told: runs,
+        commanded: runs,
         runs,
         ..Underway::default()
     };

@@ -15,11 +15,11 @@ fn stamp(grain: usize) -> Stamp {
 
 fn smooth(
     smoother: &mut SweepSmoother,
-    scan: Scan,
+    scan: &Scan,
     fixes: &[Fix],
     history: &MotionHistory,
 ) -> Vec<BeamPose> {
-    smoother.smooth(&scan, &history.since_beams(&scan), fixes, history)
+    smoother.smooth(scan, &history.since_beams(scan), fixes, history)
 }
 
 /// What a robot measures that only turns: odometry by grains, and where walls were recognised.
@@ -169,7 +169,7 @@ fn headings_and_variances_are_those_of_all_measurements_solved_at_once() {
             history.push(&drive.odometry(reading));
         }
         let fixes = filter.fixes(&drive, read);
-        let poses = smooth(&mut smoother, scan_ending_at(end), &fixes, &history);
+        let poses = smooth(&mut smoother, &scan_ending_at(end), &fixes, &history);
         let (headings, cov) = drive.until(read).batch();
         assert_eq!(poses.len(), BEAMS);
         for (beam, pose) in poses.iter().enumerate() {
@@ -192,7 +192,7 @@ fn without_fixes_odometry_places_the_beams_and_its_variance_gathers_over_the_swe
     for reading in 0..SWEEP / 2 {
         history.push(&drive.odometry(reading));
     }
-    let first = smooth(&mut smoother, scan_ending_at(SWEEP), &[], &history);
+    let first = smooth(&mut smoother, &scan_ending_at(SWEEP), &[], &history);
     let of = |from: usize, to: usize| drive.turns[from..to].iter().map(|t| t.1).sum::<f64>();
     assert!(first[0].heading_variance.abs() < 1e-15);
     assert!((first[BEAMS - 1].heading_variance - of(0, SWEEP)).abs() < 1e-12);
@@ -200,7 +200,7 @@ fn without_fixes_odometry_places_the_beams_and_its_variance_gathers_over_the_swe
     for reading in SWEEP / 2..SWEEP {
         history.push(&drive.odometry(reading));
     }
-    let second = smooth(&mut smoother, scan_ending_at(2 * SWEEP), &[], &history);
+    let second = smooth(&mut smoother, &scan_ending_at(2 * SWEEP), &[], &history);
     assert!((second[0].heading_variance - of(0, SWEEP)).abs() < 1e-12);
     assert!((second[BEAMS - 1].heading_variance - of(0, 2 * SWEEP)).abs() < 1e-12);
     let turned: f64 = drive.turns[SWEEP..2 * SWEEP].iter().map(|t| t.0).sum();
@@ -225,7 +225,7 @@ fn a_standing_robot_is_sure_of_its_beams_and_a_fix_moves_them_all() {
     };
     let poses = smooth(
         &mut SweepSmoother::default(),
-        scan_ending_at(SWEEP),
+        &scan_ending_at(SWEEP),
         &[fix],
         &history,
     );

@@ -1,3 +1,5 @@
+use proptest::prelude::*;
+
 use super::*;
 use crate::points::fixture;
 
@@ -10,6 +12,25 @@ fn beams(n: usize) -> Vec<Beam> {
         ..fixture::beam(i, from, to(i), true)
     };
     (0..n).map(beam).collect()
+}
+
+/// Beams on a wall with 2 cm of noise, seen from off the robot's middle; and some of them to be skipped.
+pub(in crate::features) fn wall_in_noise() -> impl Strategy<Value = (Vec<Beam>, Vec<usize>)> {
+    let noise = prop::collection::vec((-0.02..0.02_f64, 0.005..0.05_f64), 8..40);
+    let wall = (-3.0..3.0_f64, 0.5..6.0_f64, -2.0..1.0_f64, noise);
+    let beams = wall.prop_map(|(alpha, r, from, noise)| {
+        let (sin, cos) = crate::geom::sin_cos(alpha);
+        let (normal, tangent) = (Vector2::new(cos, sin), Vector2::new(-sin, cos));
+        let beam = |(i, &(off, sigma)): (usize, &(f64, f64))| {
+            let end = Point2::from(normal * (r + off) + tangent * (from + 0.07 * i as f64));
+            Beam {
+                sigma,
+                ..fixture::beam(3 + i, Point2::new(0.1, -0.05), end, true)
+            }
+        };
+        noise.iter().enumerate().map(beam).collect::<Vec<_>>()
+    });
+    (beams, prop::collection::vec(0..8_usize, 0..4))
 }
 
 /// Sums of the kept numbers and y of a range.
@@ -60,34 +81,46 @@ fn blocks_hold_the_points_of_their_range_and_no_others() {
     }
 }
 
-#[test]
-fn columns_say_what_the_beams_say() {
-    let beams = beams(11);
-    let noise = Noise {
-        bearing_sigma: 0.01,
-        surface_sigma: 0.1,
-    };
-    let mut columns = Columns::default();
-    columns.load(&beams, [2..11, 0..2], noise);
-    for index in 0..11 {
-        let beam = &beams[(index + 2) % 11];
-        assert_eq!(columns.source(index), beam.beam_idx);
-        assert_eq!(columns.number(index), beam.beam_idx);
-        assert_eq!(columns.point(index), beam.end_in_robot);
-        // σ along the beam 0.5, across it 0.01 ρ; the surface adds 0.1.
-        let along = (beam.end_in_robot - beam.origin_in_robot) / beam.range;
-        let across = Vector2::new(-along.y, along.x);
-        let [of_range, of_bearing] = [along, across].map(|n| columns.variance(index, &n));
-        assert!((of_range - 0.26).abs() < 1e-12);
-        let expect = 1e-4 * beam.range * beam.range + 0.01;
-        assert!((of_bearing - expect).abs() < 1e-12);
+proptest! {
+    #[test]
+    fn columns_hold_the_plain_form_of_each_beam(
+        ends in prop::collection::vec((-9.0..9.0_f64, -9.0..9.0_f64, 0.001..0.5_f64), 3..40),
+        first in 0..40_usize, bearing_sigma in 0.0..0.02_f64, angle in -3.0..3.0_f64,
+    ) {
+        let origin = Point2::new(0.31, -0.17);
+        let beam = |(i, &(x, y, sigma)): (usize, &(f64, f64, f64))| Beam {
+            sigma,
+            ..fixture::beam(i, origin, Point2::new(x, y), true)
+        };
+        let beams: Vec<_> = ends.iter().enumerate().map(beam).collect();
+        let (n, first) = (beams.len(), first % beams.len());
+        let noise = Noise { bearing_sigma, surface_sigma: 0.1 };
+        let mut columns = Columns::default();
+        columns.load(&beams, [first..n, 0..first], noise);
+        let (sin, cos) = crate::geom::sin_cos(angle);
+        let normal = Vector2::new(cos, sin);
+        let is_close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
+        let mut sum = Moments::default();
+        for index in 0..n {
+            let beam = &beams[(first + index) % n];
+            let plain = Sample::of(beam, bearing_sigma);
+            prop_assert_eq!(columns.source(index), beam.beam_idx);
+            prop_assert_eq!(columns.number(index) as f64, plain.number);
+            prop_assert_eq!(columns.point(index).coords, plain.end);
+            let (four, lane) = columns.four(index);
+            prop_assert!(is_close(four.weight[lane], plain.weight));
+            prop_assert!(is_close(four.ux[lane], plain.along.x));
+            prop_assert!(is_close(four.uy[lane], plain.along.y));
+            let variance = plain.variance(&normal) + 0.01;
+            prop_assert!(is_close(columns.variance(index, &normal), variance));
+            sum = sum.plus(&Moments::of(plain.weight, plain.end.x, plain.end.y));
+        }
+        let sums = columns.moments(&(0..n));
+        prop_assert!(is_close(sums.w, sum.w) && is_close(sums.xx, sum.xx) && is_close(sums.yy, sum.yy));
+        let largest = |of: fn(&Beam) -> f64| beams.iter().map(of).fold(0.0, f64::max);
+        let expect = largest(|b| b.sigma).max(bearing_sigma * largest(|b| b.range)) + 0.1;
+        prop_assert!(is_close(columns.largest_sigma(), expect));
     }
-    // Of the farthest beam.
-    let expect = 0.5_f64.max(0.01 * beams[10].range) + 0.1;
-    assert!((columns.largest_sigma() - expect).abs() < 1e-12);
-    let sums = columns.moments(&(3..9));
-    let y: f64 = (5..11).map(|i| 4.0 * beams[i].end_in_robot.y).sum();
-    assert!((sums.w - 24.0).abs() < 1e-12 && (sums.y - y).abs() < 1e-9);
 }
 
 #[test]

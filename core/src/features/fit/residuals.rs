@@ -2,6 +2,9 @@
 //!
 //! 1. χ² = Σ d²/σ_d².
 //! 2. The bend: the part of s² that no line takes up, s the place along the line, as a share of the residuals.
+//!
+//! `residuals` is the plain form, to which the tests hold [`ResidualSums`]: four points at a time, and the bend from sums
+//! of powers of s alone, so that the points are passed over once. It trades digits: the sums of s⁴ cancel.
 
 use std::ops::Range;
 
@@ -9,7 +12,40 @@ use nalgebra::Point2;
 
 use super::sums::Frame;
 use crate::features::columns::Columns;
+#[cfg(test)]
+use crate::features::columns::Sample;
 use crate::lanes::{Kernel, Lanes, run, total};
+
+/// χ² = Σ n²/σ_n², and |Σ g q n| / √(Σ g q²) with g = 1/σ_n² and q what least squares leave of s².
+#[cfg(test)]
+fn residuals(points: &[Sample], var_surface: f64, frame: &Frame, along: &Along) -> Residuals {
+    use nalgebra::{Matrix2, Vector2};
+    let rows = points.iter().map(|p| {
+        let (n, t) = (frame.normal.dot(&p.end), frame.tangent.dot(&p.end));
+        let s = (t - frame.mean_t - along.middle) * along.per_half;
+        let g = 1.0 / (p.variance(&frame.normal) + var_surface);
+        (g, n - frame.line.r(), s)
+    });
+    let rows: Vec<_> = rows.collect();
+    // The line a + b s that comes nearest to s².
+    let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
+    for (g, _, s) in &rows {
+        let row = Vector2::new(1.0, *s);
+        normal += row * row.transpose() * *g;
+        right += row * s.powi(2) * *g;
+    }
+    let line = normal.try_inverse().unwrap_or_default() * right;
+    let q = |s: f64| s.powi(2) - line.x - line.y * s;
+    let sum = |of: &dyn Fn(f64, f64, f64) -> f64| rows.iter().map(|&(g, n, s)| of(g, n, s)).sum();
+    let (product, norm): (f64, f64) = (
+        sum(&|g, n, s| g * q(s) * n),
+        sum(&|g, _, s| g * q(s).powi(2)),
+    );
+    Residuals {
+        chi2: sum(&|g, n, _| g * n.powi(2)),
+        bend: product.abs() / norm.sqrt(),
+    }
+}
 
 /// The points' distances from a line.
 pub(in super::super) struct Residuals {
@@ -150,6 +186,44 @@ impl Bend {
             product.abs() / norm.sqrt()
         } else {
             0.0
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::fit_columns;
+    use super::*;
+    use crate::features::columns::Noise;
+    use crate::features::columns::tests::wall_in_noise;
+    use crate::features::piece::Piece;
+
+    proptest! {
+        #[test]
+        fn residuals_by_fours_are_those_of_the_plain_form(
+            (beams, skipped) in wall_in_noise(),
+            bearing_sigma in prop_oneof![Just(0.0), 1e-4..0.01_f64],
+            surface_sigma in 0.0..0.01_f64,
+        ) {
+            let mut columns = Columns::default();
+            let noise = Noise { bearing_sigma, surface_sigma };
+            columns.load(&beams, std::iter::once(0..beams.len()), noise);
+            let mut piece = Piece::whole(&columns, 0..beams.len());
+            skipped.iter().for_each(|&index| piece.drop_point(&mut columns, index));
+            let Ok(fit) = fit_columns(&columns, &piece) else {
+                return Ok(());
+            };
+            let kept: Vec<Sample> = columns.kept(piece.range())
+                .map(|index| Sample::of(&beams[index], bearing_sigma))
+                .collect();
+            let [first, last] = [fit.first, fit.last].map(|index| columns.point(index));
+            let along = Along::between(&fit.frame, first, last);
+            let plain = residuals(&kept, surface_sigma * surface_sigma, &fit.frame, &along);
+            let found = fit.residuals(&columns, true);
+            prop_assert!((found.chi2 - plain.chi2).abs() <= 1e-9 * plain.chi2);
+            prop_assert!((found.bend - plain.bend).abs() <= 1e-6 * (1.0 + plain.bend), "{} {}", found.bend, plain.bend);
         }
     }
 }

@@ -1,4 +1,8 @@
 //! The sums behind a fitted line: steps 1, 2 and 4 of [`super`].
+//!
+//! `scatter` and `line_sums` are the plain forms, point by point as the equations stand; the tests hold the others to them.
+//! [`ScatterSums`] and [`LineSums`] are what runs: four points at a time, added up lane by lane. They trade the order of
+//! the additions, which changes the last digits, and skip the bearings' terms where bearings are exact.
 
 use std::ops::Range;
 
@@ -6,10 +10,57 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::FitError;
 use crate::features::columns::Columns;
+#[cfg(test)]
+use crate::features::columns::Sample;
 use crate::features::moments::normal_of_scatter;
 use crate::features::piece::Piece;
 use crate::geom::Line;
 use crate::lanes::{Kernel, Lanes, run, total};
+
+/// Step 2: Σ wᵢ dᵢ dᵢᵀ - Σ wᵢ (1 - wᵢ/W) Rᵢ, with d from the weighted mean, and R the covariance of a point's place.
+#[cfg(test)]
+fn scatter(points: &[Sample]) -> Matrix2<f64> {
+    let total: f64 = points.iter().map(|p| p.weight).sum();
+    let mean = points
+        .iter()
+        .map(|p| p.end * p.weight)
+        .sum::<Vector2<f64>>()
+        / total;
+    let square = |v: Vector2<f64>| v * v.transpose();
+    let of_point = |p: &Sample| {
+        let noise = square(p.along) * p.var_along + square(p.across()) * p.var_across;
+        square(p.end - mean) * p.weight - noise * p.weight * (1.0 - p.weight / total)
+    };
+    points.iter().map(of_point).sum()
+}
+
+/// Step 4: A, B and C, and what a turn of the robot does to α and to n.
+#[cfg(test)]
+fn line_sums(points: &[Sample], frame: &Frame, faded: &Faded) -> Sums {
+    let (mut sums, zero) = (Sums::default(), 0.0_f64);
+    for p in points {
+        // Seen from the robot, and from the middle of the wall.
+        let (robot_n, robot_t) = (frame.normal.dot(&p.end), frame.tangent.dot(&p.end));
+        let (n, t) = (robot_n - frame.line.r(), robot_t - frame.mean_t);
+        let (un, ut) = (frame.normal.dot(&p.along), frame.tangent.dot(&p.along));
+        let (by_range, by_bearing) = (t * un + n * ut, n * un - t * ut);
+        let w_bearing = p.weight * p.weight * p.var_across;
+        sums.a += p.weight * by_range.powi(2) + w_bearing * by_bearing.powi(2);
+        sums.b += p.weight * by_range * un - w_bearing * by_bearing * ut;
+        sums.c += p.weight * un.powi(2) + w_bearing * ut.powi(2);
+        // A turn moves the point by -t across the line and by n along it; it fades towards the middle beam.
+        let from_middle = (p.number - faded.middle) * faded.per_half;
+        let shares = [
+            zero.max(-from_middle).min(1.0),
+            zero.max(from_middle).min(1.0),
+        ];
+        for (side, share) in shares.into_iter().enumerate() {
+            sums.turn_alpha[side] += share * p.weight * (n * robot_n - t * robot_t);
+            sums.turn_n[side] -= share * p.weight * robot_t;
+        }
+    }
+    sums
+}
 
 /// Steps 1 and 2: weights, mean and the scatter of the wall alone.
 pub(super) struct Scatter {
@@ -152,6 +203,7 @@ impl Faded {
 }
 
 /// Step 4: the sums over the points in the frame of the line.
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sums {
     a: f64,
     b: f64,
@@ -271,6 +323,55 @@ impl Kernel for LineSums<'_> {
             c: total(c),
             turn_alpha: [total(before_alpha), total(after_alpha)],
             turn_n: [total(before_n), total(after_n)],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::fit_columns;
+    use super::*;
+    use crate::features::columns::Noise;
+    use crate::features::columns::tests::wall_in_noise;
+
+    proptest! {
+        #[test]
+        fn sums_by_fours_are_those_of_the_plain_form(
+            (beams, skipped) in wall_in_noise(),
+            bearing_sigma in prop_oneof![Just(0.0), 1e-4..0.01_f64],
+        ) {
+            let mut columns = Columns::default();
+            let noise = Noise { bearing_sigma, surface_sigma: 0.0 };
+            columns.load(&beams, std::iter::once(0..beams.len()), noise);
+            let mut piece = Piece::whole(&columns, 0..beams.len());
+            skipped.iter().for_each(|&index| piece.drop_point(&mut columns, index));
+            let kept: Vec<Sample> = columns.kept(piece.range())
+                .map(|index| Sample::of(&beams[index], bearing_sigma))
+                .collect();
+            let found = Scatter::of(&columns, &piece);
+            prop_assert_eq!(found.n_points, kept.len());
+            let plain = scatter(&kept);
+            let found_scatter = Matrix2::new(found.xx, found.xy, found.xy, found.yy);
+            prop_assert!((found_scatter - plain).norm() <= 1e-9 * plain.norm(), "{found_scatter} {plain}");
+            let Ok(fit) = fit_columns(&columns, &piece) else {
+                return Ok(());
+            };
+            let faded = Faded::between(columns.number(fit.first), columns.number(fit.last));
+            let found = Sums::of(&columns, fit.first..fit.last + 1, &fit.frame, &faded);
+            let plain = line_sums(&kept, &fit.frame, &faded);
+            // A sum of terms of both signs is as exact as the largest of them.
+            let scale = plain.a.abs().max(plain.c.abs()) * 1e-9;
+            for (found, plain) in [(found.a, plain.a), (found.b, plain.b), (found.c, plain.c)] {
+                prop_assert!((found - plain).abs() <= scale, "{found} {plain}");
+            }
+            let turns = |sums: &Sums| [sums.turn_alpha, sums.turn_n].concat();
+            let (found, plain) = (turns(&found), turns(&plain));
+            let scale = plain.iter().fold(0.0_f64, |most, v| most.max(v.abs())) * 1e-9;
+            for (found, plain) in found.iter().zip(&plain) {
+                prop_assert!((found - plain).abs() <= scale, "{found} {plain}");
+            }
         }
     }
 }

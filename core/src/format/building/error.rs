@@ -1,5 +1,7 @@
 //! Why a file is no building.
 
+use roxmltree::Node;
+
 use crate::sim::WorldError;
 
 /// Why a file cannot be made into a world.
@@ -97,4 +99,25 @@ pub enum SvgError {
         /// The most there may be.
         most: usize,
     },
+}
+
+/// An attribute that cannot be.
+pub(super) fn wrong(
+    node: &Node,
+    attribute: &'static str,
+    found: &str,
+    expected: &'static str,
+) -> SvgError {
+    SvgError::Attribute {
+        line: line_of(node),
+        element: node.tag_name().name().to_owned(),
+        attribute,
+        found: found.chars().take(24).collect(),
+        expected,
+    }
+}
+
+/// Where an element stands in its file.
+pub(super) fn line_of(node: &Node) -> u32 {
+    node.document().text_pos_at(node.range().start).row
 }

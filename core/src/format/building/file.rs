@@ -1,4 +1,4 @@
-//! Files that show a building, told apart by their names.
+//! Files that show a building, recognised by their names.
 //!
 //! In: names and bytes of a map of ROS (YAML and image), an `OGmap.txt`, a floor plan (SVG) or a world (JSON). Out: a [`BuildingFile`],
 //! which becomes a world to drive in, or walls to find a robot by, or both.
@@ -37,8 +37,8 @@ pub struct KnownWalls {
     pub sigma: f64,
     /// Where a robot begins in it if nobody says otherwise: `file_from_robot`.
     pub start: Pose2,
-    /// What was left out, in words.
-    pub left_out: Vec<String>,
+    /// What was skipped, in words.
+    pub skipped: Vec<String>,
 }
 
 /// Why files show no building.
@@ -103,7 +103,7 @@ impl BuildingFile {
             Self::Plan(plan) => plan,
             Self::World(world) => Imported {
                 world,
-                left_out: vec![],
+                skipped: vec![],
             },
         })
     }
@@ -117,10 +117,10 @@ impl BuildingFile {
                 faces: sides(&walls_of_map(map)?).collect(),
                 sigma: GRID_SIGMA * map.resolution,
                 start: start_in_map(map)?,
-                left_out: vec![],
+                skipped: vec![],
             }),
             Self::Plan(plan) => Ok(KnownWalls {
-                left_out: plan.left_out.clone(),
+                skipped: plan.skipped.clone(),
                 ..of_thin_walls(&plan.world, FENCE_SIDES)?
             }),
             Self::World(world) => of_thin_walls(world, 0),
@@ -140,7 +140,7 @@ fn of_thin_walls(world: &World, last: usize) -> Result<KnownWalls, BuildingError
         faces: walls.iter().flat_map(|wall| both(wall.segment)).collect(),
         sigma: DRAWN_SIGMA,
         start: world.start,
-        left_out: vec![],
+        skipped: vec![],
     })
 }
 

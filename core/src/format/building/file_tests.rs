@@ -1,4 +1,4 @@
-//! One building in every format: told apart by the name, the same walls in each.
+//! One building in every format: recognised by the name, the same walls in each.
 
 use super::*;
 use crate::format::map_server::{self, MapImage, MapMode};
@@ -84,14 +84,14 @@ fn the_fence_around_a_plan_is_no_wall_to_be_found_by() {
 
 #[test]
 fn what_shows_no_building_is_named() {
-    let told = |files: &[(&'static str, Vec<u8>)]| read(files).unwrap_err().to_string();
+    let error = |files: &[(&'static str, Vec<u8>)]| read(files).unwrap_err().to_string();
     let all = formats();
-    assert!(told(&all[0][..1]).starts_with("`maps/doors.pgm` is one half of a map"));
-    assert!(told(&all[0][1..]).starts_with("`doors.YAML` is one half of a map"));
-    assert!(told(&[("drive.clf", vec![])]).starts_with("`drive.clf` is no building; expected"));
-    assert!(told(&[]).starts_with("`` is no building"));
+    assert!(error(&all[0][..1]).starts_with("`maps/doors.pgm` is one half of a map"));
+    assert!(error(&all[0][1..]).starts_with("`doors.YAML` is one half of a map"));
+    assert!(error(&[("drive.clf", vec![])]).starts_with("`drive.clf` is no building; expected"));
+    assert!(error(&[]).starts_with("`` is no building"));
     let cut = vec![("OGmap.txt", all[1][0].1[..2000].to_vec())];
-    assert!(told(&cut).starts_with("line "), "{}", told(&cut));
+    assert!(error(&cut).starts_with("line "), "{}", error(&cut));
     let nothing = vec![("OGmap.txt", b"2 2 0.05 0 0\n0.1 0.1\n0.1 0.1\n".to_vec())];
     let error = read(&nothing).unwrap().known_walls().unwrap_err();
     assert_eq!(error, BuildingError::NoWalls);

@@ -2,7 +2,7 @@
 //!
 //! 1. `line`, `polyline`, `polygon`, `rect`, `circle`, `ellipse` and `path` are walls where they have a visible stroke or filling; those
 //!    drawn in white are paper. Walls are the lines themselves, without the width of the pen; curves become straight pieces to within
-//!    5 mm. Groups, `transform`, copies by `use`, classes and what hides them count; text and definitions do not; `image` is left out and
+//!    5 mm. Groups, `transform`, copies by `use`, classes and what hides them count; text and definitions do not; `image` is skipped and
 //!    named, and so are copies of what is not there and rules of style sheets that are not read ([`super::svg_style`]).
 //! 2. A unit of the drawing is as many metres as the caller says; or as `data-metres-per-unit` of `<svg>` says; or what `width` and
 //!    `viewBox` make of it where `width` is in mm, cm, in, pt or pc; else a centimetre.
@@ -18,6 +18,7 @@ use nalgebra::Point2;
 use roxmltree::{Document, Node, ParsingOptions};
 use svgtypes::{Length, LengthUnit, ViewBox};
 
+use super::error::wrong;
 use super::room::Room;
 use super::svg_copies::Copies;
 use super::svg_shape::{Pen, path_of, transform_of};
@@ -83,7 +84,7 @@ pub fn of_svg(
     let mut plan = Plan::new(scale);
     let mut styles = Styles::of(&document)?;
     plan.read(root, &mut styles, &mut Copies::of(&document))?;
-    (0..styles.left_out).for_each(|_| plan.leave_out("style"));
+    (0..styles.skipped).for_each(|_| plan.skip("style"));
     plan.into_world(name)
 }
 
@@ -120,26 +121,6 @@ fn scale_of(root: &Node, given: Option<f64>) -> Result<f64, SvgError> {
     Ok(if fits(scale) { scale } else { DEFAULT_UNIT })
 }
 
-/// An attribute that cannot be.
-pub(super) fn wrong(
-    node: &Node,
-    attribute: &'static str,
-    found: &str,
-    expected: &'static str,
-) -> SvgError {
-    SvgError::Attribute {
-        line: line_of(node),
-        element: node.tag_name().name().to_owned(),
-        attribute,
-        found: found.chars().take(24).collect(),
-        expected,
-    }
-}
-
-pub(super) fn line_of(node: &Node) -> u32 {
-    node.document().text_pos_at(node.range().start).row
-}
-
 /// What was read so far, in the world's frame, m.
 struct Plan {
     scale: f64,
@@ -147,7 +128,7 @@ struct Plan {
     count: usize,
     start: Option<Point2<f64>>,
     goal: Option<Point2<f64>>,
-    left_out: Vec<(String, usize)>,
+    skipped: Vec<(String, usize)>,
 }
 
 impl Plan {
@@ -158,7 +139,7 @@ impl Plan {
             count: 0,
             start: None,
             goal: None,
-            left_out: vec![],
+            skipped: vec![],
         }
     }
 
@@ -199,9 +180,9 @@ impl Plan {
                     Some((part, place, number)) => {
                         todo.push((part, inner * place, pen, Some(number)));
                     }
-                    None => self.leave_out("use"),
+                    None => self.skip("use"),
                 },
-                "image" | "foreignObject" => self.leave_out(node.tag_name().name()),
+                "image" | "foreignObject" => self.skip(node.tag_name().name()),
                 _ => {
                     if let Some(path) = path_of(&node, FLATNESS / self.scale)? {
                         self.take(&node, (inner * path).iter(), &pen, copy.is_some())?;
@@ -212,10 +193,10 @@ impl Plan {
         Ok(())
     }
 
-    fn leave_out(&mut self, name: &str) {
-        match self.left_out.iter_mut().find(|(known, _)| known == name) {
+    fn skip(&mut self, name: &str) {
+        match self.skipped.iter_mut().find(|(known, _)| known == name) {
             Some((_, count)) => *count += 1,
-            None => self.left_out.push((name.to_owned(), 1)),
+            None => self.skipped.push((name.to_owned(), 1)),
         }
     }
 
@@ -338,7 +319,7 @@ impl Plan {
             high,
             Point2::new(low.x, high.y),
         ];
-        let told = |(name, count): (String, usize)| {
+        let words = |(name, count): (String, usize)| {
             let why = match name.as_str() {
                 "style" => " (rules for elements within others, or for some media only)",
                 "use" => " (copies of what is not in the file, or has a view box of its own)",
@@ -348,7 +329,7 @@ impl Plan {
         };
         Ok(Imported {
             world: checked(fenced(world, corners))?,
-            left_out: self.left_out.into_iter().map(told).collect(),
+            skipped: self.skipped.into_iter().map(words).collect(),
         })
     }
 }

@@ -11,7 +11,7 @@ use kurbo::Affine;
 use roxmltree::{Document, Node, NodeId};
 
 use super::SvgError;
-use super::svg::wrong;
+use super::error::wrong;
 use super::svg_shape::length;
 
 /// Copies within copies, at most.
@@ -43,7 +43,7 @@ impl<'a> Copies<'a> {
         }
     }
 
-    /// What a `use` copies, which stands in the copy with the number `within`; `None` where that is left out.
+    /// What a `use` copies, which stands in the copy with the number `within`; `None` where that is skipped.
     ///
     /// # Errors    [`SvgError::Attribute`]: a copy of what it stands in itself, copies too deep within each other, a place that is none.
     pub(super) fn copy(

@@ -5,7 +5,7 @@ use roxmltree::Node;
 use svgtypes::{Length, LengthUnit, PointsParser, TransformListParser, TransformListToken};
 
 use super::SvgError;
-use super::svg::{line_of, wrong};
+use super::error::{line_of, wrong};
 use super::svg_style::Style;
 use crate::geom::sin_cos;
 

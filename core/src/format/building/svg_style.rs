@@ -14,7 +14,7 @@ use roxmltree::{Document, Node};
 use simplecss::{AttributeOperator, Declaration, PseudoClass, StyleSheet};
 
 use super::SvgError;
-use super::svg::line_of;
+use super::error::line_of;
 
 /// More selectors than this are refused, for each is held against each element; and more declarations, for the parser takes
 /// time with the square of their number.
@@ -99,7 +99,7 @@ pub(super) struct Styles<'a> {
     /// In the order of what they weigh.
     rules: Vec<(simplecss::Selector<'a>, Declared<'a>)>,
     /// Rules that were not read.
-    pub(super) left_out: usize,
+    pub(super) skipped: usize,
     /// By where the element begins in the text.
     known: BTreeMap<usize, Style<'a>>,
 }
@@ -110,16 +110,16 @@ impl<'a> Styles<'a> {
     /// # Errors    [`SvgError::Syntax`] for more rules than can be.
     pub(super) fn of(document: &'a Document) -> Result<Self, SvgError> {
         let mut sheet = StyleSheet::new();
-        let (mut left_out, mut selectors, mut declarations) = (0, 0, 0);
+        let (mut skipped, mut selectors, mut declarations) = (0, 0, 0);
         let is_sheet = |node: &Node| node.tag_name().name() == "style";
         for style in document.root_element().descendants().filter(is_sheet) {
             let media = style.attribute("media").map_or("all", str::trim);
             if !matches!(media, "all" | "screen" | "") {
-                left_out += 1;
+                skipped += 1;
                 continue;
             }
             for text in style.children().filter_map(|child| child.text()) {
-                // Told before there are any.
+                // Said before there are any.
                 let lists = text.split('}').filter_map(|rule| rule.split_once('{'));
                 selectors += lists
                     .map(|(list, _)| 1 + list.matches(',').count())
@@ -134,21 +134,21 @@ impl<'a> Styles<'a> {
                     });
                 }
                 sheet.parse_more(text);
-                left_out += text.matches('@').count();
+                skipped += text.matches('@').count();
             }
         }
         let mut rules = Vec::with_capacity(sheet.rules.len());
         for rule in sheet.rules {
             let declared = Declared::of(rule.declarations.into_iter());
             match rule.selector.to_string().contains([' ', '>', '+']) {
-                true => left_out += 1,
+                true => skipped += 1,
                 false if declared.is_empty() => {}
                 false => rules.push((rule.selector, declared)),
             }
         }
         Ok(Self {
             rules,
-            left_out,
+            skipped,
             known: BTreeMap::new(),
         })
     }
@@ -258,12 +258,12 @@ mod tests {
     }
 
     #[test]
-    fn a_style_sheet_for_paper_is_left_out_and_counted() {
+    fn a_style_sheet_for_paper_is_skipped_and_counted() {
         let text = "<svg><style media='print'>path { stroke: none }</style></svg>";
         let document = Document::parse(text).unwrap();
         let styles = Styles::of(&document).unwrap();
         assert!(styles.rules.is_empty());
-        assert_eq!(styles.left_out, 1);
+        assert_eq!(styles.skipped, 1);
     }
 
     /// A few megabytes that would ask for minutes: they are refused, or read at once.

@@ -96,7 +96,7 @@ fn paper_hidden_things_and_words_are_no_walls() {
         drawing("<rect width='40' height='40'/><use href='#a'/><use href='o.svg#b'/><image/>");
     let none = "2 × <use> (copies of what is not in the file, or has a view box of its own)";
     assert_eq!(
-        of_svg(plan.as_bytes(), None, "s").unwrap().left_out,
+        of_svg(plan.as_bytes(), None, "s").unwrap().skipped,
         [none, "1 × <image>"]
     );
 }
@@ -163,55 +163,57 @@ fn a_floor_plan_that_was_written_is_read_back() {
 
 #[test]
 fn bad_drawings_are_told_what_where_and_what_was_expected() {
-    let told = |text: &str| of_svg(text.as_bytes(), None, "s").unwrap_err().to_string();
-    assert!(told("").starts_with("line 1:"), "{}", told(""));
-    assert!(told("<svg>\n<g>").starts_with("line "));
+    let error = |text: &str| of_svg(text.as_bytes(), None, "s").unwrap_err().to_string();
+    assert!(error("").starts_with("line 1:"), "{}", error(""));
+    assert!(error("<svg>\n<g>").starts_with("line "));
     assert_eq!(
-        told("<html/>"),
+        error("<html/>"),
         "line 1: <html> begins the file, expected <svg>"
     );
     assert_eq!(
-        told("<svg/>"),
+        error("<svg/>"),
         "there is no wall in it; expected at least one"
     );
     assert_eq!(
-        told(&drawing("<line x1='a'/>")),
+        error(&drawing("<line x1='a'/>")),
         "line 2: x1 of <line> is `a`, expected a finite length in units of the drawing, px, in, cm, mm, pt or pc"
     );
     assert!(
-        told(&drawing("<rect width='50%' height='1'/>"))
+        error(&drawing("<rect width='50%' height='1'/>"))
             .contains("line 2: width of <rect> is `50%`")
     );
     assert!(
-        told(&drawing("\n<g transform='spin(3)'/>"))
+        error(&drawing("\n<g transform='spin(3)'/>"))
             .contains("line 3: transform of <g> is `spin(3)`")
     );
-    assert!(told(&drawing("<polygon points='0,0 1,x'/>")).contains("points of <polygon>"));
+    assert!(error(&drawing("<polygon points='0,0 1,x'/>")).contains("points of <polygon>"));
     assert!(
-        told(&drawing("<path d='M0 0 L'/>"))
+        error(&drawing("<path d='M0 0 L'/>"))
             .contains("line 2: the attribute d of <path> cannot be read")
     );
     assert!(
-        told("<svg data-metres-per-unit='-1'/>")
+        error("<svg data-metres-per-unit='-1'/>")
             .contains("data-metres-per-unit of <svg> is `-1`, expected a number above 0")
     );
     assert!(
-        told(&drawing("<line x2='1e300' stroke='red'/>")).contains("expected 1 to 2000 m a side")
+        error(&drawing("<line x2='1e300' stroke='red'/>")).contains("expected 1 to 2000 m a side")
     );
     // Curves of which no straight pieces must be made.
     for path in ["M0 0C1e60 0 0 1e60 5 5", "M0 0Q1e20 0 0 1e20"] {
         let path = format!("<path d='{path}' stroke='red'/>");
-        assert!(told(&drawing(&path)).contains("expected 1 to 2000 m a side"));
+        assert!(error(&drawing(&path)).contains("expected 1 to 2000 m a side"));
     }
-    assert!(told(&drawing("<circle r='1e300' stroke='red'/>")).contains("a radius within"));
-    assert!(told(&drawing("<ellipse rx='1' ry='1e99' stroke='red'/>")).contains("a radius within"));
+    assert!(error(&drawing("<circle r='1e300' stroke='red'/>")).contains("a radius within"));
     assert!(
-        told(&drawing("<line x2='.1' stroke='red'/>")).contains("0.05 m x 0.00 m at 0.5 m a unit")
+        error(&drawing("<ellipse rx='1' ry='1e99' stroke='red'/>")).contains("a radius within")
+    );
+    assert!(
+        error(&drawing("<line x2='.1' stroke='red'/>")).contains("0.05 m x 0.00 m at 0.5 m a unit")
     );
     let narrow = "<rect width='4' height='.2' fill='none' stroke='red'/>";
     assert!(
-        told(&drawing(narrow)).contains("nowhere is room")
-            || told(&drawing(narrow)).contains("start")
+        error(&drawing(narrow)).contains("nowhere is room")
+            || error(&drawing(narrow)).contains("start")
     );
     assert_eq!(
         of_svg(b"<svg/>", Some(f64::NAN), "s")
@@ -220,9 +222,9 @@ fn bad_drawings_are_told_what_where_and_what_was_expected() {
         "a scale of NaN m a unit, expected a finite number above 0"
     );
     // Entities that grow without end are refused by the parser.
-    assert!(told("<!DOCTYPE svg [<!ENTITY a 'aaaa'>]><svg>&a;</svg>").starts_with("line 1:"));
+    assert!(error("<!DOCTYPE svg [<!ENTITY a 'aaaa'>]><svg>&a;</svg>").starts_with("line 1:"));
     let deep = "<g>".repeat(3000) + &"</g>".repeat(3000);
-    assert!(!told(&drawing(&deep)).is_empty());
+    assert!(!error(&drawing(&deep)).is_empty());
 }
 
 proptest! {
@@ -257,8 +259,8 @@ fn in_room(inner: &str) -> Result<Imported, BuildingError> {
 
 /// Corners of all that stands in the room, in the order of the file: the room comes first and the fence last.
 fn corners_in_room(inner: &str) -> Vec<(f64, f64)> {
-    let Imported { world, left_out } = in_room(inner).unwrap();
-    assert_eq!(left_out, [""; 0]);
+    let Imported { world, skipped } = in_room(inner).unwrap();
+    assert_eq!(skipped, [""; 0]);
     let shapes = &world.obstacles[1..world.obstacles.len() - 1];
     let corners = shapes.iter().flat_map(|obstacle| match &obstacle.shape {
         Shape::Polyline { points, .. } => points.clone(),
@@ -353,9 +355,9 @@ fn classes_draw_and_hide_as_the_style_sheet_says() {
 #[test]
 fn rules_that_are_not_read_are_named() {
     let sheet = "<style>g path { display: none } @media print { path { display: none } }</style>";
-    let told = in_room(sheet).unwrap().left_out;
+    let skipped = in_room(sheet).unwrap().skipped;
     assert_eq!(
-        told,
+        skipped,
         ["2 × <style> (rules for elements within others, or for some media only)"]
     );
 }

@@ -41,7 +41,7 @@ pub(super) fn drawn(world: &World, resolution: f64, origin: Pose2) -> OccupancyM
     }
 }
 
-/// What is seen from the start of `seen`: how far it is from the walls of `other`, m, the worst two percent left out.
+/// What is seen from the start of `seen`: how far it is from the walls of `other`, m, without the worst two percent.
 fn off(from: Point2<f64>, seen: &World, other: &World) -> f64 {
     let (seen, other) = (Caster::new(seen.walls()), Caster::new(other.walls()));
     let mut errors: Vec<f64> = (0..720)
@@ -129,10 +129,10 @@ fn maps_that_are_no_building_are_refused() {
         of_map(&map(vec![0; 1600]), "m"),
         Err(BuildingError::NoWalls)
     );
-    let told = of_map(&map(vec![100; 1600]), "m").unwrap_err().to_string();
+    let error = of_map(&map(vec![100; 1600]), "m").unwrap_err().to_string();
     assert!(
-        told.starts_with("nowhere is room for the robot: the widest place is 0.00 m"),
-        "{told}"
+        error.starts_with("nowhere is room for the robot: the widest place is 0.00 m"),
+        "{error}"
     );
     let mut unknown = vec![-1; 1600];
     unknown[0] = 100;

@@ -109,7 +109,7 @@ fn read_binary(
     Ok(())
 }
 
-/// Words of a header, comments left out.
+/// Words of a header, without comments.
 struct Words<'a> {
     rest: &'a [u8],
 }

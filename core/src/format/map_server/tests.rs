@@ -184,7 +184,7 @@ fn bad_yaml_is_told_what_where_and_what_was_expected() {
             format!("the map's YAML: the key `{key}` is missing")
         );
     }
-    for (from, to, told) in [
+    for (from, to, expect) in [
         (
             "0.5",
             "0",
@@ -226,10 +226,10 @@ fn bad_yaml_is_told_what_where_and_what_was_expected() {
         ("negate: 0", "negate: &a 0\nb: *a", "line 5: an alias"),
         ("negate: 0", "negate: [", "line"),
     ] {
-        let told_now = message(&YAML.replacen(from, to, 1), image);
+        let found = message(&YAML.replacen(from, to, 1), image);
         assert!(
-            told_now.starts_with(&format!("the map's YAML: {told}")),
-            "{told_now}"
+            found.starts_with(&format!("the map's YAML: {expect}")),
+            "{found}"
         );
     }
     assert!(message("just words", image).contains("line 1: expected keys with values"));
@@ -241,44 +241,45 @@ fn bad_yaml_is_told_what_where_and_what_was_expected() {
 
 #[test]
 fn bad_images_are_told_what_is_wrong() {
-    let told = |image: &[u8]| message(YAML, image);
-    assert!(told(b"").contains("neither PGM (P2, P5) nor PNG"));
-    assert!(told(b"P6 1 1 255 abc").contains("it begins with \"P6 1 1 2\""));
-    assert!(told(b"P5 x 1 255 a").contains("the PGM's width is `x`, expected a whole number"));
+    let error = |image: &[u8]| message(YAML, image);
+    assert!(error(b"").contains("neither PGM (P2, P5) nor PNG"));
+    assert!(error(b"P6 1 1 255 abc").contains("it begins with \"P6 1 1 2\""));
+    assert!(error(b"P5 x 1 255 a").contains("the PGM's width is `x`, expected a whole number"));
     assert!(
-        told(b"P5 1 1 0 a")
+        error(b"P5 1 1 0 a")
             .contains("largest grey is `0`, expected a whole number from 1 to 65535")
     );
-    assert!(told(b"P5 0 4 255 ").contains("0 x 4 pixels, expected at least one"));
+    assert!(error(b"P5 0 4 255 ").contains("0 x 4 pixels, expected at least one"));
     assert!(
-        told(b"P5 4000000000 4000000000 255 ")
+        error(b"P5 4000000000 4000000000 255 ")
             .contains("expected at least one and at most 100000000")
     );
-    assert!(told(b"P5 18446744073709551615 3 255 ").contains("at most 100000000"));
+    assert!(error(b"P5 18446744073709551615 3 255 ").contains("at most 100000000"));
     // 100 million pixels are promised, none is there: no memory is taken for them.
     assert!(
-        told(b"P5 10000 10000 255\nab").contains("promises 10000 x 10000 pixels, the file holds 2")
+        error(b"P5 10000 10000 255\nab")
+            .contains("promises 10000 x 10000 pixels, the file holds 2")
     );
-    assert!(told(b"P2 10000 10000 255\n1 2").contains("the file holds 2"));
-    assert!(told(b"P5 1 1 255\nabc").contains("the file holds 2 bytes more"));
-    assert!(told(b"P2 1 1 255\n1 2").contains("the file holds more"));
+    assert!(error(b"P2 10000 10000 255\n1 2").contains("the file holds 2"));
+    assert!(error(b"P5 1 1 255\nabc").contains("the file holds 2 bytes more"));
+    assert!(error(b"P2 1 1 255\n1 2").contains("the file holds more"));
     assert!(
-        told(b"P2 1 1 15\n16").contains("pixel 0 is `16`, expected a whole number from 0 to 15")
+        error(b"P2 1 1 15\n16").contains("pixel 0 is `16`, expected a whole number from 0 to 15")
     );
     let map = OccupancyMap::of_grid(&small_grid(), MapMode::Trinary).unwrap();
     let png = write(&map, MapMode::Trinary, MapImage::Png, "map.png")
         .unwrap()
         .image;
-    assert!(told(&png[..png.len() - 20]).contains("the PNG cannot be read"));
+    assert!(error(&png[..png.len() - 20]).contains("the PNG cannot be read"));
     // A header of 10 000 x 10 000 pixels, its checksum right, with next to nothing behind it.
     let mut bomb = vec![];
     png::Encoder::new(&mut bomb, 10_000, 10_000)
         .write_header()
         .unwrap();
     assert!(
-        told(&bomb).contains("the header promises 10000 x 10000 pixels"),
+        error(&bomb).contains("the header promises 10000 x 10000 pixels"),
         "{}",
-        told(&bomb)
+        error(&bomb)
     );
 }
 

@@ -79,9 +79,9 @@ fn a_way_is_free_even_where_the_beam_is_off_by_its_width() {
 #[test]
 fn ends_are_drawn_where_turning_them_leaves_them_within_a_cell_of_their_wall() {
     let points = points(|bearing| to_wall(1.0, bearing));
-    for (sigma, least_drawn, least_left_out) in [(0.003, 150, 0), (0.01, 100, 20), (0.03, 50, 50)] {
+    for (sigma, least_drawn, least_skipped) in [(0.003, 150, 0), (0.01, 100, 20), (0.03, 50, 50)] {
         let evidence = certain(&points, sigma, &EvidenceConfig::default());
-        let (mut drawn, mut left_out) = (0, 0);
+        let (mut drawn, mut skipped) = (0, 0);
         for beam in points.hits().filter(|b| b.range < 9.0) {
             let end = beam.end_in_robot;
             // Oracle: how far turning by two standard deviations takes the end off the line.
@@ -93,12 +93,12 @@ fn ends_are_drawn_where_turning_them_leaves_them_within_a_cell_of_their_wall() {
                 drawn += 1;
             } else if off > 1.3 * CELL {
                 assert!(!is_drawn, "sigma {sigma}, {end}: {off}");
-                left_out += 1;
+                skipped += 1;
             }
         }
         assert!(
-            drawn >= least_drawn && left_out >= least_left_out,
-            "{drawn} {left_out}"
+            drawn >= least_drawn && skipped >= least_skipped,
+            "{drawn} {skipped}"
         );
     }
 }

@@ -1,10 +1,10 @@
-//! The cells between the beams of a scan: steps 1 to 3 of the area in [`super::sweep`].
+//! The cells between the beams of a scan: steps 1 to 3 of the area in [`super::free_cells`].
 
 use std::f64::consts::TAU;
 
 use nalgebra::Point2;
 
-use super::sweep::Way;
+use super::free_cells::Way;
 use super::{BLOCK, BLOCK_BITS, BLOCK_CELLS, BlockIndex, Grid};
 use crate::geom::sides_of;
 use crate::map::evidence::WIDEST_GAP;

@@ -2,6 +2,9 @@
 //!
 //! In: lines in slices. Out: for each block the cells that any line has, as 64 words.
 //!
+//! `cells` is the plain form: every cell of every slice of every line. The tests hold the canvas to it, cell for cell. The
+//! canvas is faster by drawing slices as words, and trades memory for it: a sheet as large as all lines together.
+//!
 //! 1. Lines along x are drawn row by row; those along y into a second sheet with columns for rows. So slices are few and
 //!    long whatever the direction, and every one that is no longer than 56 cells is one change of one word.
 //! 2. A row is a string of bytes, and a word begins at any of them: no slice is parted where blocks meet.
@@ -22,6 +25,16 @@ const WORD_SLICE: i64 = 55;
 
 /// Rows of one block, a bit for each cell.
 pub(super) type Bits = [u64; BLOCK_CELLS];
+
+/// All cells of some lines.
+#[cfg(test)]
+fn cells(lines: &[Line]) -> std::collections::BTreeSet<(i32, i32)> {
+    let slices = (lines.iter()).flat_map(|line| line.slices().map(move |slice| (line, slice)));
+    let cells = slices.flat_map(|(line, slice)| {
+        (slice.from..=slice.to).map(move |along| line.cell(along, slice.across))
+    });
+    cells.map(|cell| (cell.col, cell.row)).collect()
+}
 
 /// Memory that is kept between scans.
 #[derive(Clone, Debug, Default)]
@@ -253,7 +266,42 @@ impl NullaryFnOnce for Turn<'_> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
+    use nalgebra::Point2;
+    use proptest::prelude::*;
+
     use super::*;
+
+    proptest! {
+        #[test]
+        fn a_canvas_has_the_cells_of_its_lines_and_no_others(
+            ways in prop::collection::vec(
+                ([-90.0..90.0_f64, -90.0..90.0_f64], [-400.0..400.0_f64, -400.0..400.0_f64], any::<bool>()),
+                1..20,
+            ),
+        ) {
+            let line = |&([x, y], [dx, dy], is_crossed): &([f64; 2], [f64; 2], bool)| {
+                let (start, end) = (Point2::new(x, y), Point2::new(x + dx, y + dy));
+                if is_crossed { Line::crossed(start, end) } else { Line::bresenham(start, end) }
+            };
+            let lines: Vec<Line> = ways.iter().filter_map(line).collect();
+            let mut canvas = Canvas::default();
+            for line in &lines {
+                prop_assert!(canvas.take(*line).is_none());
+            }
+            let mut drawn = BTreeSet::new();
+            canvas.draw(|block, bits| {
+                for (row, word) in bits.iter().enumerate() {
+                    let set = (0..BLOCK_CELLS).filter(|col| word >> col & 1 == 1);
+                    drawn.extend(set.map(|col| {
+                        (block.col * BLOCK + col as i32, block.row * BLOCK + row as i32)
+                    }));
+                }
+            });
+            prop_assert_eq!(drawn, cells(&lines));
+        }
+    }
 
     #[test]
     fn turning_makes_rows_of_columns() {

@@ -1,6 +1,6 @@
 //! Settings of the grid, and why some cannot be used.
 
-use super::Sweep;
+use super::FreeCells;
 use crate::bounds::{Bounds, OutOfBounds, check};
 
 /// How sightings change the grid.
@@ -18,9 +18,9 @@ pub struct GridConfig {
     pub occupied_above: f64,
     /// Cells count as free below this probability. Default 0.35.
     pub free_below: f64,
-    /// How the cells that a scan leaves free are found. Default [`Sweep::Crossed`].
-    pub sweep: Sweep,
-    /// Most blocks the grid may hold; beams beyond are dropped, which [`super::Grid::is_whole`] tells. Default 65 536 blocks, 268 million cells, 0.67 km² at 5 cm.
+    /// How the cells that a scan leaves free are found. Default [`FreeCells::Crossed`].
+    pub free_cells: FreeCells,
+    /// Most blocks the grid may hold; beams beyond are dropped; [`super::Grid::is_whole`] says so. Default 65 536 blocks, 268 million cells, 0.67 km² at 5 cm.
     /// Streets, halls and rooms that were seen for a while take a third of a gigabyte; 1.1 GB if there is something in every block.
     pub max_blocks: usize,
 }
@@ -34,7 +34,7 @@ impl Default for GridConfig {
             clamp: 0.02,
             occupied_above: 0.65,
             free_below: 0.35,
-            sweep: Sweep::default(),
+            free_cells: FreeCells::default(),
             max_blocks: 65_536,
         }
     }
@@ -48,9 +48,7 @@ pub enum GridError {
     #[error("grid: {0}")]
     Bounds(#[from] OutOfBounds),
     /// Something was seen where the grid may not grow.
-    #[error(
-        "grid: holds {blocks} blocks of at most {max_blocks}; what was seen beyond is left out"
-    )]
+    #[error("grid: holds {blocks} blocks of at most {max_blocks}; what was seen beyond is skipped")]
     Full {
         /// Blocks that it holds.
         blocks: usize,

@@ -231,7 +231,7 @@ fn a_full_grid_says_so_and_keeps_what_it_has() {
     let error = grid.is_whole().unwrap_err();
     assert_eq!(
         error.to_string(),
-        "grid: holds 2 blocks of at most 2; what was seen beyond is left out"
+        "grid: holds 2 blocks of at most 2; what was seen beyond is skipped"
     );
     let at = |x: f64| grid.probability(grid.cell_at(Point2::new(x, 0.0)));
     assert!(at(0.5) < 0.4 && at(5.0) < 0.5 && at(1.01) > 0.5);

@@ -81,7 +81,7 @@ impl Flood<'_> {
         }
     }
 
-    /// Numbers the sets that are left.
+    /// Numbers the sets that remain.
     fn settle(mut self) -> Basins {
         let mut numbers = vec![NONE; self.peaks.len()];
         let mut count = 0;

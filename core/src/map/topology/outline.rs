@@ -14,7 +14,7 @@ struct Extent {
 
 impl Topology {
     /// The outlines of each region, map frame, m: counter-clockwise round the floor, clockwise round furniture. They are off by a
-    /// cell at most, and what is thinner is left out.
+    /// cell at most, and what is thinner is skipped.
     #[must_use]
     pub fn outlines(&self) -> Vec<Vec<Vec<Point2<f64>>>> {
         let extents = self.extents().into_iter().enumerate();

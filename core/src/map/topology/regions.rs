@@ -1,4 +1,4 @@
-//! What is to be told of regions and doors, step 5.
+//! The figures of regions and doors, step 5.
 
 use super::doors::Gap;
 use super::floor::Floor;
@@ -13,7 +13,7 @@ const WITH_DOORS: f64 = 0.625;
 #[derive(Clone, Copy, Default)]
 struct Sums {
     cells: usize,
-    /// Largest clearance, furniture left out, m.
+    /// Largest clearance without furniture, m.
     peak: f32,
     /// Largest clearance of all, and the cell that has it.
     middle: Option<(f32, usize)>,

@@ -179,7 +179,7 @@ impl Entry {
 
     /// Whether another wall is a part of this one.
     pub(super) fn belongs_with(&self, other: &Self, config: &VectorConfig) -> bool {
-        // The shorter one is compared with the longer: its direction tells less.
+        // The shorter one is compared with the longer: its direction is less certain.
         let (long, short) = match self.length() >= other.length() {
             true => (self, other),
             false => (other, self),
@@ -235,7 +235,7 @@ impl Entry {
         self.cover.see_through(through.into_iter());
     }
 
-    /// What is left of it: itself, shorter, in two, or nothing.
+    /// What remains of it: itself, shorter, in two, or nothing.
     pub(super) fn split(self, config: &VectorConfig, next_id: &mut u32, parts: &mut Vec<Self>) {
         let stretches = self.cover.stretches(config.gap);
         for (number, stretch) in stretches.into_iter().enumerate() {

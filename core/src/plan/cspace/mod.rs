@@ -1,14 +1,14 @@
 //! Configuration space: where the centre of the robot may be.
 //!
 //! In: obstacles (cells of a grid, or segments of walls) and how far the robot's centre keeps away from them. Out: for
-//! any point the room that is left, and for any straight leg how far it can be driven.
+//! any point the room that remains, and for any straight leg how far it can be driven.
 //!
 //! 1. The robot is the disc around its body, so walls grow by its radius and a margin (TDK 2016 §5.1).
 //! 2. Over a grid the distance to the nearest occupied cell comes from an exact distance transform; half a cell is taken
 //!    off, because the wall may be anywhere in its cell. The unknown is no obstacle, or one that only the centre of the
 //!    robot keeps out of, as the caller chooses.
 //! 3. Over segments the distance is that of a capsule, exact.
-//! 4. A leg is marched along in steps of the room that is left: long ones in the open, short ones at walls.
+//! 4. A leg is marched along in steps of the room that remains: long ones in the open, short ones at walls.
 
 mod capsule;
 mod grid;
@@ -93,46 +93,5 @@ pub trait ConfigSpace {
         self.is_free(Point2::from((leg.a.coords + leg.b.coords) * 0.5))
             && self.is_free(leg.a)
             && self.free_length(leg) >= leg.length()
-    }
-}
-
-/// Two spaces at once: free is what is free in both (the grid and the vector map).
-#[derive(Clone, Debug)]
-pub struct Both<A, B>(pub A, pub B);
-
-impl<A: ConfigSpace, B: ConfigSpace> ConfigSpace for Both<A, B> {
-    fn room(&self, point: Point2<f64>) -> f64 {
-        self.0.room(point).min(self.1.room(point))
-    }
-
-    fn step(&self) -> f64 {
-        self.0.step().min(self.1.step())
-    }
-
-    fn bounds(&self) -> (Point2<f64>, Point2<f64>) {
-        let ((a, b), (c, d)) = (self.0.bounds(), self.1.bounds());
-        (a.sup(&c), b.inf(&d))
-    }
-
-    fn walls_near(&self, point: Point2<f64>, reach: f64) -> Vec<Segment> {
-        let mut walls = self.0.walls_near(point, reach);
-        walls.extend(self.1.walls_near(point, reach));
-        walls
-    }
-
-    fn are_apart(&self, a: Point2<f64>, b: Point2<f64>) -> bool {
-        self.0.are_apart(a, b) || self.1.are_apart(a, b)
-    }
-
-    fn is_free(&self, point: Point2<f64>) -> bool {
-        self.0.is_free(point) && self.1.is_free(point)
-    }
-
-    fn free_length(&self, leg: &Segment) -> f64 {
-        self.0.free_length(leg).min(self.1.free_length(leg))
-    }
-
-    fn leg_is_free(&self, leg: &Segment) -> bool {
-        self.0.leg_is_free(leg) && self.1.leg_is_free(leg)
     }
 }

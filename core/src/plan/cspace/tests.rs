@@ -105,7 +105,7 @@ fn the_room_that_is_shown_is_that_of_the_space() {
     let (keep, size) = (0.2, BLOCK_CELLS as i32);
     let space = GridSpace::new(&grid, grid.bounds().unwrap(), keep, Unknown::Free);
     let shown = Field::Room { keep }.since(&grid, 0);
-    let mut told = [0, 0];
+    let mut counts = [0, 0];
     for (block, bytes) in shown
         .blocks
         .iter()
@@ -127,8 +127,8 @@ fn the_room_that_is_shown_is_that_of_the_space() {
                 (found - room.max(0.0)).abs() < shown.step + 1e-9,
                 "{cell:?}: {found}, {room}"
             );
-            told[usize::from(*byte > 1)] += 1;
+            counts[usize::from(*byte > 1)] += 1;
         }
     }
-    assert!(told.iter().all(|cells| *cells > 100), "{told:?}");
+    assert!(counts.iter().all(|cells| *cells > 100), "{counts:?}");
 }

@@ -80,7 +80,6 @@ pub fn plan_outline_route(
                 raw: path.clone(),
                 tree: search.edges(),
                 by: planner,
-                fallback: None,
                 iterations: failure.iterations,
                 margin,
             });

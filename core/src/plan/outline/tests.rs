@@ -68,6 +68,33 @@ fn deepest(path: &Path, heading: f64, walls: &[Segment]) -> f64 {
     worst
 }
 
+/// Asks for a path once.
+fn plan_outline<S: ConfigSpace + ?Sized>(
+    space: &S,
+    outline: &Footprint,
+    query: Query,
+    heading: Option<f64>,
+    config: &OutlineConfig,
+) -> Result<Path, NoPath> {
+    let mut search = OutlineSearch::new(space, outline.clone(), query, heading, *config)?;
+    for _ in 0..config.max_iterations {
+        if !search.iterate(space) {
+            break;
+        }
+    }
+    match search.path() {
+        Some(path) => Ok(path.clone()),
+        // What the disc within cannot reach, the outline cannot.
+        None if space.are_apart(query.start, query.goal) => Err(query.unreachable()),
+        None if search.open.is_empty() => Err(NoPath::Exhausted {
+            iterations: search.iterations,
+        }),
+        None => Err(NoPath::BudgetSpent {
+            iterations: search.iterations,
+        }),
+    }
+}
+
 #[test]
 fn a_long_robot_passes_a_door_narrower_than_the_disc_around_it_and_touches_nothing() {
     let config = OutlineConfig::default();

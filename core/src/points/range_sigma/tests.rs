@@ -77,7 +77,7 @@ fn true_growth_is_found_and_the_stated_error_is_the_real_one() {
 }
 
 #[test]
-fn outliers_are_left_out() {
+fn outliers_are_skipped() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let fit = estimate_sigma(
         &scans(Growth::Linear, 0.01, &mut rng),

@@ -1,9 +1,9 @@
-//! Who came since the last scan, by a few readings on the move: what a sensor that sweeps only standing can tell of people.
+//! Who came since the last scan, by partial scans: all that a sensor that sweeps only when the robot stands sees of people.
 //!
-//! 1. A reading in room that the last scan looked past, by more than both may err, is of somebody who came.
-//! 2. They are where they were seen for [`KEPT_FOR`], or until the next scan.
+//! 1. A reading in space that the last scan saw to be free, by more than both may err, is of somebody who came.
+//! 2. They stay where they were seen for [`KEPT_FOR`], or until the next scan.
 //!
-//! One reading is enough: a wrong one costs a sweep, and the next comes after half a metre of somebody's way.
+//! One reading is enough: a wrong one costs a sweep, and the next comes only after a walker's half metre.
 
 use nalgebra::Point2;
 
@@ -11,7 +11,7 @@ use super::{Beam, Margin, Points, Walkers};
 use crate::geom::Pose2;
 use crate::robot::Stamp;
 
-/// How long somebody counts who was not seen again, s: a turn and the beginning of a leg.
+/// How long somebody counts without being seen again, s: a turn and the beginning of a leg.
 const KEPT_FOR: f64 = 3.0;
 /// By how many standard deviations a reading may err.
 const SIGMAS: f64 = 3.0;

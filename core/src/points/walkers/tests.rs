@@ -31,10 +31,10 @@ fn to_room(from: Point2<f64>, along: Vector2<f64>) -> f64 {
     side(from.x, along.x).min(side(from.y, along.y))
 }
 
-/// What is seen by a lidar that turns once while the robot moves by `moved` to a pose, each beam put where odometry, which says `told`,
+/// What is seen by a lidar that turns once while the robot moves by `moved` to a pose, each beam put where odometry, which reports `reported`,
 /// has it.
 fn sweep(
-    (moved, told): (&Pose2, &Pose2),
+    (moved, reported): (&Pose2, &Pose2),
     pose: &Pose2,
     person: Option<(f64, f64, f64)>,
     number: usize,
@@ -44,7 +44,7 @@ fn sweep(
         let (sin, cos) = sin_cos(-PI + TAU * part);
         // `robot_now_from_robot_then`.
         let back = |moved: &Pose2| moved.fraction(1.0 - part).inverse();
-        let (at, then) = (*pose * back(moved), back(told));
+        let (at, then) = (*pose * back(moved), back(reported));
         let local = Vector2::new(cos, sin);
         let (along, from) = (at.rotate(local), at.position());
         let discs = [Some(PILLAR), person].into_iter().flatten();
@@ -82,7 +82,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     /// Whoever crosses or comes nearer at walking speed is seen, and nothing else is; who leaves hides what they enter. A robot that turns
-    /// fast knows too little of its heading to tell, which the test leaves out.
+    /// fast knows too little of its heading to tell, which the test skips.
     #[test]
     fn who_walks_is_seen_from_a_robot_that_drives(
         x in 0.7..1.6_f64, y in -0.3..0.3_f64, direction in 0.5 * PI..1.5 * PI, speed in 0.9..1.2_f64,
@@ -104,22 +104,22 @@ proptest! {
         }
     }
 
-    /// Tracks that slip turn a robot that drives straight on by up to six degrees in a scan, and no encoder tells.
+    /// Tracks that slip turn a robot that drives straight on by up to six degrees in a scan, and no encoder shows it.
     #[test]
     fn a_turn_that_odometry_does_not_tell_is_found_and_makes_nobody_walk(forward in -0.7..0.7_f64, slips in proptest::array::uniform8(-0.1..0.1_f64)) {
         let (mut walkers, mut pose) = (Walkers::default(), Pose2::identity());
         for (number, slip) in slips.into_iter().enumerate() {
-            let told = Pose2::new(forward * PERIOD, 0.0, 0.0);
+            let reported = Pose2::new(forward * PERIOD, 0.0, 0.0);
             let slip = slip * (forward.abs() / 0.7).sqrt();
             let moved = Pose2::new(forward * PERIOD, 0.0, slip);
             pose = pose * moved;
             // Taken standing, so that the turn alone is asked for.
             let still = Pose2::identity();
             let points = sweep((&still, &still), &pose, None, number);
-            let found = walkers.turn_untold(&points, &told).heading();
+            let found = walkers.unreported_turn(&points, &reported).heading();
             // It turns the older scan against the robot.
             prop_assert!(number == 0 || (found + slip).abs() < 0.012, "{slip} rad: {found}");
-            walkers.update(&points, &told);
+            walkers.update(&points, &reported);
             prop_assert!(walkers.points().is_empty(), "{:?}", walkers.points());
         }
     }
@@ -129,11 +129,11 @@ proptest! {
     fn nothing_walks_where_nobody_is(forward in -0.7..0.7_f64, turn in -2.0..2.0_f64, wear in -0.05..0.05_f64) {
         let (mut walkers, mut pose) = (Walkers::default(), Pose2::identity());
         for number in 0..8 {
-            let told = Pose2::new(forward * PERIOD, 0.0, turn * PERIOD);
+            let reported = Pose2::new(forward * PERIOD, 0.0, turn * PERIOD);
             let moved = Pose2::new(forward * PERIOD, 0.0, turn * (1.0 + wear) * PERIOD);
             pose = pose * moved;
             prop_assume!(pose.position().coords.amax() < HALF - 0.3);
-            walkers.update(&sweep((&moved, &told), &pose, None, number), &told);
+            walkers.update(&sweep((&moved, &reported), &pose, None, number), &reported);
             prop_assert!(walkers.points().is_empty(), "{:?}", walkers.points());
         }
     }
@@ -180,20 +180,20 @@ proptest! {
         let mut walkers = Walkers::default();
         let still = Pose2::identity();
         walkers.update(&sweep((&still, &still), &still, None, 0), &still);
-        let told = Pose2::new(0.0, 0.0, turn) * Pose2::new(forward, 0.0, 0.0);
+        let reported = Pose2::new(0.0, 0.0, turn) * Pose2::new(forward, 0.0, 0.0);
         let slipped = turn + slip * turn.abs().sqrt();
         let truth = Pose2::new(0.0, 0.0, slipped) * Pose2::new(forward, 0.0, 0.0);
-        let came = walkers.partial_scan(&four(&truth, None), &told);
+        let came = walkers.partial_scan(&four(&truth, None), &reported);
         prop_assert!(came.is_empty() && walkers.points().is_empty(), "{came:?}");
         let at = truth * Point2::new(away, 0.0);
         let to_pillar = Vector2::new(at.x - PILLAR.0, at.y - PILLAR.1).norm();
         prop_assume!(to_pillar > 1.2 && at.coords.amax() < HALF - 0.8);
-        let came = walkers.partial_scan(&four(&truth, Some((at.x, at.y, 0.2))), &told);
+        let came = walkers.partial_scan(&four(&truth, Some((at.x, at.y, 0.2))), &reported);
         // In the frame of the scan, as odometry has it.
-        let expect = told * Point2::new(away - 0.2, 0.0);
+        let expect = reported * Point2::new(away - 0.2, 0.0);
         prop_assert!(came.len() == 1 && (came[0] - expect).norm() < 1e-6, "{came:?} instead of {expect}");
         prop_assert_eq!(walkers.points(), came);
-        walkers.update(&sweep((&still, &still), &truth, None, 9), &told);
+        walkers.update(&sweep((&still, &still), &truth, None, 9), &reported);
         prop_assert!(walkers.points().is_empty());
     }
 }

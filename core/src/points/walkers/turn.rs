@@ -1,4 +1,4 @@
-//! By how much a robot has turned more than its odometry told, from two scans.
+//! By how much a robot has turned more than its odometry reports, from two scans.
 //!
 //! In: the hits of two scans, both from the same place and in the same frame as far as odometry knows. Out: the turn by which the older
 //! one fits the newer one best.

@@ -38,7 +38,7 @@ pub struct ControllerConfig {
     pub speed_integral: f64,
     /// Voltage that is worth an acceptable error, as a part of the battery's. Default 0.28.
     pub voltage: f64,
-    /// How fast the load may wander, as the observer is told: part of the stalled motor's torque per √s. Default 0.3; more
+    /// How fast the load may wander, as the observer assumes: part of the stalled motor's torque per √s. Default 0.3; more
     /// follows loads sooner and lets more of the counts' steps through.
     pub load_drift: f64,
 }

@@ -1,4 +1,4 @@
-//! Every reading stays in its direction, wherever the sensor looks and whatever it left out.
+//! Every reading stays in its direction, wherever the sensor looks and whatever it skipped.
 
 use proptest::prelude::*;
 
@@ -57,7 +57,7 @@ fn all_round_the_fan_begins_at_the_back() {
 }
 
 proptest! {
-    /// A beam that a sensor left out costs one other its place at most, and none is off by more than half a step: of a fan that leaves more
+    /// A beam that a sensor skipped costs one other its place at most, and none is off by more than half a step: of a fan that leaves more
     /// room open than all round.
     #[test]
     fn a_fan_with_a_hole_keeps_its_beams_in_their_directions(

@@ -1,7 +1,7 @@
 //! How the grid is drawn.
 
 use super::{ANY, BY_LINES, Group};
-use crate::map::{GridConfig, Sweep};
+use crate::map::{FreeCells, GridConfig};
 use crate::settings::field::{Number, at, rows};
 use crate::settings::setting::{
     Acts, CENTIMETRES, Field, PERCENT, SIGMAS, Setting, one_of, real, si,
@@ -26,8 +26,8 @@ rows! { MAP = OF_MAP;
         "The same for a cell that a beam crossed. Lidar 40 %, Celej 20 %. Growing: more beams are needed to clear a cell.";
     "grid.clamp", "Never surer than", real(GridConfig::CLAMP, PERCENT), [slam.grid.clamp].methods(SCAN_BY_SCAN),
         "Probabilities stay this far from 0 and 1. Growing: the map changes its mind sooner.";
-    "grid.sweep", "Cells that a scan frees", one_of::<Sweep>(),
-        [get |s| Some(s.slam.grid.sweep.number()), set |s, v| { s.slam.grid.sweep.put(v); s.slam.matcher.grid.sweep.put(v); }].basic(),
+    "grid.sweep", "Cells that a scan frees", one_of::<FreeCells>(),
+        [get |s| Some(s.slam.grid.free_cells.number()), set |s, v| { s.slam.grid.free_cells.put(v); s.slam.matcher.grid.free_cells.put(v); }].basic(),
         "Between the beams is fastest, and leaves no cells unseen where beams are far apart. Sonars beside the sensor keep theirs.";
     "evidence.sigmas", "Width of a beam", real([0.0, 5.0], SIGMAS), [slam.evidence.sigmas].methods(BY_LINES).at_once(),
         "In standard deviations of its direction. Growing: cleaner walls, less known from afar.";

@@ -18,8 +18,8 @@ const MOST_PARTS: usize = 32;
 /// A part of the rest of the motion that is as good as none.
 const STUCK: f64 = 1e-3;
 
-/// Something near: the nearest points of body and thing, world frame.
-struct Near {
+/// Something close by: the nearest points of body and thing, world frame.
+struct Proximity {
     on_body: Point2<f64>,
     apart: f64,
     /// From the thing to the body, of unit length.
@@ -73,7 +73,12 @@ impl Body {
     }
 
     /// Which part of a motion, 0 to 1, is proved not to touch a thing.
-    fn free_part(&self, outline: &Footprint, (way, turn): (Vector2<f64>, f64), near: &Near) -> f64 {
+    fn free_part(
+        &self,
+        outline: &Footprint,
+        (way, turn): (Vector2<f64>, f64),
+        near: &Proximity,
+    ) -> f64 {
         let room = (near.apart - 0.5 * SKIN).max(0.0);
         let pose = self.pose();
         // To first order each corner moves on a line; an arc leaves it by half of its angle squared and its radius.
@@ -97,7 +102,7 @@ impl Body {
         length: f64,
         caster: &Caster,
         movers: &[Disc],
-    ) -> Vec<Near> {
+    ) -> Vec<Proximity> {
         let pose = self.pose();
         let reach = self.radius + length + TOUCH;
         let mut found = vec![];
@@ -135,21 +140,21 @@ impl Body {
     }
 }
 
-fn near_wall(outline: &Footprint, pose: &Pose2, wall: &Segment) -> Near {
+fn near_wall(outline: &Footprint, pose: &Pose2, wall: &Segment) -> Proximity {
     let [on_body, on_wall] = outline.nearest(pose, wall);
     between(on_body, on_wall, 0.0)
 }
 
-fn near_disc(outline: &Footprint, pose: &Pose2, disc: &Disc) -> Near {
+fn near_disc(outline: &Footprint, pose: &Pose2, disc: &Disc) -> Proximity {
     let centre = pose.inverse() * disc.centre;
     let on_body = *pose * outline.closest_point(centre);
     between(on_body, disc.centre, disc.radius)
 }
 
-fn between(on_body: Point2<f64>, on_thing: Point2<f64>, radius: f64) -> Near {
+fn between(on_body: Point2<f64>, on_thing: Point2<f64>, radius: f64) -> Proximity {
     let away = on_body - on_thing;
     let distance = away.norm();
-    Near {
+    Proximity {
         on_body,
         apart: distance - radius,
         normal: away / distance.max(1e-12),

@@ -1,4 +1,4 @@
-//! The simulated drive against what it is told, and against the limits of its model.
+//! The simulated drive against its commands, and against the limits of its model.
 
 use proptest::prelude::*;
 use rand::SeedableRng;

@@ -1,4 +1,4 @@
-//! The controller on motors that are not what it was told, against what is asked of it.
+//! The controller on motors that are not those that it assumes, against what is asked of it.
 
 use super::*;
 
@@ -64,7 +64,7 @@ fn steps_and_ramps_end_without_error_and_without_overshoot_on_any_motors() {
                     assert_settled(&trial, &samples);
                     let over = fastest(&samples) / forward.abs() - 1.0;
                     // A slow step, which no command makes: the motor is faster than believed by as much as its magnet is
-                    // weaker, until a few counts have told; a count is 8 ms then.
+                    // weaker, until a few counts have shown it; a count is 8 ms then.
                     let is_slow_step = part < 0.5 && ramp.is_infinite();
                     let most = if is_slow_step { 0.20 } else { 0.10 };
                     assert!(

@@ -8,8 +8,8 @@
 //!    somewhere short of the surface, as from dust and edges.
 //!
 //! 4. A lidar like SICK's says the greatest range where nothing came back, be it for distance, glass or darkness: the three
-//!    cannot be told apart ([`LidarModel::says_maximum`]).
-//! 5. The RPLIDAR tells how strong each echo was, 0 to 63 ([`LidarModel::tells_quality`]). What a matt surface scatters back falls
+//!    cannot be distinguished ([`LidarModel::says_maximum`]).
+//! 5. The RPLIDAR reports how strong each echo was, 0 to 63 ([`LidarModel::reports_quality`]). What a matt surface scatters back falls
 //!    with cos i / d² (Lambert; i the angle of incidence); the weakest echo that it can still use, met squarely at the
 //!    greatest range for the material, is 1.
 //!
@@ -70,7 +70,7 @@ pub struct LidarModel {
     /// Whether it says [`Self::max_range`] where nothing came back; otherwise that is infinite. Default false.
     pub says_maximum: bool,
     /// Whether each echo comes with its strength. Default true.
-    pub tells_quality: bool,
+    pub reports_quality: bool,
     /// Where it sits on the robot. Default: its middle.
     pub robot_from_sensor: Pose2,
 }
@@ -100,7 +100,7 @@ impl LidarModel {
             dark_range: 3.0,
             glass_angle: 0.15,
             says_maximum: false,
-            tells_quality: true,
+            reports_quality: true,
             robot_from_sensor: Pose2::identity(),
         }
     }
@@ -124,7 +124,7 @@ impl LidarModel {
             dark_range: 8.0,
             glass_angle: 0.15,
             says_maximum: true,
-            tells_quality: false,
+            reports_quality: false,
             robot_from_sensor: Pose2::identity(),
         }
     }
@@ -292,7 +292,7 @@ impl Lidar {
             let reading = self.read(seconds, bearing, span, view, rng);
             self.ranges.push(reading.range);
             self.sigmas.push(reading.sigma);
-            if self.model.tells_quality {
+            if self.model.reports_quality {
                 self.qualities.push(reading.quality);
             }
             self.slots += 1;
@@ -361,7 +361,7 @@ impl Lidar {
             return nothing(f32::NAN);
         }
         if luck > 1.0 - model.outliers {
-            // What is left of `luck` is uniform too.
+            // The remainder of `luck` is uniform too.
             let part = (1.0 - luck) / model.outliers;
             let range = model.min_range + part * (echo.distance - model.min_range);
             // Dust and edges send little back.

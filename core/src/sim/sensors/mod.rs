@@ -89,7 +89,7 @@ impl FromStr for SensorKind {
 pub enum SensorModel {
     /// A lidar that turns all the time.
     Lidar(LidarModel),
-    /// Four infra-red rangers on a servo, which look round on [`crate::robot::Command::Scan`] only.
+    /// Four infra-red rangers on a servo, which sweep on [`crate::robot::Command::Scan`] only.
     Rangers(RangerModel),
     /// A ring of sonars.
     Sonar(SonarModel),
@@ -108,7 +108,7 @@ impl SensorModel {
         Self::Rangers(RangerModel::default())
     }
 
-    /// Whether it looks round only on [`crate::robot::Command::Scan`].
+    /// Whether it sweeps only on [`crate::robot::Command::Scan`].
     #[must_use]
     pub fn scans_on_command(&self) -> bool {
         matches!(self, Self::Rangers(_))
@@ -190,19 +190,24 @@ impl Sensor {
         }
     }
 
-    /// Whether the robot moves: rangers on a servo look to and fro meanwhile, which others need not be told.
+    /// Whether the robot moves: rangers on a servo sweep to and fro meanwhile, which others need not know.
     pub(super) fn moves(&mut self, moves: bool, seconds: f64) {
         match self {
-            Self::Rangers(rangers) if moves => rangers.look_on_the_move(seconds),
-            Self::Rangers(rangers) => rangers.look_no_more(),
+            Self::Rangers(rangers) if moves => rangers.start_partial_scans(seconds),
+            Self::Rangers(rangers) => rangers.stop_partial_scans(),
             Self::Lidar(_) | Self::Sonar(_) => (),
         }
     }
 
     /// A few readings of a robot that moves, by a sensor that can sweep only standing.
-    pub(super) fn look(&mut self, span: &Span, view: &View, rng: &mut impl Rng) -> Option<Scan> {
+    pub(super) fn partial_scan(
+        &mut self,
+        span: &Span,
+        view: &View,
+        rng: &mut impl Rng,
+    ) -> Option<Scan> {
         match self {
-            Self::Rangers(rangers) => rangers.look(span, view, rng),
+            Self::Rangers(rangers) => rangers.partial_scan(span, view, rng),
             Self::Lidar(_) | Self::Sonar(_) => None,
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! Forward, from the world to counts:
 //! 1. The robot stands still; the servo goes from -45° to just below +45° in steps, and at each all four rangers are read.
-//! 2. The servo stands at a new angle [`RangerModel::settle`] after it was told to. A ranger measures by itself, once in 38.3 ± 9.6 ms, and holds its output meanwhile: what is read may have been measured
+//! 2. The servo stands at a new angle [`RangerModel::settle`] after the command. A ranger measures by itself, once in 38.3 ± 9.6 ms, and holds its output meanwhile: what is read may have been measured
 //!    when the servo still stood elsewhere.
 //! 3. The true range becomes volts ([`Sharp`]), which fold back below the peak; noise is in volts; the converter has 10 bits.
 //!
@@ -13,11 +13,11 @@
 //! The readings are handed on in the order of their bearings, with `sweep` 0: nothing moved meanwhile, and neighbours
 //! in the scan are neighbours in the room.
 //!
-//! A robot that moves looks by single readings ([`look`]).
+//! A robot that moves takes partial scans ([`partial_scan`]).
 //!
 //! Source: TDK 2016 §1.3 (four rangers, servo); Sharp GP2Y0A02 and GP2Y0A21 data sheets; the specification, "Sensors".
 
-mod look;
+mod partial_scan;
 #[cfg(test)]
 mod tests;
 
@@ -94,8 +94,8 @@ pub(in crate::sim) struct Rangers {
     cycles: [(f64, f64); RANGERS],
     /// (bearing, range, σ) so far.
     readings: Vec<(f64, f32, f32)>,
-    /// The look under way of a robot that moves.
-    look: Option<look::Look>,
+    /// The partial scan under way of a robot that moves.
+    servo_move: Option<partial_scan::ServoMove>,
 }
 
 impl Rangers {
@@ -107,13 +107,13 @@ impl Rangers {
             began: None,
             cycles: [(0.0, model.cycle); RANGERS],
             readings: Vec::new(),
-            look: None,
+            servo_move: None,
         })
     }
 
     pub(super) fn begin(&mut self, seconds: f64) {
         self.began = Some(seconds);
-        self.look = None;
+        self.servo_move = None;
         self.readings.clear();
     }
 
@@ -225,7 +225,7 @@ impl Rangers {
             return None;
         }
         if luck > 1.0 - model.outliers {
-            // What is left of `luck` is uniform too.
+            // The remainder of `luck` is uniform too.
             return Some(model.adc.reference * (1.0 - luck) / model.outliers);
         }
         let (origin, heading) = span.sensor_at(seconds, &model.robot_from_sensor);

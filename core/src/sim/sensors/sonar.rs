@@ -219,7 +219,7 @@ impl Sonar {
             return silence;
         }
         let range = if luck > 1.0 - model.outliers {
-            // What is left of `luck` is uniform too.
+            // The remainder of `luck` is uniform too.
             let part = (1.0 - luck) / model.outliers;
             model.min_range + part * (distance - model.min_range)
         } else {

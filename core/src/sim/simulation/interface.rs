@@ -28,8 +28,8 @@ impl Robot for Simulation {
         self.take_scan()
     }
 
-    fn take_look(&mut self) -> Option<Scan> {
-        self.take_look()
+    fn take_partial_scan(&mut self) -> Option<Scan> {
+        self.take_partial_scan()
     }
 
     fn bumpers(&self) -> Bumpers {

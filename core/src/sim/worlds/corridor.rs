@@ -1,4 +1,4 @@
-//! `corridor`, 30 x 2 m: two bare walls. Only wheels tell how far one drove.
+//! `corridor`, 30 x 2 m: two bare walls. Only the wheels measure how far a robot drove.
 
 use nalgebra::Point2;
 

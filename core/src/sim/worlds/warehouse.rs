@@ -45,7 +45,7 @@ fn rack(world: World, (x, y): (f64, f64), first: usize) -> World {
     };
     let pallet = |world: World, bay: usize| {
         let x = x + BAY * bay as f64 + POST + 0.15;
-        // No two pallets stand alike; a hand's breadth is enough to tell them apart.
+        // No two pallets stand alike; a hand's breadth is enough to distinguish them.
         let depth = DEPTH - 0.04 * ((first + 5 * bay) % 6) as f64;
         let world = world.with_box((x, y), (x + BAY - POST - 0.3, y + depth));
         if (first + bay).is_multiple_of(BLACK_EVERY) {

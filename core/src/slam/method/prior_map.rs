@@ -30,8 +30,8 @@ struct InPriorMap {
 
 #[derive(Debug)]
 enum Localiser {
-    Lines(LineLocaliser),
-    Surfaces(ScanLocaliser),
+    Lines(Box<LineLocaliser>),
+    Surfaces(Box<ScanLocaliser>),
 }
 
 impl Localiser {
@@ -42,13 +42,13 @@ impl Localiser {
         }
         let (start, prior) = (map.start(), &config.ekf.odometry_prior);
         Ok(match config.prior_map_matching {
-            PriorMapMatching::Lines => Self::Lines(LineLocaliser::new(
+            PriorMapMatching::Lines => Self::Lines(Box::new(LineLocaliser::new(
                 map.lines.clone(),
                 &start,
                 prior,
                 config.ekf.association,
-            )?),
-            PriorMapMatching::Surfaces => Self::Surfaces(ScanLocaliser::new(
+            )?)),
+            PriorMapMatching::Surfaces => Self::Surfaces(Box::new(ScanLocaliser::new(
                 map.lines.iter().map(|line| {
                     let [a, b] = line.ends;
                     Segment::new(a, b)
@@ -56,7 +56,7 @@ impl Localiser {
                 &start,
                 prior,
                 ScanLocaliserConfig::default(),
-            )?),
+            )?)),
         })
     }
 }

@@ -130,7 +130,7 @@ fn moving_lidar_takes_each_beam_from_where_it_was() {
 }
 
 #[test]
-fn rangers_look_round_once_when_told_and_the_robot_stands_meanwhile() {
+fn rangers_sweep_once_on_command_while_the_robot_stands() {
     let mut sim = simulation("arena", SensorModel::rangers(), 4);
     sim.advance(5.0);
     assert_eq!(sim.take_scan(), None);
@@ -166,10 +166,10 @@ fn rangers_look_round_once_when_told_and_the_robot_stands_meanwhile() {
 }
 
 #[test]
-fn rangers_on_the_move_look_where_they_say_and_see_what_is_there() {
+fn partial_scans_point_where_they_say_and_see_what_is_there() {
     let mut sim = simulation("arena", SensorModel::rangers(), 4);
     sim.advance(2.0);
-    assert_eq!(sim.take_look(), None, "it stands");
+    assert_eq!(sim.take_partial_scan(), None, "it stands");
     let (mut looked, mut seen, mut wild) = (vec![], 0, 0);
     for _ in 0..20 {
         for command in [
@@ -180,11 +180,11 @@ fn rangers_on_the_move_look_where_they_say_and_see_what_is_there() {
             sim.command(command);
             while sim.is_busy() {
                 sim.advance(TIME_STEP);
-                let Some(look) = sim.take_look() else {
+                let Some(scan) = sim.take_partial_scan() else {
                     continue;
                 };
-                assert_eq!((look.validate(), look.len()), (Ok(()), 4));
-                for (i, &bearing) in look.bearings.iter().enumerate() {
+                assert_eq!((scan.validate(), scan.len()), (Ok(()), 4));
+                for (i, &bearing) in scan.bearings.iter().enumerate() {
                     looked.push(
                         (bearing.to_degrees().rem_euclid(360.0) / 30.0).round() as usize % 12,
                     );
@@ -194,7 +194,7 @@ fn rangers_on_the_move_look_where_they_say_and_see_what_is_there() {
                     let Some(truth) = truth.filter(|t| t.distance > 0.25) else {
                         continue;
                     };
-                    let (range, sigma) = (f64::from(look.ranges[i]), f64::from(look.sigmas[i]));
+                    let (range, sigma) = (f64::from(scan.ranges[i]), f64::from(scan.sigmas[i]));
                     // The servo's noise, on walls that are met aslant.
                     let off = (range - truth.distance).abs();
                     seen += 1;
@@ -213,9 +213,9 @@ fn rangers_on_the_move_look_where_they_say_and_see_what_is_there() {
     assert!(seen > 300 && wild * 20 < seen, "{wild} of {seen}");
     // What was not taken of the last leg; the sweep and standing add none.
     finish(&mut sim, Command::Scan);
-    while sim.take_look().is_some() {}
+    while sim.take_partial_scan().is_some() {}
     sim.advance(2.0);
-    assert_eq!(sim.take_look(), None);
+    assert_eq!(sim.take_partial_scan(), None);
 }
 
 #[test]

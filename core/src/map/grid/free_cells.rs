@@ -2,11 +2,11 @@
 //!
 //! In: the straight ways that are free, in the order of their bearings. Out: marks in the blocks.
 //!
-//! | sweep | a cell is free if | cost |
+//! | rule | a cell is free if | cost |
 //! |---|---|---|
-//! | [`Sweep::Crossed`] | a way enters it | a word for each slice of a way, row or column by which is fewer |
-//! | [`Sweep::Bresenham`] | it is on the line of a way | the same |
-//! | [`Sweep::Area`] | its centre lies between the ways | outline of the area, a word for 64 cells |
+//! | [`FreeCells::Crossed`] | a way enters it | a word for each slice of a way, row or column by which is fewer |
+//! | [`FreeCells::Bresenham`] | it is on the line of a way | the same |
+//! | [`FreeCells::Area`] | its centre lies between the ways | outline of the area, a word for 64 cells |
 //!
 //! The area:
 //! 1. Neighbouring ways less than 0.1 rad apart make a fan, the polygon of their ends closed over their starts. Ends stand back by
@@ -27,17 +27,17 @@ use crate::map::line::Line;
 
 /// How the cells that a scan leaves free are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Sweep {
+pub enum FreeCells {
     /// Every cell that a beam enters (Amanatides & Woo 1987).
     #[default]
     Crossed,
-    /// The cells of each beam's Bresenham line, which leaves out cells that the beam only nicks.
+    /// The cells of each beam's Bresenham line, which skips cells that the beam only nicks.
     Bresenham,
     /// Every cell whose centre lies in the area between the beams, also where they are farther apart than cells.
     Area,
 }
 
-impl Sweep {
+impl FreeCells {
     /// All of them, with the names used by settings, and what a person calls them.
     pub const ALL: [(&'static str, Self, &'static str); 3] = [
         ("crossed", Self::Crossed, "that a beam enters"),
@@ -53,17 +53,19 @@ pub(super) type Way = [Point2<f64>; 2];
 const REACH: f64 = 16_384.0;
 
 /// The block in which the last cell was, and its marks.
-type Known = Option<(BlockIndex, Option<usize>)>;
+type LastBlock = Option<(BlockIndex, Option<usize>)>;
 
 impl Grid {
     /// Marks what the ways leave free.
-    pub(super) fn sweep(&mut self, ways: impl Iterator<Item = Way>) {
-        match self.config.sweep {
-            Sweep::Crossed => self.draw_lines(ways.map(|[start, end]| Line::crossed(start, end))),
-            Sweep::Bresenham => {
+    pub(super) fn mark_free(&mut self, ways: impl Iterator<Item = Way>) {
+        match self.config.free_cells {
+            FreeCells::Crossed => {
+                self.draw_lines(ways.map(|[start, end]| Line::crossed(start, end)))
+            }
+            FreeCells::Bresenham => {
                 self.draw_lines(ways.map(|[start, end]| Line::bresenham(start, end)));
             }
-            Sweep::Area => {
+            FreeCells::Area => {
                 let mut area = std::mem::take(&mut self.area);
                 area.ways.extend(ways.filter(is_in_reach));
                 area.mark(self);
@@ -98,15 +100,15 @@ impl Grid {
 
     /// Marks a line cell by cell.
     fn mark_line(&mut self, line: Line) {
-        let mut known: Known = None;
+        let mut last: LastBlock = None;
         for slice in line.slices() {
             for along in slice.from..=slice.to {
                 let (index, offset) = split(line.cell(along, slice.across));
-                let marks = match known {
-                    Some((last, marks)) if last == index => marks,
+                let marks = match last {
+                    Some((block, marks)) if block == index => marks,
                     _ => self.marks_of(index),
                 };
-                known = Some((index, marks));
+                last = Some((index, marks));
                 if let Some(marks) = marks {
                     self.marks[marks].misses[offset / BLOCK_CELLS] |= 1 << (offset % BLOCK_CELLS);
                 }

@@ -1,4 +1,4 @@
-//! Each sweep against its definition, cell by cell.
+//! Each rule against its definition, cell by cell.
 
 use std::collections::BTreeSet;
 
@@ -10,17 +10,17 @@ use crate::geom::sin_cos;
 
 type Cells = BTreeSet<(i32, i32)>;
 
-fn grid(sweep: Sweep) -> Grid {
+fn grid(free_cells: FreeCells) -> Grid {
     let config = GridConfig {
-        sweep,
+        free_cells,
         ..GridConfig::default()
     };
     Grid::new(config).unwrap()
 }
 
 /// Ways from one place, in cells of 5 cm.
-fn swept(sweep: Sweep, start: Point2<f64>, ends: &[Point2<f64>]) -> Cells {
-    let mut grid = grid(sweep);
+fn swept(free_cells: FreeCells, start: Point2<f64>, ends: &[Point2<f64>]) -> Cells {
+    let mut grid = grid(free_cells);
     let evidence = Evidence {
         free: ends.iter().map(|end| [start * 0.05, *end * 0.05]).collect(),
         hits: vec![],
@@ -92,7 +92,7 @@ proptest! {
                 expected.insert((ax + at(bx - ax), ay + at(by - ay)));
             }
         }
-        prop_assert_eq!(swept(Sweep::Bresenham, start, &ends), expected);
+        prop_assert_eq!(swept(FreeCells::Bresenham, start, &ends), expected);
     }
 
     #[test]
@@ -113,7 +113,7 @@ proptest! {
         if (0.0..0.08).contains(&gap) {
             corners.push((corner(&ends[ends.len() - 1]), corner(&ends[0])));
         }
-        let found = swept(Sweep::Area, start, &ends);
+        let found = swept(FreeCells::Area, start, &ends);
         for col in -250..250 {
             for row in -250..250 {
                 if let Some(expected) = is_in_fan((col, row), start, &corners) {
@@ -130,8 +130,8 @@ fn a_beam_of_no_length_parts_the_fan() {
     let start = Point2::new(0.5, 0.5);
     let seen = [40.0; 5];
     let parted = [40.0, 40.0, 0.0, 40.0, 40.0];
-    let [whole, parted] =
-        [seen, parted].map(|ranges| swept(Sweep::Area, start, &ends(start, 0.0, 0.08, &ranges)));
+    let [whole, parted] = [seen, parted]
+        .map(|ranges| swept(FreeCells::Area, start, &ends(start, 0.0, 0.08, &ranges)));
     let at = |angle: f64| {
         let (sin, cos) = sin_cos(angle);
         ((35.0 * cos) as i32, (35.0 * sin) as i32)
@@ -146,7 +146,7 @@ fn a_beam_of_no_length_parts_the_fan() {
 fn a_whole_round_leaves_no_wedge() {
     let start = Point2::new(3.3, 4.4);
     let round = ends(start, 0.1, std::f64::consts::TAU / 360.0, &[40.0; 360]);
-    let found = swept(Sweep::Area, start, &round);
+    let found = swept(FreeCells::Area, start, &round);
     for col in -40..48 {
         for row in -40..48 {
             let off = Point2::new(f64::from(col) + 0.5, f64::from(row) + 0.5) - start;
@@ -163,14 +163,14 @@ fn beams_far_apart_are_lines_of_their_own_and_overlapping_cones_stay_free() {
     let start = Point2::new(0.5, 0.5);
     let apart = ends(start, 0.0, 0.5, &[30.0, 30.0, 30.0]);
     assert_eq!(
-        swept(Sweep::Area, start, &apart),
-        swept(Sweep::Crossed, start, &apart)
+        swept(FreeCells::Area, start, &apart),
+        swept(FreeCells::Crossed, start, &apart)
     );
     // Two fans that lie half over each other, as cones of sonars do.
     let mut cones = ends(start, 0.0, 0.05, &[30.0; 12]);
-    let alone = swept(Sweep::Area, start, &cones);
+    let alone = swept(FreeCells::Area, start, &cones);
     cones.extend(ends(start, 0.275, 0.05, &[30.0; 12]));
-    assert!(swept(Sweep::Area, start, &cones).is_superset(&alone));
+    assert!(swept(FreeCells::Area, start, &cones).is_superset(&alone));
 }
 
 /// A canvas is only so large: what lies off it comes into the blocks another way.
@@ -189,14 +189,14 @@ fn ways_far_from_the_first_are_drawn_like_any() {
             expected.insert((cell.col, cell.row));
         });
     }
-    assert_eq!(swept(Sweep::Crossed, start, &ends), expected);
+    assert_eq!(swept(FreeCells::Crossed, start, &ends), expected);
 }
 
 #[test]
 fn absurd_ways_have_no_area() {
     let far = [Point2::new(1e8, 0.0), Point2::new(1e8, 1e6)];
-    assert!(swept(Sweep::Area, Point2::origin(), &far).is_empty());
+    assert!(swept(FreeCells::Area, Point2::origin(), &far).is_empty());
     let bad = [Point2::new(f64::NAN, 0.0), Point2::new(1.0, 1.0)];
-    let cells = swept(Sweep::Area, Point2::origin(), &bad);
+    let cells = swept(FreeCells::Area, Point2::origin(), &bad);
     assert!(cells.len() < 4, "{cells:?}");
 }

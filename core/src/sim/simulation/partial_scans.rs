@@ -1,6 +1,7 @@
 //! What a robot sees while it moves with a sensor that sweeps only when it stands.
 //!
-//! Looks draw their noise from numbers of their own, so that sweeps and motion are the same to the bit with them and without.
+//! Partial scans draw their noise from numbers of their own, so that sweeps and motion are the same to the bit with them
+//! and without.
 
 use std::collections::VecDeque;
 
@@ -10,14 +11,14 @@ use rand_chacha::ChaCha8Rng;
 use super::{MOST_WAITING, Sensor, Simulation, Span, View};
 use crate::robot::{Command, Scan};
 
-/// Looks that wait to be taken, and where their noise comes from.
+/// Partial scans that wait to be taken, and where their noise comes from.
 #[derive(Clone, Debug)]
-pub(super) struct Looks {
+pub(super) struct PartialScans {
     rng: ChaCha8Rng,
     waiting: VecDeque<Scan>,
 }
 
-impl Looks {
+impl PartialScans {
     pub(super) fn new(seed: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(4);
@@ -28,13 +29,13 @@ impl Looks {
     }
 
     pub(super) fn step(&mut self, sensor: &mut Sensor, span: &Span, view: &View) {
-        let Some(look) = sensor.look(span, view, &mut self.rng) else {
+        let Some(scan) = sensor.partial_scan(span, view, &mut self.rng) else {
             return;
         };
         if self.waiting.len() == MOST_WAITING {
             self.waiting.pop_front();
         }
-        self.waiting.push_back(look);
+        self.waiting.push_back(scan);
     }
 }
 
@@ -48,9 +49,9 @@ pub(super) fn moves(command: &Command) -> bool {
 }
 
 impl Simulation {
-    /// The oldest look that nobody took yet: a few readings of a robot that moves, by a sensor that sweeps only when it stands. No
-    /// picture of the room, and nothing to map.
-    pub fn take_look(&mut self) -> Option<Scan> {
-        self.looks.waiting.pop_front()
+    /// The oldest partial scan that nobody took yet: a few readings of a robot that moves, by a sensor that sweeps only
+    /// when it stands. No picture of the room, and nothing to map.
+    pub fn take_partial_scan(&mut self) -> Option<Scan> {
+        self.partial_scans.waiting.pop_front()
     }
 }

@@ -1,10 +1,11 @@
-//! Looks on the move: a robot that moves would else see nothing before it stands and sweeps again.
+//! Partial scans on the move, for otherwise a robot would see nothing before it stands and sweeps again.
 //!
 //! 1. The servo points ahead, to one side, ahead, to the other ([`RangerModel::PARTIAL_SCAN`]). Four rangers at 90° to one another so see twelve
 //!    directions 30° apart in 0.4 s, those along the robot twice: a person of 0.2 m is between none of them nearer than half a metre.
 //! 2. All rangers are read once the servo has had time to get there ([`PACE`]) and [`RangerModel::period`] more. What is held then may
 //!    have been measured before, as in a sweep.
-//! 3. Four readings are a scan of their own, which is no picture of the room: [`crate::points::Walkers::look`] takes it.
+//! 3. Four readings are a scan of their own, which is no picture of the room: [`crate::points::Walkers::partial_scan`]
+//!    takes it.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -17,18 +18,18 @@ use crate::robot::Scan;
 /// What a servo needs for a radian, s: a millisecond for each degree.
 const PACE: f64 = 0.057;
 
-/// The servo on its way to a look.
+/// The servo on its way to the next partial scan.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Look {
+pub(super) struct ServoMove {
     /// Place in [`RangerModel::PARTIAL_SCAN`].
     number: usize,
     /// Where the servo stood before, rad.
     from: f64,
-    /// When it was told to go, s.
-    told: f64,
+    /// When it was commanded to go, s.
+    commanded: f64,
 }
 
-impl Look {
+impl ServoMove {
     fn to(&self) -> f64 {
         RangerModel::PARTIAL_SCAN[self.number % RangerModel::PARTIAL_SCAN.len()]
     }
@@ -37,57 +38,57 @@ impl Look {
         PACE * (self.to() - self.from).abs()
     }
 
-    fn next(&self, told: f64) -> Self {
+    fn next(&self, commanded: f64) -> Self {
         Self {
             number: (self.number + 1) % RangerModel::PARTIAL_SCAN.len(),
             from: self.to(),
-            told,
+            commanded,
         }
     }
 }
 
 impl Rangers {
-    /// The robot moves: looks follow one another until [`Self::look_no_more`].
-    pub(in crate::sim) fn look_on_the_move(&mut self, seconds: f64) {
+    /// The robot moves: partial scans follow one another until [`Self::stop_partial_scans`].
+    pub(in crate::sim) fn start_partial_scans(&mut self, seconds: f64) {
         let from = self.servo_at_rest();
-        self.look.get_or_insert(Look {
+        self.servo_move.get_or_insert(ServoMove {
             number: 0,
             from,
-            told: seconds,
+            commanded: seconds,
         });
     }
 
-    pub(in crate::sim) fn look_no_more(&mut self) {
-        self.look = None;
+    pub(in crate::sim) fn stop_partial_scans(&mut self) {
+        self.servo_move = None;
     }
 
-    /// The look that is complete at the end of `span`.
-    pub(in crate::sim) fn look(
+    /// The partial scan that is complete at the end of `span`.
+    pub(in crate::sim) fn partial_scan(
         &mut self,
         span: &Span,
         view: &View,
         rng: &mut impl Rng,
     ) -> Option<Scan> {
-        let look = self.look?;
-        let read_at = look.told + look.travel() + self.model.period;
+        let servo = self.servo_move?;
+        let read_at = servo.commanded + servo.travel() + self.model.period;
         if read_at > span.to + 1e-9 {
             return None;
         }
-        self.look = Some(look.next(read_at));
+        self.servo_move = Some(servo.next(read_at));
         self.readings.clear();
-        let stands_at = look.told + look.travel() + self.model.settle;
+        let stands_at = servo.commanded + servo.travel() + self.model.settle;
         for ranger in 0..RANGERS {
             let age = self.model.cycle * rng.random::<f64>();
             let mount = FRAC_PI_2 * ranger as f64;
             let of = |servo: f64| wrap(servo + mount);
             let measured = if read_at - age < stands_at {
-                look.from
+                servo.from
             } else {
-                look.to()
+                servo.to()
             };
             let volts = self.volts(read_at, of(measured), span, view, rng);
             let (range, sigma) = self.read(volts);
-            self.readings.push((of(look.to()), range, sigma));
+            self.readings.push((of(servo.to()), range, sigma));
         }
         Some(self.complete(read_at))
     }
