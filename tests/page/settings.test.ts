@@ -62,7 +62,7 @@ test('a preset sets its group, and each setting can go back', async ({ lab }) =>
   await group.getByRole('button', { name: 'Constant Q (TDK 2016)' }).click();
   await expect(lab.at('s-odometry.model')).toHaveValue('1');
   await expect.poll(async () => (await lab.state()).setup.settings).toEqual({ 'odometry.model': 1 });
-  await group.getByRole('button', { name: /^What the filter is told: back to/ }).click();
+  await group.getByRole('button', { name: /^Odometry noise: back to/ }).click();
   await expect(lab.at('s-odometry.model')).toHaveValue('0');
   await expect.poll(async () => (await lab.state()).setup.settings).toEqual({});
 });

@@ -44,7 +44,7 @@ impl WebLogReader {
         let setup = setup.to_rust()?;
         // What cannot be set is told before a long log is read.
         let mut settings = Settings::of(SensorModel::lidar(), &RobotModel::pioneer());
-        setup.settings.apply_present(&mut settings)?;
+        setup.settings.apply_to(&mut settings)?;
         Ok(Self {
             reader: LogReader::default(),
             setup,
@@ -64,7 +64,7 @@ impl WebLogReader {
     pub fn finish(self) -> Result<WebRun, WebError> {
         let (log, setup) = (self.reader.finish()?, self.setup);
         let mut settings = log.settings();
-        setup.settings.apply_present(&mut settings)?;
+        setup.settings.apply_to(&mut settings)?;
         let calibration = settings.odometry.calibration(&log.robot());
         if let Some(known) = &setup.known {
             settings.slam.prior_map = known.into();

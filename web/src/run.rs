@@ -286,7 +286,7 @@ impl WebRun {
             Source::Simulation(sim) => sim.configure(&values),
             Source::Recording(replay) => {
                 let mut settings = replay.log().settings();
-                values.apply_present(&mut settings)?;
+                values.apply_to(&mut settings)?;
                 Ok(replay.reconfigure(&settings)?)
             }
             Source::Live(behind) => Ok(behind.live.reconfigure(values.0.into_iter().collect())?),

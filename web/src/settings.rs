@@ -1,8 +1,6 @@
 //! The table of settings, for the page.
 
-use slamlab_core::settings::{
-    Acts, Kind, Needs, PRESETS, Scope, Setting, SettingError, Settings, Source, table,
-};
+use slamlab_core::settings::{Acts, Kind, Needs, PRESETS, Scope, Setting, Settings, Source, table};
 use slamlab_core::sim::{RobotKind, SensorKind};
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 

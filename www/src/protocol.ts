@@ -59,7 +59,7 @@ export type Command =
   /** All settings that differ from their defaults, of every source: those that act at once do. */
   | { kind: "configure"; settings: SettingValues }
   /** All settings of a run with this source, method and sensor, with these changes. */
-  | { kind: "settings"; source: SourceKind; method: MethodName; sensor: SensorName; settings: SettingValues }
+  | { kind: "settings"; source: SourceKind; method: MethodName; sensor: string; settings: SettingValues }
   | { kind: "calibrate"; pairs: Pairs }
   /** σ(ρ) from a log's scans taken standing, or from those of a simulated robot that stands. */
   | { kind: "sigma"; growth: GrowthName }

@@ -154,6 +154,7 @@ choices!(
     Avoidance,
     BodyShape,
     Consistency,
+    FreeCells,
     FrontierChoice,
     Layer,
     PriorMapMatching,

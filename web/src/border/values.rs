@@ -12,20 +12,11 @@ use tsify::Tsify;
 pub struct SettingValues(pub BTreeMap<String, f64>);
 
 impl SettingValues {
-    /// Sets all of them, choices before the settings that come with them.
+    /// Sets all of them that have an effect, choices before the settings that depend on them; see
+    /// [`Settings::set_present`].
     ///
-    /// # Errors    [`SettingError`] for the first that cannot be.
+    /// # Errors    [`SettingError`] for a key that does not exist, and a number out of range.
     pub(crate) fn apply_to(&self, settings: &mut Settings) -> Result<(), SettingError> {
-        let pairs = self.0.iter();
-        settings.set_present(pairs.map(|(key, value)| (key.as_str(), *value)))
-    }
-}
-
-impl SettingValues {
-    /// The same of a robot that may have another sensor than they were made for; see [`Settings::set_present`].
-    ///
-    /// # Errors    [`SettingError`] for the first that cannot be.
-    pub(crate) fn apply_present(&self, settings: &mut Settings) -> Result<(), SettingError> {
         let pairs = self.0.iter();
         settings.set_present(pairs.map(|(key, value)| (key.as_str(), *value)))
     }

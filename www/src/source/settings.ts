@@ -4,7 +4,7 @@ import { preset_list, setting_list, type PresetInfo, type SettingInfo } from "..
 import type { SettingValues } from "../protocol/module.js";
 import type { Preset, Setting } from "../protocol/setup.js";
 
-export function settingsOf(source: SourceKind, method: MethodName, sensor: SensorName, settings: SettingValues): Setting[] {
+export function settingsOf(source: string, method: string, sensor: string, settings: SettingValues): Setting[] {
   return setting_list(source, method, sensor, Object.keys(settings), Float64Array.from(Object.values(settings))).map(settingOf);
 }
 

@@ -282,9 +282,7 @@ impl Entry {
                 let example = example("workloads")?;
                 let mut workloads = Command::new(example);
                 workloads.arg("--inputs").arg(inputs);
-                printed(
-                    workloads.args("ekf_step rays split_and_merge grid plan".split(' ')),
-                )
+                printed(workloads.args("ekf_step rays split_and_merge grid plan".split(' ')))
             }
             Source::Sizes => sizes(),
         }
