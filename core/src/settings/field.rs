@@ -160,8 +160,7 @@ choices!(
     PriorMapMatching,
     SectorRange,
     Sharp,
-    Shortening,
-    FreeCells
+    Shortening
 );
 numbers!(BreakRule, Planner, SplitRule);
 
