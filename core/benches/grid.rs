@@ -44,7 +44,7 @@ fn bench(c: &mut Criterion) {
         .collect();
     let mut group = c.benchmark_group("grid");
     group.sample_size(10);
-    for free_cells in FreeCells::ALL {
+    for (_, free_cells, _) in FreeCells::ALL {
         let config = GridConfig {
             free_cells,
             ..GridConfig::default()
