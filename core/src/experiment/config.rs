@@ -41,7 +41,12 @@ impl ExperimentConfig {
     /// The defaults for the given world, robot, sensor and seed: the line filter explores.
     #[must_use]
     pub fn new(world: World, robot: RobotModel, sensor: SensorModel, seed: u64) -> Self {
-        Self::of(&Settings::of(sensor, &robot), world, robot, seed)
+        let settings = Settings::of(sensor, &robot);
+        Self {
+            // Its body is the model's: no setting has changed it.
+            robot,
+            ..Self::of(&settings, world, robot, seed)
+        }
     }
 
     /// The same with other settings.

@@ -304,7 +304,8 @@ fn room_ahead(settings: &[(&str, f64)], later: &[(&str, f64)]) -> f64 {
         bridge.step(&mut live);
     }
     live.drive(1.0, 0.0);
-    for step in 0..600 {
+    // Ten seconds: it has come to stand, and nobody has walked up to it.
+    for step in 0..200 {
         if step == 20 && !later.is_empty() {
             live.reconfigure(owned(later)).unwrap();
         }

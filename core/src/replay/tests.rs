@@ -187,7 +187,7 @@ fn a_setting_that_changes_on_the_way_is_obeyed_from_there_on() {
     assert_ne!(changed.slam.lines, settings.slam.lines);
     // A refused one changes nothing.
     let mut wrong = changed.clone();
-    wrong.slam.lines.accept.min_points = 0;
+    wrong.slam.lines.accept.min_length = -1.0;
     assert!(replay.reconfigure(&wrong).is_err());
     assert_eq!(replay.session().slam().config().lines, changed.slam.lines);
 }

@@ -51,7 +51,7 @@ export class SlamFit extends SlamElement {
         <tbody>${fit.parameters.map((p) => html`<tr><th scope="row">${p.name}${Number.isFinite(p.model) && p.model !== 0 ? html`<small>model: ${short(p.model, p.model)}${p.unit && ` ${p.unit}`}</small>` : ""}${p.unknown ? html`<small>${p.unknown}</small>` : ""}</th>
           ${p.unknown ? html`<td>unknown</td>` : html`<td class="num">${short(p.value, p.sigma)}${Number.isFinite(p.sigma) ? ` ± ${short(p.sigma, p.sigma)}` : ""}<small>${p.unit}</small></td>`}</tr>`)}</tbody>
       </table>
-      <p>${fit.legs} legs were used${fit.skipped > 0 ? html`; ${fit.skipped} could not be explained and were left out: a push, or tracks that spun` : ""}.</p>`}
+      <p>${fit.legs} legs were used${fit.leftOut > 0 ? html`; ${fit.leftOut} could not be explained and were left out: a push, or tracks that spun` : ""}.</p>`}
       ${known ? html`<div class="row">
         <button data-testid="fit-use" @click=${() => this.client.usePreset({ name: `fit of ${this.store.title}`, settings: fit.settings as SettingValues })}>Use as preset</button>
         <button data-testid="fit-save" @click=${() => this.client.send({ kind: "save", what: "fit" })}>Save as a file</button>
