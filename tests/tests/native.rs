@@ -29,6 +29,6 @@ fn every_file_of_tests_belongs_to_a_program() {
         let is_code = path.is_dir() || path.extension().is_some_and(|ending| ending == "rs");
         let named = [format!("mod {name};"), format!("\"{name}\"")];
         let is_listed = |list: &&str| named.iter().any(|named| list.contains(named));
-        assert!(!is_code || lists.iter().any(|l| is_listed(&l)), "{name}");
+        assert!(!is_code || lists.iter().any(|l| is_listed(l)), "{name}");
     }
 }

@@ -65,7 +65,7 @@ pub(crate) async fn run(parts: HubParts, stop: impl Future<Output = ()>) {
     let (mut events, mut clients) = (parts.events, parts.clients);
     let profiles = parts.sources.iter().map(|source| &source.profile);
     let mut task = Task {
-        hub: Hub::new(profiles, parts.safety),
+        hub: Hub::new(&profiles, parts.safety),
         clock: parts.clock,
         sources: parts.sources,
         outboxes: BTreeMap::new(),

@@ -91,12 +91,12 @@ impl Hub {
     /// Of these sources, by their numbers; the first with a robot takes the orders. It is disarmed, and no client is there.
     #[must_use]
     pub fn new<'a>(
-        sources: impl Iterator<Item = &'a Profile> + Clone,
+        sources: &(impl Iterator<Item = &'a Profile> + Clone),
         safety: SafetyConfig,
     ) -> Self {
         Self {
             devices: DeviceList::new(sources.clone()),
-            robot: RobotSide::new(&sources),
+            robot: RobotSide::new(sources),
             safety: Safety::new(safety),
             clients: BTreeMap::new(),
             last_client: 0,

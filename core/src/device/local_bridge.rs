@@ -86,7 +86,7 @@ impl LocalBridge {
             waiting: VecDeque::new(),
         };
         Self {
-            hub: Hub::new(profiles.iter(), safety),
+            hub: Hub::new(&profiles.iter(), safety),
             hello: hello([0; CHALLENGE_BYTES], Watching::Anyone, robot, &safety),
             lines: devices.into_iter().zip(&profiles).map(line).collect(),
             client: None,

@@ -62,7 +62,7 @@ macro_rules! rows {
     ($table:ident = $group:expr; $($key:literal, $name:literal, $figures:expr, [$($at:tt)+]
         $(.$attribute:ident($($value:expr),*))*, $meaning:literal;)+) => {
         pub(super) const $table: &[Setting] = &[$(
-            Setting::new(&$group, [$key, $name, $meaning], $figures, at!($($at)+))
+            Setting::new(&$group, [$key, $name, $meaning], &$figures, at!($($at)+))
                 $(.$attribute($($value),*))*,
         )+];
     };

@@ -222,7 +222,7 @@ impl Setting {
     pub(super) const fn new(
         group: &Group,
         [key, name, meaning]: [&'static str; 3],
-        figures: Figures,
+        figures: &Figures,
         field: Field,
     ) -> Self {
         Self {

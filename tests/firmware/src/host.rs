@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use anyhow::{Context, Result, ensure};
 use slamlab_core::robot::Stamp;
 use slamlab_core::wire::rp6::{
-    Command, Event, Hello, Link, LinkConfig, Phase, Ranger, Telemetry, Verdict,
+    Command, Hello, Link, LinkConfig, LinkEvent, Phase, Ranger, Telemetry, Verdict,
 };
 use slamlab_tests::devices::{Faults, Line};
 
@@ -29,7 +29,7 @@ pub struct Host {
     /// Readings of the rangers, in the order in which they came.
     pub rangers: Vec<Ranger>,
     /// Other events.
-    pub events: Vec<Event>,
+    pub events: Vec<LinkEvent>,
     /// Whether the cable is on.
     pub is_connected: bool,
     /// What the line does to bytes, both ways.
@@ -68,7 +68,7 @@ impl Host {
         host.run_until(2.0, |host| host.link.phase() == Phase::Running)?;
         host.link.arm()?;
         let up = host.events.drain(..).find_map(|event| match event {
-            Event::Up(hello) => Some(hello),
+            LinkEvent::Up(hello) => Some(hello),
             _ => None,
         });
         Ok((host, up.context("no hello")?))
@@ -145,7 +145,7 @@ impl Host {
     /// What the robot answered to the last commands, oldest first; forgets it.
     pub fn verdicts(&mut self) -> Vec<(Command, Verdict)> {
         let acknowledged = |event| match event {
-            Event::Acknowledged { command, verdict } => Some((command, verdict)),
+            LinkEvent::Acknowledged { command, verdict } => Some((command, verdict)),
             _ => None,
         };
         self.events.drain(..).filter_map(acknowledged).collect()
@@ -180,8 +180,8 @@ impl Host {
         }
         while let Some(event) = self.link.next_event() {
             match event {
-                Event::Telemetry(telemetry) => self.telemetry = Some(telemetry),
-                Event::Ranger(ranger) => self.rangers.push(ranger),
+                LinkEvent::Telemetry(telemetry) => self.telemetry = Some(telemetry),
+                LinkEvent::Ranger(ranger) => self.rangers.push(ranger),
                 other => self.events.push(other),
             }
         }

@@ -1,7 +1,7 @@
 //! What stops the motors, measured at the registers of the motors.
 
 use anyhow::{Context, Result};
-use slamlab_core::wire::rp6::{Command, Down, Event, Phase, ResetCause, Verdict};
+use slamlab_core::wire::rp6::{Command, Down, LinkEvent, Phase, ResetCause, Verdict};
 use slamlab_firmware_tests::{Host, Rig};
 
 const AHEAD: Command = Command::Velocity {
@@ -127,7 +127,7 @@ fn a_cut_cable_stops_the_robot_and_the_link_comes_back_disarmed() -> Result<()> 
     host.is_connected = true;
     host.run_until(4.0, |host| host.link.phase() == Phase::Running)?;
     assert!(
-        host.events.contains(&Event::Down(Down::Silence)),
+        host.events.contains(&LinkEvent::Down(Down::Silence)),
         "{:?}",
         host.events
     );
@@ -193,11 +193,11 @@ fn a_program_that_hangs_is_reset_by_the_watchdog_and_comes_back_disarmed() -> Re
     let after = host.rig.seconds() - before;
     println!("hang: reset after {:.0} ms", 1e3 * after);
     assert!(is_off(&host) && after < 0.15, "{after}");
-    let is_up = |event: &Event| matches!(event, Event::Up(_));
+    let is_up = |event: &LinkEvent| matches!(event, LinkEvent::Up(_));
     host.run_until(2.0, |host| host.events.iter().any(is_up))?;
-    assert_eq!(host.events.first(), Some(&Event::Down(Down::Restarted)));
+    assert_eq!(host.events.first(), Some(&LinkEvent::Down(Down::Restarted)));
     let cause = host.events.iter().find_map(|event| match event {
-        Event::Up(hello) => Some(hello.cause),
+        LinkEvent::Up(hello) => Some(hello.cause),
         _ => None,
     });
     assert_eq!(cause, Some(ResetCause::Watchdog));
@@ -221,7 +221,7 @@ fn greeting_a_robot_that_drives_stops_it() -> Result<()> {
     assert!(off < 0.1, "{off}");
     host.run_until(1.0, |host| host.link.phase() == Phase::Running)?;
     let cause = host.events.iter().find_map(|event| match event {
-        Event::Up(hello) => Some(hello.cause),
+        LinkEvent::Up(hello) => Some(hello.cause),
         _ => None,
     });
     assert_eq!(cause, Some(ResetCause::PowerOn));

@@ -30,7 +30,7 @@ fn profiles() -> [Profile; 2] {
 }
 
 fn hub() -> Hub {
-    Hub::new(profiles().iter(), SafetyConfig::default())
+    Hub::new(&profiles().iter(), SafetyConfig::default())
 }
 
 fn actions(hub: &mut Hub) -> Vec<Action> {
@@ -275,7 +275,7 @@ fn whoever_stands_at_the_machine_stops_the_robot_without_being_a_client() {
 #[test]
 fn sensors_alone_get_no_orders() {
     let lidar = Profile::of_sensor("lidar:test");
-    let mut hub = Hub::new([&lidar].into_iter(), SafetyConfig::default());
+    let mut hub = Hub::new(&[&lidar].into_iter(), SafetyConfig::default());
     let client = hub.join("client".to_owned(), true);
     hub.message(at(1), at(1), client, header(1), &ToBridge::Stop);
     let is_order = |action: &Action| matches!(action, Action::Order { .. });

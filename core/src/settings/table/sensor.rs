@@ -53,8 +53,8 @@ const OF_RANGERS: Group = Group {
 rows! { RANGERS = OF_RANGERS;
     "rangers.type", "Type of the rangers", one_of::<Sharp>(),
         [get |s| match &s.sensor { SensorModel::Rangers(m) => Some(m.sharp.number()), _ => None },
-         set |s, v| if let (SensorModel::Rangers(m), Some((_, sharp, _))) = (&mut s.sensor, Sharp::all().get(v as usize)) {
-             if m.sharp != *sharp { *m = RangerModel::of(*sharp); }
+         set |s, v| if let (SensorModel::Rangers(m), Some((_, sharp, _))) = (&mut s.sensor, Sharp::all().get(v as usize)) && m.sharp != *sharp {
+             *m = RangerModel::of(*sharp);
          }].basic(),
         "Sharp's infra-red rangers, with their ranges and the pairs of their data sheet. The short type has its peak nearer to the robot.";
     "rangers.positions", "Positions of the servo", whole(RangerModel::POSITIONS, NUMBER), [SensorModel::Rangers(m) = sensor => m.positions],
