@@ -244,7 +244,7 @@ impl Session {
         self.slam.estimate()
     }
 
-    /// The estimate to show: the newest, or the one before a correction that waits to be shown ([`StageRecord::step`]).
+    /// The estimate to show: the newest, or the one before a correction that waits to be shown ([`Session::step_stage`]).
     #[must_use]
     pub fn shown_estimate(&self) -> PoseEstimate {
         let held = self.stages().held_estimate();

@@ -39,7 +39,7 @@ test('all planners find the way and are held against the shortest', { tag: '@pho
     expect(Number(ratio), `${planner} is not shorter than the shortest`).toBeGreaterThanOrEqual(0.999);
     expect(time).toMatch(/ms|s/);
   }
-  expect((await cells(lab, 'Visibility'))[2]).toBe('1.000');
+  expect((await cells(lab, 'visibility'))[2]).toBe('1.000');
   await lab.at('contest-rrt').locator('button').click();
   await expect(lab.at('contest-rrt').locator('button')).toHaveAttribute('aria-pressed', 'true');
   await expect(page.locator('slam-contest .uplot')).toHaveCount(1);
@@ -52,7 +52,7 @@ test('on the map that was learned there is no visibility graph, and the table sa
   await lab.at('contest-ground').selectOption('map');
   await expect(lab.at('contest-visibility').locator('.why')).toHaveText('needs walls', { timeout: 60_000 });
   await over(lab);
-  expect(Number((await cells(lab, 'ThetaStar'))[1])).toBeGreaterThan(4);
+  expect(Number((await cells(lab, 'theta-star'))[1])).toBeGreaterThan(4);
 });
 
 test('a start inside of a wall is refused as what it is: the robot stands elsewhere', async ({ lab, isMobile }) => {

@@ -82,7 +82,7 @@ pub fn read_building(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<Building> {
     reason = "lists cross the border by value only"
 )]
 pub fn read_known(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<KnownFile> {
-    typed(&KnownFile::of(name, read(&files)?)?)
+    typed(&KnownFile::of(name, &read(&files)?)?)
 }
 
 fn read(files: &[Ts<GivenFile>]) -> Result<BuildingFile, WebError> {
@@ -92,7 +92,7 @@ fn read(files: &[Ts<GivenFile>]) -> Result<BuildingFile, WebError> {
 }
 
 impl KnownFile {
-    fn of(name: &str, file: BuildingFile) -> Result<Self, WebError> {
+    fn of(name: &str, file: &BuildingFile) -> Result<Self, WebError> {
         let KnownWalls {
             faces,
             sigma,
@@ -112,7 +112,7 @@ impl KnownFile {
     /// What was mapped, as a map to be found in: as if it had been saved for ROS and opened again.
     pub(crate) fn of_grid(name: &str, slam: &Slam) -> Result<Self, WebError> {
         let map = OccupancyMap::of_grid(slam.grid(), MapMode::Trinary)?;
-        Self::of(name, BuildingFile::Map(map))
+        Self::of(name, &BuildingFile::Map(map))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Bindings of the core for the page: they convert, call, and convert. Nothing is decided here.
 //!
-//! [`border`] holds the schema: objects of which the page knows the types, bulk data as typed arrays in the map frame (m, rad),
+//! `border` holds the schema: objects of which the page knows the types, bulk data as typed arrays in the map frame (m, rad),
 //! errors with a kind and the core's own sentence. A panic becomes a thrown string.
 
 mod bench;

@@ -6,7 +6,7 @@
 //! 1. An event goes to the checks of the robot's readings, which may disarm it or correct what is under way; then to every client.
 //! 2. A message goes to the rules ([`Safety`]). What they say becomes actions: orders, limited by safe mode; answers to the client; the
 //!    new state for all.
-//! 3. Whoever gave a manoeuvre learns when it is over, whatever ends it ([`manoeuvre`]).
+//! 3. Whoever gave a manoeuvre learns when it is over, whatever ends it (`manoeuvre.rs`).
 //! 4. [`Hub::tick`] is due at [`Hub::deadline`]: for the watchdog, the lease, a robot that falls silent, and heartbeats.
 //!
 //! Time counts from any beginning and never runs backwards.

@@ -3,10 +3,10 @@
 //! In: bytes of a line and the time. Out: scans, states and faults, as [`Want`]s.
 //!
 //! 1. The protocol reads the bytes, brings the sensor up where that is needed, and hands on single
-//!    readings ([`Output::take`]).
+//!    readings (`Output::take`).
 //! 2. Readings become whole turns ([`revolution`]). Only a whole turn makes the sensor's state
 //!    [`DeviceState::Sending`], and ends a fault.
-//! 3. Silence for [`SILENCE`], and no whole turn for [`LONGEST_TURN`], are faults. Which one it is, and
+//! 3. Silence for `SILENCE`, and no whole turn for `LONGEST_TURN`, are faults. Which one it is, and
 //!    what helps, the protocol says in its own words.
 
 pub mod revolution;

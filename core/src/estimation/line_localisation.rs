@@ -98,7 +98,7 @@ impl LineLocaliser {
     /// A robot that is at `start`, map frame, with odometry as good as `prior` says (standard
     /// deviations; 0 for one without systematic errors).
     ///
-    /// # Errors   [`EkfError::Association`], or [`EkfError::Setting`] where start or prior are no
+    /// # Errors   [`EkfError`], or [`EkfError::Setting`] where start or prior are no
     /// numbers.
     pub fn new(
         map: Vec<PriorLine>,

@@ -272,8 +272,8 @@ impl fmt::Display for Pose<'_> {
 
 /// The reports of the rounds in order, and how far they have been shown.
 ///
-/// What is recorded is shown at once, unless somebody steps through the record ([`Self::step`]): then reports wait until
-/// they are asked for, or until [`Self::show_all`].
+/// What is recorded is shown at once, unless somebody steps through the record (`step`): then reports wait until
+/// they are asked for, or until `show_all`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StageRecord {
     /// The newest report of each stage, of those that were shown.
