@@ -15,6 +15,7 @@ use crate::border::{SettingValues, TwinRow, Typed, WebError, flat, typed};
 /// What a drive told of its robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
+#[tsify(hashmap_as_object)]
 pub struct DriveFit {
     /// What could be told.
     pub parameters: Vec<FittedParameter>,
@@ -76,6 +77,7 @@ impl From<estimation::DriveFit> for DriveFit {
 
 /// A preset as its file holds it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[tsify(hashmap_as_object)]
 pub struct PresetFile {
     /// For people.
     pub name: String,
