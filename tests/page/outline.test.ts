@@ -9,7 +9,7 @@ async function longRobot(lab: Lab): Promise<void> {
   await lab.show('settings');
   await lab.at('settings-search').fill('rectangle');
   await lab.at('s-body.shape').selectOption({ label: 'rectangle' });
-  for (const [key, value] of [['s-body.length', '1.1'], ['s-body.width', '0.5']] as const) {
+  for (const [key, value] of [['s-body.length', '110'], ['s-body.width', '50']] as const) {
     await lab.at(key).fill(value);
     await lab.at(key).blur();
   }
@@ -29,8 +29,8 @@ test('the planner lab asks the outline too, and it alone finds the way through t
   await expect(lab.at('contest-outline')).toHaveAttribute('data-over', 'true', { timeout: 60_000 });
   await expect(lab.at('contest-again')).toBeVisible({ timeout: 60_000 });
   const length = (planner: string) => lab.at(`contest-${planner}`).locator('td').nth(1);
-  expect(Number(await length('Outline').innerText())).toBeGreaterThan(3);
-  for (const disc of ['RrtConnect', 'ThetaStar', 'Visibility']) await expect(length(disc)).toHaveText('no way, proved');
+  expect(Number(await length('outline').innerText())).toBeGreaterThan(3);
+  for (const disc of ['rrt-connect', 'theta-star', 'visibility']) await expect(length(disc)).toHaveText('no way, proved');
   await expect(lab.at('contest-outline')).toContainText('all others for the disc around it, 1.21 m wide');
 });
 
