@@ -8,12 +8,13 @@ import { expect, test } from './fixture.ts';
 import { drop, type Lab } from './lab.ts';
 import { record } from './recording.ts';
 
-async function set(lab: Lab, key: string, value: string): Promise<void> {
+/** Types a number in the unit that the page shows; `stored` is the same in SI. */
+async function set(lab: Lab, key: string, value: string, stored: number): Promise<void> {
   await lab.show('settings');
   await lab.at('settings-search').fill(key);
   await lab.at(`s-${key}`).fill(value);
   await lab.at(`s-${key}`).blur();
-  await expect.poll(async () => (await lab.state()).setup.settings[key]).toBe(Number(value));
+  await expect.poll(async () => (await lab.state()).setup.settings[key]).toBe(stored);
   await lab.hidePanels();
 }
 
@@ -39,11 +40,11 @@ test('a robot behind a bridge keeps as far from obstacles as the setting says', 
   try {
     const token = (await readFile(join(folder, 'token'), 'utf8')).trim();
     await lab.open(`${bridge.url}#token=${token}`);
-    await set(lab, 'pilot.gap', '0.5');
+    await set(lab, 'pilot.gap', '50', 0.5);
     await lab.at('wheel').click();
     await expect(lab.at('mode-explore'), 'it is armed').toBeEnabled();
     const far = await driveToTheWall(lab, page);
-    await set(lab, 'pilot.gap', '0.05');
+    await set(lab, 'pilot.gap', '5', 0.05);
     const near = await driveToTheWall(lab, page);
     expect(Math.hypot(near.x - far.x, near.y - far.y), 'it stopped farther from the wall, as it was told').toBeGreaterThan(0.3);
     await page.keyboard.press('Escape');
@@ -62,7 +63,7 @@ test('a recording is mapped by a changed setting from the next scan on', async (
   await lab.watch((s) => s.scans, 'scans are mapped').toBeGreaterThan(5);
   await expect.poll(hit, 'beams end on walls').not.toBeNaN();
   const { scans } = await lab.status();
-  await set(lab, 'points.max_range', '0.2');
+  await set(lab, 'points.max_range', '0.2', 0.2);
   await expect.poll(hit, 'nothing stands so near').toBeNaN();
   await lab.show('settings');
   await lab.at('settings-reset').click();
