@@ -32,8 +32,7 @@ async function driveToTheWall(lab: Lab, page: Page): Promise<{ x: number; y: num
   return before;
 }
 
-test('a robot behind a bridge keeps as far from obstacles as the setting says', async ({ lab, page, isMobile }) => {
-  test.skip(isMobile, 'a phone has no keys');
+test('a robot behind a bridge keeps as far from obstacles as the setting says', async ({ lab, page }) => {
   test.setTimeout(120_000);
   const folder = await mkdtemp(join(tmpdir(), 'slamlab-settings-'));
   const bridge = await Bridge.start(['--source', 'sim:arena,lidar', '--token-file', join(folder, 'token')]);
