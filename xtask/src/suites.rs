@@ -27,6 +27,9 @@ pub enum Suite {
 /// All but [`Suite::Quick`], which is part of them.
 const ALL: [Suite; 4] = [Suite::Native, Suite::Wasm, Suite::Page, Suite::Firmware];
 
+/// Cargo's profile of the programs that the page's tests start: what the native tests stand on is compiled already.
+const TEST: &str = "test";
+
 /// Unit tests of `core` that take seconds: a run of [`Suite::Quick`] passes them over.
 const SLOW: &[&str] = &[];
 
@@ -99,7 +102,7 @@ fn wasm() -> Result<()> {
 
 fn the_page() -> Result<()> {
     let chrome = tools::chrome()?;
-    let bridge = page::build_with_bridge(Profile::Release)?;
+    let bridge = page::build_with_bridge(Profile::Release, TEST)?;
     // The run on the command line whose bits those in the page must equal.
     let simulate = build_example("slamlab-core", "simulate")?;
     let wired_robot = build_example("slamlab-tests", "wired_robot")?;
@@ -117,7 +120,8 @@ fn the_page() -> Result<()> {
 
 /// An example's program, compiled for this machine.
 fn build_example(package: &str, name: &str) -> Result<PathBuf> {
-    tools::run(tools::cargo().args(["build", "--package", package, "--example", name]))?;
+    let build = ["build", "--profile", TEST, "--package", package];
+    tools::run(tools::cargo().args(build).args(["--example", name]))?;
     Ok(tools::built(&format!("debug/examples/{name}")))
 }
 
