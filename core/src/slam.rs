@@ -5,8 +5,8 @@
 //!   scan ─> points ─> lines ─> match ─> correct ─> estimate ─> grid
 //! ```
 //!
-//! Every source (simulation, bridge, recorded log) feeds the same two verbs, and every method answers alike, so that
-//! they can be swapped and compared on the same run.
+//! Every source (simulation, bridge, recorded log) feeds the same two verbs, and every method
+//! answers alike, so that they can be swapped and compared on the same run.
 
 mod config;
 mod method;
@@ -126,8 +126,8 @@ impl Slam {
 
     /// Takes a scan, whose last beam was taken at or before the end of the newest odometry.
     ///
-    /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises, [`SlamError::Lines`] and [`SlamError::Ekf`] for one
-    /// that the line extraction or the filter refuses.
+    /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises, [`SlamError::Lines`]
+    /// and [`SlamError::Ekf`] for one that the line extraction or the filter refuses.
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         scan.validate()?;
         let scan = PreparedScan::new(self.readable(scan), &self.history, &self.config);
@@ -166,8 +166,8 @@ impl Slam {
         self.heading_variance = estimate.cov[(2, 2)];
     }
 
-    /// Takes a few readings on the move, of a sensor that scans only standing: they tell who came since the last scan
-    /// ([`Self::walkers`]), and nothing of pose or map.
+    /// Takes a few readings on the move, of a sensor that scans only standing: they show who came
+    /// since the last scan ([`Self::walkers`]), and nothing of pose or map.
     ///
     /// # Errors    [`SlamError::Scan`]: the readings break a scan's promises.
     pub fn partial_scan(&mut self, readings: &Scan) -> Result<(), SlamError> {
@@ -184,10 +184,12 @@ impl Slam {
         Ok(())
     }
 
-    /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of grids, of the vector map and of
-    /// the scan matcher hold for a whole run, as do the prior map and what the filter knew of the odometry beforehand.
+    /// Other settings from the next scan on: points, lines, the filter and what it draws. Those of
+    /// grids, of the vector map and of the scan matcher hold for a whole run, as do the prior map
+    /// and what the filter knew of the odometry beforehand.
     ///
-    /// # Errors    [`SlamError::Lines`] naming the first setting out of range; then the old ones stay.
+    /// # Errors    [`SlamError::Lines`] naming the first setting out of range; then the old ones
+    /// stay.
     pub fn reconfigure(&mut self, config: &SlamConfig) -> Result<(), SlamError> {
         config.lines.validate()?;
         self.config = SlamConfig {
@@ -207,7 +209,8 @@ impl Slam {
         self.estimator.finish();
     }
 
-    /// Nobody is driven by what is seen: from here on nobody is looked for who walks about, and [`Self::partial_scan`] does nothing.
+    /// Nobody is driven by what is seen: from here on nobody is looked for who walks about, and
+    /// [`Self::partial_scan`] does nothing.
     pub fn leave_walkers_out(&mut self) {
         self.walkers = None;
     }

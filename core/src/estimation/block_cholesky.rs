@@ -2,14 +2,14 @@
 //!
 //! In: the pattern of the blocks, then their values and a right side. Out: the solution.
 //!
-//! 1. The elimination order is that of least degree: the block with fewest neighbours goes first and makes its
-//!    neighbours a clique (Tinney & Walker 1967). The fill-in comes out on the way. Order and fill depend on the pattern
-//!    alone and are kept for all later steps.
+//! 1. The elimination order is that of least degree: the block with fewest neighbours goes first
+//!    and makes its neighbours a clique (Tinney & Walker 1967). The fill-in comes out on the way.
+//!    Order and fill depend on the pattern alone and are kept for all later steps.
 //! 2. The factor L of L Lᵀ is made column by column; each column updates the clique of its rows.
 //! 3. Forward and backward substitution.
 //!
-//! Our own and not a crate's: with blocks of fixed size the inner loops are unrolled, the order is kept, and the result
-//! is the same to the bit everywhere.
+//! Our own and not a crate's: with blocks of fixed size the inner loops are unrolled, the order is
+//! kept, and the result is the same to the bit everywhere.
 
 use std::collections::BTreeSet;
 
@@ -94,7 +94,8 @@ impl BlockPattern {
         }
     }
 
-    /// Adds to the block at (`row`, `column`), and so to its mirror image; pairs outside of the pattern are left out.
+    /// Adds to the block at (`row`, `column`), and so to its mirror image; pairs outside of the
+    /// pattern are left out.
     pub(super) fn add(
         &self,
         matrix: &mut BlockMatrix,
@@ -143,7 +144,8 @@ impl BlockPattern {
             }
             for (j, (&row_j, value_j)) in rows.iter().zip(&values).enumerate() {
                 matrix.diagonal[row_j] -= value_j * value_j.transpose();
-                // The rows after j stand in column j too: both lists rise, so one walk finds them all.
+                // The rows after j stand in column j too: both lists rise, so one walk finds them
+                // all.
                 let mut targets = self.rows[row_j]
                     .iter()
                     .zip(matrix.below[row_j].iter_mut())

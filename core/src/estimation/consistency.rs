@@ -1,10 +1,12 @@
-//! In: for each scan, how far the pose was off (NEES, where the truth is known) and how far the sightings were from what
-//! was expected (NIS). Out: whether the filter is honest, and if not, what is the likeliest cause.
+//! In: for each scan, how far the pose was off (NEES, where the truth is known) and how far the
+//! sightings were from what was expected (NIS). Out: whether the filter is honest, and if not, what
+//! is the likeliest cause.
 //!
 //! 1. Keep the last 25 scans: five seconds of a lidar.
-//! 2. NIS is independent from scan to scan if the filter is right, so its sum is χ² with the sum of the degrees of freedom:
-//!    a sharp test. NEES is not: an error of the heading stays for many scans. Its mean is compared with the band of one
-//!    scan, which holds however the scans hang together.
+//! 2. NIS is independent from scan to scan if the filter is right, so its sum is χ² with the sum of
+//!    the degrees of freedom: a sharp test. NEES is not: an error of the heading stays for many
+//!    scans. Its mean is compared with the band of one scan, which holds however the scans hang
+//!    together.
 //! 3. Which of the two left its band, and to which side, names the cause: [`Diagnosis`].
 //!
 //! Source: Bar-Shalom, Li & Kirubarajan (2001), §5.4.
@@ -48,10 +50,11 @@ pub enum Diagnosis {
     Honest,
     /// NEES and NIS too large: a wrong match, or slip beyond the odometry's noise.
     WrongMatch,
-    /// NEES too large, NIS not: the map has turned with the robot. Heading drift that no sighting shows, by linearisation
-    /// or by a systematic error of the odometry.
+    /// NEES too large, NIS not: the map has turned with the robot. Heading drift that no sighting
+    /// shows, by linearisation or by a systematic error of the odometry.
     HiddenDrift,
-    /// NIS too large, NEES not: the sensor is noisier than assumed, walls are not flat, or something moves.
+    /// NIS too large, NEES not: the sensor is noisier than assumed, walls are not flat, or
+    /// something moves.
     NoisySightings,
     /// NEES or NIS too small, none too large: the noise that is assumed is larger than it is.
     Cautious,
@@ -157,8 +160,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// A window in which each of the pose's three errors is `pose` times what is claimed, and each of the innovations
-    /// of four walls `sightings` times.
+    /// A window in which each of the pose's three errors is `pose` times what is claimed, and each
+    /// of the innovations of four walls `sightings` times.
     fn window(seed: u64, pose: f64, sightings: f64) -> ConsistencyWindow {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut square = |scale: f64| {

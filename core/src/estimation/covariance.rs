@@ -1,11 +1,15 @@
-//! The covariance of the filter, whose corrections wait to be written until there are several of them.
+//! The covariance of the filter, whose corrections wait to be written until there are several of
+//! them.
 //!
-//! Each correction P -= W Wᵀ goes over the whole triangle, which for some hundred landmarks is more than a cache holds: ten
-//! lines of a scan cost ten times the memory traffic of one. But what the next correction needs of P is a few of its columns.
-//! So P is kept as T - Σ wₖ wₖᵀ: T in the triangle, the wₖ beside it; reading a column costs O(n) for each that waits, and
-//! [`Covariance::settle`] writes them all in one pass. The numbers are those of the corrections one by one, but for rounding.
+//! Each correction P -= W Wᵀ goes over the whole triangle, which for some hundred landmarks is more
+//! than a cache holds: ten lines of a scan cost ten times the memory traffic of one. But what the
+//! next correction needs of P is a few of its columns. So P is kept as T - Σ wₖ wₖᵀ: T in the
+//! triangle, the wₖ beside it; reading a column costs O(n) for each that waits, and
+//! [`Covariance::settle`] writes them all in one pass. The numbers are those of the corrections one
+//! by one, but for rounding.
 //!
-//! Source: the idea is that of the compressed filter (Guivant & Nebot 2001), here with the exact state at each line.
+//! Source: the idea is that of the compressed filter (Guivant & Nebot 2001), here with the exact
+//! state at each line.
 
 use nalgebra::Matrix5;
 
@@ -64,7 +68,8 @@ impl Covariance {
         self.settled.get(state, state)
     }
 
-    /// Moves the robot: F P Fᵀ + Q, where `robot` does that to the robot's own block and the rows of `f` belong to x, y and θ.
+    /// Moves the robot: F P Fᵀ + Q, where `robot` does that to the robot's own block and the rows
+    /// of `f` belong to x, y and θ.
     pub fn advance(
         &mut self,
         f: &nalgebra::SMatrix<f64, 3, 5>,
@@ -89,7 +94,8 @@ impl Covariance {
         }
     }
 
-    /// P Hᵀ for a measurement of two numbers with few columns: `first` and `second` become its two columns.
+    /// P Hᵀ for a measurement of two numbers with few columns: `first` and `second` become its two
+    /// columns.
     pub fn product(&self, h: &[Column], first: &mut Vec<f64>, second: &mut Vec<f64>) {
         for product in [&mut *first, &mut *second] {
             product.clear();
@@ -164,8 +170,8 @@ impl Covariance {
     }
 }
 
-/// `first` -= Σ f₀ w and `second` -= Σ f₁ w over the vectors w of `n` numbers each: a few numbers at a time stay in registers
-/// while all vectors are taken off.
+/// `first` -= Σ f₀ w and `second` -= Σ f₁ w over the vectors w of `n` numbers each: a few numbers
+/// at a time stay in registers while all vectors are taken off.
 #[inline(always)]
 fn subtract_multiples(
     vectors: &[f64],

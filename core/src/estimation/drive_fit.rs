@@ -1,4 +1,5 @@
-//! All that a recorded drive tells of its robot and its sensor: [`OdometryFit`], and σ(ρ) where it stood.
+//! All that a recorded drive tells of its robot and its sensor: [`OdometryFit`], and σ(ρ) where it
+//! stood.
 
 use super::{FitVerdict, FittedParameter, OdometryFit, OdometryFitError};
 use crate::points::{Growth, SigmaError, SigmaFit};

@@ -1,43 +1,50 @@
-//! In: odometry, and the lines of each scan. Out: the robot's pose and the walls, with one covariance over all of it.
+//! In: odometry, and the lines of each scan. Out: the robot's pose and the walls, with one
+//! covariance over all of it.
 //!
-//! The state is (x, y, θ, κ, s, α₁, r₁, α₂, r₂, …) in the map frame, which starts at the robot's first pose; κ and s are the
-//! systematic errors of the odometry (`robot_state`). Each line is oriented:
-//! its normal points from the side it was seen from into the wall, and r is signed (`association::gate`). r counts from an anchor,
-//! a fixed point in the middle of where the wall was first seen. Counted from the origin of the map, as the source has it, an
-//! error of α is a shift of the wall by distance times error, to first order only: ½ · 10 m · (0.05 rad)² is 1 cm that no
-//! covariance knows of, more than the wall is uncertain.
+//! The state is (x, y, θ, κ, s, α₁, r₁, α₂, r₂, …) in the map frame, which starts at the robot's
+//! first pose; κ and s are the systematic errors of the odometry (`robot_state`). Each line is
+//! oriented: its normal points from the side it was seen from into the wall, and r is signed
+//! (`association::gate`). r counts from an anchor, a fixed point in the middle of where the wall
+//! was first seen. Counted from the origin of the map, as the source has it, an error of α is a
+//! shift of the wall by distance times error, to first order only: ½ · 10 m · (0.05 rad)² is 1 cm
+//! that no covariance knows of, more than the wall is uncertain.
 //!
-//! 1. **Predict**: the pose moves by the odometry; only P_xx and P_xf change. O(n), TDK 2016 eq. (3.18)-(3.20).
-//! 2. **In order of time**: a turning lidar sees each wall at another instant, and tracks slip between two instants of one
-//!    sweep by more than the walls are uncertain. So odometry is kept back until the scan comes; each line is taken back to
-//!    the robot frame of its own instant, the filter predicts up to there, and updates. Straightening the whole scan to its
-//!    end by odometry and treating its lines as seen there would use the odometry's error twice, and believe it once.
-//! 3. **Associate and update**: the landmarks that the line may be ([`choose`]); then Z from a 5x5 block, gain O(n), and
-//!    P -= (P Hᵀ) Z⁻¹ (P Hᵀ)ᵀ as one symmetric rank-2 update of the triangle, re-linearised for each match (TDK 2016 §3.2
-//!    says why).
+//! 1. **Predict**: the pose moves by the odometry; only P_xx and P_xf change. O(n), TDK 2016 eq.
+//!    (3.18)-(3.20).
+//! 2. **In order of time**: a turning lidar sees each wall at another instant, and tracks slip
+//!    between two instants of one sweep by more than the walls are uncertain. So odometry is kept
+//!    back until the scan comes; each line is taken back to the robot frame of its own instant, the
+//!    filter predicts up to there, and updates. Straightening the whole scan to its end by odometry
+//!    and treating its lines as seen there would use the odometry's error twice, and believe it
+//!    once.
+//! 3. **Associate and update**: the landmarks that the line may be ([`choose`]); then Z from a 5x5
+//!    block, gain O(n), and P -= (P Hᵀ) Z⁻¹ (P Hᵀ)ᵀ as one symmetric rank-2 update of the triangle,
+//!    re-linearised for each match (TDK 2016 §3.2 says why).
 //! 4. **Augment** with lines that are far from everything known: block rows by eq. (3.31), (3.32).
-//! 5. **Merge** landmarks that are surely one wall: parts of it first seen far apart, or a wall seen anew before a loop closed.
-//! 6. **Forget** lines that were not seen again soon: their rows and columns are deleted, which is the marginal of a Gaussian.
+//! 5. **Merge** landmarks that are surely one wall: parts of it first seen far apart, or a wall
+//!    seen anew before a loop closed.
+//! 6. **Forget** lines that were not seen again soon: their rows and columns are deleted, which is
+//!    the marginal of a Gaussian.
 //!
-//! Consistency: an EKF that takes its Jacobians at ever new estimates believes to learn its absolute heading, which nothing
-//! measures (Huang, Mourikis & Roumeliotis 2010, "Observability-based rules for designing consistent EKF SLAM
-//! estimators"). [`Consistency::FirstEstimates`] takes them at the first ones. A robot that lost its heading by 3° and then drives in
-//! circles past the same six walls never knows it to better than 3°, and so says the filter with first estimates (3.1°; NEES of the
-//! heading 0.89, 1 is honest); with the newest ones it claims 1.4° (6.8). Where the heading is known to tenths of a degree, as on tours
-//! with a lidar, the two hardly differ.
-//! Measured by `cargo run --release -p slamlab-core --example report -- ekf-consistency`.
+//! Consistency: an EKF that takes its Jacobians at ever new estimates believes to learn its
+//! absolute heading, which nothing measures (Huang, Mourikis & Roumeliotis 2010,
+//! "Observability-based rules for designing consistent EKF SLAM estimators").
+//! [`Consistency::FirstEstimates`] takes them at the first ones. A robot that lost its heading by
+//! 3° and then drives in circles past the same six walls never knows it to better than 3°, and so
+//! says the filter with first estimates (3.1°; NEES of the heading 0.89, 1 is honest); with the
+//! newest ones it claims 1.4° (6.8). Where the heading is known to tenths of a degree, as on tours
+//! with a lidar, the two hardly differ. Measured by
+//! `cargo run --release -p slamlab-core --example report -- ekf-consistency`.
 
 mod config;
-mod correct;
 mod correlations;
-mod expect;
 mod input;
 mod joint;
 mod landmark;
 mod merge;
-mod motion;
 mod report;
 mod robot_state;
+mod sighting;
 mod sweep;
 #[cfg(test)]
 mod tests;
@@ -68,9 +75,10 @@ pub use self::robot_state::OdometryErrors;
 pub use self::sweep::SweepTiming;
 
 /// Of the candidates of a line, the report keeps this many.
-const TOLD: usize = 8;
-/// The report leaves out candidates that are so much further away than the gate for new walls; they explain nothing.
-const TOLD_GATES: f64 = 4.0;
+const REPORTED: usize = 8;
+/// The report leaves out candidates that are so much further away than the gate for new walls; they
+/// explain nothing.
+const REPORTED_GATES: f64 = 4.0;
 
 /// Line EKF-SLAM.
 #[derive(Clone, Debug)]
@@ -132,7 +140,8 @@ impl EkfSlam {
         })
     }
 
-    /// Other settings from the next scan on; what was known beforehand of the odometry is in the state already.
+    /// Other settings from the next scan on; what was known beforehand of the odometry is in the
+    /// state already.
     pub fn reconfigure(&mut self, config: EkfConfig) {
         self.config = config;
     }
@@ -174,8 +183,8 @@ impl EkfSlam {
         })
     }
 
-    /// The covariance of the whole state (x, y, θ, κ, s, α₁, r₁, …) at the last scan, landmarks in the order of
-    /// [`Self::landmarks`], r signed and counted from each landmark's anchor.
+    /// The covariance of the whole state (x, y, θ, κ, s, α₁, r₁, …) at the last scan, landmarks in
+    /// the order of [`Self::landmarks`], r signed and counted from each landmark's anchor.
     #[must_use]
     pub fn covariance(&self) -> &SymmetricMatrix {
         self.cov.settled()
@@ -199,7 +208,8 @@ impl EkfSlam {
 
     /// Steps 1 to 6: takes in the lines of one scan, in the robot frame at `sweep.stamp`.
     ///
-    /// # Errors   [`EkfError::Feature`] for the first line whose numbers cannot be used; then nothing has changed.
+    /// # Errors   [`EkfError::Feature`] for the first line whose numbers cannot be used; then
+    /// nothing has changed.
     pub fn update(
         &mut self,
         features: &[LineFeature],
@@ -270,8 +280,8 @@ impl EkfSlam {
         Ok(&self.report)
     }
 
-    /// Steps 3 and 4 for one line, in the robot frame of the state: its number, and what it is where all lines of the scan were
-    /// matched together.
+    /// Steps 3 and 4 for one line, in the robot frame of the state: its number, and what it is
+    /// where all lines of the scan were matched together.
     fn take_in(
         &mut self,
         (index, paired): (usize, Option<Paired>),
@@ -331,8 +341,8 @@ impl EkfSlam {
     }
 
     fn conclude(&self, report: &mut UpdateReport, feature: usize, verdict: Verdict) {
-        let far = TOLD_GATES * self.config.association.new_gate;
-        report.conclude(feature, verdict, TOLD, far);
+        let far = REPORTED_GATES * self.config.association.new_gate;
+        report.conclude(feature, verdict, REPORTED, far);
     }
 
     fn pose_cov(&self) -> Matrix3<f64> {

@@ -1,12 +1,13 @@
-//! In: odometry, the lines of each scan, and a prior map of lines. Out: the robot's pose in that map, with covariance.
+//! In: odometry, the lines of each scan, and a prior map of lines. Out: the robot's pose in that
+//! map, with covariance.
 //!
-//! 1. **Predict**: pose and covariance move by the odometry, whose systematic errors are states like the pose
-//!    (`ekf_slam::robot_state`; TDK 2016 eq. (3.1)-(3.4)).
+//! 1. **Predict**: pose and covariance move by the odometry, whose systematic errors are states
+//!    like the pose (`ekf_slam::robot_state`; TDK 2016 eq. (3.1)-(3.4)).
 //! 2. **Associate**: each line against the map, as the SLAM filter does it (`association`).
 //! 3. **Update**: one match at a time, re-linearised after each (TDK 2016 §3.2).
 //!
-//! The map is taken as exact, and all lines of a scan as seen at the instant of the last odometry. For a scan that takes its time while the
-//! robot moves, straighten it first (`points`).
+//! The map is taken as exact, and all lines of a scan as seen at the instant of the last odometry.
+//! For a scan that takes its time while the robot moves, straighten it first (`points`).
 
 use nalgebra::{Matrix2x3, Matrix2x5, Point2, SMatrix};
 
@@ -19,7 +20,11 @@ use crate::features::LineFeature;
 use crate::geom::{Pose2, PoseEstimate, Segment, symmetrize};
 use crate::robot::Odometry;
 
-/// One face of a known wall, map frame.
+/// The ends of a wall are as wide as so many standard deviations of the robot's position, as
+/// [`super::EkfConfig::along_sigmas`] of the SLAM filter.
+const ALONG_SIGMAS: f64 = 3.0;
+
+/// One face of a wall of the prior map, map frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PriorLine {
     /// Direction of the normal from the free side into the wall, rad.
@@ -31,7 +36,8 @@ pub struct PriorLine {
 }
 
 impl PriorLine {
-    /// The face of `segment` that looks to the left of the way from `a` to `b`; `None` for one without length.
+    /// The face of `segment` that looks to the left of the way from `a` to `b`; `None` for one
+    /// without length.
     #[must_use]
     pub fn left_face(segment: &Segment) -> Option<Self> {
         let along = segment.vector();
@@ -89,10 +95,11 @@ pub struct LineLocaliser {
 }
 
 impl LineLocaliser {
-    /// A robot that is at `start`, map frame, with odometry as good as `prior` says (standard deviations; 0 for one without
-    /// systematic errors).
+    /// A robot that is at `start`, map frame, with odometry as good as `prior` says (standard
+    /// deviations; 0 for one without systematic errors).
     ///
-    /// # Errors   [`EkfError::Association`], or [`EkfError::Setting`] where start or prior are no numbers.
+    /// # Errors   [`EkfError::Association`], or [`EkfError::Setting`] where start or prior are no
+    /// numbers.
     pub fn new(
         map: Vec<PriorLine>,
         start: &PoseEstimate,
@@ -120,9 +127,11 @@ impl LineLocaliser {
         self.state.predict(odometry)
     }
 
-    /// Steps 2 and 3: takes in the lines of one scan, robot frame; tells which of them were found in the map.
+    /// Steps 2 and 3: takes in the lines of one scan, robot frame; returns which of them were found
+    /// in the map.
     ///
-    /// # Errors   [`EkfError::Feature`] for the first line whose numbers cannot be used; then nothing has changed.
+    /// # Errors   [`EkfError::Feature`] for the first line whose numbers cannot be used; then
+    /// nothing has changed.
     pub fn update(&mut self, features: &[LineFeature]) -> Result<Vec<PriorMatch>, EkfError> {
         for (index, feature) in features.iter().enumerate() {
             check_feature(index, feature)?;
@@ -149,7 +158,7 @@ impl LineLocaliser {
         let (expected, _) = self.expect(self.map.get(index)?);
         let innovation = expected.innovation(&OrientedLine::of(seen))?;
         let along = self.state.cov[(0, 0)].max(self.state.cov[(1, 1)]).sqrt();
-        let gap = expected.gap(seen) - 3.0 * along;
+        let gap = expected.gap(seen) - ALONG_SIGMAS * along;
         Some(Candidate {
             index,
             d2: innovation.d2,

@@ -1,8 +1,10 @@
 //! How a line in the map looks to the robot, and back, with Jacobians.
 //!
-//! Lines are oriented (see `association::gate`): r is signed, so neither function has a jump and the sign never flips.
+//! Lines are oriented (see `association::gate`): r is signed, so neither function has a jump and
+//! the sign never flips.
 //!
-//! # Source    TDK 2016 §3.2 and §3.4, eq. (3.27) and (3.29) with the erratum of the specification (the global α).
+//! # Source    TDK 2016 §3.2 and §3.4, eq. (3.27) and (3.29) with the erratum of the specification
+//! (the global α).
 
 use nalgebra::{Matrix2, Matrix2x3, Point2, Vector2};
 

@@ -4,11 +4,11 @@ use nalgebra::{Matrix2, Point2, Vector2};
 
 use crate::geom::Pose2;
 
-/// Absolute trajectory error: root mean square distance, m, of estimated from true positions after the rigid motion
-/// that brings them closest. `None` where there are fewer than two pairs.
+/// Absolute trajectory error: root mean square distance, m, of estimated from true positions after
+/// the rigid motion that brings them closest. `None` where there are fewer than two pairs.
 ///
-/// Source: Sturm et al. (2012), "A benchmark for the evaluation of RGB-D SLAM systems", §V; alignment by Umeyama
-/// (1991) without scale, in two dimensions.
+/// Source: Sturm et al. (2012), "A benchmark for the evaluation of RGB-D SLAM systems", §V;
+/// alignment by Umeyama (1991) without scale, in two dimensions.
 #[must_use]
 pub fn ate_rmse(truth: &[Point2<f64>], estimate: &[Point2<f64>]) -> Option<f64> {
     let truth_from_estimate = align(truth, estimate)?;
@@ -20,9 +20,11 @@ pub fn ate_rmse(truth: &[Point2<f64>], estimate: &[Point2<f64>]) -> Option<f64> 
     Some((squares / truth.len().min(estimate.len()) as f64).sqrt())
 }
 
-/// The rigid motion `target_from_source` with the least sum of squared distances between paired points.
+/// The rigid motion `target_from_source` with the least sum of squared distances between paired
+/// points.
 ///
-/// Source: Umeyama (1991), eqs. (40)-(42); in the plane the rotation has a closed form, the angle of Σ s × t over Σ s · t.
+/// Source: Umeyama (1991), eqs. (40)-(42); in the plane the rotation has a closed form, the angle
+/// of Σ s × t over Σ s · t.
 #[must_use]
 pub fn align(target: &[Point2<f64>], source: &[Point2<f64>]) -> Option<Pose2> {
     let n = target.len().min(source.len());
@@ -86,8 +88,8 @@ mod tests {
 
     #[test]
     fn bent_line_has_the_error_of_its_bend() {
-        // Truth: three points on the x axis. Estimate: the middle one lifted by 0.3 m. After alignment the residuals
-        // are 0.1, 0.2, 0.1 m across.
+        // Truth: three points on the x axis. Estimate: the middle one lifted by 0.3 m. After
+        // alignment the residuals are 0.1, 0.2, 0.1 m across.
         let line = |y: f64| {
             [
                 Point2::new(-1.0, 0.0),

@@ -1,4 +1,5 @@
-//! From odometry and matches to a pose with covariance, the map that belongs to it, and measures of both.
+//! From odometry and matches to a pose with covariance, the map that belongs to it, and measures of
+//! both.
 
 mod block_cholesky;
 mod consistency;

@@ -1,12 +1,13 @@
 //! Poses that agree best with measured motions between them.
 //!
-//! In: first guesses of poses, and edges: a measured motion from one to another with its information and a robust
-//! kernel. Out: the poses of least cost. The first pose stays where it is.
+//! In: first guesses of poses, and edges: a measured motion from one to another with its
+//! information and a robust kernel. Out: the poses of least cost. The first pose stays where it is.
 //!
 //! 1. The error of an edge is z⁻¹ x_i⁻¹ x_j as (x, y, θ), z the measured motion (g2o's SE2 edge).
-//! 2. Levenberg-Marquardt: the normal equations are solved by [`BlockPattern`], damped until the cost falls.
-//! 3. A robust kernel weighs each edge by its own χ (iteratively re-weighted least squares), so that one false loop
-//!    closure does not bend the map.
+//! 2. Levenberg-Marquardt: the normal equations are solved by [`BlockPattern`], damped until the
+//!    cost falls.
+//! 3. A robust kernel weighs each edge by its own χ (iteratively re-weighted least squares), so
+//!    that one false loop closure does not bend the map.
 //!
 //! Source: Grisetti et al. (2010), "A tutorial on graph-based SLAM"; Kümmerle et al. (2011), "g2o".
 
@@ -115,11 +116,6 @@ impl PoseGraph {
         self.edges.iter().map(|edge| self.chi2_of(edge)).sum()
     }
 
-    /// Keeps only the edges that `keep` wants.
-    pub fn retain_edges(&mut self, keep: impl FnMut(&Edge) -> bool) {
-        self.edges.retain(keep);
-    }
-
     /// Moves the poses to the least cost, in at most `max_iterations` steps.
     pub fn optimize(&mut self, max_iterations: usize) -> GraphReport {
         let chi2_before = self.chi2();
@@ -175,7 +171,8 @@ impl PoseGraph {
         report
     }
 
-    /// Covariance of (x, y, θ) of a pose against the first one; `None` where the graph does not hold it.
+    /// Covariance of (x, y, θ) of a pose against the first one; `None` where the graph does not
+    /// hold it.
     #[must_use]
     pub fn marginal(&self, pose: usize) -> Option<Matrix3<f64>> {
         if pose >= self.poses.len() {

@@ -2,10 +2,12 @@
 //!
 //! In: a trajectory stamped in seconds, reference motions. Out: [`RelationErrors`].
 //!
-//! The error of a relation is the motion from the true to the estimated motion, δ*⁻¹ δ: its length and its turn. A
-//! measure over relations does not punish one wrong turn early in the run over and over, as one over absolute poses does.
+//! The error of a relation is the motion from the true to the estimated motion, δ*⁻¹ δ: its length
+//! and its turn. A measure over relations does not punish one wrong turn early in the run over and
+//! over, as one over absolute poses does.
 //!
-//! Source: Kümmerle et al. (2009), "On measuring the accuracy of SLAM algorithms", Autonomous Robots 27, eq. (3)-(5).
+//! Source: Kümmerle et al. (2009), "On measuring the accuracy of SLAM algorithms", Autonomous
+//! Robots 27, eq. (3)-(5).
 
 use crate::geom::Pose2;
 
@@ -31,8 +33,8 @@ pub struct RelationErrors {
 /// How far apart two stamps of the same scan may be, s: both are written with six digits.
 const SAME_STAMP: f64 = 2e-6;
 
-/// Measures a trajectory, sorted by stamp, at relations `(from_seconds, to_seconds, true motion)`. Relations of which one
-/// scan is missing are left out and not counted.
+/// Measures a trajectory, sorted by stamp, at relations `(from_seconds, to_seconds, true motion)`.
+/// Relations of which one scan is missing are left out and not counted.
 #[must_use]
 pub fn relation_errors(
     relations: impl IntoIterator<Item = (f64, f64, Pose2)>,
@@ -137,7 +139,8 @@ mod tests {
         assert_eq!(relation_errors([], &trajectory), RelationErrors::default());
     }
 
-    /// Raw odometry of the Intel log against its reference: the figures that the data's own description states.
+    /// Raw odometry of the Intel log against its reference: the figures that the data's own
+    /// description states.
     #[test]
     fn raw_odometry_of_intel_gives_the_stated_figures() {
         use crate::format::{carmen::CarmenLog, recorded, relations};

@@ -1,14 +1,15 @@
-//! In: odometry, the points of each scan, and the walls of a prior map. Out: the robot's pose in that map, with covariance.
+//! In: odometry, the points of each scan, and the walls of a prior map. Out: the robot's pose in
+//! that map, with covariance.
 //!
-//! 1. **Predict**: pose and covariance move by the odometry, whose systematic errors are states like the pose
-//!    (`ekf_slam::robot_state`; TDK 2016 eq. (3.1)-(3.4)).
-//! 2. **Locate** the surfaces of the scan in the walls ([`locate`]), with the predicted pose as prior: matched, or searched for in a
-//!    window that grows with each scan that finds nothing.
-//! 3. **Update**: the matched pose is the mean given prior and points; what it says of the odometry's errors follows from their
-//!    covariance with the pose.
+//! 1. **Predict**: pose and covariance move by the odometry, whose systematic errors are states
+//!    like the pose (`ekf_slam::robot_state`; TDK 2016 eq. (3.1)-(3.4)).
+//! 2. **Locate** the surfaces of the scan in the walls ([`locate`]), with the predicted pose as
+//!    prior: matched, or searched for in a window that grows with each scan that finds nothing.
+//! 3. **Update**: the matched pose is the mean given prior and points; what it says of the
+//!    odometry's errors follows from their covariance with the pose.
 //!
-//! Unlike [`super::LineLocaliser`] it asks no line to be the line of the map: a map of cells, in which furniture and doorposts are
-//! short and jagged, is used as it was drawn.
+//! Unlike [`super::LineLocaliser`] it asks no line to be the line of the map: a map of cells, in
+//! which furniture and doorposts are short and jagged, is used as it was drawn.
 
 use std::borrow::Cow;
 
@@ -31,8 +32,8 @@ pub struct ScanLocaliserConfig {
     pub locate: LocateConfig,
     /// Distance of the pieces into which walls are cut, m. Default 0.05.
     pub spacing: f64,
-    /// Odometry and the map together are never believed better than this from scan to scan, m: neighbouring scans see the same
-    /// errors of the map. Default 0.01.
+    /// Odometry and the map together are never believed better than this from scan to scan, m:
+    /// neighbouring scans see the same errors of the map. Default 0.01.
     pub floor: f64,
     /// The same for the heading, rad. Default 0.003.
     pub turn_floor: f64,
@@ -49,7 +50,8 @@ impl Default for ScanLocaliserConfig {
     }
 }
 
-/// Most pieces of walls, and how far from the origin they may lie, m: the map of them reaches no farther.
+/// Most pieces of walls, and how far from the origin they may lie, m: the map of them reaches no
+/// farther.
 const MOST_PIECES: f64 = 2e6;
 const FARTHEST: f64 = 800.0;
 /// Finds a robot in a prior map by whole scans.
@@ -81,11 +83,11 @@ impl Target for Walls {
 }
 
 impl ScanLocaliser {
-    /// A robot at `start`, map frame, in a map whose `faces` have what is free to the left of the way from `a` to `b`; odometry is as
-    /// good as `prior` says (standard deviations).
+    /// A robot at `start`, map frame, in a map whose `faces` have what is free to the left of the
+    /// way from `a` to `b`; odometry is as good as `prior` says (standard deviations).
     ///
-    /// # Errors   [`EkfError::Setting`] where start or prior are no numbers, a figure is out of range, or the walls are longer or lie
-    /// farther off than can be held.
+    /// # Errors   [`EkfError::Setting`] where start or prior are no numbers, a figure is out of
+    /// range, or the walls are longer or lie farther off than can be held.
     pub fn new(
         faces: impl IntoIterator<Item = Segment>,
         start: &PoseEstimate,
@@ -129,8 +131,8 @@ impl ScanLocaliser {
         self.state.predict(odometry)
     }
 
-    /// Steps 2 and 3: takes in the surfaces of one scan, robot frame, and the variance of the heading that odometry gathered since
-    /// they were seen, in the mean, rad².
+    /// Steps 2 and 3: takes in the surfaces of one scan, robot frame, and the variance of the
+    /// heading that odometry gathered since they were seen, in the mean, rad².
     pub fn update(&mut self, surfaces: &[OrientedPoint], heading_variance: f64) -> Registration {
         let (way, turn) = (self.config.floor, self.config.turn_floor);
         let floor = Vector3::new(way * way, way * way, turn * turn);
@@ -166,9 +168,10 @@ impl ScanLocaliser {
         found
     }
 
-    /// Step 3. The match is the mean of prior and points, x = (P⁻¹ + I)⁻¹ (P⁻¹ x̂ + I z). But what the points say is worth less than
-    /// I: the heading errs by Q from the middle of the sweep to now. With I' = (I⁻¹ + Q)⁻¹ = (1 + I Q)⁻¹ I, which asks for no inverse
-    /// of I, the update is P' = (P⁻¹ + I')⁻¹ and x' = x̂ + P' (1 + I Q)⁻¹ (P⁻¹ + I) (x - x̂).
+    /// Step 3. The match is the mean of prior and points, x = (P⁻¹ + I)⁻¹ (P⁻¹ x̂ + I z). But what
+    /// the points say is worth less than I: the heading errs by Q from the middle of the sweep to
+    /// now. With I' = (I⁻¹ + Q)⁻¹ = (1 + I Q)⁻¹ I, which asks for no inverse of I, the update is P'
+    /// = (P⁻¹ + I')⁻¹ and x' = x̂ + P' (1 + I Q)⁻¹ (P⁻¹ + I) (x - x̂).
     fn correct(&mut self, predicted: &PoseEstimate, found: &Registration, heading_variance: f64) {
         let swept = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, heading_variance));
         let said = found.information;

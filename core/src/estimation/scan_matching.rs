@@ -2,16 +2,20 @@
 //!
 //! In: odometry and scans. Out: the pose with its covariance, the trajectory, the grid.
 //!
-//! 1. Odometry since the last scan says where to look; the scan's oriented points are located in the running submap
-//!    ([`locate`]), with odometry's own covariance as the prior. Along a direction that the scan says nothing of,
-//!    a corridor's, odometry stands alone, and its covariance gathers until a scan fixes the direction again.
-//! 2. After some way or turn the scan becomes a keyframe: it is added to the submap and drawn into the grid.
-//! 3. After some keyframes the submap is closed and a new one begun, seeded with the last keyframes, so that there is
-//!    always a map to match to. Poses are kept relative to their submap: moving a submap moves all that was seen in it.
-//! 4. A closed submap is compared with earlier ones that may show the same place, one at each scan. Those that do are
-//!    joined by an edge, and the poses of all submaps are optimised ([`PoseGraph`]).
-//! 5. Where the map moved, it is drawn anew beside the old one, some keyframes at each scan, and takes its place when
-//!    it is complete: no scan has to wait for it.
+//! 1. Odometry since the last scan says where to look; the scan's oriented points are located in
+//!    the running submap ([`locate`]), with odometry's own covariance as the prior. Along a
+//!    direction that the scan says nothing of, a corridor's, odometry stands alone, and its
+//!    covariance gathers until a scan fixes the direction again.
+//! 2. After some way or turn the scan becomes a keyframe: it is added to the submap and drawn into
+//!    the grid.
+//! 3. After some keyframes the submap is closed and a new one begun, seeded with the last
+//!    keyframes, so that there is always a map to match to. Poses are kept relative to their
+//!    submap: moving a submap moves all that was seen in it.
+//! 4. A closed submap is compared with earlier ones that may show the same place, one at each scan.
+//!    Those that do are joined by an edge, and the poses of all submaps are optimised
+//!    ([`PoseGraph`]).
+//! 5. Where the map moved, it is drawn anew beside the old one, some keyframes at each scan, and
+//!    takes its place when it is complete: no scan has to wait for it.
 
 mod canvas;
 mod config;
@@ -52,10 +56,10 @@ pub struct ScanMatcher {
     submaps: Vec<Submap>,
     running: SurfelMap,
     submap_from_robot: Pose2,
-    /// Covariance of the pose in the running submap since the last keyframe: of the last match, and of odometry where that
-    /// said nothing.
+    /// Covariance of the pose in the running submap since the last keyframe: of the last match, and
+    /// of odometry where that said nothing.
     local_cov: Matrix3<f64>,
-    /// Whether the last scan could not be matched, so that odometry alone tells the pose.
+    /// Whether the last scan could not be matched, so that the pose is odometry's alone.
     is_blind: bool,
     recent: VecDeque<Recent>,
     keyframes: Vec<Keyframe>,
@@ -140,14 +144,10 @@ impl ScanMatcher {
         });
     }
 
-    /// Takes the points of a scan that was taken at once, in the robot frame at the end of the newest odometry.
-    pub fn update(&mut self, points: &Points) -> MatchReport {
-        self.update_swept(points, &vec![points.bearing_sigma; points.beams.len()])
-    }
-
-    /// Takes the points of a scan, in the robot frame at the end of the newest odometry. `sigmas` tell how well the direction of
-    /// each beam is known in that frame, rad, in the order of `points.beams`: beams that were taken earlier are known worse.
-    pub fn update_swept(&mut self, points: &Points, sigmas: &[f64]) -> MatchReport {
+    /// Takes the points of a scan, in the robot frame at the end of the newest odometry. `sigmas`
+    /// are those of the direction of each beam in that frame, rad, in the order of `points.beams`:
+    /// beams that were taken earlier are known worse.
+    pub fn update(&mut self, points: &Points, sigmas: &[f64]) -> MatchReport {
         let surfaces = oriented_points(points, &self.config.oriented);
         let moved = self
             .pending
@@ -233,18 +233,6 @@ impl ScanMatcher {
         self.grid_version
     }
 
-    /// The submaps' poses and the motions between them.
-    #[must_use]
-    pub fn graph(&self) -> &PoseGraph {
-        &self.graph
-    }
-
-    /// Number of submaps.
-    #[must_use]
-    pub fn submaps(&self) -> usize {
-        self.submaps.len()
-    }
-
     fn map_from_running(&self) -> Pose2 {
         self.submaps
             .last()
@@ -287,7 +275,8 @@ impl ScanMatcher {
         keyframe.draw(&mut self.grid, &map_from_robot);
         self.keyframes.push(keyframe);
         self.last_keyframe = Some(at);
-        // Carried on by odometry, the local covariance holds the whole way since the last match already.
+        // Carried on by odometry, the local covariance holds the whole way since the last match
+        // already.
         if !self.is_blind {
             self.way_cov += std::mem::take(&mut self.local_cov);
         }
@@ -324,7 +313,8 @@ impl ScanMatcher {
         }
     }
 
-    /// Compares up to `count` pairs of submaps; then optimises, if something was found, and goes on with drawing.
+    /// Compares up to `count` pairs of submaps; then optimises, if something was found, and goes on
+    /// with drawing.
     fn work_off(&mut self, count: usize) {
         for _ in 0..count {
             let Some((old, new)) = self.jobs.pop_front() else {

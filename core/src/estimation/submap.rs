@@ -1,13 +1,15 @@
 //! A stretch of the way with its own map, and whether two of them show the same place.
 //!
-//! In: two closed submaps and how well their relative pose is known. Out: a [`Closure`], or nothing.
+//! In: two closed submaps and how well their relative pose is known. Out: a [`Closure`], or
+//! nothing.
 //!
-//! 1. Where the relative pose is known to within the reach of matching, the surfaces of one are matched to the other at
-//!    once; else the whole window of three standard deviations is searched first ([`search_and_match`]).
-//! 2. The match must hold both ways: surfaces of one must lie on surfaces of the other, and must not stand where the
-//!    other looked through. What the other never saw says nothing.
-//! 3. A window wide enough to need a search must end in a pose that is fixed in all directions: a corridor fits itself
-//!    anywhere.
+//! 1. Where the relative pose is known to within the reach of matching, the surfaces of one are
+//!    matched to the other at once; else the whole window of three standard deviations is searched
+//!    first ([`search_and_match`]).
+//! 2. The match must hold both ways: surfaces of one must lie on surfaces of the other, and must
+//!    not stand where the other looked through. What the other never saw says nothing.
+//! 3. A window wide enough to need a search must end in a pose that is fixed in all directions: a
+//!    corridor fits itself anywhere.
 
 use nalgebra::{Matrix3, Point2, Vector3};
 
@@ -26,20 +28,21 @@ pub struct ClosureConfig {
     pub max_shift: f64,
     /// Widest search to either side, rad. Default 0.6.
     pub max_turn: f64,
-    /// The window is so many standard deviations of what is known of the pose, to either side. Default 3; larger finds loops after
-    /// worse drives, and more wrong ones.
+    /// The window is so many standard deviations of what is known of the pose, to either side.
+    /// Default 3; larger finds loops after worse drives, and more wrong ones.
     pub doubt_sigmas: f64,
-    /// In a window no wider than this the submaps are matched without a search: matching pulls them in from as far. Default 0.3 m and
-    /// 0.06 rad.
+    /// In a window no wider than this the submaps are matched without a search: matching pulls them
+    /// in from as far. Default 0.3 m and 0.06 rad.
     pub match_reach: SearchWindow,
     /// How poses are searched for. Default [`SearchConfig::between_submaps`].
     pub search: SearchConfig,
-    /// Matched without a search, the relative pose is never believed better beforehand than this, m. Default 0.02.
+    /// Matched without a search, the relative pose is never believed better beforehand than this,
+    /// m. Default 0.02.
     pub prior_sigma: f64,
     /// The same, rad. Default 0.005.
     pub prior_turn_sigma: f64,
-    /// A surface agrees that lies nearer than this to one of the other submap, m, across it. Default 0.08: larger takes the two sides of a
-    /// thin wall for one.
+    /// A surface agrees that lies nearer than this to one of the other submap, m, across it.
+    /// Default 0.08: larger takes the two sides of a thin wall for one.
     pub agree_within: f64,
     /// Cosine of the largest angle between surfaces that agree. Default 0.5.
     pub agree_cosine: f64,
@@ -53,9 +56,11 @@ pub struct ClosureConfig {
     pub sigma: f64,
     /// A closure is never believed better than this, rad. Default 0.003.
     pub turn_sigma: f64,
-    /// What a closure says at least, 1/m² and 1/rad²: nothing is known worse than to ten metres and ten radians. Default 0.01.
+    /// What a closure says at least, 1/m² and 1/rad²: nothing is known worse than to ten metres and
+    /// ten radians. Default 0.01.
     pub min_information: f64,
-    /// Scale of the Cauchy kernel by which wrong closures lose their say, in standard deviations. Default 3; larger listens to more.
+    /// Scale of the Cauchy kernel by which wrong closures lose their say, in standard deviations.
+    /// Default 3; larger listens to more.
     pub kernel: f64,
     /// Most iterations of the optimisation after a closure. Default 30.
     pub max_iterations: usize,

@@ -1,19 +1,22 @@
-//! In: what the filter learnt of the pose at some instants of a sweep, and the odometry between. Out: where the robot was
-//! at each beam, and how uncertain its heading was there.
+//! In: what the filter learnt of the pose at some instants of a sweep, and the odometry between.
+//! Out: where the robot was at each beam, and how uncertain its heading was there.
 //!
-//! The tracks of a robot that drives straight on slip by more than a degree within one sweep of 0.18 s: 20 cm at 8 m. Beams
-//! that odometry alone puts in place smear every wall seen from afar. The filter corrects the pose several times
-//! in a sweep; the beams between have to share in that.
+//! The tracks of a robot that drives straight on slip by more than a degree within one sweep of
+//! 0.18 s: 20 cm at 8 m. Beams that odometry alone puts in place smear every wall seen from afar.
+//! The filter corrects the pose several times in a sweep; the beams between have to share in that.
 //!
-//! 1. Headings relative to the walls are followed by a scalar filter: the variance L grows by that of the odometry,
-//!    and shrinks by L R / (L + R) at each fix, R the variance of the line's direction. (The filter's own covariance
-//!    is of no use for that: it holds the error that pose and walls have in common, which smears nothing.)
-//! 2. Backwards, as Rauch, Tung & Striebel (1965), "Maximum likelihood estimates of linear dynamic systems": at an
-//!    instant before a fix the pose takes L(t) / L(fix) of what the fix and all later ones changed.
-//! 3. Positions take the same part: over one sweep they drift by millimetres, and because of the heading.
+//! 1. Headings relative to the walls are followed by a scalar filter: the variance L grows by that
+//!    of the odometry, and shrinks by L R / (L + R) at each fix, R the variance of the line's
+//!    direction. (The filter's own covariance is of no use for that: it holds the error that pose
+//!    and walls have in common, which smears nothing.)
+//! 2. Backwards, as Rauch, Tung & Striebel (1965), "Maximum likelihood estimates of linear dynamic
+//!    systems": at an instant before a fix the pose takes L(t) / L(fix) of what the fix and all
+//!    later ones changed.
+//! 3. Positions take the same part: over one sweep they drift by millimetres, and because of the
+//!    heading.
 //!
-//! Beams after the last fix have odometry alone: their variance grows to the end of the sweep, and beyond where no line is
-//! recognised in the next ones.
+//! Beams after the last fix have odometry alone: their variance grows to the end of the sweep, and
+//! beyond where no line is recognised in the next ones.
 
 #[cfg(test)]
 mod tests;
@@ -62,8 +65,8 @@ struct Change {
 }
 
 impl SweepSmoother {
-    /// Poses of all beams of `scan`, in their order. `beams` is the motion since each of them, and `history` ends now; `fixes` are those
-    /// of this scan in the order of time.
+    /// Poses of all beams of `scan`, in their order. `beams` is the motion since each of them, and
+    /// `history` ends now; `fixes` are those of this scan in the order of time.
     pub fn smooth(
         &mut self,
         scan: &Scan,
@@ -90,7 +93,8 @@ impl SweepSmoother {
             .collect()
     }
 
-    /// L when the last scan came, and the motion since; at the very first scan nothing was drawn that could disagree.
+    /// L when the last scan came, and the motion since; at the very first scan nothing was drawn
+    /// that could disagree.
     fn start(&self, first: &MovedSince, history: &MotionHistory) -> (MovedSince, f64) {
         let Some((stamp, variance)) = self.last else {
             return (*first, 0.0);
@@ -169,7 +173,8 @@ impl Sweep {
 }
 
 impl Knot {
-    /// Step 2: what this fix and the later ones change at an instant before it at which L is `variance`, and what is left of L.
+    /// Step 2: what this fix and the later ones change at an instant before it at which L is
+    /// `variance`, and what is left of L.
     fn passed_back(&self, variance: f64) -> (Change, f64) {
         let part = if self.prior > 0.0 {
             variance / self.prior

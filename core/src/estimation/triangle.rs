@@ -1,16 +1,17 @@
 //! A symmetric matrix that grows and shrinks at its end, kept as its lower triangle.
 //!
-//! Row i starts at i (i + 1) / 2, so a new landmark's rows are pushed at the end and nothing moves; the update of the filter
-//! touches half of the numbers a full matrix would have; and symmetry needs no care, because there is only one of
-//! each pair.
+//! Row i starts at i (i + 1) / 2, so a new landmark's rows are pushed at the end and nothing moves;
+//! the update of the filter touches half of the numbers a full matrix would have; and symmetry
+//! needs no care, because there is only one of each pair.
 
 mod pair;
 
 use self::pair::PairPass;
 use crate::lanes::widened;
 
-/// Columns that are updated together. Twice as many as a register of 256 bits holds, or of 128 bits in the browser, where wider tiles
-/// do not stay in registers: 8 there make a pass of 20 vectors 1.5 times as long, 4 natively up to 1.2 times.
+/// Columns that are updated together. Twice as many as a register of 256 bits holds, or of 128 bits
+/// in the browser, where wider tiles do not stay in registers: 8 there make a pass of 20 vectors
+/// 1.5 times as long, 4 natively up to 1.2 times.
 pub(super) const TILE: usize = if IS_NARROW { 4 } else { 8 };
 const IS_NARROW: bool = cfg!(any(target_family = "wasm", feature = "narrow"));
 /// Rows that are updated together: with [`TILE`], as many numbers as the registers hold.
@@ -26,7 +27,8 @@ pub struct SymmetricMatrix {
 }
 
 impl SymmetricMatrix {
-    /// The matrix with `n` rows whose elements on and below the diagonal are `element(row, column)`.
+    /// The matrix with `n` rows whose elements on and below the diagonal are
+    /// `element(row, column)`.
     #[must_use]
     pub fn from_fn(n: usize, mut element: impl FnMut(usize, usize) -> f64) -> Self {
         let rows = (0..n).flat_map(|row| (0..=row).map(move |column| (row, column)));
@@ -51,7 +53,8 @@ impl SymmetricMatrix {
         value.unwrap_or(f64::NAN)
     }
 
-    /// Correlation coefficient of two states, -1 to 1: TDK 2016 fig. 3.4. 0 where one of them is known exactly.
+    /// Correlation coefficient of two states, -1 to 1: TDK 2016 fig. 3.4. 0 where one of them is
+    /// known exactly.
     #[must_use]
     pub fn correlation(&self, row: usize, column: usize) -> f64 {
         let scale = (self.get(row, row) * self.get(column, column)).sqrt();
@@ -115,8 +118,42 @@ impl SymmetricMatrix {
         self.n -= 2;
     }
 
-    /// Adds neighbouring columns to two vectors: `first` += Σ h₀ p, `second` += Σ h₁ p, for the columns from `column` on and their
-    /// `factors` h. A column's part above the diagonal is the row of the same number; below it, neighbours share a cache line.
+    /// The definition of [`Self::add_columns`], one number after another. The quick form has its
+    /// bits.
+    #[cfg(test)]
+    fn add_columns_plainly(
+        &self,
+        column: usize,
+        factors: &[[f64; 2]],
+        first: &mut [f64],
+        second: &mut [f64],
+    ) {
+        for (column, h) in (column..).zip(factors) {
+            for row in 0..self.n {
+                first[row] += h[0] * self.get(row, column);
+                second[row] += h[1] * self.get(row, column);
+            }
+        }
+    }
+
+    /// The definition of [`Self::subtract_outer`], one number after another: P_ij -= Σ w_i w_j. The
+    /// quick form has its bits: it takes rows and columns in another order, but subtracts the same
+    /// products from each number, in the order of the vectors.
+    #[cfg(test)]
+    fn subtract_outer_plainly(&mut self, vectors: &[f64]) {
+        for w in vectors.chunks_exact(self.n) {
+            for row in 0..self.n {
+                for column in 0..=row {
+                    let value = self.get(row, column) - w[row] * w[column];
+                    self.set(row, column, value);
+                }
+            }
+        }
+    }
+
+    /// Adds neighbouring columns to two vectors: `first` += Σ h₀ p, `second` += Σ h₁ p, for the
+    /// columns from `column` on and their `factors` h. A column's part above the diagonal is the
+    /// row of the same number; below it, neighbours share a cache line.
     pub(super) fn add_columns<const N: usize>(
         &self,
         column: usize,
@@ -152,8 +189,8 @@ impl SymmetricMatrix {
         }
     }
 
-    /// P -= Σ w wᵀ for the vectors that stand one after another in `vectors`, n numbers each: one pass over the triangle for
-    /// each 32 of them. `tiles` is memory to work in.
+    /// P -= Σ w wᵀ for the vectors that stand one after another in `vectors`, n numbers each: one
+    /// pass over the triangle for each 32 of them. `tiles` is memory to work in.
     pub(super) fn subtract_outer(&mut self, vectors: &[f64], tiles: &mut Vec<[f64; TILE]>) {
         let n = self.n;
         if vectors.len() == 2 * n {
@@ -161,8 +198,8 @@ impl SymmetricMatrix {
             let packed = &mut self.packed;
             return widened(PairPass { packed, a, b });
         }
-        // With the widest vector instructions of the machine; products and differences are rounded one by one in all of them,
-        // so the bits are the same.
+        // With the widest vector instructions of the machine; products and differences are rounded
+        // one by one in all of them, so the bits are the same.
         for some in vectors.chunks((MOST * n).max(1)) {
             let rank = some.len() / n;
             pack(some, n, rank, tiles);
@@ -193,7 +230,8 @@ impl pulp::NullaryFnOnce for Pass<'_> {
     }
 }
 
-/// Sorts vectors of `n` numbers by tiles: the first tile of each vector, the next of each, …; zeros at the end.
+/// Sorts vectors of `n` numbers by tiles: the first tile of each vector, the next of each, …; zeros
+/// at the end.
 fn pack(vectors: &[f64], n: usize, rank: usize, tiles: &mut Vec<[f64; TILE]>) {
     tiles.clear();
     tiles.resize(n.div_ceil(TILE) * rank, [0.0; TILE]);
@@ -207,7 +245,8 @@ fn pack(vectors: &[f64], n: usize, rank: usize, tiles: &mut Vec<[f64; TILE]>) {
     }
 }
 
-/// The pass over the triangle: four rows at a time, so that each tile of the vectors is read once for them.
+/// The pass over the triangle: four rows at a time, so that each tile of the vectors is read once
+/// for them.
 #[inline(always)]
 fn subtract_rows(packed: &mut [f64], n: usize, rank: usize, tiles: &[[f64; TILE]]) {
     let mut rest = packed;
@@ -225,7 +264,8 @@ fn subtract_rows(packed: &mut [f64], n: usize, rank: usize, tiles: &[[f64; TILE]
             };
             (*row, rest) = (elements, next);
         }
-        // Tiles that lie in all four rows, then what is left of each. The last rows of the matrix may be fewer.
+        // Tiles that lie in all four rows, then what is left of each. The last rows of the matrix
+        // may be fewer.
         let full = if first + ROWS <= n {
             (first + 1) / TILE
         } else {
@@ -236,7 +276,8 @@ fn subtract_rows(packed: &mut [f64], n: usize, rank: usize, tiles: &[[f64; TILE]
     }
 }
 
-/// The tiles that lie in all four rows: their elements stay in registers while all vectors are taken off.
+/// The tiles that lie in all four rows: their elements stay in registers while all vectors are
+/// taken off.
 #[inline(always)]
 fn subtract_tiles(
     rows: &mut [&mut [f64]; ROWS],
@@ -253,8 +294,9 @@ fn subtract_tiles(
     }
 }
 
-/// The tiles from the one numbered `full` on, in which some of the rows end. They are filled up with zeros and worked on like the
-/// others: at a hundred landmarks they hold an eighth of all numbers, and one number at a time would take as long as all the rest.
+/// The tiles from the one numbered `full` on, in which some of the rows end. They are filled up
+/// with zeros and worked on like the others: at a hundred landmarks they hold an eighth of all
+/// numbers, and one number at a time would take as long as all the rest.
 #[inline(always)]
 fn subtract_rest(
     rows: &mut [&mut [f64]; ROWS],
@@ -289,7 +331,8 @@ fn less(
     scales: &[[f64; ROWS]; MOST],
     tile: &[[f64; TILE]],
 ) -> [[f64; TILE]; ROWS] {
-    // By name and number, which the compiler keeps in registers; nested loops over arrays it does not.
+    // By name and number, which the compiler keeps in registers; nested loops over arrays it does
+    // not.
     for ([s0, s1, s2, s3], w) in scales.iter().zip(tile) {
         for lane in 0..TILE {
             a[lane] -= s0 * w[lane];
@@ -327,8 +370,11 @@ mod tests {
             let mut m = filled(n);
             let full = DMatrix::from_column_slice(n, rank, &vectors);
             let expect = dense(&m) - &full * full.transpose();
+            let mut plain = m.clone();
             m.subtract_outer(&vectors, &mut vec![]);
+            plain.subtract_outer_plainly(&vectors);
             prop_assert!((dense(&m) - expect).norm() < 1e-9);
+            prop_assert_eq!(m.packed, plain.packed);
         }
 
         #[test]
@@ -350,6 +396,11 @@ mod tests {
             m.add_columns(column, &[[1.0, 0.5], [3.0, -2.0]], &mut first, &mut second);
             let (p, q) = (dense(&m).column(column).into_owned(), dense(&m).column(column + 1).into_owned());
             let sums = [(&p + &q * 3.0).add_scalar(1.0), &p * 0.5 - &q * 2.0];
+            let (mut plain_first, mut plain_second) = (vec![1.0; n], vec![0.0; n]);
+            let factors = [[1.0, 0.5], [3.0, -2.0]];
+            m.add_columns_plainly(column, &factors, &mut plain_first, &mut plain_second);
+            prop_assert_eq!(&first, &plain_first);
+            prop_assert_eq!(&second, &plain_second);
             prop_assert_eq!(first, sums[0].as_slice());
             prop_assert_eq!(second, sums[1].as_slice());
         }

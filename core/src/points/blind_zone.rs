@@ -1,18 +1,23 @@
 //! What a sensor saw before it came too near to see it.
 //!
-//! In: each scan's points and the motion since the one before. Out: points that stand inside of what the sensor is blind
-//! for, so that a robot does not drive into a wall, or a person, only because its lidar sees nothing below 0.15 m.
+//! In: each scan's points and the motion since the one before. Out: points that stand inside of
+//! what the sensor is blind for, so that a robot does not drive into a wall, or a person, only
+//! because its lidar sees nothing below 0.15 m.
 //!
 //! 1. Remembered points are moved into the robot's present frame by odometry.
-//! 2. A point is forgotten when a beam in its direction ends clearly behind it (it has gone), or not behind it (it is seen
-//!    again), and when the robot has left it behind. A beam without a reading says nothing: that is what blindness looks like.
-//! 3. Hits nearer than [`BlindZoneConfig::reach`] are remembered for the next scan, and so is who came since ([`BlindZone::came`]).
+//! 2. A point is forgotten when a beam in its direction ends clearly behind it (it has gone), or
+//!    not behind it (it is seen again), and when the robot has left it behind. A beam without a
+//!    reading says nothing: that is what blindness looks like.
+//! 3. Hits nearer than [`BlindZoneConfig::reach`] are remembered for the next scan, and so is who
+//!    came since ([`BlindZone::came`]).
 //!
-//! A sensor whose readings fold back (an infra-red ranger before its peak) does worse than see nothing: a wall nearer than
-//! [`BlindZoneConfig::blind`] looks far, with nothing in the reading that tells. Before such a scan is used,
-//! [`BlindZone::without_folded`] makes those readings invalid that look where something was remembered so near.
+//! A sensor whose readings fold back (an infra-red ranger before its peak) does worse than see
+//! nothing: a wall nearer than [`BlindZoneConfig::blind`] looks far, and nothing in the reading
+//! shows it. Before such a scan is used, [`BlindZone::without_folded`] makes those readings invalid
+//! that look where something was remembered so near.
 //!
-//! Ours. The occupancy grid keeps walls likewise, but it smooths over many scans, and a person stands in it too late.
+//! Ours. The occupancy grid keeps walls likewise, but it smooths over many scans, and a person
+//! stands in it too late.
 
 use std::borrow::Cow;
 
@@ -25,21 +30,24 @@ use crate::robot::Scan;
 /// What is remembered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlindZoneConfig {
-    /// Hits nearer to the sensor than this are remembered, m. Default 0.3: more than a lidar is blind for, and what the robot
-    /// drives in a scan. Growing: walls that were seen too near by an error stay longer.
+    /// Hits nearer to the sensor than this are remembered, m. Default 0.3: more than a lidar is
+    /// blind for, and what the robot drives in a scan. Growing: walls that were seen too near by an
+    /// error stay longer.
     pub reach: f64,
-    /// A beam that ends this far behind a point says that it has gone, m. Default 0.05: five times a lidar's noise.
+    /// A beam that ends this far behind a point says that it has gone, m. Default 0.05: five times
+    /// a lidar's noise.
     pub behind: f64,
-    /// Beams in this direction of a point speak of it, as a part of the angle between two beams. Default 1.5.
+    /// Beams in this direction of a point speak of it, as a part of the angle between two beams.
+    /// Default 1.5.
     pub beams: f64,
-    /// What is nearer to the sensor than this may look far, m. Default 0: nothing does. Growing: more readings are taken for folded
-    /// ones.
+    /// What is nearer to the sensor than this may look far, m. Default 0: nothing does. Growing:
+    /// more readings are taken for folded ones.
     pub blind: f64,
 }
 
 impl BlindZoneConfig {
-    /// For rangers that scan on command, 0.7 m apart at most: what is seen from as far may be inside of the peak, 0.15 m, at the next
-    /// scan. To that come 3 cm for the odometry in between.
+    /// For rangers that scan on command, 0.7 m apart at most: what is seen from as far may be
+    /// inside of the peak, 0.15 m, at the next scan. To that come 3 cm for the odometry in between.
     #[must_use]
     pub fn short_range() -> Self {
         Self {
@@ -63,7 +71,8 @@ impl Default for BlindZoneConfig {
 
 /// Most points that are remembered; the oldest are forgotten.
 const MOST: usize = 1000;
-/// Remembered neighbours nearer to one another than this are one surface, m: less than the robot could pass through.
+/// Remembered neighbours nearer to one another than this are one surface, m: less than the robot
+/// could pass through.
 const LINK: f64 = 0.1;
 
 /// Half of what a reading of a person stands for, m: narrower than anybody, and one surface.
@@ -94,8 +103,8 @@ impl BlindZone {
         self.config = config;
     }
 
-    /// The scan with those readings invalid (NaN) that may be of something nearer than [`BlindZoneConfig::blind`]. `moved` is the motion
-    /// since the scan before.
+    /// The scan with those readings invalid (NaN) that may be of something nearer than
+    /// [`BlindZoneConfig::blind`]. `moved` is the motion since the scan before.
     #[must_use]
     pub fn without_folded<'a>(&self, scan: &'a Scan, moved: &Pose2) -> Cow<'a, Scan> {
         let blind = self.config.blind;
@@ -162,8 +171,8 @@ impl BlindZone {
         self.remembered.drain(..too_many);
     }
 
-    /// Somebody came since the last scan and was seen there (robot frame of that scan): they may be too near to be seen by the next. A
-    /// single reading stands for a piece of them across it.
+    /// Somebody came since the last scan and was seen there (robot frame of that scan): they may be
+    /// too near to be seen by the next. A single reading stands for a piece of them across it.
     pub fn came(&mut self, at: Point2<f64>) {
         let across = Vector2::new(-at.y, at.x) / at.coords.norm().max(f64::MIN_POSITIVE);
         if at.coords.norm() < self.config.reach {
@@ -179,7 +188,8 @@ impl BlindZone {
         &self.unseen
     }
 
-    /// The scan's points, and as hits what it did not see; for those who must not drive into either.
+    /// The scan's points, and as hits what it did not see; for those who must not drive into
+    /// either.
     #[must_use]
     pub fn with_unseen(&self, points: &Points) -> Points {
         let mut all = points.clone();

@@ -1,12 +1,13 @@
 //! The best pose within a window, found for sure: branch and bound over (x, y, θ).
 //!
-//! In: points, a [`LikelihoodPyramid`] of a map, a window. Out: the pose of the highest mean likelihood, to a cell and to
-//! the turn that moves the farthest point by a cell.
+//! In: points, a [`LikelihoodPyramid`] of a map, a window. Out: the pose of the highest mean
+//! likelihood, to a cell and to the turn that moves the farthest point by a cell.
 //!
 //! 1. For each turn the points are rotated once and rounded to cells.
-//! 2. Squares of shifts are scored at the coarsest level, where the sum bounds all shifts inside from above.
-//! 3. The most promising square is cut in four, and so on down to single cells; squares that cannot beat the best
-//!    found so far are left out.
+//! 2. Squares of shifts are scored at the coarsest level, where the sum bounds all shifts inside
+//!    from above.
+//! 3. The most promising square is cut in four, and so on down to single cells; squares that cannot
+//!    beat the best found so far are left out.
 //!
 //! Source: Hess et al. (2016), "Real-time loop closure in 2D LIDAR SLAM", algorithm 3.
 
@@ -36,7 +37,8 @@ pub struct Candidate {
 /// Turns of the points to either side, most of one search.
 const MAX_TURNS: i32 = 720;
 
-/// The best pose of `points` around `start` whose score is above `min_score`; `None` where there is none.
+/// The best pose of `points` around `start` whose score is above `min_score`; `None` where there is
+/// none.
 #[must_use]
 pub fn search(
     points: &[Point2<f64>],
@@ -50,8 +52,9 @@ pub fn search(
     }
     let cell = map.cell();
     let farthest = points.iter().map(|p| p.coords.norm()).fold(cell, f64::max);
-    // The turn that moves the farthest point by one cell; the arc cosine of Hess et al. agrees to 1 %. Wider where that
-    // would make too many turns: a coarse look at the whole window finds what a fine one at its middle misses.
+    // The turn that moves the farthest point by one cell; the arc cosine of Hess et al. agrees to 1
+    // %. Wider where that would make too many turns: a coarse look at the whole window finds what a
+    // fine one at its middle misses.
     let step = (cell / farthest).max(window.turn / f64::from(MAX_TURNS));
     let turns = ((window.turn / step).ceil() as i32).clamp(0, MAX_TURNS);
     let reach = (window.shift / cell).ceil().clamp(0.0, 1e4) as i32;

@@ -1,15 +1,21 @@
-//! Where points lie in a map: matched from where they are believed to be; else searched for; else lost.
+//! Where points lie in a map: matched from where they are believed to be; else searched for; else
+//! lost.
 //!
-//! In: oriented points, a [`Target`], a believed pose, and how many scans in a row were not found. Out: [`Located`].
+//! In: oriented points, a [`Target`], a believed pose, and how many scans in a row were not found.
+//! Out: [`Located`].
 //!
-//! 1. **Match** from the believed pose. If enough of the points lie on the map, that is where they are.
-//! 2. Else odometry is doubted, and the pose **searched** for by branch and bound in a window around the believed pose. The window
-//!    grows with each scan that is not found. The best pose is matched again, under a weak prior.
-//! 3. A searched pose counts only if the points fix it in all directions and it explains enough of them: a corridor fits itself
-//!    anywhere, and the more poses are tried, the likelier is one that fits by chance.
+//! 1. **Match** from the believed pose. If enough of the points lie on the map, that is where they
+//!    are.
+//! 2. Else odometry is doubted, and the pose **searched** for by branch and bound in a window
+//!    around the believed pose. The window grows with each scan that is not found. The best pose is
+//!    matched again, under a weak prior.
+//! 3. A searched pose counts only if the points fix it in all directions and it explains enough of
+//!    them: a corridor fits itself anywhere, and the more poses are tried, the likelier is one that
+//!    fits by chance.
 //! 4. Else the scan is **lost**: the first match stands for what it is worth.
 //!
-//! Scan matching, loop closure and localisation in a prior map all look for points in this way, each with its own figures.
+//! Scan matching, loop closure and localisation in a prior map all look for points in this way,
+//! each with its own figures.
 
 use nalgebra::{Matrix3, Point2};
 
@@ -23,27 +29,30 @@ use crate::points::OrientedPoint;
 pub struct LocateConfig {
     /// How points are matched.
     pub matching: MatchConfig,
-    /// Where a smaller part of the points than this lies on the map, the pose is searched for, 0 to 1. Larger: more searches, and more
-    /// wrong poses among them.
+    /// Where a smaller part of the points than this lies on the map, the pose is searched for, 0 to
+    /// 1. Larger: more searches, and more wrong poses among them.
     pub lost_below: f64,
-    /// The window of the first search. Larger finds a robot that slipped farther, takes longer, and finds more wrong poses.
+    /// The window of the first search. Larger finds a robot that slipped farther, takes longer, and
+    /// finds more wrong poses.
     pub window: SearchWindow,
     /// The window after `widest_after` scans that were not found.
     pub widest: SearchWindow,
-    /// Scans after which the whole of `widest` is searched, at least 1. Larger: the window grows more slowly.
+    /// Scans after which the whole of `widest` is searched, at least 1. Larger: the window grows
+    /// more slowly.
     pub widest_after: usize,
     /// How poses are searched for.
     pub search: SearchConfig,
-    /// The least part of the points that a searched pose puts on the map, in the first window and in the widest, 0 to 1. Larger:
-    /// fewer wrong poses, and more scans lost.
+    /// The least part of the points that a searched pose puts on the map, in the first window and
+    /// in the widest, 0 to 1. Larger: fewer wrong poses, and more scans lost.
     pub found_above: [f64; 2],
-    /// A searched pose puts a part of the points on the map that is larger by more than this than where they were believed to be,
-    /// 0 to 1. Larger: as above.
+    /// A searched pose puts a part of the points on the map that is larger by more than this than
+    /// where they were believed to be, 0 to 1. Larger: as above.
     pub min_gain: f64,
 }
 
 impl LocateConfig {
-    /// A scan in the running submap, where odometry is seldom far off: it is searched for nearby, over fine cells.
+    /// A scan in the running submap, where odometry is seldom far off: it is searched for nearby,
+    /// over fine cells.
     #[must_use]
     pub fn in_submap() -> Self {
         let window = SearchWindow {
@@ -62,8 +71,8 @@ impl LocateConfig {
         }
     }
 
-    /// A scan in a prior map, in which much may stand that is not drawn, and a robot may begin elsewhere than it was said: the longer
-    /// nothing is found, the wider the search.
+    /// A scan in a prior map, in which much may stand that is not drawn, and a robot may begin
+    /// elsewhere than it was said: the longer nothing is found, the wider the search.
     #[must_use]
     pub fn in_prior_map() -> Self {
         Self {
@@ -106,16 +115,20 @@ impl LocateConfig {
 /// How poses are searched for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchConfig {
-    /// Side of a cell of the likelihood and standard deviation of a surface in it, m. Larger is quicker and coarser: a pose is found to
-    /// within a cell, and has to be matched from there.
+    /// Side of a cell of the likelihood and standard deviation of a surface in it, m. Larger is
+    /// quicker and coarser: a pose is found to within a cell, and has to be matched from there.
     pub cell: f64,
-    /// A map that spans more than a likelihood holds is laid in cells twice as large, at most so many times; 0 leaves it unsearched.
+    /// A map that spans more than a likelihood holds is laid in cells twice as large, at most so
+    /// many times; 0 leaves it unsearched.
     pub coarser: u32,
-    /// Levels of the pyramid, 1 to 12: the coarsest bounds 2^(levels - 1) cells at once. More is quicker in wide windows.
+    /// Levels of the pyramid, 1 to 12: the coarsest bounds 2^(levels - 1) cells at once. More is
+    /// quicker in wide windows.
     pub levels: usize,
-    /// Of more points than this only some, evenly chosen, are searched with. Larger is slower and surer.
+    /// Of more points than this only some, evenly chosen, are searched with. Larger is slower and
+    /// surer.
     pub most_points: usize,
-    /// Least mean likelihood of a pose, 0 to 1. Larger: fewer wrong poses, and a search that ends sooner.
+    /// Least mean likelihood of a pose, 0 to 1. Larger: fewer wrong poses, and a search that ends
+    /// sooner.
     pub min_score: f64,
     /// What is believed of the pose that was found, while it is matched.
     pub prior: SearchedPrior,
@@ -124,7 +137,8 @@ pub struct SearchConfig {
 /// What is believed of a searched pose while it is matched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SearchedPrior {
-    /// This part of what was believed before, now of the searched pose: odometry was wrong, but not in all.
+    /// This part of what was believed before, now of the searched pose: odometry was wrong, but not
+    /// in all.
     PartOfBefore(f64),
     /// This information of x, y and θ, 1/m² and 1/rad², whatever was believed before.
     Flat(f64),
@@ -170,7 +184,8 @@ impl SearchConfig {
         }
     }
 
-    /// The likelihood of surfaces at these places; `None` where there are none, or they span more than can be held.
+    /// The likelihood of surfaces at these places; `None` where there are none, or they span more
+    /// than can be held.
     #[must_use]
     pub fn likelihood_of(
         &self,
@@ -231,7 +246,8 @@ pub enum Located {
     Matched(Registration),
     /// Elsewhere in the window that was searched; what was believed of the pose was wrong.
     Found(Registration),
-    /// Too few of them lie on the map, here and wherever else was looked: the match from where they were believed to be.
+    /// Too few of them lie on the map, here and wherever else was looked: the match from where they
+    /// were believed to be.
     Lost(Registration),
 }
 
@@ -282,9 +298,9 @@ pub fn locate<T: Target>(
     .map_or(Located::Lost(matched), Located::Found)
 }
 
-/// Step 2 by itself: the best pose in `window` around the believed one, matched. `None` where none is likely enough, or where the
-/// points do not fix it in all directions. Points are turned about `pivot`, in their own frame: a cloud that is turned about its
-/// middle needs fewer turns.
+/// Step 2 by itself: the best pose in `window` around the believed one, matched. `None` where none
+/// is likely enough, or where the points do not fix it in all directions. Points are turned about
+/// `pivot`, in their own frame: a cloud that is turned about its middle needs fewer turns.
 #[must_use]
 pub fn search_and_match<T: Target>(
     points: &[OrientedPoint],

@@ -1,7 +1,8 @@
 //! From two clouds, or a cloud and a map, to the motion between them.
 //!
-//! Whoever has points and a [`Target`] calls [`locate`]: it matches them by the [`RegistrationMethod`] of its config, and searches
-//! where matching fails. A new registration method is a file here and a row of the table below.
+//! Whoever has points and a [`Target`] calls [`locate`]: it matches them by the
+//! [`RegistrationMethod`] of its config, and searches where matching fails. A new registration
+//! method is a file here and a row of the table below.
 
 mod correlative;
 mod locate;

@@ -18,7 +18,8 @@ pub struct Prior {
 pub enum Verdict {
     /// The points fix the pose.
     Converged,
-    /// They do not say how far along this direction (unit vector in the map frame); there the prior stands.
+    /// They do not say how far along this direction (unit vector in the map frame); there the prior
+    /// stands.
     Degenerate {
         /// The direction.
         direction: Vector2<f64>,
@@ -37,7 +38,8 @@ pub enum Verdict {
 pub struct Registration {
     /// `map_from_points`, with the covariance of points and prior together.
     pub estimate: PoseEstimate,
-    /// What the points alone say: the inverse of their covariance; nothing along a degenerate direction.
+    /// What the points alone say: the inverse of their covariance; nothing along a degenerate
+    /// direction.
     pub information: Matrix3<f64>,
     /// Points that lie on their surface.
     pub inliers: usize,

@@ -2,17 +2,21 @@
 //!
 //! In: oriented points, a [`Target`], a start and what is believed of it. Out: a [`Registration`].
 //!
-//! 1. Each point looks up the surfel nearest to where it would lie. It takes part if the two surfaces look the same way.
-//! 2. Its residual is the distance to the surfel's line; far ones are doubted by a Cauchy kernel whose scale shrinks
-//!    from iteration to iteration, so that a bad start is pulled in and outliers end without a say.
+//! 1. Each point looks up the surfel nearest to where it would lie. It takes part if the two
+//!    surfaces look the same way.
+//! 2. Its residual is the distance to the surfel's line; far ones are doubted by a Cauchy kernel
+//!    whose scale shrinks from iteration to iteration, so that a bad start is pulled in and
+//!    outliers end without a say.
 //! 3. Gauss-Newton on (x, y, θ), with the prior as one more residual, until the step is nothing.
-//! 4. A direction of which the points say next to nothing is the prior's alone, in each iteration: what little they seem to say
-//!    along a corridor comes of noisy normals, and pulls towards where the map was seen from.
-//! 5. The covariance is the inverse of what the points and the prior say. The verdict looks at the points alone: a
-//!    corridor says nothing about the way along it, and that is told, not hidden.
+//! 4. A direction of which the points say next to nothing is the prior's alone, in each iteration:
+//!    what little they seem to say along a corridor comes of noisy normals, and pulls towards where
+//!    the map was seen from.
+//! 5. The covariance is the inverse of what the points and the prior say. The verdict looks at the
+//!    points alone: a corridor says nothing about the way along it, and the verdict says so.
 //!
-//! Source: Censi (2008), "An ICP variant using a point-to-line metric"; the Cauchy kernel's scale is in metres. Step 4: Zhang,
-//! Kaess & Singh (2016), "On degeneracy of optimization-based state estimation problems".
+//! Source: Censi (2008), "An ICP variant using a point-to-line metric"; the Cauchy kernel's scale
+//! is in metres. Step 4: Zhang, Kaess & Singh (2016), "On degeneracy of optimization-based state
+//! estimation problems".
 
 use nalgebra::{Matrix2, Matrix3, SymmetricEigen, Vector2, Vector3};
 
@@ -31,24 +35,28 @@ pub struct MatchConfig {
     pub first_kernel: f64,
     /// Scale of the kernel at the end, m. Default 0.03; larger listens to more, smaller to less.
     pub last_kernel: f64,
-    /// What is left of the kernel's scale after an iteration. Default 0.5; larger forgives worse starts and takes longer.
+    /// What is left of the kernel's scale after an iteration. Default 0.5; larger forgives worse
+    /// starts and takes longer.
     pub kernel_shrink: f64,
     /// Points within so many of the kernel's scales of their surface lie on it. Default 2.
     pub inlier_kernels: f64,
     /// Standard deviation of a residual, m: a point's noise and the map's. Default 0.03.
     pub sigma: f64,
-    /// Points that say one thing, since neighbours err alike. Default 3; larger gives larger covariances.
+    /// Points that say one thing, since neighbours err alike. Default 3; larger gives larger
+    /// covariances.
     pub redundancy: f64,
     /// Cosine of the largest angle between surfaces that may be the same. Default 0.7.
     pub min_cosine: f64,
-    /// Whether a surface is met from behind as well: walls of a drawing have no thickness. Default false.
+    /// Whether a surface is met from behind as well: walls of a drawing have no thickness. Default
+    /// false.
     pub two_sided: bool,
     /// Fewer matched points than this are too few. Default 12.
     pub min_points: usize,
-    /// Where fewer of the points than this part lie on the map, the points' say is lowered with the square of the part:
-    /// what little matches there may match by chance. Default 0.5.
+    /// Where fewer of the points than this part lie on the map, the points' say is lowered with the
+    /// square of the part: what little matches there may match by chance. Default 0.5.
     pub full_overlap: f64,
-    /// A direction is degenerate where it gets less than this part of the points' say. Default 0.02.
+    /// A direction is degenerate where it gets less than this part of the points' say. Default
+    /// 0.02.
     pub min_share: f64,
     /// A step smaller than this is nothing, m. Default 2e-4: a hundredth of the noise of a lidar.
     pub shift_tolerance: f64,
@@ -237,7 +245,8 @@ fn accumulate<T: Target>(
 }
 
 impl Sums {
-    /// Takes away all that is said along the motion `free` (x, y, θ), and nothing of what is said of the rest.
+    /// Takes away all that is said along the motion `free` (x, y, θ), and nothing of what is said
+    /// of the rest.
     fn silence(&mut self, free: &Vector3<f64>) {
         let push = self.hessian * free;
         let said = free.dot(&push);
@@ -249,7 +258,8 @@ impl Sums {
     }
 }
 
-/// The motion (x, y, θ; its shift of length 1) of which the points say next to nothing, the heading following as it likes best.
+/// The motion (x, y, θ; its shift of length 1) of which the points say next to nothing, the heading
+/// following as it likes best.
 fn free_direction(hessian: &Matrix3<f64>, min_share: f64) -> Option<Vector3<f64>> {
     let total = hessian[(0, 0)] + hessian[(1, 1)];
     let cross = Vector2::new(hessian[(0, 2)], hessian[(1, 2)]);

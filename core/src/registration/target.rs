@@ -7,12 +7,14 @@ use nalgebra::Point2;
 use super::SearchConfig;
 use crate::map::{LikelihoodPyramid, Surfel, SurfelMap};
 
-/// A map, or another cloud, that points are matched against: surfaces to match, and a likelihood to search.
+/// A map, or another cloud, that points are matched against: surfaces to match, and a likelihood to
+/// search.
 pub trait Target {
     /// The surface nearest to `place` (m, frame of the target); `None` where none is within reach.
     fn nearest(&self, place: Point2<f64>) -> Option<&Surfel>;
 
-    /// How likely a point lies at each place; `None` where nothing was seen, or where it spans more than can be held.
+    /// How likely a point lies at each place; `None` where nothing was seen, or where it spans more
+    /// than can be held.
     fn likelihood(&self, config: &SearchConfig) -> Option<Cow<'_, LikelihoodPyramid>>;
 }
 

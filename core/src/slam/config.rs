@@ -31,13 +31,15 @@ pub struct SlamConfig {
     pub vector: VectorConfig,
     /// The map that [`Method::PriorMap`](super::Method::PriorMap) finds the robot in.
     pub prior_map: PriorMap,
-    /// What of a scan is found in it. Default surfaces; with rangers, whose few readings stand in many places equally well, lines.
+    /// What of a scan is found in it. Default surfaces; with rangers, whose few readings stand in
+    /// many places equally well, lines.
     pub prior_map_matching: PriorMapMatching,
 }
 
 impl SlamConfig {
-    /// For a sensor that scans only on command: it sees each cell a few times at most, little of each wall, and from afar in
-    /// terms of odometry. It takes Celej's quicker grid, and the `short_range` figures of lines, filter, grid and what is near.
+    /// For a sensor that scans only on command: it sees each cell a few times at most, little of
+    /// each wall, and from afar in terms of odometry. It takes Celej's quicker grid, and the
+    /// `short_range` figures of lines, filter, grid and what is near.
     #[must_use]
     pub fn short_range() -> Self {
         Self {

@@ -1,6 +1,7 @@
 //! The methods by which a pose is estimated: what each has to do, and the table of all of them.
 //!
-//! A new method is a file here and a row of the table: everything else (names, settings files, commands, errors) follows from it.
+//! A new method is a file here and a row of the table: everything else (names, settings files,
+//! commands, errors) follows from it.
 
 mod line_ekf;
 mod odometry;
@@ -15,13 +16,14 @@ use crate::geom::PoseEstimate;
 use crate::map::Evidence;
 use crate::robot::Odometry;
 
-/// What a method does. The map and the trajectory are [`super::Slam`]'s, for a method that does not change what was drawn.
+/// What a method does. The map and the trajectory are [`super::Slam`]'s, for a method that does not
+/// change what was drawn.
 pub(super) trait Estimator: Debug + Send + Sync {
     /// Takes the motion since the last call; readings come in order of time.
     fn predict(&mut self, odometry: &Odometry) -> Result<(), SlamError>;
 
-    /// Takes a scan. Gives what is to be drawn of it at the pose that is believed now; `None` from a method with a map of its own
-    /// ([`View::map`]).
+    /// Takes a scan. Gives what is to be drawn of it at the pose that is believed now; `None` from
+    /// a method with a map of its own ([`View::map`]).
     fn update(&mut self, scan: &PreparedScan) -> Result<Option<Evidence>, SlamError>;
 
     /// Where the robot is now, map frame, the odometry since the last scan included.
@@ -42,14 +44,14 @@ pub(super) trait Estimator: Debug + Send + Sync {
 type Begin = fn(&SlamConfig) -> Result<Box<dyn Estimator>, SlamError>;
 
 struct Row {
-    method: Method,
     name: &'static str,
     title: &'static str,
     begin: Begin,
     meaning: &'static str,
 }
 
-/// One row for each method: variant, name in commands and saved links, title, where it begins, meaning for people.
+/// One row for each method: variant, name in commands and saved links, title, where it begins,
+/// meaning for people.
 macro_rules! methods {
     ($($variant:ident, $name:literal, $title:literal, $begin:path, $meaning:literal;)*) => {
         /// How the pose is estimated.
@@ -58,8 +60,12 @@ macro_rules! methods {
             $(#[doc = $meaning] $variant,)*
         }
 
+        impl Method {
+            /// All methods, in the order of the table.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+        }
+
         const TABLE: &[Row] = &[$(Row {
-            method: Method::$variant,
             name: $name,
             title: $title,
             begin: $begin,
@@ -80,11 +86,6 @@ methods! {
 }
 
 impl Method {
-    /// All methods.
-    pub fn all() -> impl Iterator<Item = Self> {
-        TABLE.iter().map(|row| row.method)
-    }
-
     fn row(self) -> &'static Row {
         // The table has a row for each variant, in their order.
         &TABLE[self as usize]
@@ -128,7 +129,8 @@ impl FromStr for Method {
     type Err = UnknownMethod;
 
     fn from_str(name: &str) -> Result<Self, UnknownMethod> {
-        Self::all()
+        Self::ALL
+            .into_iter()
             .find(|method| method.name() == name)
             .ok_or_else(|| UnknownMethod(name.to_owned()))
     }

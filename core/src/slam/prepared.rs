@@ -42,8 +42,8 @@ impl<'a> PreparedScan<'a> {
         self.moved.iter().map(|m| m.heading_variance).collect()
     }
 
-    /// How well the direction of each usable beam is known in the robot's frame of now, by the heading since it was taken and the
-    /// sensor, rad.
+    /// How well the direction of each usable beam is known in the robot's frame of now, by the
+    /// heading since it was taken and the sensor, rad.
     pub(super) fn direction_sigmas(&self) -> Vec<f64> {
         sigmas(&self.points, |beam| {
             self.moved.get(beam).map_or(0.0, |m| m.heading_variance)

@@ -1,8 +1,10 @@
-//! Localisation in a prior map: its lines, where the robot begins in it, and whether what is seen stands in it.
+//! Localisation in a prior map: its lines, where the robot begins in it, and whether what is seen
+//! stands in it.
 //!
-//! A drawn map is not exact: walls of a grid are off by up to half a cell. The filter takes its map for exact, so that what is not known
-//! of the map is added to what is not known of each line seen: σ of the offset, and √12 σ over its length of the direction, as if
-//! both ends were off by independent errors of about that size.
+//! A drawn map is not exact: walls of a grid are off by up to half a cell. The filter takes its map
+//! for exact, so that what is not known of the map is added to what is not known of each line seen:
+//! σ of the offset, and √12 σ over its length of the direction, as if both ends were off by
+//! independent errors of about that size.
 
 use std::collections::VecDeque;
 
@@ -19,10 +21,11 @@ const JUDGED_SCANS: usize = 30;
 const JUDGED_HITS: usize = 300;
 /// One hit in so many is looked at.
 const EVERY: usize = 6;
-/// A hit belongs to a wall up to here, m, and three times what is not known of map and reading: what stands at a wall hides it.
+/// A hit belongs to a wall up to here, m, and three times what is not known of map and reading:
+/// what stands at a wall hides it.
 const AT_WALL: f64 = 0.05;
-/// Less of what is hit than this part stands in the map: it is another, or the robot is elsewhere in it. Furniture and people leave more
-/// of a map that fits.
+/// Less of what is hit than this part stands in the map: it is another, or the robot is elsewhere
+/// in it. Furniture and people leave more of a map that fits.
 const FITS_ABOVE: f64 = 0.5;
 
 /// What of a scan is found in the map.
@@ -40,9 +43,11 @@ pub enum PriorMapMatching {
 pub struct PriorMap {
     /// Its lines, map frame; the robot begins at the origin.
     pub lines: Vec<PriorLine>,
-    /// How far its walls may be off, m: standard deviation. Default 0.01; of a grid, a third of its cells.
+    /// How far its walls may be off, m: standard deviation. Default 0.01; of a grid, a third of its
+    /// cells.
     pub sigma: f64,
-    /// How far off the robot's first pose may be, m and rad: standard deviations. Default 0: the map is placed by where the robot is.
+    /// How far off the robot's first pose may be, m and rad: standard deviations. Default 0: the
+    /// map is placed by where the robot is.
     pub start_sigmas: [f64; 2],
 }
 
@@ -57,8 +62,8 @@ impl Default for PriorMap {
 }
 
 impl PriorMap {
-    /// A map in a frame of its own, in which the robot begins at `file_from_robot`. `faces` have what is free to the left of the way
-    /// from `a` to `b`; `sigma` as in [`Self::sigma`].
+    /// A map in a frame of its own, in which the robot begins at `file_from_robot`. `faces` have
+    /// what is free to the left of the way from `a` to `b`; `sigma` as in [`Self::sigma`].
     #[must_use]
     pub fn of_faces(faces: &[Segment], sigma: f64, file_from_robot: &Pose2) -> Self {
         let to = file_from_robot.inverse();
@@ -81,7 +86,8 @@ impl PriorMap {
         }
     }
 
-    /// A line of a scan, as uncertain as scan, map and the heading since it was seen are together: `heading_variances` by beam, rad².
+    /// A line of a scan, as uncertain as scan, map and the heading since it was seen are together:
+    /// `heading_variances` by beam, rad².
     pub(super) fn loosened(&self, feature: &LineFeature, heading_variances: &[f64]) -> LineFeature {
         let mut loose = *feature;
         // Seen from where the robot was then, the line was turned about it, and no nearer.
@@ -95,7 +101,8 @@ impl PriorMap {
         }
         let variance = self.sigma * self.sigma;
         let length = feature.length().max(self.sigma);
-        // The direction errs about the middle of the piece; r is that of the foot point, as far along the line.
+        // The direction errs about the middle of the piece; r is that of the foot point, as far
+        // along the line.
         let middle = nalgebra::center(&feature.ends[0], &feature.ends[1]);
         let (sin, cos) = sin_cos(feature.line.alpha());
         let along = cos * middle.y - sin * middle.x;

@@ -1,4 +1,4 @@
-//! A robot that is told where the walls are.
+//! A robot that knows where the walls are.
 
 use nalgebra::Point2;
 
@@ -79,7 +79,8 @@ fn a_map_that_was_saved_is_a_map_to_be_found_in() {
     assert!(wheels > 0.2 && error < 0.1, "{error} against {wheels}");
 }
 
-/// The walls of a world, as a file with another origin has them: the robot begins there at `file_from_robot`.
+/// The walls of a world, as a file with another origin has them: the robot begins there at
+/// `file_from_robot`.
 fn in_another_frame(world: &str, file_from_robot: &Pose2) -> PriorMap {
     let world = worlds::builtin(world).unwrap();
     let file_from_world = *file_from_robot * world.start.inverse();
@@ -105,12 +106,12 @@ fn where_the_origin_of_the_file_lies_does_not_matter() {
 
 #[test]
 fn a_start_that_is_roughly_known_becomes_exact() {
-    // The file is told to begin elsewhere than it does: by 15 cm and 4 degrees.
+    // The robot is said to begin elsewhere in the file than it does: by 15 cm and 4 degrees.
     let truth = Pose2::new(3.0, -2.0, 0.5);
-    let told = truth * Pose2::new(0.12, -0.09, 0.07);
+    let said = truth * Pose2::new(0.12, -0.09, 0.07);
     let mut known = in_another_frame("doors", &truth);
-    let exact = PriorMap::of_faces(&[], 0.01, &told);
-    let to = told.inverse() * truth;
+    let exact = PriorMap::of_faces(&[], 0.01, &said);
+    let to = said.inverse() * truth;
     for line in &mut known.lines {
         let ends = line.ends.map(|end| to * end);
         *line = PriorLine::left_face(&Segment::new(ends[0], ends[1])).unwrap();

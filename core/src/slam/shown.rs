@@ -52,14 +52,15 @@ impl Slam {
         self.points.as_ref()
     }
 
-    /// The same points and, beside them, what was seen before and stands nearer now than the sensor sees: what a pilot must
-    /// not drive into.
+    /// The same points and, beside them, what was seen before and stands nearer now than the sensor
+    /// sees: what a pilot must not drive into.
     #[must_use]
     pub fn obstacles(&self) -> Option<&Points> {
         self.obstacles.as_ref()
     }
 
-    /// Points of those who walk about, or did so a moment ago; in the robot frame when the last scan came.
+    /// Points of those who walk about, or did so a moment ago; in the robot frame when the last
+    /// scan came.
     #[must_use]
     pub fn walkers(&self) -> &[Point2<f64>] {
         self.walkers.as_ref().map_or(&[], Walkers::points)
@@ -71,7 +72,8 @@ impl Slam {
         self.motion_since_scan
     }
 
-    /// How uncertain the heading has become since the last scan, rad: what odometry may err, as far as that is known by now.
+    /// How uncertain the heading has become since the last scan, rad: what odometry may err, as far
+    /// as that is known by now.
     #[must_use]
     pub fn heading_drift(&self) -> f64 {
         let grown = self.estimate().cov[(2, 2)] - self.heading_variance;

@@ -1,7 +1,9 @@
-//! Sonars beside the sensor that the pose comes from: a grid of their own, drawn by their own model.
+//! Sonars beside the sensor that the pose comes from: a grid of their own, drawn by their own
+//! model.
 //!
-//! Their scans change nothing of the pose. Each is moved into the robot's frame by odometry and drawn as cones at the pose that is
-//! believed just then; the map of a scan matcher that is drawn anew after a loop is not followed.
+//! Their scans change nothing of the pose. Each is moved into the robot's frame by odometry and
+//! drawn as cones at the pose that is believed just then; the map of a scan matcher that is drawn
+//! anew after a loop is not followed.
 
 use super::{Slam, SlamError};
 use crate::map::{Evidence, EvidenceConfig, Grid, GridConfig, Layer, Layers};
@@ -11,8 +13,8 @@ use crate::robot::Scan;
 /// What sonars beside the main sensor draw, and which map is looked at.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SonarsConfig {
-    /// How their echoes change their grid. Default: hit 0.6, miss 0.45, for an echo says less than a beam of light; the cells are as
-    /// large as those of the main grid whatever stands here.
+    /// How their echoes change their grid. Default: hit 0.6, miss 0.45, for an echo says less than
+    /// a beam of light; the cells are as large as those of the main grid whatever stands here.
     pub grid: GridConfig,
     /// Their cones. Default: half an opening of 15°.
     pub evidence: EvidenceConfig,
@@ -35,9 +37,11 @@ impl Default for SonarsConfig {
 }
 
 impl Slam {
-    /// Takes a round of the sonars beside, whose last ping was at or before the end of the newest odometry.
+    /// Takes a round of the sonars beside, whose last ping was at or before the end of the newest
+    /// odometry.
     ///
-    /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises; [`SlamError::Grid`] for a setting out of range.
+    /// # Errors    [`SlamError::Scan`] for a scan that breaks its promises; [`SlamError::Grid`] for
+    /// a setting out of range.
     pub fn sonar_scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         scan.validate()?;
         let config = &self.config.sonars;

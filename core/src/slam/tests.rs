@@ -5,7 +5,7 @@ use crate::robot::Stamp;
 
 #[test]
 fn odometry_that_is_no_motion_leaves_every_method_as_it_was() {
-    for method in Method::all() {
+    for method in Method::ALL {
         let name = method.name();
         let mut slam = Slam::new(method, prior_map_tests::config()).unwrap();
         let mut odometry = Odometry::standing(Stamp(1_000_000));
@@ -21,12 +21,12 @@ fn odometry_that_is_no_motion_leaves_every_method_as_it_was() {
 
 #[test]
 fn methods_are_found_by_name() {
-    for method in Method::all() {
+    for method in Method::ALL {
         assert_eq!(method.name().parse(), Ok(method));
         assert!(method.meaning().ends_with('.') && !method.title().is_empty());
     }
     // Saved links and settings know them by these names.
-    let names: Vec<_> = Method::all().map(Method::name).collect();
+    let names = Method::ALL.map(Method::name);
     assert_eq!(
         names,
         ["odometry", "line-ekf", "scan-matching", "known-map"]

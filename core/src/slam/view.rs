@@ -39,7 +39,8 @@ impl<'a> View<'a> {
         self.update.map_or(&[], |update| &update.matches)
     }
 
-    /// How the errors of pose and walls hang together; `None` for methods without a common covariance. O(n²).
+    /// How the errors of pose and walls hang together; `None` for methods without a common
+    /// covariance. O(n²).
     #[must_use]
     pub fn correlations(&self) -> Option<Correlations> {
         let covariance = self.covariance?;

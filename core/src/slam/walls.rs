@@ -1,4 +1,5 @@
-//! What a scan tells the vector map: the line filter's features as pieces of wall, and the ways of the beams.
+//! What a scan adds to the vector map: the line filter's features as pieces of wall, and the ways
+//! of the beams.
 
 use nalgebra::{Matrix2, Point2};
 
@@ -10,8 +11,9 @@ use crate::points::Points;
 /// One beam in so many is asked whether it goes through walls; all of them say the same.
 const EVERY: usize = 3;
 
-/// Hands the last scan of a method with a line map to the vector map. A feature that was recognised lies where the filter now believes
-/// its wall to be, which is better known; the others where the pose puts them.
+/// Hands the last scan of a method with a line map to the vector map. A feature that was recognised
+/// lies where the filter now believes its wall to be, which is better known; the others where the
+/// pose puts them.
 pub(super) fn observe(map: &mut VectorMap, view: &View, estimate: &PoseEstimate, points: &Points) {
     if view.update.is_none() {
         return;

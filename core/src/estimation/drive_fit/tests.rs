@@ -1,4 +1,5 @@
-//! Settings of a fit, given to a robot and a sensor whose errors are known, and figures that are written down.
+//! Settings of a fit, given to a robot and a sensor whose errors are known, and figures that are
+//! written down.
 
 use nalgebra::{Matrix2, Matrix3, Vector2};
 use rand::SeedableRng;
@@ -147,7 +148,8 @@ fn settings_of_ranges_are_those_of_the_sensor_that_took_them() {
     assert_eq!(fit.reasons().len(), 1);
 }
 
-/// σ(ρ) = a + b ρ or a + b ρ² with σ_a = 0.002 and σ_b = 0.0003, and 0.008 m the least that was measured.
+/// σ(ρ) = a + b ρ or a + b ρ² with σ_a = 0.002 and σ_b = 0.0003, and 0.008 m the least that was
+/// measured.
 fn ranges(growth: Growth, a: f64, b: f64) -> DriveFit {
     let bin = |sigma| SigmaBin {
         range: 1.0,

@@ -8,20 +8,34 @@ use crate::association::AssociationConfig;
 pub enum Consistency {
     /// At the newest estimate: the textbook filter.
     Plain,
-    /// At the first estimate of each landmark and the predicted pose, so that what cannot be observed stays unobserved.
+    /// At the first estimate of each landmark and the predicted pose, so that what cannot be
+    /// observed stays unobserved.
     FirstEstimates,
 }
 
 /// When two landmarks are surely one wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MergeConfig {
-    /// Largest d² of their difference. Default 13.82, 99.9 % of χ² with 2 degrees of freedom: parts of a wall that was seen for the last
-    /// time are compared with the same error for ever; at 95 % one pair in twenty stayed apart. Growing: more wrong merges.
+    /// Largest d² of their difference. Default 13.82, 99.9 % of χ² with 2 degrees of freedom: parts
+    /// of a wall that was seen for the last time are compared with the same error for ever; at 95 %
+    /// one pair in twenty stayed apart. Growing: more wrong merges.
     pub gate: f64,
-    /// The difference and two standard deviations of it must not be greater than this, rad. Default 0.05.
+    /// The difference and two standard deviations of it must not be greater than this, rad. Default
+    /// 0.05.
     pub alpha: f64,
     /// The same for r where the two parts are nearest, m. Default 0.04: less than a wall is thick.
     pub r: f64,
+    /// A difference is known to be small if so many of its standard deviations are. Default 2;
+    /// larger merges later.
+    pub sigmas: f64,
+    /// Parts of one wall in one scan may overlap by so much, m, as a corner's last beam is shared.
+    /// Default 0.1.
+    pub shared: f64,
+    /// Two landmarks on one line count as doubles if they overlap by so much, m. Default 0.3;
+    /// smaller drops more.
+    pub doubled: f64,
+    /// Two landmarks of a greater angle, rad, are not compared. Default 0.3.
+    pub max_turn: f64,
 }
 
 impl Default for MergeConfig {
@@ -30,6 +44,10 @@ impl Default for MergeConfig {
             gate: 13.82,
             alpha: 0.05,
             r: 0.04,
+            sigmas: 2.0,
+            shared: 0.1,
+            doubled: 0.3,
+            max_turn: 0.3,
         }
     }
 }
@@ -41,21 +59,33 @@ pub struct EkfConfig {
     pub association: AssociationConfig,
     /// When two landmarks become one.
     pub merge: MergeConfig,
+    /// A line is not compared with a landmark whose direction differs by more, rad. Default 0.8:
+    /// more than a robot turns unnoticed; smaller is quicker and loses a robot that did.
+    pub max_turn: f64,
+    /// A landmark is not looked at closer if its r alone is further off than this many times the
+    /// gate for new walls. Default 4; larger is slower.
+    pub far_gates: f64,
+    /// The known ends of a wall are as wide as so many standard deviations of the robot's position
+    /// along it. Default 3; larger matches lines farther beside the known part.
+    pub along_sigmas: f64,
     /// Where the Jacobians are taken.
     pub consistency: Consistency,
     /// Sightings after which a line counts as a wall. Default 3.
     pub confirm_sightings: u32,
     /// Scans after which a line that is not confirmed is forgotten. Default 15.
     pub patience: u32,
-    /// What the fit does not know about α (skew within a sweep, walls that are not flat), rad. Default 0.001. Added to each
-    /// sighting; growing makes the filter more cautious. This and `r_sigma` are a part of why NIS is 0.83 of what
-    /// it should be on tours (`report -- ekf-consistency`). Without both it is 0.89, and the pose's NEES (3 is honest) at the end of
-    /// 50 tours of `office` rises from 2.6 to 3.7, of `loop` from 3.4 to 4.4: the errors of a scan's sightings hang together.
+    /// What the fit does not know about α (skew within a sweep, walls that are not flat), rad.
+    /// Default 0.001. Added to each sighting; growing makes the filter more cautious. This and
+    /// `r_sigma` are a part of why NIS is 0.83 of what it should be on tours
+    /// (`report -- ekf-consistency`). Without both it is 0.89, and the pose's NEES (3 is honest) at
+    /// the end of 50 tours of `office` rises from 2.6 to 3.7, of `loop` from 3.4 to 4.4: the errors
+    /// of a scan's sightings hang together.
     pub alpha_sigma: f64,
     /// What the fit does not know about r, m. Default 0.002.
     pub r_sigma: f64,
-    /// Standard deviations of the systematic errors of the odometry, known beforehand: by default 0.1 rad/m (tracks of the RP6
-    /// that run 2 % apart) and 0.03. 0 takes the odometry for free of them.
+    /// Standard deviations of the systematic errors of the odometry, known beforehand: by default
+    /// 0.1 rad/m (tracks of the RP6 that run 2 % apart) and 0.03. 0 takes the odometry for free of
+    /// them.
     pub odometry_prior: OdometryErrors,
 }
 
@@ -64,6 +94,9 @@ impl Default for EkfConfig {
         Self {
             association: AssociationConfig::default(),
             merge: MergeConfig::default(),
+            max_turn: 0.8,
+            far_gates: 4.0,
+            along_sigmas: 3.0,
             consistency: Consistency::FirstEstimates,
             confirm_sightings: 3,
             patience: 15,
@@ -80,7 +113,8 @@ impl Default for EkfConfig {
 impl EkfConfig {
     /// Checks all settings.
     ///
-    /// # Errors    [`EkfError::Setting`] or [`EkfError::Association`] with the first one out of range.
+    /// # Errors    [`EkfError::Setting`] or [`EkfError::Association`] with the first one out of
+    /// range.
     pub fn validate(&self) -> Result<(), EkfError> {
         self.association.validate()?;
         let (merge, prior) = (&self.merge, &self.odometry_prior);
@@ -88,6 +122,13 @@ impl EkfConfig {
             ("merge.gate", merge.gate),
             ("merge.alpha", merge.alpha),
             ("merge.r", merge.r),
+            ("merge.sigmas", merge.sigmas),
+            ("merge.shared", merge.shared),
+            ("merge.doubled", merge.doubled),
+            ("merge.max_turn", merge.max_turn),
+            ("max_turn", self.max_turn),
+            ("far_gates", self.far_gates),
+            ("along_sigmas", self.along_sigmas),
             ("alpha_sigma", self.alpha_sigma),
             ("r_sigma", self.r_sigma),
             ("odometry_prior.curvature", prior.curvature),
@@ -110,13 +151,16 @@ impl EkfConfig {
         Ok(())
     }
 
-    /// For a sensor that scans on command and sees little: every sighting counts, nothing is forgotten soon.
+    /// For a sensor that scans on command and sees little: every sighting counts, nothing is
+    /// forgotten soon.
     ///
-    /// Between two scans of such a robot the heading drifts by degrees, not by tenths, and lines are short: what the
-    /// first order leaves out grows with both. And a ranger's fitted characteristic errs by the same centimetre for all points of a
-    /// wall, which no fit of a line to them can see. With 15 mrad and 15 mm for all that, the mean NEES of the pose (3 is
-    /// honest) over errands of seeds 1 to 60 in `arena` is 2.8 and its error 9 cm at the goal; with 5 mrad and 4 mm it was 7.6 and
-    /// 13 cm (`--example simulate -- --world arena --sensor rangers --mode goto`).
+    /// Between two scans of such a robot the heading drifts by degrees, not by tenths, and lines
+    /// are short: what the first order leaves out grows with both. And a ranger's fitted
+    /// characteristic errs by the same centimetre for all points of a wall, which no fit of a line
+    /// to them can see. With 15 mrad and 15 mm for all that, the mean NEES of the pose (3 is
+    /// honest) over errands of seeds 1 to 60 in `arena` is 2.8 and its error 9 cm at the goal; with
+    /// 5 mrad and 4 mm it was 7.6 and 13 cm
+    /// (`--example simulate -- --world arena --sensor rangers --mode goto`).
     #[must_use]
     pub fn short_range() -> Self {
         Self {

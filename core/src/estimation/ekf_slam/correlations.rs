@@ -14,12 +14,14 @@ pub struct Correlations {
     pub first_landmark: usize,
     /// The landmarks in the order of their rows, two each: α, then r.
     pub landmarks: Vec<LandmarkId>,
-    /// `n` rows of `n` coefficients, -1 to 1; 0 where one of the two is known exactly, the diagonal then too.
+    /// `n` rows of `n` coefficients, -1 to 1; 0 where one of the two is known exactly, the diagonal
+    /// then too.
     pub coefficients: Vec<f32>,
 }
 
 impl Correlations {
-    /// The correlation coefficients of the whole state, of which these are the landmarks, in its order. O(n²).
+    /// The correlation coefficients of the whole state, of which these are the landmarks, in its
+    /// order. O(n²).
     #[must_use]
     pub fn of(covariance: &SymmetricMatrix, landmarks: &[Landmark]) -> Self {
         let n = covariance.n();

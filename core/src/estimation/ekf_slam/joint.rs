@@ -1,15 +1,16 @@
-//! Step 3 for all lines of a scan together: which landmark each is, so that no two contradict each other.
+//! Step 3 for all lines of a scan together: which landmark each is, so that no two contradict each
+//! other.
 //!
 //! In: the lines of a scan. Out: for each its landmark, or none that agrees with the others.
 //!
-//! Lines that a turning lidar sees one after another are taken to the instant of the first of them: back by the odometry, with the
-//! odometry's covariance added to each by itself. That this part is common to several lines is left out, which makes the test
-//! a little more generous. The updates that follow are still made one by one, each at its own instant.
+//! Lines that a turning lidar sees one after another are taken to the instant of the first of them:
+//! back by the odometry, with the odometry's covariance added to each by itself. That this part is
+//! common to several lines is left out, which makes the test a little more generous. The updates
+//! that follow are still made one by one, each at its own instant.
 
 use nalgebra::{Matrix2, Matrix2x3};
 
-use super::expect::Expectation;
-use super::merge::SHARED;
+use super::sighting::Expectation;
 use super::sweep::{SweepTiming, as_seen};
 use super::{EkfSlam, ROBOT};
 use crate::association::{
@@ -60,10 +61,10 @@ impl EkfSlam {
             self.pairings(sighting, scratch);
             search.sight(scratch.pairings.iter().copied());
         }
+        let shared = self.config.merge.shared;
         let cross = |a: &Pairing, b: &Pairing| {
-            if a.landmark == b.landmark
-                && !are_two_parts(scratch.seen.get(a.sighting)?, scratch.seen.get(b.sighting)?)
-            {
+            let [seen_a, seen_b] = [a, b].map(|pairing| scratch.seen.get(pairing.sighting));
+            if a.landmark == b.landmark && !are_two_parts(seen_a?, seen_b?, shared) {
                 return None;
             }
             Some(self.cross(
@@ -140,13 +141,13 @@ impl EkfSlam {
     }
 }
 
-/// Whether two lines of a scan may be parts of one wall: they do not overlap.
-fn are_two_parts(a: &LineFeature, b: &LineFeature) -> bool {
+/// Whether two lines of a scan may be parts of one wall: they overlap by no more than `shared`, m.
+fn are_two_parts(a: &LineFeature, b: &LineFeature, shared: f64) -> bool {
     let first = ExpectedLine {
         alpha: a.line.alpha(),
         r: a.line.r(),
         cov: a.cov,
         ends: a.ends,
     };
-    first.gap(b) > -SHARED
+    first.gap(b) > -shared
 }

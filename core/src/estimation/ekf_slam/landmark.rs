@@ -1,7 +1,12 @@
-//! A wall as the state keeps it and as the map shows it.
+//! A wall as the state keeps it and as the map shows it; steps 4 and 6: how it comes into the state,
+//! grows, and leaves it.
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
+use super::super::line_model::place;
+use super::sighting::from_anchor;
+use super::{Consistency, EkfSlam, POSE, ROBOT, UpdateReport};
+use crate::features::LineFeature;
 use crate::geom::{Line, sin_cos, symmetrize};
 
 /// Name of a landmark, the same for its whole life and never given again.
@@ -71,4 +76,84 @@ impl Entry {
 /// The least interval around two.
 pub(super) fn hull(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [a[0].min(b[0]), a[1].max(b[1])]
+}
+
+impl EkfSlam {
+    /// Counts a sighting and widens the known part of the wall.
+    pub(super) fn extend(&mut self, landmark: usize, seen: &LineFeature) {
+        let (pose, scans) = (self.pose, self.scans);
+        if let Some(entry) = self.landmarks.get_mut(landmark) {
+            let tangent = entry.tangent();
+            let [a, b] = seen
+                .ends
+                .map(|end| tangent.dot(&(pose * end - entry.anchor)));
+            let seen = [a.min(b), a.max(b)];
+            entry.extent = hull(entry.extent, seen);
+            if entry.last_seen == scans {
+                // Another part of the wall, behind something that stands before it.
+                entry.seen_now = hull(entry.seen_now, seen);
+            } else {
+                entry.seen_now = seen;
+                entry.sightings += 1;
+                entry.last_seen = scans;
+            }
+        }
+    }
+
+    /// Step 4.
+    pub(super) fn augment(&mut self, seen: &LineFeature) -> LandmarkId {
+        let oriented = self.oriented(seen);
+        let at = match self.config.consistency {
+            Consistency::Plain => self.pose.position(),
+            Consistency::FirstEstimates => self.predicted,
+        };
+        let anchor = self.pose * nalgebra::center(&seen.ends[0], &seen.ends[1]);
+        let (line, by_pose, by_seen) = place(
+            &from_anchor(&self.pose, &anchor),
+            [oriented.alpha, oriented.r],
+            at - anchor.coords,
+        );
+        let corner = by_pose * self.pose_cov() * by_pose.transpose()
+            + by_seen * oriented.cov * by_seen.transpose();
+        // Eq. (3.31): the new rows are G_x times the rows of the pose.
+        let cov = &self.cov;
+        let element = |h: usize, column: usize| -> f64 {
+            (0..POSE)
+                .map(|k| by_pose[(h, k)] * cov.get(k, column))
+                .sum()
+        };
+        let row = |h: usize| (0..cov.n()).map(move |column| element(h, column));
+        let alpha_row: Vec<f64> = row(0).chain([corner[(0, 0)]]).collect();
+        let mixed = 0.5 * (corner[(0, 1)] + corner[(1, 0)]);
+        let r_row: Vec<f64> = row(1).chain([mixed, corner[(1, 1)]]).collect();
+        self.cov.push_pair([alpha_row, r_row]);
+        let id = LandmarkId(self.next_id);
+        self.next_id += 1;
+        self.landmarks.push(Entry {
+            id,
+            anchor,
+            line,
+            first_alpha: line[0],
+            extent: [f64::INFINITY, f64::NEG_INFINITY],
+            seen_now: [f64::INFINITY, f64::NEG_INFINITY],
+            sightings: 0,
+            last_seen: 0,
+        });
+        self.extend(self.landmarks.len() - 1, seen);
+        id
+    }
+
+    /// Step 6.
+    pub(super) fn forget(&mut self, report: &mut UpdateReport) {
+        for index in (0..self.landmarks.len()).rev() {
+            let entry = &self.landmarks[index];
+            if entry.sightings < self.config.confirm_sightings
+                && self.scans - entry.last_seen > self.config.patience
+            {
+                report.forgotten.push(entry.id);
+                self.landmarks.remove(index);
+                self.cov.remove_pair(ROBOT + 2 * index);
+            }
+        }
+    }
 }

@@ -1,17 +1,22 @@
 //! Step 5: two landmarks that are one wall become one.
 //!
-//! In: the landmarks that this scan saw. Out: fewer landmarks, and a better estimate of all of them.
+//! In: the landmarks that this scan saw. Out: fewer landmarks, and a better estimate of all of
+//! them.
 //!
-//! 1. Two are compared only where their known parts overlap or nearly touch, by the rule that matches sightings (`max_gap`).
-//! 2. Their difference in (α, r) is taken about a point between the parts, with its covariance from the 4x4 block of P: landmarks
-//!    seen from one pose share its error, and differ by much less than each is uncertain.
-//! 3. They are one if the difference is likely to be nothing, d² within the gate, and if it is known to be small: what is merely
-//!    not known well enough to tell apart stays apart until it is. Lines beside the known part of a wall are matched by the same rule.
-//!    Two that differ in the mean of many sightings and yet lie on each other within less than a wall is thick are one wall too, of
-//!    which one was made from lines that something else spoilt (a pillar before it, a corner). Then the one that was seen less is
-//!    dropped and nothing is learnt from it.
-//! 4. That they are one is a measurement without noise: the difference is zero. The update moves everything that is correlated
-//!    with it (a loop closes here too); then the younger one's rows and columns go, which is the marginal of a Gaussian.
+//! 1. Two are compared only where their known parts overlap or nearly touch, by the rule that
+//!    matches sightings (`max_gap`).
+//! 2. Their difference in (α, r) is taken about a point between the parts, with its covariance from
+//!    the 4x4 block of P: landmarks seen from one pose share its error, and differ by much less
+//!    than each is uncertain.
+//! 3. They are one if the difference is likely to be nothing, d² within the gate, and if it is
+//!    known to be small: what is merely not known well enough to tell apart stays apart until it
+//!    is. Lines beside the known part of a wall are matched by the same rule. Two that differ in
+//!    the mean of many sightings and yet lie on each other within less than a wall is thick are one
+//!    wall too, of which one was made from lines that something else spoilt (a pillar before it, a
+//!    corner). Then the one that was seen less is dropped and nothing is learnt from it.
+//! 4. That they are one is a measurement without noise: the difference is zero. The update moves
+//!    everything that is correlated with it (a loop closes here too); then the younger one's rows
+//!    and columns go, which is the marginal of a Gaussian.
 
 use nalgebra::{Matrix2, Point2, SMatrix, Vector2};
 
@@ -19,15 +24,6 @@ use super::landmark::{Entry, hull};
 use super::{Consistency, EkfSlam, Gain, Merged, ROBOT, UpdateReport};
 use crate::features::LineFeature;
 use crate::geom::{sin_cos, wrap};
-
-/// Parts of one wall in one scan may overlap by so much, m, as a corner's last beam is shared.
-pub(super) const SHARED: f64 = 0.1;
-
-/// Two landmarks on one line count as doubles if they overlap by so much, m.
-const DOUBLED: f64 = 0.3;
-
-/// Two landmarks of a greater angle, rad, are not compared.
-const MOST_TURN: f64 = 0.3;
 
 /// What the known parts of two landmarks have in common.
 struct Shared {
@@ -41,7 +37,8 @@ struct Shared {
 
 /// How two landmarks differ.
 struct Difference {
-    /// Whether they are one wall as the covariance sees it, and known to be; otherwise they at most lie on each other.
+    /// Whether they are one wall as the covariance sees it, and known to be; otherwise they at most
+    /// lie on each other.
     is_joined: bool,
     v: Vector2<f64>,
     cov: Matrix2<f64>,
@@ -62,7 +59,8 @@ impl EkfSlam {
         let [a, b] = seen
             .ends
             .map(|end| tangent.dot(&(self.pose * end - entry.anchor)));
-        a.min(b) < entry.seen_now[1] - SHARED && a.max(b) > entry.seen_now[0] + SHARED
+        let shared = self.config.merge.shared;
+        a.min(b) < entry.seen_now[1] - shared && a.max(b) > entry.seen_now[0] + shared
     }
 
     /// Step 5, for each landmark that this scan saw.
@@ -102,10 +100,11 @@ impl EkfSlam {
         best
     }
 
-    /// What two landmarks share; `None` where the gap is too large, or where direction or distance rule out that they are one.
+    /// What two landmarks share; `None` where the gap is too large, or where direction or distance
+    /// rule out that they are one.
     fn between(&self, a: &Placed, b: &Entry) -> Option<Shared> {
         let merge = &self.config.merge;
-        if wrap(a.entry.line[0] - b.line[0]).abs() > MOST_TURN {
+        if wrap(a.entry.line[0] - b.line[0]).abs() > merge.max_turn {
             return None;
         }
         let b = Placed::of(b);
@@ -170,19 +169,20 @@ impl EkfSlam {
         let merge = &self.config.merge;
         let within = |axis: usize, most: f64| {
             let sigma = cov[(axis, axis)].max(0.0).sqrt();
-            v[axis].abs().max(2.0 * sigma) <= most
+            v[axis].abs().max(merge.sigmas * sigma) <= most
         };
         within(0, merge.alpha) && within(1, merge.r)
     }
 
-    /// Whether two lie on each other, whatever their directions: over a short wall a spoilt line may cross it at a great angle.
+    /// Whether two lie on each other, whatever their directions: over a short wall a spoilt line
+    /// may cross it at a great angle.
     fn is_double(&self, shared: &Shared, difference: &Difference) -> bool {
-        let most = self.config.merge.r;
+        let merge = &self.config.merge;
         let sigma = difference.cov[(1, 1)].max(0.0).sqrt();
         difference.d2.is_finite()
-            && shared.overlap >= DOUBLED
-            && shared.off <= most
-            && 2.0 * sigma <= most
+            && shared.overlap >= merge.doubled
+            && shared.off <= merge.r
+            && merge.sigmas * sigma <= merge.r
     }
 
     /// Makes one of two: the older one stays, or the one seen more often where they do not agree.

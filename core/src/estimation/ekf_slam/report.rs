@@ -16,7 +16,8 @@ pub struct UpdateReport {
     pub forgotten: Vec<LandmarkId>,
     /// Landmarks that turned out to be parts of one wall.
     pub merged: Vec<Merged>,
-    /// Normalised innovation squared, summed over the matches: χ² with [`Self::nis_degrees`] degrees of freedom.
+    /// Normalised innovation squared, summed over the matches: χ² with [`Self::nis_degrees`]
+    /// degrees of freedom.
     pub nis: f64,
     /// What the recognised lines said of the pose, in order of time.
     pub fixes: Vec<Fix>,
@@ -64,9 +65,11 @@ pub struct Merged {
     pub kept: LandmarkId,
     /// The other, whose name is never given again.
     pub gone: LandmarkId,
-    /// Squared Mahalanobis distance between the two, χ² with 2 degrees of freedom if they are one wall.
+    /// Squared Mahalanobis distance between the two, χ² with 2 degrees of freedom if they are one
+    /// wall.
     pub d2: f64,
-    /// Whether the two were joined by a measurement; otherwise they lay on each other without agreeing, and `gone` was dropped.
+    /// Whether the two were joined by a measurement; otherwise they lay on each other without
+    /// agreeing, and `gone` was dropped.
     pub is_joined: bool,
 }
 
@@ -79,7 +82,8 @@ pub enum Rejection {
     OutsideGate,
     /// Its landmark was already seen in this scan.
     Taken,
-    /// It lies across the seam of the sweep: its parts were seen a whole sweep apart, and the robot moved meanwhile.
+    /// It lies across the seam of the sweep: its parts were seen a whole sweep apart, and the robot
+    /// moved meanwhile.
     Seam,
     /// The covariance of its innovation is not positive definite; the state was left alone.
     Singular,
@@ -90,7 +94,8 @@ pub enum Rejection {
 pub struct Explanation<'a> {
     /// Index of the feature in the scan's list.
     pub feature: usize,
-    /// The landmarks it was compared with, the most likely first; far ones are left out, but for the nearest.
+    /// The landmarks it was compared with, the most likely first; far ones are left out, but for
+    /// the nearest.
     pub candidates: &'a [Considered],
     /// What became of it.
     pub verdict: Verdict,
@@ -103,8 +108,8 @@ pub struct Considered {
     pub landmark: LandmarkId,
     /// Squared Mahalanobis distance, χ² with 2 degrees of freedom if the line is this wall.
     pub d2: f64,
-    /// Free distance between the seen and the known part along the wall, m, less what the robot's position along it may err;
-    /// 0 or less where they overlap.
+    /// Free distance between the seen and the known part along the wall, m, less what the robot's
+    /// position along it may err; 0 or less where they overlap.
     pub gap: f64,
     /// (α, r) seen less expected, rad and m.
     pub innovation: [f64; 2],
@@ -123,8 +128,8 @@ pub enum Gate {
     Near,
     /// Another wall by its direction or distance.
     Far,
-    /// Beside the known part, and not its continuation: the free distance between the two is too large, or it is not known well enough
-    /// whether both lie on one line.
+    /// Beside the known part, and not its continuation: the free distance between the two is too
+    /// large, or it is not known well enough whether both lie on one line.
     Beyond,
 }
 
@@ -149,7 +154,8 @@ struct Explained {
 }
 
 impl UpdateReport {
-    /// For each line of the scan, in the order in which they were taken in, what it was compared with and what became of it.
+    /// For each line of the scan, in the order in which they were taken in, what it was compared
+    /// with and what became of it.
     pub fn explanations(&self) -> impl Iterator<Item = Explanation<'_>> {
         self.explained.iter().map(|explained| Explanation {
             feature: explained.feature,
@@ -159,12 +165,6 @@ impl UpdateReport {
                 .unwrap_or_default(),
             verdict: explained.verdict,
         })
-    }
-
-    /// The explanation of the `feature`-th line of the scan; `None` where the scan had fewer.
-    #[must_use]
-    pub fn explain(&self, feature: usize) -> Option<Explanation<'_>> {
-        self.explanations().find(|e| e.feature == feature)
     }
 
     /// Degrees of freedom of [`Self::nis`]: two for each match.
@@ -191,7 +191,8 @@ impl UpdateReport {
         self.considered.push(candidate);
     }
 
-    /// Notes what became of a line, and keeps the likeliest `most` of its candidates: those with d² up to `far`, and the nearest.
+    /// Notes what became of a line, and keeps the likeliest `most` of its candidates: those with d²
+    /// up to `far`, and the nearest.
     pub(super) fn conclude(&mut self, feature: usize, verdict: Verdict, most: usize, far: f64) {
         let first = self.explained.last().map_or(0, |e| e.end);
         let own = self.considered.get_mut(first..).unwrap_or_default();
@@ -237,7 +238,10 @@ mod tests {
         report.conclude(1, Verdict::Added(LandmarkId(5)), 8, 100.0);
         report.conclude(0, Verdict::Rejected(Rejection::Seam), 8, 100.0);
         let of = |feature| {
-            let explanation = report.explain(feature).unwrap();
+            let explanation = report
+                .explanations()
+                .find(|e| e.feature == feature)
+                .unwrap();
             let ids: Vec<_> = explanation
                 .candidates
                 .iter()
@@ -246,11 +250,11 @@ mod tests {
             (ids, explanation.verdict)
         };
         assert_eq!(of(4), (vec![1, 0], Verdict::Matched(LandmarkId(1))));
-        // The nearest one is told however far it is: it says why the line is new.
+        // The nearest one is reported however far it is: it says why the line is new.
         assert_eq!(of(1), (vec![3], Verdict::Added(LandmarkId(5))));
         assert_eq!(of(0), (vec![], Verdict::Rejected(Rejection::Seam)));
         assert_eq!(report.rejected.len(), 1);
-        assert!(report.explain(9).is_none());
+        assert_eq!(report.explanations().count(), 3);
         report.clear();
         assert_eq!(report, UpdateReport::default());
     }

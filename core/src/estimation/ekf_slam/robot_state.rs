@@ -1,14 +1,17 @@
-//! In: an odometry reading, and what is known of how this robot's odometry errs always. Out: the motion without that error,
-//! with its Jacobians.
+//! In: an odometry reading, and what is known of how this robot's odometry errs always. Out: the
+//! motion without that error, with its Jacobians.
 //!
-//! A worn track, a soft tyre, a floor on which the tracks turn wider than on another: such errors are the same from one metre
-//! to the next, and no white noise is like them. A filter that is told of white noise alone believes after a lap that they
-//! have averaged out; they have added up. So they are states, constant and known to some prior (Larsen et al. 1998;
-//! Martinelli et al. 2007, "Simultaneous localization and odometry self calibration"): the walls calibrate the odometry.
+//! A worn track, a soft tyre, a floor on which the tracks turn wider than on another: such errors
+//! are the same from one metre to the next, and no white noise is like them. A filter that knows of
+//! white noise alone believes after a lap that they have averaged out; they have added up. So they
+//! are states, constant and known to some prior (Larsen et al. 1998; Martinelli et al. 2007,
+//! "Simultaneous localization and odometry self calibration"): the walls calibrate the odometry.
 //!
-//! 1. The two that matter (Borenstein & Feng 1996): unequal tracks bend a straight drive by κ, rad/m; a wrong track width
-//!    stretches each turn by s. A reading that went Δs and turned Δθ in truth turned Δθ + δ with δ = κ Δs + s Δθ.
-//! 2. On an arc the chord turns by half of what the heading does (TDK 2016 eq. (2.6)), so the step t becomes R(δ/2) t.
+//! 1. The two that matter (Borenstein & Feng 1996): unequal tracks bend a straight drive by κ,
+//!    rad/m; a wrong track width stretches each turn by s. A reading that went Δs and turned Δθ in
+//!    truth turned Δθ + δ with δ = κ Δs + s Δθ.
+//! 2. On an arc the chord turns by half of what the heading does (TDK 2016 eq. (2.6)), so the step
+//!    t becomes R(δ/2) t.
 //!
 //! Both need only the reading itself, not the tracks' distances: a recorded log will do.
 
@@ -103,7 +106,8 @@ impl Step {
 }
 
 impl RobotState {
-    /// At the origin, which is exact, with what is known of the odometry beforehand as standard deviations.
+    /// At the origin, which is exact, with what is known of the odometry beforehand as standard
+    /// deviations.
     pub(in crate::estimation) fn new(prior: &OdometryErrors) -> Self {
         let mut cov = Matrix5::zeros();
         cov[(3, 3)] = prior.curvature * prior.curvature;
@@ -189,7 +193,8 @@ mod tests {
 
     #[test]
     fn worn_tracks_are_these_two_errors() {
-        // Tracks that run 1 % short and long, and turn as if they stood 4 % further apart; read every centimetre.
+        // Tracks that run 1 % short and long, and turn as if they stood 4 % further apart; read
+        // every centimetre.
         let (b, mismatch, wider) = (0.2, 0.02, 0.04);
         let errors = OdometryErrors {
             curvature: mismatch / (b * (1.0 + wider)),
@@ -211,7 +216,8 @@ mod tests {
             corrected = Step::new(&corrected, &errors, &step, Point2::origin()).pose;
         }
         let way_off = (truth.position() - corrected.position()).norm();
-        // Of 6 m and several turns; what is left is that unequal tracks also go a little further in a turn.
+        // Of 6 m and several turns; what is left is that unequal tracks also go a little further in
+        // a turn.
         assert!(way_off < 3e-3, "{way_off}");
         assert!(wrap(truth.heading() - corrected.heading()).abs() < 1e-9);
     }

@@ -1,9 +1,17 @@
-//! A turning lidar sees each line at another instant: which, in what order, and what the line was at that instant.
+//! Steps 1 and 2: a turning lidar sees each line at another instant. Which, in what order, what the
+//! line was at that instant, and how the state moves there by the odometry that was kept back.
 
 use nalgebra::Matrix2x3;
 
+use super::robot_state::Step;
+use super::{Consistency, EkfSlam};
 use crate::features::LineFeature;
 use crate::robot::{Odometry, Scan, Stamp};
+
+/// Stamps have a grain of a microsecond, s.
+const GRAIN: f64 = 1e-6;
+/// An odometry reading is not split for a smaller part of it than this.
+const LEAST_PART: f64 = 1e-3;
 
 /// When the beams of a scan were taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,14 +20,16 @@ pub struct SweepTiming {
     pub stamp: Stamp,
     /// Seconds from the last beam to `stamp`: scans arrive a little late.
     pub lag: f64,
-    /// Seconds from the first beam to the last; 0 where all were taken at once or the robot stood still.
+    /// Seconds from the first beam to the last; 0 where all were taken at once or the robot stood
+    /// still.
     pub seconds: f64,
     /// Number of beams.
     pub n_beams: usize,
 }
 
 impl SweepTiming {
-    /// The timing of `scan`, whose lines stand in the robot frame at `stamp`, at the last beam or later.
+    /// The timing of `scan`, whose lines stand in the robot frame at `stamp`, at the last beam or
+    /// later.
     #[must_use]
     pub fn at(stamp: Stamp, scan: &Scan) -> Self {
         Self {
@@ -66,7 +76,8 @@ impl SweepTiming {
     }
 }
 
-/// Indices of the lines in the order in which they were seen; those seen at once, the longest first.
+/// Indices of the lines in the order in which they were seen; those seen at once, the longest
+/// first.
 pub(super) fn order(features: &[LineFeature], sweep: &SweepTiming, order: &mut Vec<usize>) {
     let key = |&index: &usize| {
         features
@@ -82,16 +93,16 @@ pub(super) fn order(features: &[LineFeature], sweep: &SweepTiming, order: &mut V
     });
 }
 
-/// Takes a line from the end of the sweep back by `rest`, to the robot frame in which it was seen, and widens its covariance
-/// by what the odometry may err while the beams pass over it.
+/// Takes a line from the end of the sweep back by `rest`, to the robot frame in which it was seen,
+/// and widens its covariance by what the odometry may err while the beams pass over it.
 pub(super) fn as_seen(feature: &LineFeature, rest: &Odometry, sweep: &SweepTiming) -> LineFeature {
     let (line, by_line) = feature.line.transformed(&rest.motion);
     let age = sweep.age_of(feature);
     let span = sweep.age(feature.first_beam as f64) - sweep.age(feature.last_beam as f64);
     let mut cov = by_line * feature.cov * by_line.transpose();
     if age > 0.0 && span > 0.0 {
-        // Random walks from the middle beam to either end, half of the span each; a shift moves the line by less than
-        // a quarter of what it adds up to.
+        // Random walks from the middle beam to either end, half of the span each; a shift moves the
+        // line by less than a quarter of what it adds up to.
         let part = span / age;
         let mut shift = rest.cov * (0.25 * part);
         shift.fill_row(2, 0.0);
@@ -106,7 +117,8 @@ pub(super) fn as_seen(feature: &LineFeature, rest: &Odometry, sweep: &SweepTimin
     }
     let mixed = 0.5 * (cov[(0, 1)] + cov[(1, 0)]);
     (cov[(0, 1)], cov[(1, 0)]) = (mixed, mixed);
-    // The origin moves from one end of the sweep to the other; whether it changes sides shows in the sign of r.
+    // The origin moves from one end of the sweep to the other; whether it changes sides shows in
+    // the sign of r.
     let same_way = line
         .normal()
         .dot(&rest.motion.rotate(feature.line.normal()))
@@ -118,4 +130,91 @@ pub(super) fn as_seen(feature: &LineFeature, rest: &Odometry, sweep: &SweepTimin
         seen_from_origin_side: feature.seen_from_origin_side == same_way,
         ..*feature
     }
+}
+
+impl EkfSlam {
+    /// Step 1: moves the state by `odometry`.
+    ///
+    /// # Source   TDK 2016 eq. (3.1)-(3.4), (3.18)-(3.20).
+    pub(super) fn advance(&mut self, odometry: &Odometry) {
+        let from = match self.config.consistency {
+            Consistency::Plain => self.pose.position(),
+            Consistency::FirstEstimates => self.predicted,
+        };
+        let step = Step::new(&self.pose, &self.errors, odometry, from);
+        self.cov.advance(&step.by_robot, |own| step.covariance(own));
+        self.pose = step.pose;
+        self.predicted = step.pose.position();
+    }
+
+    /// Step 2: moves the state by the pending odometry up to `time` (seconds); an odometry that
+    /// goes past it is split.
+    pub(super) fn advance_to(&mut self, time: f64) {
+        let mut used = 0;
+        while let Some(&next) = self.pending.get(used) {
+            let (from, to) = (next.from.seconds(), next.to.seconds());
+            if to > time + GRAIN {
+                let part = if to > from {
+                    (time - from) / (to - from)
+                } else {
+                    0.0
+                };
+                if part > LEAST_PART {
+                    let (first, rest) = split(&next, part);
+                    self.advance(&first);
+                    if let Some(pending) = self.pending.get_mut(used) {
+                        *pending = rest;
+                    }
+                }
+                break;
+            }
+            self.advance(&next);
+            used += 1;
+        }
+        self.pending.drain(..used);
+    }
+
+    /// The motion from the time of the state to `time`, by the pending odometry: what a scan
+    /// straightened to `time` has been moved by.
+    pub(super) fn motion_until(&self, time: f64) -> Odometry {
+        let mut whole = Odometry::standing(Stamp(0));
+        for next in &self.pending {
+            let (from, to) = (next.from.seconds(), next.to.seconds());
+            if to <= time + GRAIN {
+                whole = whole.then(next);
+            } else {
+                let part = if to > from {
+                    (time - from) / (to - from)
+                } else {
+                    0.0
+                };
+                if part > LEAST_PART {
+                    whole = whole.then(&split(next, part).0);
+                }
+                break;
+            }
+        }
+        whole
+    }
+}
+
+/// The first `part` of a motion, and what follows it; the variance grows with the way.
+fn split(odometry: &Odometry, part: f64) -> (Odometry, Odometry) {
+    let first = odometry.motion.fraction(part);
+    let seconds = odometry.to.since(odometry.from);
+    let middle = Stamp::from_seconds(odometry.from.seconds() + part * seconds);
+    (
+        Odometry {
+            to: middle,
+            motion: first,
+            cov: odometry.cov * part,
+            ..*odometry
+        },
+        Odometry {
+            from: middle,
+            motion: first.inverse() * odometry.motion,
+            cov: odometry.cov * (1.0 - part),
+            ..*odometry
+        },
+    )
 }

@@ -70,7 +70,8 @@ fn faces_look_to_both_sides() {
 
 #[test]
 fn information_of_a_standing_robot_adds_up() {
-    // Heading 0, one wall ahead: x and θ are measured independently, y is not. By hand: 1/σ² = 1/σ₀² + n/σ_z².
+    // Heading 0, one wall ahead: x and θ are measured independently, y is not. By hand: 1/σ² =
+    // 1/σ₀² + n/σ_z².
     let truth = Pose2::new(2.0, 1.5, 0.0);
     let mut slam = localiser(&at(truth, [0.1, 0.2, 0.05]));
     let cov = Matrix2::new(4e-4, 0.0, 0.0, 9e-4);
@@ -91,8 +92,9 @@ fn information_of_a_standing_robot_adds_up() {
 
 #[test]
 fn average_nees_lies_in_the_band_of_the_mean() {
-    // 1 000 runs around the room; the pose at the end is χ² with 3 degrees of freedom, its mean within 3 ± 1.96 √(6/1000). The gate is
-    // wide: one of 99 % drops the sightings by which large errors show, and the mean over all runs is 3.4 then.
+    // 1 000 runs around the room; the pose at the end is χ² with 3 degrees of freedom, its mean
+    // within 3 ± 1.96 √(6/1000). The gate is wide: one of 99 % drops the sightings by which large
+    // errors show, and the mean over all runs is 3.4 then.
     let runs = 1000;
     let wide = AssociationConfig {
         gate: 40.0,

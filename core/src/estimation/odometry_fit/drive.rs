@@ -4,7 +4,8 @@ use crate::estimation::odometry_fit::OdometryFitError;
 use crate::geom::Pose2;
 use crate::robot::Odometry;
 
-/// Motions are put together up to this way, m, and turn, rad: less than what makes an arc another motion.
+/// Motions are put together up to this way, m, and turn, rad: less than what makes an arc another
+/// motion.
 const STEP: [f64; 2] = [0.02, 0.03];
 /// A leg ends at the first scan after this way, m, or turn, rad.
 const LEG: [f64; 2] = [0.25, 0.35];

@@ -1,15 +1,16 @@
 //! How likely the poses of a drive are, for given chance, and the tracks that make them likeliest.
 //!
-//! Let Z_i be the reference poses, X_i = Z_i exp(ε_i) the true ones and m_i the counted motion. To first order in small errors, all of them
-//! in the robot's frame at the end of the leg,
+//! Let Z_i be the reference poses, X_i = Z_i exp(ε_i) the true ones and m_i the counted motion. To
+//! first order in small errors, all of them in the robot's frame at the end of the leg,
 //!
 //! ```text
 //! ε_i = Ad(m_i⁻¹) ε_(i-1) + ρ_i + B_i δ + w_i,   ρ_i = Z_i⁻¹ Z_(i-1) m_i,   w_i ~ N(0, Q_i)
 //! 0   = ε_i + v_i,                                                           v_i ~ N(0, R)
 //! ```
 //!
-//! with δ the change of the tracks (left, right, width) and B_i, Q_i gathered over the small motions of the leg. The innovations of the Kalman
-//! filter of this system are white; they depend on δ linearly, ν_i(δ) = ν_i + N_i δ.
+//! with δ the change of the tracks (left, right, width) and B_i, Q_i gathered over the small
+//! motions of the leg. The innovations of the Kalman filter of this system are white; they depend
+//! on δ linearly, ν_i(δ) = ν_i + N_i δ.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -18,7 +19,8 @@ use super::drive::Leg;
 use crate::geom::{Pose2, sin_cos, symmetrize};
 use crate::robot::{OdometryNoise, TrackWear, Tracks};
 
-/// Coefficients of chance: per metre, lateral, per radian; variances of the poses' positions and headings.
+/// Coefficients of chance: per metre, lateral, per radian; variances of the poses' positions and
+/// headings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Chance(pub(super) [f64; 5]);
 
@@ -137,7 +139,8 @@ impl Innovation {
     }
 }
 
-/// `legs`: none begins anew. `wear`: about which they were linearised. None where a covariance is singular.
+/// `legs`: none begins anew. `wear`: about which they were linearised. None where a covariance is
+/// singular.
 pub(super) fn likeliest(
     legs: &[Option<LinearLeg>],
     wear: &TrackWear,
@@ -193,7 +196,8 @@ impl State {
         }
     }
 
-    /// Predicts and corrects; the innovation, and the logarithm of the determinant of its covariance.
+    /// Predicts and corrects; the innovation, and the logarithm of the determinant of its
+    /// covariance.
     fn step(
         &mut self,
         leg: &LinearLeg,

@@ -8,7 +8,8 @@ use crate::robot::{RobotModel, TrackWear};
 
 /// Number of coefficients.
 const N: usize = 5;
-/// Standard deviation of the logarithm of each before anything was driven: a factor of 20 either way.
+/// Standard deviation of the logarithm of each before anything was driven: a factor of 20 either
+/// way.
 const LOG_PRIOR: f64 = 3.0;
 /// Variances of the poses before anything was driven: 5 mm, 2 mrad.
 const POSE_VARIANCES: [f64; 2] = [2.5e-5, 4e-6];
@@ -21,10 +22,12 @@ const MOST_STEPS: usize = 40;
 const CONVERGED: f64 = 1e-4;
 /// Times that motions are counted anew, at most; each leaves the square of the error that was left.
 const MOST_ROUNDS: usize = 12;
-/// A leg is left out beyond this: χ² with three degrees of freedom is so with a probability of 10⁻⁵.
+/// A leg is left out beyond this: χ² with three degrees of freedom is so with a probability of
+/// 10⁻⁵.
 const MOST_SQUARED: f64 = 25.9;
 
-/// Tracks that differ by more from the model are those of another robot, or the poses are: the range of the settings.
+/// Tracks that differ by more from the model are those of another robot, or the poses are: the
+/// range of the settings.
 const WORST: f64 = 0.5;
 
 type Logs = SVector<f64, N>;
@@ -85,7 +88,8 @@ pub(super) fn find(legs: &[Option<Leg>], model: &RobotModel) -> Option<Found> {
     None
 }
 
-/// Leaves the worst leg out of each run of legs that cannot be explained, for it spoils those after it; tells whether there was any.
+/// Leaves the worst leg out of each run of legs that cannot be explained, for it spoils those after
+/// it; tells whether there was any.
 fn leave_out(used: &mut [bool], best: &Likeliest) -> bool {
     let mut dropped = false;
     let mut was_dropped = false;
@@ -137,7 +141,8 @@ impl Problem<'_> {
         Some(self.likeliest(logs)?.log - 0.5 * off.norm_squared())
     }
 
-    /// Newton's method, damped: where the likelihood is not concave its curvature is taken as if it were.
+    /// Newton's method, damped: where the likelihood is not concave its curvature is taken as if it
+    /// were.
     fn maximum(&self, start: Logs) -> Option<Logs> {
         let mut logs = start;
         let mut value = self.at(&logs)?;

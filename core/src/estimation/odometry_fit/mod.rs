@@ -1,23 +1,30 @@
-//! How the odometry of a robot errs, from a drive whose poses are known otherwise: always, and by chance.
+//! How the odometry of a robot errs, from a drive whose poses are known otherwise: always, and by
+//! chance.
 //!
-//! In: a [`Drive`] (what the tracks counted) and the pose at each of its scans, by SLAM or as the truth. Out: an [`OdometryFit`]: how much
-//! farther each track runs than is counted, the effective track width, the three coefficients of [`OdometryNoise`], and how far the poses
-//! themselves are off, each with its standard error.
+//! In: a [`Drive`] (what the tracks counted) and the pose at each of its scans, by SLAM or as the
+//! truth. Out: an [`OdometryFit`]: how much farther each track runs than is counted, the effective
+//! track width, the three coefficients of [`OdometryNoise`], and how far the poses themselves are
+//! off, each with its standard error.
 //!
-//! 1. Scans are put together to legs of some decimetres or a fraction of a radian: fewer of them, and the motion stands out of what the poses
-//!    err (`drive`).
-//! 2. The error of each pose as seen from the odometry is a random walk, seen through white noise. A Kalman filter over it gives the
-//!    likelihood of all poses; what the tracks err always enters it linearly, and follows by least squares (`likelihood`).
-//! 3. The logarithms of the coefficients of chance follow by Newton's method; then motions are counted anew with what was found, for the
-//!    width enters by its reciprocal, until nothing changes (`maximum`).
-//! 4. Legs that the model cannot explain (a push, tracks that spun against a wall) are left out, and told.
-//! 5. Weak knowledge beforehand ([`PRIOR`] for each part) stands for what the drive does not show. A parameter of which the drive knows not
-//!    twice as much is said to be unknown, and why.
+//! 1. Scans are put together to legs of some decimetres or a fraction of a radian: fewer of them,
+//!    and the motion stands out of what the poses err (`drive`).
+//! 2. The error of each pose as seen from the odometry is a random walk, seen through white noise.
+//!    A Kalman filter over it gives the likelihood of all poses; what the tracks err always enters
+//!    it linearly, and follows by least squares (`likelihood`).
+//! 3. The logarithms of the coefficients of chance follow by Newton's method; then motions are
+//!    counted anew with what was found, for the width enters by its reciprocal, until nothing
+//!    changes (`maximum`).
+//! 4. Legs that the model cannot explain (a push, tracks that spun against a wall) are left out,
+//!    and told.
+//! 5. Weak knowledge beforehand ([`PRIOR`] for each part) stands for what the drive does not show.
+//!    A parameter of which the drive knows not twice as much is said to be unknown, and why.
 //!
-//! Source: Censi, Franchi, Marchionni & Oriolo (2013), "Simultaneous calibration of odometry and sensor parameters for mobile robots", for
-//! the parameters and their likelihood (we know the place of the sensor, and estimate the noise too); Borenstein & Feng (1996) for which
-//! errors matter; Schweppe (1965), "Evaluation of likelihood functions for Gaussian signals", for the likelihood by innovations. Paired
-//! increments alone would count the error of each pose twice, with opposite signs.
+//! Source: Censi, Franchi, Marchionni & Oriolo (2013), "Simultaneous calibration of odometry and
+//! sensor parameters for mobile robots", for the parameters and their likelihood (we know the place
+//! of the sensor, and estimate the noise too); Borenstein & Feng (1996) for which errors matter;
+//! Schweppe (1965), "Evaluation of likelihood functions for Gaussian signals", for the likelihood
+//! by innovations. Paired increments alone would count the error of each pose twice, with opposite
+//! signs.
 
 mod drive;
 mod likelihood;
@@ -34,7 +41,8 @@ use crate::robot::{OdometryNoise, RobotModel, TrackWear};
 pub use drive::{Drive, DriveExtent};
 pub use words::{FittedParameter, Verdict};
 
-/// What is known of each track and of the width before anything was driven: its standard deviation, as a part.
+/// What is known of each track and of the width before anything was driven: its standard deviation,
+/// as a part.
 pub(super) const PRIOR: f64 = 0.1;
 
 /// How the odometry of a robot errs.
@@ -50,7 +58,8 @@ pub struct OdometryFit {
     pub noise: OdometryNoise,
     /// Standard errors of the logarithms of its coefficients, in their order.
     pub noise_log_sigmas: [f64; 3],
-    /// Standard deviations of the errors of the poses: position along each axis, m, and heading, rad.
+    /// Standard deviations of the errors of the poses: position along each axis, m, and heading,
+    /// rad.
     pub pose_sigmas: [f64; 2],
     /// What was driven.
     pub extent: DriveExtent,

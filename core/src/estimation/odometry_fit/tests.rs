@@ -1,4 +1,5 @@
-//! Drives whose errors are known are fitted; the truth must lie within the standard errors as often as these say.
+//! Drives whose errors are known are fitted; the truth must lie within the standard errors as often
+//! as these say.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -19,7 +20,8 @@ const TRUE_NOISE: OdometryNoise = OdometryNoise {
 /// Of the poses, m and rad.
 const POSE_SIGMAS: [f64; 2] = [0.004, 0.002];
 
-/// Six uniform numbers have half a unit of variance: as near to a Gaussian as a likelihood notices, without sharing the simulator's code.
+/// Six uniform numbers have half a unit of variance: as near to a Gaussian as a likelihood notices,
+/// without sharing the simulator's code.
 fn gaussian(rng: &mut ChaCha8Rng) -> f64 {
     let sum: f64 = (0..12).map(|_| rng.random_range(-0.5..0.5)).sum();
     sum
@@ -86,7 +88,8 @@ fn fit_of(seed: u64, plan: impl Fn(&mut ChaCha8Rng) -> Plan) -> OdometryFit {
     OdometryFit::new(&drive, &poses, &RobotModel::rp6()).unwrap()
 }
 
-/// Errors of left, right, width, and of the logarithms of the three coefficients, each over its standard error.
+/// Errors of left, right, width, and of the logarithms of the three coefficients, each over its
+/// standard error.
 fn standardised(fit: &OdometryFit) -> [f64; 6] {
     let [left, right, width] = fit.wear_sigmas();
     let [k, l, h] = fit.noise_log_sigmas;

@@ -2,13 +2,15 @@
 
 use super::{OdometryFit, PRIOR};
 
-/// A standard error of a logarithm below which a coefficient of chance counts as known: within a factor of two.
+/// A standard error of a logarithm below which a coefficient of chance counts as known: within a
+/// factor of two.
 const KNOWN_LOG: f64 = std::f64::consts::LN_2;
 
 /// A parameter of the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedParameter {
-    /// Keys of the settings that take it: what the odometry is told, and how a simulated robot is; none for what follows from others.
+    /// Keys of the settings that take it: what the odometry is told, and how a simulated robot is;
+    /// none for what follows from others.
     pub keys: &'static [&'static str],
     /// Its name for people.
     pub name: &'static str,

@@ -1,6 +1,7 @@
 //! One measured motion: its error, what that depends on, and how far it is believed.
 //!
-//! In: the poses at both ends. Out: the error (x, y, θ) with its Jacobians; the cost of χ² under a robust kernel.
+//! In: the poses at both ends. Out: the error (x, y, θ) with its Jacobians; the cost of χ² under a
+//! robust kernel.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -78,7 +79,8 @@ impl Edge {
     }
 }
 
-/// The information of an error in the frame of the measured `to`, from one of (x, y, θ) of the motion itself.
+/// The information of an error in the frame of the measured `to`, from one of (x, y, θ) of the
+/// motion itself.
 #[must_use]
 pub fn information_at_end(motion: &Pose2, information: &Matrix3<f64>) -> Matrix3<f64> {
     let (cos, sin) = motion.cos_sin();

@@ -106,7 +106,8 @@ fn marginal_of_a_chain_is_the_composed_covariance() {
     for i in 0..4 {
         graph.add_pose(at * step);
         graph.add_edge(edge(i, i + 1, step)).unwrap();
-        // First order: the error of the start is carried over, that of the step is turned into the map.
+        // First order: the error of the start is carried over, that of the step is turned into the
+        // map.
         let end = at * step;
         let (dx, dy) = (end.x() - at.x(), end.y() - at.y());
         let carry = Matrix3::new(1.0, 0.0, -dy, 0.0, 1.0, dx, 0.0, 0.0, 1.0);
@@ -176,7 +177,8 @@ fn start_from_tree(graph: &mut PoseGraph) {
     }
 }
 
-/// Published graphs: the cost that good solvers end at is a stationary point that no restart improves.
+/// Published graphs: the cost that good solvers end at is a stationary point that no restart
+/// improves.
 #[test]
 fn public_graphs_converge_to_a_stationary_point() {
     for name in ["intel.g2o", "m3500.g2o"] {
@@ -206,7 +208,8 @@ fn public_graphs_converge_to_a_stationary_point() {
                 _ => {}
             }
         }
-        // The files start from raw odometry, which is turned by half a circle: start from the tree of fewest edges.
+        // The files start from raw odometry, which is turned by half a circle: start from the tree
+        // of fewest edges.
         start_from_tree(&mut graph);
         let report = graph.optimize(100);
         eprintln!("{name}: {report:?}");

@@ -20,7 +20,8 @@ fn faces() -> Vec<Segment> {
     all
 }
 
-/// Surfaces seen from `at`: every piece whose free side looks there; what hides what does not matter.
+/// Surfaces seen from `at`: every piece whose free side looks there; what hides what does not
+/// matter.
 fn seen_from(at: &Pose2, faces: &[Segment]) -> Vec<OrientedPoint> {
     let to = at.inverse();
     let pieces = faces.iter().flat_map(|face| pieces(face, 0.04));
@@ -119,7 +120,8 @@ fn walls_without_thickness_are_met_from_both_sides() {
 
 #[test]
 fn the_update_is_that_of_a_filter_over_all_five_states() {
-    // A measured pose z with information I, worth less by Q: Kalman's update of (x, y, θ, κ, s) with R = I⁻¹ + Q.
+    // A measured pose z with information I, worth less by Q: Kalman's update of (x, y, θ, κ, s)
+    // with R = I⁻¹ + Q.
     let mut localiser = begun_at(Pose2::new(0.2, -0.1, 0.3), [0.03, 0.02, 0.04]);
     let moved = Odometry {
         motion: Pose2::new(0.5, 0.0, 0.4),

@@ -1,8 +1,11 @@
-//! The map that is shown: keyframes drawn into the grid, and drawn anew where a closed loop has moved them.
+//! The map that is shown: keyframes drawn into the grid, and drawn anew where a closed loop has
+//! moved them.
 //!
-//! In: scans that became keyframes, and the poses of the submaps. Out: the grid. A new grid is made beside the old one,
-//! some keyframes at each scan, and takes its place when it is complete: no scan has to wait for it. What is drawn of a keyframe
-//! is what it surely says ([`Evidence::certain`]): beams taken as thin and exact clear walls that they meet at a flat angle.
+//! In: scans that became keyframes, and the poses of the submaps. Out: the grid. A new grid is made
+//! beside the old one, some keyframes at each scan, and takes its place when it is complete: no
+//! scan has to wait for it. What is drawn of a keyframe is what it surely says
+//! ([`Evidence::certain`]): beams taken as thin and exact clear walls that they meet at a flat
+//! angle.
 
 use nalgebra::Point2;
 
@@ -67,7 +70,7 @@ impl ScanMatcher {
         }
     }
 
-    /// What is drawn of a scan taken here; `sigmas` as in [`ScanMatcher::update_swept`].
+    /// What is drawn of a scan taken here; `sigmas` as in [`ScanMatcher::update`].
     pub(super) fn keyframe_of(&self, points: &Points, sigmas: &[f64]) -> Keyframe {
         let heading = self.local_cov[(2, 2)].max(0.0);
         let sigmas: Vec<f64> = sigmas.iter().map(|s| (s * s + heading).sqrt()).collect();

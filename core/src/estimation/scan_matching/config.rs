@@ -12,10 +12,11 @@ pub struct ScanMatcherConfig {
     pub oriented: OrientedConfig,
     /// How submaps are kept.
     pub surfels: SurfelConfig,
-    /// How scans are located in them, and submaps in one another. Default [`LocateConfig::in_submap`].
+    /// How scans are located in them, and submaps in one another. Default
+    /// [`LocateConfig::in_submap`].
     pub locate: LocateConfig,
-    /// The map that is drawn. By default a crossing beam counts for more than elsewhere (`miss` 0.3): keyframes are few,
-    /// and what one of them saw through is to be free.
+    /// The map that is drawn. By default a crossing beam counts for more than elsewhere (`miss`
+    /// 0.3): keyframes are few, and what one of them saw through is to be free.
     pub grid: GridConfig,
     /// How sure a keyframe has to be of what it draws.
     pub evidence: EvidenceConfig,
@@ -23,13 +24,13 @@ pub struct ScanMatcherConfig {
     pub keyframe_distance: f64,
     /// A scan becomes a keyframe after this turn, rad. Default 0.2.
     pub keyframe_turn: f64,
-    /// A scan of which a smaller part than this lies on the map becomes a keyframe after `new_part` of that way and turn.
-    /// Default 0.6.
+    /// A scan of which a smaller part than this lies on the map becomes a keyframe after `new_part`
+    /// of that way and turn. Default 0.6.
     pub new_below: f64,
     /// See `new_below`. Default 0.3; smaller maps new rooms sooner, with more keyframes.
     pub new_part: f64,
-    /// Keyframes of one submap, those of the overlap not counted. Default 15; larger drifts more inside, smaller makes
-    /// more work.
+    /// Keyframes of one submap, those of the overlap not counted. Default 15; larger drifts more
+    /// inside, smaller makes more work.
     pub submap_keyframes: usize,
     /// Keyframes that the next submap takes over from the last. Default 15.
     pub overlap_keyframes: usize,
@@ -39,22 +40,26 @@ pub struct ScanMatcherConfig {
     pub close_loops: bool,
     /// Keyframes that are drawn anew at each scan after a loop closure, at least. Default 3.
     pub redraw_keyframes: usize,
-    /// A long map is drawn anew within so many scans, however many keyframes each of them has to draw then. Default 500.
+    /// A long map is drawn anew within so many scans, however many keyframes each of them has to
+    /// draw then. Default 500.
     pub redraw_scans: usize,
-    /// The map is drawn anew when a submap has moved by this, m. Default 0.1; larger shows closed loops later.
+    /// The map is drawn anew when a submap has moved by this, m. Default 0.1; larger shows closed
+    /// loops later.
     pub redraw_shift: f64,
-    /// The same for a turn, rad for each metre of `redraw_shift`. Default 0.1: as far as walls 10 m away move.
+    /// The same for a turn, rad for each metre of `redraw_shift`. Default 0.1: as far as walls 10 m
+    /// away move.
     pub redraw_turn: f64,
     /// At the end of a run, what has moved by this part of both is drawn anew. Default 0.2.
     pub last_redraw: f64,
-    /// How far a beam without a return is believed to be free, m. Default 5: glass and black walls return nothing
-    /// either.
+    /// How far a beam without a return is believed to be free, m. Default 5: glass and black walls
+    /// return nothing either.
     pub no_return_clears: f64,
     /// Odometry is never believed better than this, m between scans. Default 0.02.
     pub odometry_sigma: f64,
     /// Odometry is never believed better than this, rad between scans. Default 0.02.
     pub odometry_turn_sigma: f64,
-    /// The way through a submap is never believed better than this, m. Default 0.01; larger lets loop closures move more.
+    /// The way through a submap is never believed better than this, m. Default 0.01; larger lets
+    /// loop closures move more.
     pub submap_sigma: f64,
     /// The turn through a submap is never believed better than this, rad. Default 0.005.
     pub submap_turn_sigma: f64,

@@ -1,4 +1,5 @@
-//! One scan in the running submap: what odometry believes beforehand, and what of its doubt stays after the match.
+//! One scan in the running submap: what odometry believes beforehand, and what of its doubt stays
+//! after the match.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -16,7 +17,8 @@ impl ScanMatcher {
         }
     }
 
-    /// What odometry says since the last match; the pose at that match is the map's, and not doubted here.
+    /// What odometry says since the last match; the pose at that match is the map's, and not
+    /// doubted here.
     pub(super) fn prior(&self, predicted: &PoseEstimate, moved: &Odometry) -> Prior {
         let (cos, sin) = self.submap_from_robot.cos_sin();
         let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
@@ -34,15 +36,16 @@ impl ScanMatcher {
         }
     }
 
-    /// The matched pose with its covariance: that of the match where the points say something, odometry's since the last
-    /// keyframe where they do not.
+    /// The matched pose with its covariance: that of the match where the points say something,
+    /// odometry's since the last keyframe where they do not.
     pub(super) fn corrected(&self, found: &Registration, predicted: &PoseEstimate) -> PoseEstimate {
         let mut floor = self.odometry_floor();
         if let Verdict::Degenerate { direction } = found.verdict {
             let said = &found.information;
             let turn = -(said[(0, 2)] * direction.x + said[(1, 2)] * direction.y);
             let free = direction.push(turn / said[(2, 2)].max(1e-12)).normalize();
-            // Between two scans odometry may err by more than it says, but not always to the same side.
+            // Between two scans odometry may err by more than it says, but not always to the same
+            // side.
             let observed = Matrix3::identity() - free * free.transpose();
             floor = observed * floor * observed;
         }

@@ -1,7 +1,9 @@
-//! The submaps in the pose graph: joined to the next when one is closed, to earlier ones where they show the same place.
+//! The submaps in the pose graph: joined to the next when one is closed, to earlier ones where they
+//! show the same place.
 //!
-//! In: closed submaps. Out: edges and, after each that closes a loop, new poses of all submaps. The comparisons to be
-//! made are listed when a submap is closed; the matcher works off one at each scan.
+//! In: closed submaps. Out: edges and, after each that closes a loop, new poses of all submaps. The
+//! comparisons to be made are listed when a submap is closed; the matcher works off one at each
+//! scan.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -114,7 +116,8 @@ impl ScanMatcher {
             .any(|e| (e.from == a && e.to == b) || (e.from == b && e.to == a))
     }
 
-    /// How well each submap's pose is known relative to submap `from`: along the best way through the graph.
+    /// How well each submap's pose is known relative to submap `from`: along the best way through
+    /// the graph.
     fn doubts(&self, from: usize) -> Vec<Doubt> {
         let poses = self.graph.poses();
         let mut ways: Vec<Vec<(usize, f64, f64)>> = vec![vec![]; poses.len()];

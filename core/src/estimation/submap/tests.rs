@@ -3,7 +3,8 @@
 use super::*;
 use crate::geom::wrap;
 
-/// Surfels every 5 cm along walls, normals to the left of each wall's direction, and beams to them from the middle.
+/// Surfels every 5 cm along walls, normals to the left of each wall's direction, and beams to them
+/// from the middle.
 fn submap(walls: &[[f64; 4]], middle: Point2<f64>) -> ClosedSubmap {
     let mut surfels = vec![];
     for &[ax, ay, bx, by] in walls {
@@ -92,7 +93,8 @@ fn the_same_room_is_found_where_it_is_from_near_and_from_far() {
 #[test]
 fn walls_where_the_other_looked_through_speak_against_it() {
     let old = submap(&ROOM, MIDDLE);
-    // The same outline with three rows of shelves across it: what is there fits, but the old room was empty.
+    // The same outline with three rows of shelves across it: what is there fits, but the old room
+    // was empty.
     let mut furnished = ROOM.to_vec();
     for x in [-1.5, -0.5, 1.0] {
         furnished.push([x, -1.5, x, 1.5]);

@@ -1,16 +1,19 @@
 //! One match in a scan: a single pair of vectors is taken off the triangle.
 //!
-//! In: the packed triangle and two vectors. Out: P - a aᵀ - b bᵀ, with the bits of the pass that takes off many vectors.
+//! In: the packed triangle and two vectors. Out: P - a aᵀ - b bᵀ, with the bits of the pass that
+//! takes off many vectors.
 //!
-//! 1. Four rows go together along the columns that all of them have, so each number of the vectors is read once for four.
-//! 2. With only two vectors their numbers in the four rows stay in registers and nothing needs to be sorted by tiles. The pass over
-//!    tiles, made for twenty vectors at a time, takes 1.2 times as long natively and 1.9 times in WebAssembly at a hundred landmarks.
+//! 1. Four rows go together along the columns that all of them have, so each number of the vectors
+//!    is read once for four.
+//! 2. With only two vectors their numbers in the four rows stay in registers and nothing needs to
+//!    be sorted by tiles. The pass over tiles, made for twenty vectors at a time, takes 1.2 times
+//!    as long natively and 1.9 times in WebAssembly at a hundred landmarks.
 //! 3. What is left at the ends of the rows, three numbers at most, follows row by row.
 
 use super::ROWS;
 
-/// The pass for the vectors `a` and `b`. Not a closure, because those are not always inlined into what was compiled for the wider
-/// instructions.
+/// The pass for the vectors `a` and `b`. Not a closure, because those are not always inlined into
+/// what was compiled for the wider instructions.
 pub(super) struct PairPass<'a> {
     pub(super) packed: &'a mut [f64],
     pub(super) a: &'a [f64],

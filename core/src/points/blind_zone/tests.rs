@@ -44,7 +44,8 @@ fn a_wall_that_is_too_near_to_be_seen_is_where_it_was() {
     for point in field.unseen() {
         assert!((last * *point).x.abs() < 1e-9, "{point}");
     }
-    // What is blind is a cap of ±43° around the wall's nearest place; a degree or so at its rim may be forgotten.
+    // What is blind is a cap of ±43° around the wall's nearest place; a degree or so at its rim may
+    // be forgotten.
     let angles = field.unseen().iter().map(|p| libm::atan2(p.y, p.x));
     let (low, high) = angles.fold((9.9_f64, -9.9_f64), |(l, h), a| (l.min(a), h.max(a)));
     assert!((high - low).to_degrees() > 80.0, "{low} {high}");
@@ -114,7 +115,8 @@ fn memory_is_bounded_whatever_comes() {
     assert!(field.remembered.len() <= MOST);
 }
 
-/// What a folding sensor reads of a wall at `distance`, m: as far beyond 0.2 m as it is nearer than that.
+/// What a folding sensor reads of a wall at `distance`, m: as far beyond 0.2 m as it is nearer than
+/// that.
 fn folded(distance: f64) -> f64 {
     if distance < 0.15 {
         0.35 - distance
@@ -173,7 +175,8 @@ fn folded_readings_of_a_remembered_wall_are_invalid_and_others_stay() {
         }
         assert!(!is_masked || truth < 0.2, "{bearing} rad: {truth} m");
     }
-    // The wall is inside of 0.15 m over 2 acos(0.12 / 0.15), and of 0.18 m over 2 acos(0.12 / 0.18).
+    // The wall is inside of 0.15 m over 2 acos(0.12 / 0.15), and of 0.18 m over 2 acos(0.12 /
+    // 0.18).
     assert!((37..=50).contains(&masked), "{masked}");
     // Who expects no folding takes the scan as it is.
     let mut plain = BlindZone::default();

@@ -127,7 +127,8 @@ fn corridor_reports_the_direction_along_it_and_keeps_the_prior_there() {
 fn noisy_normals_along_a_corridor_do_not_pull_the_pose_off_a_weak_prior() {
     use rand::{RngExt, SeedableRng};
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
-    // Normals 0.1 rad off: they seem to tell the way along the walls with a hundredth of the points' say.
+    // Normals 0.1 rad off: they seem to tell the way along the walls with a hundredth of the
+    // points' say.
     let mut crooked = || {
         let mut points = walls(&[((-5.0, -1.0), (5.0, -1.0)), ((5.0, 1.0), (-5.0, 1.0))]);
         for point in &mut points {
@@ -164,7 +165,8 @@ fn silencing_a_motion_leaves_what_is_said_of_the_others() {
     let gradient = sums.gradient;
     sums.silence(&free);
     assert!((sums.hessian * free).norm() < 1e-12 && sums.gradient.dot(&free).abs() < 1e-12);
-    // Where the way along it is free, what is left is the least that the cost can be: the Schur complement.
+    // Where the way along it is free, what is left is the least that the cost can be: the Schur
+    // complement.
     for other in [Vector3::x(), Vector3::new(0.2, -1.0, 0.7)] {
         let cost = |t: f64| {
             let step = other + free * t;

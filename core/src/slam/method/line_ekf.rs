@@ -1,4 +1,5 @@
-//! The Kalman filter over lines: lines are found in each scan, matched to the walls known so far, and correct pose and walls.
+//! The Kalman filter over lines: lines are found in each scan, matched to the walls known so far,
+//! and correct pose and walls.
 
 use super::{Estimator, PreparedScan, SlamConfig, SlamError, View};
 use crate::estimation::{EkfSlam, Landmark, SweepSmoother, SweepTiming};

@@ -1,4 +1,5 @@
-//! Scan matching. It keeps keyframes, and draws the map anew where a closed loop moves them, so that map and trajectory are its own.
+//! Scan matching. It keeps keyframes, and draws the map anew where a closed loop moves them, so
+//! that map and trajectory are its own.
 
 use super::{Estimator, PreparedScan, SlamConfig, SlamError, View};
 use crate::estimation::ScanMatcher;
@@ -18,7 +19,7 @@ impl Estimator for ScanMatcher {
     }
 
     fn update(&mut self, scan: &PreparedScan) -> Result<Option<Evidence>, SlamError> {
-        self.update_swept(&scan.points, &scan.direction_sigmas());
+        Self::update(self, &scan.points, &scan.direction_sigmas());
         Ok(None)
     }
 

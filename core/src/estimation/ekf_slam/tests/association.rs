@@ -75,7 +75,8 @@ fn wall_seen_in_two_parts_across_a_door_is_two_landmarks_until_the_parts_meet() 
 fn each_line_says_why_it_was_taken_for_what() {
     let mut slam = some_state();
     let ids: Vec<_> = slam.landmarks().map(|l| l.id).collect();
-    // The first wall as expected; the second one a metre off, and the third beyond a door on its own line.
+    // The first wall as expected; the second one a metre off, and the third beyond a door on its
+    // own line.
     let expected: Vec<_> = (0..3).map(|l| slam.expect(l).line).collect();
     let door = Vector2::new(-libm::sin(expected[2].alpha), libm::cos(expected[2].alpha)) * 4.0;
     let mut beyond = feature(expected[2].alpha, expected[2].r);
@@ -87,7 +88,7 @@ fn each_line_says_why_it_was_taken_for_what() {
     ];
     let report = slam.update(&scan, &ONCE).unwrap();
     let of = |i: usize, landmark: usize| {
-        let explanation = report.explain(i).unwrap();
+        let explanation = report.explanations().find(|e| e.feature == i).unwrap();
         let candidate = explanation
             .candidates
             .iter()
@@ -130,8 +131,8 @@ fn knowing(lines: &[LineFeature], times: usize) -> EkfSlam {
     slam
 }
 
-/// In `office` a partition ends between two cupboards whose fronts stand 10 cm apart: seen from afar the second one lies in the gate
-/// of the first, and matched with it bent it by two degrees.
+/// In `office` a partition ends between two cupboards whose fronts stand 10 cm apart: seen from
+/// afar the second one lies in the gate of the first, and matched with it bent it by two degrees.
 #[test]
 fn part_beside_a_wall_is_another_one_until_it_is_known_to_be_on_its_line() {
     for (times, gap, is_one) in [(3, 0.1, false), (60, 0.1, true), (3, -0.3, true)] {
@@ -145,14 +146,19 @@ fn part_beside_a_wall_is_another_one_until_it_is_known_to_be_on_its_line() {
         let report = slam.update(&[beside], &ONCE).unwrap();
         let found = (report.matches.len(), report.added.len());
         assert_eq!(found, (usize::from(is_one), usize::from(!is_one)), "{gap}");
-        let candidate = report.explain(0).unwrap().candidates[0];
+        let candidate = report
+            .explanations()
+            .find(|e| e.feature == 0)
+            .unwrap()
+            .candidates[0];
         assert!(candidate.d2 < 1.0);
         assert_eq!(candidate.gate == Gate::Beyond, !is_one);
     }
 }
 
-/// One sighting in a million lies outside of the gate for new walls and makes a second landmark of a wall. In 863 000 of `office`
-/// some do; that landmark must not take its wall's sightings, half of which are nearer to it.
+/// One sighting in a million lies outside of the gate for new walls and makes a second landmark of
+/// a wall. In 863 000 of `office` some do; that landmark must not take its wall's sightings, half
+/// of which are nearer to it.
 #[test]
 fn landmark_made_by_noise_starves_beside_its_wall() {
     let wall = || part(0.0, 2.0, [-1.0, 1.0]);

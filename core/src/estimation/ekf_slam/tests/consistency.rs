@@ -17,8 +17,8 @@ fn average_nees(config: EkfConfig, w: f64, h: f64, seeds: u64) -> (f64, f64) {
 
 #[test]
 fn average_nees_over_seeds_is_honest_with_first_estimates() {
-    // 30 runs of one lap: the mean of a χ²(3) average over a run that is correlated all along has a standard deviation of
-    // about 0.45 / sqrt(3) of 3.
+    // 30 runs of one lap: the mean of a χ²(3) average over a run that is correlated all along has a
+    // standard deviation of about 0.45 / sqrt(3) of 3.
     let config = plain();
     let first = EkfConfig {
         consistency: Consistency::FirstEstimates,
@@ -32,8 +32,9 @@ fn average_nees_over_seeds_is_honest_with_first_estimates() {
 
 #[test]
 fn first_estimates_are_more_honest_than_the_textbook_on_a_long_loop() {
-    // 64 m, heading noise of 6.5 degrees per root metre. Neither is honest here: the heading is lost by more than the linear model
-    // bears before the loop closes. This asserts today's behaviour.
+    // 64 m, heading noise of 6.5 degrees per root metre. Neither is honest here: the heading is
+    // lost by more than the linear model bears before the loop closes. This asserts today's
+    // behaviour.
     let config = plain();
     let first = EkfConfig {
         consistency: Consistency::FirstEstimates,
@@ -74,7 +75,8 @@ fn ring_corridor_of_sixty_metres_is_closed() {
     for seed in 0..5 {
         let run = drive_ring(EkfConfig::default(), 20.0, 12.0, 1, seed);
         let (position, heading, _) = ended(&run, seed);
-        // Odometry alone is off by metres; see the test of the NEES on the same loop for what is missing.
+        // Odometry alone is off by metres; see the test of the NEES on the same loop for what is
+        // missing.
         assert!(position < 0.7 && heading < 0.1);
     }
 }
@@ -89,7 +91,8 @@ fn covariance_stays_positive_definite_over_a_long_run() {
 
 #[test]
 fn wall_through_the_origin_of_the_map_does_not_jump() {
-    // The start lies on the line of a wall that begins 1 m further on: r changes its sign as the estimate breathes.
+    // The start lies on the line of a wall that begins 1 m further on: r changes its sign as the
+    // estimate breathes.
     let walls = vec![
         Segment::new(Point2::new(1.0, 0.0), Point2::new(4.0, 0.0)),
         Segment::new(Point2::new(5.0, -4.0), Point2::new(5.0, 4.0)),

@@ -1,4 +1,5 @@
-//! Each step of the filter against the dense matrices of the textbook, Jacobians by central differences.
+//! Each step of the filter against the dense matrices of the textbook, Jacobians by central
+//! differences.
 
 use nalgebra::{DMatrix, SVector, Vector2, Vector3};
 

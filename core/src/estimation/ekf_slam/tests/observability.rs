@@ -1,9 +1,11 @@
-//! What no sighting can tell, the filter must not learn: robot and walls may be moved and turned together.
+//! What no sighting can tell, the filter must not learn: robot and walls may be moved and turned
+//! together.
 //!
-//! Source: Huang, Mourikis & Roumeliotis (2010), "Observability-based rules for designing consistent EKF SLAM estimators": the
-//! observability matrix of the filter's own Jacobians must have the three directions of a common motion in its null space. That of the
-//! textbook's filter loses the heading; with lines instead of points it loses the shifts too, for a shift moves each line along its
-//! normal, and that is taken at ever new estimates of α.
+//! Source: Huang, Mourikis & Roumeliotis (2010), "Observability-based rules for designing
+//! consistent EKF SLAM estimators": the observability matrix of the filter's own Jacobians must
+//! have the three directions of a common motion in its null space. That of the textbook's filter
+//! loses the heading; with lines instead of points it loses the shifts too, for a shift moves each
+//! line along its normal, and that is taken at ever new estimates of α.
 
 use nalgebra::{DMatrix, Vector3};
 use rand::{RngExt, SeedableRng};

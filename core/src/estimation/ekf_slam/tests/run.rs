@@ -125,7 +125,8 @@ impl Run {
                 continue;
             }
             let (middle, length) = (nalgebra::center(a, b), (b - a).norm());
-            // A regression over points every 0.1 m with σ = 0.02 m, moved from the middle of the wall to the origin.
+            // A regression over points every 0.1 m with σ = 0.02 m, moved from the middle of the
+            // wall to the origin.
             let n = (length / 0.1).max(4.0);
             let (var_alpha, var_middle) = (12.0 * 4e-4 / (n * length * length), 4e-4 / n);
             let lever = Vector2::new(-line.normal().y, line.normal().x).dot(&middle.coords);
@@ -179,8 +180,8 @@ pub(super) fn polygon(points: &[(f64, f64)]) -> Vec<Segment> {
         .collect()
 }
 
-/// A ring corridor 2 m wide, centre line 2 * (w + h), around the origin of the world; with niches so that it can be told
-/// where along it one is.
+/// A ring corridor 2 m wide, centre line 2 * (w + h), around the origin of the world; with niches
+/// so that it can be told where along it one is.
 pub(super) fn ring(w: f64, h: f64) -> Vec<Segment> {
     let (x, y) = (0.5 * w, 0.5 * h);
     let mut walls = polygon(&[

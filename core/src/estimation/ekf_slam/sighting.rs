@@ -1,15 +1,14 @@
-//! Step 3, first half: what the state expects to see of a landmark, and how far a sighting is from it.
+//! Step 3: what the state expects to see of a landmark, how far a sighting is from it, and how it
+//! corrects the whole state.
 
 use nalgebra::{Matrix2, Matrix2x3, Point2, Vector2};
 
+use super::super::covariance::Column;
 use super::super::line_model::{Linearisation, observe};
-use super::{Considered, Consistency, EkfSlam, Gate, ROBOT};
+use super::{Considered, Consistency, EkfSlam, Gain, Gate, ROBOT};
 use crate::association::{Candidate, ExpectedLine, Innovation, OrientedLine};
 use crate::features::LineFeature;
 use crate::geom::{Pose2, sin_cos, wrap};
-
-/// A landmark is not looked at closer if its r alone is further off than this many times the gate for new walls.
-const FAR_GATES: f64 = 4.0;
 
 /// What is expected of one landmark, with the Jacobians that led to it.
 #[derive(Clone, Debug)]
@@ -21,7 +20,8 @@ pub(super) struct Expectation {
 }
 
 impl EkfSlam {
-    /// How far a sighting is from what is expected of a landmark; `None` where its direction alone rules it out.
+    /// How far a sighting is from what is expected of a landmark; `None` where its direction alone
+    /// rules it out.
     pub(super) fn compare(
         &self,
         landmark: usize,
@@ -29,7 +29,7 @@ impl EkfSlam {
     ) -> Option<(Candidate, Considered)> {
         let entry = self.landmarks.get(landmark)?;
         let turn = wrap(entry.line[0] - self.pose.heading() - OrientedLine::of(seen).alpha);
-        if turn.abs() > 0.8 {
+        if turn.abs() > self.config.max_turn {
             return None;
         }
         if self.is_far(landmark, seen) {
@@ -39,7 +39,7 @@ impl EkfSlam {
         let innovation = self.innovation(&expected, seen)?;
         // The wall's ends are known no better than where the robot is along it.
         let free = expected.line.gap(seen);
-        let gap = free - 3.0 * expected.along_sigma;
+        let gap = free - self.config.along_sigmas * expected.along_sigma;
         let candidate = Candidate {
             index: landmark,
             d2: innovation.d2,
@@ -60,8 +60,9 @@ impl EkfSlam {
         Some((candidate, considered))
     }
 
-    /// Whether a sighting beside the known part of a wall is known to lie on its line, as well as two landmarks must be to be merged
-    /// ([`super::MergeConfig`]). Within a gate that is wide because little is known lies also the next wall, 10 cm further back.
+    /// Whether a sighting beside the known part of a wall is known to lie on its line, as well as
+    /// two landmarks must be to be merged ([`super::MergeConfig`]). Within a gate that is wide
+    /// because little is known lies also the next wall, 10 cm further back.
     fn is_surely_on(
         &self,
         expected: &ExpectedLine,
@@ -84,12 +85,13 @@ impl EkfSlam {
         let sigma = |variance: f64| variance.max(0.0).sqrt();
         let off_sigma = sigma(across.dot(&(innovation.cov * across)));
         let turn_sigma = sigma(innovation.cov[(0, 0)]);
-        innovation.v.x.abs().max(2.0 * turn_sigma) <= merge.alpha
-            && off.abs().max(2.0 * off_sigma) <= merge.r
+        innovation.v.x.abs().max(merge.sigmas * turn_sigma) <= merge.alpha
+            && off.abs().max(merge.sigmas * off_sigma) <= merge.r
     }
 
-    /// Whether the distance r alone rules a landmark out, by a bound of its variance that needs the diagonal of P only: that of a
-    /// sum is at most as many times the sum of the variances as it has terms.
+    /// Whether the distance r alone rules a landmark out, by a bound of its variance that needs the
+    /// diagonal of P only: that of a sum is at most as many times the sum of the variances as it
+    /// has terms.
     fn is_far(&self, landmark: usize, seen: &LineFeature) -> bool {
         let entry = &self.landmarks[landmark];
         let oriented = OrientedLine::of(seen);
@@ -101,7 +103,8 @@ impl EkfSlam {
         let lever = from.norm_squared();
         let terms = variance(0) + variance(1) + lever * variance(first) + variance(first + 1);
         let sensor = oriented.cov[(1, 1)] + self.config.r_sigma * self.config.r_sigma;
-        off * off > FAR_GATES * self.config.association.new_gate * (4.0 * terms + sensor)
+        off * off
+            > self.config.far_gates * self.config.association.new_gate * (4.0 * terms + sensor)
     }
 
     fn gate(&self, candidate: &Candidate) -> Gate {
@@ -167,6 +170,72 @@ impl EkfSlam {
         oriented.cov[(0, 0)] += self.config.alpha_sigma * self.config.alpha_sigma;
         oriented.cov[(1, 1)] += self.config.r_sigma * self.config.r_sigma;
         oriented
+    }
+
+    /// Step 3. Tells whether it could: where Z is not positive definite, the state is left alone.
+    pub(super) fn correct(&mut self, landmark: usize, seen: &LineFeature, gain: &mut Gain) -> bool {
+        let expected = self.expect(landmark);
+        let Some(innovation) = self.innovation(&expected, seen) else {
+            return false;
+        };
+        let (hx, hf, first) = (expected.by_pose, expected.by_line, ROBOT + 2 * landmark);
+        let column = |state, h: [f64; 2]| (state, h);
+        let columns = [
+            column(0, [hx[(0, 0)], hx[(1, 0)]]),
+            column(1, [hx[(0, 1)], hx[(1, 1)]]),
+            column(2, [hx[(0, 2)], hx[(1, 2)]]),
+            column(first, [hf[(0, 0)], hf[(1, 0)]]),
+            column(first + 1, [hf[(0, 1)], hf[(1, 1)]]),
+        ];
+        let is_used = self.absorb(&innovation.v, &innovation.cov, &columns, gain);
+        if is_used {
+            self.extend(landmark, seen);
+        }
+        is_used
+    }
+
+    /// Corrects the whole state by two numbers that are `v` more than expected, with covariance `z`
+    /// = H P Hᵀ + R, where H has the given `columns` (state, its column). `false`, and nothing
+    /// done, where `z` is not positive definite.
+    ///
+    /// # Source   The update of TDK 2016 §3.4 as P -= W Wᵀ with Z = L Lᵀ, W = P Hᵀ L⁻ᵀ: then K Z Kᵀ
+    /// = W Wᵀ and K v = W L⁻¹ v.
+    pub(super) fn absorb(
+        &mut self,
+        v: &Vector2<f64>,
+        z: &Matrix2<f64>,
+        columns: &[Column],
+        gain: &mut Gain,
+    ) -> bool {
+        let l00 = z[(0, 0)].sqrt();
+        let l10 = z[(1, 0)] / l00;
+        let l11 = (z[(1, 1)] - l10 * l10).sqrt();
+        if !(l00 > 0.0 && l11 > 0.0 && (v.x + v.y + l00 + l11).is_finite()) {
+            return false;
+        }
+        let whitened = [v.x / l00, (v.y - l10 * v.x / l00) / l11];
+        let Gain { first, second } = gain;
+        self.cov.product(columns, first, second);
+        for (a, b) in first.iter_mut().zip(second.iter_mut()) {
+            (*a, *b) = (*a / l00, (*b - l10 * *a / l00) / l11);
+        }
+        let mut shifts = first
+            .iter()
+            .zip(second.iter())
+            .map(|(a, b)| a * whitened[0] + b * whitened[1]);
+        let mut shift = || shifts.next().unwrap_or(0.0);
+        self.pose = Pose2::new(
+            self.pose.x() + shift(),
+            self.pose.y() + shift(),
+            self.pose.heading() + shift(),
+        );
+        self.errors.curvature += shift();
+        self.errors.turn_scale += shift();
+        for entry in &mut self.landmarks {
+            entry.line = [wrap(entry.line[0] + shift()), entry.line[1] + shift()];
+        }
+        self.cov.subtract(first, second);
+        true
     }
 }
 
