@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use slamlab_bridge::settings::{Settings, SettingsError, SourceSettings};
-use slamlab_bridge::source::SourceName;
+use slamlab_bridge::source::{self, SourceName};
 use slamlab_core::slam::Method;
 use slamlab_core::wire::pilch;
 
@@ -76,9 +76,7 @@ pub(crate) struct ServeFlags {
     /// Show the page in the default browser
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
     pub(crate) open: Option<bool>,
-    /// Robot or sensor behind the page: sim:WORLD[,SENSOR], replay:FILE, rp6:PORT, rplidar:PORT, ld06:PORT; may stand more
-    /// than once; hides all of the file
-    #[arg(long, value_name = "KIND:WHICH")]
+    #[arg(long, value_name = "KIND:WHICH", help = source_help())]
     pub(crate) source: Vec<SourceName>,
     /// Record to this new MCAP file, or to one named by the time of day in this folder
     #[arg(long, value_name = "FILE or DIR/")]
@@ -130,8 +128,7 @@ pub(crate) struct PlaceFlags {
 pub(crate) struct RecordFlags {
     /// New MCAP file, or folder that takes one named by the time of day
     pub(crate) file: PathBuf,
-    /// Robot or sensor: sim:WORLD[,SENSOR], rp6:PORT, rplidar:PORT, ld06:PORT; may stand more than once
-    #[arg(long, value_name = "KIND:WHICH", required = true)]
+    #[arg(long, value_name = "KIND:WHICH", required = true, help = source_help())]
     pub(crate) source: Vec<SourceName>,
 }
 
@@ -185,6 +182,11 @@ impl PlaceFlags {
             None => Ok(flags),
         }
     }
+}
+
+fn source_help() -> String {
+    let forms = source::forms();
+    format!("Robot or sensor: {forms}; may stand more than once; hides those of the file")
 }
 
 const UDP: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), pilch::SERVER_PORT);

@@ -30,7 +30,7 @@ pub use slamlab_core::device::source::{
     Link, Order, Profile, SourceEvent, robot, scans_on_command,
 };
 
-pub use named::{SourceError, SourceName};
+pub use named::{SourceError, SourceName, forms};
 use orders::Orders;
 
 /// Events that wait for the hub, of all sources together.

@@ -1,4 +1,5 @@
-//! A lidar behind the UDP protocol of Pilch's server, so that his application, or any script, can use it.
+//! A lidar served by the UDP protocol of Pilch's server, so that his application, another bridge (`--source
+//! udp:HOST`) or any script can use it.
 //!
 //! In: datagrams. Out: datagrams. The rules (one client, its heartbeat, paths of a list, rates) are those of
 //! [`pilch::server`]; here are the socket and the lidar.
@@ -10,24 +11,31 @@
 //!
 //! The protocol has neither encryption nor authentication: it is off unless asked for.
 
+mod line;
+
 use std::io;
 use std::net::{IpAddr, SocketAddr, UdpSocket};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use slamlab_core::device::Kind;
+use slamlab_core::geom::Pose2;
 use slamlab_core::robot::{Scan, Stamp};
 use slamlab_core::wire::message::DeviceState;
 use slamlab_core::wire::pilch;
-use slamlab_core::wire::pilch::server::{Event, Server, ServerConfig};
-use slamlab_core::wire::rplidar::driver::DriverConfig;
+use slamlab_core::wire::pilch::server::{Server, ServerConfig, ServerEvent};
 use slamlab_core::wire::rplidar::express;
 use slamlab_core::wire::rplidar::node::Node;
 use tokio::sync::mpsc;
 
-use crate::serial::{Rplidar, SerialSource};
+use crate::serial::DeviceSource;
 use crate::source::{self, Running};
 
+pub use line::{UdpAddress, UdpAddressError};
+
+/// The lidar of which the protocol speaks, as a row of the table of devices.
+const LIDAR: &str = "rplidar";
 /// How long a datagram is waited for at a time.
 const TURN: Duration = Duration::from_millis(10);
 /// Events of the lidar that may wait.
@@ -157,7 +165,7 @@ impl Desk<'_> {
     fn obey(&mut self) {
         while let Some(event) = self.server.next_event() {
             match event {
-                Event::Send { to, datagram } => {
+                ServerEvent::Send { to, datagram } => {
                     // A datagram that is lost is lost: that is what the protocol is made for.
                     if let Err(error) = self
                         .socket
@@ -166,9 +174,9 @@ impl Desk<'_> {
                         tracing::debug!("a datagram was not sent: {error}");
                     }
                 }
-                Event::Connect { baud, path } => self.connect(baud, path),
-                Event::Start => self.measure(true),
-                Event::Stop => {
+                ServerEvent::Connect { baud, path } => self.connect(baud, path),
+                ServerEvent::Start => self.measure(true),
+                ServerEvent::Stop => {
                     self.measure(false);
                     if self.server.client().is_none() {
                         self.lidar = None;
@@ -179,17 +187,18 @@ impl Desk<'_> {
     }
 
     fn connect(&mut self, baud: u32, path: String) {
-        if baud != Rplidar::BAUD_RATE {
-            tracing::warn!(
-                "the UDP client asks for {baud} baud; an RPLIDAR A1 has {}",
-                Rplidar::BAUD_RATE
-            );
+        let Some(kind) = Kind::named(LIDAR) else {
+            return self.server.set_state(DeviceState::Fault);
+        };
+        if baud != kind.baud_rate {
+            let (title, rate) = (kind.title, kind.baud_rate);
+            tracing::warn!("the UDP client asks for {baud} baud; an {title} has {rate}");
         }
         if self.lidar.as_ref().is_some_and(|(open, _)| *open == path) {
             return self.server.set_state(DeviceState::Connected);
         }
-        let lidar = Rplidar::new(format!("rplidar:{path}"), DriverConfig::default());
-        let source = Box::new(SerialSource::new(lidar, &path));
+        let lidar = (kind.open)(format!("{LIDAR}:{path}"), Pose2::identity());
+        let source = Box::new(DeviceSource::at_port(lidar, &path));
         match source::start(0, source, self.sender.clone()) {
             Ok(running) => self.lidar = Some((path, running)),
             Err(error) => {

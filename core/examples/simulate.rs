@@ -155,7 +155,7 @@ fn run(args: &Args) -> Result<()> {
     let config = ExperimentConfig {
         method,
         mode,
-        ..settings.experiment(world, robot, setup.seed)
+        ..ExperimentConfig::of(&settings, world, robot, setup.seed)
     };
     let mut config = config;
     if let Some(path) = &args.known {
@@ -164,19 +164,20 @@ fn run(args: &Args) -> Result<()> {
     }
     let mut experiment = Experiment::new(config)?;
     let begin = Instant::now();
-    while !experiment.status().is_over() && experiment.seconds() < args.max_seconds {
+    while !experiment.session().status().is_over() && experiment.seconds() < args.max_seconds {
         experiment.step()?;
     }
     let wall_seconds = begin.elapsed().as_secs_f64();
     write_files(args, &experiment)?;
     let figures = experiment.figures(&area);
-    let finished = matches!(experiment.status(), Status::Finished(_));
-    let reason = match experiment.status().is_over() {
-        true => experiment.status().to_string(),
+    let finished = matches!(experiment.session().status(), Status::Finished(_));
+    let reason = match experiment.session().status().is_over() {
+        true => experiment.session().status().to_string(),
         false => format!("given up after {} simulated seconds", args.max_seconds),
     };
     let mut report = report(&setup, &figures, wall_seconds, finished, &reason);
     let cov = experiment
+        .session()
         .estimate()
         .cov
         .fixed_view::<2, 2>(0, 0)
@@ -187,7 +188,7 @@ fn run(args: &Args) -> Result<()> {
         let off = (goal - experiment.truth().position()).norm();
         report["goal_distance_m"] = off.into();
     }
-    if let Err(full) = experiment.slam().grid().is_whole() {
+    if let Err(full) = experiment.session().slam().grid().is_whole() {
         eprintln!("simulate: {full}");
     }
     print(&report, args.json).context("cannot write to standard output")
@@ -195,7 +196,7 @@ fn run(args: &Args) -> Result<()> {
 
 /// Writes what was asked for.
 fn write_files(args: &Args, experiment: &Experiment) -> Result<()> {
-    let slam = experiment.slam();
+    let slam = experiment.session().slam();
     let mut files: Vec<(PathBuf, Vec<u8>)> = vec![];
     if let Some(stem) = &args.plan {
         let walls = slam.vector_map().walls();

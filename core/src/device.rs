@@ -1,20 +1,24 @@
-//! Devices on serial lines, and the rules that keep a robot safe, without I/O, thread or clock.
+//! Devices on lines, and the rules that keep a robot safe, without I/O, thread or clock.
 //!
-//! In: bytes of a line, what somebody who drives asks for, and the time. Out: bytes for the line, and what robot and sensors say.
+//! In: bytes of a line, what somebody who drives asks for, and the time. Out: bytes for the line, and
+//! what robot and sensors say.
 //!
 //! | module | what it holds |
 //! |---|---|
 //! | [`source`] | what robots and sensors report, and the orders they take |
-//! | [`Device`] | what is at the other end of a line: [`Rp6`], [`Rplidar`], [`Ld06`] |
+//! | [`KINDS`] | the devices that there are, a row for each |
+//! | [`Device`] | what is at the other end of a line: [`Rp6`], and each [`Lidar`] |
 //! | [`safety`] | whether the robot may move, and by whom |
 //! | [`robot_side`] | what its readings mean for driving |
 //! | [`news`] | what clients are told of all that |
 //! | [`Near`] | all of it for one who drives in the same program: a page that opened the port itself |
 //!
-//! The bridge gives each line two threads and joins many clients; a page with Web Serial has the lines and is the only client.
-//! Both run this code.
+//! The bridge gives each line two threads and joins many clients; a page with Web Serial has the lines
+//! and is the only client. Both run this code.
 
-mod ld06;
+mod kind;
+pub mod ld06;
+pub mod lidar;
 mod line;
 mod near;
 pub mod news;
@@ -24,9 +28,69 @@ pub mod rp6;
 pub mod rplidar;
 pub mod safety;
 pub mod source;
+pub mod udp;
 
-pub use ld06::Ld06;
+pub use kind::{Kind, Probe, Role, UsbAdapter};
+pub use lidar::Lidar;
 pub use line::{Device, Want, Weight};
 pub use near::Near;
 pub use rp6::Rp6;
-pub use rplidar::Rplidar;
+
+use kind::{CP2102, FT232R};
+use ld06::Ld06;
+use lidar::revolution::RevolutionConfig;
+use rplidar::{Rplidar, ScanMode};
+
+/// The devices that there are. Whoever opens, lists, looks for or explains devices goes through this
+/// table; a device that stands here is everywhere.
+pub const KINDS: [Kind; 4] = [
+    Kind {
+        name: "rp6",
+        title: "RP6",
+        about: "The robot, with the firmware of this project: it drives, counts and looks with its rangers.",
+        role: Role::Robot,
+        baud_rate: Rp6::BAUD_RATE,
+        probe: Probe::Ask,
+        adapters: &[FT232R],
+        open: |name, _| Box::new(Rp6::new(name)),
+    },
+    Kind {
+        name: "rplidar",
+        title: "RPLIDAR",
+        about: "A lidar of SLAMTEC, type A1. With an RP6 it is the robot's eye; alone it is carried by hand.",
+        role: Role::Lidar,
+        baud_rate: Rplidar::BAUD_RATE,
+        probe: Probe::Ask,
+        adapters: &[CP2102],
+        open: |name, mount| {
+            let config = RevolutionConfig::rplidar().mounted(mount);
+            Box::new(Lidar::new(name, Rplidar::new(ScanMode::Standard), config))
+        },
+    },
+    Kind {
+        name: "rplidar-express",
+        title: "RPLIDAR, express scans",
+        about: "The same lidar with twice as many readings, but without their quality.",
+        role: Role::Lidar,
+        baud_rate: Rplidar::BAUD_RATE,
+        probe: Probe::ByName,
+        adapters: &[CP2102],
+        open: |name, mount| {
+            let config = RevolutionConfig::rplidar().mounted(mount);
+            Box::new(Lidar::new(name, Rplidar::new(ScanMode::Express), config))
+        },
+    },
+    Kind {
+        name: "ld06",
+        title: "LD06",
+        about: "A lidar of LDROBOT, LD06 or LD19.",
+        role: Role::Lidar,
+        baud_rate: Ld06::BAUD_RATE,
+        probe: Probe::Listen,
+        adapters: &[CP2102],
+        open: |name, mount| {
+            let config = RevolutionConfig::ld06().mounted(mount);
+            Box::new(Lidar::new(name, Ld06::default(), config))
+        },
+    },
+];

@@ -1,8 +1,8 @@
-//! The whole laboratory in one deterministic loop: a simulated robot senses, [`Slam`] estimates and maps, [`Pilot`]
-//! decides, the robot drives.
+//! A simulated robot as the source of a [`Session`], in one deterministic loop; and what only a simulation knows: the truth, and
+//! with it how large the errors are.
 //!
 //! ```text
-//!   Simulation ── ticks, scans ──> Slam ── estimate, grid, points ──> Pilot ── command ──> Simulation
+//!   Simulation ── odometry, scans ──> Session ── command ──> Simulation
 //! ```
 //!
 //! The same configuration gives the same bits natively and in the browser; [`Experiment::state_hash`] shows it.
@@ -10,17 +10,18 @@
 mod config;
 mod figures;
 mod known_map;
-mod stages;
 #[cfg(test)]
 mod tests;
 
 use crate::format::carmen::CarmenLog;
-use crate::geom::{Pose2, PoseEstimate};
+use crate::geom::Pose2;
 use crate::hash::StateHash;
-use crate::pilot::{self, Mode, Pilot, PilotConfig, Situation, Stage};
-use crate::robot::{Command, Robot, Scan, TrackNoise, TrackWear};
+use crate::pilot::{Mode, Stage};
+use crate::robot::{Command, OdometryCalibration, Robot, Scan};
+use crate::session::{Session, SessionConfig};
+use crate::settings::Settings;
 use crate::sim::{NoDoor, SimError, Simulation};
-use crate::slam::{Slam, SlamConfig, SlamError};
+use crate::slam::SlamError;
 pub use config::ExperimentConfig;
 pub use figures::{Figures, Record, Sample};
 
@@ -49,9 +50,7 @@ pub enum ExperimentError {
 #[derive(Debug)]
 pub struct Experiment {
     sim: Simulation,
-    slam: Slam,
-    pilot: Pilot,
-    dead_reckoning: Pose2,
+    session: Session,
     map_from_world: Pose2,
     record: Record,
     /// Whether the pilot has decided on the period that comes next.
@@ -71,24 +70,25 @@ impl Experiment {
         if let Some(sonars) = &config.sonars_beside {
             sim.put_sonars_beside(sonars, config.seed)?;
         }
-        // The pilot draws its own numbers: what it decides must not change the noise of the sensors.
-        let mut pilot = Pilot::new(
-            config.robot,
-            config.pilot,
-            config.seed ^ 0x9E37_79B9_7F4A_7C15,
-        );
-        pilot.set_mode(config.mode);
         sim.set_on_command(config.cycle);
-        sim.tell_noise(config.odometry);
-        sim.tell_wear(config.told_wear);
         if let Some(wear) = config.wear {
             sim.set_wear(wear);
         }
+        let mut session = Session::new(SessionConfig {
+            robot: config.robot,
+            scans_on_command: sim.scans_on_command(),
+            is_driven: true,
+            method: config.method,
+            // The pilot draws its own numbers: what it decides must not change the noise of the sensors.
+            seed: config.seed ^ 0x9E37_79B9_7F4A_7C15,
+            slam,
+            pilot: config.pilot,
+            calibration: config.calibration,
+        })?;
+        session.set_mode(config.mode);
         Ok(Self {
             sim,
-            slam: Slam::new(config.method, slam)?,
-            pilot,
-            dead_reckoning: Pose2::identity(),
+            session,
             map_from_world,
             record: Record::default(),
             has_decided: false,
@@ -107,7 +107,7 @@ impl Experiment {
     /// The first half of a step: the pilot looks at the map and tells the robot what to do. Does nothing where it has
     /// decided already, as [`Self::next_stage`] may leave it.
     pub fn decide(&mut self) {
-        self.pilot.stages_mut().show_all();
+        self.session.show_all_stages();
         self.steer();
     }
 
@@ -115,9 +115,8 @@ impl Experiment {
         if std::mem::replace(&mut self.has_decided, true) {
             return;
         }
-        let estimate = self.slam.estimate();
-        let now = situation(&self.sim, &self.slam, &estimate);
-        if let Some(command) = self.pilot.steer(&now) {
+        let command = self.session.decide(self.sim.bumpers(), self.sim.is_busy());
+        if let Some(command) = command {
             self.sim.command(command);
         }
     }
@@ -126,7 +125,7 @@ impl Experiment {
     ///
     /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors make none such.
     pub fn advance(&mut self) -> Result<bool, SlamError> {
-        self.pilot.stages_mut().show_all();
+        self.session.show_all_stages();
         self.sense()
     }
 
@@ -134,50 +133,37 @@ impl Experiment {
         self.has_decided = false;
         let mut has_scanned = false;
         for _ in 0..READINGS {
-            if let Some(scan) = self.read()? {
-                self.scan(&scan)?;
-                has_scanned = true;
-            }
+            has_scanned |= self.read()?;
         }
         Ok(has_scanned)
     }
 
-    /// One reading of the odometry, and the scan that came with it.
-    fn read(&mut self) -> Result<Option<Scan>, SlamError> {
+    /// One reading of the odometry, and what the sensors measured meanwhile. Tells whether it was a scan.
+    fn read(&mut self) -> Result<bool, SlamError> {
         self.sim.advance(CONTROL_PERIOD / f64::from(READINGS));
-        let odometry = self.sim.odometry();
-        self.dead_reckoning = self.dead_reckoning * odometry.motion;
-        self.slam.odometry(&odometry)?;
+        self.session.odometry(&self.sim.odometry())?;
         if let Some(scan) = self.sim.take_scan_beside() {
-            self.slam.sonar_scan(&scan)?;
+            self.session.sonar_scan(&scan)?;
         }
-        while let Some(look) = self.sim.take_look() {
-            self.slam.partial_scan(&look)?;
+        while let Some(scan) = self.sim.take_look() {
+            self.session.partial_scan(&scan)?;
         }
-        let scan = self.sim.take_scan();
-        if let Some(scan) = scan.as_ref().filter(|_| self.log.len() < MOST_LOGGED) {
-            self.log
-                .push(scan.stamp.seconds(), &self.dead_reckoning, scan);
-        }
-        Ok(scan)
-    }
-
-    fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
-        let before = self.slam.estimate();
-        self.slam.scan(scan)?;
-        if self.is_in_cycle() {
-            for report in stages::of_scan(&self.slam, &before) {
-                self.pilot.stages_mut().record(report);
-            }
-        }
-        let sample = Sample {
-            stamp: self.sim.stamp(),
-            truth: self.truth(),
-            estimate: self.slam.estimate(),
-            odometry: self.dead_reckoning,
+        let Some(scan) = self.sim.take_scan() else {
+            return Ok(false);
         };
-        self.record.push(sample, self.slam.view().update);
-        Ok(())
+        let odometry = self.session.dead_reckoning();
+        if self.log.len() < MOST_LOGGED {
+            self.log.push(scan.stamp.seconds(), &odometry, &scan);
+        }
+        let truth = self.truth();
+        self.session.scan_where(&scan, Some(&truth))?;
+        self.record.push(Sample {
+            stamp: self.sim.stamp(),
+            truth,
+            estimate: self.session.estimate(),
+            odometry,
+        });
+        Ok(true)
     }
 
     /// Goes on to the next stage of the cycle that was not shown yet, and tells which it is; `None` where the errand is over
@@ -187,8 +173,9 @@ impl Experiment {
     /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors make none such.
     pub fn next_stage(&mut self) -> Result<Option<Stage>, SlamError> {
         for _ in 0..2 * MOST_PERIODS {
-            let stage = self.pilot.stages_mut().step();
-            if stage.is_some() || self.status().is_over() || !self.is_in_cycle() {
+            let session = &mut self.session;
+            let stage = session.step_stage();
+            if stage.is_some() || session.status().is_over() || !session.scans_on_command() {
                 return Ok(stage);
             }
             if self.has_decided {
@@ -200,21 +187,11 @@ impl Experiment {
         Ok(None)
     }
 
-    /// Other settings from here on, as far as they can be changed during a run (see [`Slam::reconfigure`]).
+    /// Other settings from here on; see [`Session::reconfigure`].
     ///
     /// # Errors    [`SlamError`] naming the first setting out of range; then the old ones stay.
-    pub fn reconfigure(
-        &mut self,
-        slam: &SlamConfig,
-        pilot: &PilotConfig,
-        odometry: TrackNoise,
-        told_wear: TrackWear,
-    ) -> Result<(), SlamError> {
-        self.slam.reconfigure(slam)?;
-        self.pilot.reconfigure(pilot.clone());
-        self.sim.tell_noise(odometry);
-        self.sim.tell_wear(told_wear);
-        Ok(())
+    pub fn reconfigure(&mut self, settings: &Settings) -> Result<(), SlamError> {
+        self.session.reconfigure(settings)
     }
 
     /// `count` scans of a robot that is just like this one and stands where it stands, for [`crate::points::estimate_sigma`];
@@ -244,26 +221,26 @@ impl Experiment {
         scans
     }
 
-    /// Has the robot drive by the cycle, or as continuously as its sensor allows; its errand begins anew.
+    /// Has the robot drive by the cycle, or as continuously as its sensor allows; what it was doing begins anew.
     pub fn set_cycle(&mut self, cycle: bool) {
         self.sim.set_on_command(cycle);
-        self.pilot.set_mode(self.pilot.mode());
+        self.session
+            .set_scans_on_command(self.sim.scans_on_command());
     }
 
-    /// Gives the robot another errand.
+    /// Gives the robot something else to do.
     pub fn set_mode(&mut self, mode: Mode) {
-        self.pilot.set_mode(mode);
+        self.session.set_mode(mode);
     }
 
     /// Drives by hand with these speeds, m/s and rad/s, until told otherwise.
     pub fn drive(&mut self, forward: f64, turn: f64) {
-        self.pilot.drive(forward, turn);
+        self.session.drive(forward, turn);
     }
 
-    /// Whether it drives by the cycle: because it was told to, or because its sensor scans standing only.
-    #[must_use]
-    pub fn is_in_cycle(&self) -> bool {
-        self.sim.scans_on_command()
+    /// A twin with this calibration runs beside the robot from here on, or no longer.
+    pub fn set_twin(&mut self, calibration: Option<OdometryCalibration>) {
+        self.session.set_twin(calibration);
     }
 
     /// Opens or shuts a door of the world.
@@ -273,9 +250,9 @@ impl Experiment {
         self.sim.set_door(index, open)
     }
 
-    /// Stops the robot at once; it forgets its errand.
+    /// Stops the robot at once; what it was doing is forgotten.
     pub fn stop(&mut self) {
-        self.pilot.stop();
+        self.session.stop();
         self.sim.command(Command::Stop);
     }
 
@@ -285,16 +262,10 @@ impl Experiment {
         &self.sim
     }
 
-    /// What the robot believes.
+    /// What it believes and intends.
     #[must_use]
-    pub fn slam(&self) -> &Slam {
-        &self.slam
-    }
-
-    /// What the robot intends.
-    #[must_use]
-    pub fn pilot(&self) -> &Pilot {
-        &self.pilot
+    pub fn session(&self) -> &Session {
+        &self.session
     }
 
     /// What was so far.
@@ -310,12 +281,6 @@ impl Experiment {
         &self.log
     }
 
-    /// How the errand goes.
-    #[must_use]
-    pub fn status(&self) -> &pilot::Status {
-        self.pilot.status()
-    }
-
     /// Simulated time, s.
     #[must_use]
     pub fn seconds(&self) -> f64 {
@@ -328,22 +293,10 @@ impl Experiment {
         self.map_from_world * self.sim.truth()
     }
 
-    /// The pose by odometry alone, map frame.
-    #[must_use]
-    pub fn odometry_pose(&self) -> Pose2 {
-        self.dead_reckoning
-    }
-
     /// The motion that takes the world's frame to the map's.
     #[must_use]
     pub fn map_from_world(&self) -> Pose2 {
         self.map_from_world
-    }
-
-    /// Where the robot believes to be.
-    #[must_use]
-    pub fn estimate(&self) -> PoseEstimate {
-        self.slam.estimate()
     }
 
     /// Hash of the bits of the whole state: world, estimate and map.
@@ -354,8 +307,9 @@ impl Experiment {
         hash.integer(self.sim.stamp().0)
             .integer(left as u64)
             .integer(right as u64);
-        hash.pose(&self.sim.truth()).pose(&self.dead_reckoning);
-        self.slam.add_to(&mut hash);
+        hash.pose(&self.sim.truth())
+            .pose(&self.session.dead_reckoning());
+        self.session.slam().add_to(&mut hash);
         hash.finish()
     }
 }
@@ -363,20 +317,4 @@ impl Experiment {
 /// Motors under control stand within a small fraction of a millimetre, not to the bit.
 fn is_slow((forward, turn): (f64, f64)) -> bool {
     forward.abs() < 1e-3 && turn.abs() < 1e-3
-}
-
-fn situation<'a>(sim: &Simulation, slam: &'a Slam, estimate: &'a PoseEstimate) -> Situation<'a> {
-    Situation {
-        stamp: sim.stamp(),
-        estimate,
-        grid: slam.grid(),
-        points: slam.obstacles(),
-        walkers: slam.walkers(),
-        bumpers: sim.bumpers(),
-        motion_since_scan: slam.motion_since_scan(),
-        heading_drift: slam.heading_drift(),
-        speeds: slam.speeds(),
-        robot_is_busy: sim.is_busy(),
-        scans_on_command: sim.scans_on_command(),
-    }
 }

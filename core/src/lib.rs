@@ -44,28 +44,31 @@ pub mod plan;
 
 pub mod control;
 
-// The stories: estimate and map; decide and drive; the whole loop on a simulated and on a recorded robot.
+// The stories: estimate and map; decide and drive.
 pub mod slam;
-
-pub mod twin;
 
 pub mod pilot;
 
-pub mod experiment;
-
-pub mod settings;
-
-pub mod replay;
-
-// Sources and sinks: no stage imports them.
+// Simulator, files and messages: no stage imports them.
 pub mod sim;
 
 pub mod format;
 
 pub mod wire;
 
+// The whole loop on one robot, and every setting of it.
+pub mod settings;
+
+pub mod twin;
+
+pub mod session;
+
+// Its sources: a simulation, a recording, a robot behind a bridge.
+pub mod experiment;
+
+pub mod replay;
+
+pub mod live;
+
 // Both ends of a serial line, and the rules that keep a robot safe.
 pub mod device;
-
-// The same loop as in `experiment`, with a bridge between robot and estimate.
-pub mod live;

@@ -1,8 +1,8 @@
-//! The whole loop over a bridge: what robot and sensors say feeds [`crate::slam::Slam`], and what [`crate::pilot::Pilot`] decides goes back to the robot.
+//! A robot behind a bridge as the source of a [`Session`]: what robot and sensors say feeds it, and what it decides goes back.
 //!
 //! ```text
-//!   bridge ── messages ──> Client ── odometry, scans ──> Timeline ──> Slam ── estimate, grid ──> Pilot ──┐
-//!          <── messages ──        <──────────────────────────── commands ──────────────────────────────┘
+//!   bridge ── messages ──> Client ── odometry, scans ──> Timeline ──> Session ──┐
+//!          <── messages ──        <─────────────── commands ───────────────────┘
 //! ```
 //!
 //! 1. The bridge's hello names the robot; estimate and map begin with it. A robot in a new connection goes on in the old map.
@@ -12,20 +12,19 @@
 //!    the pilot's errand: nothing goes on by itself when the robot is armed again.
 
 mod shown;
-mod state;
 #[cfg(test)]
 mod tests;
 
 use crate::pilot::Mode;
-use crate::robot::{Bumpers, ToldOdometry};
+use crate::robot::{Bumpers, OdometryCalibration, RobotModel};
+use crate::session::{Session, SessionConfig};
+use crate::settings::{SettingError, Settings};
 use crate::slam::{Method, PriorMap, SlamError};
-use crate::twin::Twin;
 use crate::wire::client::{Client, ClientError};
 use crate::wire::message::{
-    Device, FromBridge, RecordingBody, RefusalReason, RobotFigures, Severity,
+    Device, FromBridge, Motion, RecordingBody, RefusalReason, RobotFigures, Severity,
 };
-use crate::wire::timeline::{Reading, explain_gap};
-use state::State;
+use crate::wire::timeline::{Reading, Timeline, explain_gap};
 
 /// How often [`Live::tick`] is due: the pilot decides, and a command is told again, s.
 pub const TICK_PERIOD: f64 = 0.05;
@@ -50,9 +49,24 @@ pub struct LiveConfig {
     pub method: Method,
     /// The map that [`Method::PriorMap`] finds the robot in, placed by where the robot is when the bridge names it; without one the
     /// line filter draws its own.
-    pub known: Option<PriorMap>,
+    pub prior_map: Option<PriorMap>,
+    /// Settings that differ from the defaults of the robot that the bridge names ([`Settings::of_robot`]); those of simulated
+    /// sensors and bodies do not matter.
+    pub settings: Vec<(String, f64)>,
     /// Of the planner's random numbers.
     pub seed: u64,
+}
+
+/// Why a session with a bridge cannot begin, or cannot have other settings.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LiveError {
+    /// A setting that does not exist, or is out of range.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
+    /// A setting that the estimation refuses.
+    #[error(transparent)]
+    Slam(#[from] SlamError),
 }
 
 /// A robot behind a bridge that is mapped and driven from here.
@@ -60,9 +74,15 @@ pub struct LiveConfig {
 pub struct Live {
     config: LiveConfig,
     client: Client,
-    /// Estimate and intention; begins anew with the bridge's hello.
-    state: State,
-    /// How often it did.
+    /// The robot that the bridge named.
+    figures: Option<RobotFigures>,
+    /// Begins anew with each robot that is named, as all of the readings' past does.
+    session: Session,
+    timeline: Timeline,
+    bumpers: Bumpers,
+    /// Standing was commanded already.
+    is_halted: bool,
+    /// How often the session began.
     begun: u32,
     notes: Vec<Note>,
     devices: Vec<Device>,
@@ -77,12 +97,17 @@ pub struct Live {
 impl Live {
     /// A session that has not heard anything yet.
     ///
-    /// # Errors    [`SlamError`] naming the first setting out of range.
-    pub fn new(config: LiveConfig) -> Result<Self, SlamError> {
+    /// # Errors    [`LiveError`] naming the first setting that cannot be.
+    pub fn new(config: LiveConfig) -> Result<Self, LiveError> {
+        let (session, _) = session_for(&config, None)?;
         Ok(Self {
             client: Client::new(&config.name, config.token.as_deref()),
-            state: State::new(&config, None)?,
             config,
+            figures: None,
+            session,
+            timeline: Timeline::default(),
+            bumpers: Bumpers::default(),
+            is_halted: false,
             begun: 0,
             notes: vec![],
             devices: vec![],
@@ -118,22 +143,24 @@ impl Live {
             FromBridge::Hello(hello) => self.begin(hello.robot),
             FromBridge::Odometry(body) => match body.odometry() {
                 Ok(odometry) => {
-                    self.feed(|state| state.timeline.odometry(body.source, arrived, odometry))
+                    let readings = self.timeline.odometry(body.source, arrived, odometry);
+                    self.feed(readings);
                 }
                 Err(error) => self.note(Severity::Warning, error.to_string()),
             },
             FromBridge::Scan(body) => {
                 let source = body.source;
                 match body.scan() {
-                    Ok(scan) => self.feed(|state| {
-                        let has_robot = state.figures.is_some();
-                        state.timeline.scan(source, arrived, scan, has_robot)
-                    }),
+                    Ok(scan) => {
+                        let has_robot = self.figures.is_some();
+                        let readings = self.timeline.scan(source, arrived, scan, has_robot);
+                        self.feed(readings);
+                    }
                     Err(error) => self.note(Severity::Warning, error.to_string()),
                 }
             }
             FromBridge::Bumpers(body) => {
-                self.state.bumpers = Bumpers {
+                self.bumpers = Bumpers {
                     left: body.left,
                     right: body.right,
                 };
@@ -155,13 +182,19 @@ impl Live {
 
     /// Begins with this robot, or goes on with it.
     fn begin(&mut self, figures: Option<RobotFigures>) {
-        if self.begun > 0 && self.state.figures == figures {
+        if self.begun > 0 && self.figures == figures {
             return;
         }
-        match State::new(&self.config, figures) {
-            Ok(fresh) => {
-                let told = self.state.told;
-                self.state = State { told, ..fresh };
+        match session_for(&self.config, figures.as_ref()) {
+            Ok((session, instead)) => {
+                self.session = session;
+                self.figures = figures;
+                self.timeline = Timeline::default();
+                self.bumpers = Bumpers::default();
+                self.is_halted = false;
+                if let Some(text) = instead {
+                    self.note(Severity::Warning, text.to_owned());
+                }
             }
             Err(error) => self.note(Severity::Error, error.to_string()),
         }
@@ -169,13 +202,13 @@ impl Live {
     }
 
     /// Hands on what the timeline lets through.
-    fn feed(&mut self, through: impl FnOnce(&mut State) -> Vec<Reading>) {
-        for reading in through(&mut self.state) {
+    fn feed(&mut self, readings: Vec<Reading>) {
+        for reading in readings {
             let taken = match reading {
-                Reading::Odometry(odometry) => self.state.odometry(&odometry),
-                Reading::Scan(scan) => self.state.scan(&scan),
+                Reading::Odometry(odometry) => self.session.odometry(&odometry),
+                Reading::Scan(scan) => self.session.scan(&scan),
                 Reading::Gap { seconds } => {
-                    self.state.drive.gap();
+                    self.session.gap();
                     let text = explain_gap(seconds);
                     self.notes.push(Note {
                         severity: Severity::Warning,
@@ -219,9 +252,8 @@ impl Live {
     /// Nothing is under way any more, an arming that waits for its lease neither: it would come after the Stop.
     fn end_errand(&mut self) {
         self.wants_to_arm = false;
-        let state = &mut self.state;
-        state.pilot.stop();
-        state.is_told_to_stand = false;
+        self.session.stop();
+        self.is_halted = false;
         self.client.give_up_errand();
     }
 
@@ -233,12 +265,20 @@ impl Live {
         if !self.client.is_armed() {
             return Ok(());
         }
-        if let Some(command) = self.state.decide(self.client.is_busy()) {
-            self.client.drive(now, command.into());
+        if let Some(motion) = self.decide() {
+            self.client.drive(now, motion);
         } else if self.client.is_busy() {
             self.client.hold(now);
         }
         Ok(())
+    }
+
+    /// What to send; a robot that stands is commanded to only once, for the lease is kept without.
+    fn decide(&mut self) -> Option<Motion> {
+        let command = self.session.decide(self.bumpers, self.client.is_busy())?;
+        let motion = Motion::from(command);
+        let was_halted = std::mem::replace(&mut self.is_halted, motion == Motion::Halt);
+        (!(was_halted && self.is_halted)).then_some(motion)
     }
 
     /// Messages to send, in order; they are forgotten here.
@@ -269,17 +309,17 @@ impl Live {
         self.client.release(now);
     }
 
-    /// Another errand for the robot. It moves while armed only.
+    /// Gives the robot something else to do. It moves while armed only.
     pub fn set_mode(&mut self, mode: Mode) {
-        self.state.pilot.set_mode(mode);
+        self.session.set_mode(mode);
         self.client.give_up_errand();
     }
 
     /// By hand, with these parts of the robot's highest speeds, -1 to 1.
     pub fn drive(&mut self, forward: f64, turn: f64) {
-        let model = self.state.model;
-        let (forward, turn) = (forward * model.max_speed, turn * model.max_turn_rate);
-        self.state.pilot.drive(forward, turn);
+        let robot = self.session.robot();
+        let (forward, turn) = (forward * robot.max_speed, turn * robot.max_turn_rate);
+        self.session.drive(forward, turn);
         self.client.give_up_errand();
     }
 
@@ -300,15 +340,65 @@ impl Live {
         self.client.reset_emergency_stop(now);
     }
 
-    /// From here on the odometry is that of a robot of which so much is known; what is fitted stays what it counts.
-    pub fn tell_odometry(&mut self, told: ToldOdometry) {
-        self.state.told = told;
+    /// Other settings than the defaults from here on, for this robot and for those that the bridge may name later; see
+    /// [`Session::reconfigure`].
+    ///
+    /// # Errors    [`LiveError`] naming the first setting that cannot be; then the old ones stay.
+    pub fn reconfigure(&mut self, changes: Vec<(String, f64)>) -> Result<(), LiveError> {
+        let session = &mut self.session;
+        let on_command = session.scans_on_command();
+        let settings = settings_of(session.robot(), on_command, &changes)?;
+        session.reconfigure(&settings)?;
+        self.config.settings = changes;
+        Ok(())
     }
 
-    /// From here on a twin with these figures runs beside the robot; none: no longer.
-    pub fn set_twin(&mut self, told: Option<ToldOdometry>) {
-        let state = &mut self.state;
-        let (width, at) = (state.model.track_width, state.slam.estimate().pose);
-        state.twin = told.map(|told| Twin::new(told, width, at));
+    /// A twin with this calibration runs beside the robot from here on, or no longer.
+    pub fn set_twin(&mut self, calibration: Option<OdometryCalibration>) {
+        self.session.set_twin(calibration);
     }
+}
+
+fn settings_of(
+    robot: &RobotModel,
+    scans_on_command: bool,
+    changes: &[(String, f64)],
+) -> Result<Settings, SettingError> {
+    let mut settings = Settings::of_robot(robot, scans_on_command);
+    settings.set_present(changes.iter().map(|(key, value)| (key.as_str(), *value)))?;
+    Ok(settings)
+}
+
+/// The session with the robot that the bridge named, if it named one, and why it has another method than was asked for.
+fn session_for(
+    config: &LiveConfig,
+    figures: Option<&RobotFigures>,
+) -> Result<(Session, Option<&'static str>), LiveError> {
+    let on_command = figures.is_some_and(|figures| figures.scans_on_command);
+    let robot = figures.and_then(RobotFigures::model);
+    let robot = robot.unwrap_or_else(RobotModel::pioneer);
+    let settings = settings_of(&robot, on_command, &config.settings)?;
+    let (method, instead) = match (figures, config.method, &config.prior_map) {
+        (None, Method::ScanMatching, _) => (Method::ScanMatching, None),
+        // Without wheels, lines alone do not tell how far along a corridor the sensor was carried.
+        (None, ..) => (
+            Method::ScanMatching,
+            Some("The bridge has no robot: what its sensor sees is mapped by scan matching"),
+        ),
+        // A bridge has no map to hand out.
+        (Some(_), Method::PriorMap, None) => (
+            Method::LineEkf,
+            Some("No map was given to find the robot in: the line filter draws one"),
+        ),
+        (Some(_), method, _) => (method, None),
+    };
+    let mut session = SessionConfig {
+        method,
+        seed: config.seed,
+        ..SessionConfig::of(&settings, robot, on_command)
+    };
+    if let (Method::PriorMap, Some(map)) = (method, &config.prior_map) {
+        session.slam.prior_map.clone_from(map);
+    }
+    Ok((Session::new(session)?, instead))
 }

@@ -1,4 +1,4 @@
-//! A recorded log through the same SLAM that drives a robot.
+//! A recorded log as the source of a [`Session`]: the same SLAM that drives a robot.
 //!
 //! In: a [`Log`]: a CARMEN log, or a recording of the bridge. Out: scan by scan, the pose, the trajectory and the map.
 //!
@@ -11,14 +11,15 @@ mod log;
 #[cfg(test)]
 mod tests;
 
-use crate::estimation::{ConsistencyWindow, Drive, DriveFit, OdometryFit};
+use crate::estimation::DriveFit;
 use crate::format::carmen::CarmenLog;
 use crate::geom::Pose2;
 use crate::hash::StateHash;
 use crate::points::{SigmaConfig, estimate_sigma_of_stretches};
-use crate::robot::{RobotModel, Scan, Stamp, ToldOdometry};
-use crate::slam::{Method, Slam, SlamConfig, SlamError};
-use crate::twin::Twin;
+use crate::robot::{OdometryCalibration, Scan, Stamp};
+use crate::session::{Session, SessionConfig};
+use crate::settings::Settings;
+use crate::slam::{Method, SlamError};
 use feed::{Feed, Step};
 
 pub use log::{Log, LogError, LogReader};
@@ -26,140 +27,125 @@ pub use log::{Log, LogError, LogReader};
 /// Motion between two scans that counts as none, m and rad: less than what logs are rounded to.
 const STILL: f64 = 1e-4;
 
+/// Why a log cannot be replayed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReplayError {
+    /// A setting of the estimation.
+    #[error(transparent)]
+    Slam(#[from] SlamError),
+    /// A sensor that was carried is not found in a prior map.
+    #[error(
+        "no robot is in this recording: without odometry nothing can be found in a prior map; choose scan-matching"
+    )]
+    NoOdometry,
+}
+
 /// A log that is being replayed.
 #[derive(Debug)]
 pub struct Replay {
     log: Log,
-    robot: RobotModel,
     feed: Feed,
-    scans_done: usize,
-    first: Option<(Stamp, Pose2)>,
+    first: Option<Stamp>,
+    /// Stamp and log's odometry of the scan taken last.
     last: Option<(Stamp, Pose2)>,
     /// Of each scan that was used, as many as the trajectory has poses.
     used: Vec<Used>,
-    /// What is known better of the robot than the log says.
-    told: ToldOdometry,
-    /// What its tracks counted.
-    drive: Drive,
-    twin: Option<Twin>,
     notes: Vec<String>,
-    slam: Slam,
-    consistency: ConsistencyWindow,
+    session: Session,
 }
 
-/// A scan that was used: its time as the log counts it, s, and where the wheels alone put the robot.
+/// A scan that was used: its time as the log counts it, s, and the pose by odometry alone, map frame.
 #[derive(Clone, Copy, Debug)]
 struct Used {
     seconds: f64,
-    odom_from_robot: Pose2,
+    dead_reckoning: Pose2,
 }
 
 impl Replay {
-    /// Begins at the first scan. A recording without a robot is mapped by scan matching, whatever the method: lines alone do
-    /// not tell how far along a corridor a sensor was carried.
+    /// Begins at the first scan, with settings for the log's robot ([`Log::settings`]); those of a simulated sensor and body and of driving
+    /// do not matter. A recording without a robot is mapped by scan matching, whatever the method: lines alone do not tell how
+    /// far along a corridor a sensor was carried.
     ///
-    /// # Errors   [`SlamError`] for a setting out of range.
-    pub fn new(log: impl Into<Log>, method: Method, config: SlamConfig) -> Result<Self, SlamError> {
+    /// # Errors   [`ReplayError`]: a setting out of range, a prior map for a log that cannot be found in one, or none where the
+    /// method needs one.
+    pub fn new(
+        log: impl Into<Log>,
+        method: Method,
+        settings: &Settings,
+    ) -> Result<Self, ReplayError> {
         let log = log.into();
         let mut notes: Vec<String> = log.damage().iter().map(ToString::to_string).collect();
-        let method = if log.has_odometry() {
-            method
-        } else {
-            notes.push("No robot is in this recording: it is mapped by scan matching".into());
-            Method::ScanMatching
+        let method = match (log.has_odometry(), method) {
+            (true, method) => method,
+            (false, Method::PriorMap) => return Err(ReplayError::NoOdometry),
+            (false, _) => {
+                notes.push("No robot is in this recording: it is mapped by scan matching".into());
+                Method::ScanMatching
+            }
         };
-        let mut slam = Slam::new(method, config)?;
-        slam.leave_walkers_out();
+        let session = Session::new(SessionConfig {
+            method,
+            is_driven: false,
+            ..SessionConfig::of(settings, log.robot(), log.scans_on_command())
+        })?;
         Ok(Self {
-            robot: log.robot(),
             feed: Feed::of(&log),
             log,
-            scans_done: 0,
             first: None,
             last: None,
             used: vec![],
-            told: ToldOdometry::default(),
-            drive: Drive::default(),
-            twin: None,
             notes,
-            slam,
-            consistency: ConsistencyWindow::default(),
+            session,
         })
     }
 
-    /// From here on the odometry is that of a robot of which so much is known; what is fitted stays what was recorded.
-    pub fn tell_odometry(&mut self, told: ToldOdometry) {
-        self.told = told;
+    /// Other settings from the next scan on; see [`Session::reconfigure`].
+    ///
+    /// # Errors    [`SlamError`] naming the first setting out of range; then the old ones stay.
+    pub fn reconfigure(&mut self, settings: &Settings) -> Result<(), SlamError> {
+        self.session.reconfigure(settings)
     }
 
-    /// From here on a twin with these figures runs beside the robot; none: no longer.
-    pub fn set_twin(&mut self, told: Option<ToldOdometry>) {
-        let at = self.slam.estimate().pose;
-        self.twin = told.map(|told| Twin::new(told, self.robot.track_width, at));
-    }
-
-    /// The twin that runs beside the robot.
-    #[must_use]
-    pub fn twin(&self) -> Option<&Twin> {
-        self.twin.as_ref()
+    /// A twin with this calibration runs beside the robot from here on, or no longer.
+    pub fn set_twin(&mut self, calibration: Option<OdometryCalibration>) {
+        self.session.set_twin(calibration);
     }
 
     /// Takes the next scan; `false` when there is none left, and then all work that was put off is done.
     ///
     /// # Errors   [`SlamError`] for a scan that cannot be used; it is passed over by the next call.
     pub fn step(&mut self) -> Result<bool, SlamError> {
-        let step = self.feed.next(&self.log, &self.robot);
+        let step = self.feed.next(&self.log, self.session.robot());
         self.notes.append(self.feed.notes());
         let Some(step) = step else {
-            self.slam.finish();
+            self.session.finish();
             return Ok(false);
         };
-        self.scans_done += 1;
+        self.first = self.first.or(Some(step.scan.stamp));
         self.last = Some((step.scan.stamp, step.odom_from_robot));
-        self.first = self.first.or(self.last);
         self.take(&step)?;
-        self.drive.scan();
         self.used.push(Used {
             seconds: step.seconds,
-            odom_from_robot: step.odom_from_robot,
+            dead_reckoning: self.session.dead_reckoning(),
         });
-        if let Some(report) = self.slam.view().update {
-            self.consistency
-                .push(None, report.nis, report.nis_degrees());
-        }
         Ok(true)
     }
 
     fn take(&mut self, step: &Step) -> Result<(), SlamError> {
         if step.is_after_gap {
-            self.drive.gap();
+            self.session.gap();
         }
         for odometry in &step.odometry {
-            self.drive.odometry(odometry);
-            if let Some(twin) = &mut self.twin {
-                twin.odometry(odometry);
-            }
-            let odometry = self.told.corrected(odometry, self.robot.track_width);
-            self.slam.odometry(&odometry)?;
+            self.session.odometry(odometry)?;
         }
-        self.slam.scan(&step.scan)?;
-        if let (Some(twin), Some(points)) = (&mut self.twin, self.slam.points()) {
-            let at = step.scan.stamp.seconds();
-            twin.scan(at, &self.slam.estimate(), points, self.slam.grid());
-        }
-        Ok(())
+        self.session.scan(&step.scan)
     }
 
     /// The part that is done, 0 to 1.
     #[must_use]
     pub fn progress(&self) -> f64 {
         self.feed.progress(&self.log)
-    }
-
-    /// Scans taken so far.
-    #[must_use]
-    pub fn scans_done(&self) -> usize {
-        self.scans_done
     }
 
     /// Messages of a recording taken so far, those that came with the last scan included; scans of a CARMEN log.
@@ -178,7 +164,7 @@ impl Replay {
     #[must_use]
     pub fn time(&self) -> f64 {
         match (self.first, self.last) {
-            (Some((first, _)), Some((last, _))) => last.since(first),
+            (Some(first), Some((last, _))) => last.since(first),
             _ => 0.0,
         }
     }
@@ -189,10 +175,10 @@ impl Replay {
         &self.log
     }
 
-    /// The robot that it was recorded with; a Pioneer where the log does not tell.
+    /// What is believed by now.
     #[must_use]
-    pub fn robot(&self) -> &RobotModel {
-        &self.robot
+    pub fn session(&self) -> &Session {
+        &self.session
     }
 
     /// What a person should read: damage, and time that was missed; it is forgotten here.
@@ -206,7 +192,7 @@ impl Replay {
         let mut feed = Feed::of(&self.log);
         let (mut stretches, mut stretch) = (vec![], vec![]);
         let mut last: Option<Pose2> = None;
-        while let Some(step) = feed.next(&self.log, &self.robot) {
+        while let Some(step) = feed.next(&self.log, self.session.robot()) {
             let stands = last.is_some_and(|last| {
                 let motion = last.delta_to(&step.odom_from_robot);
                 motion.position().coords.norm() < STILL && motion.heading().abs() < STILL
@@ -222,60 +208,24 @@ impl Replay {
         stretches
     }
 
-    /// What the drive so far tells of the robot and its sensor, with the poses of this run as the truth. Its settings turn this run's
-    /// odometry into that of the robot as it is: they are no changes to those that it ran with.
+    /// What the drive so far tells of the robot ([`Session::fit`]), and the whole log of its sensor.
     #[must_use]
     pub fn fit(&self) -> DriveFit {
-        let poses: Vec<Pose2> = self
-            .slam
-            .trajectory()
-            .iter()
-            .map(|(_, pose)| *pose)
-            .collect();
         let stretches = self.standing_stretches();
         let stretches: Vec<&[Scan]> = stretches.iter().map(Vec::as_slice).collect();
         DriveFit {
-            odometry: OdometryFit::new(&self.drive, &poses, &self.robot),
             ranges: Some(estimate_sigma_of_stretches(
                 &stretches,
                 &SigmaConfig::default(),
             )),
             is_lidar: !self.log.scans_on_command(),
+            ..self.session.fit()
         }
     }
 
-    /// What does the work.
-    #[must_use]
-    pub fn slam(&self) -> &Slam {
-        &self.slam
-    }
-
-    /// Whether the innovations of the last scans were as large as claimed; empty for methods without a line map.
-    #[must_use]
-    pub fn consistency(&self) -> &ConsistencyWindow {
-        &self.consistency
-    }
-
-    /// The pose by odometry alone at the last scan; the map's frame begins at the first.
-    #[must_use]
-    pub fn odometry_pose(&self) -> Pose2 {
-        self.last
-            .map_or_else(Pose2::identity, |(_, pose)| self.map_from_odom() * pose)
-    }
-
-    /// The motion that takes the log's odometry frame to the map's.
-    #[must_use]
-    pub fn map_from_odom(&self) -> Pose2 {
-        self.first
-            .map_or_else(Pose2::identity, |(_, pose)| pose.inverse())
-    }
-
-    /// Where odometry alone puts the robot at each scan used so far, map frame.
+    /// The pose by odometry alone, calibrated, at each scan used so far, map frame.
     pub fn odometry_trajectory(&self) -> impl Iterator<Item = Pose2> {
-        let map_from_odom = self.map_from_odom();
-        self.used
-            .iter()
-            .map(move |used| map_from_odom * used.odom_from_robot)
+        self.used.iter().map(|used| used.dead_reckoning)
     }
 
     /// The pose of the robot's base at each scan used so far, as known now, with the scan's time: `ipc_timestamp` of a CARMEN
@@ -283,7 +233,7 @@ impl Replay {
     #[must_use]
     pub fn trajectory(&self) -> Vec<(f64, Pose2)> {
         let used = self.used.iter();
-        used.zip(self.slam.trajectory())
+        used.zip(self.session.slam().trajectory())
             .map(|(used, (_, pose))| (used.seconds, pose))
             .collect()
     }
@@ -297,7 +247,7 @@ impl Replay {
         };
         let mut feed = Feed::of(recording);
         let mut log = CarmenLog::empty();
-        while let Some(step) = feed.next(recording, &self.robot) {
+        while let Some(step) = feed.next(recording, self.session.robot()) {
             log.push(step.seconds, &step.odom_from_robot, &step.scan);
         }
         log

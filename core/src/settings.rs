@@ -16,11 +16,13 @@ mod tests;
 pub use presets::{PRESETS, Preset};
 pub use table::table;
 
-use crate::experiment::ExperimentConfig;
+use crate::map::EvidenceConfig;
 use crate::pilot::PilotConfig;
-use crate::robot::{BodyShape, OdometryNoise, RobotModel, ToldOdometry, TrackNoise, TrackWear};
+use crate::robot::{
+    BodyShape, OdometryCalibration, OdometryNoise, RobotModel, TrackNoise, TrackWear,
+};
+use crate::sim::SensorModel;
 use crate::sim::sensors::SonarModel;
-use crate::sim::{SensorModel, World};
 use crate::slam::SlamConfig;
 
 /// All that can be set of a run, beside world, robot, seed and method.
@@ -35,7 +37,7 @@ pub struct Settings {
     /// How a simulated robot's tracks differ from the model.
     pub wear: SimulatedWear,
     /// What the odometry says of its own errors.
-    pub odometry: ToldNoise,
+    pub odometry: OdometrySettings,
     /// Estimation.
     pub slam: SlamConfig,
     /// Planning and driving.
@@ -89,7 +91,7 @@ impl SimulatedWear {
 
 /// Both models of odometry noise, and which one is used; and what is known of the tracks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ToldNoise {
+pub struct OdometrySettings {
     /// How the tracks are known to differ from the model.
     pub wear: TrackWear,
     /// Whether the source's constant Q is used.
@@ -100,7 +102,7 @@ pub struct ToldNoise {
     pub proportional: OdometryNoise,
 }
 
-impl ToldNoise {
+impl OdometrySettings {
     /// Of this robot; the constant Q is what the other model gives at full speed, 100 readings a second.
     #[must_use]
     pub fn of(robot: &RobotModel) -> Self {
@@ -112,13 +114,13 @@ impl ToldNoise {
         }
     }
 
-    /// For a real or a recorded robot: its own word on chance stands where nothing else was set than the defaults of its model.
+    /// The calibration of this robot: its own word on noise stands where nothing else was set than the defaults of its model.
     #[must_use]
-    pub fn told(&self, robot: &RobotModel) -> ToldOdometry {
-        let chance = |told: &Self| (told.is_constant, told.constant, told.proportional);
-        ToldOdometry {
+    pub fn calibration(&self, robot: &RobotModel) -> OdometryCalibration {
+        let noise = |of: &Self| (of.is_constant, of.constant, of.proportional);
+        OdometryCalibration {
             wear: self.wear,
-            noise: (chance(self) != chance(&Self::of(robot))).then(|| self.used()),
+            noise: (noise(self) != noise(&Self::of(robot))).then(|| self.used()),
         }
     }
 
@@ -209,30 +211,26 @@ impl Settings {
     /// The defaults for a sensor on a robot.
     #[must_use]
     pub fn of(sensor: SensorModel, robot: &RobotModel) -> Self {
-        let (slam, pilot) = ExperimentConfig::settings_for(&sensor);
+        let (slam, pilot) = estimation_and_driving(&sensor);
         Self {
             sensor,
             sonars_beside: None,
             body: SimulatedBody::default(),
             wear: SimulatedWear::default(),
-            odometry: ToldNoise::of(robot),
+            odometry: OdometrySettings::of(robot),
             slam,
             pilot,
         }
     }
 
-    /// An experiment with these settings in a world.
+    /// The defaults for a real or a recorded robot, whose sensor is not simulated.
     #[must_use]
-    pub fn experiment(&self, world: World, robot: RobotModel, seed: u64) -> ExperimentConfig {
-        ExperimentConfig {
-            sonars_beside: self.sonars_beside.clone(),
-            wear: self.wear.used(),
-            told_wear: self.odometry.wear,
-            odometry: self.odometry.used(),
-            slam: self.slam.clone(),
-            pilot: self.pilot.clone(),
-            ..ExperimentConfig::new(world, self.body.on(robot), self.sensor.clone(), seed)
-        }
+    pub fn of_robot(robot: &RobotModel, scans_on_command: bool) -> Self {
+        let sensor = match scans_on_command {
+            true => SensorModel::rangers(),
+            false => SensorModel::lidar(),
+        };
+        Self::of(sensor, robot)
     }
 
     /// The number of a setting; `None` where this sensor or rule has none such.
@@ -263,13 +261,48 @@ impl Settings {
         &mut self,
         changes: impl IntoIterator<Item = (&'a str, f64)>,
     ) -> Result<(), SettingError> {
-        let mut changes: Vec<_> = changes.into_iter().collect();
-        changes.sort_by_key(|(key, _)| table().position(|setting| setting.key == *key));
-        for (key, value) in changes {
-            self.set(key, value)?;
-        }
-        Ok(())
+        in_order(changes).try_for_each(|(key, value)| self.set(key, value))
     }
+
+    /// The same for settings that may have been made for another sensor: those that this one does not have are left out.
+    ///
+    /// # Errors    [`SettingError`] for the first that no sensor has, or that is out of range; those before it are set.
+    pub fn set_present<'a>(
+        &mut self,
+        changes: impl IntoIterator<Item = (&'a str, f64)>,
+    ) -> Result<(), SettingError> {
+        in_order(changes).try_for_each(|(key, value)| match self.set(key, value) {
+            Err(SettingError::Absent { .. }) => Ok(()),
+            done => done,
+        })
+    }
+}
+
+/// Changes in the order of the table: choices before the settings that come with them.
+fn in_order<'a>(
+    changes: impl IntoIterator<Item = (&'a str, f64)>,
+) -> impl Iterator<Item = (&'a str, f64)> {
+    let mut changes: Vec<_> = changes.into_iter().collect();
+    changes.sort_by_key(|(key, _)| table().position(|setting| setting.key == *key));
+    changes.into_iter()
+}
+
+/// The defaults of estimation and driving for a sensor.
+///
+/// A sensor that scans only on command sees each cell a few times at most, little of each wall, and from afar in terms
+/// of odometry: it takes Celej's quicker grid, and the `short_range` figures of lines, filter and pilot.
+fn estimation_and_driving(sensor: &SensorModel) -> (SlamConfig, PilotConfig) {
+    if let SensorModel::Sonar(sonar) = sensor {
+        let slam = SlamConfig {
+            evidence: EvidenceConfig::cones(sonar.half_angle),
+            ..SlamConfig::default()
+        };
+        return (slam, PilotConfig::default());
+    }
+    if !sensor.scans_on_command() {
+        return (SlamConfig::default(), PilotConfig::default());
+    }
+    (SlamConfig::short_range(), PilotConfig::short_range())
 }
 
 impl Setting {

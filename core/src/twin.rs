@@ -3,7 +3,7 @@
 //! In: the odometry as the robot counts it, and at each scan the pose that SLAM estimates, the points and the grid. Out: where a robot with
 //! the given figures would be, and how far that is from the estimate ([`TwinSample`]): position, heading, ranges, with what chance allows.
 //!
-//! 1. The twin begins where the robot is believed to be. Each motion moves it as [`ToldOdometry`] says: by the model that the simulated robot
+//! 1. The twin begins where the robot is believed to be. Each motion moves it as [`OdometryCalibration`] says: by the model that the simulated robot
 //!    follows ([`crate::sim`]), its chance left out. What chance does meanwhile grows as its covariance.
 //! 2. At each scan the ranges that the twin would measure are those to the first occupied cell of the map in the direction of each beam. Cells
 //!    are as large as they are: an exact twin still differs by half a cell.
@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Point2, Vector2};
 use crate::geom::{Pose2, PoseEstimate, sin_cos, wrap};
 use crate::map::{CellState, Grid};
 use crate::points::Points;
-use crate::robot::{Odometry, ToldOdometry};
+use crate::robot::{Odometry, OdometryCalibration};
 
 /// One beam in so many is compared; neighbours say the same.
 const EVERY: usize = 5;
@@ -25,7 +25,7 @@ const LEAST_BEAMS: usize = 5;
 /// The twin and how far it is from the robot.
 #[derive(Clone, Debug)]
 pub struct Twin {
-    told: ToldOdometry,
+    told: OdometryCalibration,
     track_width: f64,
     /// Motion since the beginning, with covariance; its frame is the pose at the beginning.
     ran: Option<Odometry>,
@@ -56,7 +56,7 @@ pub struct TwinSample {
 impl Twin {
     /// A twin with these figures of a robot whose model says `track_width`, beginning at `map_from_robot`.
     #[must_use]
-    pub fn new(told: ToldOdometry, track_width: f64, map_from_robot: Pose2) -> Self {
+    pub fn new(told: OdometryCalibration, track_width: f64, map_from_robot: Pose2) -> Self {
         Self {
             told,
             track_width,

@@ -1,6 +1,6 @@
 // Every chooser does what it says, for the eye and for the hand on the keyboard.
 import { expect, test } from './fixture.ts';
-import type { Setup } from '../../www/src/protocol/setup.ts';
+import type { Setup } from '../../www/src/protocol/module.ts';
 
 test('world, sensor, method and seed start the run again', { tag: '@phone' }, async ({ lab, page }) => {
   await lab.open();

@@ -3,7 +3,7 @@ import type { Page } from '@playwright/test';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 
-const PLANNERS = ['Rrt', 'RrtConnect', 'RrtStar', 'InformedRrtStar', 'AStar', 'ThetaStar', 'Visibility', 'Rooms'];
+const PLANNERS = ['rrt', 'rrt-connect', 'rrt-star', 'informed-rrt-star', 'a-star', 'theta-star', 'visibility', 'rooms'];
 
 /** Cells of a planner's row, in words. */
 async function cells(lab: Lab, planner: string): Promise<string[]> {
@@ -32,7 +32,7 @@ async function ask(lab: Lab, page: Page, isTouch: boolean): Promise<void> {
 test('all planners find the way and are held against the shortest', { tag: '@phone' }, async ({ lab, page, isMobile }) => {
   await ask(lab, page, !!isMobile);
   const { goalX } = await lab.status();
-  await expect(lab.at('contest-Rrt'), 'nobody has to look for the table').toBeInViewport();
+  await expect(lab.at('contest-rrt'), 'nobody has to look for the table').toBeInViewport();
   for (const planner of PLANNERS) {
     const [, length, ratio, time] = await cells(lab, planner);
     expect(Number(length), `${planner} found a way`).toBeGreaterThan(4);
@@ -40,8 +40,8 @@ test('all planners find the way and are held against the shortest', { tag: '@pho
     expect(time).toMatch(/ms|s/);
   }
   expect((await cells(lab, 'Visibility'))[2]).toBe('1.000');
-  await lab.at('contest-Rrt').locator('button').click();
-  await expect(lab.at('contest-Rrt').locator('button')).toHaveAttribute('aria-pressed', 'true');
+  await lab.at('contest-rrt').locator('button').click();
+  await expect(lab.at('contest-rrt').locator('button')).toHaveAttribute('aria-pressed', 'true');
   await expect(page.locator('slam-contest .uplot')).toHaveCount(1);
   expect((await lab.status()).goalX, 'the robot is not sent anywhere').toEqual(goalX);
   expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
@@ -50,7 +50,7 @@ test('all planners find the way and are held against the shortest', { tag: '@pho
 test('on the map that was learned there is no visibility graph, and the table says so', async ({ lab, page, isMobile }) => {
   await ask(lab, page, !!isMobile);
   await lab.at('contest-ground').selectOption('map');
-  await expect(lab.at('contest-Visibility').locator('.why')).toHaveText('needs walls', { timeout: 60_000 });
+  await expect(lab.at('contest-visibility').locator('.why')).toHaveText('needs walls', { timeout: 60_000 });
   await over(lab);
   expect(Number((await cells(lab, 'ThetaStar'))[1])).toBeGreaterThan(4);
 });

@@ -3,7 +3,7 @@
 // What the page shows is asserted where a user sees it; `window.slamlab` tells the numbers to wait for.
 import { expect, type Locator, type Page } from '@playwright/test';
 import type { Status } from '../../www/src/protocol/frame.ts';
-import type { Setup } from '../../www/src/protocol/setup.ts';
+import type { Setup } from '../../www/src/protocol/module.ts';
 
 interface Window {
   slamlab: {

@@ -26,7 +26,7 @@ test('the planner lab asks the outline too, and it alone finds the way through t
   await lab.at('contest-seconds').selectOption('3');
   // Through the door in the wall to the right; the map's frame begins at (1, 1) of the world.
   await lab.pointAt(3.4, 1.1, !!isMobile);
-  await expect(lab.at('contest-Outline')).toHaveAttribute('data-over', 'true', { timeout: 60_000 });
+  await expect(lab.at('contest-outline')).toHaveAttribute('data-over', 'true', { timeout: 60_000 });
   await expect(lab.at('contest-again')).toBeVisible({ timeout: 60_000 });
   const length = (planner: string) => lab.at(`contest-${planner}`).locator('td').nth(1);
   expect(Number(await length('Outline').innerText())).toBeGreaterThan(3);

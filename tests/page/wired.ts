@@ -175,7 +175,8 @@ export async function exploreUntil(lab: Lab, robot: WiredRobot, message: string,
   const look = async () => {
     const status = await lab.status();
     if (await done(status)) return true;
-    const { armed = false, reason = '' } = (await bridgeState(lab)) ?? {};
+    const state = await bridgeState(lab);
+    const [armed, reason] = [state?.armed ?? false, state?.reason ?? ''];
     if (!armed && ![...UNARMED, ...others].includes(reason)) {
       reasons.push(reason);
       return true;

@@ -15,7 +15,7 @@ use Imports::{AllBefore, These};
 
 /// The modules of `core`, each after those that it may import. `sim` and `format` are sources and sinks that no stage
 /// imports, so a real robot, the simulator and a recording can stand in for each other.
-const MAY_IMPORT: [(&str, Imports); 23] = [
+const MAY_IMPORT: [(&str, Imports); 24] = [
     ("geom", These(&[])),
     ("hash", These(&["geom"])),
     ("lanes", These(&[])),
@@ -48,15 +48,16 @@ const MAY_IMPORT: [(&str, Imports); 23] = [
     ("sim", These(&["geom", "robot"])),
     ("format", These(&["geom", "robot", "map", "sim"])),
     ("wire", These(&["geom", "robot"])),
-    ("experiment", AllBefore),
     ("settings", AllBefore),
     ("twin", AllBefore),
+    ("session", AllBefore),
+    ("experiment", AllBefore),
     ("replay", AllBefore),
+    ("live", AllBefore),
     (
         "device",
-        These(&["geom", "robot", "points", "control", "sim", "wire"]),
+        These(&["geom", "robot", "points", "control", "wire"]),
     ),
-    ("live", AllBefore),
 ];
 
 /// Whether `importer` may import `imported`; `None` where the table does not know the importer.

@@ -33,7 +33,8 @@ impl Cable {
             name: "page".to_owned(),
             token: None,
             method: Method::LineEkf,
-            known: None,
+            prior_map: None,
+            settings: vec![],
             seed: 1,
         };
         let mut cable = Self {
@@ -152,7 +153,7 @@ fn a_driven_robot_tells_where_it_is() {
     let cable = Cable::driving();
     let start = cable.robot.simulation().world().start;
     let truth = start.inverse() * cable.robot.simulation().truth();
-    let odometry = cable.live.odometry_pose();
+    let odometry = cable.live.session().dead_reckoning();
     assert!(truth.x() > 0.05, "it went {} m", truth.x());
     assert!((odometry.position() - truth.position()).norm() < 0.02);
 }

@@ -1,5 +1,5 @@
 //! The UDP server of Pilch's protocol as a plain script meets it: bytes written by hand after the published layout, no code
-//! shared with the server.
+//! shared with the server. And the bridge's own client (`--source udp:HOST`) at that server.
 #![cfg(unix)]
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
@@ -7,11 +7,14 @@
 use std::net::{SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
-use slamlab_bridge::udp::{UdpConfig, UdpServer, start};
+use slamlab_bridge::source::{self, Running, SourceEvent, SourceName};
+use slamlab_bridge::udp::{UdpAddress, UdpConfig, UdpServer, start};
 use slamlab_core::sim::worlds;
+use slamlab_core::wire::message::DeviceState;
 use slamlab_core::wire::pilch::server::ServerConfig;
 use slamlab_tests::calm::on_a_calm_machine;
 use slamlab_tests::devices::{Rplidar, Socket, View};
+use tokio::sync::mpsc;
 
 struct Client {
     socket: UdpSocket,
@@ -137,5 +140,117 @@ fn a_second_client_is_not_heard_and_the_lidar_stops_when_the_server_ends() {
             lidar.with(|lidar| lidar.asked.last().copied()),
             Some(Request::Stop)
         );
+    });
+}
+
+/// A port that was free a moment ago.
+fn free_port() -> u16 {
+    let socket = UdpSocket::bind("0.0.0.0:0").unwrap();
+    socket.local_addr().unwrap().port()
+}
+
+fn serve(path: &str, port: u16, client_port: u16) -> UdpServer {
+    let socket = UdpSocket::bind(("127.0.0.1", port)).unwrap();
+    let server = ServerConfig {
+        paths: vec![path.into()],
+        ..ServerConfig::default()
+    };
+    start(
+        socket,
+        UdpConfig {
+            server,
+            client_port,
+        },
+    )
+    .unwrap()
+}
+
+/// The bridge's own client at work.
+struct Ear {
+    _running: Running,
+    events: mpsc::Receiver<(u8, SourceEvent)>,
+}
+
+impl Ear {
+    fn new(path: &str, port: u16, client_port: u16) -> Self {
+        let address = UdpAddress::parse(&format!("127.0.0.1:{port}{path}")).unwrap();
+        let name = SourceName::Udp(UdpAddress {
+            client_port,
+            ..address
+        });
+        let (sender, events) = mpsc::channel(source::MOST_WAITING);
+        let running = source::start(0, name.open(None).unwrap(), sender).unwrap();
+        Self {
+            _running: running,
+            events,
+        }
+    }
+
+    /// The first event that is wanted.
+    fn wait<T>(&mut self, mut wanted: impl FnMut(&SourceEvent) -> Option<T>) -> T {
+        let until = Instant::now() + Duration::from_secs(60);
+        let mut others = vec![];
+        while Instant::now() < until {
+            match self.events.try_recv() {
+                Ok((_, event)) => match wanted(&event) {
+                    Some(found) => return found,
+                    None => others.push(format!("{event:?}").chars().take(100).collect::<String>()),
+                },
+                Err(_) => std::thread::sleep(Duration::from_millis(2)),
+            }
+        }
+        panic!("only: {others:#?}")
+    }
+
+    fn state(&mut self, wanted: DeviceState, words: &str) {
+        self.wait(|event| match event {
+            SourceEvent::Device { state, detail, .. } => {
+                (*state == wanted && detail.contains(words)).then_some(())
+            }
+            _ => None,
+        });
+    }
+}
+
+#[test]
+fn a_lidar_behind_our_server_is_a_source_like_any_other() {
+    on_a_calm_machine(|| {
+        let view = View::from_start(&worlds::builtin("arena").unwrap());
+        let lidar = Socket::plugged(Rplidar::new(view.clone())).unwrap();
+        let (port, client_port) = (free_port(), free_port());
+        // The server comes later than its client, goes, and comes back.
+        let mut ear = Ear::new(&lidar.path(), port, client_port);
+        ear.state(DeviceState::Fault, "no lidar server answers");
+        for _ in 0..2 {
+            let server = serve(&lidar.path(), port, client_port);
+            ear.state(DeviceState::Sending, "");
+            let scan = ear.wait(|event| match event {
+                SourceEvent::Scan(scan) => Some(scan.clone()),
+                _ => None,
+            });
+            scan.validate().unwrap();
+            let mut hits = 0;
+            for (&bearing, &range) in scan.bearings.iter().zip(&scan.ranges) {
+                if range.is_finite() {
+                    hits += 1;
+                    let truth = view.range(bearing).unwrap();
+                    let error = (f64::from(range) - truth).abs();
+                    assert!(error < 0.2e-3, "{range}, the world gives {truth}");
+                }
+            }
+            assert!(hits > 300, "{hits} hits");
+            drop(server);
+            ear.state(DeviceState::Waiting, "fell silent");
+        }
+    });
+}
+
+#[test]
+fn a_path_that_the_server_does_not_open_is_named() {
+    on_a_calm_machine(|| {
+        let (port, client_port) = (free_port(), free_port());
+        let _server = serve("/dev/ttyUSB0", port, client_port);
+        let mut ear = Ear::new("/dev/null", port, client_port);
+        ear.state(DeviceState::Fault, "/dev/null: the path is not in its list");
     });
 }

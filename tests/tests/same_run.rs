@@ -8,10 +8,10 @@ use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::format::carmen::CarmenLog;
 use slamlab_core::geom::Pose2;
 use slamlab_core::hash::StateHash;
-use slamlab_core::replay::Replay;
+use slamlab_core::replay::{Log, Replay};
 use slamlab_core::robot::RobotModel;
 use slamlab_core::sim::{Caster, SensorKind, worlds};
-use slamlab_core::slam::{Method, SlamConfig};
+use slamlab_core::slam::Method;
 use slamlab_tests::numbers;
 #[cfg(target_family = "wasm")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -65,15 +65,16 @@ fn exploring_by_rangers_is_the_same_run_everywhere() {
 #[test]
 fn a_recording_of_a_loop_gives_the_same_way_and_map_everywhere() {
     let log = CarmenLog::parse(recording().as_bytes()).unwrap();
-    let mut replay = Replay::new(log, Method::ScanMatching, SlamConfig::default()).unwrap();
+    let log = Log::from(log);
+    let mut replay = Replay::new(log.clone(), Method::ScanMatching, &log.settings()).unwrap();
     while replay.step().unwrap() {}
     assert!(
-        replay.slam().view().loop_closures > 0,
+        replay.session().slam().view().loop_closures > 0,
         "the loop is not closed"
     );
     let mut hash = StateHash::new();
     hash.integer(replay.state_hash());
-    replay.slam().add_to(&mut hash);
+    replay.session().slam().add_to(&mut hash);
     check("recorded-loop", hash.finish());
 }
 

@@ -8,15 +8,15 @@ use std::f64::consts::FRAC_PI_2;
 use std::time::{Duration, Instant};
 
 use nalgebra::Point2;
-use slamlab_bridge::serial::{Ld06, Retry, Rplidar, SerialSource};
+use slamlab_bridge::serial::{DeviceSource, Retry};
 use slamlab_bridge::settings::SourceSettings;
 use slamlab_bridge::source::{self, Running, Source, SourceEvent};
+use slamlab_core::device::Kind;
+use slamlab_core::geom::Pose2;
 use slamlab_core::robot::Scan;
 use slamlab_core::sim::worlds;
 use slamlab_core::wire::message::{DeviceState, LinkState};
-use slamlab_core::wire::revolution::RevolutionConfig;
 use slamlab_core::wire::rplidar::answer::Status;
-use slamlab_core::wire::rplidar::driver::{DriverConfig, ScanMode};
 use slamlab_core::wire::rplidar::request::Request;
 use slamlab_tests::calm::on_a_calm_machine;
 use slamlab_tests::devices::{self, Faults, Socket, View};
@@ -55,17 +55,18 @@ impl Ear {
         }
     }
 
-    fn rplidar(path: String, mode: ScanMode) -> Self {
-        let config = DriverConfig {
-            mode,
-            ..DriverConfig::default()
-        };
-        Self::new(SerialSource::new(Rplidar::new("rplidar:test", config), path).with_retry(SOON))
+    fn of_kind(kind: &str, path: String) -> Self {
+        let kind = Kind::named(kind).unwrap();
+        let device = (kind.open)("lidar:test".into(), Pose2::identity());
+        Self::new(DeviceSource::at_port(device, path).with_retry(SOON))
+    }
+
+    fn rplidar(path: String) -> Self {
+        Self::of_kind("rplidar", path)
     }
 
     fn ld06(path: String) -> Self {
-        let device = Ld06::new("ld06:test", RevolutionConfig::ld06());
-        Self::new(SerialSource::new(device, path).with_retry(SOON))
+        Self::of_kind("ld06", path)
     }
 
     /// The first event that is wanted, within `seconds`.
@@ -149,16 +150,14 @@ fn assert_equals_world(scan: &Scan, view: &View, resolution: f64) {
 #[test]
 fn an_rplidar_gives_what_the_world_gives() {
     on_a_calm_machine(|| {
-        for (mode, beams, resolution) in [
-            (ScanMode::Standard, 360, 0.25e-3),
-            (ScanMode::Express, 720, 1e-3),
-        ] {
+        for (kind, beams, resolution) in [("rplidar", 360, 0.25e-3), ("rplidar-express", 720, 1e-3)]
+        {
             let socket = Socket::plugged(devices::Rplidar::new(view())).unwrap();
-            let mut ear = Ear::rplidar(socket.path(), mode);
+            let mut ear = Ear::of_kind(kind, socket.path());
             let mut last = None;
             for _ in 0..3 {
                 let scan = ear.scan();
-                assert_eq!(scan.len(), beams, "{mode:?}");
+                assert_eq!(scan.len(), beams, "{kind}");
                 assert_equals_world(&scan, &view(), resolution);
                 // 180 ms a turn, by the readings' own figures.
                 assert!((scan.sweep - 0.18 * (beams - 1) as f64 / beams as f64).abs() < 1e-6);
@@ -205,7 +204,7 @@ fn a_lidar_sits_where_the_settings_say() {
 fn an_rplidar_says_what_it_is() {
     on_a_calm_machine(|| {
         let socket = Socket::plugged(devices::Rplidar::new(view())).unwrap();
-        let mut ear = Ear::rplidar(socket.path(), ScanMode::Standard);
+        let mut ear = Ear::rplidar(socket.path());
         ear.link(LinkState::Up);
         let model = ear.wait(PATIENCE, |event| match event {
             SourceEvent::Device { model, .. } if !model.is_empty() => Some(model.clone()),
@@ -234,7 +233,7 @@ fn an_ld06_gives_what_the_world_gives() {
 fn a_pulled_cable_is_noticed_and_a_new_one_found() {
     on_a_calm_machine(|| {
         let socket = Socket::plugged(devices::Rplidar::new(view())).unwrap();
-        let mut ear = Ear::rplidar(socket.path(), ScanMode::Standard);
+        let mut ear = Ear::rplidar(socket.path());
         for pull in [Socket::pull, Socket::pull_in_the_middle] {
             ear.scan();
             pull(&socket);
@@ -280,7 +279,7 @@ fn a_line_that_flips_one_bit_of_a_thousand_still_gives_scans() {
             assert_mostly_right(&ear.scan(), 1e-3, 0.02);
         }
         let socket = Socket::plugged(devices::Rplidar::new(view())).unwrap();
-        let mut ear = Ear::rplidar(socket.path(), ScanMode::Standard);
+        let mut ear = Ear::rplidar(socket.path());
         ear.scan();
         socket.set_faults(faults);
         for _ in 0..10 {
@@ -317,15 +316,14 @@ fn each_fault_of_an_rplidar_is_named_with_its_cure() {
         let mut protected = devices::Rplidar::new(view());
         protected.status = Status::Error;
         let socket = Socket::plugged(protected).unwrap();
-        Ear::rplidar(socket.path(), ScanMode::Standard)
-            .told(DeviceState::Fault, &["health 2", "weak power"]);
+        Ear::rplidar(socket.path()).told(DeviceState::Fault, &["health 2", "weak power"]);
 
         let socket = Socket::plugged(devices::Rplidar::new(view())).unwrap();
         socket.set_faults(Faults {
             is_mute: true,
             ..Faults::default()
         });
-        let mut ear = Ear::rplidar(socket.path(), ScanMode::Standard);
+        let mut ear = Ear::rplidar(socket.path());
         ear.told(DeviceState::Fault, &["does not answer", "TX and RX"]);
         // And it ends by itself.
         socket.set_faults(Faults::default());
@@ -333,7 +331,7 @@ fn each_fault_of_an_rplidar_is_named_with_its_cure() {
 
         // An LD06 where an RPLIDAR should be: bytes, but at another rate.
         let socket = Socket::plugged(devices::Ld06::new(view())).unwrap();
-        Ear::rplidar(socket.path(), ScanMode::Standard)
+        Ear::rplidar(socket.path())
             .told(DeviceState::Fault, &["wrong baud rate or another device"]);
     });
 }
@@ -345,7 +343,7 @@ fn an_rplidar_that_a_reset_cures_measures() {
         lidar.status = Status::Error;
         lidar.is_cured_by_reset = true;
         let socket = Socket::plugged(lidar).unwrap();
-        Ear::rplidar(socket.path(), ScanMode::Standard).scan();
+        Ear::rplidar(socket.path()).scan();
         assert!(socket.with(|lidar| lidar.asked.contains(&Request::Reset)));
     });
 }
@@ -354,7 +352,7 @@ fn an_rplidar_that_a_reset_cures_measures() {
 fn silence_while_measuring_is_mended_when_it_ends() {
     on_a_calm_machine(|| {
         let socket = Socket::plugged(devices::Rplidar::new(view())).unwrap();
-        let mut ear = Ear::rplidar(socket.path(), ScanMode::Standard);
+        let mut ear = Ear::rplidar(socket.path());
         ear.scan();
         socket.set_faults(Faults {
             is_mute: true,

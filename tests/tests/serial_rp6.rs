@@ -6,13 +6,13 @@
 
 use std::time::{Duration, Instant};
 
-use slamlab_bridge::serial::{Ld06, Retry, Rp6, SerialSource};
+use slamlab_bridge::serial::{DeviceSource, Retry};
 use slamlab_bridge::source::{self, Order, Running, SourceEvent};
+use slamlab_core::device::{Kind, Rp6};
 use slamlab_core::geom::Pose2;
 use slamlab_core::robot::{Command, Odometry};
 use slamlab_core::sim::worlds;
 use slamlab_core::wire::message::{DeviceState, LinkState};
-use slamlab_core::wire::revolution::RevolutionConfig;
 use slamlab_core::wire::rp6;
 use slamlab_tests::calm::on_a_calm_machine;
 use slamlab_tests::devices::{self, Faults, Socket};
@@ -45,7 +45,7 @@ struct Driver {
 impl Driver {
     fn new(path: String) -> Self {
         let (sender, events) = mpsc::channel(source::MOST_WAITING);
-        let source = SerialSource::new(Rp6::new("rp6:test"), path).with_retry(SOON);
+        let source = DeviceSource::at_port(Box::new(Rp6::new("rp6:test")), path).with_retry(SOON);
         let running = source::start(0, Box::new(source), sender).unwrap();
         Self {
             running: Some(running),
@@ -178,9 +178,10 @@ fn robot_and_lidar_are_on_one_clock() {
         // The robot's own clock is seconds ahead of its source's.
         std::thread::sleep(Duration::from_secs(2));
         let (sender, mut events) = mpsc::channel(source::MOST_WAITING);
-        let robot = SerialSource::new(Rp6::new("rp6:test"), socket.path());
-        let ld06 = Ld06::new("ld06:test", RevolutionConfig::ld06());
-        let ld06 = SerialSource::new(ld06, lidar.path());
+        let robot = DeviceSource::at_port(Box::new(Rp6::new("rp6:test")), socket.path());
+        let ld06 = Kind::named("ld06").unwrap();
+        let ld06 = (ld06.open)("ld06:test".into(), Pose2::identity());
+        let ld06 = DeviceSource::at_port(ld06, lidar.path());
         let _robot = source::start(0, Box::new(robot), sender.clone()).unwrap();
         let _lidar = source::start(1, Box::new(ld06), sender).unwrap();
         let until = Instant::now() + Duration::from_secs_f64(PATIENCE);

@@ -23,7 +23,7 @@ fn run(world: &World, sensor: SensorModel, mode: Mode, seed: u64) -> (Experiment
         ..ExperimentConfig::new(world.clone(), robot, sensor, seed)
     };
     let mut experiment = Experiment::new(config).unwrap();
-    while !experiment.status().is_over() && experiment.seconds() < ENDLESS {
+    while !experiment.session().status().is_over() && experiment.seconds() < ENDLESS {
         experiment.step().unwrap();
     }
     let figures = experiment.figures(&area);
@@ -33,8 +33,14 @@ fn run(world: &World, sensor: SensorModel, mode: Mode, seed: u64) -> (Experiment
 fn lidar_explores(name: &str, seed: u64) {
     let world = worlds::builtin(name).unwrap();
     let (experiment, figures) = run(&world, SensorModel::lidar(), Mode::Explore, seed);
-    let said = format!("{name}, seed {seed}: {}, {figures:?}", experiment.status());
-    assert!(matches!(experiment.status(), Status::Finished(_)), "{said}");
+    let said = format!(
+        "{name}, seed {seed}: {}, {figures:?}",
+        experiment.session().status()
+    );
+    assert!(
+        matches!(experiment.session().status(), Status::Finished(_)),
+        "{said}"
+    );
     assert!(figures.explored_fraction > 0.98, "{said}");
     assert_eq!(figures.contacts.total(), 0, "{said}");
     assert!(figures.position_error < 0.10, "{said}");
@@ -75,8 +81,14 @@ fn rangers_bring_the_robot_near_its_goal() {
     for seed in 1..=4 {
         let (experiment, figures) = run(&world, SensorModel::rangers(), Mode::GoTo(goal), seed);
         let off = (experiment.truth().position() - goal).norm();
-        let said = format!("seed {seed}: {}, {off:.3} m off", experiment.status());
-        assert!(matches!(experiment.status(), Status::Finished(_)), "{said}");
+        let said = format!(
+            "seed {seed}: {}, {off:.3} m off",
+            experiment.session().status()
+        );
+        assert!(
+            matches!(experiment.session().status(), Status::Finished(_)),
+            "{said}"
+        );
         // Of 120 errands the worst ended 0.37 m off; what the robot says of that is held by the NEES.
         assert!(off < 0.40, "{said}");
         assert_eq!(figures.contacts.total(), 0, "{said}");

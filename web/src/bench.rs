@@ -1,44 +1,47 @@
 //! The drive controller on a bench, for the page: a step and a load, with the controller and without.
 
+use serde::{Deserialize, Serialize};
 use slamlab_core::robot::RobotModel;
 use slamlab_core::sim::response::{LoadStep, Loop, ResponseSample, Trial};
-use wasm_bindgen::prelude::{JsError, wasm_bindgen};
+use tsify::Tsify;
+
+use crate::border::{Float64Array, WebError};
 
 /// Samples of the controller for each one that the page draws.
 const EVERY: usize = 10;
 
-/// What is asked of the motors.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct BenchTrial {
+/// What is asked of the motors on the bench.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+pub struct BenchTrial {
     /// Wished speed as a part of the robot's highest.
-    pub(crate) forward: f64,
+    pub forward: f64,
     /// Part by which the right motor's magnet is stronger than the controller believes.
-    pub(crate) mismatch: f64,
+    pub mismatch: f64,
     /// Pull back on the left track, N.
-    pub(crate) pull: f64,
+    pub pull: f64,
     /// When it comes on, s.
-    pub(crate) pull_at: f64,
+    pub pull_at: f64,
     /// How long it takes, s.
-    pub(crate) seconds: f64,
+    pub seconds: f64,
 }
 
 /// Time series of one trial, closed loop beside open loop.
-#[wasm_bindgen(getter_with_clone)]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct BenchResponse {
     /// Time, s.
-    pub seconds: Vec<f64>,
+    pub seconds: Float64Array,
     /// Wished speed of the tracks, m/s.
-    pub wished: Vec<f64>,
+    pub wished: Float64Array,
     /// Speeds of left and right track with the controller, then without, m/s: four series one after the other.
-    pub speeds: Vec<f64>,
+    pub speeds: Float64Array,
     /// Heading less the wished one with the controller, then without, rad.
-    pub headings: Vec<f64>,
+    pub headings: Float64Array,
 }
 
 impl BenchResponse {
     /// # Errors    No controller for the robot's figures, or motors that cannot be.
-    pub(crate) fn of(robot: &RobotModel, ask: BenchTrial) -> Result<Self, JsError> {
+    pub(crate) fn of(robot: &RobotModel, ask: BenchTrial) -> Result<Self, WebError> {
         let mut trial = Trial::straight(robot, ask.forward * robot.max_speed, ask.seconds);
         trial.motors.right = trial.motors.right.with_stronger_magnet(ask.mismatch);
         trial.loads.push(LoadStep {
@@ -54,10 +57,10 @@ impl BenchResponse {
         let ([left, open_left], [right, open_right]) =
             (both(|s| s.speeds[0]), both(|s| s.speeds[1]));
         Ok(Self {
-            seconds: thin(&closed, |s| s.seconds),
-            wished: thin(&closed, |s| s.wished[0]),
-            speeds: [left, right, open_left, open_right].concat(),
-            headings: both(|s| s.heading_error).concat(),
+            seconds: thin(&closed, |s| s.seconds).into(),
+            wished: thin(&closed, |s| s.wished[0]).into(),
+            speeds: [left, right, open_left, open_right].concat().into(),
+            headings: both(|s| s.heading_error).concat().into(),
         })
     }
 }

@@ -1,141 +1,132 @@
 //! Buildings from files of others, for the page: to drive in, and to be found in.
 
 use nalgebra::Point2;
-use slamlab_core::format::building::{BuildingFile, BuildingFileError, Imported, KnownWalls};
+use serde::{Deserialize, Serialize};
+use slamlab_core::format::building::{BuildingFile, KnownWalls};
 use slamlab_core::format::map_server::{MapMode, OccupancyMap};
 use slamlab_core::format::world;
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::slam::{PriorMap, Slam};
-use wasm_bindgen::prelude::{JsError, wasm_bindgen};
+use tsify::{Ts, Tsify};
+use wasm_bindgen::prelude::wasm_bindgen;
+
+use crate::border::{Float64Array, Typed, Uint8Array, WebError, typed};
 
 /// How far off a person may place a robot in a map, m and rad: standard deviations.
 const PLACED_SIGMAS: [f64; 2] = [0.1, 0.05];
 
-/// Files that show one building: a floor plan, a world, an `OGmap.txt`, or the YAML and the image of a map of ROS.
-#[wasm_bindgen]
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct BuildingFiles {
-    files: Vec<(String, Vec<u8>)>,
-}
-
-#[wasm_bindgen]
-impl BuildingFiles {
-    /// None yet.
-    #[wasm_bindgen(constructor)]
-    #[must_use]
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// One more; its name tells what it is.
-    pub fn add(&mut self, name: &str, bytes: &[u8]) {
-        self.files.push((name.to_owned(), bytes.to_owned()));
-    }
-
-    /// The building to drive in.
-    ///
-    /// # Errors    A sentence on what stands where and what was expected.
-    pub fn world(&self, name: &str) -> Result<Building, JsError> {
-        Ok(self.read()?.into_world(name)?.into())
-    }
-
-    /// Its walls, to find a robot by.
-    ///
-    /// # Errors    A sentence on what stands where and what was expected.
-    pub fn known(&self) -> Result<Known, JsError> {
-        Ok(self.read()?.known_walls()?.into())
-    }
-}
-
-impl BuildingFiles {
-    fn read(&self) -> Result<BuildingFile, BuildingFileError> {
-        let files = self.files.iter();
-        let files: Vec<(&str, &[u8])> = files.map(|(n, b)| (n.as_str(), b.as_slice())).collect();
-        BuildingFile::read(&files, None)
-    }
+/// A file as it was dropped or chosen; its name tells what it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct GivenFile {
+    /// Without its folder.
+    pub name: String,
+    /// What stands in it.
+    pub bytes: Uint8Array,
 }
 
 /// A building as a world file.
-#[wasm_bindgen(getter_with_clone)]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
 pub struct Building {
     /// Text of the world file.
-    pub world: String,
+    pub world_json: String,
     /// What of the file is not in it, in words.
     pub left_out: Vec<String>,
 }
 
-impl From<Imported> for Building {
-    fn from(imported: Imported) -> Self {
-        Self {
-            world: world::write(&imported.world),
-            left_out: imported.left_out,
-        }
-    }
-}
-
-/// A map to be found in, in the frame of its file.
-#[wasm_bindgen(getter_with_clone)]
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Known {
-    /// x1 y1 x2 y2 of each face, m; what is free lies to its left.
-    pub faces: Vec<f64>,
-    /// How far they may be off, m.
+/// A map to be found in, in the frame of its file; m and rad.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct KnownMap {
+    /// For people.
+    pub name: String,
+    /// x1 y1 x2 y2 of each face; what is free lies to its left.
+    pub faces: Float64Array,
+    /// How far they may be off: standard deviation.
     pub sigma: f64,
-    /// Where the robot begins: x, y, m, and heading, rad.
-    pub start: Vec<f64>,
+    /// Where the robot begins in it: x, y, heading.
+    pub start: [f64; 3],
+}
+
+/// A map to be found in as its file shows it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+pub struct KnownFile {
+    /// The map.
+    pub known: KnownMap,
     /// What of the file is not in it, in words.
     pub left_out: Vec<String>,
 }
 
+/// A building to drive in, from files that show it: a floor plan, a world, an `OGmap.txt`, or the YAML and the image of a map of ROS.
+///
+/// # Errors    A sentence on what stands where and what was expected.
 #[wasm_bindgen]
-impl Known {
-    /// A map of these faces.
-    #[wasm_bindgen(constructor)]
-    #[must_use]
-    pub fn new(faces: Vec<f64>, sigma: f64, start: Vec<f64>) -> Self {
-        Self {
+#[allow(
+    clippy::needless_pass_by_value,
+    reason = "lists cross the border by value only"
+)]
+pub fn read_building(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<Building> {
+    let imported = read(&files)?.into_world(name)?;
+    typed(&Building {
+        world_json: world::write(&imported.world),
+        left_out: imported.left_out,
+    })
+}
+
+/// Its walls, to find a robot by.
+///
+/// # Errors    A sentence on what stands where and what was expected.
+#[wasm_bindgen]
+#[allow(
+    clippy::needless_pass_by_value,
+    reason = "lists cross the border by value only"
+)]
+pub fn read_known(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<KnownFile> {
+    typed(&KnownFile::of(name, read(&files)?)?)
+}
+
+fn read(files: &[Ts<GivenFile>]) -> Result<BuildingFile, WebError> {
+    let files: Vec<GivenFile> = files.iter().map(Ts::to_rust).collect::<Result<_, _>>()?;
+    let files: Vec<(&str, &[u8])> = files.iter().map(|f| (f.name.as_str(), &*f.bytes)).collect();
+    Ok(BuildingFile::read(&files, None)?)
+}
+
+impl KnownFile {
+    fn of(name: &str, file: BuildingFile) -> Result<Self, WebError> {
+        let KnownWalls {
             faces,
             sigma,
             start,
-            left_out: vec![],
-        }
-    }
-}
-
-impl From<KnownWalls> for Known {
-    fn from(walls: KnownWalls) -> Self {
+            left_out,
+        } = file.known_walls()?;
         let flat = |Segment { a, b }: &Segment| [a.x, a.y, b.x, b.y];
-        let start = walls.start;
-        Self {
-            faces: walls.faces.iter().flat_map(flat).collect(),
-            sigma: walls.sigma,
-            start: vec![start.x(), start.y(), start.heading()],
-            left_out: walls.left_out,
-        }
+        let known = KnownMap {
+            name: name.to_owned(),
+            faces: faces.iter().flat_map(flat).collect(),
+            sigma,
+            start: [start.x(), start.y(), start.heading()],
+        };
+        Ok(Self { known, left_out })
+    }
+
+    /// What was mapped, as a map to be found in: as if it had been saved for ROS and opened again.
+    pub(crate) fn of_grid(name: &str, slam: &Slam) -> Result<Self, WebError> {
+        let map = OccupancyMap::of_grid(slam.grid(), MapMode::Trinary)?;
+        Self::of(name, BuildingFile::Map(map))
     }
 }
 
-/// What was mapped, as a map to be found in: as if it had been saved for ROS and opened again.
-pub(crate) fn known_of_grid(slam: &Slam) -> Result<Known, JsError> {
-    let map = OccupancyMap::of_grid(slam.grid(), MapMode::Trinary)?;
-    Ok(BuildingFile::Map(map).known_walls()?.into())
-}
-
-impl From<&Known> for PriorMap {
+impl From<&KnownMap> for PriorMap {
     /// What is no number makes no line.
-    fn from(known: &Known) -> Self {
+    fn from(known: &KnownMap) -> Self {
         let point = |x, y| Point2::new(x, y);
         let face = |c: &[f64; 4]| Segment::new(point(c[0], c[1]), point(c[2], c[3]));
         let (faces, _) = known.faces.as_chunks::<4>();
         let faces: Vec<Segment> = faces.iter().map(face).collect();
-        let start = match *known.start {
-            [x, y, heading] => Pose2::new(x, y, heading),
-            _ => Pose2::identity(),
-        };
+        let [x, y, heading] = known.start;
         Self {
             start_sigmas: PLACED_SIGMAS,
-            ..Self::of_faces(&faces, known.sigma, &start)
+            ..Self::of_faces(&faces, known.sigma, &Pose2::new(x, y, heading))
         }
     }
 }

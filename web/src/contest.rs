@@ -1,26 +1,109 @@
 //! All planners on one query, for the page.
 
 use nalgebra::Point2;
+use serde::{Deserialize, Serialize};
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::plan::{
-    Contest, ContestBody, ContestConfig, NoPath, Planner, Query, RouteConfig, Unknown,
+    Contest, ContestBody, ContestConfig, NoPath, Planner, Query, RouteConfig, Standing, Unknown,
 };
 use slamlab_core::robot::RobotModel;
 use slamlab_core::slam::Slam;
-use wasm_bindgen::prelude::{JsError, wasm_bindgen};
+use tsify::Tsify;
+use wasm_bindgen::prelude::wasm_bindgen;
 
+use crate::border::{
+    Float32Array, Float64Array, Ground, NoPathKind, PlannerName, Typed, WebError, typed,
+};
 use crate::view;
 
 /// Why a contest cannot be asked for.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AskError {
-    /// No ground of that name.
-    #[error("there is no ground `{0}` here; expected map, known, or, in a simulation, truth")]
-    Ground(String),
-    /// Not four numbers.
-    #[error("{0} numbers, expected x and y of the start and of the goal")]
-    Ends(usize),
+    /// No true walls to plan among.
+    #[error("only a simulation knows the true walls: choose the map")]
+    NoTruth,
+}
+
+/// What all planners are asked.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct ContestAsk {
+    /// Where they look.
+    pub ground: Ground,
+    /// x y of the start, of the goal, map frame, m.
+    pub ends: [f64; 4],
+    /// Time of each planner, s.
+    pub seconds: f64,
+}
+
+/// How all planners stand; map frame, m and s.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+#[tsify(missing_as_null)]
+pub struct ContestState {
+    /// What they were asked.
+    pub ask: ContestAsk,
+    /// Width of the disc around the robot: what all but `outline` plan for.
+    pub disc: f64,
+    /// Each of them; `outline` only for a robot that is no disc.
+    pub entrants: Vec<Entrant>,
+    /// What lengths are held against; NaN while there is no path.
+    pub shortest: f64,
+    /// There is no shorter path.
+    pub is_optimum: bool,
+    /// Whose tree this is: a place in `entrants`.
+    pub watched: u32,
+    /// x1 y1 x2 y2 of what it tried.
+    pub tree: Float32Array,
+}
+
+/// How one planner stands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+#[tsify(missing_as_null)]
+pub struct Entrant {
+    /// Its name.
+    pub planner: PlannerName,
+    /// It has nothing left to do.
+    pub is_over: bool,
+    /// The straight line was free.
+    pub is_straight: bool,
+    /// Length of its path; NaN without one.
+    pub length: f64,
+    /// Over the shortest.
+    pub ratio: f64,
+    /// Time taken.
+    pub seconds: f64,
+    /// Points drawn, cells expanded, legs looked at.
+    pub iterations: f64,
+    /// Legs of trees, steps over cells, legs of the graph.
+    pub tried: f64,
+    /// Why it has no path.
+    pub reason: Option<NoPathReason>,
+    /// Why it left the rooms on the way, whether it has a path or not.
+    pub left_rooms: Option<String>,
+    /// x y of the corners of its best path.
+    pub path: Float32Array,
+    /// Time taken and length, whenever that became shorter.
+    pub curve: Float64Array,
+}
+
+/// Why there is no path.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct NoPathReason {
+    /// Which reason.
+    pub kind: NoPathKind,
+    /// In words.
+    pub text: String,
+}
+
+impl From<NoPath> for NoPathReason {
+    fn from(reason: NoPath) -> Self {
+        Self {
+            kind: (&reason).into(),
+            text: reason.to_string(),
+        }
+    }
 }
 
 /// Planners that look for the same path; map frame, m and s.
@@ -28,25 +111,13 @@ pub enum AskError {
 #[derive(Debug)]
 pub struct WebContest {
     contest: Contest,
+    ask: ContestAsk,
     /// Width of the disc around the robot, m.
     disc: f64,
 }
 
 #[wasm_bindgen]
 impl WebContest {
-    /// Names of those who take part, in the order of all that is told of them; `Outline` only for a robot that is no disc.
-    #[must_use]
-    pub fn planners(&self) -> Vec<String> {
-        let planners = self.contest.planners();
-        planners.map(|planner| format!("{planner:?}")).collect()
-    }
-
-    /// Width of the disc that the others plan for, m.
-    #[must_use]
-    pub fn disc(&self) -> f64 {
-        self.disc
-    }
-
     /// One turn of one planner; whether there was anything to do.
     pub fn step(&mut self) -> bool {
         self.contest.step()
@@ -63,137 +134,91 @@ impl WebContest {
         self.contest.is_over()
     }
 
-    /// Numbers of each planner, see `STANDING` of www/src/protocol/contest.ts.
-    #[must_use]
-    pub fn standings(&self) -> Vec<f64> {
-        let flag = |yes| f64::from(u8::from(yes));
-        let numbers = |s: &slamlab_core::plan::Standing| {
-            [
-                flag(s.is_over),
-                flag(s.is_straight),
-                s.length.unwrap_or(f64::NAN),
-                s.ratio.unwrap_or(f64::NAN),
-                s.seconds,
-                s.iterations as f64,
-                s.tried as f64,
-            ]
-        };
-        self.contest.standings().iter().flat_map(numbers).collect()
+    /// How all stand, with the tree of the one at place `watched`.
+    ///
+    /// # Errors    None that a page can cause.
+    pub fn state(&self, watched: u32) -> Typed<ContestState> {
+        let shortest = self.contest.shortest();
+        let tree = self.contest.planners().nth(watched as usize);
+        let tree = tree.map(|planner| self.contest.tree(planner));
+        let standings = self.contest.standings();
+        let entrants = self.contest.planners().zip(&standings);
+        typed(&ContestState {
+            ask: self.ask,
+            disc: self.disc,
+            entrants: entrants.map(|(p, s)| self.entrant(p, s)).collect(),
+            shortest: shortest.as_ref().map_or(f64::NAN, |s| s.length),
+            is_optimum: shortest.is_some_and(|s| s.is_optimum),
+            watched,
+            tree: view::segments(tree.iter().flatten(), &Pose2::identity()).into(),
+        })
     }
+}
 
-    /// Why each planner has no path, in words, after a word for the kind; `rooms` where it left the rooms on the way, whether it has a
-    /// path or not; empty where there is nothing to say.
-    #[must_use]
-    pub fn reasons(&self) -> Vec<String> {
-        let words = |reason: NoPath| format!("{} {reason}", kind_of(reason));
-        self.contest
-            .standings()
-            .iter()
-            .map(|s| {
-                let left = s.fallback.map(|why| format!("rooms {why}"));
-                s.reason.map(words).or(left).unwrap_or_default()
-            })
-            .collect()
-    }
-
-    /// What the lengths are held against, m, and 1 if there is no shorter path; empty while nobody has one.
-    #[must_use]
-    pub fn shortest(&self) -> Vec<f64> {
-        let numbers =
-            |s: slamlab_core::plan::Shortest| vec![s.length, f64::from(u8::from(s.is_optimum))];
-        self.contest.shortest().map(numbers).unwrap_or_default()
-    }
-
-    /// x y of the corners of a planner's best path.
-    #[must_use]
-    pub fn path(&self, place: usize) -> Vec<f32> {
-        let path = self
-            .planner_at(place)
-            .and_then(|planner| self.contest.path(planner));
-        path.map(|path| view::polyline(&path.points))
-            .unwrap_or_default()
-    }
-
-    /// x1 y1 x2 y2 of what a planner tried.
-    #[must_use]
-    pub fn tree(&self, place: usize) -> Vec<f32> {
-        let tree = self
-            .planner_at(place)
-            .map(|planner| self.contest.tree(planner));
-        view::segments(tree.iter().flatten(), &Pose2::identity())
-    }
-
-    /// Time taken and length of a planner's path, whenever that became shorter.
-    #[must_use]
-    pub fn curve(&self, place: usize) -> Vec<f64> {
-        let curve = self
-            .planner_at(place)
-            .map(|planner| self.contest.curve(planner));
-        curve
-            .unwrap_or_default()
-            .iter()
-            .flat_map(|&(seconds, length)| [seconds, length])
-            .collect()
+impl WebContest {
+    fn entrant(&self, planner: Planner, standing: &Standing) -> Entrant {
+        let path = self.contest.path(planner);
+        let curve = self.contest.curve(planner);
+        Entrant {
+            planner: (&planner).into(),
+            is_over: standing.is_over,
+            is_straight: standing.is_straight,
+            length: standing.length.unwrap_or(f64::NAN),
+            ratio: standing.ratio.unwrap_or(f64::NAN),
+            seconds: standing.seconds,
+            iterations: standing.iterations as f64,
+            tried: standing.tried as f64,
+            reason: standing.reason.map(Into::into),
+            left_rooms: standing.fallback.map(|why| why.to_string()),
+            path: path
+                .map(|path| view::polyline(&path.points))
+                .unwrap_or_default()
+                .into(),
+            curve: curve
+                .iter()
+                .flat_map(|&(seconds, length)| [seconds, length])
+                .collect(),
+        }
     }
 }
 
 /// Where the planners look: the true walls with the motion into the map's frame, where there are any, or the map.
-pub(crate) struct Ground<'a> {
+pub(crate) struct Field<'a> {
     pub(crate) slam: &'a Slam,
     pub(crate) walls: Option<(Vec<Segment>, Pose2)>,
     pub(crate) robot: &'a RobotModel,
 }
 
 impl WebContest {
-    /// On a ground by its name; `ends` are x and y of start and goal.
-    pub(crate) fn on(
-        ground: Ground,
-        name: &str,
-        ends: &[f64],
-        seconds: f64,
-    ) -> Result<Self, JsError> {
-        let &[x0, y0, x1, y1] = ends else {
-            return Err(AskError::Ends(ends.len()).into());
-        };
+    /// On such a field.
+    pub(crate) fn on(field: Field<'_>, ask: ContestAsk) -> Result<Self, WebError> {
+        let [x0, y0, x1, y1] = ask.ends;
         let query = Query {
             start: Point2::new(x0, y0),
             goal: Point2::new(x1, y1),
         };
         let config = ContestConfig {
-            seconds,
+            seconds: ask.seconds,
             ..ContestConfig::default()
         };
         let margin = RouteConfig::default().narrowest();
         let body = ContestBody {
-            keep: ground.robot.radius() + margin,
-            outline: ground.robot.outline(margin),
+            keep: field.robot.radius() + margin,
+            outline: field.robot.outline(margin),
         };
-        let grid = ground.slam.grid();
-        let contest = match (name, ground.walls) {
-            ("truth", Some((walls, map_from_world))) => {
+        let grid = field.slam.grid();
+        let contest = match ask.ground {
+            Ground::Truth => {
+                let (walls, map_from_world) = field.walls.ok_or(AskError::NoTruth)?;
                 let into_map =
                     |w: &Segment| Segment::new(map_from_world * w.a, map_from_world * w.b);
                 let walls = walls.iter().map(into_map).collect();
                 Contest::among_walls(walls, body, query, config)?
             }
-            ("map", _) => Contest::on_grid(grid, body, Unknown::Free, query, config)?,
-            ("known", _) => Contest::on_grid(grid, body, Unknown::Blocked, query, config)?,
-            (other, _) => return Err(AskError::Ground(other.to_owned()).into()),
+            Ground::Map => Contest::on_grid(grid, body, Unknown::Free, query, config)?,
+            Ground::Known => Contest::on_grid(grid, body, Unknown::Blocked, query, config)?,
         };
-        let disc = 2.0 * ground.robot.radius();
-        Ok(Self { contest, disc })
-    }
-
-    fn planner_at(&self, place: usize) -> Option<Planner> {
-        self.contest.planners().nth(place)
-    }
-}
-
-fn kind_of(reason: NoPath) -> &'static str {
-    match reason {
-        NoPath::StartBlocked { .. } | NoPath::GoalBlocked { .. } => "blocked",
-        NoPath::Unreachable { .. } => "proved",
-        NoPath::NotOffered { .. } => "not-offered",
-        _ => "open",
+        let disc = 2.0 * field.robot.radius();
+        Ok(Self { contest, ask, disc })
     }
 }

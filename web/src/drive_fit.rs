@@ -1,130 +1,133 @@
 //! What a drive tells of its robot, and the twin beside it, for the page.
 
-use slamlab_core::estimation::{DriveFit, FittedParameter};
-use slamlab_core::format::preset::{self, FittedLine, PresetFile};
-use slamlab_core::robot::{RobotModel, ToldOdometry};
+use serde::{Deserialize, Serialize};
+use slamlab_core::estimation::{self, FittedParameter as CoreParameter};
+use slamlab_core::format::preset::{self, FittedLine, PresetFile as CoreFile};
+use slamlab_core::robot::RobotModel;
 use slamlab_core::settings::Settings;
 use slamlab_core::sim::SensorModel;
 use slamlab_core::twin::{Twin, TwinSample};
-use wasm_bindgen::prelude::{JsError, wasm_bindgen};
+use tsify::{Ts, Tsify};
+use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::settings::apply;
+use crate::border::{SettingValues, TwinRow, Typed, WebError, flat, typed};
 
-/// What a drive told, one entry of each list a parameter.
-#[wasm_bindgen(getter_with_clone)]
-#[derive(Clone, Debug, PartialEq)]
-pub struct FitTable {
-    /// Name and unit of each parameter, and why it is not known (empty where it is), one after the other.
-    pub words: Vec<String>,
-    /// Value, standard error (NaN for none) and what the model says (NaN for nothing) of each.
-    pub numbers: Vec<f64>,
+/// What a drive told of its robot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+pub struct DriveFit {
+    /// What could be told.
+    pub parameters: Vec<FittedParameter>,
     /// What could not be fitted at all, in words.
     pub reasons: Vec<String>,
     /// Settings that take what is known.
-    pub keys: Vec<String>,
-    /// Their numbers.
-    pub values: Vec<f64>,
-    /// Legs that were used, and legs that the model could not explain.
-    pub legs: Vec<u32>,
+    pub settings: SettingValues,
+    /// Legs that were used.
+    pub legs: u32,
+    /// Legs that the model could not explain.
+    pub left_out: u32,
 }
 
-impl FitTable {
-    pub(crate) fn of(fit: &DriveFit) -> Self {
-        let parameters = fit.parameters();
-        let words = |p: &FittedParameter| [p.name, p.unit, p.verdict.reason()].map(str::to_owned);
-        let settings = fit.settings();
-        let legs = fit
+/// A parameter that a drive told.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct FittedParameter {
+    /// For people.
+    pub name: String,
+    /// Of its value.
+    pub unit: String,
+    /// As fitted.
+    pub value: f64,
+    /// Standard error; NaN for none.
+    pub sigma: f64,
+    /// What the robot's model says; NaN for nothing.
+    pub model: f64,
+    /// Why the drive does not tell it; empty where it does.
+    pub unknown: String,
+}
+
+impl From<&CoreParameter> for FittedParameter {
+    fn from(parameter: &CoreParameter) -> Self {
+        Self {
+            name: parameter.name.to_owned(),
+            unit: parameter.unit.to_owned(),
+            value: parameter.value,
+            sigma: parameter.sigma,
+            model: parameter.model,
+            unknown: parameter.verdict.reason().to_owned(),
+        }
+    }
+}
+
+impl From<estimation::DriveFit> for DriveFit {
+    fn from(fit: estimation::DriveFit) -> Self {
+        let [legs, left_out] = fit
             .odometry
             .as_ref()
             .map_or([0; 2], |o| [o.legs, o.left_out]);
         Self {
-            words: parameters.iter().flat_map(words).collect(),
-            numbers: parameters
-                .iter()
-                .flat_map(|p| [p.value, p.sigma, p.model])
-                .collect(),
+            parameters: fit.parameters().iter().map(Into::into).collect(),
             reasons: fit.reasons(),
-            keys: settings.iter().map(|(key, _)| (*key).to_owned()).collect(),
-            values: settings.iter().map(|(_, value)| *value).collect(),
-            legs: legs.map(|count| count as u32).to_vec(),
+            settings: fit.settings().into_iter().collect(),
+            legs: legs as u32,
+            left_out: left_out as u32,
         }
     }
 }
 
 /// A preset as its file holds it.
-#[wasm_bindgen(getter_with_clone)]
-#[derive(Clone, Debug, PartialEq)]
-pub struct PresetText {
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct PresetFile {
     /// For people.
     pub name: String,
-    /// Keys of settings.
-    pub keys: Vec<String>,
-    /// Their numbers.
-    pub values: Vec<f64>,
+    /// What it sets.
+    pub settings: SettingValues,
 }
 
-/// Reads a preset file.
+/// Reads a preset file; its keys and ranges are looked at before anything takes them.
 ///
 /// # Errors    A sentence on what is wrong, with its place.
 #[wasm_bindgen]
-pub fn read_preset(bytes: &[u8]) -> Result<PresetText, JsError> {
-    let file = preset::read(bytes)?;
-    let (keys, values) = file.settings.into_iter().unzip();
-    Ok(PresetText {
-        name: file.name,
-        keys,
-        values,
-    })
+pub fn read_preset(bytes: &[u8]) -> Typed<PresetFile> {
+    let CoreFile { name, settings } = preset::read(bytes)?;
+    let settings: SettingValues = settings.into_iter().collect();
+    settings.apply_to(&mut Settings::of(SensorModel::lidar(), &RobotModel::rp6()))?;
+    typed(&PresetFile { name, settings })
 }
 
-/// A fit as a preset file.
-#[wasm_bindgen]
-#[must_use]
-pub fn write_preset(name: &str, fit: &FitTable) -> String {
-    let settings = fit.keys.iter().cloned().zip(fit.values.iter().copied());
-    let lines = fit.words.chunks_exact(3).zip(fit.numbers.chunks_exact(3));
-    let lines = lines.map(|(words, numbers)| FittedLine {
-        name: words[0].clone(),
-        unit: words[1].clone(),
-        value: numbers[0],
-        sigma: Some(numbers[1]).filter(|sigma| sigma.is_finite()),
-        unknown: words[2].clone(),
-    });
-    let file = PresetFile {
-        name: name.to_owned(),
-        settings: settings.collect(),
-    };
-    preset::write(&file, &lines.collect::<Vec<_>>())
-}
-
-/// What the settings tell of the odometry of a robot of this model.
+/// A fit as the text of a preset file.
 ///
-/// # Errors    A sentence on a setting that does not exist.
-pub(crate) fn told(
-    robot: &RobotModel,
-    keys: &[String],
-    values: &[f64],
-) -> Result<ToldOdometry, JsError> {
-    let mut settings = Settings::of(SensorModel::lidar(), robot);
-    apply(&mut settings, keys, values)?;
-    Ok(settings.odometry.told(robot))
+/// # Errors    The fit is none.
+#[wasm_bindgen]
+pub fn write_preset(name: &str, fit: &Ts<DriveFit>) -> Result<String, WebError> {
+    let fit = fit.to_rust()?;
+    let line = |p: FittedParameter| FittedLine {
+        name: p.name,
+        unit: p.unit,
+        value: p.value,
+        sigma: Some(p.sigma).filter(|sigma| sigma.is_finite()),
+        unknown: p.unknown,
+    };
+    let file = CoreFile {
+        name: name.to_owned(),
+        settings: fit.settings.0.into_iter().collect(),
+    };
+    let lines: Vec<_> = fit.parameters.into_iter().map(line).collect();
+    Ok(preset::write(&file, &lines))
 }
 
-/// Samples of the twin from number `from` on, see `TWIN` of www/src/protocol/figures.ts.
+/// Samples of the twin from number `from` on, see `TWIN`.
 pub(crate) fn samples_since(twin: Option<&Twin>, from: u32) -> Vec<f64> {
     let samples = twin.map_or(&[][..], Twin::samples);
-    let flat = |s: &TwinSample| {
-        [
-            s.seconds,
-            s.twin.x(),
-            s.twin.y(),
-            s.twin.heading(),
-            s.position,
-            s.position_sigma3,
-            s.heading,
-            s.heading_sigma3,
-            s.ranges.unwrap_or(f64::NAN),
-        ]
+    let row = |s: &TwinSample| TwinRow {
+        time: s.seconds,
+        x: s.twin.x(),
+        y: s.twin.y(),
+        heading: s.twin.heading(),
+        position_off: s.position,
+        position_sigma3: s.position_sigma3,
+        heading_off: s.heading,
+        heading_sigma3: s.heading_sigma3,
+        ranges: s.ranges.unwrap_or(f64::NAN),
     };
-    samples.iter().skip(from as usize).flat_map(flat).collect()
+    flat(samples.iter().skip(from as usize).map(row))
 }

@@ -1,20 +1,20 @@
 //! What a person takes away from a run: the map, the walls, the way, the scans, as files of other programs.
 
+use serde::{Deserialize, Serialize};
 use slamlab_core::format::carmen::CarmenLog;
 use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
 use slamlab_core::format::{floor_plan, og_map, rooms, tum};
 use slamlab_core::geom::Pose2;
 use slamlab_core::map::{Topology, TopologyConfig};
 use slamlab_core::slam::Slam;
-use wasm_bindgen::prelude::{JsError, wasm_bindgen};
+use tsify::Tsify;
+
+use crate::border::{Uint8Array, WebError};
 
 /// Why something cannot be saved.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
-    /// Nothing of that name can be saved.
-    #[error("there is no `{0}` to save")]
-    Unknown(String),
     /// No scan yet.
     #[error("there is no scan yet: let the robot look around first")]
     NoScans,
@@ -25,141 +25,107 @@ pub enum ExportError {
     Recorded,
 }
 
-/// Files to save.
-#[wasm_bindgen]
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Files {
-    files: Vec<File>,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-struct File {
-    name: String,
-    mime: &'static str,
-    bytes: Vec<u8>,
-}
-
-#[wasm_bindgen]
-impl Files {
-    /// How many.
-    #[must_use]
-    pub fn count(&self) -> usize {
-        self.files.len()
-    }
-
-    /// Name of a file; empty where there is none.
-    #[must_use]
-    pub fn name(&self, index: usize) -> String {
-        self.files
-            .get(index)
-            .map(|f| f.name.clone())
-            .unwrap_or_default()
-    }
-
+/// A file to save.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct SavedFile {
+    /// Without a folder.
+    pub name: String,
     /// What kind of file it is.
-    #[must_use]
-    pub fn mime(&self, index: usize) -> String {
-        self.files.get(index).map_or("", |f| f.mime).to_owned()
-    }
-
+    pub mime: String,
     /// What stands in it.
-    #[must_use]
-    pub fn bytes(&self, index: usize) -> Vec<u8> {
-        self.files
-            .get(index)
-            .map(|f| f.bytes.clone())
-            .unwrap_or_default()
+    #[tsify(type = "Uint8Array<ArrayBuffer>")]
+    pub bytes: Uint8Array,
+}
+
+impl SavedFile {
+    fn new(name: impl Into<String>, mime: &str, bytes: impl Into<Vec<u8>>) -> Self {
+        Self {
+            name: name.into(),
+            mime: mime.to_owned(),
+            bytes: bytes.into().into(),
+        }
     }
 }
 
-impl Files {
-    /// What every source has: `map`, `map-scale` and `map-raw` are files of map_server in its three modes.
-    ///
-    /// # Errors    An empty map, no walls, or no such thing.
-    pub(crate) fn of(slam: &Slam, what: &str, stem: &str) -> Result<Self, JsError> {
-        match what {
-            "map" => Self::map(
-                slam,
-                MapMode::Trinary,
-                MapImage::Pgm,
-                &format!("{stem}.pgm"),
-            ),
-            "map-scale" => Self::map(
-                slam,
-                MapMode::Scale,
-                MapImage::Png,
-                &format!("{stem}-map.png"),
-            ),
-            "map-raw" => Self::map(
-                slam,
-                MapMode::Raw,
-                MapImage::Pgm,
-                &format!("{stem}-raw.pgm"),
-            ),
-            "og-map" => {
-                let text = og_map::write(&og_map::of_grid(slam.grid())?);
-                Ok(Self::default().with("OGmap.txt", "text/plain", text))
-            }
-            "plan" => {
-                let walls = slam.vector_map().walls();
-                let began = slam.trajectory().first().map(|(_, pose)| pose.position());
-                let svg = floor_plan::svg(&walls, began)?;
-                let dxf = floor_plan::dxf(&walls)?;
-                let geojson = floor_plan::geojson(&walls)?;
-                Ok(Self::default()
-                    .with(&format!("{stem}.svg"), "image/svg+xml", svg)
-                    .with(&format!("{stem}.dxf"), "image/vnd.dxf", dxf)
-                    .with(&format!("{stem}.geojson"), "application/geo+json", geojson))
-            }
-            "rooms" => {
-                let rooms = Topology::of_grid(slam.grid(), &TopologyConfig::default());
-                let (name, text) = (format!("{stem}-rooms.geojson"), rooms::geojson(&rooms)?);
-                Ok(Self::default().with(&name, "application/geo+json", text))
-            }
-            other => Err(ExportError::Unknown(other.to_owned()).into()),
-        }
-    }
+/// The grid as files of map_server.
+///
+/// # Errors    An empty map.
+pub(crate) fn map(
+    slam: &Slam,
+    mode: MapMode,
+    image: MapImage,
+    name: &str,
+) -> Result<Vec<SavedFile>, WebError> {
+    let map = OccupancyMap::of_grid(slam.grid(), mode)?;
+    let files = map_server::write(&map, mode, image, name)?;
+    let (stem, mime) = match image {
+        MapImage::Png => (name.trim_end_matches(".png"), "image/png"),
+        _ => (name.trim_end_matches(".pgm"), "image/x-portable-graymap"),
+    };
+    Ok(vec![
+        SavedFile::new(name, mime, files.image),
+        SavedFile::new(format!("{stem}.yaml"), "application/yaml", files.yaml),
+    ])
+}
 
-    /// Where the robot was, as far as is known now: a TUM trajectory.
-    ///
-    /// # Errors    [`ExportError::NoScans`].
-    pub(crate) fn trajectory(poses: &[(f64, Pose2)], stem: &str) -> Result<Self, JsError> {
-        if poses.is_empty() {
-            return Err(ExportError::NoScans.into());
-        }
-        let text = tum::write(poses.iter().copied());
-        Ok(Self::default().with(&format!("{stem}.tum"), "text/plain", text))
-    }
+/// The grid as text.
+///
+/// # Errors    An empty map.
+pub(crate) fn og_map(slam: &Slam) -> Result<Vec<SavedFile>, WebError> {
+    let text = og_map::write(&og_map::of_grid(slam.grid())?);
+    Ok(vec![SavedFile::new("OGmap.txt", "text/plain", text)])
+}
 
-    /// The scans with their odometry: a CARMEN log.
-    ///
-    /// # Errors    [`ExportError::NoScans`].
-    pub(crate) fn carmen(log: &CarmenLog, stem: &str) -> Result<Self, JsError> {
-        if log.is_empty() {
-            return Err(ExportError::NoScans.into());
-        }
-        Ok(Self::default().with(&format!("{stem}.clf"), "text/plain", log.write()))
-    }
+/// The walls as a floor plan.
+///
+/// # Errors    No walls.
+pub(crate) fn plan(slam: &Slam, stem: &str) -> Result<Vec<SavedFile>, WebError> {
+    let walls = slam.vector_map().walls();
+    let began = slam.trajectory().first().map(|(_, pose)| pose.position());
+    let svg = floor_plan::svg(&walls, began)?;
+    let dxf = floor_plan::dxf(&walls)?;
+    let geojson = floor_plan::geojson(&walls)?;
+    Ok(vec![
+        SavedFile::new(format!("{stem}.svg"), "image/svg+xml", svg),
+        SavedFile::new(format!("{stem}.dxf"), "image/vnd.dxf", dxf),
+        SavedFile::new(format!("{stem}.geojson"), "application/geo+json", geojson),
+    ])
+}
 
-    fn map(slam: &Slam, mode: MapMode, image: MapImage, name: &str) -> Result<Self, JsError> {
-        let map = OccupancyMap::of_grid(slam.grid(), mode)?;
-        let files = map_server::write(&map, mode, image, name)?;
-        let (stem, mime) = match image {
-            MapImage::Png => (name.trim_end_matches(".png"), "image/png"),
-            _ => (name.trim_end_matches(".pgm"), "image/x-portable-graymap"),
-        };
-        Ok(Self::default().with(name, mime, files.image).with(
-            &format!("{stem}.yaml"),
-            "application/yaml",
-            files.yaml,
-        ))
-    }
+/// Rooms and doors.
+///
+/// # Errors    No rooms.
+pub(crate) fn rooms(slam: &Slam, stem: &str) -> Result<Vec<SavedFile>, WebError> {
+    let rooms = Topology::of_grid(slam.grid(), &TopologyConfig::default());
+    let text = rooms::geojson(&rooms)?;
+    let name = format!("{stem}-rooms.geojson");
+    Ok(vec![SavedFile::new(name, "application/geo+json", text)])
+}
 
-    fn with(mut self, name: &str, mime: &'static str, bytes: impl Into<Vec<u8>>) -> Self {
-        let (name, bytes) = (name.to_owned(), bytes.into());
-        self.files.push(File { name, mime, bytes });
-        self
+/// Where the robot was, as far as is known now: a TUM trajectory.
+///
+/// # Errors    [`ExportError::NoScans`].
+pub(crate) fn trajectory(poses: &[(f64, Pose2)], stem: &str) -> Result<Vec<SavedFile>, WebError> {
+    if poses.is_empty() {
+        return Err(ExportError::NoScans.into());
     }
+    let text = tum::write(poses.iter().copied());
+    Ok(vec![SavedFile::new(
+        format!("{stem}.tum"),
+        "text/plain",
+        text,
+    )])
+}
+
+/// The scans with their odometry: a CARMEN log.
+///
+/// # Errors    [`ExportError::NoScans`].
+pub(crate) fn carmen(log: &CarmenLog, stem: &str) -> Result<Vec<SavedFile>, WebError> {
+    if log.is_empty() {
+        return Err(ExportError::NoScans.into());
+    }
+    let name = format!("{stem}.clf");
+    Ok(vec![SavedFile::new(name, "text/plain", log.write())])
 }
 
 /// Seconds instead of stamps.

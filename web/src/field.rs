@@ -1,67 +1,62 @@
 //! Fields of the map, flattened for the page.
 
+use serde::{Deserialize, Serialize};
 use slamlab_core::map::Field;
 use slamlab_core::plan::RouteConfig;
 use slamlab_core::slam::Slam;
-use wasm_bindgen::prelude::wasm_bindgen;
+use tsify::Tsify;
+
+use crate::border::FieldName;
+use crate::view::GridChange;
 
 /// How far surfaces are off in the likelihood field, m: as in the search for closed loops.
 const LIKELIHOOD_SIGMA: f64 = 0.1;
 
-/// No field of that name.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no field `{0}`; expected distance, likelihood or room")]
-pub struct UnknownField(String);
-
-/// A field of the map in blocks, as `SlamView` has the grid; map frame, m.
-#[wasm_bindgen(getter_with_clone)]
-#[derive(Clone, Debug, PartialEq)]
-pub struct FieldView {
+/// A field of the map where it may have changed; map frame, m.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[tsify(missing_as_null)]
+pub struct FieldChange {
+    /// Which one.
+    pub name: FieldName,
     /// Changes when the grid was drawn anew and old blocks are worth nothing.
     pub generation: u32,
     /// With `generation`, hand it in next time to get what changed since.
     pub revision: f64,
-    /// Side of a cell, m.
-    pub resolution: f64,
     /// What a byte more means: m, of the likelihood 1/254.
     pub step: f64,
-    /// Column and row of each block that may have changed, in blocks.
-    pub blocks: Vec<i32>,
-    /// 64 x 64 cells of each such block in rows from the lower left: 0 unknown, else 1 + the value in steps, 255 for all that is more.
-    pub cells: Vec<u8>,
+    /// Blocks that may have changed.
+    pub grid: Option<GridChange>,
 }
 
-impl FieldView {
-    /// A field by its name, for someone who knows it up to `revision` of `generation`: `distance` to the nearest wall, `likelihood` of
-    /// a beam's end, or `room` around the centre of a robot of this radius (m), 0 where it may not be.
+impl FieldChange {
+    /// A field for someone who knows it up to `revision` of `generation`, around a robot of this radius (m).
     pub(crate) fn since(
         slam: &Slam,
         radius: f64,
-        name: &str,
+        name: FieldName,
         generation: u32,
         revision: f64,
-    ) -> Result<Self, UnknownField> {
+    ) -> Self {
         let field = match name {
-            "distance" => Field::Distance,
-            "likelihood" => Field::Likelihood {
+            FieldName::Distance => Field::Distance,
+            FieldName::Likelihood => Field::Likelihood {
                 sigma: LIKELIHOOD_SIGMA,
             },
-            "room" => Field::Room {
+            FieldName::Room => Field::Room {
                 keep: radius + RouteConfig::default().narrowest(),
             },
-            other => return Err(UnknownField(other.to_owned())),
         };
         let (grid, now) = (slam.grid(), slam.grid_version() as u32);
         let known = if now == generation { revision } else { 0.0 };
-        let told = field.since(grid, known as u64);
-        Ok(Self {
+        let field = field.since(grid, known as u64);
+        let index = field.blocks.iter().flat_map(|b| [b.col, b.row]).collect();
+        Self {
+            name,
             generation: now,
             revision: grid.revision() as f64,
-            resolution: grid.resolution(),
-            step: told.step,
-            blocks: told.blocks.iter().flat_map(|b| [b.col, b.row]).collect(),
-            cells: told.bytes,
-        })
+            step: field.step,
+            grid: GridChange::of(grid.resolution(), index, field.bytes),
+        }
     }
 }
 
@@ -75,18 +70,19 @@ mod tests {
     use super::*;
 
     /// What a byte tells at a place of the map, m.
-    fn value_at(view: &FieldView, x: f64, y: f64) -> Option<f64> {
-        let (col, row) = ((x / view.resolution) as i32, (y / view.resolution) as i32);
-        let (blocks, _) = view.blocks.as_chunks::<2>();
+    fn value_at(view: &FieldChange, x: f64, y: f64) -> Option<f64> {
+        let grid = view.grid.as_ref()?;
+        let (col, row) = ((x / grid.resolution) as i32, (y / grid.resolution) as i32);
+        let (blocks, _) = grid.index.as_chunks::<2>();
         let block = [col.div_euclid(64), row.div_euclid(64)];
         let at = blocks.iter().position(|b| *b == block)?;
         let offset = (row.rem_euclid(64) * 64 + col.rem_euclid(64)) as usize;
-        let byte = *view.cells.get(at * 4096 + offset)?;
+        let byte = *grid.cells.get(at * 4096 + offset)?;
         (byte > 0).then(|| f64::from(byte - 1) * view.step)
     }
 
     #[test]
-    fn fields_are_told_by_name_as_far_as_they_changed() {
+    fn fields_are_told_as_far_as_they_changed() {
         let world = worlds::builtin("arena").unwrap();
         let config = ExperimentConfig {
             mode: Mode::Explore,
@@ -96,32 +92,35 @@ mod tests {
         for _ in 0..100 {
             run.step().unwrap();
         }
-        let of = |name: &str, generation, revision| {
-            FieldView::since(run.slam(), 0.18, name, generation, revision)
+        let of = |name, generation, revision| {
+            FieldChange::since(run.session().slam(), 0.18, name, generation, revision)
         };
-        let distance = of("distance", 0, 0.0).unwrap();
-        assert_eq!(distance.cells.len(), distance.blocks.len() / 2 * 4096);
-        let here = run.slam().estimate().pose;
+        let distance = of(FieldName::Distance, 0, 0.0);
+        let blocks = distance.grid.clone().unwrap();
+        assert_eq!(blocks.cells.len(), blocks.index.len() / 2 * 4096);
+        let here = run.session().slam().estimate().pose;
         let (x, y) = (here.x(), here.y());
         let far = value_at(&distance, x, y).unwrap();
         assert!(far > 0.2, "the robot stands clear of walls: {far}");
-        let room = of("room", 0, 0.0).unwrap();
-        let left = value_at(&room, x, y).unwrap();
-        assert!(left > 0.0 && left < far - 0.18, "{left} of {far}");
-        let likelihood = of("likelihood", 0, 0.0).unwrap();
+        let room = of(FieldName::Room, 0, 0.0);
+        let rest = value_at(&room, x, y).unwrap();
+        assert!(rest > 0.0 && rest < far - 0.18, "{rest} of {far}");
+        let likelihood = of(FieldName::Likelihood, 0, 0.0);
         assert!(value_at(&likelihood, x, y).unwrap() < 0.2);
-        assert!(likelihood.cells.contains(&255), "cells of walls fit best");
-        let again = of("distance", distance.generation, distance.revision).unwrap();
-        assert!(again.blocks.is_empty(), "nothing is new");
-        let other = of("distance", distance.generation + 1, distance.revision).unwrap();
-        assert_eq!(
-            other.blocks, distance.blocks,
-            "another generation knows nothing"
+        assert!(
+            likelihood.grid.unwrap().cells.contains(&255),
+            "cells of walls fit best"
         );
-        let error = of("cake", 0, 0.0).unwrap_err().to_string();
+        let again = of(FieldName::Distance, distance.generation, distance.revision);
+        assert!(again.grid.is_none(), "nothing is new");
+        let other = of(
+            FieldName::Distance,
+            distance.generation + 1,
+            distance.revision,
+        );
         assert_eq!(
-            error,
-            "there is no field `cake`; expected distance, likelihood or room"
+            other.grid, distance.grid,
+            "another generation knows nothing"
         );
     }
 }

@@ -1,46 +1,50 @@
 //! Bindings of the core for the page: they convert, call, and convert. Nothing is decided here.
 //!
-//! Numbers cross as plain fields, bulk data as typed arrays in the map frame (m, rad); the page's side of it stands in
-//! `www/src/source`. An error becomes a JavaScript `Error` with the core's own sentence, a panic a thrown string.
+//! [`border`] holds the schema: objects of which the page knows the types, bulk data as typed arrays in the map frame (m, rad),
+//! errors with a kind and the core's own sentence. A panic becomes a thrown string.
 
 mod bench;
+mod border;
 mod building;
 mod calibration;
 mod contest;
+mod device_kinds;
 mod drive_fit;
-mod experiment;
 mod export;
 mod field;
 mod inspection;
 mod live;
 mod near;
-mod replay;
+mod recording;
 mod rooms;
+mod run;
 mod settings;
 mod setup;
-mod shows_slam;
 mod sigma;
+mod simulation;
 mod status;
 mod view;
 
-pub use bench::BenchResponse;
-pub use building::{Building, BuildingFiles, Known};
-pub use calibration::{Calibration, CalibrationError, calibrate, data_sheet};
-pub use contest::{AskError, WebContest};
-pub use drive_fit::{FitTable, PresetText, read_preset, write_preset};
-pub use experiment::WebExperiment;
-pub use export::{ExportError, Files};
-pub use field::{FieldView, UnknownField};
-pub use inspection::Inspection;
-pub use live::{BridgeStatus, WebLive};
+pub use bench::{BenchResponse, BenchTrial};
+pub use border::*;
+pub use building::{Building, GivenFile, KnownFile, KnownMap, read_building, read_known};
+pub use calibration::{Calibration, Pairs, calibrate, data_sheet};
+pub use contest::{AskError, ContestAsk, ContestState, Entrant, NoPathReason, WebContest};
+pub use device_kinds::{DeviceKind, UsbAdapter, device_kinds};
+pub use drive_fit::{DriveFit, FittedParameter, PresetFile, read_preset, write_preset};
+pub use export::{ExportError, SavedFile};
+pub use field::FieldChange;
+pub use inspection::{Inspection, LearnedOdometry};
+pub use live::{BridgeStatus, DeviceStatus, LiveSetup};
 pub use near::{DeviceKindError, LineWant, WebNear};
-pub use replay::{WebLogReader, WebReplay};
+pub use recording::{ReplaySetup, WebLogReader};
 pub use rooms::Rooms;
+pub use run::{Cycle, Notice, RunError, SourceKind, StageWords, WebRun};
 pub use settings::{PresetInfo, SettingInfo, preset_list, setting_list};
-pub use setup::{SetupError, WebSetup};
-pub use sigma::{GrowthError, SigmaCurve};
-pub use status::RunStatus;
-pub use view::SlamView;
+pub use setup::{Setup, SetupError};
+pub use sigma::{SigmaBin, SigmaCurve};
+pub use status::{RunStatus, Task};
+pub use view::{GridChange, SlamView};
 
 use slamlab_core::sim::{SensorKind, worlds};
 use wasm_bindgen::prelude::wasm_bindgen;

@@ -1,201 +1,224 @@
-//! A robot behind a bridge, for the page.
+//! What only a robot behind a bridge has: a connection, the right to drive, devices. Bytes of the WebSocket come in and go out
+//! here; times are µs of the page's clock.
 
 use std::collections::VecDeque;
 
-use nalgebra::Point2;
-use slamlab_core::format::carmen::CarmenLog;
-use slamlab_core::geom::{Pose2, Segment};
+use serde::{Deserialize, Serialize};
 use slamlab_core::live::{Live, LiveConfig, Note};
-use slamlab_core::pilot::Mode;
-use slamlab_core::robot::RobotModel;
-use slamlab_core::slam::Slam;
-use slamlab_core::wire::message::Severity;
-use wasm_bindgen::prelude::{JsError, wasm_bindgen};
+use slamlab_core::wire::message::{self, Severity};
+use tsify::{Ts, Tsify};
+use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::building::Known;
-use crate::drive_fit::{FitTable, samples_since, told};
-use crate::experiment::{activity_of, mode_name};
-use crate::export::{ExportError, trajectory_of};
-use crate::shows_slam::shows_slam;
-use crate::status::RunStatus;
-use crate::view::{self, Shown};
+use crate::border::{
+    DeviceStateName, DisarmReasonName, Level, MethodName, SettingValues, Typed, WebError, typed,
+};
+use crate::building::KnownMap;
+use crate::run::{Behind, Notice, Source, WebRun};
 
-/// A robot that is mapped and driven through a bridge. Bytes of the WebSocket come in and go out here; times are µs of the
-/// page's clock.
-#[wasm_bindgen]
-#[derive(Debug)]
-pub struct WebLive {
-    live: Live,
-    waiting: VecDeque<Vec<u8>>,
+/// Who talks to a bridge.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[tsify(missing_as_null)]
+pub struct LiveSetup {
+    /// How others see this page.
+    pub name: String,
+    /// With an empty one it only watches.
+    pub token: String,
+    /// How it maps and finds itself.
+    pub method: MethodName,
+    /// The map that the method `known-map` finds the robot in, placed by where the robot is now.
+    pub known: Option<KnownMap>,
+    /// Settings that differ from their defaults.
+    pub settings: SettingValues,
+    /// Of the planner's draws.
+    pub seed: u32,
 }
 
-/// What a person sees of bridge and robot.
-#[wasm_bindgen(getter_with_clone)]
-#[derive(Clone, Debug, PartialEq)]
-#[expect(
-    missing_docs,
-    reason = "names and units as in `BridgeState` of www/src/protocol/devices.ts"
-)]
+/// What bridge and robot say of themselves. NaN where nothing is known.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+#[tsify(missing_as_null)]
 pub struct BridgeStatus {
-    pub is_in: bool,
+    /// This page may ask for the right to drive.
     pub may_drive: bool,
+    /// It has that right.
     pub has_lease: bool,
+    /// The robot moves on its commands.
     pub armed: bool,
+    /// The emergency stop is latched.
     pub emergency: bool,
+    /// Who has the right to drive; empty for nobody.
     pub driver: String,
-    pub reason: String,
+    /// Why the robot is not armed; null while somebody else drives it.
+    pub reason: Option<DisarmReasonName>,
+    /// V.
     pub battery: f64,
+    /// From here to the bridge and back, s.
     pub round_trip: f64,
+    /// Age of the robot's newest reading at the bridge, s.
     pub reading_age: f64,
+    /// Readings that this page missed.
     pub dropped: f64,
+    /// Pages that are connected.
     pub watchers: u32,
+    /// File of the recording; empty for none.
     pub recording: String,
+    /// Messages that stand in it.
     pub recorded: f64,
-    /// For each device: name, what it is, state, detail.
-    pub devices: Vec<String>,
+    /// What is at the bridge's lines.
+    pub devices: Vec<DeviceStatus>,
+}
+
+/// A device at a line of the bridge.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct DeviceStatus {
+    /// As the bridge was told of it: `rplidar:/dev/ttyUSB0`.
+    pub name: String,
+    /// What it is; empty until it said so.
+    pub model: String,
+    /// How it is.
+    pub state: DeviceStateName,
+    /// Of a fault: cause and cure.
+    pub detail: String,
+}
+
+impl From<&message::Device> for DeviceStatus {
+    fn from(device: &message::Device) -> Self {
+        Self {
+            name: device.name.clone(),
+            model: device.model.clone(),
+            state: (&device.state).into(),
+            detail: device.detail.clone(),
+        }
+    }
 }
 
 #[wasm_bindgen]
-impl WebLive {
-    /// `name` is how others see this page; an empty `token` only watches. `known` is the map that the method `known-map` finds the
-    /// robot in, placed by where the robot is now.
+impl WebRun {
+    /// A robot that is mapped and driven through a bridge.
     ///
-    /// # Errors    A sentence on a method that does not exist.
-    #[wasm_bindgen(constructor)]
-    #[allow(
-        clippy::needless_pass_by_value,
-        reason = "handed over: the page need not free it"
-    )]
-    pub fn new(
-        name: &str,
-        token: &str,
-        method: &str,
-        seed: u32,
-        known: Option<Known>,
-    ) -> Result<Self, JsError> {
+    /// # Errors    A sentence on a setting that cannot be.
+    pub fn connect(setup: &Ts<LiveSetup>) -> Result<Self, WebError> {
+        let setup = setup.to_rust()?;
         let live = Live::new(LiveConfig {
-            name: name.to_owned(),
-            token: (!token.is_empty()).then(|| token.to_owned()),
-            method: method.parse()?,
-            known: known.as_ref().map(Into::into),
-            seed: u64::from(seed),
+            name: setup.name,
+            token: Some(setup.token).filter(|token| !token.is_empty()),
+            method: setup.method.into(),
+            prior_map: setup.known.as_ref().map(Into::into),
+            settings: setup.settings.0.into_iter().collect(),
+            seed: u64::from(setup.seed),
         })?;
-        Ok(Self {
+        let source = Source::Live(Box::new(Behind {
             live,
             waiting: VecDeque::new(),
-        })
+        }));
+        Ok(Self { source })
     }
 
     /// Another connection begins; map and pose stay.
-    pub fn reconnect(&mut self) {
-        self.live.reconnect();
+    ///
+    /// # Errors    No robot behind a bridge.
+    pub fn reconnect(&mut self) -> Result<(), WebError> {
+        self.behind_mut()?.live.reconnect();
+        Ok(())
     }
 
     /// Takes one binary message.
     ///
     /// # Errors    A sentence on why the connection is of no use any more.
-    pub fn receive(&mut self, now: f64, bytes: &[u8]) -> Result<(), JsError> {
-        Ok(self.live.receive(now as u64, bytes)?)
+    pub fn receive(&mut self, now: f64, bytes: &[u8]) -> Result<(), WebError> {
+        Ok(self.behind_mut()?.live.receive(now as u64, bytes)?)
     }
 
     /// Due every 50 ms.
     ///
     /// # Errors    The bridge is gone.
-    pub fn tick(&mut self, now: f64) -> Result<(), JsError> {
-        Ok(self.live.tick(now as u64)?)
+    pub fn tick(&mut self, now: f64) -> Result<(), WebError> {
+        Ok(self.behind_mut()?.live.tick(now as u64)?)
     }
 
     /// The next message to send; empty when there is none.
     #[must_use]
     pub fn outgoing(&mut self) -> Vec<u8> {
-        if self.waiting.is_empty() {
-            self.waiting.extend(self.live.take_outgoing());
-        }
-        self.waiting.pop_front().unwrap_or_default()
-    }
-
-    /// What a person should read: `info`, `warn` or `error`, and the text, pair by pair.
-    #[must_use]
-    pub fn notes(&mut self) -> Vec<String> {
-        let flat = |Note { severity, text }| {
-            let level = match severity {
-                Severity::Info => "info",
-                _ => "warn",
-            };
-            [level.to_owned(), text]
+        let Ok(Behind { live, waiting }) = self.behind_mut() else {
+            return vec![];
         };
-        self.live.take_notes().into_iter().flat_map(flat).collect()
+        if waiting.is_empty() {
+            waiting.extend(live.take_outgoing());
+        }
+        waiting.pop_front().unwrap_or_default()
     }
 
     /// Whether the bridge let this page in.
     #[must_use]
     pub fn is_in(&self) -> bool {
-        self.live.client().is_in()
+        self.behind()
+            .is_ok_and(|behind| behind.live.client().is_in())
     }
 
     /// How often estimate and map began anew.
     #[must_use]
     pub fn begun(&self) -> u32 {
-        self.live.begun()
+        self.behind().map_or(0, |behind| behind.live.begun())
     }
 
     /// Asks for the right to drive, and arms.
-    pub fn take_wheel(&mut self, now: f64, force: bool) {
-        self.live.take_wheel(now as u64, force);
+    ///
+    /// # Errors    No robot behind a bridge.
+    pub fn take_wheel(&mut self, now: f64, force: bool) -> Result<(), WebError> {
+        self.behind_mut()?.live.take_wheel(now as u64, force);
+        Ok(())
     }
 
     /// Gives the right to drive back; the robot stops.
-    pub fn leave_wheel(&mut self, now: f64) {
-        self.live.leave_wheel(now as u64);
-    }
-
-    /// Stops the robot and disarms it, whoever drives.
-    pub fn stop(&mut self, now: f64) {
-        self.live.stop(now as u64);
+    ///
+    /// # Errors    No robot behind a bridge.
+    pub fn leave_wheel(&mut self, now: f64) -> Result<(), WebError> {
+        self.behind_mut()?.live.leave_wheel(now as u64);
+        Ok(())
     }
 
     /// Cuts the motors off, whoever drives.
-    pub fn emergency_stop(&mut self, now: f64) {
-        self.live.emergency_stop(now as u64);
+    ///
+    /// # Errors    No robot behind a bridge.
+    pub fn emergency_stop(&mut self, now: f64) -> Result<(), WebError> {
+        self.behind_mut()?.live.emergency_stop(now as u64);
+        Ok(())
     }
 
     /// Unlatches the emergency stop.
-    pub fn reset_emergency_stop(&mut self, now: f64) {
-        self.live.reset_emergency_stop(now as u64);
-    }
-
-    /// Explore from here on.
-    pub fn explore(&mut self) {
-        self.live.set_mode(Mode::Explore);
-    }
-
-    /// Wait for the hand.
-    pub fn manual(&mut self) {
-        self.live.set_mode(Mode::Manual);
-    }
-
-    /// Go to a point of the map, m.
-    pub fn go_to(&mut self, x: f64, y: f64) {
-        self.live.set_mode(Mode::GoTo(Point2::new(x, y)));
-    }
-
-    /// Drive by hand; fractions of the robot's highest speeds in [-1, 1], forward and to the left.
-    pub fn drive(&mut self, forward: f64, turn: f64) {
-        self.live.drive(forward, turn);
+    ///
+    /// # Errors    No robot behind a bridge.
+    pub fn reset_emergency_stop(&mut self, now: f64) -> Result<(), WebError> {
+        self.behind_mut()?.live.reset_emergency_stop(now as u64);
+        Ok(())
     }
 
     /// What bridge and robot say of themselves.
-    #[must_use]
-    pub fn bridge(&self) -> BridgeStatus {
-        let (live, client) = (&self.live, self.live.client());
-        let (safety, delays) = (client.safety(), client.delays());
-        let recording = live.recording();
-        let devices = live.devices().iter().flat_map(|device| {
-            let state = device.state.name();
-            [&device.name, &device.model, state, &device.detail].map(|text| text.to_owned())
-        });
-        BridgeStatus {
-            is_in: client.is_in(),
+    ///
+    /// # Errors    No robot behind a bridge.
+    pub fn bridge(&self) -> Typed<BridgeStatus> {
+        typed(&BridgeStatus::of(&self.behind()?.live))
+    }
+}
+
+impl Behind {
+    pub(crate) fn notices(&mut self) -> Vec<Notice> {
+        let notice = |Note { severity, text }| Notice {
+            level: match severity {
+                Severity::Info => Level::Info,
+                Severity::Warning | Severity::Error => Level::Warn,
+            },
+            text,
+        };
+        self.live.take_notes().into_iter().map(notice).collect()
+    }
+}
+
+impl BridgeStatus {
+    fn of(live: &Live) -> Self {
+        let client = live.client();
+        let (safety, delays, recording) = (client.safety(), client.delays(), live.recording());
+        Self {
             may_drive: client.may_drive(),
             has_lease: client.has_lease(),
             armed: client.is_armed(),
@@ -206,8 +229,7 @@ impl WebLive {
                 .unwrap_or_default(),
             reason: safety
                 .filter(|safety| !safety.armed)
-                .map(|safety| safety.reason.name().to_owned())
-                .unwrap_or_default(),
+                .map(|safety| (&safety.reason).into()),
             battery: live.battery().map_or(f64::NAN, f64::from),
             round_trip: delays.map_or(f64::NAN, |delays| delays.round_trip),
             reading_age: delays.map_or(f64::NAN, |delays| delays.reading_age),
@@ -215,131 +237,7 @@ impl WebLive {
             watchers: u32::from(live.watchers()),
             recording: recording.map(|r| r.file.clone()).unwrap_or_default(),
             recorded: recording.map_or(f64::NAN, |r| r.acknowledged as f64),
-            devices: devices.collect(),
+            devices: live.devices().iter().map(Into::into).collect(),
         }
-    }
-
-    /// The numbers of the moment.
-    #[must_use]
-    pub fn status(&self) -> RunStatus {
-        let live = &self.live;
-        let goal = live.pilot().goal();
-        RunStatus {
-            time: live.stamp().seconds(),
-            scans: live.scans(),
-            distance: live.distance(),
-            goal_x: goal.map_or(f64::NAN, |goal| goal.x),
-            goal_y: goal.map_or(f64::NAN, |goal| goal.y),
-            finished: live.pilot().status().is_over(),
-            ..RunStatus::of(&self.shown(), &live.odometry_pose(), live.consistency())
-        }
-    }
-
-    /// `manual`, `goto` or `explore`.
-    #[must_use]
-    pub fn mode(&self) -> String {
-        mode_name(self.live.pilot().mode()).to_owned()
-    }
-
-    /// What the pilot is doing, or how its errand ended, in words.
-    #[must_use]
-    pub fn activity(&self) -> String {
-        activity_of(self.live.pilot())
-    }
-
-    /// What the drive so far tells of the robot.
-    #[must_use]
-    pub fn fit(&self) -> FitTable {
-        FitTable::of(&self.live.fit())
-    }
-
-    /// Samples of the twin from number `from` on, see `TWIN` of www/src/protocol/figures.ts.
-    #[must_use]
-    pub fn twin_since(&self, from: u32) -> Vec<f64> {
-        samples_since(self.live.twin(), from)
-    }
-
-    /// What the settings say of the odometry is used from here on; others do not matter here.
-    ///
-    /// # Errors    A sentence on a setting that does not exist.
-    #[allow(
-        clippy::needless_pass_by_value,
-        reason = "lists of text cross the border by value only"
-    )]
-    pub fn configure(&mut self, keys: Vec<String>, values: Vec<f64>) -> Result<(), JsError> {
-        let told = told(self.live.model(), &keys, &values)?;
-        self.live.tell_odometry(told);
-        Ok(())
-    }
-
-    /// A twin with what these settings say of the odometry runs beside the robot from here on, or no longer.
-    ///
-    /// # Errors    A sentence on a setting that does not exist.
-    #[allow(
-        clippy::needless_pass_by_value,
-        reason = "lists of text cross the border by value only"
-    )]
-    pub fn set_twin(
-        &mut self,
-        on: bool,
-        keys: Vec<String>,
-        values: Vec<f64>,
-    ) -> Result<(), JsError> {
-        let told = told(self.live.model(), &keys, &values)?;
-        self.live.set_twin(on.then_some(told));
-        Ok(())
-    }
-
-    /// x y of each corner of the path.
-    #[must_use]
-    pub fn path(&self) -> Vec<f32> {
-        let path = self.live.pilot().path();
-        path.map(|path| view::polyline(&path.points))
-            .unwrap_or_default()
-    }
-
-    /// Whether the filter is honest, and the likeliest cause if not: a name of `Diagnosis`.
-    #[must_use]
-    pub fn diagnosis(&self) -> String {
-        self.live.consistency().diagnosis().name().to_owned()
-    }
-
-    /// Fingerprint of pose and map, 16 hexadecimal digits.
-    #[must_use]
-    pub fn state_hash(&self) -> String {
-        let mut hash = slamlab_core::hash::StateHash::new();
-        self.live.slam().add_to(&mut hash);
-        format!("{:016x}", hash.finish())
-    }
-}
-
-shows_slam!(WebLive);
-
-impl WebLive {
-    fn slam(&self) -> &Slam {
-        self.live.slam()
-    }
-
-    fn shown(&self) -> Shown<'_> {
-        Shown {
-            slam: self.slam(),
-            stages: Some(self.live.pilot().stages()),
-        }
-    }
-
-    fn robot(&self) -> &RobotModel {
-        self.live.model()
-    }
-
-    fn true_walls(&self) -> Option<(Vec<Segment>, Pose2)> {
-        None
-    }
-
-    fn trajectory(&self) -> Vec<(f64, Pose2)> {
-        trajectory_of(self.slam())
-    }
-
-    fn scan_log(&self) -> Result<Box<CarmenLog>, JsError> {
-        Err(ExportError::Recorded.into())
     }
 }

@@ -3,14 +3,13 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use slamlab_core::device::{Device, Ld06, Near, Rp6, Rplidar, Want};
-use slamlab_core::wire::revolution::RevolutionConfig;
-use slamlab_core::wire::rplidar::driver::DriverConfig;
+use slamlab_core::device::{Device, KINDS, Kind, Near, Want};
+use slamlab_core::geom::Pose2;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 /// There is no device of that kind.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no device `{0}`; expected rp6, rplidar or ld06")]
+#[error("there is no device `{0}`; expected one of {names}", names = KINDS.map(|kind| kind.name).join(", "))]
 pub struct DeviceKindError(String);
 
 /// Devices at ports of the page. Times are µs of the page's clock; the messages are those of a bridge.
@@ -35,7 +34,7 @@ pub struct LineWant {
 
 #[wasm_bindgen]
 impl WebNear {
-    /// Devices by the numbers of their lines: `rp6`, `rplidar`, `ld06`.
+    /// Devices by the numbers of their lines, each by the name of its kind.
     ///
     /// # Errors    [`DeviceKindError`].
     #[wasm_bindgen(constructor)]
@@ -127,13 +126,9 @@ impl WebNear {
     }
 }
 
-fn device(kind: &str) -> Result<Box<dyn Device>, DeviceKindError> {
-    Ok(match kind {
-        "rp6" => Box::new(Rp6::new("rp6:cable")),
-        "rplidar" => Box::new(Rplidar::new("rplidar:cable", DriverConfig::default())),
-        "ld06" => Box::new(Ld06::new("ld06:cable", RevolutionConfig::ld06())),
-        other => return Err(DeviceKindError(other.to_owned())),
-    })
+fn device(name: &str) -> Result<Box<dyn Device>, DeviceKindError> {
+    let kind = Kind::named(name).ok_or_else(|| DeviceKindError(name.to_owned()))?;
+    Ok((kind.open)(format!("{name}:cable"), Pose2::identity()))
 }
 
 fn micros(now: f64) -> Duration {

@@ -1,21 +1,26 @@
 //! Rooms, corridors and doors, flattened for the page.
 
 use nalgebra::Point2;
-use slamlab_core::map::{Door, Grid, Region, RegionKind, Topology, TopologyConfig};
-use wasm_bindgen::prelude::wasm_bindgen;
+use serde::{Deserialize, Serialize};
+use slamlab_core::map::{Door, Grid, Region, Topology, TopologyConfig};
+use tsify::Tsify;
 
-/// The topological map; strides as of `Rooms` in www/src/protocol/rooms.ts, map frame, m.
-#[wasm_bindgen(getter_with_clone)]
-#[derive(Clone, Debug, PartialEq)]
+use crate::border::{
+    DoorwayRow, Float32Array, Float64Array, RegionName, RegionRow, Uint32Array, flat,
+};
+use crate::view::flag;
+
+/// The topological map: rooms, corridors and doors, the largest region first; map frame, m.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct Rooms {
-    /// Of each region: kind (0 room, 1 corridor), area (m²), x and y of its middle, width (m).
-    pub regions: Vec<f64>,
-    /// Of each door: the two regions, x1 y1 x2 y2 of its posts, x and y of its middle, width (m), whether both posts were seen.
-    pub doors: Vec<f64>,
+    /// See `REGION`.
+    pub regions: Float64Array,
+    /// See `DOORWAY`.
+    pub doors: Float64Array,
     /// x y of the corners of all outlines.
-    pub corners: Vec<f32>,
+    pub corners: Float32Array,
     /// Of each outline its region and number of corners.
-    pub rings: Vec<u32>,
+    pub rings: Uint32Array,
     /// Version of the grid that they are of.
     pub generation: u32,
     /// Its revision.
@@ -26,49 +31,49 @@ impl Rooms {
     /// What a version of a grid holds.
     pub(crate) fn of(grid: &Grid, generation: u32) -> Self {
         let topology = Topology::of_grid(grid, &TopologyConfig::default());
-        let mut rooms = Self {
-            regions: topology.regions().iter().flat_map(region).collect(),
-            doors: topology.doors().iter().flat_map(door).collect(),
-            corners: vec![],
-            rings: vec![],
-            generation,
-            revision: grid.revision() as f64,
-        };
+        let (mut corners, mut rings) = (vec![], vec![]);
         for (number, outlines) in topology.outlines().iter().enumerate() {
             for ring in outlines {
-                rooms.rings.extend([number as u32, ring.len() as u32]);
-                rooms.corners.extend(ring.iter().flat_map(corner));
+                rings.extend([number as u32, ring.len() as u32]);
+                corners.extend(ring.iter().flat_map(corner));
             }
         }
-        rooms
+        Self {
+            regions: flat(topology.regions().iter().map(region)),
+            doors: flat(topology.doors().iter().map(door)),
+            corners: corners.into(),
+            rings: rings.into(),
+            generation,
+            revision: grid.revision() as f64,
+        }
     }
 }
 
-fn region(region: &Region) -> [f64; 5] {
-    let kind = match region.kind {
-        RegionKind::Room => 0.0,
-        RegionKind::Corridor => 1.0,
-    };
-    let centre = region.centre;
-    [kind, region.area, centre.x, centre.y, region.width]
+fn region(region: &Region) -> RegionRow {
+    RegionRow {
+        kind: f64::from(RegionName::from(&region.kind) as u8),
+        area: region.area,
+        x: region.centre.x,
+        y: region.centre.y,
+        width: region.width,
+    }
 }
 
-fn door(door: &Door) -> [f64; 10] {
+fn door(door: &Door) -> DoorwayRow {
     let ([from, to], (a, b)) = (door.regions, (door.posts.a, door.posts.b));
     let middle = a + (b - a) * 0.5;
-    let framed = f64::from(u8::from(door.is_framed));
-    [
-        from as f64,
-        to as f64,
-        a.x,
-        a.y,
-        b.x,
-        b.y,
-        middle.x,
-        middle.y,
-        door.width,
-        framed,
-    ]
+    DoorwayRow {
+        from: from as f64,
+        to: to as f64,
+        x1: a.x,
+        y1: a.y,
+        x2: b.x,
+        y2: b.y,
+        x: middle.x,
+        y: middle.y,
+        width: door.width,
+        framed: flag(door.is_framed),
+    }
 }
 
 fn corner(at: &Point2<f64>) -> [f32; 2] {

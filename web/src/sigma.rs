@@ -1,84 +1,108 @@
 //! σ(ρ) of a sensor from scans taken standing, for the page.
 
-use slamlab_core::points::{Growth, SigmaConfig, estimate_sigma_of_stretches};
+use serde::{Deserialize, Serialize};
+use slamlab_core::points::{SigmaBin as Bin, SigmaConfig, SigmaError, estimate_sigma_of_stretches};
 use slamlab_core::robot::Scan;
-use wasm_bindgen::prelude::{JsError, wasm_bindgen};
+use tsify::Tsify;
+
+use crate::border::{Float64Array, GrowthName};
 
 /// Points of the curve that the page draws.
 const CURVE: u32 = 60;
 
-/// There is no growth of that name.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no growth `{0}`; expected linear or square")]
-pub struct GrowthError(String);
-
-/// σ(ρ) with its doubts.
-#[wasm_bindgen(getter_with_clone)]
-#[derive(Clone, Debug, PartialEq)]
+/// σ(ρ) of a sensor with its doubts, as estimated from scans taken standing; m.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
 pub struct SigmaCurve {
+    /// How it grows.
+    pub growth: GrowthName,
     /// Scans that were compared.
     pub scans: u32,
     /// Stretches in which the robot stood.
     pub stretches: u32,
-    /// a (m) and b (m/m or m/m²) of σ = a + b ρ or a + b ρ², and the least σ to believe (m).
-    pub coefficients: Vec<f64>,
-    /// Standard deviations of a and b.
-    pub errors: Vec<f64>,
-    /// Misfit of the bins over their variance, and its degrees of freedom.
-    pub chi_squared: Vec<f64>,
-    /// For each bin: mean range (m), σ (m), standard deviation of that σ (m), readings used, readings left out.
-    pub bins: Vec<f64>,
+    /// a (m) of σ = a + b ρ or a + b ρ².
+    pub constant: f64,
+    /// b (m/m or m/m²).
+    pub slope: f64,
+    /// The least σ to believe, m.
+    pub least: f64,
+    /// Standard deviation of a.
+    pub constant_error: f64,
+    /// Standard deviation of b.
+    pub slope_error: f64,
+    /// Misfit of the bins over their variance.
+    pub chi_squared: f64,
+    /// Its degrees of freedom.
+    pub freedom: f64,
+    /// Readings by their ranges.
+    pub bins: Vec<SigmaBin>,
     /// Ranges of the curve, m.
-    pub curve_ranges: Vec<f64>,
+    pub curve_ranges: Float64Array,
     /// σ there, m.
-    pub curve_sigmas: Vec<f64>,
+    pub curve_sigmas: Float64Array,
     /// σ there with which a simulation drew its noise, m; empty where nobody knows.
-    pub truth: Vec<f64>,
+    pub truth: Float64Array,
+}
+
+/// Readings of similar range.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct SigmaBin {
+    /// Mean range, m.
+    pub range: f64,
+    /// σ, m.
+    pub sigma: f64,
+    /// Standard deviation of that σ, m.
+    pub error: f64,
+    /// Readings used.
+    pub used: u32,
+    /// Readings left out.
+    pub clipped: u32,
+}
+
+impl From<&Bin> for SigmaBin {
+    fn from(bin: &Bin) -> Self {
+        Self {
+            range: bin.range,
+            sigma: bin.sigma,
+            error: bin.sigma * (0.75 / bin.used as f64).sqrt(),
+            used: bin.used as u32,
+            clipped: bin.clipped as u32,
+        }
+    }
 }
 
 impl SigmaCurve {
     /// `truth`: σ at no distance and its growth, where a simulation knows them.
     pub(crate) fn of(
         stretches: &[&[Scan]],
-        growth: &str,
+        growth: GrowthName,
         truth: Option<(f64, f64)>,
-    ) -> Result<Self, JsError> {
-        let growth = match growth {
-            "linear" => Growth::Linear,
-            "square" => Growth::Square,
-            other => return Err(GrowthError(other.to_owned()).into()),
-        };
+    ) -> Result<Self, SigmaError> {
         let config = SigmaConfig {
-            growth,
+            growth: growth.into(),
             ..SigmaConfig::default()
         };
         let fit = estimate_sigma_of_stretches(stretches, &config)?;
         let used = fit.to_use();
         let farthest = fit.bins.iter().map(|bin| bin.range).fold(0.0, f64::max);
         let at = |i: u32| 1.05 * farthest * f64::from(i) / f64::from(CURVE);
-        let curve_ranges: Vec<f64> = (0..=CURVE).map(at).collect();
-        let bins = fit.bins.iter().flat_map(|bin| {
-            let (n, clipped) = (bin.used as f64, bin.clipped as f64);
-            [
-                bin.range,
-                bin.sigma,
-                bin.sigma * (0.75 / n).sqrt(),
-                n,
-                clipped,
-            ]
-        });
+        let ranges: Vec<f64> = (0..=CURVE).map(at).collect();
+        let true_sigmas = |(a, b)| ranges.iter().map(|range| a + b * range).collect();
         Ok(Self {
+            growth,
             scans: stretches.iter().map(|stretch| stretch.len() as u32).sum(),
             stretches: stretches.len() as u32,
-            coefficients: vec![used.constant, used.slope, used.least],
-            errors: vec![fit.cov[(0, 0)].sqrt(), fit.cov[(1, 1)].sqrt()],
-            chi_squared: vec![fit.chi_squared, fit.bins.len() as f64 - 2.0],
-            bins: bins.collect(),
-            curve_sigmas: curve_ranges.iter().map(|&range| used.at(range)).collect(),
-            truth: truth
-                .map(|(a, b)| curve_ranges.iter().map(|range| a + b * range).collect())
-                .unwrap_or_default(),
-            curve_ranges,
+            constant: used.constant,
+            slope: used.slope,
+            least: used.least,
+            constant_error: fit.cov[(0, 0)].sqrt(),
+            slope_error: fit.cov[(1, 1)].sqrt(),
+            chi_squared: fit.chi_squared,
+            freedom: fit.bins.len() as f64 - 2.0,
+            bins: fit.bins.iter().map(Into::into).collect(),
+            curve_sigmas: ranges.iter().map(|&range| used.at(range)).collect(),
+            truth: truth.map(true_sigmas).unwrap_or_default(),
+            curve_ranges: ranges.into(),
         })
     }
 }

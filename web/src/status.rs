@@ -1,58 +1,140 @@
 //! The numbers of the moment, the same for every source.
 
-use slamlab_core::estimation::{ConsistencyWindow, Figure};
-use slamlab_core::geom::Pose2;
+use serde::{Deserialize, Serialize};
+use slamlab_core::estimation::Figure;
+use slamlab_core::pilot::{Pilot, Status};
+use slamlab_core::robot::BodyShape;
+use slamlab_core::session::Session;
 use slamlab_core::slam::PriorMapFit;
-use wasm_bindgen::prelude::wasm_bindgen;
+use tsify::Tsify;
 
-use crate::view::Shown;
+use crate::border::{DiagnosisName, Level, Mode, PlannerName, TaskState};
 
 /// The numbers of the moment; poses in the map frame, m and rad. NaN where the source knows none.
-#[wasm_bindgen]
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(
-    missing_docs,
-    reason = "names and units as in `Status` of www/src/protocol/frame.ts"
-)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+#[tsify(missing_as_null)]
 pub struct RunStatus {
+    /// Seconds of the simulation, the recording or the robot.
     pub time: f64,
+    /// How much of a recording is done, 0 to 1.
     pub progress: f64,
+    /// Scans so far.
     pub scans: u32,
+    /// Estimate.
     pub x: f64,
+    /// Estimate.
     pub y: f64,
+    /// Estimate.
     pub heading: f64,
+    /// Its covariance, m² and rad².
     pub cov_xx: f64,
+    /// Its covariance.
     pub cov_xy: f64,
+    /// Its covariance.
     pub cov_yy: f64,
+    /// Its covariance.
     pub cov_heading: f64,
+    /// Truth.
     pub truth_x: f64,
+    /// Truth.
     pub truth_y: f64,
+    /// Truth.
     pub truth_heading: f64,
+    /// Dead reckoning.
     pub odometry_x: f64,
+    /// Dead reckoning.
     pub odometry_y: f64,
+    /// Dead reckoning.
     pub odometry_heading: f64,
+    /// Way driven, m.
     pub distance: f64,
+    /// How often the robot touched something.
     pub contacts: f64,
+    /// Goal of the pilot, m; NaN while there is none.
     pub goal_x: f64,
+    /// Goal of the pilot, m.
     pub goal_y: f64,
+    /// Mean of the last scans, and its 95 % band.
     pub nees: f64,
+    /// Its band.
     pub nees_low: f64,
+    /// Its band.
     pub nees_high: f64,
+    /// The same for each degree of freedom of the innovations.
     pub nis: f64,
+    /// Its band.
     pub nis_low: f64,
+    /// Its band.
     pub nis_high: f64,
+    /// What these figures say.
+    pub diagnosis: DiagnosisName,
+    /// Loops closed so far.
     pub loop_closures: u32,
+    /// Of what the sensor hit lately, the part that stands in the prior map, 0 to 1; NaN without one, or before enough was seen.
     pub known_part: f64,
+    /// That is so little that it is another map, or the robot begins elsewhere in it.
     pub known_misfit: bool,
     /// Something was seen that the grid has no room for.
     pub map_full: bool,
+    /// Who decides where to go.
+    pub mode: Mode,
+    /// What the pilot is doing; `null` for a recording.
+    pub task: Option<Task>,
+    /// The task is over, or the recording.
     pub finished: bool,
+    /// Half length of the robot, m.
+    pub half_length: f64,
+    /// Half width of the robot, m.
+    pub half_width: f64,
+    /// Walls are touched by that rectangle; otherwise by the disc around it.
+    pub is_rectangle: bool,
+    /// Half the opening of a sonar's cone, rad; 0 for a ray of light.
+    pub beam_half_angle: f64,
+}
+
+/// What the pilot is doing, or how its task ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[tsify(missing_as_null)]
+pub struct Task {
+    /// What it is doing.
+    pub state: TaskState,
+    /// `good` if all that was asked is done, `warn` if something is left or it waits for something.
+    pub level: Level,
+    /// The same in words.
+    pub text: String,
+    /// Which planner found the path.
+    pub planner: Option<PlannerName>,
+}
+
+impl Task {
+    pub(crate) fn of(pilot: &Pilot) -> Self {
+        let status = pilot.status();
+        let (state, level) = match status {
+            Status::Idle => (TaskState::Idle, Level::Info),
+            Status::Driving if pilot.is_homeward() => (TaskState::Homeward, Level::Info),
+            Status::Driving => (TaskState::Driving, Level::Info),
+            Status::Scanning => (TaskState::Scanning, Level::Info),
+            Status::Waiting(_) => (TaskState::Waiting, Level::Warn),
+            Status::Finished(finish) if finish.is_complete() => (TaskState::Finished, Level::Good),
+            Status::Finished(_) => (TaskState::Finished, Level::Warn),
+            Status::Failed(_) => (TaskState::Failed, Level::Warn),
+        };
+        Self {
+            state,
+            level,
+            text: status.to_string(),
+            planner: pilot.planner().as_ref().map(Into::into),
+        }
+    }
 }
 
 impl RunStatus {
-    /// What every source knows: the estimate, and where the wheels alone would put the robot.
-    pub(crate) fn of(shown: &Shown, odometry: &Pose2, consistency: &ConsistencyWindow) -> Self {
-        let (estimate, slam) = (shown.estimate(), shown.slam);
+    /// What every source knows; of a robot that somebody drives, what its pilot is about.
+    pub(crate) fn of(session: &Session, is_driven: bool) -> Self {
+        let (odometry, consistency) = (session.dead_reckoning(), session.consistency());
+        let (estimate, slam, robot) = (session.shown_estimate(), session.slam(), session.robot());
+        let (pilot, goal) = (session.pilot(), session.pilot().goal());
         let fit = slam.view().prior_map_fit;
         let flat = |figure: Option<Figure>| {
             figure.map_or([f64::NAN; 3], |f| [f.mean, f.band[0], f.band[1]])
@@ -60,9 +142,9 @@ impl RunStatus {
         let [nees, nees_low, nees_high] = flat(consistency.nees());
         let [nis, nis_low, nis_high] = flat(consistency.nis());
         Self {
-            time: f64::NAN,
+            time: session.stamp().seconds(),
             progress: f64::NAN,
-            scans: 0,
+            scans: session.scans() as u32,
             x: estimate.pose.x(),
             y: estimate.pose.y(),
             heading: estimate.pose.heading(),
@@ -76,21 +158,28 @@ impl RunStatus {
             odometry_x: odometry.x(),
             odometry_y: odometry.y(),
             odometry_heading: odometry.heading(),
-            distance: f64::NAN,
+            distance: session.distance(),
             contacts: f64::NAN,
-            goal_x: f64::NAN,
-            goal_y: f64::NAN,
+            goal_x: goal.map_or(f64::NAN, |goal| goal.x),
+            goal_y: goal.map_or(f64::NAN, |goal| goal.y),
             nees,
             nees_low,
             nees_high,
             nis,
             nis_low,
             nis_high,
+            diagnosis: (&consistency.diagnosis()).into(),
             loop_closures: slam.view().loop_closures as u32,
             known_part: fit.and_then(PriorMapFit::part).unwrap_or(f64::NAN),
             known_misfit: fit.is_some_and(PriorMapFit::is_misfit),
             map_full: slam.grid().is_whole().is_err(),
-            finished: false,
+            mode: (&pilot.mode()).into(),
+            task: is_driven.then(|| Task::of(pilot)),
+            finished: pilot.status().is_over(),
+            half_length: 0.5 * robot.length,
+            half_width: 0.5 * robot.width,
+            is_rectangle: robot.shape == BodyShape::Rectangle,
+            beam_half_angle: 0.0,
         }
     }
 }

@@ -1,68 +1,73 @@
 //! What a person sees of a map, flattened for the page.
 
 use nalgebra::Point2;
-use slamlab_core::geom::{Pose2, PoseEstimate, Segment};
+use serde::{Deserialize, Serialize};
+use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::map::CellState;
-use slamlab_core::pilot::{Stage, StageRecord};
+use slamlab_core::pilot::Stage;
 use slamlab_core::points::{Beam, Points};
-use slamlab_core::robot::{BodyShape, RobotModel};
+use slamlab_core::session::Session;
 use slamlab_core::slam::Slam;
-use wasm_bindgen::prelude::wasm_bindgen;
+use tsify::Tsify;
+
+use crate::border::{BeamRow, Float32Array, Float64Array, Int32Array, LineRow, Uint8Array, flat};
+
+/// Cells along one side of a block of the grid.
+const BLOCK_CELLS: u32 = 64;
+
+/// Grid blocks that changed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+pub struct GridChange {
+    /// Side of a cell, m.
+    pub resolution: f64,
+    /// Cells along one side of a block.
+    pub block_cells: u32,
+    /// Column and row of each block, in blocks.
+    pub index: Int32Array,
+    /// Cells of each block in rows from the lower left: 0 unknown, else 1 + 254 p, p the probability of an obstacle; of a field
+    /// 1 + the value in steps, 255 for all that is more.
+    pub cells: Uint8Array,
+}
+
+impl GridChange {
+    /// Nothing where no block changed.
+    pub(crate) fn of(resolution: f64, index: Vec<i32>, cells: Vec<u8>) -> Option<Self> {
+        (!index.is_empty()).then(|| Self {
+            resolution,
+            block_cells: BLOCK_CELLS,
+            index: index.into(),
+            cells: cells.into(),
+        })
+    }
+}
 
 /// What a person sees of [`Slam`], whatever feeds it: map frame, m and rad.
-#[wasm_bindgen(getter_with_clone)]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+#[tsify(missing_as_null)]
 pub struct SlamView {
     /// Changes when the grid was drawn anew and old blocks are worth nothing.
     pub generation: u32,
     /// With `generation`, hand it in next time to get what changed since.
     pub revision: f64,
-    /// Side of a cell, m.
-    pub resolution: f64,
-    /// Column and row of each block that changed, in blocks.
-    pub blocks: Vec<i32>,
-    /// 64 x 64 cells of each such block in rows from the lower left: 0 unknown, else 1 + 254 p, p the probability of an
-    /// obstacle.
-    pub cells: Vec<u8>,
+    /// The grid where it changed.
+    pub grid: Option<GridChange>,
     /// x y of what the last scan hit.
-    pub scan: Vec<f32>,
-    /// Range and σ (m) and quality of each of these hits, in the same order; NaN where the sensor tells no quality.
-    pub beams: Vec<f32>,
+    pub scan: Float32Array,
+    /// How each of these was read, see `BEAM`.
+    pub beams: Float32Array,
     /// x1 y1 x2 y2 of the lines found in the last scan.
-    pub found: Vec<f32>,
-    /// The walls of the line map, see `LINE_STRIDE` of www/src/protocol/frame.ts; none while they are those that were shown.
-    pub lines: Option<Vec<f64>>,
-}
-
-/// What is to be seen: the newest, or what the stage shown last had given by then.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Shown<'a> {
-    pub(crate) slam: &'a Slam,
-    /// None of a recording.
-    pub(crate) stages: Option<&'a StageRecord>,
-}
-
-impl Shown<'_> {
-    /// Whether what this stage changed is not to be seen yet.
-    pub(crate) fn awaits(&self, stage: Stage) -> bool {
-        self.stages.is_some_and(|stages| stages.awaits(stage))
-    }
-
-    pub(crate) fn estimate(&self) -> PoseEstimate {
-        let held = self.stages.and_then(StageRecord::held_estimate);
-        held.copied().unwrap_or_else(|| self.slam.estimate())
-    }
-
-    pub(crate) fn map_from_robot_at_scan(&self) -> Pose2 {
-        self.estimate().pose * self.slam.motion_since_scan().inverse()
-    }
+    pub found: Float32Array,
+    /// The walls of the line map, see `LINE`; none while they are those that were shown.
+    pub lines: Option<Float64Array>,
 }
 
 impl SlamView {
     /// The view of someone who knows the grid up to `revision` of `generation`. Somebody who follows the cycle stage by stage
     /// sees what each stage changed when that stage is shown.
-    pub(crate) fn since(shown: &Shown, generation: u32, revision: f64) -> Self {
-        let slam = shown.slam;
+    pub(crate) fn since(session: &Session, generation: u32, revision: f64) -> Self {
+        let slam = session.slam();
         let (layers, now) = (slam.layers(), slam.shown_version() as u32);
         let known = if now == generation {
             revision as u64
@@ -72,22 +77,22 @@ impl SlamView {
         let mut view = Self {
             generation: now,
             revision: layers.revision() as f64,
-            resolution: slam.grid().resolution(),
-            blocks: vec![],
-            cells: vec![],
-            scan: hits(shown),
+            grid: None,
+            scan: hits(session),
             beams: beams(slam),
-            found: found(shown),
-            lines: (!shown.awaits(Stage::Localise)).then(|| lines(slam)),
+            found: found(session),
+            lines: (!session.stages().awaits(Stage::Localise)).then(|| lines(slam)),
         };
-        if shown.awaits(Stage::Map) {
+        if session.stages().awaits(Stage::Map) {
             (view.generation, view.revision) = (generation, revision);
             return view;
         }
+        let (mut index, mut cells) = (vec![], vec![]);
         for (block, log_odds) in layers.blocks_since(known) {
-            view.blocks.extend([block.col, block.row]);
-            view.cells.extend(log_odds.iter().map(|&l| tone(l)));
+            index.extend([block.col, block.row]);
+            cells.extend(log_odds.iter().map(|&l| tone(l)));
         }
+        view.grid = GridChange::of(slam.grid().resolution(), index, cells);
         view
     }
 }
@@ -112,32 +117,40 @@ pub(crate) fn free_area(slam: &Slam) -> f64 {
     free as f64 * grid.resolution() * grid.resolution()
 }
 
-fn hits(shown: &Shown) -> Vec<f32> {
-    let map_from_robot = shown.map_from_robot_at_scan();
-    let ends = hits_of(shown.slam).map(|beam| flat(map_from_robot * beam.end_in_robot));
+fn hits(session: &Session) -> Float32Array {
+    let map_from_robot = map_from_robot_at_scan(session);
+    let ends = hits_of(session.slam()).map(|beam| pair(map_from_robot * beam.end_in_robot));
     ends.flatten().collect()
 }
 
-fn beams(slam: &Slam) -> Vec<f32> {
-    hits_of(slam)
-        .flat_map(|beam| {
-            let quality = beam.quality.map_or(f32::NAN, f32::from);
-            [beam.range as f32, beam.sigma as f32, quality]
-        })
-        .collect()
+fn beams(slam: &Slam) -> Float32Array {
+    flat(hits_of(slam).map(|beam| BeamRow {
+        range: beam.range as f32,
+        sigma: beam.sigma as f32,
+        quality: beam.quality.map_or(f32::NAN, f32::from),
+    }))
 }
 
 fn hits_of(slam: &Slam) -> impl Iterator<Item = &Beam> {
     slam.points().into_iter().flat_map(Points::hits)
 }
 
-fn found(shown: &Shown) -> Vec<f32> {
-    if shown.awaits(Stage::Lines) {
-        return vec![];
+pub(crate) fn map_from_robot_at_scan(session: &Session) -> Pose2 {
+    session.shown_estimate().pose * session.slam().motion_since_scan().inverse()
+}
+
+fn found(session: &Session) -> Float32Array {
+    if session.stages().awaits(Stage::Lines) {
+        return Float32Array::default();
     }
-    let map_from_robot = shown.map_from_robot_at_scan();
-    let ends = shown.slam.view().features.iter().flat_map(|line| line.ends);
-    ends.flat_map(|end| flat(map_from_robot * end)).collect()
+    let map_from_robot = map_from_robot_at_scan(session);
+    let ends = session
+        .slam()
+        .view()
+        .features
+        .iter()
+        .flat_map(|line| line.ends);
+    ends.flat_map(|end| pair(map_from_robot * end)).collect()
 }
 
 /// Names of the walls that the last scan merged, the one that stays before the one that goes.
@@ -150,25 +163,30 @@ pub(crate) fn merged(slam: &Slam) -> Vec<u32> {
     merged.flat_map(|m| [m.kept.0, m.gone.0]).collect()
 }
 
-/// For each wall: alpha, r, var alpha, cov alpha r, var r, x1, y1, x2, y2, matched in the last scan, confirmed, name.
-fn lines(slam: &Slam) -> Vec<f64> {
+/// A number for yes or no.
+pub(crate) fn flag(yes: bool) -> f64 {
+    f64::from(u8::from(yes))
+}
+
+fn lines(slam: &Slam) -> Float64Array {
     let is_matched = |id| slam.view().matches().iter().any(|m| m.landmark == id);
-    let mut numbers = vec![];
-    for wall in slam.view().landmarks {
+    flat(slam.view().landmarks.iter().map(|wall| {
         let [a, b] = wall.ends;
-        numbers.extend([
-            wall.line.alpha(),
-            wall.line.r(),
-            wall.cov[(0, 0)],
-            wall.cov[(0, 1)],
-            wall.cov[(1, 1)],
-        ]);
-        numbers.extend([a.x, a.y, b.x, b.y]);
-        numbers
-            .extend([is_matched(wall.id), wall.is_confirmed].map(|yes| f64::from(u8::from(yes))));
-        numbers.push(f64::from(wall.id.0));
-    }
-    numbers
+        LineRow {
+            alpha: wall.line.alpha(),
+            r: wall.line.r(),
+            var_alpha: wall.cov[(0, 0)],
+            cov_alpha_r: wall.cov[(0, 1)],
+            var_r: wall.cov[(1, 1)],
+            x1: a.x,
+            y1: a.y,
+            x2: b.x,
+            y2: b.y,
+            matched: flag(is_matched(wall.id)),
+            confirmed: flag(wall.is_confirmed),
+            id: f64::from(wall.id.0),
+        }
+    }))
 }
 
 /// x1 y1 x2 y2 of each segment, moved into the map frame.
@@ -177,7 +195,7 @@ pub(crate) fn segments<'a>(
     map_from: &Pose2,
 ) -> Vec<f32> {
     segments
-        .flat_map(|s| [flat(*map_from * s.a), flat(*map_from * s.b)])
+        .flat_map(|s| [pair(*map_from * s.a), pair(*map_from * s.b)])
         .flatten()
         .collect()
 }
@@ -191,27 +209,17 @@ pub(crate) fn known_walls(slam: &Slam) -> Vec<f32> {
     lines
         .iter()
         .flat_map(|line| line.ends)
-        .flat_map(flat)
+        .flat_map(pair)
         .collect()
 }
 
 /// x y of each point.
 pub(crate) fn polyline(points: &[Point2<f64>]) -> Vec<f32> {
-    points.iter().copied().flat_map(flat).collect()
+    points.iter().copied().flat_map(pair).collect()
 }
 
-fn flat(point: Point2<f64>) -> [f32; 2] {
+fn pair(point: Point2<f64>) -> [f32; 2] {
     [point.x as f32, point.y as f32]
-}
-
-/// Half length and half width of a robot, m; 1 where walls are touched by that rectangle, 0 where by the disc around it.
-pub(crate) fn body(robot: &RobotModel) -> Vec<f64> {
-    let is_rectangle = robot.shape == BodyShape::Rectangle;
-    vec![
-        0.5 * robot.length,
-        0.5 * robot.width,
-        f64::from(u8::from(is_rectangle)),
-    ]
 }
 
 #[cfg(test)]

@@ -6,36 +6,65 @@ use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::pilot::Mode;
 use slamlab_core::robot::RobotModel;
 use slamlab_core::sim::{SensorModel, worlds};
-use slamlab_web::{WebExperiment, WebLogReader, WebReplay, WebSetup};
-use wasm_bindgen::{JsError, JsValue};
+use slamlab_web::{
+    BenchResponse, BenchTrial, ErrorKind, FieldChange, FieldName as Field, Inspection, MethodName,
+    Mode as ModeName, ReplaySetup, RunStatus, SavedFile, SavedKind, SettingValues, Setup, SlamView,
+    Verdict, WebError, WebLogReader, WebRun,
+};
+use tsify::{Ts, Tsify};
+use wasm_bindgen::JsValue;
 use wasm_bindgen_test::{wasm_bindgen_test, wasm_bindgen_test_configure};
 
 wasm_bindgen_test_configure!(run_in_dedicated_worker);
 
 const BLOCK: usize = 64 * 64;
 
-fn experiment(world: &str, is_file: bool) -> Result<WebExperiment, String> {
-    WebExperiment::new(setup(world, is_file)).map_err(words)
+fn experiment(world: &str, json: Option<&str>) -> Result<WebRun, String> {
+    begin(&setup(world, json))
 }
 
-fn setup(world: &str, is_file: bool) -> WebSetup {
-    WebSetup {
+fn begin(setup: &Setup) -> Result<WebRun, String> {
+    WebRun::simulate(&ts(setup)).map_err(words)
+}
+
+fn setup(world: &str, json: Option<&str>) -> Setup {
+    Setup {
         world: world.to_owned(),
-        is_file,
+        world_json: json.map(str::to_owned),
         sensor: "lidar".to_owned(),
         seed: 7,
-        method: "line-ekf".to_owned(),
-        mode: "explore".to_owned(),
-        ..WebSetup::new()
+        method: MethodName::LineEkf,
+        mode: ModeName::Explore,
+        cycle: false,
+        settings: SettingValues::default(),
+        calibration: None,
+        known: None,
     }
 }
 
+/// As the page hands it over.
+fn ts<T: Tsify + serde::Serialize>(value: &T) -> Ts<T> {
+    value.into_ts().expect("an object")
+}
+
+/// As the page gets it.
+fn rust<T: Tsify + serde::de::DeserializeOwned>(typed: Result<Ts<T>, WebError>) -> T
+where
+    T::JsType: Clone,
+{
+    typed
+        .map_err(words)
+        .expect("an answer")
+        .to_rust()
+        .expect("of its type")
+}
+
 /// The error as a browser would print it.
-fn words(error: JsError) -> String {
+fn words(error: WebError) -> String {
     format!("{:?}", JsValue::from(error))
 }
 
-fn step(run: &mut WebExperiment) {
+fn step(run: &mut WebRun) {
     run.decide();
     run.advance().map_err(words).expect("a good scan");
 }
@@ -45,53 +74,67 @@ fn every_name_that_the_page_offers_begins_a_run() {
     for name in slamlab_web::world_names() {
         // A run in `campus` takes a while to begin; the core's tests build it.
         if name != "campus" {
-            experiment(&name, false).expect("a built-in world");
+            experiment(&name, None).expect("a built-in world");
         }
     }
     let names = slamlab_web::sensor_names();
     assert!(names.len() >= 8 && names.len().is_multiple_of(2));
     for name in names.iter().step_by(2) {
-        let setup = WebSetup {
+        let setup = Setup {
             sensor: name.clone(),
-            ..setup("arena", false)
+            ..setup("arena", None)
         };
-        assert!(WebExperiment::new(setup).is_ok(), "{name}");
+        assert!(begin(&setup).is_ok(), "{name}");
     }
 }
 
 #[wasm_bindgen_test]
 fn an_experiment_steps_and_has_frames() {
-    let mut run = experiment("arena", false).expect("a built-in world");
+    let mut run = experiment("arena", None).expect("a built-in world");
     for _ in 0..200 {
         step(&mut run);
     }
-    let status = run.status();
+    let status: RunStatus = rust(run.status());
     assert!((status.time - 10.0).abs() < 1e-9);
     assert!(status.scans > 20 && !status.finished);
-    assert_eq!(run.mode(), "explore");
-    let view = run.view(0, 0.0);
+    assert_eq!(status.mode, ModeName::Explore);
+    let view: SlamView = rust(run.view(0, 0.0));
     assert!(view.scan.len() > 200 && view.scan.len().is_multiple_of(2));
     let lines = view.lines.clone().expect("nobody steps through stages");
     assert!(!lines.is_empty() && lines.len().is_multiple_of(12));
     assert!(!run.truth().is_empty() && run.truth().len().is_multiple_of(4));
     assert!(run.extent() > 10.0 && run.explored() > 0.1 && run.known_area() > 1.0);
     assert_eq!(run.state_hash().len(), 16);
-    let files = run.export("map", "arena").map_err(words).expect("a map");
-    assert_eq!((files.count(), files.name(0)), (2, "arena.pgm".to_owned()));
-    assert!(files.bytes(0).starts_with(b"P5"));
-    assert!(String::from_utf8_lossy(&files.bytes(1)).contains("arena.pgm"));
-    let files = run.export("carmen", "arena").map_err(words).expect("scans");
-    assert!(slamlab_core::format::carmen::CarmenLog::parse(&files.bytes(0)).is_ok());
-    assert!(run.export("cake", "arena").is_err());
+    let files = saved(&run, SavedKind::Map);
+    assert_eq!((files.len(), files[0].name.as_str()), (2, "arena.pgm"));
+    assert!(files[0].bytes.starts_with(b"P5"));
+    assert!(String::from_utf8_lossy(&files[1].bytes).contains("arena.pgm"));
+    let files = saved(&run, SavedKind::Carmen);
+    assert!(slamlab_core::format::carmen::CarmenLog::parse(&files[0].bytes).is_ok());
+}
+
+fn saved(run: &WebRun, what: SavedKind) -> Vec<SavedFile> {
+    let files = run
+        .export(&ts(&what), "arena")
+        .map_err(words)
+        .expect("files");
+    files
+        .iter()
+        .map(|file| file.to_rust().expect("a file"))
+        .collect()
 }
 
 #[wasm_bindgen_test]
 fn the_filter_can_be_looked_into() {
-    let mut run = experiment("arena", false).expect("a built-in world");
+    let mut run = experiment("arena", None).expect("a built-in world");
     for _ in 0..200 {
         step(&mut run);
     }
-    let inside = run.inspect(true).expect("a line filter");
+    let inside = run.inspect(true).map_err(words).expect("an answer");
+    let inside: Inspection = inside
+        .expect("a line filter")
+        .to_rust()
+        .expect("of its type");
     let n = inside.robot_rows as usize + 2 * inside.landmarks.len();
     assert_eq!(inside.coefficients.len(), n * n);
     for (row, cells) in inside.coefficients.chunks(n).enumerate() {
@@ -103,11 +146,14 @@ fn the_filter_can_be_looked_into() {
     assert!(!inside.sightings.is_empty() && inside.sightings.len().is_multiple_of(7));
     let counted: f64 = inside.sightings.chunks(7).map(|s| s[6]).sum();
     assert_eq!(inside.candidates.len(), 8 * counted as usize);
-    let matched: Vec<_> = inside.sightings.chunks(7).filter(|s| s[4] == 0.0).collect();
-    assert!(!matched.is_empty(), "walls are recognised");
+    let is_matched = |s: &[f64]| s[4] == f64::from(Verdict::Matched as u8);
+    assert!(
+        inside.sightings.chunks(7).any(is_matched),
+        "walls are recognised"
+    );
     let mut first = 0;
     for sighting in inside.sightings.chunks(7) {
-        if sighting[4] == 0.0 {
+        if is_matched(sighting) {
             let candidates = &inside.candidates[8 * first..];
             let of_match = candidates
                 .chunks(8)
@@ -121,66 +167,62 @@ fn the_filter_can_be_looked_into() {
         }
         first += sighting[6] as usize;
     }
-    assert_eq!(inside.odometry.len(), 4);
-    assert!(inside.odometry[2] > 0.0 && inside.odometry[3] > 0.0);
-    let status = run.status();
+    assert!(inside.odometry.curvature_sigma > 0.0 && inside.odometry.turn_scale_sigma > 0.0);
+    let status: RunStatus = rust(run.status());
     assert!(status.nees > 0.0 && status.nees_low < 3.0 && status.nees_high > 3.0);
     assert!(status.nis > 0.0 && status.nis_low < 1.0 && status.nis_high > 1.0);
-    assert!(!run.diagnosis().is_empty());
-    let matching = WebExperiment::new(WebSetup {
-        method: "scan-matching".to_owned(),
-        ..setup("arena", false)
+    let matching = begin(&Setup {
+        method: MethodName::ScanMatching,
+        ..setup("arena", None)
     });
-    assert!(
-        matching
-            .map_err(words)
-            .expect("a built-in world")
-            .inspect(true)
-            .is_none()
-    );
+    let inside = matching.expect("a built-in world").inspect(true);
+    assert!(inside.map_err(words).expect("an answer").is_none());
 }
 
 #[wasm_bindgen_test]
 fn the_grid_is_told_in_blocks_that_changed() {
-    let mut run = experiment("arena", false).expect("a built-in world");
+    let mut run = experiment("arena", None).expect("a built-in world");
     for _ in 0..60 {
         step(&mut run);
     }
-    let all = run.view(0, 0.0);
-    assert!(!all.blocks.is_empty());
-    assert_eq!(all.cells.len(), all.blocks.len() / 2 * BLOCK);
-    let again = run.view(all.generation, all.revision);
-    assert!(again.blocks.is_empty(), "nothing is new");
-    let other = run.view(all.generation + 1, all.revision);
-    assert_eq!(other.blocks, all.blocks, "another generation knows nothing");
+    let view =
+        |run: &WebRun, generation, revision| -> SlamView { rust(run.view(generation, revision)) };
+    let all = view(&run, 0, 0.0);
+    let grid = all.grid.clone().expect("blocks");
+    assert_eq!(grid.cells.len(), grid.index.len() / 2 * BLOCK);
+    let again = view(&run, all.generation, all.revision);
+    assert!(again.grid.is_none(), "nothing is new");
+    let other = view(&run, all.generation + 1, all.revision);
+    assert_eq!(other.grid, all.grid, "another generation knows nothing");
     for _ in 0..20 {
         step(&mut run);
     }
-    let more = run.view(all.generation, all.revision);
-    assert!(!more.blocks.is_empty() && more.revision > all.revision);
+    let more = view(&run, all.generation, all.revision);
+    assert!(more.grid.is_some() && more.revision > all.revision);
 }
 
 #[wasm_bindgen_test]
 fn fields_are_told_in_blocks_that_may_have_changed() {
-    let mut run = experiment("arena", false).expect("a built-in world");
+    let mut run = experiment("arena", None).expect("a built-in world");
     for _ in 0..60 {
         step(&mut run);
     }
-    for name in ["distance", "likelihood", "room"] {
-        let all = run.field(name, 0, 0.0).map_err(words).expect("a field");
-        assert!(!all.blocks.is_empty() && all.cells.contains(&0));
-        assert_eq!(all.cells.len(), all.blocks.len() / 2 * BLOCK);
-        assert!(all.step > 0.0 && all.cells.iter().any(|&byte| byte > 0));
-        let again = run.field(name, all.generation, all.revision);
-        assert!(again.map_err(words).expect("a field").blocks.is_empty());
+    for name in [Field::Distance, Field::Likelihood, Field::Room] {
+        let of = |generation, revision| -> FieldChange {
+            rust(run.field(&ts(&name), generation, revision))
+        };
+        let all = of(0, 0.0);
+        let grid = all.grid.expect("blocks");
+        assert!(grid.cells.contains(&0) && grid.cells.iter().any(|&byte| byte > 0));
+        assert_eq!(grid.cells.len(), grid.index.len() / 2 * BLOCK);
+        assert!(all.step > 0.0);
+        assert!(of(all.generation, all.revision).grid.is_none());
     }
-    let refused = run.field("cake", 0, 0.0).map_err(words);
-    assert!(refused.expect_err("no such field").contains("`cake`"));
 }
 
 #[wasm_bindgen_test]
 fn a_run_through_the_bindings_has_the_bits_of_the_core() {
-    let mut run = experiment("doors", false).expect("a built-in world");
+    let mut run = experiment("doors", None).expect("a built-in world");
     let config = ExperimentConfig {
         mode: Mode::Explore,
         ..ExperimentConfig::new(
@@ -200,35 +242,45 @@ fn a_run_through_the_bindings_has_the_bits_of_the_core() {
 
 #[wasm_bindgen_test]
 fn the_hand_takes_over_and_stop_stops() {
-    let mut run = experiment("arena", false).expect("a built-in world");
+    let mut run = experiment("arena", None).expect("a built-in world");
     run.drive(1.0, 0.0);
     for _ in 0..40 {
         step(&mut run);
     }
-    assert_eq!(run.mode(), "manual");
-    let driven = run.status().distance;
+    let status: RunStatus = rust(run.status());
+    assert_eq!(status.mode, ModeName::Manual);
+    let driven = status.distance;
     assert!(driven > 0.2);
-    run.stop();
+    run.stop(0.0);
     for _ in 0..40 {
         step(&mut run);
     }
-    let stopped = run.status().distance;
+    let distance = |run: &WebRun| rust::<RunStatus>(run.status()).distance;
+    let stopped = distance(&run);
     for _ in 0..40 {
         step(&mut run);
     }
-    assert!((run.status().distance - stopped).abs() < 1e-3);
+    assert!((distance(&run) - stopped).abs() < 1e-3);
 }
 
 #[wasm_bindgen_test]
 fn what_cannot_be_is_refused_in_a_sentence() {
     let refuse =
-        |world: &str, is_file: bool| experiment(world, is_file).expect_err("no such world");
-    assert!(refuse("atlantis", false).contains("there is no world `atlantis`"));
-    assert!(refuse("", true).contains("empty"));
-    assert!(refuse("{ \"slamlab_world\": 1,", true).contains("line 1"));
+        |world: &str, json: Option<&str>| experiment(world, json).expect_err("no such world");
+    assert!(refuse("atlantis", None).contains("there is no world `atlantis`"));
+    assert!(refuse("", Some("")).contains("empty"));
+    assert!(refuse("", Some("{ \"slamlab_world\": 1,")).contains("line 1"));
+    let error = WebRun::simulate(&ts(&setup("atlantis", None))).expect_err("no such world");
+    assert_eq!(error.kind, ErrorKind::Setup);
+    let kind = js_sys::Reflect::get(&JsValue::from(error), &"kind".into());
+    assert_eq!(
+        kind,
+        Ok(JsValue::from("setup")),
+        "whoever catches it reads the kind"
+    );
     let in_wall = r#"{ "slamlab_world": 1, "name": "w", "start": { "x": 0.05, "y": 1 },
         "obstacles": [{ "shape": "polyline", "closed": true, "points": [[0, 0], [4, 0], [4, 3], [0, 3]] }] }"#;
-    let text = refuse(in_wall, true);
+    let text = refuse("w", Some(in_wall));
     assert!(text.contains("line 1") && text.contains("start"), "{text}");
 }
 
@@ -256,8 +308,14 @@ fn log(scans: usize) -> String {
     (0..scans).map(scan).collect()
 }
 
-fn read(bytes: &[u8], chunk: usize) -> Result<WebReplay, String> {
-    let mut reader = WebLogReader::new("scan-matching", vec![], vec![]).map_err(words)?;
+fn read(bytes: &[u8], chunk: usize) -> Result<WebRun, String> {
+    let mut reader = WebLogReader::new(&ts(&ReplaySetup {
+        method: MethodName::ScanMatching,
+        settings: SettingValues::default(),
+        twin: false,
+        known: None,
+    }))
+    .map_err(words)?;
     for part in bytes.chunks(chunk) {
         reader.push(part).map_err(words)?;
     }
@@ -271,19 +329,19 @@ fn a_log_read_in_pieces_is_mapped_to_its_end() {
     for chunk in [97, text.len()] {
         let mut replay = read(text.as_bytes(), chunk).expect("a good log");
         let mut steps = 0;
-        while replay.step().map_err(words).expect("a good scan") {
+        while replay.advance().map_err(words).expect("a good scan") {
             steps += 1;
         }
         assert_eq!(steps, 40);
-        let status = replay.status();
+        let status: RunStatus = rust(replay.status());
         assert_eq!((status.scans, status.progress), (40, 1.0));
         assert!(
             (status.x - 1.95).abs() < 0.02 && status.y.abs() < 0.02,
             "{status:?}"
         );
         assert_eq!(replay.trail().len(), 40 * 6);
-        let view = replay.view(0, 0.0);
-        assert!(!view.scan.is_empty() && !view.blocks.is_empty());
+        let view: SlamView = rust(replay.view(0, 0.0));
+        assert!(!view.scan.is_empty() && view.grid.is_some());
         assert!(
             status.truth_x.is_nan() && status.nees.is_nan(),
             "a log knows no truth"
@@ -302,21 +360,19 @@ fn a_bad_log_is_refused_with_its_line() {
     assert!(refuse(&text.as_bytes()[..text.len() - 700]).contains("line 3"));
     let nan = text.replacen(" 2.00 ", " nan ", 1);
     assert!(refuse(nan.as_bytes()).contains("\"nan\""));
-    assert!(
-        WebLogReader::new("guessing", vec![], vec![])
-            .map_err(words)
-            .expect_err("no method")
-            .contains("guessing")
-    );
 }
 
 #[wasm_bindgen_test]
 fn on_the_bench_the_controller_keeps_straight_what_motors_bend() {
-    let run = experiment("arena", false).expect("a built-in world");
-    let answer = run
-        .bench(0.8, 0.2, 0.5, 2.0, 4.0)
-        .map_err(words)
-        .expect("a controller");
+    let run = experiment("arena", None).expect("a built-in world");
+    let trial = BenchTrial {
+        forward: 0.8,
+        mismatch: 0.2,
+        pull: 0.5,
+        pull_at: 2.0,
+        seconds: 4.0,
+    };
+    let answer: BenchResponse = rust(run.bench(&ts(&trial)));
     let n = answer.seconds.len();
     assert_eq!(
         (n, answer.speeds.len(), answer.headings.len()),

@@ -1,6 +1,7 @@
 // How the worker answers the page.
 
 import type { Answer } from "./protocol.js";
+import type { ErrorKind } from "./protocol/module.js";
 
 export function post(answer: Answer, transfer: Transferable[] = []): void {
   (self as unknown as { postMessage(message: Answer, transfer: Transferable[]): void }).postMessage(answer, transfer);
@@ -12,22 +13,22 @@ export function attempt<Name extends string, T>(name: Name, work: () => T): { [k
   try {
     result = work();
   } catch (thrown) {
-    error = wordsOf(thrown);
+    error = faultOf(thrown).text;
   }
   return { [name]: result, error } as { [key in Name]: T | null } & { error: string };
 }
 
-/** What was given cannot be used: that is the giver's to mend, and no fault of the page. */
-export function refuse(name: string, error: unknown): void {
-  console.warn(error);
-  post({ kind: "failed", text: `${name === "" ? "" : `${name}: `}${wordsOf(error)}` });
+/** Something could not be done. A fault of the program is an error; else what was given, by its name if it has one, cannot be used. */
+export function fail(error: unknown, name = ""): void {
+  const { about, text } = faultOf(error);
+  if (about === "internal") console.error(error);
+  else console.warn(error);
+  post({ kind: "failed", about, text: `${name === "" ? "" : `${name}: `}${text}` });
 }
 
-export function fail(error: unknown): void {
-  console.error(error);
-  post({ kind: "failed", text: wordsOf(error) });
-}
-
-export function wordsOf(error: unknown): string {
-  return error instanceof Error ? error.message : String(error);
+/** What the module throws tells what it is about; whatever else is thrown is a fault of the program. */
+export function faultOf(error: unknown): { about: ErrorKind; text: string } {
+  if (!(error instanceof Error)) return { about: "internal", text: String(error) };
+  const { kind = "internal" } = error as Error & { kind?: ErrorKind };
+  return { about: kind, text: error.message };
 }

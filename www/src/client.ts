@@ -2,10 +2,10 @@
 
 import { bridgeBehind, tokenOf } from "./behind.js";
 import { chosen } from "./chosen.js";
-import type { Answer, Command } from "./protocol.js";
-import type { SerialKind } from "./protocol/devices.js";
-import type { Told } from "./protocol/figures.js";
-import type { GivenFile, KnownMap, MethodName, SettingValues, Setup, SourceKind } from "./protocol/setup.js";
+import type { Answer, Command, Found, GivenBytes } from "./protocol.js";
+import type { DeviceKind } from "./protocol/module.js";
+import type { KnownMap, MethodName, SettingValues, Setup, SourceKind } from "./protocol/module.js";
+import type { Told } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
 import type { Contest, Store } from "./store.js";
@@ -95,22 +95,21 @@ export class Client {
     const fresh = Object.entries(preset?.settings ?? {}).filter(([key]) => isLidar || !key.startsWith("lidar."));
     store.set("fit", { told: { ...store.told, preset } });
     this.configure(Object.fromEntries([...others, ...fresh]));
-    this.#tell();
+    this.#fromTheBeginning();
   }
 
   /** A simulated twin beside the robot, or none. A recording is mapped anew, for it begins with it. */
   setTwin(twin: boolean): void {
     const store = this.#store;
     store.set("fit", { told: { ...store.told, twin } });
-    this.#tell();
+    this.send({ kind: "twin", on: twin });
+    this.#fromTheBeginning();
   }
 
-  #tell(): void {
-    const store = this.#store;
-    const settings = Object.entries(store.told.preset?.settings ?? {}).filter(([key]) => key.startsWith("odometry."));
-    this.send({ kind: "tell", settings: Object.fromEntries(settings), twin: store.told.twin });
-    if (store.source === "replay") this.again();
-    store.tell("run");
+  /** A recording is mapped anew. */
+  #fromTheBeginning(): void {
+    if (this.#store.source === "replay") this.again();
+    this.#store.tell("run");
   }
 
   /** Looks whether the page's own server is a bridge with something behind it; the simulation begins where none is. */
@@ -122,14 +121,14 @@ export class Client {
   }
 
   /** Devices at serial ports that this page has open. */
-  get plugged(): readonly SerialKind[] {
+  get plugged(): readonly string[] {
     return this.#ports.kinds;
   }
 
-  /** One more device at a serial port, which the browser asks the person for. */
-  async plug(kind: SerialKind): Promise<void> {
+  /** One more device at a serial port, which the browser asks the person for: among those behind its usual adapters, or among all. */
+  async plug(kind: DeviceKind, ofAll: boolean): Promise<void> {
     try {
-      await this.#ports.choose(kind);
+      await this.#ports.choose(kind, ofAll);
       this.#cable(this.#store.setup.method);
     } catch (error) {
       // Whoever chose no port knows that.
@@ -150,10 +149,10 @@ export class Client {
     this.send({ kind: "connect", url, token, ...this.#found(method) });
   }
 
-  /** How a robot's pose is found: a bridge has no map to hand out, so that without one its robot draws its own. */
-  #found(method: MethodName): { method: MethodName; known: KnownMap | null } {
-    const { known } = this.#store.setup;
-    return method === "known-map" && !known ? { method: "line-ekf", known } : { method, known };
+  /** How a robot is mapped: a bridge has no map to hand out, so that without one its robot draws its own. */
+  #found(method: MethodName): Found {
+    const { setup: { known, settings }, told: { twin } } = this.#store;
+    return { method: method === "known-map" && !known ? "line-ekf" : method, known, settings, twin };
   }
 
   /** Takes the right to drive, or gives it back. */
@@ -280,7 +279,7 @@ export class Client {
   async #build(name: string, files: readonly File[], kind: "build" | "know" = "build"): Promise<void> {
     this.#store.set("toast", { toast: null });
     try {
-      const given = files.map(async (file): Promise<GivenFile> => ({ name: file.name, bytes: await file.arrayBuffer() }));
+      const given = files.map(async (file): Promise<GivenBytes> => ({ name: file.name, bytes: await file.arrayBuffer() }));
       this.send({ kind, name, files: await Promise.all(given) });
     } catch (error) {
       const why = error instanceof Error ? error.message : String(error);
@@ -299,7 +298,7 @@ export class Client {
         else this.start({ world: file.name, worldJson, mode: "explore" });
       } else {
         store.set("run", { reading: { name: file.name, done: 0 } });
-        this.send({ kind: "replay", name: file.name, bytes, method, settings: estimationOnly(store.setup.settings), known: store.setup.known }, [bytes]);
+        this.send({ kind: "replay", name: file.name, bytes, method, settings: store.setup.settings, twin: store.told.twin, known: store.setup.known }, [bytes]);
         this.#opening = file;
       }
     } catch (error) {
@@ -331,7 +330,7 @@ export class Client {
     const store = this.#store;
     switch (answer.kind) {
       case "ready":
-        store.set("run", { worlds: answer.worlds, sensors: answer.sensors, presets: answer.presets, dataSheet: answer.dataSheet });
+        store.set("run", { worlds: answer.worlds, sensors: answer.sensors, devices: answer.devices, presets: answer.presets, dataSheet: answer.dataSheet });
         this.#ports.prepare();
         break;
       case "started":
@@ -390,7 +389,7 @@ export class Client {
         store.note({ time: store.status?.time ?? 0, level: "good", text: `The preset "${answer.name}" is in use` });
         break;
       case "contest":
-        store.set("contest", { contest: { ...store.contest, found: answer.contest, error: answer.error } });
+        store.set("contest", { contest: { ...store.contest, found: answer.contest, running: answer.running, error: answer.error } });
         break;
       case "bridge":
         store.set("bridge", { bridge: answer.state });
@@ -412,13 +411,8 @@ export class Client {
       case "failed":
         store.set("run", { entering: "" });
         store.note({ time: store.status?.time ?? 0, level: "warn", text: answer.text });
-        store.set("toast", { toast: { level: "warn", text: answer.text } });
+        this.#warn(answer.text);
         break;
     }
   }
-}
-
-/** Settings that a recording knows too: it has its own sensor and its own odometry. */
-function estimationOnly(settings: SettingValues): SettingValues {
-  return Object.fromEntries(Object.entries(settings).filter(([key]) => /^(points|near|lines|ekf|match|grid|evidence)\./.test(key)));
 }

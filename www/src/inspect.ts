@@ -1,9 +1,6 @@
 // Reads an inspection: rows of the matrix, walls by name, and what was compared with what.
 
-import { CANDIDATE, CANDIDATE_STRIDE, GATES, type Inspection, SIGHTING, SIGHTING_STRIDE, VERDICTS } from "./protocol/filter.js";
-
-export type Verdict = (typeof VERDICTS)[number];
-export type Gate = (typeof GATES)[number];
+import { CANDIDATE, CANDIDATE_STRIDE, type Gate, GATES, type Inspection, SIGHTING, SIGHTING_STRIDE, type Verdict, VERDICTS } from "./protocol/module.js";
 
 export interface Candidate {
   wall: number;

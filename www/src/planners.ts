@@ -1,19 +1,21 @@
-// What a person calls the planners, by their names in the core.
+// What a person calls the planners.
 
-const TITLES: Readonly<Record<string, string>> = {
-  Straight: "a straight line", Rrt: "RRT", RrtConnect: "RRT-Connect", RrtStar: "RRT*", InformedRrtStar: "Informed RRT*",
-  AStar: "A*", ThetaStar: "Theta*", Rooms: "rooms, then Theta*", Visibility: "the visibility graph", Outline: "the outline's turns and steps", Wavefront: "a wave over the grid",
+import type { PlannerName } from "./protocol/module.js";
+
+/** As a part of a sentence. */
+const TITLES: Readonly<Record<PlannerName, string>> = {
+  straight: "a straight line", rrt: "RRT", "rrt-connect": "RRT-Connect", "rrt-star": "RRT*", "informed-rrt-star": "Informed RRT*",
+  "a-star": "A*", "theta-star": "Theta*", rooms: "rooms, then Theta*", visibility: "the visibility graph", outline: "the outline's turns and steps", wavefront: "a wave over the grid",
 };
 
 /** Where a list wants another word than a sentence. */
-const LABELS: Readonly<Record<string, string>> = { Visibility: "Visibility", Outline: "Outline" };
+const LABELS: Readonly<Partial<Record<PlannerName, string>>> = { visibility: "Visibility", outline: "Outline" };
 
-/** As a part of a sentence. */
-export function plannerTitle(name: string): string {
-  return TITLES[name] ?? name;
+export function plannerTitle(name: PlannerName): string {
+  return TITLES[name];
 }
 
 /** As an entry of a list. */
-export function plannerLabel(name: string): string {
-  return LABELS[name] ?? plannerTitle(name);
+export function plannerLabel(name: PlannerName): string {
+  return LABELS[name] ?? TITLES[name];
 }

@@ -4,19 +4,33 @@
 // most one frame for each picture drawn: the page answers a frame with `drawn`, and only then the next one is sent.
 // All geometry is in the map frame (m, rad, x forward and y left of the robot's start pose), also the truth.
 
-import type { ContestAsk, ContestState } from "./protocol/contest.js";
 import type { BridgeState } from "./protocol/devices.js";
-import type { BenchResponse, BenchTrial, Calibration, DriveFit, Growth, SigmaCurve } from "./protocol/figures.js";
-import type { FieldName, Frame } from "./protocol/frame.js";
-import type { GivenFile, KnownMap, MethodName, Named, Pairs, Preset, SensorName, Setting, SettingValues, Setup, SourceKind } from "./protocol/setup.js";
+import type { DeviceKind } from "./protocol/module.js";
+import type { Frame } from "./protocol/frame.js";
+import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, KnownFile, KnownMap, Level, MethodName, Pairs, PresetFile, SavedFile, SavedKind, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind } from "./protocol/module.js";
+import type { Named, Preset, Setting } from "./protocol/setup.js";
+
+/** A file as it was dropped or chosen. */
+export interface GivenBytes {
+  name: string;
+  bytes: ArrayBuffer;
+}
+
+/** How a live robot is mapped and driven. */
+export interface Found {
+  method: MethodName;
+  known: KnownMap | null;
+  settings: SettingValues;
+  twin: boolean;
+}
 
 export type Command =
   | { kind: "start"; setup: Setup; play: boolean }
   /** A building to drive in from files of others: a floor plan (.svg), OGmap.txt, or the YAML and the image of a map of ROS. It is answered by `built`. */
-  | { kind: "build"; name: string; files: readonly GivenFile[] }
+  | { kind: "build"; name: string; files: readonly GivenBytes[] }
   /** The same, or a world, as a map to be found in; without files the map as the present run has drawn it. It is answered by `known`. */
-  | { kind: "know"; name: string; files: readonly GivenFile[] }
-  | { kind: "replay"; name: string; bytes: ArrayBuffer; method: MethodName; settings: SettingValues; known: KnownMap | null }
+  | { kind: "know"; name: string; files: readonly GivenBytes[] }
+  | { kind: "replay"; name: string; bytes: ArrayBuffer; method: MethodName; settings: SettingValues; twin: boolean; known: KnownMap | null }
   | { kind: "play" }
   | { kind: "pause" }
   /** Advances to the next scan and pauses. */
@@ -42,19 +56,19 @@ export type Command =
   | { kind: "cycle"; on: boolean }
   /** Goes on to the end of the next stage of the cycle and pauses. */
   | { kind: "stage" }
-  /** Settings that act at once: all that differ from their defaults. */
+  /** All settings that differ from their defaults, of every source: those that act at once do. */
   | { kind: "configure"; settings: SettingValues }
   /** The settings that this sensor has, with these changes. */
-  | { kind: "settings"; sensor: SensorName; settings: SettingValues }
+  | { kind: "settings"; sensor: string; settings: SettingValues }
   | { kind: "calibrate"; pairs: Pairs }
   /** σ(ρ) from a log's scans taken standing, or from those of a simulated robot that stands. */
-  | { kind: "sigma"; growth: Growth }
+  | { kind: "sigma"; growth: GrowthName }
   /** What the drive so far tells of its robot. */
   | { kind: "fit" }
   /** Settings of a preset file. */
   | { kind: "preset"; name: string; bytes: ArrayBuffer }
-  /** Of a live robot from here on, of a recording when it is opened next. */
-  | { kind: "tell"; settings: SettingValues; twin: boolean }
+  /** A simulated twin beside a live or a recorded robot from here on, or none. */
+  | { kind: "twin"; on: boolean }
   /** All planners on one query; the tree of one of them is told. */
   | { kind: "contest"; ask: ContestAsk; watched: number }
   | { kind: "contest-watch"; watched: number }
@@ -62,9 +76,9 @@ export type Command =
   /** A trial of the simulated robot's drive controller. */
   | { kind: "bench"; trial: BenchTrial }
   /** A robot behind a bridge, at the address of its WebSocket; with an empty token this page only watches. */
-  | { kind: "connect"; url: string; token: string; method: MethodName; known: KnownMap | null }
+  | ({ kind: "connect"; url: string; token: string } & Found)
   /** Devices at serial ports of the page, whose rules are at the other end of this wire. */
-  | { kind: "cable"; wire: MessagePort; method: MethodName; known: KnownMap | null }
+  | ({ kind: "cable"; wire: MessagePort } & Found)
   /** Leaves them. */
   | { kind: "unplug" }
   /** The right to drive it: takes it (with `force` also from somebody else), or gives it back. */
@@ -77,10 +91,11 @@ export type Command =
   | { kind: "save"; what: SavedKind | "fit" }
   | { kind: "drawn" };
 
-export type LogLevel = "info" | "good" | "warn";
+/** What the worker does about each command. */
+export type Handlers = { readonly [Kind in Command["kind"]]: (command: Extract<Command, { kind: Kind }>) => void };
 
-/** What can be saved, as the module calls it, and what a person reads. */
-export const SAVED = {
+/** What can be saved, as a person reads it. */
+export const SAVED: Readonly<Record<SavedKind, string>> = {
   map: "Map for ROS (PGM, YAML)",
   "map-scale": "Map for ROS, probabilities (PNG, YAML)",
   "map-raw": "Map for ROS, raw percentages (PGM, YAML)",
@@ -89,31 +104,23 @@ export const SAVED = {
   rooms: "Rooms and doors (GeoJSON)",
   tum: "Way of the robot (TUM)",
   carmen: "Scans and odometry (CARMEN log)",
-} as const;
-
-export type SavedKind = keyof typeof SAVED;
-
-export interface SavedFile {
-  name: string;
-  mime: string;
-  bytes: Uint8Array<ArrayBuffer>;
-}
+};
 
 export type Answer =
-  /** The module is there, with these worlds and sensors. */
-  | { kind: "ready"; worlds: string[]; sensors: Named[]; presets: Preset[]; dataSheet: string }
+  /** The module is there, with these worlds, sensors and devices. */
+  | { kind: "ready"; worlds: string[]; sensors: Named[]; devices: DeviceKind[]; presets: Preset[]; dataSheet: string }
   | { kind: "started"; run: number; source: SourceKind; title: string; method: MethodName; setup: Setup | null; playing: boolean }
   | Frame
   /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands still meanwhile. */
   | { kind: "reading"; name: string; done: number | null }
   | { kind: "playing"; playing: boolean }
   /** A building that was asked for, as the text of a world file, and what of the file is not in it. */
-  | { kind: "built"; name: string; worldJson: string; leftOut: string[] }
+  | ({ kind: "built"; name: string } & Building)
   /** A map to be found in that was asked for. */
-  | { kind: "known"; known: KnownMap; leftOut: string[] }
+  | ({ kind: "known" } & KnownFile)
   | { kind: "hash"; run: number; text: string }
   /** What happened; with `alert` it is shown at once, not only in the log. */
-  | { kind: "event"; run: number; time: number; level: LogLevel; text: string; topic?: string; alert?: boolean }
+  | { kind: "event"; run: number; time: number; level: Level; text: string; topic?: string; alert?: boolean }
   | { kind: "saved"; files: SavedFile[] }
   | { kind: "bench"; response: BenchResponse }
   | { kind: "settings"; settings: Setting[] }
@@ -124,9 +131,9 @@ export type Answer =
   /** What a drive told, or why it tells nothing. */
   | { kind: "fit"; fit: DriveFit | null; error: string }
   /** A preset that was opened. */
-  | { kind: "preset"; name: string; settings: SettingValues }
+  | ({ kind: "preset" } & PresetFile)
   /** How the planners stand, or why they cannot be asked. */
-  | { kind: "contest"; contest: ContestState | null; error: string }
+  | { kind: "contest"; contest: ContestState | null; running: boolean; error: string }
   | { kind: "bridge"; state: BridgeState | null }
   /** Something could not be done; the state before stays. */
-  | { kind: "failed"; text: string };
+  | { kind: "failed"; about: ErrorKind; text: string };

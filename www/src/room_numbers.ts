@@ -1,10 +1,13 @@
 // Numbers of rooms that stay the same while the map grows, though the list of rooms is sorted by size.
 
-import { REGION, REGION_STRIDE, type Rooms } from "./protocol/rooms.js";
+import { REGION, REGION_STRIDE, type Rooms } from "./protocol/module.js";
 import { roomAt } from "./view/layers/rooms.js";
 
+/** What of the rooms tells which is which. */
+type Areas = Pick<Rooms, "regions" | "corners" | "rings">;
+
 /** The number of each room: that of the room before that had its middle in it, else the first that is free. */
-export function numbered(now: Rooms, before: Rooms | null, numbers: readonly number[]): number[] {
+export function numbered(now: Areas, before: Areas | null, numbers: readonly number[]): number[] {
   const count = now.regions.length / REGION_STRIDE;
   const found = new Array<number>(count).fill(0);
   const taken = new Set<number>();

@@ -1,6 +1,6 @@
 // Hands files to the person: downloads, and the map as a picture.
 
-import type { SavedFile } from "./protocol.js";
+import type { SavedFile } from "./protocol/module.js";
 import type { Tiles } from "./view/tiles.js";
 
 /** Wall milliseconds between two downloads: browsers give up the first when the second comes at once. */

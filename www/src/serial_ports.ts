@@ -1,7 +1,8 @@
 // Serial ports of this computer, by Web Serial: the person chooses them, bytes go to and fro here. What they mean is the matter of a worker
 // of their own (near.ts), and so is when a line is opened anew.
 
-import type { LineWish, NearAnswer, NearCommand, SerialKind } from "./protocol/devices.js";
+import type { LineWish, NearAnswer, NearCommand } from "./protocol/devices.js";
+import type { DeviceKind } from "./protocol/module.js";
 
 /** Milliseconds before a line is tried again, the longest last. */
 const RETRY_MILLIS = [250, 500, 1000, 2000];
@@ -19,7 +20,7 @@ interface Port {
 }
 
 interface Serial extends EventTarget {
-  requestPort(): Promise<Port>;
+  requestPort(options: { filters?: DeviceKind["adapters"] }): Promise<Port>;
   getPorts(): Promise<Port[]>;
 }
 
@@ -43,7 +44,7 @@ class Line {
   isClosed: () => void = () => {};
 
   /** With `wasOpen` its port was open once, in this run or one before: it is the right one. */
-  constructor(readonly kind: SerialKind, public port: Port, public wasOpen = false) {
+  constructor(readonly kind: string, public port: Port, public wasOpen = false) {
     this.closed = new Promise((done) => (this.isClosed = done));
   }
 
@@ -94,13 +95,13 @@ export class SerialPorts {
   }
 
   /** What is at the ports, in the order of their numbers. */
-  get kinds(): SerialKind[] {
+  get kinds(): string[] {
     return this.#lines.map((line) => line.kind);
   }
 
-  /** Asks the person for the port of one more device. */
-  async choose(kind: SerialKind): Promise<void> {
-    const port = await webSerial()?.requestPort();
+  /** Asks the person for the port of one more device: of those behind its usual adapters, or of all. */
+  async choose({ name: kind, adapters }: DeviceKind, ofAll: boolean): Promise<void> {
+    const port = await webSerial()?.requestPort(ofAll ? {} : { filters: adapters });
     if (!port) throw new Error("This browser has no Web Serial.");
     await this.leave();
     const others = this.#lines.filter((line) => line.kind !== kind && line.port !== port);

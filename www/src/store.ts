@@ -1,14 +1,12 @@
 // What the page knows, and who wants to hear of changes. Components read it and send commands; nothing is computed here.
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
-import type { LogLevel } from "./protocol.js";
-import type { ContestState, Ground } from "./protocol/contest.js";
+import { type BenchResponse, type Calibration, type ContestState, type Cycle, type DriveFit, type Ground, type Inspection, type MethodName, type Rooms, type Setup, type SigmaCurve, type SourceKind, TWIN_STRIDE, type Level } from "./protocol/module.js";
+import type { Told } from "./protocol/setup.js";
 import type { BridgeState } from "./protocol/devices.js";
-import { type BenchResponse, type Calibration, type DriveFit, type SigmaCurve, type Told, TWIN_STRIDE } from "./protocol/figures.js";
-import type { Inspection } from "./protocol/filter.js";
-import type { Cycle, Frame, Status } from "./protocol/frame.js";
-import type { Rooms } from "./protocol/rooms.js";
-import type { MethodName, Named, Preset, Setting, Setup, SourceKind } from "./protocol/setup.js";
+import type { DeviceKind } from "./protocol/module.js";
+import type { Frame, Status } from "./protocol/frame.js";
+import type { Named, Preset, Setting } from "./protocol/setup.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import type { GridView } from "./view/tiles.js";
 import { History } from "./history.js";
@@ -22,7 +20,7 @@ export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme
 
 export interface LogEntry {
   time: number;
-  level: LogLevel;
+  level: Level;
   text: string;
   /** Of several entries with the same topic only the newest stands. */
   topic?: string;
@@ -49,11 +47,12 @@ export interface Contest {
   readonly picking: "start" | "goal";
   readonly watched: number;
   readonly found: ContestState | null;
+  readonly running: boolean;
   readonly error: string;
 }
 
 export interface Toast {
-  level: LogLevel;
+  level: Level;
   text: string;
 }
 
@@ -75,6 +74,8 @@ export class Store {
   /** What the module offers; empty until it is there. */
   worlds: string[] = [];
   sensors: Named[] = [];
+  /** What can stand at a serial port of this computer. */
+  devices: DeviceKind[] = [];
   setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore", cycle: false, settings: {}, calibration: null, known: null };
   /** What the present run was started from: settings that wait for a restart differ. */
   started: Setup = this.setup;
@@ -113,7 +114,7 @@ export class Store {
   spot: Spot = { hovered: [], pinned: null };
   /** What the drive controller did on the bench. */
   bench: BenchResponse | null = null;
-  contest: Contest = { ground: "truth", seconds: 1, start: null, goal: null, picking: "goal", watched: 3, found: null, error: "" };
+  contest: Contest = { ground: "truth", seconds: 1, start: null, goal: null, picking: "goal", watched: 3, found: null, running: false, error: "" };
   /** Rooms and doors, while their layer is on, and a place in the one that was chosen, m. */
   rooms: Rooms | null = null;
   /** The number of each of them, from 1; it stays while the map grows. */
@@ -154,7 +155,7 @@ export class Store {
     if (source !== this.source || title !== this.title) this.fit = { fit: null, error: "" };
     // Another map: its places are others. Only a simulation knows true walls.
     const ground = source !== "sim" && this.contest.ground === "truth" ? "map" : this.contest.ground;
-    this.contest = { ...this.contest, start: null, goal: null, picking: "goal", found: null, error: "", ground };
+    this.contest = { ...this.contest, start: null, goal: null, picking: "goal", found: null, running: false, error: "", ground };
     this.set("run", { source, title, playing, method, setup: setup ?? this.setup, aiming: false, entering: "" });
     for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms"] as const) this.tell(topic);
     this.started = { ...this.setup };

@@ -2,16 +2,7 @@
 
 use std::fmt;
 
-/// A device that is known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// The robot.
-    Rp6,
-    /// A lidar that speaks unasked.
-    Ld06,
-    /// A lidar that is asked.
-    Rplidar,
-}
+use slamlab_core::device::{Kind, UsbAdapter};
 
 /// What is wrong, why, and what helps.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,7 +36,9 @@ pub struct Finding {
     /// The port.
     pub path: String,
     /// What answers.
-    pub kind: Option<Kind>,
+    pub kind: Option<&'static Kind>,
+    /// The USB adapter of the port, where it is one that usually comes with a device that is known.
+    pub adapter: Option<UsbAdapter>,
     /// What it says that it is.
     pub model: String,
     /// How it works.
@@ -64,12 +57,15 @@ impl Finding {
     /// How the device is named on the command line of `serve`.
     #[must_use]
     pub fn source(&self) -> Option<String> {
-        let kind = match self.kind? {
-            Kind::Rp6 => "rp6",
-            Kind::Ld06 => "ld06",
-            Kind::Rplidar => "rplidar",
-        };
-        Some(format!("{kind}:{}", self.path))
+        Some(format!("{}:{}", self.kind?.name, self.path))
+    }
+
+    /// Titles of the kinds that usually come with the port's adapter.
+    fn usual(&self) -> Vec<&'static str> {
+        let adapter = self.adapter.as_slice();
+        let kinds =
+            Kind::distinct().filter(|kind| kind.adapters.iter().any(|a| adapter.contains(a)));
+        kinds.map(|kind| kind.title).collect()
     }
 }
 
@@ -77,12 +73,15 @@ impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = match (self.kind, self.model.as_str()) {
             (None, _) => "nothing that is known",
-            (Some(Kind::Rp6), "") => "RP6",
-            (Some(Kind::Ld06), "") => "LD06",
-            (Some(Kind::Rplidar), "") => "RPLIDAR",
+            (Some(kind), "") => kind.title,
             (Some(_), model) => model,
         };
         write!(f, "{}: {what}", self.path)?;
+        if let (None, Some(adapter)) = (self.kind, self.adapter) {
+            let titles = self.usual().join(" or ");
+            let chip = adapter.chip;
+            write!(f, "\n  its USB adapter is a {chip}, as of an {titles}")?;
+        }
         let m = &self.measured;
         if m.scans > 0 {
             write!(
@@ -126,7 +125,8 @@ mod tests {
     fn a_finding_says_what_where_how_and_what_to_do() {
         let mut finding = Finding {
             path: "/dev/ttyUSB0".into(),
-            kind: Some(Kind::Rplidar),
+            kind: Kind::named("rplidar"),
+            adapter: None,
             model: "RPLIDAR A1M8".into(),
             measured: Measured {
                 seconds: 2.0,
@@ -145,5 +145,22 @@ mod tests {
         );
         finding.problems.push(Problem("weak power".into()));
         assert!(finding.to_string().ends_with("PROBLEM weak power") && !finding.is_well());
+    }
+
+    #[test]
+    fn the_adapter_of_a_silent_device_tells_what_it_may_be() {
+        let finding = Finding {
+            path: "/dev/ttyUSB0".into(),
+            kind: None,
+            adapter: Kind::named("ld06").map(|kind| kind.adapters[0]),
+            model: String::new(),
+            measured: Measured::default(),
+            problems: vec![],
+        };
+        let text = finding.to_string();
+        assert!(
+            text.ends_with("its USB adapter is a CP2102, as of an RPLIDAR or LD06"),
+            "{text}"
+        );
     }
 }

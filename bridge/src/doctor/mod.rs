@@ -14,13 +14,14 @@ mod words;
 
 use std::time::Duration;
 
+use serialport::SerialPortType;
+use slamlab_core::device::{KINDS, Kind, Probe, Role, UsbAdapter};
+use slamlab_core::geom::Pose2;
 use slamlab_core::wire::message::DeviceState;
-use slamlab_core::wire::revolution::RevolutionConfig;
-use slamlab_core::wire::rplidar::driver::DriverConfig;
 
-pub use finding::{Finding, Kind, Measured, Problem};
+pub use finding::{Finding, Measured, Problem};
 
-use crate::serial::{Device, Ld06, OpenError, Rp6, Rplidar};
+use crate::serial::OpenError;
 use visit::{Visit, visit};
 
 /// For a device that answers to say so: greetings to a robot take longest.
@@ -45,19 +46,24 @@ pub fn ports() -> Result<Vec<String>, serialport::Error> {
 /// Looks at one port. Takes up to a quarter of a minute.
 #[must_use]
 pub fn examine(path: &str) -> Finding {
+    Finding {
+        adapter: adapter(path),
+        ..find(path)
+    }
+}
+
+fn find(path: &str) -> Finding {
     let mut others = Others::default();
-    for kind in [Kind::Rp6, Kind::Ld06, Kind::Rplidar] {
-        let patience = if kind == Kind::Ld06 {
-            TO_SPEAK
-        } else {
-            TO_ANSWER
+    for kind in Kind::in_order_of_trial() {
+        let patience = match kind.probe {
+            Probe::Listen => TO_SPEAK,
+            Probe::Ask | Probe::ByName => TO_ANSWER,
         };
-        let mut device = device_of(kind);
-        let seen = visit(&mut *device, path, patience, TO_WORK);
-        match seen {
+        let mut device = (kind.open)("doctor".into(), Pose2::identity());
+        match visit(&mut *device, path, patience, TO_WORK) {
             Err(error) => return closed(path, &error),
             Ok(seen) if !seen.model.is_empty() => return met(path, kind, &seen),
-            Ok(seen) => others.add(&seen),
+            Ok(seen) => others.add(kind, &seen),
         }
         if others.boot_loader.is_some() {
             break;
@@ -66,12 +72,17 @@ pub fn examine(path: &str) -> Finding {
     others.finding(path)
 }
 
-fn device_of(kind: Kind) -> Box<dyn Device> {
-    match kind {
-        Kind::Rp6 => Box::new(Rp6::new("doctor")),
-        Kind::Ld06 => Box::new(Ld06::new("doctor", RevolutionConfig::ld06())),
-        Kind::Rplidar => Box::new(Rplidar::new("doctor", DriverConfig::default())),
-    }
+/// The adapter of a port, where it is one that usually comes with a device that is known.
+fn adapter(path: &str) -> Option<UsbAdapter> {
+    let ports = serialport::available_ports().ok()?;
+    let port = ports.into_iter().find(|port| port.port_name == path)?;
+    let SerialPortType::UsbPort(usb) = port.port_type else {
+        return None;
+    };
+    let mut known = KINDS.iter().flat_map(|kind| kind.adapters);
+    known
+        .find(|adapter| (adapter.vendor, adapter.product) == (usb.vid, usb.pid))
+        .copied()
 }
 
 /// A port that does not open.
@@ -79,6 +90,7 @@ fn closed(path: &str, error: &OpenError) -> Finding {
     Finding {
         path: path.into(),
         kind: None,
+        adapter: None,
         model: String::new(),
         measured: Measured::default(),
         problems: vec![Problem(error.to_string())],
@@ -86,7 +98,7 @@ fn closed(path: &str, error: &OpenError) -> Finding {
 }
 
 /// A device that said what it is.
-fn met(path: &str, kind: Kind, seen: &Visit) -> Finding {
+fn met(path: &str, kind: &'static Kind, seen: &Visit) -> Finding {
     let mut problems = vec![];
     if let Some(error) = &seen.broken {
         problems.push(Problem(error.clone()));
@@ -102,6 +114,7 @@ fn met(path: &str, kind: Kind, seen: &Visit) -> Finding {
     Finding {
         path: path.into(),
         kind: Some(kind),
+        adapter: None,
         model: seen.model.clone(),
         measured,
         problems,
@@ -119,32 +132,41 @@ fn noise(measured: &Measured) -> Option<Problem> {
 #[derive(Debug, Default)]
 struct Others {
     bytes: u64,
-    boot_loader: Option<String>,
+    /// A robot without a program, and what was heard of it.
+    boot_loader: Option<(&'static Kind, String)>,
+    /// Text that was read, and at which rate.
+    text: Option<(u32, String)>,
     broken: Option<String>,
 }
 
 impl Others {
-    fn add(&mut self, seen: &Visit) {
+    fn add(&mut self, kind: &'static Kind, seen: &Visit) {
         self.bytes += seen.bytes;
         if self.broken.is_none() {
             self.broken.clone_from(&seen.broken);
         }
-        if seen.detail.contains("boot loader") || seen.detail.contains("shut down") {
-            self.boot_loader = Some(seen.detail.clone());
+        if kind.role == Role::Robot
+            && (seen.detail.contains("boot loader") || seen.detail.contains("shut down"))
+        {
+            self.boot_loader = Some((kind, seen.detail.clone()));
         }
+        let text = seen.text().map(|text| (kind.baud_rate, text));
+        self.text = self.text.take().or(text);
     }
 
     fn finding(self, path: &str) -> Finding {
-        let kind = self.boot_loader.as_ref().map(|_| Kind::Rp6);
-        let problem = match (self.boot_loader, self.broken, self.bytes) {
-            (Some(text), ..) => text,
-            (None, Some(error), _) => error,
-            (None, None, 0) => words::NOTHING_ANSWERS.into(),
-            (None, None, bytes) => words::unknown(bytes),
+        let kind = self.boot_loader.as_ref().map(|(kind, _)| *kind);
+        let problem = match (self.boot_loader, self.broken, self.text, self.bytes) {
+            (Some((_, text)), ..) => text,
+            (None, Some(error), ..) => error,
+            (None, None, Some((rate, text)), _) => words::speaks_text(rate, &text),
+            (None, None, None, 0) => words::nothing_answers(&words::rates(), &words::listeners()),
+            (None, None, None, bytes) => words::unknown(bytes, &words::rates_of_kinds()),
         };
         Finding {
             path: path.into(),
             kind,
+            adapter: None,
             model: String::new(),
             measured: Measured::default(),
             problems: vec![Problem(problem)],

@@ -14,6 +14,11 @@ const TURN: Duration = Duration::from_millis(5);
 /// Scans, or readings of odometry, that are enough.
 const ENOUGH_SCANS: u64 = 10;
 const ENOUGH_ODOMETRIES: u64 = 100;
+/// First bytes that are kept, to see whether they are text.
+const MOST_KEPT: usize = 256;
+/// Bytes of text that are enough to know it for text, and the longest piece of it that is told.
+const ENOUGH_TEXT: usize = 16;
+const LONGEST_TEXT: usize = 60;
 /// For a stop to go out before the port closes.
 const LAST_WORDS: Duration = Duration::from_millis(100);
 
@@ -29,6 +34,8 @@ pub(super) struct Visit {
     pub(super) broken: Option<String>,
     /// Bytes that came.
     pub(super) bytes: u64,
+    /// The first of them.
+    first: Vec<u8>,
     began: Option<Instant>,
     ended: Option<Instant>,
     scans: Vec<(Stamp, usize)>,
@@ -61,6 +68,8 @@ pub(super) fn visit(
         match line.receive(TURN) {
             Received::Bytes(bytes, _) => {
                 seen.bytes += bytes.len() as u64;
+                let room = MOST_KEPT.saturating_sub(seen.first.len());
+                seen.first.extend(bytes.iter().take(room));
                 device.receive(&bytes, now());
             }
             Received::Nothing => (),
@@ -87,6 +96,7 @@ impl Visit {
             state: DeviceState::Waiting,
             broken: None,
             bytes: 0,
+            first: vec![],
             began: None,
             ended: None,
             scans: vec![],
@@ -122,6 +132,15 @@ impl Visit {
             damaged,
             skipped,
         }
+    }
+
+    /// What came, where it is text: its first line that is not empty.
+    pub(super) fn text(&self) -> Option<String> {
+        let is_text = |byte: &u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
+        let text = str::from_utf8(&self.first).ok()?;
+        let is_text = self.first.len() >= ENOUGH_TEXT && self.first.iter().all(is_text);
+        let line = text.lines().map(str::trim).find(|line| !line.is_empty())?;
+        is_text.then(|| line.chars().take(LONGEST_TEXT).collect())
     }
 
     /// Whether the device said nothing of itself, nor its boot loader.

@@ -1,20 +1,66 @@
 //! What the doctor itself says, beside what ports and devices say of themselves: each with its cure. All of it stands in
 //! `bridge/GUIDE.md`, and the test below holds that.
 
+use slamlab_core::device::{Kind, Probe};
+
 use super::finding::Measured;
 
 /// Of a device that said what it is, and nothing else.
 pub(super) const SENDS_NOTHING: &str = "it answers, but sends no data";
-/// Of a port on which nothing came.
-pub(super) const NOTHING_ANSWERS: &str = "nothing answers at 38400, 230400 or 115200 baud: the device has no power, or TX and RX are swapped or \
-     loose; of an LD06 only its TX goes to this port";
+
+/// Of a port on which nothing came, at these rates; of the listeners only one wire is needed.
+pub(super) fn nothing_answers(rates: &str, listeners: &str) -> String {
+    format!(
+        "nothing answers at {rates} baud: the device has no power, or TX and RX are swapped or loose; of an \
+         {listeners} only its TX goes to this port"
+    )
+}
 
 /// Of a port on which something came that nobody understands.
-pub(super) fn unknown(bytes: u64) -> String {
+pub(super) fn unknown(bytes: u64, rates_of_kinds: &str) -> String {
     format!(
-        "{bytes} bytes came, but nothing that slamlab knows: another device, or another baud rate than 38400 (RP6), \
-         230400 (LD06) and 115200 (RPLIDAR A1)"
+        "{bytes} bytes came, but nothing that slamlab knows: another device, or another baud rate than {rates_of_kinds}"
     )
+}
+
+/// Of a port on which text came.
+pub(super) fn speaks_text(rate: u32, text: &str) -> String {
+    format!(
+        "text comes at {rate} baud (\"{text}\"), but nothing that slamlab knows: a console, or a robot with another \
+         program; an RP6 needs slamlab's firmware"
+    )
+}
+
+/// The rates at which a port is tried.
+pub(super) fn rates() -> String {
+    list(
+        Kind::in_order_of_trial()
+            .iter()
+            .map(|kind| kind.baud_rate.to_string()),
+        "or",
+    )
+}
+
+/// The same, each with whose it is.
+pub(super) fn rates_of_kinds() -> String {
+    let of_kind = |kind: &&Kind| format!("{} ({})", kind.baud_rate, kind.title);
+    list(Kind::in_order_of_trial().iter().map(of_kind), "and")
+}
+
+/// Titles of the kinds that take no bytes.
+pub(super) fn listeners() -> String {
+    let kinds = Kind::distinct().filter(|kind| kind.probe == Probe::Listen);
+    list(kinds.map(|kind| kind.title.to_owned()), "or")
+}
+
+/// "a, b or c".
+fn list(items: impl Iterator<Item = String>, last: &str) -> String {
+    let items: Vec<_> = items.collect();
+    match items.split_last() {
+        Some((end, [])) => end.clone(),
+        Some((end, others)) => format!("{} {last} {end}", others.join(", ")),
+        None => String::new(),
+    }
 }
 
 /// Of a line that damages more than a good one does.

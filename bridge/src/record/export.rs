@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use mcap::McapError;
-use slamlab_core::replay::{Log, Replay};
-use slamlab_core::slam::{Method, SlamConfig, SlamError};
+use slamlab_core::replay::{Log, Replay, ReplayError};
+use slamlab_core::slam::Method;
 use slamlab_core::wire::recording::{Recorded, Recording, RecordingError, Said};
 
 use super::ros::{self, Topic};
@@ -61,7 +61,7 @@ pub enum ExportError {
     },
     /// A setting out of range.
     #[error(transparent)]
-    Slam(#[from] SlamError),
+    Replay(#[from] ReplayError),
 }
 
 /// What was written.
@@ -118,16 +118,13 @@ struct Export {
 }
 
 impl Export {
-    fn begin(recording: Recording, method: Method) -> Result<Self, SlamError> {
+    fn begin(recording: Recording, method: Method) -> Result<Self, ReplayError> {
         // The replay has its own: the messages are few bytes beside the map.
         let log = Log::from(recording.clone());
-        let config = match log.scans_on_command() {
-            true => SlamConfig::short_range(),
-            false => SlamConfig::default(),
-        };
+        let settings = log.settings();
         Ok(Self {
             recording,
-            replay: Replay::new(log, method, config)?,
+            replay: Replay::new(log, method, &settings)?,
             is_over: false,
             next: 0,
             time: Duration::ZERO,
@@ -183,7 +180,7 @@ impl Export {
 
     /// A pose with each scan; a map where one is due, and at the end.
     fn made(&mut self, is_scan: bool) -> ros::Messages {
-        let slam = self.replay.slam();
+        let slam = self.replay.session().slam();
         let mut made = vec![];
         if is_scan {
             let odom = self.replay.odom_from_robot();

@@ -72,6 +72,36 @@ pub enum Received {
     Broken(LineError),
 }
 
+/// What carries bytes to a device and back.
+pub(crate) trait Channel {
+    /// Waits for bytes, up to `timeout`.
+    fn receive(&mut self, timeout: Duration) -> Received;
+
+    /// Hands bytes over to be written.
+    ///
+    /// # Errors    Why nothing can be written any more.
+    fn send(&mut self, bytes: Vec<u8>) -> Result<(), LineError>;
+
+    /// Sets or clears DTR, where there is one.
+    fn set_dtr(&mut self, is_set: bool);
+}
+
+impl Channel for Line {
+    fn receive(&mut self, timeout: Duration) -> Received {
+        Self::receive(self, timeout)
+    }
+
+    fn send(&mut self, bytes: Vec<u8>) -> Result<(), LineError> {
+        Self::send(self, bytes)
+    }
+
+    fn set_dtr(&mut self, is_set: bool) {
+        if let Err(error) = Self::set_dtr(self, is_set) {
+            tracing::debug!("no DTR, the motor must be switched otherwise: {error}");
+        }
+    }
+}
+
 impl Line {
     /// Opens a port and starts its threads.
     ///

@@ -1,9 +1,9 @@
-//! Devices on serial ports: opened, watched, closed and opened again.
+//! Devices on serial ports, and behind UDP: opened, watched, closed and opened again.
 //!
-//! In: the path of a port and the [`Device`] at its other end. Out: a [`Source`](crate::source::Source).
+//! In: the path of a port, or the address of a lidar server, and the [`Device`] at its other end. Out: a [`Source`](crate::source::Source).
 //!
 //! 1. [`Line`] reads and writes on two threads of its own, for serial ports block; the queues between are bounded.
-//! 2. [`SerialSource`] lets the device, which has no I/O, see bytes, time and orders, and does what it wants done.
+//! 2. [`DeviceSource`] lets the device, which has no I/O, see bytes, time and orders, and does what it wants done.
 //! 3. Any error of the port, and a read that gives nothing (a cable that was pulled), closes it. It is tried again after
 //!    0.25 s, then 0.5, 1, 2, 2 … s, so that a device plugged in later, or again, is found. Orders given meanwhile are
 //!    forgotten, and whoever drives must arm again: nothing moves by itself when a cable is put back.
@@ -14,11 +14,12 @@ mod line;
 mod open;
 mod source;
 
+pub(crate) use line::Channel;
 pub use line::{Line, LineError, Received};
 pub use open::{OpenError, PortSettings};
 use slamlab_core::device::Weight;
-pub use slamlab_core::device::{Device, Ld06, Rp6, Rplidar, Want};
-pub use source::{Retry, SerialSource};
+pub use slamlab_core::device::{Device, Want};
+pub use source::{DeviceSource, Retry};
 
 /// Writes a device's note into the log.
 pub(crate) fn note(device: &str, weight: Weight, text: &str) {

@@ -5,10 +5,11 @@ use std::time::{Duration, Instant};
 
 use slamlab_core::robot::Stamp;
 
-use super::line::{Line, LineError, Received};
+use super::line::{Channel, Line, LineError, Received};
 use super::open::PortSettings;
 use super::{Device, Want, note};
 use crate::source::{Port, Profile, Source, Waited};
+use crate::udp::UdpAddress;
 
 #[cfg(test)]
 mod tests;
@@ -40,13 +41,15 @@ impl Default for Retry {
     }
 }
 
-/// A [`Device`] on a serial port.
-#[derive(Debug)]
-pub struct SerialSource<D> {
-    device: D,
-    path: String,
+/// A [`Device`] on a line that is opened again and again.
+pub struct DeviceSource {
+    device: Box<dyn Device>,
+    open: Opener,
     retry: Retry,
 }
+
+/// Opens the line; or says why not, with cause and cure.
+type Opener = Box<dyn Fn() -> Result<Box<dyn Channel>, String> + Send>;
 
 /// Why a line was left.
 enum Left {
@@ -55,13 +58,35 @@ enum Left {
     Closed,
 }
 
-impl<D: Device> SerialSource<D> {
-    /// A device at this port.
+impl DeviceSource {
+    /// A device at this serial port.
     #[must_use]
-    pub fn new(device: D, path: impl Into<String>) -> Self {
+    pub fn at_port(device: Box<dyn Device>, path: impl Into<String>) -> Self {
+        let settings = PortSettings {
+            path: path.into(),
+            baud_rate: device.baud_rate(),
+        };
+        let open = move || match Line::open(&settings) {
+            Ok(line) => Ok(Box::new(line) as Box<dyn Channel>),
+            Err(error) => Err(error.to_string()),
+        };
+        Self::new(device, Box::new(open))
+    }
+
+    /// A device behind this UDP server.
+    #[must_use]
+    pub fn by_udp(device: Box<dyn Device>, address: UdpAddress) -> Self {
+        let open = move || match address.open() {
+            Ok(line) => Ok(Box::new(line) as Box<dyn Channel>),
+            Err(error) => Err(error.to_string()),
+        };
+        Self::new(device, Box::new(open))
+    }
+
+    fn new(device: Box<dyn Device>, open: Opener) -> Self {
         Self {
             device,
-            path: path.into(),
+            open,
             retry: Retry::default(),
         }
     }
@@ -73,7 +98,7 @@ impl<D: Device> SerialSource<D> {
     }
 }
 
-impl<D: Device> Source for SerialSource<D> {
+impl Source for DeviceSource {
     fn profile(&self) -> Profile {
         self.device.profile()
     }
@@ -81,13 +106,9 @@ impl<D: Device> Source for SerialSource<D> {
     fn run(self: Box<Self>, port: Port) {
         let Self {
             device,
-            path,
+            open,
             retry,
         } = *self;
-        let settings = PortSettings {
-            path,
-            baud_rate: device.baud_rate(),
-        };
         let mut life = Life {
             device,
             port,
@@ -96,15 +117,15 @@ impl<D: Device> Source for SerialSource<D> {
             retry,
         };
         loop {
-            match Line::open(&settings) {
-                Ok(line) => match life.serve(line) {
+            match open() {
+                Ok(mut line) => match life.serve(&mut *line) {
                     Left::Closed => return,
                     Left::Broken(error) => life.device.broken(error.to_string()),
                     Left::Reopen => (),
                 },
-                Err(error) => life.device.broken(error.to_string()),
+                Err(why) => life.device.broken(why),
             }
-            life.tell();
+            life.report();
             if life.rest() {
                 return;
             }
@@ -113,17 +134,17 @@ impl<D: Device> Source for SerialSource<D> {
 }
 
 /// A device with its way to the bridge.
-struct Life<D> {
-    device: D,
+struct Life {
+    device: Box<dyn Device>,
     port: Port,
     began: Instant,
     pause: Duration,
     retry: Retry,
 }
 
-impl<D: Device> Life<D> {
+impl Life {
     /// Serves an open line until it breaks or the bridge ends.
-    fn serve(&mut self, mut line: Line) -> Left {
+    fn serve(&mut self, line: &mut dyn Channel) -> Left {
         // Orders from before do not count: nothing moves by itself when a cable is put back.
         while let Waited::Order(_) = self.port.wait(Duration::ZERO) {}
         self.device.opened(self.now());
@@ -135,7 +156,7 @@ impl<D: Device> Life<D> {
             }
             // What it says of the time before an order must be told before the order is taken: it is told after which order it was said.
             self.device.tick(self.now());
-            if let Err(left) = self.fulfil(&mut line) {
+            if let Err(left) = self.fulfil(line) {
                 return left;
             }
             match self.port.wait(Duration::ZERO) {
@@ -144,27 +165,23 @@ impl<D: Device> Life<D> {
                 Waited::Closed => {
                     self.device.close(self.now());
                     // A line that breaks now has nobody left to tell.
-                    let _ = self.fulfil(&mut line);
+                    let _ = self.fulfil(line);
                     std::thread::sleep(LAST_WORDS);
                     return Left::Closed;
                 }
             }
-            if let Err(left) = self.fulfil(&mut line) {
+            if let Err(left) = self.fulfil(line) {
                 return left;
             }
         }
     }
 
     /// Does what the device wants done.
-    fn fulfil(&mut self, line: &mut Line) -> Result<(), Left> {
+    fn fulfil(&mut self, line: &mut dyn Channel) -> Result<(), Left> {
         while let Some(want) = self.device.next_want() {
             match want {
                 Want::Write(bytes) => line.send(bytes).map_err(Left::Broken)?,
-                Want::Dtr(is_set) => {
-                    if let Err(error) = line.set_dtr(is_set) {
-                        tracing::debug!("no DTR, the motor must be switched otherwise: {error}");
-                    }
-                }
+                Want::Dtr(is_set) => line.set_dtr(is_set),
                 Want::Report(event) => self.port.send(event),
                 Want::Well => self.pause = self.retry.first,
                 Want::Reopen => return Err(Left::Reopen),
@@ -174,8 +191,8 @@ impl<D: Device> Life<D> {
         Ok(())
     }
 
-    /// Tells the bridge what there is to tell, with no line to write to.
-    fn tell(&mut self) {
+    /// Reports to the bridge, with no line to write to.
+    fn report(&mut self) {
         while let Some(want) = self.device.next_want() {
             match want {
                 Want::Report(event) => self.port.send(event),

@@ -4,28 +4,36 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
+use slamlab_core::device::lidar::revolution::RevolutionConfig;
+use slamlab_core::device::udp::UdpLidar;
+use slamlab_core::device::{KINDS, Kind, Lidar, Role};
 use slamlab_core::geom::Pose2;
-use slamlab_core::wire::revolution::RevolutionConfig;
-use slamlab_core::wire::rplidar::driver::{DriverConfig, ScanMode};
 
 use super::Source;
 use super::replay::{ReplayError, ReplaySource};
 use super::sim::{SimSource, SimSourceError};
-use crate::serial::{Ld06, Rp6, Rplidar, SerialSource};
+use crate::serial::DeviceSource;
+use crate::udp::{UdpAddress, UdpAddressError};
+
+/// What can stand behind `--source`, as a person types it.
+#[must_use]
+pub fn forms() -> String {
+    let kinds = KINDS.map(|kind| format!("{}:PORT", kind.name));
+    format!(
+        "sim:WORLD[,SENSOR], replay:FILE, {}, udp:HOST[:PORT][/PATH]",
+        kinds.join(", ")
+    )
+}
 
 /// Why a source cannot be had.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SourceError {
     /// There is no such kind.
-    #[error(
-        "there is no source `{0}`; expected sim:WORLD[,SENSOR], replay:FILE, rp6:PORT, rplidar:PORT, rplidar-express:PORT or ld06:PORT"
-    )]
+    #[error("there is no source `{0}`; expected one of {forms}", forms = forms())]
     Unknown(String),
     /// It knows itself where its sensor sits.
-    #[error(
-        "{0} takes no mount: only a lidar at a serial port does, for nothing else tells where it sits"
-    )]
+    #[error("{0} takes no mount: only a lidar does, for nothing else tells where it sits")]
     Mount(String),
     /// The simulated robot.
     #[error(transparent)]
@@ -33,55 +41,51 @@ pub enum SourceError {
     /// The recording.
     #[error(transparent)]
     Replay(#[from] ReplayError),
+    /// The address of a lidar server.
+    #[error(transparent)]
+    Udp(#[from] UdpAddressError),
 }
 
 /// A source that was named and not opened yet.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum SourceName {
     /// `sim:WORLD` or `sim:WORLD,SENSOR`.
     Sim(String),
     /// `replay:FILE`.
     Replay(String),
-    /// `rp6:PORT`.
-    Rp6(String),
-    /// `rplidar:PORT`, or `rplidar-express:PORT` for capsules.
-    Rplidar(String, ScanMode),
-    /// `ld06:PORT`; an LD19 too.
-    Ld06(String),
+    /// A device at a serial port: `rp6:PORT`.
+    Serial(&'static Kind, String),
+    /// A lidar behind a server of Pilch's protocol: `udp:HOST[:PORT][/PATH]`.
+    Udp(UdpAddress),
 }
 
 impl FromStr for SourceName {
     type Err = SourceError;
 
     fn from_str(name: &str) -> Result<Self, SourceError> {
-        match name.split_once(':') {
-            Some(("sim", world)) => Ok(Self::Sim(world.to_owned())),
-            Some(("replay", file)) => Ok(Self::Replay(file.to_owned())),
-            Some(("rp6", port)) if !port.is_empty() => Ok(Self::Rp6(port.to_owned())),
-            Some(("rplidar", port)) if !port.is_empty() => {
-                Ok(Self::Rplidar(port.to_owned(), ScanMode::Standard))
-            }
-            Some(("rplidar-express", port)) if !port.is_empty() => {
-                Ok(Self::Rplidar(port.to_owned(), ScanMode::Express))
-            }
-            Some(("ld06", port)) if !port.is_empty() => Ok(Self::Ld06(port.to_owned())),
-            _ => Err(SourceError::Unknown(name.to_owned())),
+        let unknown = || SourceError::Unknown(name.to_owned());
+        let (kind, which) = name.split_once(':').ok_or_else(unknown)?;
+        match kind {
+            "sim" => Ok(Self::Sim(which.to_owned())),
+            "replay" => Ok(Self::Replay(which.to_owned())),
+            "udp" => Ok(Self::Udp(UdpAddress::parse(which)?)),
+            _ => Kind::named(kind)
+                .filter(|_| !which.is_empty())
+                .map(|kind| Self::Serial(kind, which.to_owned()))
+                .ok_or_else(unknown),
         }
     }
 }
 
 impl fmt::Display for SourceName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (kind, which) = match self {
-            Self::Sim(world) => ("sim", world),
-            Self::Replay(file) => ("replay", file),
-            Self::Rp6(port) => ("rp6", port),
-            Self::Rplidar(port, ScanMode::Standard) => ("rplidar", port),
-            Self::Rplidar(port, ScanMode::Express) => ("rplidar-express", port),
-            Self::Ld06(port) => ("ld06", port),
-        };
-        write!(f, "{kind}:{which}")
+        match self {
+            Self::Sim(world) => write!(f, "sim:{world}"),
+            Self::Replay(file) => write!(f, "replay:{file}"),
+            Self::Serial(kind, port) => write!(f, "{}:{port}", kind.name),
+            Self::Udp(address) => write!(f, "udp:{address}"),
+        }
     }
 }
 
@@ -105,34 +109,27 @@ impl SourceName {
     ///
     /// # Errors    [`SourceError`]: what is not there, or cannot be read, or is no lidar and has a `mount`.
     pub fn open(&self, mount: Option<Pose2>) -> Result<Box<dyn Source>, SourceError> {
-        let is_lidar = matches!(self, Self::Rplidar(..) | Self::Ld06(_));
-        if mount.is_some() && !is_lidar {
+        let takes_mount = match self {
+            Self::Serial(kind, _) => kind.role == Role::Lidar,
+            Self::Udp(_) => true,
+            Self::Sim(_) | Self::Replay(_) => false,
+        };
+        if mount.is_some() && !takes_mount {
             return Err(SourceError::Mount(self.to_string()));
         }
-        let robot_from_sensor = mount.unwrap_or_else(Pose2::identity);
+        let mount = mount.unwrap_or_else(Pose2::identity);
         Ok(match self {
             Self::Sim(world) => Box::new(SimSource::new(world)?),
             Self::Replay(file) => Box::new(ReplaySource::open(Path::new(file))?),
-            Self::Rp6(port) => Box::new(SerialSource::new(Rp6::new(self.to_string()), port)),
-            Self::Rplidar(port, mode) => {
-                let config = DriverConfig {
-                    mode: *mode,
-                    revolution: RevolutionConfig {
-                        robot_from_sensor,
-                        ..RevolutionConfig::rplidar()
-                    },
-                    ..DriverConfig::default()
-                };
-                let lidar = Rplidar::new(self.to_string(), config);
-                Box::new(SerialSource::new(lidar, port))
+            Self::Serial(kind, port) => {
+                let device = (kind.open)(self.to_string(), mount);
+                Box::new(DeviceSource::at_port(device, port))
             }
-            Self::Ld06(port) => {
-                let config = RevolutionConfig {
-                    robot_from_sensor,
-                    ..RevolutionConfig::ld06()
-                };
-                let lidar = Ld06::new(self.to_string(), config);
-                Box::new(SerialSource::new(lidar, port))
+            Self::Udp(address) => {
+                let config = RevolutionConfig::rplidar().mounted(mount);
+                let protocol = UdpLidar::new(&address.path);
+                let lidar = Lidar::new(self.to_string(), protocol, config);
+                Box::new(DeviceSource::by_udp(Box::new(lidar), address.clone()))
             }
         })
     }
@@ -144,26 +141,20 @@ mod tests {
 
     #[test]
     fn each_kind_has_its_name_and_others_are_refused() {
-        let port = || "/dev/serial0".to_owned();
-        for (name, expected) in [
-            ("sim:arena", SourceName::Sim("arena".into())),
-            ("rp6:/dev/serial0", SourceName::Rp6(port())),
-            (
-                "rplidar:/dev/serial0",
-                SourceName::Rplidar(port(), ScanMode::Standard),
-            ),
-            (
-                "rplidar-express:/dev/serial0",
-                SourceName::Rplidar(port(), ScanMode::Express),
-            ),
-            ("ld06:/dev/serial0", SourceName::Ld06(port())),
-        ] {
+        let sim: SourceName = "sim:arena".parse().unwrap();
+        assert_eq!(sim, SourceName::Sim("arena".into()));
+        for kind in &KINDS {
+            let name = format!("{}:/dev/serial0", kind.name);
+            let expected = SourceName::Serial(kind, "/dev/serial0".into());
             assert_eq!(name.parse::<SourceName>().unwrap(), expected);
             assert_eq!(expected.to_string(), name);
         }
+        let udp: SourceName = "udp:pi.local/dev/rplidar".parse().unwrap();
+        assert_eq!(udp.to_string(), "udp:pi.local:5000/dev/rplidar");
+        assert_eq!(udp.to_string().parse::<SourceName>().unwrap(), udp);
         for wrong in ["rp6", "rp6:", "lidar:/dev/serial0", ""] {
             let error = wrong.parse::<SourceName>().unwrap_err().to_string();
-            assert!(error.contains("expected sim:WORLD"), "{error}");
+            assert!(error.contains("expected one of sim:WORLD"), "{error}");
         }
     }
 }

@@ -30,7 +30,6 @@ use slamlab_core::format::relations::{self, Relation};
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::{Log, LogReader, Replay};
 use slamlab_core::settings::Settings;
-use slamlab_core::sim::SensorModel;
 use slamlab_core::slam::{Method, PriorMapFit};
 
 /// Relations over at least this time show whether loops close, s.
@@ -113,18 +112,15 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     for (key, value) in &arguments.settings {
         settings.set(key, *value).context("--set")?;
     }
-    let told = settings.odometry.told(&log.robot());
-    let mut slam = settings.slam;
     match (&arguments.known, method) {
         (Some(path), Method::PriorMap) => {
-            slam.prior_map = known::known_map(path, arguments.svg_unit, &arguments.start)?;
+            settings.slam.prior_map = known::known_map(path, arguments.svg_unit, &arguments.start)?;
         }
         (None, Method::PriorMap) => bail!("--method known-map needs a map: --known FILE"),
         (Some(_), _) => bail!("--known needs --method known-map, not {}", method.name()),
         (None, _) => {}
     }
-    let mut replay = Replay::new(log, method, slam)?;
-    replay.tell_odometry(told);
+    let mut replay = Replay::new(log, method, &settings)?;
     let mut scan_ms = Vec::with_capacity(scans);
     loop {
         let began = Instant::now();
@@ -137,7 +133,7 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     for note in replay.take_notes() {
         eprintln!("{}: {note}", arguments.log.display());
     }
-    let fits = replay.slam().view().prior_map_fit;
+    let fits = replay.session().slam().view().prior_map_fit;
     if fits.is_some_and(PriorMapFit::is_misfit) {
         eprintln!(
             "{}: at its end, what is seen does not stand in the known map",
@@ -161,7 +157,7 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
         "real_time_factor": log_seconds / wall_seconds,
         "scan_ms": { "median": quantile(&mut scan_ms, 0.5), "p99": quantile(&mut scan_ms, 0.99) },
         "peak_memory_mb": peak_memory_mb(),
-        "loop_closures": replay.slam().view().loop_closures,
+        "loop_closures": replay.session().slam().view().loop_closures,
         "known_part": known_part,
         "relations": relations,
         "fit": fit.as_ref().map(fitted),
@@ -178,11 +174,7 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
 
 /// Settings for the sensor that the log is of, changed by a preset.
 fn settings_for(log: &Log, preset: Option<&Path>) -> anyhow::Result<Settings> {
-    let sensor = match log.scans_on_command() {
-        true => SensorModel::rangers(),
-        false => SensorModel::lidar(),
-    };
-    let mut settings = Settings::of(sensor, &log.robot());
+    let mut settings = log.settings();
     if let Some(path) = preset {
         let name = || format!("preset {}", path.display());
         let preset = preset::read(&std::fs::read(path).with_context(name)?).with_context(name)?;

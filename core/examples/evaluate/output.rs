@@ -83,7 +83,7 @@ pub(super) fn save(
         files.push((path.clone(), text.into_bytes()));
     }
     if let Some(path) = &arguments.og_map {
-        let map = og_map::of_grid(replay.slam().grid())?;
+        let map = og_map::of_grid(replay.session().slam().grid())?;
         files.push((path.clone(), og_map::write(&map).into_bytes()));
     }
     if let Some(path) = &arguments.carmen {
@@ -125,7 +125,7 @@ fn map_files(
     name: &str,
 ) -> anyhow::Result<map_server::MapFiles> {
     let mode: MapMode = arguments.map_mode.parse().context("--map-mode")?;
-    let map = OccupancyMap::of_grid(replay.slam().grid(), mode)?;
+    let map = OccupancyMap::of_grid(replay.session().slam().grid(), mode)?;
     Ok(map_server::write(
         &map,
         mode,

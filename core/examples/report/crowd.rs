@@ -133,14 +133,14 @@ impl Scene {
         config.mode = mode;
         config.pilot.avoidance = avoidance;
         let mut experiment = Experiment::new(config)?;
-        while !experiment.status().is_over() && experiment.seconds() < LONGEST {
+        while !experiment.session().status().is_over() && experiment.seconds() < LONGEST {
             experiment.step()?;
         }
         let figures = experiment.figures(&self.area);
         let contacts = figures.contacts;
         Ok(Run {
             is_done: matches!(
-                experiment.status(),
+                experiment.session().status(),
                 Status::Finished(Finish::Explored { .. } | Finish::GoalReached { .. })
             ),
             seconds: figures.sim_seconds,

@@ -157,7 +157,7 @@ impl Scene {
         config.pilot.frontier.choice = choice;
         let mut experiment = Experiment::new(config)?;
         let longest = longest(self.sensor);
-        while !experiment.status().is_over() && experiment.seconds() < longest {
+        while !experiment.session().status().is_over() && experiment.seconds() < longest {
             experiment.step()?;
         }
         let figures = experiment.figures(&self.area);
@@ -169,7 +169,7 @@ impl Scene {
             contacts: contacts.walls + contacts.drove_into_mover,
             walked_in: contacts.mover_walked_in,
             ended: matches!(
-                experiment.status(),
+                experiment.session().status(),
                 Status::Finished(Finish::Explored { .. })
             ),
         })

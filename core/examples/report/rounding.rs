@@ -91,10 +91,13 @@ fn ride(world: &str, seed: u64, shortening: Shortening, is_rounded: bool) -> Res
         let begin = experiment.seconds();
         // A step first: the errand before has ended.
         experiment.step()?;
-        while !experiment.status().is_over() && experiment.seconds() - begin < LONGEST {
+        while !experiment.session().status().is_over() && experiment.seconds() - begin < LONGEST {
             experiment.step()?;
         }
-        missed += usize::from(!matches!(experiment.status(), Status::Finished(_)));
+        missed += usize::from(!matches!(
+            experiment.session().status(),
+            Status::Finished(_)
+        ));
     }
     Ok(Ride {
         seconds: experiment.seconds(),

@@ -121,7 +121,7 @@ impl Run {
         Ok(Self {
             counts,
             all: map.len(),
-            landmarks: experiment.slam().view().landmarks.len(),
+            landmarks: experiment.session().slam().view().landmarks.len(),
             error_p95: errors[errors.len() * 95 / 100],
             error_median: errors[errors.len() / 2],
             covered: near.iter().filter(|near| **near).count() as f64 / near.len() as f64,
@@ -135,7 +135,7 @@ fn go(experiment: &mut Experiment, goal: Point2<f64>, witness: &mut Witness) -> 
     let begin = experiment.seconds();
     experiment.step()?;
     let mut steps = 0;
-    while !experiment.status().is_over() && experiment.seconds() - begin < LONGEST {
+    while !experiment.session().status().is_over() && experiment.seconds() - begin < LONGEST {
         experiment.step()?;
         steps += 1;
         if steps % 10 == 0 {
@@ -146,7 +146,7 @@ fn go(experiment: &mut Experiment, goal: Point2<f64>, witness: &mut Witness) -> 
 }
 
 fn map_of(experiment: &Experiment) -> Vec<Segment> {
-    let walls = experiment.slam().vector_map().walls();
+    let walls = experiment.session().slam().vector_map().walls();
     walls.iter().map(|wall| wall.segment).collect()
 }
 

@@ -1,110 +1,124 @@
-//! An LD06 or LD19 as a source: the driver of `core` on a line.
+//! An LDROBOT LD06 or LD19: it only speaks, so there is nothing to bring up.
+//!
+//! 1. A packet's last reading was taken when the packet came; those before it each as much earlier as its
+//!    spacing takes at the speed that it tells.
+//! 2. Silence, bytes that are no packets, and a head that stands still (speed 0, or no whole turn) are
+//!    faults; they end by themselves with the next whole turn.
 
-use std::collections::VecDeque;
-
+use crate::device::lidar::{LidarProtocol, Output};
 use crate::robot::Stamp;
-use crate::wire::ld06::driver::{self, Driver};
-use crate::wire::message::{DeviceState, LinkState};
-use crate::wire::revolution::RevolutionConfig;
+use crate::wire::Tally;
+use crate::wire::ld06::{Decoder, Packet, READINGS};
+use crate::wire::message::DeviceState;
 
-use crate::device::line::{Device, Want};
-use crate::device::report::Report;
-use crate::device::source::{Order, Profile, SourceEvent};
+/// Why the sensor does not work.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Ld06Fault {
+    /// Not a byte came.
+    #[error(
+        "the LD06 is silent: no power, or its data line (TX) is loose; check the plug and the 5 V supply"
+    )]
+    Silent,
+    /// Bytes came, but no packet.
+    #[error(
+        "{bytes} bytes came, but no packet of an LD06: wrong baud rate or another device; it speaks at {} baud",
+        Ld06::BAUD_RATE
+    )]
+    NotUnderstood {
+        /// How many bytes came.
+        bytes: u64,
+    },
+    /// Packets come, but no whole turn.
+    #[error(
+        "the LD06 sends packets but no whole turn: its motor stands still; check its PWM line and that the head is free"
+    )]
+    DoesNotTurn,
+}
 
-/// An LD06 or LD19 at the other end of a line. It cannot be told anything: its motor runs while it has power.
-#[derive(Debug)]
+/// What is peculiar to an LD06. Its motor runs while it has power.
+#[derive(Debug, Default)]
 pub struct Ld06 {
-    name: String,
-    config: RevolutionConfig,
-    driver: Driver,
-    report: Report,
-    wants: VecDeque<Want>,
+    decoder: Decoder,
+    /// What had come when a whole turn was begun to be waited for.
+    before: Tally,
 }
 
 impl Ld06 {
     /// Its baud rate.
     pub const BAUD_RATE: u32 = 230_400;
 
-    /// A lidar called `name`, as on the command line.
-    #[must_use]
-    pub fn new(name: impl Into<String>, config: RevolutionConfig) -> Self {
-        Self {
-            name: name.into(),
-            driver: Driver::new(config.clone(), Stamp(0)),
-            config,
-            report: Report::default(),
-            wants: VecDeque::new(),
+    /// Tells in which way it does not turn.
+    fn fault(&self, is_silent: bool) -> Ld06Fault {
+        let (tally, before) = (self.decoder.tally(), self.before);
+        if is_silent {
+            Ld06Fault::Silent
+        } else if tally.frames > before.frames {
+            Ld06Fault::DoesNotTurn
+        } else {
+            let bytes = tally.bytes - before.bytes;
+            Ld06Fault::NotUnderstood { bytes }
         }
-    }
-
-    fn collect(&mut self, now: Stamp) {
-        while let Some(event) = self.driver.next_event() {
-            match event {
-                // The fault itself follows, and says why.
-                driver::Event::State(DeviceState::Fault) => (),
-                driver::Event::State(state) => self.state(state),
-                driver::Event::Scan(scan) => {
-                    self.wants.push_back(Want::Well);
-                    self.wants.push_back(Want::Report(SourceEvent::Scan(scan)));
-                }
-                driver::Event::Fault(fault) => {
-                    self.report.detail = fault.to_string();
-                    self.state(DeviceState::Fault);
-                }
-            }
-        }
-        self.report.count(self.driver.tally());
-        self.wants
-            .extend(self.report.link_now_and_then(now).map(Want::Report));
-    }
-
-    fn state(&mut self, state: DeviceState) {
-        if state != DeviceState::Fault {
-            self.report.detail.clear();
-            self.report.model = "LD06 or LD19".into();
-        }
-        self.wants
-            .extend(self.report.lidar(state).map(Want::Report));
     }
 }
 
-impl Device for Ld06 {
-    fn profile(&self) -> Profile {
-        Profile::of_sensor(&self.name)
-    }
-
+impl LidarProtocol for Ld06 {
     fn baud_rate(&self) -> u32 {
         Self::BAUD_RATE
     }
 
-    fn opened(&mut self, now: Stamp) {
-        self.driver = Driver::new(self.config.clone(), now);
-        self.report.reopened();
-        let events = self.report.change(DeviceState::Waiting, LinkState::Opening);
-        self.wants.extend(events.map(Want::Report));
+    fn opened(&mut self, _: &mut Output, _: Stamp) {
+        *self = Self::default();
     }
 
-    fn receive(&mut self, bytes: &[u8], now: Stamp) {
-        self.driver.receive(bytes, now);
+    fn receive(&mut self, bytes: &[u8], output: &mut Output, now: Stamp) {
+        if !bytes.is_empty() {
+            output.heard(now);
+        }
+        self.decoder.extend(bytes);
+        let packets: Vec<Packet> = self.decoder.by_ref().collect();
+        if !packets.is_empty() && output.state() == DeviceState::Waiting {
+            output.set_model("LD06 or LD19".into());
+            output.enter(DeviceState::Connected);
+        }
+        let mut end = now.seconds() - packets.iter().map(duration).sum::<f64>();
+        for packet in &packets {
+            end += duration(packet);
+            let readings = packet
+                .polar()
+                .map(|(angle, range, quality)| (angle, range, Some(quality)));
+            if output.take(readings, interval(packet), end, now) {
+                self.before = self.decoder.tally();
+            }
+        }
     }
 
-    fn order(&mut self, _: Order, _: Stamp) {
-        // It is no robot; nobody drives it.
+    fn tick(&mut self, output: &mut Output, now: Stamp) {
+        if output.does_not_turn(now) {
+            output.fail(&self.fault(output.is_silent(now)));
+            output.watch(now);
+            self.before = self.decoder.tally();
+        }
     }
 
-    fn tick(&mut self, now: Stamp) {
-        self.driver.tick(now);
-        self.collect(now);
-    }
-
-    fn close(&mut self, _: Stamp) {}
-
-    fn broken(&mut self, why: String) {
-        self.wants.clear();
-        self.wants.extend(self.report.broken(why).map(Want::Report));
-    }
-
-    fn next_want(&mut self) -> Option<Want> {
-        self.wants.pop_front()
+    fn tally(&self) -> Tally {
+        self.decoder.tally()
     }
 }
+
+/// Seconds from one reading to the next; 0 where the head stands still.
+fn interval(packet: &Packet) -> f64 {
+    if packet.speed == 0 {
+        0.0
+    } else {
+        packet.spacing() / f64::from(packet.speed).to_radians()
+    }
+}
+
+/// Seconds of a packet's readings.
+fn duration(packet: &Packet) -> f64 {
+    interval(packet) * READINGS as f64
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,4 +1,4 @@
-//! What the bridge is told of a device and its line, only when there is something to tell.
+//! The state of a device and its line, reported only when it changes; the line once a second too.
 
 use crate::robot::Stamp;
 use crate::wire::Tally;
@@ -9,18 +9,19 @@ use crate::device::source::{Link, SourceEvent};
 /// Seconds between two reports of a line that does not change.
 const NOW_AND_THEN: f64 = 1.0;
 
-/// State of a device and its line, as last told.
+/// State of a device and its line, as last reported.
 #[derive(Debug)]
 pub(super) struct Report {
     /// What the device is, as it said itself.
     pub(super) model: String,
     /// For a fault: cause and cure.
     pub(super) detail: String,
-    told: Option<(DeviceState, String, String)>,
+    /// As last reported.
+    last: Option<(DeviceState, String, String)>,
     link: Link,
     /// Counts of lines before this one: each line's decoder begins at 0.
     earlier: [u64; 2],
-    link_told: Stamp,
+    link_reported: Stamp,
 }
 
 impl Default for Report {
@@ -28,7 +29,7 @@ impl Default for Report {
         Self {
             model: String::new(),
             detail: String::new(),
-            told: None,
+            last: None,
             link: Link {
                 state: LinkState::Down,
                 round_trip: None,
@@ -36,7 +37,7 @@ impl Default for Report {
                 skipped: 0,
             },
             earlier: [0; 2],
-            link_told: Stamp(0),
+            link_reported: Stamp(0),
         }
     }
 }
@@ -61,27 +62,14 @@ impl Report {
         link: LinkState,
     ) -> impl Iterator<Item = SourceEvent> + use<> {
         let now = (state, self.model.clone(), self.detail.clone());
-        let device = (self.told.as_ref() != Some(&now)).then(|| SourceEvent::Device {
+        let device = (self.last.as_ref() != Some(&now)).then(|| SourceEvent::Device {
             state,
             model: now.1.clone(),
             detail: now.2.clone(),
         });
         let link = self.change_link(link);
-        self.told = Some(now);
+        self.last = Some(now);
         link.into_iter().chain(device)
-    }
-
-    /// The events of a change of a lidar, whose driver says whether it measures.
-    pub(super) fn lidar(
-        &mut self,
-        state: DeviceState,
-    ) -> impl Iterator<Item = SourceEvent> + use<> {
-        let (state, link) = match state {
-            DeviceState::Measuring => (DeviceState::Sending, LinkState::Up),
-            DeviceState::Connected => (state, LinkState::Up),
-            _ => (state, LinkState::Opening),
-        };
-        self.change(state, link)
     }
 
     /// The events of a line that broke, or could not be opened; `why` says cause and cure.
@@ -99,8 +87,8 @@ impl Report {
 
     /// The line, once a second.
     pub(super) fn link_now_and_then(&mut self, now: Stamp) -> Option<SourceEvent> {
-        (now.since(self.link_told) >= NOW_AND_THEN).then(|| {
-            self.link_told = now;
+        (now.since(self.link_reported) >= NOW_AND_THEN).then(|| {
+            self.link_reported = now;
             SourceEvent::Link(self.link)
         })
     }

@@ -6,7 +6,7 @@
 //!    anew all the time by whoever drives; where none came for a quarter of a second the source itself stops the robot.
 //! 3. The robot's stamps are put on the bridge's clock ([`crate::wire::ClockMap`]), on which the scans of other devices are.
 //! 4. Each sweep of its rangers becomes a scan, on that clock too.
-//!    A robot that drives looks by single readings meanwhile (`looks`).
+//!    A robot that drives makes partial scans meanwhile (`partial_scans`).
 //! 5. An emergency stop is remembered while nobody answers, and given again to a robot that comes back.
 
 use std::collections::VecDeque;
@@ -21,8 +21,8 @@ use crate::device::line::{Device, Want, Weight};
 use crate::device::report::Report;
 use crate::device::source::{Order, Profile, SourceEvent};
 
-mod errand;
-mod looks;
+mod manoeuvre;
+mod partial_scans;
 mod robot;
 mod sweeps;
 #[cfg(test)]
@@ -52,7 +52,7 @@ pub struct Rp6 {
     /// Whether the boot loader was heard since the line was opened or the robot last answered.
     was_boot_loader: bool,
     is_cut_off: bool,
-    /// As last told.
+    /// As last reported.
     busy: Option<bool>,
     wants: VecDeque<Want>,
 }
@@ -80,12 +80,12 @@ impl Rp6 {
     fn collect(&mut self, now: Stamp) {
         while let Some(event) = self.link.next_event() {
             match event {
-                rp6::Event::Up(hello) => self.up(&hello, now),
-                rp6::Event::Down(why) => self.down(why),
-                rp6::Event::Telemetry(telemetry) => self.telemetry(&telemetry, now),
-                rp6::Event::Ranger(ranger) => self.ranger(&ranger),
-                rp6::Event::Acknowledged { command, .. } => self.acknowledged(command, now),
-                rp6::Event::Dropped(command) => {
+                rp6::LinkEvent::Up(hello) => self.up(&hello, now),
+                rp6::LinkEvent::Down(why) => self.down(why),
+                rp6::LinkEvent::Telemetry(telemetry) => self.telemetry(&telemetry, now),
+                rp6::LinkEvent::Ranger(ranger) => self.ranger(&ranger),
+                rp6::LinkEvent::Acknowledged { command, .. } => self.acknowledged(command, now),
+                rp6::LinkEvent::Dropped(command) => {
                     self.note(Weight::Detail, format!("{command:?} given up"));
                 }
             }
@@ -94,7 +94,7 @@ impl Rp6 {
         if !output.is_empty() {
             self.wants.push_back(Want::Write(output));
         }
-        self.tell_link(now);
+        self.report_link(now);
     }
 
     fn up(&mut self, hello: &Hello, now: Stamp) {
@@ -122,7 +122,7 @@ impl Rp6 {
 
     fn down(&mut self, why: Down) {
         self.robot = None;
-        self.tell_busy();
+        self.report_busy();
         self.report.detail = match why {
             Down::NobodyThere if self.was_boot_loader => words::NO_PROGRAM.into(),
             _ => words::cause_and_cure(why),
@@ -153,7 +153,7 @@ impl Rp6 {
             ..odometry
         };
         robot.last_end = Some(stamp);
-        let sweeps = telemetry.state.sweeping() && !robot.looks.moves;
+        let sweeps = telemetry.state.sweeping() && !robot.partial_scans.moves;
         if robot.may_be_done(now) && !telemetry.state.moving() && !sweeps {
             robot.motion = Motion::None;
         }
@@ -161,7 +161,7 @@ impl Rp6 {
             telemetry.state.bumper_left(),
             telemetry.state.bumper_right(),
         ];
-        let is_due = now.since(robot.last_told) >= NOW_AND_THEN;
+        let is_due = now.since(robot.last_reported) >= NOW_AND_THEN;
         let touches = (robot.bumpers != [left, right] || is_due).then_some(SourceEvent::Bumpers {
             stamp,
             left,
@@ -173,22 +173,22 @@ impl Rp6 {
             volts: telemetry.battery_volts() as f32,
         });
         if is_due {
-            robot.last_told = now;
+            robot.last_reported = now;
         }
         match odometry.validate() {
-            Ok(()) => self.tell(SourceEvent::Odometry(odometry)),
+            Ok(()) => self.emit(SourceEvent::Odometry(odometry)),
             Err(error) => self.note(Weight::Warning, error.to_string()),
         }
         let events = touches.into_iter().chain(battery);
         self.wants.extend(events.map(Want::Report));
         self.fault(telemetry.fault);
         self.sweep(|sweeps| sweeps.telemetry(telemetry));
-        self.look_on(telemetry, now);
-        // The end of an errand comes after its scan.
+        self.continue_partial_scan(telemetry, now);
+        // The end of a manoeuvre comes after its scan.
         if is_due {
             self.busy = None;
         }
-        self.tell_busy();
+        self.report_busy();
     }
 
     fn fault(&mut self, fault: rp6::Fault) {
@@ -216,13 +216,13 @@ impl Rp6 {
             servo: ranger.servo_angle() as f32,
             raw: ranger.adc,
         };
-        self.tell(SourceEvent::Rangers {
+        self.emit(SourceEvent::Rangers {
             stamp,
             readings: vec![reading],
         });
     }
 
-    /// Tells the sweep that this ends, if it ends one.
+    /// Reports the sweep that this ends, if it ends one.
     fn sweep(&mut self, end: impl FnOnce(&mut Sweeps) -> Option<Swept>) {
         let Some(robot) = &mut self.robot else {
             return;
@@ -232,14 +232,14 @@ impl Rp6 {
         };
         let (mut scan, event): (Scan, fn(Scan) -> SourceEvent) = match swept {
             Swept::Scan(scan) => (scan, SourceEvent::Scan),
-            Swept::Look(look) => (look, SourceEvent::PartialScan),
+            Swept::PartialScan(scan) => (scan, SourceEvent::PartialScan),
         };
         let Some(stamp) = robot.host_time((scan.stamp.0 / 1000) as u32) else {
             return;
         };
         scan.stamp = stamp;
         match scan.validate() {
-            Ok(()) => self.tell(event(scan)),
+            Ok(()) => self.emit(event(scan)),
             Err(error) => self.note(Weight::Warning, error.to_string()),
         }
     }
@@ -272,19 +272,19 @@ impl Rp6 {
             return;
         };
         if wire.moves() && !robot.may_move(now) {
-            // An errand that was told as over at once would be given again at once, and orders would never cease.
+            // A manoeuvre that was reported as over at once would be given again at once, and orders would never cease.
             if !matches!(command, Command::Velocity { .. }) {
-                (robot.motion, robot.errand_taken) = (Motion::Errand(now), None);
+                (robot.motion, robot.manoeuvre_acknowledged) = (Motion::Manoeuvre(now), None);
             }
             return;
         }
         robot.motion = match command {
             _ if !wire.moves() && !matches!(wire, rp6::Command::Sweep { .. }) => Motion::None,
             Command::Velocity { .. } => Motion::Speed(now),
-            _ => Motion::Errand(now),
+            _ => Motion::Manoeuvre(now),
         };
-        robot.errand_taken = None;
-        robot.looks.moves = wire.moves();
+        robot.manoeuvre_acknowledged = None;
+        robot.partial_scans.moves = wire.moves();
         if wire.moves() && !self.link.is_armed() && self.link.arm().is_err() {
             return;
         }
@@ -297,11 +297,11 @@ impl Rp6 {
             .extend(self.report.change(state, link).map(Want::Report));
     }
 
-    fn tell(&mut self, event: SourceEvent) {
+    fn emit(&mut self, event: SourceEvent) {
         self.wants.push_back(Want::Report(event));
     }
 
-    fn tell_link(&mut self, now: Stamp) {
+    fn report_link(&mut self, now: Stamp) {
         let counters = self.link.counters();
         self.report.count(Tally {
             frames: counters.frames,
@@ -371,7 +371,7 @@ impl Device for Rp6 {
             }
         }
         self.busy = None;
-        self.tell_busy();
+        self.report_busy();
     }
 
     fn tick(&mut self, now: Stamp) {

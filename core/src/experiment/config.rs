@@ -1,8 +1,8 @@
 //! What makes a run.
 
-use crate::map::EvidenceConfig;
 use crate::pilot::{Mode, PilotConfig};
-use crate::robot::{RobotModel, TrackNoise, TrackWear};
+use crate::robot::{OdometryCalibration, RobotModel, TrackWear};
+use crate::settings::Settings;
 use crate::sim::sensors::SonarModel;
 use crate::sim::{SensorModel, World};
 use crate::slam::{Method, SlamConfig};
@@ -29,10 +29,8 @@ pub struct ExperimentConfig {
     pub cycle: bool,
     /// How the robot's tracks differ from its model; none: as the seed draws it.
     pub wear: Option<TrackWear>,
-    /// How the odometry takes them to differ.
-    pub told_wear: TrackWear,
-    /// What the odometry says of its own errors; how it errs is the robot's.
-    pub odometry: TrackNoise,
+    /// What is known of the odometry; how it errs is the robot's.
+    pub calibration: OdometryCalibration,
     /// Settings of the estimation.
     pub slam: SlamConfig,
     /// Settings of planning and driving.
@@ -40,43 +38,28 @@ pub struct ExperimentConfig {
 }
 
 impl ExperimentConfig {
-    /// The settings for the given world, robot, sensor and seed: the line filter explores.
-    ///
-    /// A sensor that scans only on command sees each cell a few times at most, little of each wall, and from afar in terms
-    /// of odometry: it takes Celej's quicker grid, and the `short_range` figures of lines, filter and pilot.
+    /// The defaults for the given world, robot, sensor and seed: the line filter explores.
     #[must_use]
     pub fn new(world: World, robot: RobotModel, sensor: SensorModel, seed: u64) -> Self {
-        let (slam, pilot) = Self::settings_for(&sensor);
+        Self::of(&Settings::of(sensor, &robot), world, robot, seed)
+    }
+
+    /// The same with other settings.
+    #[must_use]
+    pub fn of(settings: &Settings, world: World, robot: RobotModel, seed: u64) -> Self {
         Self {
             world,
-            robot,
-            sensor,
-            sonars_beside: None,
+            robot: settings.body.on(robot),
+            sensor: settings.sensor.clone(),
+            sonars_beside: settings.sonars_beside.clone(),
             seed,
             method: Method::LineEkf,
             mode: Mode::Explore,
             cycle: false,
-            wear: None,
-            told_wear: TrackWear::default(),
-            odometry: TrackNoise::Proportional(robot.odometry_noise),
-            slam,
-            pilot,
+            wear: settings.wear.used(),
+            calibration: settings.odometry.calibration(&robot),
+            slam: settings.slam.clone(),
+            pilot: settings.pilot.clone(),
         }
-    }
-
-    /// The settings of estimation and driving for a sensor.
-    pub(crate) fn settings_for(sensor: &SensorModel) -> (SlamConfig, PilotConfig) {
-        if let SensorModel::Sonar(sonar) = sensor {
-            let evidence = EvidenceConfig::cones(sonar.half_angle);
-            let slam = SlamConfig {
-                evidence,
-                ..SlamConfig::default()
-            };
-            return (slam, PilotConfig::default());
-        }
-        if !sensor.scans_on_command() {
-            return (SlamConfig::default(), PilotConfig::default());
-        }
-        (SlamConfig::short_range(), PilotConfig::short_range())
     }
 }

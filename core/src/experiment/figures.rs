@@ -1,7 +1,7 @@
 //! What an experiment measures.
 
 use super::Experiment;
-use crate::estimation::{ConsistencyWindow, UpdateReport, ate_rmse};
+use crate::estimation::ate_rmse;
 use crate::geom::{Pose2, PoseEstimate, wrap};
 use crate::map::CellState;
 use crate::robot::Stamp;
@@ -27,21 +27,14 @@ pub struct Record {
     distance: f64,
     nees_sum: f64,
     nees_count: usize,
-    consistency: ConsistencyWindow,
 }
 
 impl Record {
-    /// `report` is what the scan did to a line map, for methods with one.
-    pub(super) fn push(&mut self, sample: Sample, report: Option<&UpdateReport>) {
+    pub(super) fn push(&mut self, sample: Sample) {
         if let Some(last) = self.samples.last() {
             self.distance += (sample.truth.position() - last.truth.position()).norm();
         }
-        let nees = sample.estimate.nees(&sample.truth);
-        if let Some(report) = report {
-            self.consistency
-                .push(nees, report.nis, report.nis_degrees());
-        }
-        if let Some(nees) = nees {
+        if let Some(nees) = sample.estimate.nees(&sample.truth) {
             self.nees_sum += nees;
             self.nees_count += 1;
         }
@@ -58,12 +51,6 @@ impl Record {
     #[must_use]
     pub fn distance(&self) -> f64 {
         self.distance
-    }
-
-    /// Whether the filter was honest in the last scans; empty for methods without a line map.
-    #[must_use]
-    pub fn consistency(&self) -> &ConsistencyWindow {
-        &self.consistency
     }
 
     /// Mean NEES over the scans of the run, 3 if the covariance is honest; `None` before the first.
@@ -105,7 +92,7 @@ impl Experiment {
     /// than a step, and does not change.
     #[must_use]
     pub fn figures(&self, area: &ReachableArea) -> Figures {
-        let (truth, estimate) = (self.truth(), self.estimate().pose);
+        let (truth, estimate) = (self.truth(), self.session.estimate().pose);
         let positions = |of: fn(&Sample) -> Pose2| -> Vec<_> {
             self.record
                 .samples
@@ -119,11 +106,12 @@ impl Experiment {
             contacts: self.sim.contact_counts(),
             position_error: (truth.position() - estimate.position()).norm(),
             heading_error: wrap(truth.heading() - estimate.heading()).abs(),
-            odometry_error: (truth.position() - self.dead_reckoning.position()).norm(),
+            odometry_error: (truth.position() - self.session.dead_reckoning().position()).norm(),
             ate_rmse: ate_rmse(&positions(|s| s.truth), &positions(|s| s.estimate.pose)),
             nees_mean: self.record.nees_mean(),
             features: self
-                .slam
+                .session
+                .slam()
                 .view()
                 .landmarks
                 .iter()
@@ -137,7 +125,7 @@ impl Experiment {
     /// Part of the reachable area that the map knows, 0 to 1.
     #[must_use]
     pub fn explored_fraction(&self, area: &ReachableArea) -> f64 {
-        let grid = self.slam.grid();
+        let grid = self.session.slam().grid();
         area.known_fraction(|in_world| {
             grid.state(grid.cell_at(self.map_from_world * in_world)) != CellState::Unknown
         })

@@ -65,7 +65,7 @@ fn stages_come_in_the_order_of_the_source() {
         Stage::Truncate,
     ];
     assert_eq!(first, expected);
-    assert!(run.pilot().stages().report(Stage::Init).is_some());
+    assert!(run.session().pilot().stages().report(Stage::Init).is_some());
     let mut last = Stage::Truncate;
     for _ in 0..60 {
         let Some(stage) = run.next_stage().unwrap() else {
@@ -91,7 +91,7 @@ fn a_lidar_that_is_heard_standing_only_reaches_its_goal() {
         let goal = Point2::new(2.0, 1.0);
         let mut run = in_cycle("arena", SensorKind::Lidar, Mode::GoTo(goal), seed);
         let mut moving_scans = 0;
-        while run.seconds() < 900.0 && !run.status().is_over() {
+        while run.seconds() < 900.0 && !run.session().status().is_over() {
             let before = run.truth();
             if run.step().unwrap() {
                 let way = before.delta_to(&run.truth());
@@ -99,9 +99,9 @@ fn a_lidar_that_is_heard_standing_only_reaches_its_goal() {
             }
         }
         assert!(
-            matches!(run.status(), Status::Finished(_)),
+            matches!(run.session().status(), Status::Finished(_)),
             "{}",
-            run.status()
+            run.session().status()
         );
         assert!((run.truth().position() - goal).norm() < 0.15, "seed {seed}");
         assert_eq!((run.sim().contacts(), moving_scans), (0, 0), "seed {seed}");

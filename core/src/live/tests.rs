@@ -9,7 +9,6 @@ use crate::pilot::{Finish, Status};
 use crate::replay::{Log, Replay};
 use crate::robot::{Command, Robot};
 use crate::sim::{SensorModel, Simulation, worlds};
-use crate::slam::SlamConfig;
 use crate::wire::message::{
     BridgeHello, CHALLENGE_BYTES, DisarmReason, Format, Header, Lease, ManoeuvreBody, Motion,
     OdometryBody, SCHEMA, SafetyBody, ScanBody, ToBridge, Watching, Welcome, decode, encode,
@@ -160,7 +159,8 @@ fn live() -> Live {
         name: "test".to_owned(),
         token: Some("secret".to_owned()),
         method: Method::LineEkf,
-        known: None,
+        prior_map: None,
+        settings: vec![],
         seed: 1,
     })
     .unwrap()
@@ -175,11 +175,8 @@ fn truth(bridge: &Bridge) -> Pose2 {
 fn replayed(told: &[(u64, FromBridge)]) -> Replay {
     let recording = Recording::parse(&fixture::write(told)).unwrap();
     let log = Log::from(recording);
-    let config = match log.scans_on_command() {
-        true => SlamConfig::short_range(),
-        false => SlamConfig::default(),
-    };
-    let mut replay = Replay::new(log, Method::LineEkf, config).unwrap();
+    let settings = log.settings();
+    let mut replay = Replay::new(log, Method::LineEkf, &settings).unwrap();
     while replay.step().unwrap() {}
     replay
 }
@@ -200,11 +197,11 @@ fn drive(mut bridge: Bridge, mut live: Live, goal: Point2<f64>) -> (Bridge, Live
     live.set_mode(Mode::GoTo(goal));
     for _ in 0..4000 {
         bridge.step(&mut live);
-        if live.pilot().status().is_over() {
+        if live.session().pilot().status().is_over() {
             break;
         }
     }
-    let status = live.pilot().status();
+    let status = live.session().pilot().status();
     assert!(
         matches!(status, Status::Finished(Finish::GoalReached { .. })),
         "{status:?}"
@@ -221,19 +218,27 @@ fn a_robot_behind_a_bridge_is_driven_to_a_goal_and_mapped() {
     assert!(
         off < 0.15,
         "stands {off} m from the goal: {}",
-        live.pilot().status()
+        live.session().pilot().status()
     );
-    let error = (live.slam().estimate().pose.position() - truth.position()).norm();
+    let error = (live.session().slam().estimate().pose.position() - truth.position()).norm();
     assert!(error < 0.02, "estimate is {error} m off");
-    assert!(live.scans() > 20 && live.slam().view().landmarks.len() >= 4);
+    assert!(live.session().scans() > 20 && live.session().slam().view().landmarks.len() >= 4);
     assert_eq!(live.dropped(), 0);
 
     let mut replay = replayed(&bridge.told);
     assert_eq!(replay.take_notes(), [""; 0]);
-    assert_eq!((replay.progress(), replay.robot().name), (1.0, "rp6"));
-    assert_eq!(replay.scans_done(), live.scans() as usize);
-    assert_eq!(replay.slam().trajectory(), live.slam().trajectory());
-    assert!(replay.time() > 2.0 && replay.odometry_trajectory().count() == replay.scans_done());
+    assert_eq!(
+        (replay.progress(), replay.session().robot().name),
+        (1.0, "rp6")
+    );
+    assert_eq!(replay.session().scans(), live.session().scans() as usize);
+    assert_eq!(
+        replay.session().slam().trajectory(),
+        live.session().slam().trajectory()
+    );
+    assert!(
+        replay.time() > 2.0 && replay.odometry_trajectory().count() == replay.session().scans()
+    );
 }
 
 #[test]
@@ -244,7 +249,7 @@ fn a_robot_behind_a_bridge_finds_itself_in_a_known_map_and_fits_another_building
         let walls: Vec<Segment> = world.walls().iter().map(|wall| wall.segment).collect();
         let mut live = live();
         live.config.method = Method::PriorMap;
-        live.config.known = Some(PriorMap {
+        live.config.prior_map = Some(PriorMap {
             lines: PriorLine::of_walls(&walls, &world.start.inverse()),
             ..PriorMap::default()
         });
@@ -252,13 +257,14 @@ fn a_robot_behind_a_bridge_finds_itself_in_a_known_map_and_fits_another_building
     };
     let (mut bridge, mut live) = drive(Bridge::new(SensorModel::lidar()), known_to("arena"), goal);
     // Whether it fits is said after thirty scans.
-    while live.scans() < 40 {
+    while live.session().scans() < 40 {
         bridge.step(&mut live);
     }
-    assert_eq!(live.slam().method(), Method::PriorMap);
-    let fit = live.slam().view().prior_map_fit.unwrap();
+    assert_eq!(live.session().slam().method(), Method::PriorMap);
+    let fit = live.session().slam().view().prior_map_fit.unwrap();
     assert!(!fit.is_misfit() && fit.part() > Some(0.9), "{fit:?}");
-    let error = (live.slam().estimate().pose.position() - truth(&bridge).position()).norm();
+    let error =
+        (live.session().slam().estimate().pose.position() - truth(&bridge).position()).norm();
     assert!(error < 0.02, "estimate is {error} m off");
     // The maze is another building.
     let (mut bridge, mut live) = (Bridge::new(SensorModel::lidar()), known_to("maze"));
@@ -266,7 +272,7 @@ fn a_robot_behind_a_bridge_finds_itself_in_a_known_map_and_fits_another_building
     for _ in 0..200 {
         bridge.step(&mut live);
     }
-    let part = live.slam().view().prior_map_fit.unwrap().part();
+    let part = live.session().slam().view().prior_map_fit.unwrap().part();
     assert!(part.is_some_and(|part| part < 0.9), "{part:?}");
 }
 
@@ -275,7 +281,80 @@ fn without_a_map_the_line_filter_draws_its_own() {
     let mut live = live();
     live.config.method = Method::PriorMap;
     Bridge::new(SensorModel::lidar()).greet(&mut live);
-    assert_eq!(live.slam().method(), Method::LineEkf);
+    assert_eq!(live.session().slam().method(), Method::LineEkf);
+    let notes = live.take_notes();
+    assert!(notes[0].text.contains("No map was given"), "{notes:?}");
+}
+
+/// How far before the wall a robot stands that is driven at it by hand; from the start with `settings`, or with `later` ones
+/// after a second.
+fn room_ahead(settings: &[(&str, f64)], later: &[(&str, f64)]) -> f64 {
+    let owned = |changes: &[(&str, f64)]| {
+        let changes = changes.iter();
+        changes
+            .map(|(key, value)| ((*key).to_owned(), *value))
+            .collect::<Vec<_>>()
+    };
+    let (mut bridge, mut live) = (Bridge::new(SensorModel::lidar()), live());
+    live.config.settings = owned(settings);
+    bridge.greet(&mut live);
+    bridge.hear(&mut live);
+    live.take_wheel(bridge.micros(), false);
+    for _ in 0..20 {
+        bridge.step(&mut live);
+    }
+    live.drive(1.0, 0.0);
+    for step in 0..600 {
+        if step == 20 && !later.is_empty() {
+            live.reconfigure(owned(later)).unwrap();
+        }
+        bridge.step(&mut live);
+    }
+    let (forward, _) = bridge.robot.speeds();
+    assert!(forward.abs() < 1e-3, "still drives: {forward}");
+    let (truth, world) = (bridge.robot.truth(), bridge.robot.world());
+    let ahead = truth.rotate(nalgebra::Vector2::x());
+    let caster = crate::sim::Caster::new(world.walls());
+    let hit = caster.cast(truth.position(), ahead, 100.0);
+    hit.unwrap().distance
+}
+
+#[test]
+fn a_robot_behind_a_bridge_obeys_settings_and_their_changes() {
+    let usual = room_ahead(&[], &[]);
+    let wide = [("pilot.gap", 0.4)];
+    let (from_the_start, on_the_way) = (room_ahead(&wide, &[]), room_ahead(&[], &wide));
+    assert!(from_the_start > usual + 0.2, "{from_the_start} {usual}");
+    assert!((on_the_way - from_the_start).abs() < 0.05, "{on_the_way}");
+}
+
+#[test]
+fn settings_stay_with_another_robot_and_wrong_ones_change_nothing() {
+    let (mut bridge, mut live) = (Bridge::new(SensorModel::lidar()), live());
+    let changes = vec![
+        ("points.max_range".to_owned(), 7.0),
+        ("odometry.left".to_owned(), 0.01),
+    ];
+    live.reconfigure(changes).unwrap();
+    for wrong in [("pilot.gap", -1.0), ("pilot.no_such", 0.0)] {
+        let wrong = vec![(wrong.0.to_owned(), wrong.1)];
+        assert!(live.reconfigure(wrong).is_err());
+    }
+    bridge.greet(&mut live);
+    assert_eq!(live.begun(), 1);
+    assert_eq!(live.session().slam().config().points.max_range, 7.0);
+    assert_eq!(live.session().calibration().wear.left, 0.01);
+}
+
+#[test]
+fn a_robot_that_drives_by_the_cycle_behind_a_bridge_shows_it_as_a_simulated_one() {
+    let (_, live) = drive_to(Point2::new(0.8, 0.3), SensorModel::rangers());
+    let (session, stages) = (live.session(), live.session().stages());
+    assert!(session.scans_on_command() && stages.round() > 1);
+    for (name, stage) in crate::pilot::Stage::ALL {
+        assert!(stages.report(stage).is_some(), "{name}");
+    }
+    assert!(session.pilot().raw_path().is_some());
 }
 
 /// Sweeps of a robot that stands take seconds; the recording names the robot, and so it is mapped as one.
@@ -284,7 +363,10 @@ fn a_recording_of_sweeps_is_mapped_as_it_was_live() {
     let (bridge, live) = drive_to(Point2::new(0.8, 0.3), SensorModel::rangers());
     let replay = replayed(&bridge.told);
     assert!(replay.log().scans_on_command());
-    assert_eq!(replay.slam().trajectory(), live.slam().trajectory());
+    assert_eq!(
+        replay.session().slam().trajectory(),
+        live.session().slam().trajectory()
+    );
 }
 
 #[test]
@@ -295,10 +377,11 @@ fn a_recording_without_the_robots_name_has_its_odometry_all_the_same() {
         .retain(|(_, message)| !matches!(message, FromBridge::Hello(_)));
     let replay = replayed(&bridge.told);
     assert_eq!(
-        (replay.robot().name, replay.log().robot().name),
+        (replay.session().robot().name, replay.log().robot().name),
         ("pioneer", "pioneer")
     );
-    let off = (replay.slam().estimate().pose.position() - truth(&bridge).position()).norm();
+    let off =
+        (replay.session().slam().estimate().pose.position() - truth(&bridge).position()).norm();
     assert!(off < 0.03, "{off} m");
 }
 
@@ -306,7 +389,8 @@ fn a_recording_without_the_robots_name_has_its_odometry_all_the_same() {
 fn legs_turns_and_sweeps_of_the_cycle_are_waited_for() {
     let goal = Point2::new(0.8, 0.3);
     let (bridge, live) = drive_to(goal, SensorModel::rangers());
-    let error = (live.slam().estimate().pose.position() - truth(&bridge).position()).norm();
+    let error =
+        (live.session().slam().estimate().pose.position() - truth(&bridge).position()).norm();
     assert!(error < 0.10, "estimate is {error} m off");
     let drives: Vec<Motion> = bridge
         .said
@@ -322,7 +406,7 @@ fn legs_turns_and_sweeps_of_the_cycle_are_waited_for() {
         .count();
     // The first sweep, begun by hand, was given up for the errand.
     assert!(
-        sweeps >= 3 && live.scans() as usize == sweeps - 1,
+        sweeps >= 3 && live.session().scans() as usize == sweeps - 1,
         "{drives:?}"
     );
     assert!(
@@ -348,7 +432,7 @@ fn whatever_disarms_ends_the_errand_and_nothing_goes_on_by_itself() {
     for _ in 0..100 {
         bridge.step(&mut live);
     }
-    assert!(live.distance() > 0.05, "it has begun");
+    assert!(live.session().distance() > 0.05, "it has begun");
     // Somebody else presses Stop.
     bridge.armed = false;
     bridge.safety(&mut live);
@@ -363,7 +447,7 @@ fn whatever_disarms_ends_the_errand_and_nothing_goes_on_by_itself() {
     assert!(live.client().is_armed());
     let moves = |message: &ToBridge| matches!(message, ToBridge::Drive(body) if body.motion != Motion::Halt);
     assert!(!bridge.said[before..].iter().any(moves));
-    assert_eq!(live.pilot().mode(), Mode::Manual);
+    assert_eq!(live.session().pilot().mode(), Mode::Manual);
 }
 
 #[test]
@@ -373,7 +457,7 @@ fn a_new_connection_goes_on_in_the_old_map_without_the_right_to_drive() {
     for _ in 0..60 {
         bridge.step(&mut live);
     }
-    let walls = live.slam().view().landmarks.len();
+    let walls = live.session().slam().view().landmarks.len();
     assert!(walls > 0);
     live.reconnect();
     for _ in 0..100 {
@@ -387,13 +471,13 @@ fn a_new_connection_goes_on_in_the_old_map_without_the_right_to_drive() {
         bridge.step(&mut live);
     }
     assert!(!live.client().is_armed());
-    assert!(live.slam().view().landmarks.len() >= walls);
+    assert!(live.session().slam().view().landmarks.len() >= walls);
     let notes = live.take_notes();
     assert!(
         notes.iter().any(|note| note.text.contains("1.0 s")),
         "{notes:?}"
     );
-    let error = live.slam().estimate().pose.position() - truth(&bridge).position();
+    let error = live.session().slam().estimate().pose.position() - truth(&bridge).position();
     assert!(error.norm() < 0.05, "{} m off", error.norm());
 }
 
@@ -404,9 +488,9 @@ fn a_reading_that_cannot_be_is_told_and_left_out() {
     bridge.step(&mut live);
     let mut body = OdometryBody::new(0, &Robot::odometry(&mut bridge.robot));
     body.motion[0] = f64::NAN;
-    let before = live.odometry_pose();
+    let before = live.session().dead_reckoning();
     bridge.tell(&mut live, &FromBridge::Odometry(body));
-    assert_eq!(live.odometry_pose(), before);
+    assert_eq!(live.session().dead_reckoning(), before);
     let notes = live.take_notes();
     assert!(
         notes.iter().any(|note| note.text.contains("not finite")),

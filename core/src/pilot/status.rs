@@ -4,6 +4,9 @@ use nalgebra::Point2;
 
 use crate::plan::NoPath;
 
+/// A robot that stands no farther from its goal has reached it, m.
+const AT_GOAL: f64 = 0.1;
+
 /// What the pilot is to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mode {
@@ -71,6 +74,17 @@ pub enum Finish {
     },
 }
 
+impl Finish {
+    /// Whether all that was asked is done: the goal itself reached, or all explored and home again if that was asked.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        match self {
+            Self::GoalReached { off } => *off < AT_GOAL,
+            Self::Explored { homecoming, .. } => !matches!(homecoming, Homecoming::Failed(_)),
+        }
+    }
+}
+
 /// What became of the way home after an exploration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Homecoming {
@@ -85,7 +99,7 @@ pub enum Homecoming {
 impl std::fmt::Display for Finish {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::GoalReached { off } if *off < 0.1 => f.write_str("goal reached"),
+            Self::GoalReached { .. } if self.is_complete() => f.write_str("goal reached"),
             Self::GoalReached { off } => {
                 write!(f, "as near to the goal as the robot fits: {off:.2} m away")
             }

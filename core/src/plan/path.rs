@@ -56,7 +56,6 @@ pub enum Planner {
 
 /// Why there is no path.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum NoPath {
     /// The robot is enclosed where it stands.
     #[error(

@@ -2,6 +2,7 @@
 
 use crate::format::carmen::{CarmenError, CarmenLog, CarmenReader};
 use crate::robot::RobotModel;
+use crate::settings::Settings;
 use crate::wire::message::RobotFigures;
 use crate::wire::recording::{Damage, MAGIC, Recording, RecordingError, RecordingReader};
 
@@ -57,6 +58,12 @@ impl Log {
     pub fn scans_on_command(&self) -> bool {
         self.figures()
             .is_some_and(|figures| figures.scans_on_command)
+    }
+
+    /// The default settings of its robot.
+    #[must_use]
+    pub fn settings(&self) -> Settings {
+        Settings::of_robot(&self.robot(), self.scans_on_command())
     }
 
     /// Whether a robot told of its motion; otherwise a sensor was carried.

@@ -4,6 +4,10 @@ use super::*;
 use crate::estimation::relation_errors;
 use crate::format::carmen::CarmenLog;
 use crate::format::{recorded, relations};
+use crate::geom::Segment;
+use crate::slam::{PriorMap, PriorMapMatching, Slam, SlamConfig};
+use crate::wire::message::{FromBridge, ScanBody};
+use crate::wire::recording::{Recording, fixture};
 
 /// A robot that drives 2 m along a room of 8 m x 4 m, its laser 0.1 m ahead of its centre.
 fn small_log() -> CarmenLog {
@@ -34,7 +38,9 @@ fn small_log() -> CarmenLog {
 }
 
 fn replay(log: CarmenLog, method: Method) -> Replay {
-    let mut replay = Replay::new(log, method, SlamConfig::default()).unwrap();
+    let log = Log::from(log);
+    let settings = log.settings();
+    let mut replay = Replay::new(log, method, &settings).unwrap();
     while replay.step().unwrap() {}
     replay
 }
@@ -52,7 +58,7 @@ fn matching_finds_the_way_of_the_base_where_odometry_is_wrong() {
     );
     assert!(trajectory[39].1.y().abs() < 0.01);
     let raw = replay(small_log(), Method::Odometry);
-    assert!((raw.odometry_pose().x() - 1.1 * 1.95).abs() < 1e-6);
+    assert!((raw.session().dead_reckoning().x() - 1.1 * 1.95).abs() < 1e-6);
     assert!((raw.trajectory()[39].1.x() - 1.1 * 1.95).abs() < 1e-6);
     assert_ne!(raw.state_hash(), matched.state_hash());
 }
@@ -146,9 +152,84 @@ fn nobody_is_looked_for_in_a_log() {
         slam.partial_scan(&log.scan(scan)).unwrap();
         assert_eq!(slam.walkers(), []);
     }
-    let mut replay = Replay::new(log, Method::Odometry, SlamConfig::default()).unwrap();
+    let settings = Log::from(log.clone()).settings();
+    let mut replay = Replay::new(log, Method::Odometry, &settings).unwrap();
     while replay.step().unwrap() {
-        assert_eq!(replay.slam().walkers(), []);
+        assert_eq!(replay.session().slam().walkers(), []);
     }
-    assert_eq!(replay.scans_done(), 12);
+    assert_eq!(replay.session().scans(), 12);
+}
+
+/// Half the way with settings as they were, half with others.
+#[test]
+fn a_setting_that_changes_on_the_way_is_obeyed_from_there_on() {
+    let log = Log::from(small_log());
+    let settings = log.settings();
+    let mut replay = Replay::new(log.clone(), Method::Odometry, &settings).unwrap();
+    for _ in 0..20 {
+        assert!(replay.step().unwrap());
+    }
+    let half = replay.session().dead_reckoning().x();
+    assert!((half - 1.1 * 0.95).abs() < 1e-6);
+    // The odometry claims a tenth too much.
+    let changes = [
+        ("odometry.left", -1.0 / 11.0),
+        ("odometry.right", -1.0 / 11.0),
+        ("lines.rule", 1.0),
+    ];
+    let mut changed = settings.clone();
+    changed.set_all(changes).unwrap();
+    replay.reconfigure(&changed).unwrap();
+    while replay.step().unwrap() {}
+    let rest = replay.session().dead_reckoning().x() - half;
+    assert!((rest - 1.0).abs() < 1e-6, "{rest}");
+    assert_eq!(replay.session().slam().config().lines, changed.slam.lines);
+    assert_ne!(changed.slam.lines, settings.slam.lines);
+    // A refused one changes nothing.
+    let mut wrong = changed.clone();
+    wrong.slam.lines.accept.min_points = 0;
+    assert!(replay.reconfigure(&wrong).is_err());
+    assert_eq!(replay.session().slam().config().lines, changed.slam.lines);
+}
+
+#[test]
+fn a_robot_in_a_log_is_found_in_a_prior_map_in_both_ways() {
+    let walls = [
+        ([5.0, -2.0], [5.0, 2.0]),
+        ([5.0, 2.0], [-3.0, 2.0]),
+        ([-3.0, -2.0], [5.0, -2.0]),
+    ];
+    let faces = walls.map(|(a, b)| Segment::new(a.into(), b.into()));
+    for matching in [PriorMapMatching::Lines, PriorMapMatching::Surfaces] {
+        let log = Log::from(small_log());
+        let mut settings = log.settings();
+        settings.slam.prior_map = PriorMap::of_faces(&faces, 0.01, &Pose2::identity());
+        settings.slam.prior_map_matching = matching;
+        let mut replay = Replay::new(log, Method::PriorMap, &settings).unwrap();
+        while replay.step().unwrap() {}
+        let x = replay.session().estimate().pose.x();
+        assert!((x - 1.95).abs() < 0.02, "{matching:?}: {x}");
+    }
+}
+
+#[test]
+fn what_cannot_be_found_in_a_prior_map_is_said() {
+    let log = Log::from(small_log());
+    let settings = log.settings();
+    let error = Replay::new(log.clone(), Method::PriorMap, &settings).unwrap_err();
+    assert!(matches!(error, ReplayError::Slam(_)), "{error}");
+    let Log::Carmen(carmen) = &log else {
+        panic!("another log");
+    };
+    let scans = carmen.scans.iter().map(|scan| {
+        let scan = carmen.scan(scan);
+        (scan.stamp.0, FromBridge::Scan(ScanBody::new(0, &scan)))
+    });
+    let scans: Vec<_> = scans.collect();
+    let carried = Recording::parse(&fixture::write(&scans)).unwrap();
+    let error = Replay::new(carried.clone(), Method::PriorMap, &settings).unwrap_err();
+    assert_eq!(error, ReplayError::NoOdometry);
+    let mut replay = Replay::new(carried, Method::LineEkf, &settings).unwrap();
+    assert_eq!(replay.session().slam().method(), Method::ScanMatching);
+    assert!(replay.take_notes()[0].contains("scan matching"));
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix3, SMatrix};
 
-use super::{OdometryNoise, RobotModel, Stamp, TrackWear};
+use super::{OdometryNoise, RobotModel, Stamp};
 use crate::geom::{Pose2, sin_cos, symmetrize};
 
 /// The robot's own estimate of its motion between two stamps, in the robot frame at the start.
@@ -201,8 +201,7 @@ impl TrackNoise {
 pub struct TrackOdometry {
     metres_per_tick: f64,
     track_width: f64,
-    noise: TrackNoise,
-    wear: TrackWear,
+    noise: OdometryNoise,
     last: Option<(Stamp, [i64; 2])>,
 }
 
@@ -213,20 +212,9 @@ impl TrackOdometry {
         Self {
             metres_per_tick: model.metres_per_tick,
             track_width: model.track_width,
-            noise: TrackNoise::Proportional(model.odometry_noise),
-            wear: TrackWear::default(),
+            noise: model.odometry_noise,
             last: None,
         }
-    }
-
-    /// From here on the covariances are these.
-    pub fn set_noise(&mut self, noise: TrackNoise) {
-        self.noise = noise;
-    }
-
-    /// From here on the counts are taken as those of a robot that differs so from its model.
-    pub fn set_wear(&mut self, wear: TrackWear) {
-        self.wear = wear;
     }
 
     /// The motion since the last call, from counts `[left, right]`; the first call stands still.
@@ -235,16 +223,15 @@ impl TrackOdometry {
             return Odometry::standing(stamp);
         };
         let metres = |now: i64, then: i64| now.wrapping_sub(then) as f64 * self.metres_per_tick;
-        let tracks = self.wear.ran(&Tracks {
+        let tracks = Tracks {
             left: metres(ticks[0], last[0]),
             right: metres(ticks[1], last[1]),
-        });
-        let width = self.wear.width(self.track_width);
+        };
         Odometry {
             from,
             to: stamp,
-            motion: tracks.motion(width),
-            cov: self.noise.covariance(&tracks, width),
+            motion: tracks.motion(self.track_width),
+            cov: tracks.covariance(self.track_width, &self.noise),
         }
     }
 }

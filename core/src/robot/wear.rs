@@ -36,25 +36,32 @@ impl TrackWear {
     }
 }
 
-/// What is known better of a robot than it says itself.
+/// What is known of a robot's odometry, better than its model says: systematic errors and noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ToldOdometry {
+pub struct OdometryCalibration {
     /// How its tracks differ from its model.
     pub wear: TrackWear,
     /// How it errs by chance; none: as it says.
     pub noise: Option<TrackNoise>,
 }
 
-impl ToldOdometry {
-    /// Odometry counted by a model with this track width, as this robot moved. What says that nothing moved stays as it is: a robot that
-    /// stands, and time that nobody watched.
+impl OdometryCalibration {
+    /// Odometry counted by a model with this track width, as this robot moved. Where nothing moved (the robot stood, or nobody watched)
+    /// the noise of a robot that stands adds to what the odometry claims.
     #[must_use]
     pub fn corrected(&self, odometry: &Odometry, track_width: f64) -> Odometry {
-        if *self == Self::default() || odometry.motion == Pose2::identity() {
+        if *self == Self::default() {
             return *odometry;
         }
-        let counted = Tracks::of(odometry, track_width);
-        let (ran, width) = (self.wear.ran(&counted), self.wear.width(track_width));
+        let width = self.wear.width(track_width);
+        if odometry.motion == Pose2::identity() {
+            let mut stood = *odometry;
+            if let Some(noise) = self.noise {
+                stood.cov += noise.covariance(&Tracks::default(), width);
+            }
+            return stood;
+        }
+        let ran = self.wear.ran(&Tracks::of(odometry, track_width));
         let cov = self
             .noise
             .map_or(odometry.cov, |noise| noise.covariance(&ran, width));
@@ -116,7 +123,7 @@ mod tests {
             left: 1.0,
             right: 1.0,
         };
-        let told = ToldOdometry { wear, noise: None };
+        let told = OdometryCalibration { wear, noise: None };
         let moved = told.corrected(&counted(straight, &model), model.track_width);
         // Δθ = (1.03 - 0.99) / (1.05 b), Δs = 1.01.
         assert!((moved.motion.heading() - 0.04 / (1.05 * model.track_width)).abs() < 1e-12);
@@ -133,7 +140,7 @@ mod tests {
             },
             &model,
         );
-        let mut told = ToldOdometry::default();
+        let mut told = OdometryCalibration::default();
         assert_eq!(told.corrected(&odometry, model.track_width), odometry);
         let twice = crate::robot::OdometryNoise {
             per_metre: 2.0 * model.odometry_noise.per_metre,

@@ -118,15 +118,21 @@ fn what_cannot_be_set_is_said_in_words() {
 }
 
 #[test]
-fn defaults_are_those_of_a_plain_experiment() {
-    let world = crate::sim::worlds::builtin("arena").unwrap();
-    for (_, kind, _) in SensorKind::ALL {
-        let robot = RobotModel::rp6();
-        let plain = ExperimentConfig::new(world.clone(), robot, kind.model(), 1);
-        let set = Settings::of(kind.model(), &robot).experiment(world.clone(), robot, 1);
-        assert_eq!((plain.slam, plain.pilot), (set.slam, set.pilot));
-        assert_eq!((plain.odometry, plain.sensor), (set.odometry, set.sensor));
-    }
+fn a_real_robot_takes_what_it_has_and_leaves_out_what_is_of_a_simulated_sensor() {
+    let robot = RobotModel::rp6();
+    let changes = [
+        ("rangers.volts_sigma", 0.1),
+        ("odometry.left", 0.01),
+        ("pilot.gap", 0.2),
+    ];
+    let mut set = Settings::of_robot(&robot, false);
+    set.set_present(changes).unwrap();
+    assert_eq!((set.odometry.wear.left, set.pilot.safe.gap), (0.01, 0.2));
+    assert_eq!(set.slam, SlamConfig::default());
+    let on_command = Settings::of_robot(&robot, true);
+    assert_eq!(on_command.slam, SlamConfig::short_range());
+    assert!(set.set_present([("pilot.gap", -1.0)]).is_err());
+    assert!(set.set_present([("no.such", 0.0)]).is_err());
 }
 
 #[test]
@@ -156,11 +162,11 @@ fn what_was_fitted_is_what_the_settings_take() {
     settings.set_all(fit.settings()).unwrap();
     assert_eq!(settings.odometry.wear, wear);
     assert_eq!(settings.wear.used(), Some(wear));
-    let told = settings.odometry.told(&model);
+    let told = settings.odometry.calibration(&model);
     assert_eq!(told.noise, Some(TrackNoise::Proportional(fit.noise)));
     // A robot of which nothing better is known speaks for itself.
     assert_eq!(
-        all().remove(0).odometry.told(&model),
-        ToldOdometry::default()
+        all().remove(0).odometry.calibration(&model),
+        OdometryCalibration::default()
     );
 }

@@ -31,9 +31,7 @@ use super::response::DRIVE_PERIOD;
 use super::sensors::{Sensor, SensorModel, Span, View};
 use super::{Caster, Disc, World};
 use crate::geom::{Pose2, Segment};
-use crate::robot::{
-    Bumpers, Command, RobotModel, Scan, Stamp, TrackNoise, TrackOdometry, TrackWear, Tracks,
-};
+use crate::robot::{Bumpers, Command, RobotModel, Scan, Stamp, TrackOdometry, TrackWear, Tracks};
 
 /// Simulated time of one step, s.
 pub const TIME_STEP: f64 = 0.005;
@@ -151,16 +149,6 @@ impl Simulation {
             Command::Scan => ScanOrder::Waiting,
             _ => ScanOrder::None,
         };
-    }
-
-    /// What the odometry says of its own errors from here on; the errors stay what they are.
-    pub fn tell_noise(&mut self, noise: TrackNoise) {
-        self.odometry.set_noise(noise);
-    }
-
-    /// The odometry takes the counts as those of a robot that differs so from its model; how it differs is not changed by that.
-    pub fn tell_wear(&mut self, wear: TrackWear) {
-        self.odometry.set_wear(wear);
     }
 
     /// The robot's tracks differ so from its model from here on, whatever the seed gave it.

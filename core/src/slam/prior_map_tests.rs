@@ -35,7 +35,7 @@ fn drive_by(by: PriorMapMatching, known: PriorMap, seconds: f64) -> (f64, f64, E
     config.slam.prior_map = known;
     config.slam.prior_map_matching = by;
     let mut experiment = Experiment::new(config).unwrap();
-    while experiment.seconds() < seconds && !experiment.status().is_over() {
+    while experiment.seconds() < seconds && !experiment.session().status().is_over() {
         experiment.step().unwrap();
     }
     let samples = experiment.record().samples();
@@ -69,7 +69,7 @@ fn a_robot_that_knows_the_walls_knows_where_it_is() {
 fn a_map_that_was_saved_is_a_map_to_be_found_in() {
     // Drawn by a robot that knew the walls, written and read as files of map_server.
     let (_, _, first) = drive(PriorMap::default(), 120.0);
-    let map = OccupancyMap::of_grid(first.slam().grid(), MapMode::Trinary).unwrap();
+    let map = OccupancyMap::of_grid(first.session().slam().grid(), MapMode::Trinary).unwrap();
     let files = map_server::write(&map, MapMode::Trinary, MapImage::Png, "map.png").unwrap();
     let map = map_server::read(files.yaml.as_bytes(), &files.image).unwrap();
     let walls = BuildingFile::Map(map).known_walls().unwrap();
@@ -100,7 +100,7 @@ fn where_the_origin_of_the_file_lies_does_not_matter() {
         60.0,
     );
     assert!(error < 0.06, "{error}");
-    let fit = experiment.slam().view().prior_map_fit.unwrap();
+    let fit = experiment.session().slam().view().prior_map_fit.unwrap();
     assert!(fit.part().unwrap() > 0.8 && !fit.is_misfit(), "{fit:?}");
 }
 
@@ -124,9 +124,17 @@ fn a_start_that_is_roughly_known_becomes_exact() {
     let (_, _, experiment) = drive(known, 60.0);
     // The map frame begins where the robot was said to be, and it was elsewhere.
     let truth_in_map = to * experiment.truth();
-    let off = (experiment.estimate().pose.position() - truth_in_map.position()).norm();
+    let off = (experiment.session().estimate().pose.position() - truth_in_map.position()).norm();
     assert!(off < 0.05, "{off}");
-    assert!(!experiment.slam().view().prior_map_fit.unwrap().is_misfit());
+    assert!(
+        !experiment
+            .session()
+            .slam()
+            .view()
+            .prior_map_fit
+            .unwrap()
+            .is_misfit()
+    );
 }
 
 #[test]
@@ -141,7 +149,13 @@ fn a_map_of_another_building_or_place_does_not_fit() {
     }
     let fit = |by, known: &PriorMap| {
         let (_, _, experiment) = drive_by(by, known.clone(), 20.0);
-        experiment.slam().view().prior_map_fit.unwrap().clone()
+        experiment
+            .session()
+            .slam()
+            .view()
+            .prior_map_fit
+            .unwrap()
+            .clone()
     };
     for (by, known) in [
         (PriorMapMatching::Lines, &office),

@@ -90,7 +90,7 @@ fn a_twin_with_the_robots_figures_stays_within_chance() {
     let mut alike = vec![];
     let mut ends = vec![];
     for seed in 0..40 {
-        let told = ToldOdometry { wear: WEAR, noise };
+        let told = OdometryCalibration { wear: WEAR, noise };
         let mut twin = Twin::new(told, model.track_width, Pose2::identity());
         drive(seed, 60, |odometry, scan| {
             twin.odometry(odometry);
@@ -121,7 +121,7 @@ fn a_twin_with_other_figures_goes_another_way() {
         ..Odometry::standing(crate::robot::Stamp(0))
     };
     let headings = [WEAR, TrackWear::default()].map(|wear| {
-        let told = ToldOdometry { wear, noise: None };
+        let told = OdometryCalibration { wear, noise: None };
         let mut twin = Twin::new(told, width, Pose2::identity());
         twin.odometry(&ahead);
         twin.pose().heading()
@@ -170,7 +170,7 @@ fn ranges_of_a_twin_beside_the_robot_differ_by_half_a_cell_and_of_one_elsewhere_
             off = [0.0, 0.3]
                 .map(|aside| {
                     let begin = at.pose * Pose2::new(aside, 0.0, 0.0);
-                    let mut twin = Twin::new(ToldOdometry::default(), 0.197, begin);
+                    let mut twin = Twin::new(OdometryCalibration::default(), 0.197, begin);
                     twin.scan(1.0, &at, slam.points().unwrap(), slam.grid());
                     twin.samples()[0].ranges.unwrap()
                 })

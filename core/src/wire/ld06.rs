@@ -1,7 +1,7 @@
 //! LDROBOT LD06 and LD19: 230400 baud, 8N1, little-endian, from the sensor only.
 //!
-//! In: bytes, in pieces of any size. Out: packets of 12 readings; from the [`driver`] whole scans. It measures from power
-//! on; its motor is switched by a wire of its own.
+//! In: bytes, in pieces of any size. Out: packets of 12 readings. It measures from power on; its motor is
+//! switched by a wire of its own.
 //!
 //! | byte | | |
 //! |---|---|---|
@@ -21,8 +21,6 @@
 use std::f64::consts::PI;
 
 use super::inbox::{Inbox, Tally};
-
-pub mod driver;
 
 /// Readings in a packet.
 pub const READINGS: usize = 12;
@@ -119,7 +117,7 @@ impl Packet {
     }
 
     /// Angle (rad, clockwise from ahead), range (m; 0 invalid) and intensity of each reading.
-    pub fn polar(&self) -> impl Iterator<Item = (f64, f64, u8)> + '_ {
+    pub fn polar(&self) -> impl ExactSizeIterator<Item = (f64, f64, u8)> + '_ {
         let (start, spacing) = (f64::from(self.start_angle) * ANGLE_UNIT, self.spacing());
         self.readings.iter().enumerate().map(move |(i, reading)| {
             let range = f64::from(reading.distance) * 1e-3;

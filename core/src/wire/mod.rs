@@ -13,10 +13,7 @@ pub mod ld06;
 pub mod message;
 pub mod pilch;
 pub mod recording;
-pub mod remotrol;
-pub mod revolution;
 pub mod rp6;
-pub mod rp6cntrl;
 pub mod rplidar;
 pub mod timeline;
 

@@ -23,7 +23,6 @@
 use super::message::DeviceState;
 use super::rplidar::node::Node;
 
-pub mod client;
 pub mod server;
 
 /// Port of the server.
@@ -40,7 +39,8 @@ pub const PATIENCE: f64 = 5.0;
 pub const MOST_READINGS: usize = (65_507 - 6) / Node::LEN;
 
 const SERVER: u8 = 0xFF;
-const LIDAR: u8 = 0x01;
+/// Address of the lidar, in datagrams and in the list of devices.
+pub const LIDAR: u8 = 0x01;
 
 /// States by their numbers on the wire: the source's list.
 const STATES: [DeviceState; 5] = [

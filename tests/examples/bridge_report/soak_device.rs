@@ -4,8 +4,8 @@
 //! process, and how far the stamps that the bridge tells are from the truth.
 
 use serde_json::{Value, json};
-use slamlab_bridge::serial::{Device as _, Rp6, Want};
 use slamlab_bridge::source::{Order, SourceEvent};
+use slamlab_core::device::{Device as _, Rp6, Want};
 use slamlab_core::robot::{Command, Stamp};
 use slamlab_core::sim::worlds;
 use slamlab_tests::devices::{self, Device as _};

@@ -13,8 +13,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use anyhow::Result;
 use nalgebra::Vector2;
 use slamlab_core::geom::{Pose2, sin_cos};
-use slamlab_core::robot::{RobotModel, Tracks};
-use slamlab_core::sim::sensors::Sharp;
+use slamlab_core::robot::{RobotModel, Sharp, Tracks};
 use slamlab_core::sim::{Caster, Motor, World};
 
 use crate::Chip;

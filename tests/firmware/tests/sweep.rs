@@ -3,8 +3,7 @@
 use anyhow::{Context, Result};
 use nalgebra::Vector2;
 use slamlab_core::geom::sin_cos;
-use slamlab_core::robot::{self, Adc, Characteristic, Variable};
-use slamlab_core::sim::sensors::Sharp;
+use slamlab_core::robot::{self, Adc, Characteristic, Sharp, Variable};
 use slamlab_core::sim::{Caster, worlds};
 use slamlab_core::wire::rp6::Command;
 use slamlab_firmware_tests::{Host, Rig};

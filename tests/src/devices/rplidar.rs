@@ -73,7 +73,7 @@ impl Rplidar {
                 }
                 self.power_on();
             }
-            Request::Scan | Request::ForceScan => self.begin(Scan::Standard, Descriptor::Scan),
+            Request::Scan => self.begin(Scan::Standard, Descriptor::Scan),
             Request::ExpressScan => self.begin(Scan::Express, Descriptor::Express),
             Request::Info => {
                 let info = Info {

@@ -62,21 +62,6 @@ pub(super) fn rp6_commands() -> Vec<Vec<u8>> {
         .collect()
 }
 
-pub(super) fn rp6cntrl_seeds() -> Vec<Vec<u8>> {
-    vec![
-        b"hello\n".to_vec(),
-        vec![1, 2, 2, 3],
-        vec![1, 3, 0x12, 0xD0, 0x02, b'o', b'k', b'\n', 1, 2, 7, 9],
-    ]
-}
-
-pub(super) fn remotrol_seeds() -> Vec<Vec<u8>> {
-    vec![
-        b"[DATA]\nBat:720\nSpeedL:40\nSpeedR:-3\n[/DATA]\n".to_vec(),
-        b"beat\r\n[DATA]\r\nMic:1\r\n[/DATA]\r\n".to_vec(),
-    ]
-}
-
 fn rplidar_seeds(request: Request) -> Vec<Vec<u8>> {
     let Some(world) = worlds::builtin("arena") else {
         return vec![];
@@ -105,7 +90,6 @@ pub(super) fn rplidar_requests() -> Vec<Vec<u8>> {
         Request::Stop,
         Request::Reset,
         Request::Scan,
-        Request::ForceScan,
         Request::Info,
         Request::Health,
         Request::Rate,

@@ -4,13 +4,15 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
+use slamlab_core::device::lidar::revolution::RevolutionConfig;
+use slamlab_core::device::source::SourceEvent;
+use slamlab_core::device::udp::UdpLidar;
+use slamlab_core::device::{Device as _, Kind, Lidar, Want};
+use slamlab_core::geom::Pose2;
 use slamlab_core::robot::{Scan, Stamp};
 use slamlab_core::wire::message::{Format, FromBridge, Packet, ToBridge, decode, encode};
 use slamlab_core::wire::rp6::{Command, Decoder, Report};
-use slamlab_core::wire::rplidar::driver::{Driver, DriverConfig};
-use slamlab_core::wire::{
-    ld06, pilch, remotrol, revolution::RevolutionConfig, rp6, rp6cntrl, rplidar,
-};
+use slamlab_core::wire::{ld06, pilch, rp6, rplidar};
 
 use super::seeds;
 
@@ -42,16 +44,6 @@ pub(super) const WIRES: &[Target] = &[
         run: rp6_link,
     },
     Target {
-        name: "rp6cntrl",
-        seeds: seeds::rp6cntrl_seeds,
-        run: rp6cntrl_run,
-    },
-    Target {
-        name: "remotrol",
-        seeds: seeds::remotrol_seeds,
-        run: remotrol_run,
-    },
-    Target {
         name: "rplidar-standard",
         seeds: seeds::rplidar_standard,
         run: rplidar_answers,
@@ -62,9 +54,9 @@ pub(super) const WIRES: &[Target] = &[
         run: rplidar_answers,
     },
     Target {
-        name: "rplidar-driver",
+        name: "rplidar-device",
         seeds: seeds::rplidar_standard,
-        run: rplidar_driver,
+        run: |input| lidar("rplidar", input),
     },
     Target {
         name: "rplidar-requests",
@@ -160,22 +152,6 @@ fn rp6_link(input: &[u8]) -> Result<u64, String> {
     Ok(outcome(&(link.phase(), events.len().min(9))))
 }
 
-fn rp6cntrl_run(input: &[u8]) -> Result<u64, String> {
-    let (mut whole, mut parts) = (rp6cntrl::Reader::default(), rp6cntrl::Reader::default());
-    let at_once = whole.push(input);
-    let in_pieces: Vec<_> = pieces(input).flat_map(|piece| parts.push(piece)).collect();
-    same(&at_once, &in_pieces)?;
-    Ok(outcome(&at_once))
-}
-
-fn remotrol_run(input: &[u8]) -> Result<u64, String> {
-    let (mut whole, mut parts) = (remotrol::Reader::default(), remotrol::Reader::default());
-    let at_once = whole.push(input);
-    let in_pieces: Vec<_> = pieces(input).flat_map(|piece| parts.push(piece)).collect();
-    same(&at_once, &in_pieces)?;
-    Ok(outcome(&at_once))
-}
-
 fn rplidar_answers(input: &[u8]) -> Result<u64, String> {
     let (mut whole, mut parts) = (
         rplidar::decoder::Decoder::new(),
@@ -197,23 +173,25 @@ fn rplidar_answers(input: &[u8]) -> Result<u64, String> {
     Ok(outcome(&kinds))
 }
 
-fn rplidar_driver(input: &[u8]) -> Result<u64, String> {
-    let mut driver = Driver::new(DriverConfig::default());
-    driver.start(Stamp(0));
-    let mut kinds = vec![];
+/// A lidar whose line brings these bytes.
+fn lidar(kind: &str, input: &[u8]) -> Result<u64, String> {
+    let kind = Kind::named(kind).ok_or("no such kind")?;
+    let mut device = (kind.open)("fuzz".into(), Pose2::identity());
+    device.opened(Stamp(0));
+    let mut wants = vec![];
     for (k, piece) in (0..).zip(pieces(input)) {
         let now = Stamp(k * 5_000);
-        driver.receive(piece, now);
-        driver.tick(now);
-        while let Some(event) = driver.next_event() {
-            if let rplidar::driver::Event::Scan(scan) = &event {
+        device.receive(piece, now);
+        device.tick(now);
+        while let Some(want) = device.next_want() {
+            if let Want::Report(SourceEvent::Scan(scan)) = &want {
                 valid(scan)?;
             }
-            let text = format!("{event:?}");
-            kinds.push(text.chars().take(12).collect::<String>());
+            let text = format!("{want:?}");
+            wants.push(text.chars().take(24).collect::<String>());
         }
     }
-    Ok(outcome(&(driver.state(), kinds)))
+    Ok(outcome(&wants))
 }
 
 /// What is handed on keeps its promises.
@@ -239,24 +217,17 @@ fn rplidar_requests_run(input: &[u8]) -> Result<u64, String> {
 }
 
 fn ld06_run(input: &[u8]) -> Result<u64, String> {
-    let mut driver = ld06::driver::Driver::new(RevolutionConfig::ld06(), Stamp(0));
-    let mut kinds = vec![];
-    for (k, piece) in (0..).zip(pieces(input)) {
-        let now = Stamp(k * 1_000);
-        driver.receive(piece, now);
-        driver.tick(now);
-        while let Some(event) = driver.next_event() {
-            if let ld06::driver::Event::Scan(scan) = &event {
-                valid(scan)?;
-            }
-            kinds.push(format!("{event:?}").chars().take(12).collect::<String>());
-        }
-    }
-    let mut whole = ld06::Decoder::new();
+    let (mut whole, mut parts) = (ld06::Decoder::new(), ld06::Decoder::new());
     whole.extend(input);
-    let packets = whole.by_ref().count() as u64;
-    same(&driver.tally().frames, &packets)?;
-    Ok(outcome(&(driver.state(), kinds)))
+    let at_once: Vec<_> = whole.by_ref().collect();
+    let mut in_pieces = vec![];
+    for piece in pieces(input) {
+        parts.extend(piece);
+        in_pieces.extend(parts.by_ref());
+    }
+    same(&at_once, &in_pieces)?;
+    same(&whole.tally(), &parts.tally())?;
+    lidar("ld06", input)
 }
 
 fn pilch_run(input: &[u8]) -> Result<u64, String> {
@@ -273,14 +244,28 @@ fn pilch_run(input: &[u8]) -> Result<u64, String> {
     server.receive(1, input, Stamp(1000));
     server.tick(Stamp(2000));
     let events = std::iter::from_fn(|| server.next_event()).count();
-    let mut client = pilch::client::Client::new(Stamp(0));
-    let heard = client.receive(input).is_ok();
+    let mut client = Lidar::new(
+        "fuzz",
+        UdpLidar::new("/dev/ttyUSB0"),
+        RevolutionConfig::rplidar(),
+    );
+    client.opened(Stamp(0));
+    client.receive(b"\xFF\x011:LIDAR", Stamp(500));
+    client.receive(input, Stamp(1000));
+    client.tick(Stamp(2000));
+    let mut wants = 0;
+    while let Some(want) = client.next_want() {
+        if let Want::Report(SourceEvent::Scan(scan)) = &want {
+            valid(scan)?;
+        }
+        wants += 1;
+    }
     let words = |error: String| error.chars().take(30).collect::<String>();
     Ok(outcome(&(
         request.map_err(|error| words(error.to_string())).is_ok(),
         reply.map_err(|error| words(error.to_string())),
         events,
-        heard,
+        wants,
     )))
 }
 

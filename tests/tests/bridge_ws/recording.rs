@@ -9,8 +9,8 @@ use slamlab_bridge::source::replay::ReplaySource;
 use slamlab_bridge::source::sim::SimSource;
 use slamlab_bridge::source::{SourceEvent, SourceName};
 use slamlab_core::format::map_server::{MapMode, OccupancyMap};
-use slamlab_core::replay::Replay;
-use slamlab_core::slam::{Method, SlamConfig};
+use slamlab_core::replay::{Log, Replay};
+use slamlab_core::slam::Method;
 use slamlab_core::wire::message::FromBridge;
 use slamlab_core::wire::recording::Recording;
 use slamlab_tests::calm::async_on_a_calm_machine;
@@ -54,9 +54,10 @@ async fn an_export_holds_the_recording_and_its_map() {
         assert_eq!(old, new);
     }
 
-    let mut replay = Replay::new(old, Method::ScanMatching, SlamConfig::default()).unwrap();
+    let old = Log::from(old);
+    let mut replay = Replay::new(old.clone(), Method::ScanMatching, &old.settings()).unwrap();
     while replay.step().unwrap() {}
-    let truth = OccupancyMap::of_grid(replay.slam().grid(), MapMode::Trinary).unwrap();
+    let truth = OccupancyMap::of_grid(replay.session().slam().grid(), MapMode::Trinary).unwrap();
     let bytes = std::fs::read(&mapped).unwrap();
     let messages: Vec<_> = MessageStream::new(&bytes)
         .unwrap()
@@ -71,7 +72,7 @@ async fn an_export_holds_the_recording_and_its_map() {
         (of("/pose").len(), of("/map").len()),
         (done.poses, done.maps)
     );
-    assert_eq!(done.poses, replay.scans_done());
+    assert_eq!(done.poses, replay.session().scans());
     // Cells end the message.
     let map = of("/map").last().unwrap().data.to_vec();
     let cells = map[map.len() - truth.cells.len()..].iter();

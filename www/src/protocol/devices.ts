@@ -1,7 +1,6 @@
 // Robots and sensors: behind a bridge, and at serial ports of this page.
 
-/** A device at a serial port that the page itself opened. */
-export type SerialKind = "rp6" | "rplidar" | "ld06";
+import type { BridgeStatus } from "./module.js";
 
 /** What happened at a line, by its number. */
 export interface LineEvent {
@@ -27,7 +26,7 @@ export interface LineWish {
 /** To the worker with the rules for a robot at ports of this page. */
 export type NearCommand =
   /** `driver` leads to the one who maps and drives; what goes over it are a bridge's messages. */
-  | { kind: "begin"; devices: readonly SerialKind[]; driver: MessagePort }
+  | { kind: "begin"; devices: readonly string[]; driver: MessagePort }
   | ({ kind: "line" } & LineEvent)
   /** The person stops the robot; with `cutOff` its motors stay off. */
   | { kind: "stop"; cutOff: boolean }
@@ -43,41 +42,9 @@ export type NearAnswer =
 /** `lost` is tried again, `refused` is not. */
 export type Connection = "connecting" | "open" | "lost" | "refused";
 
-export interface Device {
-  /** As the bridge was told of it: `rplidar:/dev/ttyUSB0`. */
-  name: string;
-  /** What it is; empty until it said so. */
-  model: string;
-  /** waiting, connected, measuring, sending or fault. */
-  state: string;
-  /** Of a fault: cause and cure. */
-  detail: string;
-}
-
-/** What a bridge and the robot behind it say of themselves. NaN where nothing is known. */
-export interface BridgeState {
+/** What the bridge, and this page's connection to it, say of themselves. */
+export interface BridgeState extends BridgeStatus {
   connection: Connection;
   /** Why the connection is not open; empty while it is. */
   fault: string;
-  mayDrive: boolean;
-  hasLease: boolean;
-  /** The robot moves on this page's commands. */
-  armed: boolean;
-  emergency: boolean;
-  /** Who has the right to drive; empty for nobody. */
-  driver: string;
-  /** Why the robot is not armed. */
-  reason: string;
-  /** V. */
-  battery: number;
-  /** From here to the bridge and back, and age of the robot's newest reading there, s. */
-  roundTrip: number;
-  readingAge: number;
-  /** Readings that this page missed. */
-  dropped: number;
-  watchers: number;
-  /** File of the recording; empty for none. Messages that stand in it. */
-  recording: string;
-  recorded: number;
-  devices: Device[];
 }

@@ -1,13 +1,6 @@
-// What a run starts from: world, sensor, method, settings, and the map to be found in.
+// What a run starts from, beside what the module says of it.
 
-/** One of `Answer.ready.sensors`. */
-export type SensorName = string;
-
-export type MethodName = "line-ekf" | "scan-matching" | "known-map";
-
-export type ModeName = "manual" | "goto" | "explore";
-
-export type SourceKind = "sim" | "replay" | "bridge";
+import type { SettingValues } from "./module.js";
 
 /** A name that the module knows, and what a person calls it. */
 export interface Named {
@@ -15,49 +8,10 @@ export interface Named {
   title: string;
 }
 
-/** What a simulated run starts from; the same setup gives the same bits. */
-export interface Setup {
-  /** Name of a built-in world, or of the dropped file where `worldJson` is given. */
-  world: string;
-  /** Text of a world file; null for a built-in world. */
-  worldJson: string | null;
-  sensor: SensorName;
-  seed: number;
-  method: MethodName;
-  mode: ModeName;
-  /** Scan standing, plan, one turn, one leg, again, whatever the sensor. */
-  cycle: boolean;
-  /** Settings that differ from their defaults, by their keys. */
-  settings: SettingValues;
-  /** Calibration of the rangers; null for that of the data sheet. */
-  calibration: Pairs | null;
-  /** The map that the method `known-map` finds the robot in; null for the walls of the world. */
-  known: KnownMap | null;
-}
-
-/** A map to be found in, in the frame of its file; m and rad. */
-export interface KnownMap {
-  name: string;
-  /** x1 y1 x2 y2 of each face; what is free lies to its left. */
-  faces: Float64Array;
-  /** How far they may be off: standard deviation. */
-  sigma: number;
-  /** Where the robot begins in it: x, y, heading. */
-  start: readonly [number, number, number];
-}
-
-/** A file as it was dropped or chosen. */
-export interface GivenFile {
-  name: string;
-  bytes: ArrayBuffer;
-}
-
-export type SettingValues = Readonly<Record<string, number>>;
-
-/** Calibration pairs of a ranger as text, and what the characteristic is a polynomial of. */
-export interface Pairs {
-  text: string;
-  variable: "volts" | "per-volt";
+/** What is known better of a robot than it says itself: settings of the odometry; and whether a twin runs beside it. */
+export interface Told {
+  readonly preset: { readonly name: string; readonly settings: SettingValues } | null;
+  readonly twin: boolean;
 }
 
 /** One setting of the core's table. */

@@ -3,7 +3,7 @@
 //
 // The messages are those of a bridge, so that all that is shown and done is the same.
 
-import type { WebLive } from "../../pkg/slamlab_web.js";
+import type { WebRun } from "../protocol/module.js";
 import type { Connection } from "../protocol/devices.js";
 import { type LinkEvents, type Link, bridgeState, micros } from "./link.js";
 
@@ -12,7 +12,7 @@ const TICK_MILLIS = 50;
 const STATE_MILLIS = 250;
 
 export class CableLink implements Link {
-  readonly #module: WebLive;
+  readonly #module: WebRun;
   readonly #wire: MessagePort;
   readonly #events: LinkEvents;
   readonly #ticker: ReturnType<typeof setInterval>;
@@ -21,7 +21,7 @@ export class CableLink implements Link {
   #connection: Connection = "connecting";
   #fault = "";
 
-  constructor(module: WebLive, wire: MessagePort, events: LinkEvents) {
+  constructor(module: WebRun, wire: MessagePort, events: LinkEvents) {
     [this.#module, this.#wire, this.#events] = [module, wire, events];
     wire.onmessage = (event: MessageEvent<Uint8Array>) => {
       this.#guard("refused", () => {

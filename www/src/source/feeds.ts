@@ -1,6 +1,7 @@
 // What is collected between two frames, and what costs too much to ask for at each.
 
-import { SAMPLE, SAMPLE_STRIDE, TRAIL_STRIDE } from "../protocol/frame.js";
+import { SAMPLE, SAMPLE_STRIDE } from "../protocol/frame.js";
+import { TRAIL_STRIDE } from "../protocol/module.js";
 
 /** A number that costs more than a step, asked for a few times a second only. */
 export class Slow {

@@ -2,7 +2,7 @@
 //
 // What the bytes mean is the module's matter. A robot that was lost and found again goes on in the map there was.
 
-import type { WebLive } from "../../pkg/slamlab_web.js";
+import type { WebRun } from "../protocol/module.js";
 import type { BridgeState, Connection } from "../protocol/devices.js";
 
 /** Wall milliseconds between two looks of the pilot. */
@@ -45,7 +45,7 @@ export function micros(): number {
 }
 
 export class BridgeLink implements Link {
-  readonly #module: WebLive;
+  readonly #module: WebRun;
   readonly #url: string;
   readonly #events: LinkEvents;
   readonly #ticker: ReturnType<typeof setInterval>;
@@ -56,7 +56,7 @@ export class BridgeLink implements Link {
   #fault = "";
   #toldAt = -Infinity;
 
-  constructor(module: WebLive, url: string, events: LinkEvents) {
+  constructor(module: WebRun, url: string, events: LinkEvents) {
     this.#module = module;
     this.#url = url;
     this.#events = events;
@@ -145,19 +145,6 @@ export class BridgeLink implements Link {
 }
 
 /** What bridge and robot say of themselves. */
-export function bridgeState(module: WebLive, connection: Connection, fault: string): BridgeState {
-  const s = module.bridge();
-  const devices = [];
-  for (let i = 0; i + 3 < s.devices.length; i += 4) {
-    const [name = "", model = "", state = "", detail = ""] = s.devices.slice(i, i + 4);
-    devices.push({ name, model, state, detail });
-  }
-  const told = {
-    connection, fault,
-    mayDrive: s.may_drive, hasLease: s.has_lease, armed: s.armed, emergency: s.emergency, driver: s.driver, reason: s.reason,
-    battery: s.battery, roundTrip: s.round_trip, readingAge: s.reading_age, dropped: s.dropped, watchers: s.watchers,
-    recording: s.recording, recorded: s.recorded, devices,
-  };
-  s.free();
-  return told;
+export function bridgeState(module: WebRun, connection: Connection, fault: string): BridgeState {
+  return { ...module.bridge(), connection, fault };
 }

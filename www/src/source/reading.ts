@@ -1,11 +1,8 @@
 // A log on its way into the module, slice by slice.
 
-import { type WebReplay, WebLogReader } from "../../pkg/slamlab_web.js";
+import { WebLogReader } from "../../pkg/slamlab_web.js";
 import { post } from "../answer.js";
-import type { Command } from "../protocol.js";
-import type { MethodName, SettingValues } from "../protocol/setup.js";
-import { knownOf } from "./building.js";
-import { listOf } from "./convert.js";
+import type { ReplaySetup, WebRun } from "../protocol/module.js";
 
 /** Bytes of a log that are read at a time, and wall milliseconds between two reports on it. */
 const CHUNK = 1 << 16;
@@ -13,26 +10,20 @@ const READING_MILLIS = 50;
 
 export class LogReading {
   readonly name: string;
-  readonly method: MethodName;
   readonly #bytes: Uint8Array;
-  /** None once it is read: the replay has it. */
+  /** None once it is read: the run has it. */
   #reader: WebLogReader | null;
   #at = 0;
   #toldAt = -Infinity;
 
-  /** With what is known better of its robot than the log says. */
-  constructor({ name, method, bytes, settings, known }: Extract<Command, { kind: "replay" }>, told: { settings: SettingValues; twin: boolean }) {
+  constructor(name: string, bytes: ArrayBuffer, setup: ReplaySetup) {
     this.name = name;
-    this.method = method;
     this.#bytes = new Uint8Array(bytes);
-    const reader = new WebLogReader(method, ...listOf({ ...settings, ...told.settings }));
-    if (told.twin) reader.with_twin();
-    if (known) reader.find_in(knownOf(known));
-    this.#reader = reader;
+    this.#reader = new WebLogReader(setup);
   }
 
-  /** Reads for so many wall milliseconds; the replay once all is read. */
-  readOn(millis: number): WebReplay | null {
+  /** Reads for so many wall milliseconds; the run once all is read. */
+  readOn(millis: number): WebRun | null {
     const reader = this.#reader;
     if (!reader) return null;
     const begun = performance.now();
@@ -42,9 +33,9 @@ export class LogReading {
     }
     if (this.#at >= this.#bytes.length) {
       this.#reader = null;
-      const replay = reader.finish();
+      const run = reader.finish();
       post({ kind: "reading", name: this.name, done: null });
-      return replay;
+      return run;
     }
     if (begun - this.#toldAt >= READING_MILLIS) {
       this.#toldAt = begun;
@@ -55,5 +46,6 @@ export class LogReading {
 
   free(): void {
     this.#reader?.free();
+    post({ kind: "reading", name: "", done: null });
   }
 }

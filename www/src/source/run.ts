@@ -1,217 +1,239 @@
-// What a simulated and a recorded run have in common: both are SLAM with a pose, a map and a log of what happened.
+// One run, whatever feeds it: a simulation and a recording are stepped, a live robot tells when something came.
 
-import type { Known, RunStatus, WebContest, WebExperiment, WebLive, WebReplay } from "../../pkg/slamlab_web.js";
-import type { SavedFile, SavedKind } from "../protocol.js";
-import type { ContestAsk } from "../protocol/contest.js";
-import type { Growth, SigmaCurve } from "../protocol/figures.js";
-import type { DiagnosisName, Inspection } from "../protocol/filter.js";
-import { type FieldChange, type FieldName, type Frame, LINE, LINE_STRIDE } from "../protocol/frame.js";
-import type { Rooms } from "../protocol/rooms.js";
-import type { MethodName, SourceKind } from "../protocol/setup.js";
-import { Samples, Slow } from "./feeds.js";
-import type { Change, Moment, Note, Source } from "./source.js";
+import type { Change, LookedAt, Status } from "../protocol/frame.js";
+import type { BenchResponse, BenchTrial, ContestAsk, DriveFit, FieldName, GrowthName, Inspection, KnownFile, MethodName, Rooms, RunStatus, SavedFile, SavedKind, SettingValues, SigmaCurve, SourceKind, WebContest, WebRun } from "../protocol/module.js";
+import { Changes } from "./changes.js";
+import { Slow } from "./feeds.js";
+import { micros } from "./link.js";
+import { doing, type Note, Story } from "./story.js";
 
-/** Cells along one side of a block of the module's grid. */
-const BLOCK_CELLS = 64;
+/** Of a world larger than this, m², nobody waits until all that can be reached is counted; the area known is told all the same. */
+const MOST_EXTENT = 10_000;
 
-/** What a frame tells of SLAM itself. */
-type SlamChange = Pick<Frame, "grid" | "gridAnew" | "scan" | "beams" | "found" | "lines" | "known" | "samples">;
+/** A status without the pace, which only the worker knows. */
+type PacelessStatus = Omit<Status, "realTimeFactor" | "remaining">;
 
-export abstract class Run<Module extends WebExperiment | WebReplay | WebLive> implements Source {
-  abstract readonly kind: SourceKind;
+export interface RunFacts {
+  readonly kind: SourceKind;
   readonly title: string;
   readonly method: MethodName;
-  time = 0;
-  scans = 0;
-  finished = false;
-  protected readonly module: Module;
-  protected readonly knownArea: Slow;
-  #body: Float64Array;
-  #features = 0;
-  #known = { generation: 0, revision: 0, version: -1 };
-  /** The grid whose rooms were told last. */
+}
+
+export class Run implements RunFacts {
+  readonly kind: SourceKind;
+  readonly title: string;
+  readonly method: MethodName;
+  readonly module: WebRun;
+  readonly #story: Story;
+  readonly #changes: Changes;
+  readonly #explored: Slow;
+  readonly #knownArea: Slow;
+  #status: RunStatus;
+  #ended: "" | "end of the recording" | "cancelled" = "";
   #roomsOf = { generation: -1, revision: -1 };
   #fieldOf = { generation: -1, revision: -1 };
-  #samples = new Samples();
-  #notes: Note[] = [];
-  #knownSent = false;
-  #misfitTold = false;
-  #fullTold = false;
 
-  constructor(module: Module, title: string, method: MethodName) {
-    this.module = module;
-    this.title = title;
-    this.method = method;
-    this.#body = module.body();
-    this.knownArea = new Slow(() => module.known_area());
+  constructor(module: WebRun, { kind, title, method }: RunFacts, begins: string) {
+    [this.module, this.kind, this.title, this.method] = [module, kind, title, method];
+    this.#story = new Story(module);
+    this.#changes = new Changes(module, kind === "replay");
+    const countable = module.extent() < MOST_EXTENT;
+    this.#explored = new Slow(() => (countable ? module.explored() : NaN));
+    this.#knownArea = new Slow(() => module.known_area());
+    this.#status = module.status();
+    if (begins !== "") this.#story.note("info", begins);
+    this.look(0);
   }
 
-  /** Scans, and what of a scan was taken in part by part. */
+  /** Seconds of simulation, recording or robot so far. */
+  get time(): number {
+    return this.#status.time;
+  }
+
+  get scans(): number {
+    return this.#status.scans;
+  }
+
+  /** Whether there is nothing to step: a simulated task or a recording is over. A live robot goes on telling what it sees. */
+  get finished(): boolean {
+    return this.kind === "sim" ? this.#status.finished : this.#ended !== "";
+  }
+
+  /** Grows with everything that may change the inside of the filter: scans, and the stages of one that is followed. */
   get version(): number {
-    return this.scans;
+    return this.scans + this.module.cycle_count();
   }
 
-  abstract step(): void;
-  abstract moment(): Moment;
-  abstract change(): Change;
+  /** The smallest step forward. */
+  step(): void {
+    if (this.finished || this.kind === "bridge") return;
+    this.module.decide();
+    // Planning is not counted: the plot tells what a scan costs.
+    const begin = performance.now();
+    const more = this.module.advance();
+    this.look(performance.now() - begin);
+    if (!more) this.#end("end of the recording");
+  }
+
+  /** On to the end of the next stage of the cycle. */
+  nextStage(): void {
+    const begin = performance.now();
+    const stage = this.module.next_stage();
+    this.look(performance.now() - begin);
+    if (!stage) return;
+    this.#story.note("info", `${stage}: ${this.module.cycle().stages.find((s) => s.stage === stage)?.text ?? ""}`);
+  }
+
+  /** Ends a recording here; the map stays. */
+  cancel(): void {
+    if (this.kind === "replay" && !this.finished) this.#end("cancelled");
+  }
+
+  /** A command, and how the log calls it: what it changed is shown at once, and a task that had ended is alive again. */
+  command(act: (module: WebRun) => void, words = ""): void {
+    act(this.module);
+    if (words !== "") this.#story.note("info", words);
+    this.#changes.refresh();
+    this.#story.commanded();
+    this.look(0);
+  }
+
+  stop(): void {
+    this.command((module) => module.stop(micros()), "Stop");
+  }
+
+  configure(settings: SettingValues): void {
+    this.module.configure(settings);
+  }
+
+  /** With a twin another one begins here. */
+  setTwin(on: boolean): void {
+    this.module.set_twin(on);
+    this.#changes.twinAnew();
+  }
 
   notes(): Note[] {
-    return this.#notes.splice(0);
+    return this.#story.take();
   }
 
   hash(): string {
     return this.module.state_hash();
   }
 
-  contest({ ground, ends, seconds }: ContestAsk): WebContest {
-    return this.module.contest(ground, Float64Array.from(ends), seconds);
+  status(): PacelessStatus {
+    const s = this.#status;
+    const finished = this.kind === "replay" ? this.finished : s.finished;
+    return {
+      ...s, finished, source: this.kind,
+      reason: finished ? s.task?.text ?? this.#ended : "",
+      activity: finished ? "" : doing(s),
+      positionError: Math.hypot(s.x - s.truthX, s.y - s.truthY), headingError: turnBetween(s.heading, s.truthHeading),
+      odometryError: Math.hypot(s.odometryX - s.truthX, s.odometryY - s.truthY),
+      explored: this.#explored.value, knownArea: this.#knownArea.value, features: this.#changes.features,
+    };
   }
 
-  export(what: SavedKind): SavedFile[] {
-    const files = this.module.export(what, fileName(this.title));
-    const saved = Array.from({ length: files.count() }, (_, i) => ({ name: files.name(i), mime: files.mime(i), bytes: new Uint8Array(files.bytes(i)) }));
-    files.free();
-    return saved;
+  change(): Change {
+    return this.#changes.take(this.version, this.#ended !== "");
   }
 
-  asKnown(): Known {
-    return this.module.as_known();
-  }
-
+  /** The inside of the filter, with the matrix or without; null for methods without a line filter. */
   inspect(matrix: boolean): Inspection | null {
-    const inside = this.module.inspect(matrix);
-    if (!inside) return null;
-    const { robot_rows: robotRows, landmarks, coefficients, sightings, candidates, odometry, gate, new_gate: newGate, max_gap: maxGap } = inside;
-    inside.free();
-    return { robotRows, landmarks, coefficients, sightings, candidates, odometry, gate, newGate, maxGap };
+    return this.module.inspect(matrix) ?? null;
   }
 
+  /** Rooms and doors of the map; null where the grid is as it was when they were asked for last. */
   rooms(): Rooms | null {
-    const found = this.module.rooms(this.#roomsOf.generation, this.#roomsOf.revision);
-    if (!found) return null;
-    const { regions, doors, corners, rings, generation, revision } = found;
-    this.#roomsOf = { generation, revision };
-    found.free();
-    return { regions, doors, corners, rings };
+    const rooms = this.module.rooms(this.#roomsOf.generation, this.#roomsOf.revision);
+    if (rooms) this.#roomsOf = rooms;
+    return rooms ?? null;
   }
 
   forgetRooms(): void {
     this.#roomsOf = { generation: -1, revision: -1 };
   }
 
-  field(name: FieldName): FieldChange | null {
-    const before = this.#fieldOf;
-    const view = this.module.field(name, before.generation, before.revision);
-    const { generation, revision, resolution, step, blocks, cells } = view;
-    view.free();
-    this.#fieldOf = { generation, revision };
-    const anew = generation !== before.generation;
-    return blocks.length === 0 && !anew ? null : { name, anew, step, resolution, blockCells: BLOCK_CELLS, index: blocks, cells };
+  /** A field of the grid where it may have changed; null where it is as it was when it was asked for last. */
+  field(name: FieldName): LookedAt["field"] {
+    const { generation, revision } = this.#fieldOf;
+    const field = this.module.field(name, generation, revision);
+    this.#fieldOf = field;
+    const anew = field.generation !== generation;
+    return field.grid || anew ? { ...field, anew } : null;
   }
 
   forgetField(): void {
     this.#fieldOf = { generation: -1, revision: -1 };
   }
 
-  abstract estimateSigma(growth: Growth): SigmaCurve;
+  estimateSigma(growth: GrowthName): SigmaCurve {
+    return this.module.estimate_sigma(growth);
+  }
 
+  fit(): DriveFit | null {
+    return this.module.fit() ?? null;
+  }
+
+  bench(trial: BenchTrial): BenchResponse {
+    return this.module.bench(trial);
+  }
+
+  contest(ask: ContestAsk): WebContest {
+    return this.module.contest(ask);
+  }
+
+  asKnown(name: string): KnownFile {
+    return this.module.as_known(name);
+  }
+
+  export(what: SavedKind): SavedFile[] {
+    return this.module.export(what, fileName(this.title));
+  }
+
+  /** The module of a live run outlives it: it belongs to the conversation. */
   close(): void {
-    this.module.free();
+    if (this.kind !== "bridge") this.module.free();
   }
 
-  protected note(level: Note["level"], text: string, topic?: string): void {
-    this.#notes.push({ time: this.time, level, text, ...(topic === undefined ? {} : { topic }) });
-  }
-
-  /** Says once that what is seen is not what the known map shows. */
-  #tellMisfit(s: RunStatus): void {
-    if (!s.known_misfit || this.#misfitTold) return;
-    this.#misfitTold = true;
-    const text = `The known map does not fit: only ${Math.round(100 * s.known_part)} % of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it: mend that under Run, Known map.`;
-    this.#notes.push({ time: this.time, level: "warn", text, alert: true });
-  }
-
-  /** Says once that the map could not grow any further. */
-  #tellFull(s: RunStatus): void {
-    if (!s.map_full || this.#fullTold) return;
-    this.#fullTold = true;
-    const text = "The map is full: what lies beyond it is left out, and what is in it stays. Save it, or begin again with larger cells (Settings, Map).";
-    this.#notes.push({ time: this.time, level: "warn", text, alert: true });
-  }
-
-  /** Reads the numbers of the moment. */
-  protected read<T>(use: (status: RunStatus) => T): T {
-    const status = this.module.status();
-    try {
-      return use(status);
-    } finally {
-      status.free();
+  /** After whatever moved the run; `scanMillis` is what it cost, NaN where nobody knows. */
+  look(scanMillis: number): void {
+    const before = this.#status;
+    const s = (this.#status = this.module.status());
+    this.#changes.follow(s);
+    if (s.scans > before.scans) {
+      this.#story.scanned(s);
+      this.#changes.samples.add(sampleOf(s, scanMillis, this.#explored.value));
     }
-  }
-
-  /** Keeps what the plots need of the scan just taken in. */
-  protected sample(s: RunStatus, scanMillis: number, explored: number): void {
-    this.#tellMisfit(s);
-    this.#tellFull(s);
-    const merged = this.module.merged();
-    for (let i = 0; i + 1 < merged.length; i += 2) {
-      this.note("info", `Wall ${merged[i + 1]} turned out to be a part of wall ${merged[i]}: one wall from now on`, "merged");
-    }
-    this.#samples.add({
-      time: s.time,
-      positionError: Math.hypot(s.x - s.truth_x, s.y - s.truth_y),
-      positionSigma3: 3 * Math.sqrt(largestVariance(s.cov_xx, s.cov_xy, s.cov_yy)),
-      headingError: Math.abs(degrees(turnBetween(s.heading, s.truth_heading))),
-      headingSigma3: degrees(3 * Math.sqrt(Math.max(0, s.cov_heading))),
-      scanMillis,
-      explored,
-      nees: s.nees, neesLow: s.nees_low, neesHigh: s.nees_high,
-      nis: s.nis, nisLow: s.nis_low, nisHigh: s.nis_high,
+    this.#story.look(s, (afresh) => {
+      if (afresh) this.#refresh();
+      return this.#explored.value;
     });
   }
 
-  /** The numbers that every source has. */
-  protected momentOf(s: RunStatus): Omit<Moment, "source" | "mode" | "reason" | "activity" | "explored" | "beamHalfAngle"> {
-    const [halfLength = 0.1, halfWidth = 0.1, isRectangle = 0] = this.#body;
-    return {
-      diagnosis: this.module.diagnosis() as DiagnosisName,
-      time: s.time, scans: s.scans, progress: s.progress, finished: this.finished,
-      goalX: s.goal_x, goalY: s.goal_y,
-      x: s.x, y: s.y, heading: s.heading,
-      covXx: s.cov_xx, covXy: s.cov_xy, covYy: s.cov_yy, covHeading: s.cov_heading,
-      truthX: s.truth_x, truthY: s.truth_y, truthHeading: s.truth_heading,
-      odometryX: s.odometry_x, odometryY: s.odometry_y, odometryHeading: s.odometry_heading,
-      positionError: Math.hypot(s.x - s.truth_x, s.y - s.truth_y), headingError: turnBetween(s.heading, s.truth_heading),
-      odometryError: Math.hypot(s.odometry_x - s.truth_x, s.odometry_y - s.truth_y),
-      knownPart: s.known_part, knownMisfit: s.known_misfit, knownArea: this.knownArea.value, features: this.#features,
-      distance: s.distance, contacts: s.contacts, halfLength, halfWidth, isRectangle: isRectangle === 1,
-    };
+  #refresh(): void {
+    this.#explored.refresh();
+    this.#knownArea.refresh();
   }
 
-  /** What SLAM changed; scan and lines only where a scan came since. */
-  protected slamChange(): SlamChange {
-    const { generation, revision, version } = this.#known;
-    const view = this.module.view(generation, revision);
-    const { blocks, cells, resolution } = view;
-    this.#known = { generation: view.generation, revision: view.revision, version: this.version };
-    const scanned = version !== this.version;
-    const lines = (scanned && view.lines) || null;
-    if (lines) this.#features = countWalls(lines);
-    const known = this.#knownSent ? null : this.module.known_walls();
-    this.#knownSent = true;
-    const change = {
-      known,
-      grid: blocks.length === 0 ? null : { resolution, blockCells: BLOCK_CELLS, index: blocks, cells },
-      gridAnew: view.generation !== generation,
-      scan: scanned ? view.scan : null,
-      beams: scanned ? view.beams : null,
-      found: scanned ? view.found : null,
-      lines,
-      samples: this.#samples.take(),
-    };
-    view.free();
-    return change;
+  #end(how: "end of the recording" | "cancelled"): void {
+    this.#ended = how;
+    // The last picture stands for good: it must not show the area of a moment before.
+    this.#refresh();
+    if (how === "cancelled") this.#story.note("warn", `Cancelled after ${this.scans} scans; the map so far stays`);
+    else this.#story.note("good", `End of the recording: ${this.scans} scans mapped`);
   }
+}
+
+/** What the plots need of a scan. */
+function sampleOf(s: RunStatus, scanMillis: number, explored: number): Parameters<Changes["samples"]["add"]>[0] {
+  const { time, nees, neesLow, neesHigh, nis, nisLow, nisHigh } = s;
+  return {
+    time, scanMillis, explored, nees, neesLow, neesHigh, nis, nisLow, nisHigh,
+    positionError: Math.hypot(s.x - s.truthX, s.y - s.truthY),
+    positionSigma3: 3 * Math.sqrt(largestVariance(s.covXx, s.covXy, s.covYy)),
+    headingError: Math.abs(degrees(turnBetween(s.heading, s.truthHeading))),
+    headingSigma3: degrees(3 * Math.sqrt(Math.max(0, s.covHeading))),
+  };
 }
 
 function fileName(title: string): string {
@@ -221,12 +243,6 @@ function fileName(title: string): string {
 /** Variance along the most uncertain direction of a 2 x 2 covariance. */
 function largestVariance(xx: number, xy: number, yy: number): number {
   return Math.max(0, (xx + yy) / 2 + Math.hypot((xx - yy) / 2, xy));
-}
-
-function countWalls(lines: Float64Array): number {
-  let count = 0;
-  for (let i = LINE.confirmed; i < lines.length; i += LINE_STRIDE) count += lines[i] ? 1 : 0;
-  return count;
 }
 
 function degrees(radians: number): number {

@@ -3,7 +3,7 @@
 import { css, html, type TemplateResult, unsafeCSS } from "lit";
 import uPlot from "uplot";
 import plotCss from "uplot/dist/uPlot.min.css";
-import type { BenchResponse } from "../protocol/figures.js";
+import type { BenchResponse } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { degrees, fixed } from "./format.js";

@@ -1,7 +1,8 @@
 // The robot behind a bridge: devices, link, battery, who drives, recording, emergency stop. Hidden where there is no bridge.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import type { BridgeState, Device } from "../protocol/devices.js";
+import type { BridgeState } from "../protocol/devices.js";
+import type { DeviceStateName, DeviceStatus, DisarmReasonName } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { DASH, fixed } from "./format.js";
@@ -9,7 +10,7 @@ import { icons } from "./icons.js";
 import { shared } from "./style.js";
 
 /** A state is told by its word too: colour alone is not for everyone. */
-const STATES: Readonly<Record<string, { word: string; tone: string }>> = {
+const STATES: Readonly<Record<DeviceStateName, { word: string; tone: string }>> = {
   waiting: { word: "waiting", tone: "warn" },
   connected: { word: "connected", tone: "" },
   measuring: { word: "measuring", tone: "" },
@@ -17,8 +18,8 @@ const STATES: Readonly<Record<string, { word: string; tone: string }>> = {
   fault: { word: "fault", tone: "bad" },
 };
 
-/** Why the robot does not move, by the bridge's name for it. */
-const REASONS: Readonly<Record<string, string>> = {
+/** Why the robot does not move. */
+const REASONS: Readonly<Record<DisarmReasonName, string>> = {
   start: "nobody has armed it yet",
   stop: "somebody pressed Stop",
   "emergency-stop": "somebody pressed the emergency stop",
@@ -97,7 +98,7 @@ function sentence(bridge: BridgeState): string {
   if (bridge.connection === "refused") return bridge.fault;
   if (bridge.emergency) return `Emergency stop: the motors are cut off. ${undoing(bridge)}`;
   if (bridge.armed) return "You drive. The robot moves on command, and stops when this page is out of sight.";
-  const why = REASONS[bridge.reason];
+  const why = bridge.reason && REASONS[bridge.reason];
   const stands = why ? `The robot stands: ${why}.` : `${bridge.driver ? `“${bridge.driver}” drives the robot` : "The robot is driven"}; anyone may stop it.`;
   return bridge.mayDrive ? stands : `${stands} This page only watches: it has no token.`;
 }
@@ -107,8 +108,8 @@ function undoing({ mayDrive, hasLease }: BridgeState): string {
   return `${hasLease ? "Undo it below" : "Press Drive, then undo it below"}; nothing moves by that.`;
 }
 
-function device(d: Device): TemplateResult {
-  const state = STATES[d.state] ?? { word: d.state, tone: "" };
+function device(d: DeviceStatus): TemplateResult {
+  const state = STATES[d.state];
   return html`<li><i class=${state.tone} aria-hidden="true"></i><span>${d.model || d.name}</span><span class="muted">${state.word}</span>
     ${d.model ? html`<small>${d.name}</small>` : ""}${d.detail ? html`<small>${d.detail}</small>` : ""}</li>`;
 }

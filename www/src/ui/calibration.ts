@@ -3,8 +3,7 @@
 import { css, html, type TemplateResult, unsafeCSS } from "lit";
 import uPlot from "uplot";
 import plotCss from "uplot/dist/uPlot.min.css";
-import type { Calibration } from "../protocol/figures.js";
-import type { Pairs } from "../protocol/setup.js";
+import type { Calibration, Pairs } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";

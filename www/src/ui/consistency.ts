@@ -1,7 +1,7 @@
 // Is the filter honest? Its two figures with their bands, and a sentence that names the likely cause where they leave them.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import { type DiagnosisName, ODOMETRY } from "../protocol/filter.js";
+import type { DiagnosisName } from "../protocol/module.js";
 import { SAMPLE } from "../protocol/frame.js";
 import type { Topic } from "../store.js";
 import { type Curve, SlamCharts } from "./charts.js";
@@ -61,12 +61,10 @@ export class SlamConsistency extends SlamCharts {
   #learned(): TemplateResult | typeof nothing {
     const { inspection } = this.store;
     if (!inspection) return nothing;
-    const at = (place: number): number => inspection.odometry[place] ?? NaN;
-    const bend = at(ODOMETRY.curvature);
-    const stretch = at(ODOMETRY.turnScale);
+    const { curvature: bend, turnScale: stretch, curvatureSigma, turnScaleSigma } = inspection.odometry;
     return html`<p class="learned" data-testid="learned">Learned of its tracks: a straight drive bends by
-      <b class="num">${fixed(degrees(Math.abs(bend)), 2)} ± ${fixed(degrees(at(ODOMETRY.curvatureSigma)), 2)} °/m</b> to the ${bend < 0 ? "right" : "left"}, a turn is
-      <b class="num">${fixed(100 * Math.abs(stretch), 1)} ± ${fixed(100 * at(ODOMETRY.turnScaleSigma), 1)} %</b> ${stretch < 0 ? "smaller" : "larger"} than they say.</p>`;
+      <b class="num">${fixed(degrees(Math.abs(bend)), 2)} ± ${fixed(degrees(curvatureSigma), 2)} °/m</b> to the ${bend < 0 ? "right" : "left"}, a turn is
+      <b class="num">${fixed(100 * Math.abs(stretch), 1)} ± ${fixed(100 * turnScaleSigma, 1)} %</b> ${stretch < 0 ? "smaller" : "larger"} than they say.</p>`;
   }
 }
 

@@ -4,7 +4,7 @@ import { css, html, nothing, type TemplateResult, unsafeCSS } from "lit";
 import uPlot from "uplot";
 import plotCss from "uplot/dist/uPlot.min.css";
 import { plannerLabel } from "../planners.js";
-import { type ContestState, type Ground, STANDING, STANDING_STRIDE } from "../protocol/contest.js";
+import type { ContestState, Entrant, Ground, NoPathKind } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { CONTEST_COLOURS } from "../view/layers/contest.js";
 import { SlamElement } from "./element.js";
@@ -22,7 +22,9 @@ const GROUNDS: readonly { ground: Ground; label: string; simOnly?: boolean }[] =
 /** Seconds for each planner. */
 const TIMES = [0.2, 1, 3, 10] as const;
 /** Why there is no path, in as many words as a cell of the table holds; the whole sentence is its title. */
-const WHY: Readonly<Record<string, string>> = { proved: "no way, proved", "not-offered": "needs walls", open: "none found", blocked: "blocked" };
+const WHY: Readonly<Record<NoPathKind, string>> = {
+  "start-blocked": "blocked", "goal-blocked": "blocked", unreachable: "no way, proved", "not-offered": "needs walls", exhausted: "none found", "budget-spent": "none found",
+};
 
 export class SlamContest extends SlamElement {
   static override styles = [
@@ -74,7 +76,7 @@ export class SlamContest extends SlamElement {
 
   override render(): TemplateResult {
     const { source, contest } = this.store;
-    const { found, error, start, goal, picking, ground, seconds } = contest;
+    const { found, running, error, start, goal, picking, ground, seconds } = contest;
     const from = start ? place(start) : "where the robot is";
     const click = matchMedia("(pointer: coarse)").matches ? "tap" : "click";
     return html`
@@ -93,7 +95,7 @@ export class SlamContest extends SlamElement {
         </select></label>
       </div>
       <div class="row">
-        ${found?.running
+        ${running
           ? html`<button data-testid="contest-cancel" @click=${() => this.client.send({ kind: "contest-stop" })}>${icons.stop} Cancel</button>`
           : html`<button data-testid="contest-again" ?disabled=${!goal} @click=${() => this.client.contest({})}>${icons.again} Again</button>`}
         <button data-testid="contest-robot" ?disabled=${!start} title="Start where the robot is" @click=${() => this.client.contest({ start: null })}>${icons.follow} From the robot</button>
@@ -104,29 +106,26 @@ export class SlamContest extends SlamElement {
   }
 
   #table(found: ContestState): TemplateResult {
-    const straight = found.planners.some((_, row) => numberAt(found, row, "straight") === 1);
+    const { entrants, isOptimum, disc } = found;
+    const hasOutline = entrants.some((e) => e.planner === "outline");
     return html`
-      <table data-testid="contest-table" class=${found.running ? "busy" : ""}>
-        <thead><tr><th scope="col">Planner</th><th scope="col" title="Length of the path, m">m</th><th scope="col" title=${found.isOptimum ? "Length over that of the visibility graph: there is no shorter path" : "Length over the shortest found"}>${found.isOptimum ? "/ best" : "/ least"}</th><th scope="col" title="Time of computing">time</th><th class="iter" scope="col" title="Iterations: points drawn, cells expanded, legs looked at">iter.</th><th scope="col" title="Nodes: legs of trees, steps over cells, legs of the graph">nodes</th></tr></thead>
-        <tbody>${found.planners.map((name, row) => this.#row(found, name, row))}</tbody>
+      <table data-testid="contest-table" class=${this.store.contest.running ? "busy" : ""}>
+        <thead><tr><th scope="col">Planner</th><th scope="col" title="Length of the path, m">m</th><th scope="col" title=${isOptimum ? "Length over that of the visibility graph: there is no shorter path" : "Length over the shortest found"}>${isOptimum ? "/ best" : "/ least"}</th><th scope="col" title="Time of computing">time</th><th class="iter" scope="col" title="Iterations: points drawn, cells expanded, legs looked at">iter.</th><th scope="col" title="Nodes: legs of trees, steps over cells, legs of the graph">nodes</th></tr></thead>
+        <tbody>${entrants.map((entrant, row) => this.#row(entrant, row, row === found.watched))}</tbody>
       </table>
-      ${straight ? html`<p data-testid="contest-straight">Nothing is in the way: the straight line is free.</p>` : nothing}
-      ${found.reasons.map(({ kind, text }, row) => kind === "rooms" ? html`<p data-testid="contest-fallback">${plannerLabel(found.planners[row] ?? "")} searched all cells: ${text}.</p>` : nothing)}
-      ${found.planners.includes("Outline") ? html`<p data-testid="contest-outline">Outline plans for the robot's rectangle, all others for the disc around it, ${fixed(found.disc, 2)} m wide.</p>` : nothing}
-      ${found.isOptimum || found.planners.includes("Outline") || !Number.isFinite(found.shortest) ? nothing : html`<p>Without walls as lines there is no visibility graph: lengths are held against the shortest that was found.</p>`}`;
+      ${entrants.some((e) => e.isStraight) ? html`<p data-testid="contest-straight">Nothing is in the way: the straight line is free.</p>` : nothing}
+      ${entrants.map(({ planner, leftRooms }) => leftRooms === null ? nothing : html`<p data-testid="contest-fallback">${plannerLabel(planner)} searched all cells: ${leftRooms}.</p>`)}
+      ${hasOutline ? html`<p data-testid="contest-outline">Outline plans for the robot's rectangle, all others for the disc around it, ${fixed(disc, 2)} m wide.</p>` : nothing}
+      ${isOptimum || hasOutline || !Number.isFinite(found.shortest) ? nothing : html`<p>Without walls as lines there is no visibility graph: lengths are held against the shortest that was found.</p>`}`;
   }
 
-  #row(found: ContestState, name: string, row: number): TemplateResult {
-    const at = (what: keyof typeof STANDING): number => numberAt(found, row, what);
-    const reason = found.reasons[row];
-    const isOver = at("over") === 1;
-    const length = Number.isFinite(at("length"))
-      ? html`<td>${fixed(at("length"), 2)}</td><td>${fixed(at("ratio"), 3)}</td>`
-      : html`<td class="why" colspan="2" title=${reason?.text ?? ""}>${isOver || !found.running ? (WHY[reason?.kind ?? ""] ?? "none found") : "looking…"}</td>`;
-    const watched = row === found.watched;
-    return html`<tr class=${watched ? "watched" : ""} data-testid="contest-${name}" data-over=${isOver} @click=${() => this.client.watch(row)}>
-      <td><button aria-pressed=${watched}><i class="swatch-${row}"></i>${plannerLabel(name)}</button></td>
-      ${length}<td class=${isOver ? "" : "time"}>${time(at("seconds"))}</td><td class="iter">${count(at("iterations"))}</td><td>${count(at("tried"))}</td></tr>`;
+  #row({ planner, isOver, length, ratio, reason, seconds, iterations, tried }: Entrant, row: number, watched: boolean): TemplateResult {
+    const outcome = Number.isFinite(length)
+      ? html`<td>${fixed(length, 2)}</td><td>${fixed(ratio, 3)}</td>`
+      : html`<td class="why" colspan="2" title=${reason?.text ?? ""}>${isOver || !this.store.contest.running ? (reason ? WHY[reason.kind] : "none found") : "looking…"}</td>`;
+    return html`<tr class=${watched ? "watched" : ""} data-testid="contest-${planner}" data-over=${isOver} @click=${() => this.client.watch(row)}>
+      <td><button aria-pressed=${watched}><i class="swatch-${row}"></i>${plannerLabel(planner)}</button></td>
+      ${outcome}<td class=${isOver ? "" : "time"}>${time(seconds)}</td><td class="iter">${count(iterations)}</td><td>${count(tried)}</td></tr>`;
   }
 
   override updated(): void {
@@ -148,11 +147,11 @@ export class SlamContest extends SlamElement {
 
 /** Each planner's length as a staircase that ends with its time; the one that is watched is thick. */
 function curvesOf(found: ContestState, host: HTMLElement, width: number): uPlot {
-  const steps = found.curves.map((curve, row) => {
+  const steps = found.entrants.map(({ curve, seconds }) => {
     const points = new Map<number, number>();
     for (let i = 0; i + 1 < curve.length; i += 2) points.set(Math.max(curve[i] ?? NaN, 1e-4), curve[i + 1] ?? NaN);
     const last = curve.at(-1);
-    if (last !== undefined) points.set(Math.max(numberAt(found, row, "seconds"), 1e-4), last);
+    if (last !== undefined) points.set(Math.max(seconds, 1e-4), last);
     return points;
   });
   const times = [...new Set(steps.flatMap((points) => [...points.keys()]))].sort((a, b) => a - b);
@@ -174,10 +173,6 @@ function curvesOf(found: ContestState, host: HTMLElement, width: number): uPlot 
 function decades(low: number, high: number): number[] {
   const [first, last] = [Math.ceil(Math.log10(low) - 1e-9), Math.floor(Math.log10(high) + 1e-9)];
   return Array.from({ length: Math.max(0, last - first + 1) }, (_, i) => 10 ** (first + i));
-}
-
-function numberAt(found: ContestState, row: number, what: keyof typeof STANDING): number {
-  return found.standings[row * STANDING_STRIDE + STANDING[what]] ?? NaN;
 }
 
 function place([x, y]: readonly [number, number]): string {

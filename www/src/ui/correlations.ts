@@ -2,7 +2,7 @@
 
 import { css, html, type TemplateResult } from "lit";
 import { firstRowOf, rowOf, type Row, sizeOf } from "../inspect.js";
-import type { Inspection } from "../protocol/filter.js";
+import type { Inspection } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";

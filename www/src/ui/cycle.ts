@@ -1,6 +1,7 @@
 // The cycle as a strip: which stage it is in, what each gave and why, and a button for the next one.
 
 import { css, html, nothing, type TemplateResult } from "lit";
+import type { Stage } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
@@ -11,8 +12,8 @@ interface Words {
   meaning: string;
 }
 
-/** What each stage is for, by the names that the module gives (TDK 2016 §6.3). */
-const STAGES: Readonly<Record<string, Words>> = {
+/** What each stage is for (TDK 2016 §6.3). */
+const STAGES: Readonly<Record<Stage, Words>> = {
   init: { label: "Init", meaning: "The first pose is known by definition: (0, 0, 0) is where the robot stands." },
   scan: { label: "Scan", meaning: "The robot stands while the sensor looks round, so that no motion bends the picture." },
   lines: { label: "Lines", meaning: "Neighbouring readings on one straight piece become a line with its uncertainty." },
@@ -33,7 +34,7 @@ export class SlamCycle extends SlamElement {
       ol { display: grid; grid-template-columns: repeat(9, 1fr); gap: 3px; margin: 0; padding: 0; list-style: none; }
       li button { transition: none; width: 100%; min-height: 32px; padding: 0 2px; border: 0; border-radius: 8px; background: var(--sunk); font-size: 12px; color: var(--muted); box-shadow: inset 0 -3px 0 var(--line); }
       li button:hover { background: var(--hover); }
-      li.told button { color: var(--ink); box-shadow: inset 0 -3px 0 var(--good); }
+      li.done button { color: var(--ink); box-shadow: inset 0 -3px 0 var(--good); }
       li.now button { background: var(--accent); color: var(--on-accent); box-shadow: none; }
       li.chosen button { outline: 2px solid var(--focus); outline-offset: -2px; }
       .foot { display: flex; gap: 12px; align-items: center; margin-top: 8px; }
@@ -52,8 +53,8 @@ export class SlamCycle extends SlamElement {
   ];
 
   protected override readonly topics: readonly Topic[] = ["cycle", "run"];
-  /** The stage somebody wants to read of; empty for the newest. */
-  #chosen = "";
+  /** The stage somebody wants to read of; null for the newest. */
+  #chosen: Stage | null = null;
 
   override render(): TemplateResult | typeof nothing {
     const { store } = this;
@@ -62,17 +63,17 @@ export class SlamCycle extends SlamElement {
     document.body.toggleAttribute("data-cycle", shows);
     if (!shows) return nothing;
     const { cycle } = store;
-    const stages = cycle?.stages ?? Object.keys(STAGES).map((name) => ({ name, text: "" }));
-    const now = cycle?.now ?? "";
-    const name = this.#chosen || now || "init";
-    const shown = stages.find((stage) => stage.name === name);
+    const stages = cycle?.stages ?? (Object.keys(STAGES) as Stage[]).map((stage) => ({ stage, text: "" }));
+    const now = cycle?.now ?? null;
+    const name = this.#chosen ?? now ?? "init";
+    const shown = stages.find(({ stage }) => stage === name);
     const words = STAGES[name];
-    return html`<section aria-label="The cycle" data-testid="cycle" data-now=${now}>
-      <ol>${stages.map((stage) => html`<li class="${stage.text ? "told" : ""} ${stage.name === now ? "now" : ""} ${stage.name === this.#chosen ? "chosen" : ""}">
-        <button data-testid="stage-${stage.name}" aria-current=${stage.name === now ? "step" : nothing} aria-pressed=${stage.name === this.#chosen}
-          title=${stage.text || (STAGES[stage.name]?.meaning ?? "")} @click=${() => this.#choose(stage.name)}>${STAGES[stage.name]?.label ?? stage.name}</button></li>`)}</ol>
+    return html`<section aria-label="The cycle" data-testid="cycle" data-now=${now ?? ""}>
+      <ol>${stages.map(({ stage, text }) => html`<li class="${text ? "done" : ""} ${stage === now ? "now" : ""} ${stage === this.#chosen ? "chosen" : ""}">
+        <button data-testid="stage-${stage}" aria-current=${stage === now ? "step" : nothing} aria-pressed=${stage === this.#chosen}
+          title=${text || STAGES[stage].meaning} @click=${() => this.#choose(stage)}>${STAGES[stage].label}</button></li>`)}</ol>
       <div class="foot">
-        <p aria-live="polite" data-testid="stage-words"><b>${words?.label ?? name}</b>${cycle && cycle.round > 0 ? html` <span class="muted">round ${cycle.round}</span>` : ""} · ${shown?.text || "not yet"}<small>${words?.meaning ?? ""}</small></p>
+        <p aria-live="polite" data-testid="stage-words"><b>${words.label}</b>${cycle && cycle.round > 0 ? html` <span class="muted">round ${cycle.round}</span>` : ""} · ${shown?.text || "not yet"}<small>${words.meaning}</small></p>
         <button class="next" data-testid="next-stage" title="Go on to the end of the next stage, then pause (.)" ?disabled=${store.status?.finished ?? false}
           @click=${(e: Event) => { this.next(); this.giveBackFocus(e); }}>${icons.step} Next stage</button>
       </div>
@@ -82,12 +83,12 @@ export class SlamCycle extends SlamElement {
   /** One stage on; what is read is the newest again. */
   next(): void {
     if (!this.store.inCycle) return;
-    this.#chosen = "";
+    this.#chosen = null;
     this.client.nextStage();
   }
 
-  #choose(name: string): void {
-    this.#chosen = this.#chosen === name ? "" : name;
+  #choose(stage: Stage): void {
+    this.#chosen = this.#chosen === stage ? null : stage;
     this.requestUpdate();
   }
 }

@@ -1,7 +1,7 @@
 // The doors of the simulated world: a button each, and one for all of them.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import { DOOR, DOOR_STRIDE } from "../protocol/frame.js";
+import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { shared } from "./style.js";

@@ -1,8 +1,7 @@
 // What the drive of a recorded or a live robot tells of it: parameters with their standard errors, as a preset; and the twin.
 
 import { css, html, type TemplateResult } from "lit";
-import type { DriveFit } from "../protocol/figures.js";
-import type { SettingValues } from "../protocol/setup.js";
+import type { DriveFit, SettingValues } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { shared, tool } from "./style.js";

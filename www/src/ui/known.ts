@@ -1,7 +1,7 @@
 // The map that a robot is to be found in: where it comes from, where the robot begins in it, and whether it fits.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import type { KnownMap } from "../protocol/setup.js";
+import type { KnownMap } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { percent } from "./format.js";

@@ -1,8 +1,8 @@
 // Why this match: the lines of the last scan, what each was compared with, and what became of it.
 
 import { css, html, nothing, svg, type TemplateResult } from "lit";
-import { type Candidate, type Gate, type Sighting, sightingsOf, type Verdict } from "../inspect.js";
-import type { Inspection } from "../protocol/filter.js";
+import { type Candidate, type Sighting, sightingsOf } from "../inspect.js";
+import type { Gate, Inspection, Verdict } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { degrees, fixed } from "./format.js";

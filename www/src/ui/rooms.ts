@@ -1,7 +1,7 @@
 // Rooms and corridors of the map as a list: what each is, its area, and its doors with where they lead.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import { DOORWAY, DOORWAY_STRIDE, REGION, REGION_STRIDE, type Rooms } from "../protocol/rooms.js";
+import { DOORWAY, DOORWAY_STRIDE, REGION, REGION_STRIDE, type Rooms } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { roomAt } from "../view/layers/rooms.js";
 import { SlamElement } from "./element.js";

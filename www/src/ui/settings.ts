@@ -1,7 +1,8 @@
 // Every setting of the run, as the core's table has them: grouped, searched, with presets; changed at once or on restart.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import type { Preset, Setting, SettingValues } from "../protocol/setup.js";
+import type { Preset, Setting } from "../protocol/setup.js";
+import type { SettingValues } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { degrees, fixed } from "./format.js";

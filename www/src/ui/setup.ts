@@ -1,8 +1,8 @@
 // What a run starts from: world, sensor, seed, method; files in and out.
 
 import { css, html, type TemplateResult } from "lit";
-import { SAVED, type SavedKind } from "../protocol.js";
-import type { MethodName } from "../protocol/setup.js";
+import { SAVED } from "../protocol.js";
+import type { MethodName, SavedKind } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";

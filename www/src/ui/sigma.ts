@@ -3,7 +3,7 @@
 import { css, html, type TemplateResult, unsafeCSS } from "lit";
 import uPlot from "uplot";
 import plotCss from "uplot/dist/uPlot.min.css";
-import { type Growth, SIGMA_BIN, SIGMA_BIN_STRIDE, type SigmaCurve } from "../protocol/figures.js";
+import type { GrowthName, SigmaCurve } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";
@@ -24,7 +24,7 @@ export class SlamSigma extends SlamElement {
   ];
 
   protected override readonly topics: readonly Topic[] = ["sigma", "settings", "run", "theme"];
-  #growth: Growth = "linear";
+  #growth: GrowthName = "linear";
   #plot: uPlot | null = null;
 
   override connectedCallback(): void {
@@ -36,14 +36,14 @@ export class SlamSigma extends SlamElement {
     const { store } = this;
     const { curve, error } = store.sigma;
     const { settings } = store.setup;
-    const inUse = curve !== null && settings["points.sigma_slope"] === curve.coefficients[1] && settings["points.sigma_constant"] === curve.coefficients[0];
+    const inUse = curve !== null && settings["points.sigma_slope"] === curve.slope && settings["points.sigma_constant"] === curve.constant;
     return html`<details data-testid="sigma">
       <summary>Measure how much the ranges err</summary>
       <p>${store.source === "replay"
         ? "Two readings of one beam, one scan after the other, differ by √2 σ where the robot stands. The stretches of this recording in which it stood are compared."
         : "Two readings of one beam, one scan after the other, differ by √2 σ where the robot stands. A twin of this robot stands where it is now and looks round 120 times."}</p>
       <div class="row">
-        <select data-testid="growth" aria-label="How σ grows" @change=${(e: Event) => { this.#growth = (e.target as HTMLSelectElement).value as Growth; this.requestUpdate(); }}>
+        <select data-testid="growth" aria-label="How σ grows" @change=${(e: Event) => { this.#growth = (e.target as HTMLSelectElement).value as GrowthName; this.requestUpdate(); }}>
           <option value="linear" .selected=${this.#growth === "linear"}>σ = a + b ρ</option>
           <option value="square" .selected=${this.#growth === "square"}>σ = a + b ρ²</option>
         </select>
@@ -61,8 +61,7 @@ export class SlamSigma extends SlamElement {
     const { curve } = this.store.sigma;
     const host = this.renderRoot.querySelector<HTMLElement>(".plot");
     if (!curve || !host || this.clientWidth === 0) return;
-    const bins = Array.from({ length: curve.bins.length / SIGMA_BIN_STRIDE }, (_, i) => (place: number) => curve.bins[i * SIGMA_BIN_STRIDE + place] ?? NaN);
-    const at = new Map(bins.map((bin) => [bin(SIGMA_BIN.range), bin] as const));
+    const at = new Map(curve.bins.map((bin) => [bin.range, bin.sigma] as const));
     const on = new Map([...curve.curveRanges].map((range, i) => [range, i] as const));
     const all = [...new Set([...at.keys(), ...on.keys()])].sort((a, b) => a - b);
     const line = (values: Float64Array): (number | null)[] => all.map((range) => (on.has(range) && values.length > 0 ? 1000 * (values[on.get(range) ?? 0] ?? NaN) : null));
@@ -72,13 +71,11 @@ export class SlamSigma extends SlamElement {
       scales: { x: { time: false } }, axes: numberAxes(host, "m"),
       series: [{}, { stroke: estimate, width: 1.6, spanGaps: true, points: { show: false } }, { stroke: truth, width: 1.6, dash: [1, 3], spanGaps: true, points: { show: false } },
         { stroke: estimate, width: 0, paths: () => null, points: { show: true, size: 5, fill: estimate } }],
-    }, [all, line(curve.curveSigmas), line(curve.truth), all.map((range) => (at.has(range) ? 1000 * (at.get(range)?.(SIGMA_BIN.sigma) ?? NaN) : null))] as uPlot.AlignedData, host);
+    }, [all, line(curve.curveSigmas), line(curve.truth), all.map((range) => (at.has(range) ? 1000 * (at.get(range) ?? NaN) : null))] as uPlot.AlignedData, host);
   }
 
   #words(curve: SigmaCurve): TemplateResult {
-    const [a = NaN, b = NaN] = curve.coefficients;
-    const [da = NaN, db = NaN] = curve.errors;
-    const [chi = NaN, freedom = NaN] = curve.chiSquared;
+    const { constant: a, slope: b, constantError: da, slopeError: db, chiSquared: chi, freedom } = curve;
     const unit = curve.growth === "linear" ? "mm/m" : "mm/m²";
     // Three standard deviations above its mean of χ²: the form of the curve is wrong.
     const misfits = chi > freedom + 3 * Math.sqrt(2 * freedom);
@@ -87,7 +84,7 @@ export class SlamSigma extends SlamElement {
   }
 
   #use(curve: SigmaCurve): void {
-    const [constant = NaN, slope = NaN, least = NaN] = curve.coefficients;
+    const { constant, slope, least } = curve;
     const { settings } = this.store.setup;
     this.client.configure({ ...settings, "points.sigma": curve.growth === "linear" ? 1 : 2, "points.sigma_constant": constant, "points.sigma_slope": slope, "points.sigma_least": least });
     if (this.store.source === "replay") this.client.again();

@@ -1,7 +1,7 @@
 // Time and purpose: play, step, speed, what the robot should do, and Stop.
 
 import { css, html, type TemplateResult } from "lit";
-import type { ModeName } from "../protocol/setup.js";
+import type { Mode } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { clock, percent } from "./format.js";
@@ -105,8 +105,8 @@ export class SlamTransport extends SlamElement {
   #modes(): TemplateResult {
     const { store, client } = this;
     const idle = store.source === "bridge" && !store.bridge?.armed;
-    const now: ModeName = store.aiming ? "goto" : (store.status?.mode ?? store.setup.mode);
-    const mode = (name: ModeName, label: string, key: string, icon: TemplateResult, act: () => void): TemplateResult => html`
+    const now: Mode = store.aiming ? "goto" : (store.status?.mode ?? store.setup.mode);
+    const mode = (name: Mode, label: string, key: string, icon: TemplateResult, act: () => void): TemplateResult => html`
       <button data-testid="mode-${name}" aria-pressed=${now === name} ?disabled=${idle} title="${label} (${key})"
         @click=${(e: Event) => { act(); this.giveBackFocus(e); }}>${icon}${label}</button>`;
     return html`<div class="modes" role="group" aria-label="Mode">

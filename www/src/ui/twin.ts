@@ -2,7 +2,7 @@
 
 import { css, html, type TemplateResult } from "lit";
 import type { History } from "../history.js";
-import { TWIN } from "../protocol/figures.js";
+import { TWIN } from "../protocol/module.js";
 import { type Curve, SlamCharts } from "./charts.js";
 
 export class SlamTwin extends SlamCharts {

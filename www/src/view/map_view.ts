@@ -2,7 +2,7 @@
 
 import { css, html, LitElement, type TemplateResult } from "lit";
 import type { Client } from "../client.js";
-import { DOOR, DOOR_STRIDE } from "../protocol/frame.js";
+import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
 import { Listening, type Store } from "../store.js";
 import { icons } from "../ui/icons.js";
 import { shared } from "../ui/style.js";
@@ -376,7 +376,7 @@ export class SlamMap extends LitElement {
     const { tab, contest } = this.store;
     if (tab !== "paths") return null;
     const { found, start, goal } = contest;
-    const begun = found ? [found.ends[0], found.ends[1]] as const : null;
+    const begun = found ? [found.ask.ends[0], found.ask.ends[1]] as const : null;
     return { found, start: start ?? begun, goal };
   }
 

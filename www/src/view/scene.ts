@@ -1,6 +1,7 @@
 // What there is to draw: the latest of everything, taken from frames as they come.
 
-import { type FieldChange, type FieldName, type Frame, type Status, TRAIL_STRIDE } from "../protocol/frame.js";
+import { type Frame, type Status } from "../protocol/frame.js";
+import { type FieldName, TRAIL_STRIDE } from "../protocol/module.js";
 import type { Box } from "./camera.js";
 import { Motion } from "./motion.js";
 import { Tiles } from "./tiles.js";
@@ -57,10 +58,10 @@ export class Scene {
     this.version += 1;
   }
 
-  #takeField(change: FieldChange): void {
-    if (change.anew) this.field.tiles.clear();
-    Object.assign(this.field, { name: change.name, step: change.step });
-    this.field.tiles.take(change);
+  #takeField({ name, step, anew, grid }: NonNullable<Frame["field"]>): void {
+    if (anew) this.field.tiles.clear();
+    Object.assign(this.field, { name, step });
+    if (grid) this.field.tiles.take(grid);
   }
 
   take(frame: Frame): void {

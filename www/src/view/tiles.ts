@@ -1,6 +1,6 @@
 // Grid cells as pictures: dirty blocks are painted into tiles of 8 x 8 blocks, which the grid layer then only stretches.
 
-import type { FieldName, GridChange } from "../protocol/frame.js";
+import type { FieldName, GridChange } from "../protocol/module.js";
 import type { Box } from "./camera.js";
 import { type Palette, type Rgb, rgb } from "./palette.js";
 

@@ -2,16 +2,16 @@
 
 use slamlab_core::wire::rp6::{self, Down};
 use slamlab_core::wire::rplidar::request::Request;
-use slamlab_core::wire::{ld06, rplidar};
 
 use super::*;
 use crate::serial::{LineError, OpenError};
+use slamlab_core::device::ld06::Ld06Fault;
 use slamlab_core::device::rp6::words as rp6_words;
-use slamlab_core::device::rplidar::warning;
+use slamlab_core::device::rplidar::{RplidarFault, warning};
 
 const GUIDE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/GUIDE.md"));
 
-/// Stands in the guide for what the system says.
+/// Stands in the guide for what the system says, and for what a new device adds to.
 const SYSTEM: &str = "…";
 
 /// The rows of the table: what is said, cause, cure.
@@ -95,17 +95,17 @@ fn robots() -> Vec<String> {
 fn lidars() -> Vec<String> {
     let (request, bytes) = (Request::Info, 4711);
     let a1 = [
-        rplidar::driver::Fault::NoAnswer { request },
-        rplidar::driver::Fault::NotUnderstood { request, bytes },
-        rplidar::driver::Fault::Protection { error: 0x8001 },
-        rplidar::driver::Fault::NoReadings,
-        rplidar::driver::Fault::Silent,
-        rplidar::driver::Fault::DoesNotTurn,
+        RplidarFault::NoAnswer { request },
+        RplidarFault::NotUnderstood { request, bytes },
+        RplidarFault::Protection { error: 0x8001 },
+        RplidarFault::NoReadings,
+        RplidarFault::Silent,
+        RplidarFault::DoesNotTurn,
     ];
     let ld06 = [
-        ld06::driver::Fault::Silent,
-        ld06::driver::Fault::NotUnderstood { bytes },
-        ld06::driver::Fault::DoesNotTurn,
+        Ld06Fault::Silent,
+        Ld06Fault::NotUnderstood { bytes },
+        Ld06Fault::DoesNotTurn,
     ];
     // Which request it was tells a person nothing.
     let a1 = a1
@@ -123,10 +123,21 @@ fn its_own() -> Vec<String> {
     };
     vec![
         SENDS_NOTHING.into(),
-        NOTHING_ANSWERS.into(),
-        unknown(4711),
+        nothing_answers(SYSTEM, SYSTEM),
+        unknown(4711, SYSTEM),
+        speaks_text(38_400, SYSTEM),
         noisy(&measured),
     ]
+}
+
+#[test]
+fn lists_of_kinds_are_those_of_the_table() {
+    assert_eq!(rates(), "38400, 230400 or 115200");
+    assert_eq!(
+        rates_of_kinds(),
+        "38400 (RP6), 230400 (LD06) and 115200 (RPLIDAR)"
+    );
+    assert_eq!(listeners(), "LD06");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::time::Duration;
 use serialport::{SerialPort, TTYPort};
 use slamlab_core::robot::{Command, Stamp};
 
-use super::SerialSource;
+use super::DeviceSource;
 use crate::serial::{Device, Want};
 use crate::source::{self, Order, Profile, SourceEvent};
 
@@ -79,7 +79,7 @@ fn what_was_said_before_an_order_does_not_count_after_it() {
         wants: VecDeque::new(),
     };
     let (sender, mut events) = tokio::sync::mpsc::channel(source::MOST_WAITING);
-    let source = SerialSource::new(device, path);
+    let source = DeviceSource::at_port(Box::new(device), path);
     let running = source::start(0, Box::new(source), sender).unwrap();
 
     let until = std::time::Instant::now() + NEVER;

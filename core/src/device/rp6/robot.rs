@@ -4,15 +4,15 @@ use crate::robot::Stamp;
 use crate::wire::ClockMap;
 use crate::wire::rp6::{self, Hello, Odometer, Report, Telemetry};
 
-use super::looks::Looks;
+use super::partial_scans::PartialScans;
 use super::sweeps::Sweeps;
 
 /// Seconds without an order to move before one counts, after the robot came up.
 const CALM: f64 = 0.3;
 
-/// Telemetry that is told so long after an errand was acknowledged was measured after it began, s.
+/// Telemetry that comes so long after a manoeuvre was acknowledged was measured after it began, s.
 const BEGUN: f64 = 0.1;
-/// An errand that has not shown in the telemetry so long after it was given never will, s.
+/// A manoeuvre that has not shown in the telemetry so long after it was given never will, s.
 const NEVER: f64 = 1.0;
 
 /// A robot that answers.
@@ -20,13 +20,13 @@ const NEVER: f64 = 1.0;
 pub(super) struct Robot {
     pub(super) odometer: Odometer,
     pub(super) motion: Motion,
-    /// Since when the robot is known to have the errand.
-    pub(super) errand_taken: Option<Stamp>,
+    /// Since when the robot is known to have the manoeuvre.
+    pub(super) manoeuvre_acknowledged: Option<Stamp>,
     /// Since when no order to move was refused, and whether that has been long enough.
     pub(super) calm_since: Stamp,
     pub(super) is_calm: bool,
     pub(super) last_alive: Stamp,
-    pub(super) last_told: Stamp,
+    pub(super) last_reported: Stamp,
     pub(super) bumpers: [bool; 2],
     /// The last command that is acknowledged, and when it was given.
     pub(super) asked: Option<(rp6::Command, Stamp)>,
@@ -37,17 +37,17 @@ pub(super) struct Robot {
     pub(super) last_end: Option<Stamp>,
     /// None where it has no rangers.
     pub(super) sweeps: Option<Sweeps>,
-    pub(super) looks: Looks,
+    pub(super) partial_scans: PartialScans,
 }
 
-/// What the robot was told to do.
+/// What the robot was commanded to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Motion {
     None,
     /// At these speeds; given at this time.
     Speed(Stamp),
     /// Some way, angle or sweep; given at this time.
-    Errand(Stamp),
+    Manoeuvre(Stamp),
 }
 
 impl Robot {
@@ -56,18 +56,18 @@ impl Robot {
         Self {
             odometer: Odometer::new(&hello.model()),
             motion: Motion::None,
-            errand_taken: None,
+            manoeuvre_acknowledged: None,
             calm_since: now,
             is_calm: false,
             last_alive: now,
-            last_told: Stamp(0),
+            last_reported: Stamp(0),
             bumpers: [false; 2],
             asked: None,
             time: (0, Stamp(0)),
             clock: ClockMap::new(telemetry_delay()),
             last_end: None,
             sweeps,
-            looks: Looks::default(),
+            partial_scans: PartialScans::default(),
         }
     }
 
@@ -79,13 +79,13 @@ impl Robot {
         self.clock.host_time(stamp)
     }
 
-    /// Whether telemetry that says that the robot stands means that its errand is over.
+    /// Whether telemetry that says that the robot stands means that its manoeuvre is over.
     pub(super) fn may_be_done(&self, now: Stamp) -> bool {
         let is_long_ago = |since: Stamp, seconds| now.since(since) > seconds;
         match self.motion {
-            Motion::Errand(given) => {
-                self.errand_taken
-                    .is_some_and(|taken| is_long_ago(taken, BEGUN))
+            Motion::Manoeuvre(given) => {
+                self.manoeuvre_acknowledged
+                    .is_some_and(|since| is_long_ago(since, BEGUN))
                     || is_long_ago(given, NEVER)
             }
             _ => false,

@@ -1,7 +1,7 @@
-//! A robot of a few frames: what the bridge is told of its sweeps.
+//! A robot of a few frames: what it reports of its sweeps.
 
 use crate::robot::Adc;
-use crate::sim::sensors::Sharp;
+use crate::robot::Sharp;
 use crate::wire::rp6::fixture::hello;
 use crate::wire::rp6::{Decoder, Report as Said, State, Verdict, encode};
 
@@ -19,7 +19,7 @@ struct Pair {
     commands: Decoder<rp6::Command>,
     /// What the robot was given, and when.
     given: Vec<(u32, rp6::Command)>,
-    told: Vec<SourceEvent>,
+    reported: Vec<SourceEvent>,
 }
 
 impl Pair {
@@ -31,7 +31,7 @@ impl Pair {
             sequence: 0,
             commands: Decoder::new(),
             given: vec![],
-            told: vec![],
+            reported: vec![],
         };
         pair.device.opened(pair.now());
         for _ in 0..200 {
@@ -53,7 +53,7 @@ impl Pair {
                         self.answer(frame.sequence, frame.message);
                     }
                 }
-                Want::Report(event) => self.told.push(event),
+                Want::Report(event) => self.reported.push(event),
                 _ => (),
             }
         }
@@ -106,12 +106,12 @@ impl Pair {
 
     fn scans(&mut self) -> Vec<Scan> {
         self.hear();
-        let told = std::mem::take(&mut self.told).into_iter();
+        let reported = std::mem::take(&mut self.reported).into_iter();
         let scan = |event| match event {
             SourceEvent::Scan(scan) => Some(scan),
             _ => None,
         };
-        told.filter_map(scan).collect()
+        reported.filter_map(scan).collect()
     }
 }
 
@@ -163,15 +163,15 @@ fn a_sweep_while_the_tracks_run_is_no_scan() {
     assert_eq!(pair.scans(), []);
 }
 
-/// Looks that were told.
-fn looks(pair: &mut Pair) -> Vec<Scan> {
+/// Partial scans that were reported.
+fn partial_scans(pair: &mut Pair) -> Vec<Scan> {
     pair.hear();
-    let told = std::mem::take(&mut pair.told).into_iter();
-    let look = |event| match event {
-        SourceEvent::PartialScan(look) => Some(look),
+    let reported = std::mem::take(&mut pair.reported).into_iter();
+    let partial = |event| match event {
+        SourceEvent::PartialScan(scan) => Some(scan),
         _ => None,
     };
-    told.filter_map(look).collect()
+    reported.filter_map(partial).collect()
 }
 
 /// Where the servo was sent since the last time, mrad.
@@ -188,29 +188,29 @@ fn pointed(pair: &mut Pair) -> Vec<i16> {
 }
 
 #[test]
-fn a_robot_that_drives_looks_to_and_fro_and_its_looks_are_no_scans() {
+fn a_robot_that_drives_makes_partial_scans_to_and_fro_which_are_no_scans() {
     let mut pair = Pair::up();
     pair.telemetry(State(0), [0, 0]);
     assert!(pointed(&mut pair).is_empty(), "it stands");
     order(&mut pair, Command::Forward(0.5));
     let moving_and_sweeping = State(MOVING.0 | SWEEPING.0);
     let mut servo: Vec<i16> = vec![];
-    for look in 0..5_i32 {
-        pair.telemetry(MOVING, [100 * look; 2]);
+    for k in 0..5_i32 {
+        pair.telemetry(MOVING, [100 * k; 2]);
         let to = pointed(&mut pair);
         servo.extend(&to);
-        pair.telemetry(moving_and_sweeping, [100 * look + 50; 2]);
-        pair.reading(look as u8 + 1, to[0], 0.5);
+        pair.telemetry(moving_and_sweeping, [100 * k + 50; 2]);
+        pair.reading(k as u8 + 1, to[0], 0.5);
     }
     assert_eq!(servo, [0, 524, 0, -524, 0]);
     pair.telemetry(MOVING, [500; 2]);
-    let told = looks(&mut pair);
-    assert_eq!(told.len(), 5);
-    for (look, bearing) in told.iter().zip([0.0, 0.524, 0.0, -0.524, 0.0]) {
-        assert!((look.bearings[0] - bearing).abs() < 1e-9 && look.len() == 1);
-        assert!((f64::from(look.ranges[0]) - 0.5).abs() < 0.05);
+    let reported = partial_scans(&mut pair);
+    assert_eq!(reported.len(), 5);
+    for (scan, bearing) in reported.iter().zip([0.0, 0.524, 0.0, -0.524, 0.0]) {
+        assert!((scan.bearings[0] - bearing).abs() < 1e-9 && scan.len() == 1);
+        assert!((f64::from(scan.ranges[0]) - 0.5).abs() < 0.05);
     }
-    // It stands, and sweeps all round: what the servo still reads of a look is no part of that, nor does it
+    // It stands, and sweeps all round: what the servo still reads of a partial scan is no part of that, nor does it
     // matter where the tracks were then.
     let _ = pointed(&mut pair);
     pair.telemetry(moving_and_sweeping, [500; 2]);
@@ -231,11 +231,11 @@ fn a_robot_that_drives_looks_to_and_fro_and_its_looks_are_no_scans() {
 
 const MOVING: State = State(1 << 2);
 
-/// What was told of being busy since the last time, each change once.
+/// What was reported of being busy since the last time, each change once.
 fn busy(pair: &mut Pair) -> Vec<bool> {
     pair.hear();
-    let told = std::mem::take(&mut pair.told).into_iter();
-    let mut busy: Vec<_> = told
+    let reported = std::mem::take(&mut pair.reported).into_iter();
+    let mut busy: Vec<_> = reported
         .filter_map(|event| match event {
             SourceEvent::Busy { busy, .. } => Some(busy),
             _ => None,
@@ -251,7 +251,7 @@ fn order(pair: &mut Pair, command: Command) {
 }
 
 #[test]
-fn an_errand_is_over_when_the_robot_stands_that_has_taken_it() {
+fn a_manoeuvre_is_over_when_the_robot_stands_that_has_acknowledged_it() {
     let mut pair = Pair::up();
     pair.telemetry(State(0), [0, 0]);
     let _ = busy(&mut pair);
@@ -270,7 +270,7 @@ fn an_errand_is_over_when_the_robot_stands_that_has_taken_it() {
 }
 
 #[test]
-fn an_errand_ends_with_the_order_that_takes_its_place_and_with_the_link() {
+fn a_manoeuvre_ends_with_the_order_that_takes_its_place_and_with_the_link() {
     let mut pair = Pair::up();
     let _ = busy(&mut pair);
     order(&mut pair, Command::Turn(1.0));
@@ -288,7 +288,7 @@ fn an_errand_ends_with_the_order_that_takes_its_place_and_with_the_link() {
 }
 
 #[test]
-fn an_errand_that_comes_too_early_is_not_told_as_over_at_once() {
+fn a_manoeuvre_that_comes_too_early_is_not_reported_as_over_at_once() {
     let mut pair = Pair::up();
     let _ = busy(&mut pair);
     if let Some(robot) = &mut pair.device.robot {

@@ -75,7 +75,7 @@ fn settings_of(fit: &DriveFit, model: &RobotModel) -> Settings {
 fn settings_of_a_drive_turn_what_was_counted_into_what_was_driven() {
     let model = RobotModel::rp6();
     let settings = settings_of(&fit_of_worn_tracks(&model), &model);
-    let told = settings.odometry.told(&model);
+    let told = settings.odometry.calibration(&model);
     let mut truth = Pose2::identity();
     let (mut raw, mut corrected) = (truth, truth);
     for counted in counted() {

@@ -30,12 +30,12 @@ fn sonars_beside_change_no_bit_of_the_run_and_draw_a_map_of_their_own() {
     };
     let (alone, both) = (driven(None), driven(Some(rough)));
     assert_eq!(alone.truth(), both.truth());
-    assert_eq!(alone.estimate(), both.estimate());
-    let (lidar, layers) = (both.slam().grid(), both.slam().layers());
-    for (block, cells) in alone.slam().grid().blocks_since(0) {
+    assert_eq!(alone.session().estimate(), both.session().estimate());
+    let (lidar, layers) = (both.session().slam().grid(), both.session().slam().layers());
+    for (block, cells) in alone.session().slam().grid().blocks_since(0) {
         assert_eq!(lidar.block(block), Some(cells));
     }
-    assert!(alone.slam().layers().sonar.is_none());
+    assert!(alone.session().slam().layers().sonar.is_none());
     assert_ne!(alone.state_hash(), both.state_hash());
     // What the sonars surely know to be free the lidar does not know to be occupied.
     let sonar = layers.sonar.unwrap();

@@ -31,13 +31,16 @@ fn a_door_that_the_disc_does_not_pass_is_passed_by_the_outline() {
     for seed in 1..=8 {
         let mut run = to_the_other_room(BodyShape::Rectangle, seed);
         let mut by_outline = false;
-        while !run.status().is_over() && run.seconds() < 180.0 {
+        while !run.session().status().is_over() && run.seconds() < 180.0 {
             run.step().unwrap();
-            by_outline |= run.pilot().planner() == Some(Planner::Outline);
+            by_outline |= run.session().pilot().planner() == Some(Planner::Outline);
         }
-        let (said, truth) = (run.status().to_string(), run.sim().truth());
+        let (said, truth) = (run.session().status().to_string(), run.sim().truth());
         assert!(
-            matches!(run.status(), Status::Finished(Finish::GoalReached { .. })),
+            matches!(
+                run.session().status(),
+                Status::Finished(Finish::GoalReached { .. })
+            ),
             "seed {seed}: {said} at {truth:?}"
         );
         assert!(by_outline && truth.x() > 4.0, "seed {seed}: {truth:?}");
@@ -48,10 +51,10 @@ fn a_door_that_the_disc_does_not_pass_is_passed_by_the_outline() {
 #[test]
 fn the_disc_says_that_no_way_leads_there() {
     let mut run = to_the_other_room(BodyShape::Disc, 1);
-    while !run.status().is_over() && run.seconds() < 180.0 {
+    while !run.session().status().is_over() && run.seconds() < 180.0 {
         run.step().unwrap();
     }
-    let said = run.status();
+    let said = run.session().status();
     let is_proved = matches!(
         said,
         Status::Failed(Failure::NoPath(NoPath::Unreachable { .. }))

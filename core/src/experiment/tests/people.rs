@@ -23,9 +23,9 @@ fn a_robot_with_rangers_does_not_drive_into_who_crosses_its_way() {
         let mut config = ExperimentConfig::new(world.clone(), robot, sensor, seed);
         config.mode = Mode::GoTo(Point2::new(4.4, 0.0));
         let mut run = Experiment::new(config).unwrap();
-        while !run.status().is_over() && run.seconds() < 900.0 {
+        while !run.session().status().is_over() && run.seconds() < 900.0 {
             run.step().unwrap();
-            stopped += i32::from(!run.slam().walkers().is_empty());
+            stopped += i32::from(!run.session().slam().walkers().is_empty());
         }
         let contacts = run.sim().contact_counts();
         assert_eq!(
@@ -33,7 +33,7 @@ fn a_robot_with_rangers_does_not_drive_into_who_crosses_its_way() {
             (0, 0),
             "seed {seed}"
         );
-        ended += i32::from(run.status().is_over());
+        ended += i32::from(run.session().status().is_over());
     }
     assert!(stopped > 0, "nobody was ever seen on the move");
     assert!(ended >= 3, "only {ended} of 4 arrived");

@@ -2,7 +2,7 @@
 
 use super::super::*;
 use crate::geom::wrap;
-use crate::robot::{OdometryBias, OdometryNoise, RobotModel};
+use crate::robot::{OdometryBias, OdometryNoise, RobotModel, TrackNoise};
 use crate::sim::{SensorKind, worlds};
 
 /// Turn rate of the tests, rad/s: in one control period 2.9°, between two scans 11°.
@@ -12,10 +12,14 @@ const RATE: f64 = 1.0;
 /// deviation.
 fn heading_errors(robot: RobotModel, rate: f64) -> (Vec<f64>, Vec<f64>) {
     let world = worlds::builtin("office").unwrap();
-    // What the filter is told of the odometry is what it is told of the true RP6.
-    let odometry = TrackNoise::Proportional(world.robot.model().odometry_noise);
+    // What the filter knows of the odometry is what it knows of the true RP6.
+    let noise = TrackNoise::Proportional(world.robot.model().odometry_noise);
+    let calibration = OdometryCalibration {
+        noise: Some(noise),
+        ..OdometryCalibration::default()
+    };
     let config = ExperimentConfig {
-        odometry,
+        calibration,
         ..ExperimentConfig::new(world, robot, SensorKind::Lidar.model(), 2)
     };
     let mut run = Experiment::new(config).unwrap();
@@ -23,7 +27,7 @@ fn heading_errors(robot: RobotModel, rate: f64) -> (Vec<f64>, Vec<f64>) {
     while run.seconds() < 60.0 {
         run.drive(0.0, rate);
         let has_scanned = run.step().unwrap();
-        let estimate = run.estimate();
+        let estimate = run.session().estimate();
         let error = wrap(estimate.pose.heading() - run.truth().heading());
         if run.seconds() < 5.0 {
             continue;

@@ -1,9 +1,10 @@
 //! What the sensors are.
 
 use crate::map::Layer;
+use crate::robot::RangerModel;
 use crate::settings::{Acts, Kind, Setting, Settings};
 use crate::sim::SensorModel;
-use crate::sim::sensors::{LidarModel, RangerModel, SonarModel};
+use crate::sim::sensors::{LidarModel, SonarModel};
 
 /// The settings.
 pub(super) const SENSOR: &[Setting] = &[

@@ -7,14 +7,11 @@
 mod check;
 mod lidar;
 mod rangers;
-mod sharp;
 mod sonar;
 mod view;
 
 pub use check::SensorError;
 pub use lidar::LidarModel;
-pub use rangers::RangerModel;
-pub use sharp::Sharp;
 pub use sonar::SonarModel;
 
 pub(super) use lidar::Lidar;
@@ -27,7 +24,7 @@ use std::str::FromStr;
 use rand::Rng;
 
 use crate::geom::Pose2;
-use crate::robot::Scan;
+use crate::robot::{RangerModel, Scan};
 
 /// The sensors that a world file or a command line can name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -6,14 +6,9 @@
 //!    when the servo still stood elsewhere.
 //! 3. The true range becomes volts ([`Sharp`]), which fold back below the peak; noise is in volts; the converter has 10 bits.
 //!
-//! Inverse, from counts to a range with its σ:
-//!
-//! 4. Counts become volts, and volts a range by a [`Characteristic`] fitted to the calibration pairs.
-//! 5. σ is that of the volts (noise and steps) times the slope of the characteristic: a volt is worth d², so σ grows so too.
-//!    The spread of the fit's residuals is added, being what the characteristic does not know.
-//! 6. Beyond the greatest range there is no return (infinite), below the least the reading is invalid (NaN). What is nearer than the
-//!    peak folds back and looks far, as on the real robot: the scan cannot tell, only what was seen before can
-//!    ([`crate::points::BlindZone`]). Without [`RangerModel::folds`] such readings are taken to be recognised and invalid.
+//! Inverse, from counts to a range with its σ: [`RangerInverse`]. What is nearer than the peak folds back and looks
+//! far, as on the real robot: the scan cannot tell, only what was seen before can ([`crate::points::BlindZone`]).
+//! Without [`RangerModel::folds`] such readings are taken to be recognised and invalid.
 //!
 //! The readings are handed on in the order of their bearings, with `sweep` 0: nothing moved meanwhile, and neighbours
 //! in the scan are neighbours in the room.
@@ -32,9 +27,9 @@ use nalgebra::Vector2;
 use rand::{Rng, RngExt};
 
 use super::check::Check;
-use super::{SensorError, Sharp, Span, View};
-use crate::geom::{Pose2, sin_cos, wrap};
-use crate::robot::{Adc, CalibrationPair, Characteristic, Fit, Scan, Stamp, Variable};
+use super::{SensorError, Span, View};
+use crate::geom::{sin_cos, wrap};
+use crate::robot::{RangerInverse, RangerModel, Scan, Stamp};
 use crate::sim::Material;
 use crate::sim::noise::gaussian_pair;
 
@@ -46,96 +41,7 @@ const DARK_NOISE: f64 = 1.5;
 /// What is farther than this many greatest ranges sends nothing back.
 const LIGHT_RANGE: f64 = 2.0;
 
-/// Figures of four rangers on a servo.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RangerModel {
-    /// Type of the rangers. Default: long.
-    pub sharp: Sharp,
-    /// Positions of the servo in its 90°. Default 45: every 2°.
-    pub positions: usize,
-    /// Seconds at each position. Default 0.070, the firmware's: the servo has come to stand and the slowest cycle is over, so that
-    /// what is read was measured there. Shorter reads what was measured at the position before.
-    pub period: f64,
-    /// Until the servo stands at a new angle, s. Default 0.022: its next pulse comes after 20 ms at the latest, and 2° take 2 ms.
-    pub settle: f64,
-    /// Mean cycle of a ranger, s. Default 0.0383.
-    pub cycle: f64,
-    /// How much the cycle of one ranger may differ from that, s. Default 0.0096.
-    pub cycle_spread: f64,
-    /// Nearest usable range, m. Default 0.2.
-    pub min_range: f64,
-    /// Farthest usable range, m. Default 1.5.
-    pub max_range: f64,
-    /// σ of the output, V. Default 0.015.
-    pub volts_sigma: f64,
-    /// What counts the volts. Default: 10 bits over 5 V.
-    pub adc: Adc,
-    /// What the characteristic is fitted to, by rising range. Default: the pairs of the data sheet.
-    pub calibration: Vec<CalibrationPair>,
-    /// What the characteristic is a polynomial of. Default: 1/volts.
-    pub variable: Variable,
-    /// σ of the servo's angle, rad. Default 0.005.
-    pub bearing_sigma: f64,
-    /// Part of the readings that are lost. Default 0.002.
-    pub dropouts: f64,
-    /// Part of the readings that are wrong: any volts at all. Default 0.001.
-    pub outliers: f64,
-    /// Whether things nearer than the peak look far, as on the real robot. Default true; false: they are recognised and invalid.
-    pub folds: bool,
-    /// Where the servo sits on the robot. Default: its middle.
-    pub robot_from_sensor: Pose2,
-}
-
-impl Default for RangerModel {
-    fn default() -> Self {
-        Self::long()
-    }
-}
-
 impl RangerModel {
-    /// Sharp GP2Y0A02: 0.2 to 1.5 m.
-    #[must_use]
-    pub fn long() -> Self {
-        Self {
-            sharp: Sharp::Long,
-            positions: 45,
-            period: 0.070,
-            settle: 0.022,
-            cycle: 0.0383,
-            cycle_spread: 0.0096,
-            min_range: 0.2,
-            max_range: 1.5,
-            volts_sigma: 0.015,
-            adc: Adc::rp6(),
-            calibration: Sharp::Long.data_sheet(),
-            variable: Variable::PerVolt,
-            bearing_sigma: 0.005,
-            dropouts: 0.002,
-            outliers: 0.001,
-            folds: true,
-            robot_from_sensor: Pose2::identity(),
-        }
-    }
-
-    /// Sharp GP2Y0A21: 0.1 to 0.8 m.
-    #[must_use]
-    pub fn short() -> Self {
-        Self {
-            sharp: Sharp::Short,
-            min_range: 0.1,
-            max_range: 0.8,
-            calibration: Sharp::Short.data_sheet(),
-            ..Self::long()
-        }
-    }
-
-    /// The characteristic that its readings go through.
-    ///
-    /// # Errors    [`SensorError::Calibration`] for pairs that settle none.
-    pub fn fit(&self) -> Result<Fit, SensorError> {
-        Ok(Characteristic::fit(&self.calibration, self.variable)?)
-    }
-
     pub(super) fn validate(&self) -> Result<(), SensorError> {
         let check = Check("rangers");
         check.within("positions", self.positions as f64, [1.0, 10_000.0])?;
@@ -150,7 +56,8 @@ impl RangerModel {
         check.size("bearing_sigma", self.bearing_sigma)?;
         check.part("dropouts", self.dropouts)?;
         check.part("outliers", self.outliers)?;
-        self.fit().map(|_| ())
+        self.fit()?;
+        Ok(())
     }
 }
 
@@ -158,7 +65,7 @@ impl RangerModel {
 #[derive(Clone, Debug)]
 pub(in crate::sim) struct Rangers {
     model: RangerModel,
-    inverse: Inverse,
+    inverse: RangerInverse,
     /// When the sweep under way began, s.
     began: Option<f64>,
     /// The cycles of the rangers: when the first ends after the sweep began, and how long they are, s.
@@ -169,23 +76,11 @@ pub(in crate::sim) struct Rangers {
     look: Option<look::Look>,
 }
 
-/// From counts to a range.
-#[derive(Clone, Copy, Debug)]
-struct Inverse {
-    characteristic: Characteristic,
-    /// Spread of the pairs about the characteristic, m.
-    fit_sigma: f64,
-    /// σ of the volts, V.
-    volts_sigma: f64,
-    min_range: f64,
-    max_range: f64,
-}
-
 impl Rangers {
     /// # Errors    [`SensorError::Calibration`] for pairs that settle no characteristic.
     pub(super) fn new(model: &RangerModel) -> Result<Self, SensorError> {
         Ok(Self {
-            inverse: Inverse::new(model)?,
+            inverse: model.inverse()?,
             model: model.clone(),
             began: None,
             cycles: [(0.0, model.cycle); RANGERS],
@@ -225,7 +120,7 @@ impl Rangers {
                     view,
                     rng,
                 );
-                let (range, sigma) = self.inverse.read(volts, &self.model);
+                let (range, sigma) = self.read(volts);
                 self.readings.push((bearing, range, sigma));
             }
             if position + 1 >= self.model.positions {
@@ -283,6 +178,15 @@ impl Rangers {
         }
     }
 
+    /// Range and σ of one reading, by what the converter makes of its volts.
+    fn read(&self, volts: Option<f64>) -> (f32, f32) {
+        let Some(volts) = volts else {
+            return (f32::NAN, self.model.max_range as f32);
+        };
+        let adc = self.model.adc;
+        self.inverse.read(adc.volts(adc.counts(volts)))
+    }
+
     /// What the converter is given; `None` for a reading that is lost or recognised as folded.
     fn volts(
         &self,
@@ -313,40 +217,5 @@ impl Rangers {
         let is_dark = echo.is_some_and(|e| e.material == Material::Dark);
         let noise = model.volts_sigma * if is_dark { DARK_NOISE } else { 1.0 };
         Some(model.sharp.volts_at(distance) + noise * of_volts)
-    }
-}
-
-impl Inverse {
-    fn new(model: &RangerModel) -> Result<Self, SensorError> {
-        let fit = model.fit()?;
-        Ok(Self {
-            characteristic: fit.characteristic,
-            fit_sigma: fit.sigma,
-            volts_sigma: libm::hypot(model.volts_sigma, model.adc.sigma()),
-            min_range: model.min_range,
-            max_range: model.max_range,
-        })
-    }
-
-    /// Range and σ of one reading.
-    fn read(&self, volts: Option<f64>, model: &RangerModel) -> (f32, f32) {
-        let Some(volts) = volts else {
-            return (f32::NAN, self.max_range as f32);
-        };
-        let volts = model.adc.volts(model.adc.counts(volts));
-        let range = self.characteristic.range_at(volts);
-        let sigma = libm::hypot(
-            self.volts_sigma * self.characteristic.slope_at(volts),
-            self.fit_sigma,
-        );
-        let [lowest, _] = self.characteristic.domain();
-        // Where the characteristic ends it says the same range for ever.
-        if range >= self.max_range || volts <= lowest {
-            return (f32::INFINITY, sigma as f32);
-        }
-        if range < self.min_range {
-            return (f32::NAN, sigma as f32);
-        }
-        (range as f32, sigma as f32)
     }
 }

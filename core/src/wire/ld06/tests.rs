@@ -1,14 +1,8 @@
 //! The codec against the example of the manual and a packet of a real sensor, and against what a line does to bytes.
 
-use std::f64::consts::TAU;
-
 use proptest::prelude::*;
 
-use super::driver::{Driver, Event, Fault};
 use super::*;
-use crate::robot::{Scan, Stamp};
-use crate::wire::message::DeviceState;
-use crate::wire::revolution::RevolutionConfig;
 
 /// The worked example of the development manual.
 const EXAMPLE: [u8; LEN] = [
@@ -56,107 +50,6 @@ fn spacing_wraps_at_a_whole_turn() {
         ..Packet::default()
     };
     assert!((packet.spacing().to_degrees() - 0.5).abs() < 1e-12);
-}
-
-/// A sensor in a round room of 2 m at 10 Hz: 450 readings a turn, 4500 a second.
-fn packets(count: usize) -> impl Iterator<Item = Packet> {
-    (0..count).map(|k| {
-        let angle = |reading: usize| ((k * READINGS + reading) * 80 % 36_000) as u16;
-        Packet {
-            speed: 3600,
-            start_angle: angle(0),
-            end_angle: angle(READINGS - 1),
-            readings: [Reading {
-                distance: 2000,
-                intensity: 200,
-            }; READINGS],
-            millis: (k * READINGS * 10 / 45 % 30_000) as u16,
-        }
-    })
-}
-
-fn listen(driver: &mut Driver, bytes: &[u8], from: f64, seconds: f64) -> Vec<Event> {
-    let mut said = vec![];
-    // Pieces of 10 ms.
-    let pieces = (seconds * 100.0).round() as usize;
-    for piece in 0..pieces {
-        let part = |k: usize| bytes.len() * k / pieces;
-        let now = Stamp::from_seconds(from + 0.01 * (piece + 1) as f64);
-        driver.receive(&bytes[part(piece)..part(piece + 1)], now);
-        driver.tick(now);
-        said.extend(std::iter::from_fn(|| driver.next_event()));
-    }
-    said
-}
-
-fn scans(said: &[Event]) -> Vec<&Scan> {
-    let scan = |event: &'_ Event| matches!(event, Event::Scan(_));
-    said.iter()
-        .filter(|event| scan(event))
-        .filter_map(|event| {
-            if let Event::Scan(scan) = event {
-                Some(scan)
-            } else {
-                None
-            }
-        })
-        .collect()
-}
-
-#[test]
-fn ten_turns_a_second_give_ten_scans() {
-    let bytes: Vec<u8> = packets(375 * 2)
-        .flat_map(|packet| packet.encode())
-        .collect();
-    let mut driver = Driver::new(RevolutionConfig::ld06(), Stamp(0));
-    let said = listen(&mut driver, &bytes, 0.0, 2.0);
-    let scans = scans(&said);
-    assert_eq!(scans.len(), 19);
-    for scan in &scans {
-        scan.validate().unwrap();
-        assert_eq!(scan.len(), 450);
-        assert!((scan.sweep - 449.0 / 4500.0).abs() < 1e-9, "{}", scan.sweep);
-        assert!(scan.ranges.iter().all(|range| *range == 2.0));
-        let turned: f64 = scan.bearings.windows(2).map(|pair| pair[0] - pair[1]).sum();
-        assert!((turned - TAU * 449.0 / 450.0).abs() < 1e-9);
-    }
-    assert_eq!(driver.state(), DeviceState::Measuring);
-}
-
-#[test]
-fn each_fault_has_its_name_and_ends_by_itself() {
-    let mut driver = Driver::new(RevolutionConfig::ld06(), Stamp(0));
-    let fault = |said: &[Event]| {
-        said.iter().find_map(|event| match event {
-            Event::Fault(fault) => Some(fault.clone()),
-            _ => None,
-        })
-    };
-    let said = listen(&mut driver, &[], 0.0, 3.1);
-    assert_eq!(fault(&said), Some(Fault::Silent));
-    let said = listen(&mut driver, &[0xF8; 3100], 3.1, 3.1);
-    assert!(
-        matches!(fault(&said), Some(Fault::NotUnderstood { bytes }) if bytes > 2900),
-        "{said:?}"
-    );
-    let still = Packet {
-        start_angle: 500,
-        end_angle: 500,
-        ..Packet::default()
-    };
-    let bytes: Vec<u8> = (0..1200).flat_map(|_| still.encode()).collect();
-    let said = listen(&mut driver, &bytes, 6.2, 3.1);
-    assert_eq!(fault(&said), Some(Fault::DoesNotTurn));
-    assert_eq!(driver.state(), DeviceState::Fault);
-    let bytes: Vec<u8> = packets(375).flat_map(|packet| packet.encode()).collect();
-    let said = listen(&mut driver, &bytes, 9.3, 1.0);
-    assert!(scans(&said).len() >= 8 && driver.state() == DeviceState::Measuring);
-    // The plug is pulled in the middle of a turn: silence, though packets came since the last scan. The first of these
-    // packets ends the turn before.
-    let said = listen(&mut driver, &bytes[..20 * LEN], 10.3, 0.05);
-    assert_eq!(scans(&said).len(), 1);
-    let said = listen(&mut driver, &[], 10.35, 3.1);
-    assert_eq!(fault(&said), Some(Fault::Silent));
 }
 
 fn any_packet() -> impl Strategy<Value = Packet> {

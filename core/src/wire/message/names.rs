@@ -10,7 +10,6 @@ macro_rules! named {
     ) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-        #[non_exhaustive]
         pub enum $Enum {
             $($(#[$doc])* #[serde(rename = $name)] $Variant,)+
         }

@@ -1,6 +1,6 @@
 //! The server's end: one client, one lidar, and what may be asked of it.
 //!
-//! In: datagrams with the address that they came from, the lidar's state and readings, the time. Out: [`Event`]s.
+//! In: datagrams with the address that they came from, the lidar's state and readings, the time. Out: [`ServerEvent`]s.
 //!
 //! 1. The first `HELLO` makes its sender the client. Nobody else is heard until it leaves or is silent for
 //!    [`PATIENCE`] seconds; then the lidar is stopped.
@@ -46,7 +46,7 @@ impl Default for ServerConfig {
 
 /// What the server wants done.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Event<A> {
+pub enum ServerEvent<A> {
     /// Send this datagram.
     Send {
         /// To whom.
@@ -87,7 +87,7 @@ pub struct Server<A> {
     client: Option<Client<A>>,
     state: DeviceState,
     readings: VecDeque<Node>,
-    events: VecDeque<Event<A>>,
+    events: VecDeque<ServerEvent<A>>,
     refused: Refused,
     /// Second that is being counted, and datagrams heard in it.
     second: u64,
@@ -156,7 +156,7 @@ impl<A: Clone + PartialEq> Server<A> {
         if now.since(client.last_heard) > PATIENCE {
             self.client = None;
             self.readings.clear();
-            self.events.push_back(Event::Stop);
+            self.events.push_back(ServerEvent::Stop);
             return;
         }
         let Some(sending) = &mut client.sending else {
@@ -198,7 +198,7 @@ impl<A: Clone + PartialEq> Server<A> {
     }
 
     /// The next thing to do.
-    pub fn next_event(&mut self) -> Option<Event<A>> {
+    pub fn next_event(&mut self) -> Option<ServerEvent<A>> {
         self.events.pop_front()
     }
 
@@ -236,17 +236,17 @@ impl<A: Clone + PartialEq> Server<A> {
         match request {
             Request::Hello(_) | Request::Heartbeat => (),
             Request::Connect { baud, path } if self.config.paths.contains(&path) => {
-                self.events.push_back(Event::Connect { baud, path });
+                self.events.push_back(ServerEvent::Connect { baud, path });
             }
             Request::Connect { .. } => {
                 self.refused.paths += 1;
                 self.reply(&Reply::State(DeviceState::Fault));
             }
-            Request::Start => self.events.push_back(Event::Start),
+            Request::Start => self.events.push_back(ServerEvent::Start),
             Request::Stop => {
                 self.set_sending(None);
                 self.readings.clear();
-                self.events.push_back(Event::Stop);
+                self.events.push_back(ServerEvent::Stop);
             }
             Request::Send { samples, interval } => {
                 let interval = interval.max(self.config.shortest_interval);
@@ -272,7 +272,7 @@ impl<A: Clone + PartialEq> Server<A> {
 
     fn reply(&mut self, reply: &Reply) {
         if let Some(client) = &self.client {
-            self.events.push_back(Event::Send {
+            self.events.push_back(ServerEvent::Send {
                 to: client.address.clone(),
                 datagram: reply.encode(),
             });

@@ -2,8 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::client::{self, Client};
-use super::server::{Event, Server, ServerConfig};
+use super::server::{Server, ServerConfig, ServerEvent};
 use super::*;
 use crate::robot::Stamp;
 
@@ -100,12 +99,12 @@ fn what_is_wrong_with_a_datagram_is_named() {
     assert!(reply(b"\xFF\x01lidar").contains("id:name"));
 }
 
-fn events(server: &mut Server<&'static str>) -> Vec<Event<&'static str>> {
+fn events(server: &mut Server<&'static str>) -> Vec<ServerEvent<&'static str>> {
     std::iter::from_fn(|| server.next_event()).collect()
 }
 
-fn sent(to: &'static str, reply: &Reply) -> Event<&'static str> {
-    Event::Send {
+fn sent(to: &'static str, reply: &Reply) -> ServerEvent<&'static str> {
+    ServerEvent::Send {
         to,
         datagram: reply.encode(),
     }
@@ -141,10 +140,10 @@ fn there_is_one_client_until_it_is_silent() {
     assert_eq!(server.client(), Some(&"pi"));
     // Orders do not replace the heartbeat.
     say(&mut server, "pi", &Request::Start, 8.9);
-    assert_eq!(events(&mut server), [Event::Start]);
+    assert_eq!(events(&mut server), [ServerEvent::Start]);
     server.tick(at(9.1));
     assert_eq!(server.client(), None);
-    assert_eq!(events(&mut server), [Event::Stop]);
+    assert_eq!(events(&mut server), [ServerEvent::Stop]);
     say(&mut server, "eve", &hello, 9.2);
     assert_eq!(server.client(), Some(&"eve"));
 }
@@ -177,7 +176,7 @@ fn only_paths_of_the_list_are_opened() {
     let path = "/dev/ttyUSB0".into();
     assert_eq!(
         events(&mut server),
-        [Event::Connect {
+        [ServerEvent::Connect {
             baud: 115_200,
             path
         }]
@@ -196,7 +195,7 @@ fn a_flood_is_heard_up_to_the_rate_and_the_next_second_is_new() {
     assert_eq!(server.refused().too_many, 901);
     say(&mut server, "pi", &Request::Heartbeat, 1.1);
     say(&mut server, "pi", &Request::Start, 1.1);
-    assert_eq!(events(&mut server), [Event::Start]);
+    assert_eq!(events(&mut server), [ServerEvent::Start]);
 }
 
 #[test]
@@ -240,56 +239,7 @@ fn readings_are_sent_as_asked_for() {
     say(&mut server, "pi", &Request::Stop, 2.0);
     server.publish(nodes(10));
     server.tick(at(3.0));
-    assert_eq!(events(&mut server), [Event::Stop]);
-}
-
-#[test]
-fn client_and_server_understand_each_other() {
-    let (mut server, mut client) = (Server::new(ServerConfig::default()), Client::new(at(0.0)));
-    let mut heard = vec![];
-    for tenth in 0..200 {
-        let now = at(f64::from(tenth) * 0.1);
-        client.tick(now);
-        server.tick(now);
-        while let Some(event) = client.next_event() {
-            match event {
-                client::Event::Send(datagram) => server.receive("client", &datagram, now),
-                other => heard.push(other),
-            }
-        }
-        while let Some(event) = server.next_event() {
-            if let Event::Send { datagram, .. } = event {
-                client.receive(&datagram).unwrap();
-            }
-        }
-    }
-    assert_eq!(
-        server.client(),
-        Some(&"client"),
-        "20 s of heartbeats kept it"
-    );
-    let devices = vec![Device {
-        id: 1,
-        name: "LIDAR".into(),
-    }];
-    assert_eq!(heard, [client::Event::Connected(devices)]);
-}
-
-#[test]
-fn a_server_that_is_silent_is_named_every_five_seconds() {
-    let mut client = Client::new(at(0.0));
-    let (mut hellos, mut silences) = (0, 0);
-    for tenth in 0..=105 {
-        client.tick(at(f64::from(tenth) * 0.1));
-        while let Some(event) = client.next_event() {
-            match event {
-                client::Event::Send(datagram) if datagram == b"\xFF\x00HELLO" => hellos += 1,
-                client::Event::NoAnswer => silences += 1,
-                other => panic!("{other:?}"),
-            }
-        }
-    }
-    assert_eq!((hellos, silences), (11, 2));
+    assert_eq!(events(&mut server), [ServerEvent::Stop]);
 }
 
 proptest! {
@@ -315,7 +265,7 @@ proptest! {
         for (k, (is_client, datagram)) in datagrams.iter().enumerate() {
             server.receive(if *is_client { "pi" } else { "eve" }, datagram, at(k as f64 * 0.01));
         }
-        let is_opening = |event: &Event<_>| matches!(event, Event::Connect { .. });
+        let is_opening = |event: &ServerEvent<_>| matches!(event, ServerEvent::Connect { .. });
         prop_assert!(!events(&mut server).iter().any(is_opening));
     }
 }

@@ -32,7 +32,7 @@ mod types;
 
 use std::collections::VecDeque;
 
-pub use self::types::{Down, Event, LinkConfig, LinkError, Phase};
+pub use self::types::{Down, LinkConfig, LinkError, LinkEvent, Phase};
 
 use self::text::{Heard, TextWatch};
 use super::{Command, Counters, Decoder, Frame, Hello, Report, Verdict, encode};
@@ -72,7 +72,7 @@ pub struct Link {
     decoder: Decoder<Report>,
     text: TextWatch,
     output: Vec<u8>,
-    events: VecDeque<Event>,
+    events: VecDeque<LinkEvent>,
 }
 
 impl Link {
@@ -203,7 +203,7 @@ impl Link {
     }
 
     /// The next thing to know.
-    pub fn next_event(&mut self) -> Option<Event> {
+    pub fn next_event(&mut self) -> Option<LinkEvent> {
         self.events.pop_front()
     }
 
@@ -242,8 +242,8 @@ impl Link {
             // Of an earlier life of the robot or of the link, until it has greeted back.
             _ if self.phase != Phase::Running => (),
             Report::Ack { of, verdict } => self.take_ack(of, verdict, now),
-            Report::Telemetry(telemetry) => self.events.push_back(Event::Telemetry(telemetry)),
-            Report::Ranger(ranger) => self.events.push_back(Event::Ranger(ranger)),
+            Report::Telemetry(telemetry) => self.events.push_back(LinkEvent::Telemetry(telemetry)),
+            Report::Ranger(ranger) => self.events.push_back(LinkEvent::Ranger(ranger)),
         }
     }
 
@@ -262,7 +262,7 @@ impl Link {
         }
         if is_answer && self.greetings > 0 {
             self.enter(Phase::Running, now);
-            self.events.push_back(Event::Up(hello));
+            self.events.push_back(LinkEvent::Up(hello));
             return;
         }
         // It spoke first: it has just started. A greeting makes sure that it hears us too.
@@ -277,7 +277,7 @@ impl Link {
             return; // Of a speed, or of a command that was overtaken.
         };
         self.outstanding = None;
-        self.events.push_back(Event::Acknowledged {
+        self.events.push_back(LinkEvent::Acknowledged {
             command: done.command,
             verdict,
         });
@@ -342,7 +342,7 @@ impl Link {
             return;
         }
         if self.phase == Phase::Greeting && self.greetings >= self.config.greetings {
-            self.events.push_back(Event::Down(Down::NobodyThere));
+            self.events.push_back(LinkEvent::Down(Down::NobodyThere));
             self.enter(Phase::ResetNeeded, now);
             self.greeted = Some(now);
             return;
@@ -370,14 +370,14 @@ impl Link {
         self.is_armed = false;
         self.drop_waiting();
         if is_news {
-            self.events.push_back(Event::Down(why));
+            self.events.push_back(LinkEvent::Down(why));
         }
     }
 
     fn drop_waiting(&mut self) {
         let waiting = self.outstanding.take().map(|o| o.command);
         let dropped = waiting.into_iter().chain(self.queue.drain(..));
-        self.events.extend(dropped.map(Event::Dropped));
+        self.events.extend(dropped.map(LinkEvent::Dropped));
         self.latest = None;
     }
 

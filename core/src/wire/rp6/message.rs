@@ -22,7 +22,7 @@ pub trait Message: Sized {
     fn parse(kind: u8, payload: &[u8]) -> Option<Self>;
 }
 
-/// What the robot is told.
+/// What the robot is asked to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// Say hello; stand, and forget which sequences were seen.
@@ -30,7 +30,7 @@ pub enum Command {
         /// Comes back in the [`Hello`](super::Hello); never 0, which a robot uses that speaks first.
         nonce: u8,
     },
-    /// Drive at these speeds until told otherwise.
+    /// Drive at these speeds until commanded otherwise.
     Velocity {
         /// Forward speed, mm/s.
         forward_mm_s: i16,

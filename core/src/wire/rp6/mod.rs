@@ -17,7 +17,7 @@
 //! | to the robot | kind | payload | what it asks for |
 //! |---|---|---|---|
 //! | [`Command::Greet`] | 01 | nonce u8 | say hello with this nonce; stand, forget sequences |
-//! | [`Command::Velocity`] | 02 | forward i16 mm/s, turn i16 mrad/s | drive so until told otherwise |
+//! | [`Command::Velocity`] | 02 | forward i16 mm/s, turn i16 mrad/s | drive so until commanded otherwise |
 //! | [`Command::Forward`] | 03 | way i32 µm | drive this way straight |
 //! | [`Command::Turn`] | 04 | angle i32 µrad | turn on the spot, counter-clockwise |
 //! | [`Command::Stop`] | 05 | | motors off at once |
@@ -53,16 +53,16 @@ pub(crate) mod fixture;
 mod frame;
 mod link;
 mod message;
+mod ranger_scan;
 mod report;
-mod sweep;
 #[cfg(test)]
 mod tests;
 
 pub use convert::{BATTERY_ADC, CommandError, Odometer};
 pub use frame::{Counters, Decoder, Frame, LONGEST_TO_ROBOT, encode};
-pub use link::{Down, Event, Link, LinkConfig, LinkError, Phase};
+pub use link::{Down, Link, LinkConfig, LinkError, LinkEvent, Phase};
 pub use message::{Command, Message};
+pub use ranger_scan::RangerScans;
 pub use report::{
     Capabilities, Fault, Hello, PROTOCOL, Ranger, Report, ResetCause, State, Telemetry, Verdict,
 };
-pub use sweep::{RangerFigures, SweepReader};

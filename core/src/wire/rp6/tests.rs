@@ -330,11 +330,11 @@ fn telemetry_becomes_odometry_by_the_models_figures() {
 
 #[test]
 fn the_robots_own_geometry_replaces_the_models() {
-    let mut told = hello();
-    told.track_width_mm = 200;
-    told.count_nm = 250_000;
-    told.max_speed_mm_s = 0;
-    let model = told.model();
+    let mut said = hello();
+    said.track_width_mm = 200;
+    said.count_nm = 250_000;
+    said.max_speed_mm_s = 0;
+    let model = said.model();
     assert_eq!((model.track_width, model.max_speed), (0.2, 0.30));
     assert!((model.metres_per_tick - 0.000_25).abs() < 1e-18);
     // 737 counts of 10 V / 1024.

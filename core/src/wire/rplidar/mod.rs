@@ -1,7 +1,7 @@
 //! SLAMTEC RPLIDAR A1 and its kin: 115200 baud, 8N1, little-endian.
 //!
-//! In: bytes from the sensor, in pieces of any size. Out: answers, readings, and from the [`driver`] whole scans; requests
-//! the other way. The same types encode what the sensor sends, for simulated devices.
+//! In: bytes from the sensor, in pieces of any size. Out: answers and readings; requests the other way. The
+//! same types encode what the sensor sends, for simulated devices.
 //!
 //! Request: `A5 command`, with a payload `A5 command length payload xor` (xor of all before it).
 //! Descriptor of an answer: `A5 5A | u32: length of a packet (30 bits), mode (2 bits: 0 one packet, 1 without end) | type`.
@@ -9,14 +9,14 @@
 //! | command | | answer |
 //! |---|---|---|
 //! | `20` | scan | `A5 5A 05 00 00 40 81`, then nodes of 5 bytes without end |
-//! | `21` | scan even if the motor does not turn | the same |
 //! | `25` | stop | none; 1 ms at least must pass |
 //! | `40` | reset | none; 2 ms, then a banner in ASCII |
 //! | `50` | information | `A5 5A 14 00 00 00 04`, 20 bytes: model, firmware minor, major, hardware, serial number\[16\] |
 //! | `52` | health | `A5 5A 03 00 00 00 06`, 3 bytes: status 0 good, 1 warning, 2 error; error u16 |
 //! | `59` | rate | `A5 5A 04 00 00 00 15`, 4 bytes: µs a reading, standard u16, express u16 |
 //! | `82` | express scan, payload `00 00 00 00 00` | `A5 5A 54 00 00 40 82`, then capsules of 84 bytes without end |
-//! | `F0` | motor, payload u16: duty of 1023 | none (A2, A3; the A1's board switches the motor by DTR) |
+//!
+//! The A1's board switches the motor by DTR.
 //!
 //! | node | bits | |
 //! |---|---|---|
@@ -39,7 +39,6 @@
 
 pub mod answer;
 pub mod decoder;
-pub mod driver;
 pub mod express;
 pub mod node;
 pub mod request;

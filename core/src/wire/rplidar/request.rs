@@ -16,8 +16,6 @@ pub enum Request {
     Reset,
     /// Scan, one node a reading.
     Scan,
-    /// Scan even if the motor does not turn.
-    ForceScan,
     /// Scan, 32 readings a capsule.
     ExpressScan,
     /// Model, versions, serial number.
@@ -26,8 +24,6 @@ pub enum Request {
     Health,
     /// Time of a reading.
     Rate,
-    /// Duty of the motor, of 1023.
-    MotorDuty(u16),
 }
 
 impl Request {
@@ -44,7 +40,6 @@ impl Request {
         let mut bytes = vec![SYNC, self.command()];
         let payload: &[u8] = match &self {
             Self::ExpressScan => &[0; 5],
-            Self::MotorDuty(duty) => &duty.to_le_bytes(),
             _ => return bytes,
         };
         bytes.push(payload.len() as u8);
@@ -58,12 +53,10 @@ impl Request {
             Self::Stop => 0x25,
             Self::Reset => 0x40,
             Self::Scan => 0x20,
-            Self::ForceScan => 0x21,
             Self::ExpressScan => 0x82,
             Self::Info => 0x50,
             Self::Health => 0x52,
             Self::Rate => 0x59,
-            Self::MotorDuty(_) => 0xF0,
         }
     }
 
@@ -72,12 +65,10 @@ impl Request {
             (0x25, []) => Self::Stop,
             (0x40, []) => Self::Reset,
             (0x20, []) => Self::Scan,
-            (0x21, []) => Self::ForceScan,
             (0x50, []) => Self::Info,
             (0x52, []) => Self::Health,
             (0x59, []) => Self::Rate,
             (0x82, [0, ..]) if payload.len() == 5 => Self::ExpressScan,
-            (0xF0, &[low, high]) => Self::MotorDuty(u16::from_le_bytes([low, high])),
             _ => return None,
         })
     }

@@ -69,7 +69,6 @@ fn requests_are_those_of_the_document() {
         (Request::Stop, &[0xA5, 0x25][..]),
         (Request::Reset, &[0xA5, 0x40]),
         (Request::Scan, &[0xA5, 0x20]),
-        (Request::ForceScan, &[0xA5, 0x21]),
         (
             Request::ExpressScan,
             &[0xA5, 0x82, 0x05, 0, 0, 0, 0, 0, 0x22],
@@ -77,11 +76,6 @@ fn requests_are_those_of_the_document() {
         (Request::Info, &[0xA5, 0x50]),
         (Request::Health, &[0xA5, 0x52]),
         (Request::Rate, &[0xA5, 0x59]),
-        // 660 of 1023, the maker's default: A5 ^ F0 ^ 02 ^ 94 ^ 02 = C1.
-        (
-            Request::MotorDuty(660),
-            &[0xA5, 0xF0, 0x02, 0x94, 0x02, 0xC1],
-        ),
     ] {
         assert_eq!(request.encode(), bytes);
         let mut decoder = RequestDecoder::new();

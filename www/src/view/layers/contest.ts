@@ -22,10 +22,11 @@ export function draw(brush: Brush): void {
     context.stroke();
     context.globalAlpha = 1;
     const last = (place: number): number => (place === found.watched ? 1 : 0);
-    const order = found.paths.map((_, place) => place).sort((a, b) => last(a) - last(b));
+    const order = found.entrants.map((_, place) => place).sort((a, b) => last(a) - last(b));
     for (const place of order) {
-      const path = found.paths[place];
-      if (!path) continue;
+      const entrant = found.entrants[place];
+      if (!entrant) continue;
+      const { planner, path } = entrant;
       const strokes = place === found.watched ? [[palette.css.free, 7], [colour(place), 4]] as const : [[colour(place), 1.8]] as const;
       for (const [style, width] of strokes) {
         context.strokeStyle = style;
@@ -34,7 +35,7 @@ export function draw(brush: Brush): void {
         addPolyline(context, path);
         context.stroke();
       }
-      if (place === found.watched && found.planners[place] === "Outline") drawGhosts(brush, path, colour(place));
+      if (place === found.watched && planner === "outline") drawGhosts(brush, path, colour(place));
     }
   }
   if (start) pin(context, start, camera.px(7), palette.css.free, palette.css.ink, false);

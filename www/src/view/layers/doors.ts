@@ -1,6 +1,6 @@
 // The doors of the simulated world: shut they are a leaf between two posts, open only the posts and a faint sill.
 
-import { DOOR, DOOR_STRIDE } from "../../protocol/frame.js";
+import { DOOR, DOOR_STRIDE } from "../../protocol/module.js";
 import type { Brush } from "./layer.js";
 
 export function draw({ context, camera, palette, scene: { doors } }: Brush): void {

@@ -1,8 +1,7 @@
 // What every layer is given.
 
 import type { Sighting } from "../../inspect.js";
-import type { ContestState } from "../../protocol/contest.js";
-import type { Rooms } from "../../protocol/rooms.js";
+import type { ContestState, Rooms } from "../../protocol/module.js";
 import type { Spot } from "../../store.js";
 import type { Camera } from "../camera.js";
 import type { Palette } from "../palette.js";

@@ -3,7 +3,7 @@
 // A point p = r n + t u of the line (n its normal, u = dn/dα) is displaced by δd = t δα - δr across it, so
 // var d = t² var α - 2 t cov(α, r) + var r: a band that is narrow where the wall was seen well and opens away from there.
 
-import { LINE, LINE_STRIDE } from "../../protocol/frame.js";
+import { LINE, LINE_STRIDE } from "../../protocol/module.js";
 import type { Brush } from "./layer.js";
 
 const SIGMAS = 1.96;

@@ -1,6 +1,6 @@
 // Rooms and corridors tinted and numbered, the doors between them with their widths, and the graph that joins them.
 
-import { DOORWAY, DOORWAY_STRIDE, REGION, REGION_STRIDE, type Rooms } from "../../protocol/rooms.js";
+import { DOORWAY, DOORWAY_STRIDE, REGION, REGION_STRIDE, type Rooms } from "../../protocol/module.js";
 import type { PaletteName } from "../palette.js";
 import type { Brush } from "./layer.js";
 
@@ -107,7 +107,7 @@ function ring(corners: Float32Array, first: number, count: number): Path2D {
 }
 
 /** The region that holds a map point; null outside of all. */
-export function roomAt({ corners, rings }: Rooms, x: number, y: number): number | null {
+export function roomAt({ corners, rings }: Pick<Rooms, "corners" | "rings">, x: number, y: number): number | null {
   const crossings = new Map<number, number>();
   let first = 0;
   for (let k = 0; k + 1 < rings.length; k += 2) {

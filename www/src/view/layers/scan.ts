@@ -1,6 +1,6 @@
 // What the last scan hit, and the fan in which it looked; of a sonar the cones, for it knows no more of the direction.
 
-import { BEAM, BEAM_STRIDE } from "../../protocol/frame.js";
+import { BEAM, BEAM_STRIDE } from "../../protocol/module.js";
 import type { Brush } from "./layer.js";
 
 /** How a hit of the last scan was read: m, and the strength of the echo in the sensor's own unit, NaN where it tells none. */

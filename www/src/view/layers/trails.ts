@@ -1,6 +1,6 @@
 // Where the robot was: in truth (dashed), by its wheels alone (dotted), and as estimated (solid).
 
-import { TRAIL_STRIDE } from "../../protocol/frame.js";
+import { TRAIL_STRIDE } from "../../protocol/module.js";
 import type { Brush } from "./layer.js";
 
 export function draw({ context, camera, palette, scene }: Brush): void {

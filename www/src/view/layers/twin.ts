@@ -1,6 +1,6 @@
 // The simulated twin: where a robot with the figures of the settings would be after the same motion of the wheels.
 
-import { TWIN, TWIN_STRIDE } from "../../protocol/figures.js";
+import { TWIN, TWIN_STRIDE } from "../../protocol/module.js";
 import type { Brush } from "./layer.js";
 import { outline } from "./robot.js";
 

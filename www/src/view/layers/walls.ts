@@ -1,6 +1,6 @@
 // Segments of the line map: the walls that the filter believes in.
 
-import { LINE, LINE_STRIDE } from "../../protocol/frame.js";
+import { LINE, LINE_STRIDE } from "../../protocol/module.js";
 import type { Brush } from "./layer.js";
 
 export function draw({ context, camera, palette, scene }: Brush): void {

@@ -1,12 +1,12 @@
 //! Looks on the move: a robot that moves would else see nothing before it stands and sweeps again.
 //!
-//! 1. The servo points ahead, to one side, ahead, to the other ([`RangerModel::LOOKS`]). Four rangers at 90° to one another so see twelve
+//! 1. The servo points ahead, to one side, ahead, to the other ([`RangerModel::PARTIAL_SCAN`]). Four rangers at 90° to one another so see twelve
 //!    directions 30° apart in 0.4 s, those along the robot twice: a person of 0.2 m is between none of them nearer than half a metre.
 //! 2. All rangers are read once the servo has had time to get there ([`PACE`]) and [`RangerModel::period`] more. What is held then may
 //!    have been measured before, as in a sweep.
 //! 3. Four readings are a scan of their own, which is no picture of the room: [`crate::points::Walkers::look`] takes it.
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
+use std::f64::consts::FRAC_PI_2;
 
 use rand::{Rng, RngExt};
 
@@ -14,18 +14,13 @@ use super::{RANGERS, RangerModel, Rangers, Span, View};
 use crate::geom::wrap;
 use crate::robot::Scan;
 
-impl RangerModel {
-    /// Where the servo points in turn while the robot moves, rad.
-    pub const LOOKS: [f64; 4] = [0.0, FRAC_PI_6, 0.0, -FRAC_PI_6];
-}
-
 /// What a servo needs for a radian, s: a millisecond for each degree.
 const PACE: f64 = 0.057;
 
 /// The servo on its way to a look.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Look {
-    /// Place in [`RangerModel::LOOKS`].
+    /// Place in [`RangerModel::PARTIAL_SCAN`].
     number: usize,
     /// Where the servo stood before, rad.
     from: f64,
@@ -35,7 +30,7 @@ pub(super) struct Look {
 
 impl Look {
     fn to(&self) -> f64 {
-        RangerModel::LOOKS[self.number % RangerModel::LOOKS.len()]
+        RangerModel::PARTIAL_SCAN[self.number % RangerModel::PARTIAL_SCAN.len()]
     }
 
     fn travel(&self) -> f64 {
@@ -44,7 +39,7 @@ impl Look {
 
     fn next(&self, told: f64) -> Self {
         Self {
-            number: (self.number + 1) % RangerModel::LOOKS.len(),
+            number: (self.number + 1) % RangerModel::PARTIAL_SCAN.len(),
             from: self.to(),
             told,
         }
@@ -91,7 +86,7 @@ impl Rangers {
                 look.to()
             };
             let volts = self.volts(read_at, of(measured), span, view, rng);
-            let (range, sigma) = self.inverse.read(volts, &self.model);
+            let (range, sigma) = self.read(volts);
             self.readings.push((of(look.to()), range, sigma));
         }
         Some(self.complete(read_at))

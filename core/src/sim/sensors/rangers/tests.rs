@@ -4,17 +4,23 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
+use crate::robot::Adc;
+
+/// What comes of these volts, once they are counted.
+fn read(model: &RangerModel, inverse: &RangerInverse, volts: f64) -> (f32, f32) {
+    inverse.read(model.adc.volts(model.adc.counts(volts)))
+}
 
 #[test]
 fn inverse_gives_the_range_back_within_what_the_fit_says() {
     for model in [RangerModel::long(), RangerModel::short()] {
-        let inverse = Inverse::new(&model).unwrap();
+        let inverse = model.inverse().unwrap();
         let fit = model.fit().unwrap();
         assert_eq!(fit.reverses_at, None);
         for millimetres in 210..760 {
             let truth = 1e-3 * f64::from(millimetres);
             let volts = model.sharp.volts_at(truth);
-            let (range, sigma) = inverse.read(Some(volts), &model);
+            let (range, sigma) = read(&model, &inverse, volts);
             let error = f64::from(range) - truth;
             // Without noise only the fit and the converter's steps err.
             assert!(
@@ -29,7 +35,7 @@ fn inverse_gives_the_range_back_within_what_the_fit_says() {
 #[test]
 fn sigma_of_the_noise_is_that_of_many_readings() {
     let model = RangerModel::long();
-    let inverse = Inverse::new(&model).unwrap();
+    let inverse = model.inverse().unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     for truth in [0.3, 0.6, 1.0, 1.2] {
         let volts = model.sharp.volts_at(truth);
@@ -37,7 +43,7 @@ fn sigma_of_the_noise_is_that_of_many_readings() {
         let (mut sum, mut squares) = (0.0, 0.0);
         for _ in 0..n {
             let (noise, _) = gaussian_pair(&mut rng);
-            let (range, _) = inverse.read(Some(volts + model.volts_sigma * noise), &model);
+            let (range, _) = read(&model, &inverse, volts + model.volts_sigma * noise);
             let range = f64::from(range).min(model.max_range);
             sum += range;
             squares += range * range;
@@ -45,8 +51,8 @@ fn sigma_of_the_noise_is_that_of_many_readings() {
         let mean = sum / f64::from(n);
         let spread = (squares / f64::from(n) - mean * mean).sqrt();
         // The slope changes along the noise, so the two agree to first order only.
-        let slope = inverse.characteristic.slope_at(volts).abs();
-        let expect = slope * inverse.volts_sigma;
+        let slope = model.fit().unwrap().characteristic.slope_at(volts).abs();
+        let expect = slope * libm::hypot(model.volts_sigma, model.adc.sigma());
         assert!(
             (spread / expect - 1.0).abs() < 0.15,
             "{truth} m: {spread} against {expect}"
@@ -98,10 +104,10 @@ fn what_is_read_was_measured_before_and_with_a_slow_servo_in_place() {
 #[test]
 fn a_reading_below_the_least_range_is_invalid() {
     let model = RangerModel::long();
-    let inverse = Inverse::new(&model).unwrap();
-    let read = |range| inverse.read(Some(model.sharp.volts_at(range)), &model).0;
-    assert!(read(0.16).is_nan());
-    assert!((read(0.23) - 0.23).abs() < 0.03);
+    let inverse = model.inverse().unwrap();
+    let at = |range| read(&model, &inverse, model.sharp.volts_at(range)).0;
+    assert!(at(0.16).is_nan());
+    assert!((at(0.23) - 0.23).abs() < 0.03);
 }
 
 #[test]

@@ -265,7 +265,7 @@ fn folding_rangers_take_near_things_for_far_ones() {
     let near = |folds: bool| {
         let mut world = worlds::builtin("corridor").unwrap();
         world.start = Pose2::new(30.0 - 0.12, 1.0, 0.0);
-        let model = crate::sim::sensors::RangerModel {
+        let model = crate::robot::RangerModel {
             folds,
             dropouts: 0.0,
             ..Default::default()

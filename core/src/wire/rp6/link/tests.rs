@@ -25,7 +25,7 @@ impl Bench {
         bench.pass(0.6);
         bench.answer_greeting();
         assert_eq!(bench.link.phase(), Phase::Running);
-        assert!(matches!(bench.events()[..], [Event::Up(_)]));
+        assert!(matches!(bench.events()[..], [LinkEvent::Up(_)]));
         bench
     }
 
@@ -76,7 +76,7 @@ impl Bench {
         self.say(&Report::Ack { of, verdict });
     }
 
-    fn events(&mut self) -> Vec<Event> {
+    fn events(&mut self) -> Vec<LinkEvent> {
         std::iter::from_fn(|| self.link.next_event()).collect()
     }
 
@@ -130,7 +130,7 @@ fn a_program_that_does_not_start_is_greeted_and_then_needs_a_reset_and_comes_bac
     bench.text("[RP6BOOT]\n[READY]\n");
     assert_eq!(bench.pass(10.0).len(), 8 + 2);
     assert_eq!(bench.link.phase(), Phase::ResetNeeded);
-    assert_eq!(bench.events(), [Event::Down(Down::NobodyThere)]);
+    assert_eq!(bench.events(), [LinkEvent::Down(Down::NobodyThere)]);
     bench.text("[RP6BOOT]\n[READY]\n");
     assert_eq!(bench.link.take_output(), b"s");
     bench.hello(0);
@@ -175,9 +175,9 @@ fn what_moves_needs_arming_and_every_break_disarms() {
         let events = bench.events();
         let silent = reason == Down::Silence;
         // Unanswered comes first where a command waits and nothing is heard.
-        let down = Event::Down(if silent { Down::Unanswered } else { reason });
+        let down = LinkEvent::Down(if silent { Down::Unanswered } else { reason });
         assert!(events.contains(&down), "{events:?}");
-        assert!(events.contains(&Event::Dropped(FORWARD)), "{events:?}");
+        assert!(events.contains(&LinkEvent::Dropped(FORWARD)), "{events:?}");
         assert!(!bench.link.is_armed());
         assert!(matches!(
             bench.command(Command::Stop),
@@ -194,7 +194,7 @@ fn what_moves_needs_arming_and_every_break_disarms() {
 fn silence_breaks_a_link_that_waits_for_nothing() {
     let mut bench = Bench::running();
     let sent = bench.pass(1.1);
-    assert_eq!(bench.events(), [Event::Down(Down::Silence)]);
+    assert_eq!(bench.events(), [LinkEvent::Down(Down::Silence)]);
     assert!(matches!(commands(&sent)[..], [Command::Greet { .. }]));
 }
 
@@ -209,7 +209,7 @@ fn a_command_is_sent_again_with_its_own_number_until_it_is_acknowledged() {
     assert!(sent.iter().all(|f| f.sequence == sent[0].sequence));
     bench.ack(sent[0].sequence.wrapping_add(1));
     bench.ack(sent[0].sequence);
-    let expected = Event::Acknowledged {
+    let expected = LinkEvent::Acknowledged {
         command: FORWARD,
         verdict: Verdict::Done,
     };
@@ -251,8 +251,8 @@ fn a_stop_overtakes_everything_that_waits() {
     let sent = bench.sent();
     assert_eq!(commands(&sent), [Command::EStop]);
     let dropped = [
-        Event::Dropped(FORWARD),
-        Event::Dropped(Command::Turn { angle_urad: 1 }),
+        LinkEvent::Dropped(FORWARD),
+        LinkEvent::Dropped(Command::Turn { angle_urad: 1 }),
     ];
     assert_eq!(bench.events(), dropped);
     bench.ack(sent[0].sequence);
@@ -308,6 +308,6 @@ fn another_version_of_the_protocol_is_named_once_and_greeted_slowly() {
         }
     }
     assert!((2..=3).contains(&greetings), "{greetings} in 4 s");
-    assert_eq!(bench.events(), [Event::Down(Down::OtherProtocol(77))]);
+    assert_eq!(bench.events(), [LinkEvent::Down(Down::OtherProtocol(77))]);
     assert_eq!(bench.link.phase(), Phase::ResetNeeded);
 }

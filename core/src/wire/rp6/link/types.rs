@@ -1,4 +1,4 @@
-//! What the owner of a link sets, sees and is told.
+//! What the owner of a link sets, sees and hears.
 
 use super::super::{Command, Hello, Ranger, Telemetry, Verdict};
 
@@ -72,7 +72,7 @@ pub enum Down {
 
 /// What the owner of the link should know.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Event {
+pub enum LinkEvent {
     /// The robot is there, standing; the link is disarmed.
     Up(Hello),
     /// It no longer is; or it is now known why it cannot be.

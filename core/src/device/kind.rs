@@ -1,0 +1,130 @@
+//! What everybody has to know of a kind of device: a row of [`KINDS`](super::KINDS).
+//!
+//! Command line, `bridge.toml`, doctor, Web Serial and page go through the rows and know no device by
+//! name.
+
+use super::line::Device;
+use crate::geom::Pose2;
+
+/// A kind of device at a serial port.
+#[derive(Clone, Copy, Debug)]
+pub struct Kind {
+    /// As it is typed: `rplidar` in `--source rplidar:/dev/ttyUSB0`.
+    pub name: &'static str,
+    /// As people call it.
+    pub title: &'static str,
+    /// What it is good for, in a sentence or two.
+    pub about: &'static str,
+    /// Whether it drives or only sees.
+    pub role: Role,
+    /// Baud rate of its line: 8 bits, no parity, one stop bit.
+    pub baud_rate: u32,
+    /// How it is recognised at a port.
+    pub probe: Probe,
+    /// Adapters that usually come with it. It works behind any other as well.
+    pub adapters: &'static [UsbAdapter],
+    /// The device: its name in logs and messages, and where a lidar sits on the robot.
+    pub open: fn(String, Pose2) -> Box<dyn Device>,
+}
+
+/// What a device does for whoever maps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Role {
+    /// It drives and counts; it may see as well. It knows itself where its sensors sit.
+    Robot,
+    /// It sees, wherever it was mounted.
+    Lidar,
+}
+
+/// How a device is recognised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Probe {
+    /// It speaks unasked: one listens.
+    Listen,
+    /// It answers when it is asked.
+    Ask,
+    /// It is the device of another row, measuring in another way: it cannot be told from that one, and
+    /// is only had by name.
+    ByName,
+}
+
+/// A chip that makes a serial port of a USB socket.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UsbAdapter {
+    /// Vendor's number.
+    pub vendor: u16,
+    /// Product's number.
+    pub product: u16,
+    /// What is printed on it.
+    pub chip: &'static str,
+}
+
+/// Silicon Labs CP2102.
+pub(super) const CP2102: UsbAdapter = UsbAdapter {
+    vendor: 0x10C4,
+    product: 0xEA60,
+    chip: "CP2102",
+};
+
+/// FTDI FT232R.
+pub(super) const FT232R: UsbAdapter = UsbAdapter {
+    vendor: 0x0403,
+    product: 0x6001,
+    chip: "FT232R",
+};
+
+impl Kind {
+    /// The kind with this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<&'static Self> {
+        super::KINDS.iter().find(|kind| kind.name == name)
+    }
+
+    /// Kinds that can be told from one another, in the order in which a port is to be tried: robots first, for
+    /// opening may have reset one, and its boot loader must hear nothing foreign; then those that need
+    /// not be asked.
+    #[must_use]
+    pub fn in_order_of_trial() -> Vec<&'static Self> {
+        let mut kinds: Vec<_> = Self::distinct().collect();
+        kinds.sort_by_key(|kind| (kind.role, kind.probe));
+        kinds
+    }
+
+    /// Kinds that are different devices.
+    pub fn distinct() -> impl Iterator<Item = &'static Self> {
+        let all = super::KINDS.iter();
+        all.filter(|kind| kind.probe != Probe::ByName)
+    }
+}
+
+/// Kinds are the same where their names are.
+impl PartialEq for Kind {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::KINDS;
+
+    #[test]
+    fn each_row_has_a_name_of_its_own_and_opens_what_it_says() {
+        for (at, kind) in KINDS.iter().enumerate() {
+            assert_eq!(Kind::named(kind.name), Some(&KINDS[at]));
+            let device = (kind.open)("name".into(), Pose2::identity());
+            assert_eq!(device.baud_rate(), kind.baud_rate, "{}", kind.name);
+            let is_robot = device.profile().robot.is_some();
+            assert_eq!(is_robot, kind.role == Role::Robot, "{}", kind.name);
+            assert_eq!(device.profile().name, "name");
+        }
+        assert_eq!(Kind::named("lidar"), None);
+    }
+
+    #[test]
+    fn robots_are_tried_first_and_then_those_that_speak_unasked() {
+        let names: Vec<_> = Kind::in_order_of_trial().iter().map(|k| k.name).collect();
+        assert_eq!(names, ["rp6", "ld06", "rplidar"]);
+    }
+}

@@ -1,0 +1,277 @@
+//! What all turning lidars have in common: one [`Device`] over what is peculiar to each ([`LidarProtocol`]).
+//!
+//! In: bytes of a line and the time. Out: scans, states and faults, as [`Want`]s.
+//!
+//! 1. The protocol reads the bytes, brings the sensor up where that is needed, and hands on single
+//!    readings ([`Output::take`]).
+//! 2. Readings become whole turns ([`revolution`]). Only a whole turn makes the sensor's state
+//!    [`DeviceState::Sending`], and ends a fault.
+//! 3. Silence for [`SILENCE`], and no whole turn for [`LONGEST_TURN`], are faults. Which one it is, and
+//!    what helps, the protocol says in its own words.
+
+pub mod revolution;
+
+use std::collections::VecDeque;
+use std::fmt;
+
+use crate::device::line::{Device, Want, Weight};
+use crate::device::report::Report;
+use crate::device::source::{Order, Profile, SourceEvent};
+use crate::robot::Stamp;
+use crate::wire::Tally;
+use crate::wire::message::{DeviceState, LinkState};
+
+use revolution::{RevolutionConfig, Revolutions, Sample};
+
+/// Longest time without data, s. These sensors send some hundred pieces a second.
+pub(super) const SILENCE: f64 = 1.0;
+/// Longest time without a whole turn, s. The slowest of these sensors turns at 1 Hz, and a motor needs
+/// about 2 s from power on.
+pub(super) const LONGEST_TURN: f64 = 3.0;
+
+/// What is peculiar to a lidar: how it is brought up, and what its bytes mean.
+pub trait LidarProtocol: fmt::Debug + Send + 'static {
+    /// Baud rate of its line.
+    fn baud_rate(&self) -> u32;
+
+    /// The line was opened: whatever was known of the sensor is forgotten.
+    fn opened(&mut self, output: &mut Output, now: Stamp);
+
+    /// Takes bytes as they come.
+    fn receive(&mut self, bytes: &[u8], output: &mut Output, now: Stamp);
+
+    /// Sees the time, at least every 50 ms.
+    fn tick(&mut self, output: &mut Output, now: Stamp);
+
+    /// Stops the sensor, where it can be stopped: the line is about to be closed.
+    fn close(&mut self, _output: &mut Output, _now: Stamp) {}
+
+    /// What became of the bytes since the line was opened.
+    fn tally(&self) -> Tally;
+}
+
+/// A turning lidar at the other end of a line.
+#[derive(Debug)]
+pub struct Lidar<P> {
+    name: String,
+    protocol: P,
+    output: Output,
+}
+
+impl<P: LidarProtocol> Lidar<P> {
+    /// A lidar called `name`, as on the command line; `config` is what the sensor is and where it sits.
+    #[must_use]
+    pub fn new(name: impl Into<String>, protocol: P, config: RevolutionConfig) -> Self {
+        Self {
+            name: name.into(),
+            protocol,
+            output: Output::new(config),
+        }
+    }
+}
+
+impl<P: LidarProtocol> Device for Lidar<P> {
+    fn profile(&self) -> Profile {
+        Profile::of_sensor(&self.name)
+    }
+
+    fn baud_rate(&self) -> u32 {
+        self.protocol.baud_rate()
+    }
+
+    fn opened(&mut self, now: Stamp) {
+        self.output.opened(now);
+        self.protocol.opened(&mut self.output, now);
+    }
+
+    fn receive(&mut self, bytes: &[u8], now: Stamp) {
+        self.protocol.receive(bytes, &mut self.output, now);
+    }
+
+    fn order(&mut self, _: Order, _: Stamp) {
+        // It is no robot; nobody drives it.
+    }
+
+    fn tick(&mut self, now: Stamp) {
+        self.protocol.tick(&mut self.output, now);
+        self.output.report.count(self.protocol.tally());
+        let link = self.output.report.link_now_and_then(now);
+        self.output.wants.extend(link.map(Want::Report));
+    }
+
+    fn close(&mut self, now: Stamp) {
+        self.protocol.close(&mut self.output, now);
+    }
+
+    fn broken(&mut self, why: String) {
+        self.output.wants.clear();
+        let events = self.output.report.broken(why);
+        self.output.wants.extend(events.map(Want::Report));
+    }
+
+    fn next_want(&mut self) -> Option<Want> {
+        self.output.wants.pop_front()
+    }
+}
+
+/// What comes of a lidar: what it wants done, how it does, and its turns.
+#[derive(Debug)]
+pub struct Output {
+    revolutions: Revolutions,
+    report: Report,
+    wants: VecDeque<Want>,
+    state: DeviceState,
+    /// What stays true of a sensor that works.
+    warning: String,
+    /// When data last came.
+    heard: Stamp,
+    /// When the last whole turn ended, or was begun to be waited for.
+    turned: Stamp,
+}
+
+impl Output {
+    fn new(config: RevolutionConfig) -> Self {
+        Self {
+            revolutions: Revolutions::new(config),
+            report: Report::default(),
+            wants: VecDeque::new(),
+            state: DeviceState::Waiting,
+            warning: String::new(),
+            heard: Stamp(0),
+            turned: Stamp(0),
+        }
+    }
+
+    /// What was said last stays said until there is something else to say: a sensor in fault whose line
+    /// is opened again and again would else change all the time.
+    fn opened(&mut self, now: Stamp) {
+        self.report.reopened();
+        self.report.detail.clear();
+        self.warning.clear();
+        self.state = DeviceState::Waiting;
+        let link = self.report.change_link(LinkState::Opening);
+        self.wants.extend(link.map(Want::Report));
+        self.heard(now);
+        self.watch(now);
+    }
+
+    /// Writes bytes.
+    pub(super) fn write(&mut self, bytes: Vec<u8>) {
+        self.wants.push_back(Want::Write(bytes));
+    }
+
+    /// Sets or clears DTR.
+    pub(super) fn set_dtr(&mut self, is_set: bool) {
+        self.wants.push_back(Want::Dtr(is_set));
+    }
+
+    /// Writes into the log of whoever has the line.
+    pub(super) fn note(&mut self, weight: Weight, text: String) {
+        self.wants.push_back(Want::Note(weight, text));
+    }
+
+    /// Has the line closed and opened anew.
+    pub(super) fn reopen(&mut self) {
+        self.wants.push_back(Want::Reopen);
+    }
+
+    /// The sensor said what it is; it is told with the next change.
+    pub(super) fn set_model(&mut self, model: String) {
+        self.report.model = model;
+    }
+
+    /// The sensor works, but not as well as it should.
+    pub(super) fn warn(&mut self, warning: String) {
+        self.report.detail.clone_from(&warning);
+        self.warning = warning;
+        self.tell();
+    }
+
+    /// Why the sensor is brought up anew; it is told with the next change.
+    pub(super) fn set_detail(&mut self, detail: String) {
+        self.report.detail = detail;
+    }
+
+    /// Another state.
+    pub(super) fn enter(&mut self, state: DeviceState) {
+        if self.state != state {
+            self.state = state;
+            self.tell();
+        }
+    }
+
+    /// The sensor does not work; the fault says cause and cure.
+    pub(super) fn fail(&mut self, fault: &dyn fmt::Display) {
+        self.report.detail = fault.to_string();
+        self.state = DeviceState::Fault;
+        self.tell();
+    }
+
+    /// The sensor's state.
+    pub(super) fn state(&self) -> DeviceState {
+        self.state
+    }
+
+    /// Data came.
+    pub(super) fn heard(&mut self, now: Stamp) {
+        self.heard = now;
+    }
+
+    /// From here on a whole turn is waited for, and the parts of the one before do not belong to it.
+    pub(super) fn watch(&mut self, now: Stamp) {
+        self.revolutions.restart();
+        self.turned = now;
+    }
+
+    /// Whether no data came for too long.
+    pub(super) fn is_silent(&self, now: Stamp) -> bool {
+        now.since(self.heard) > SILENCE
+    }
+
+    /// Whether no whole turn came for too long.
+    pub(super) fn does_not_turn(&self, now: Stamp) -> bool {
+        now.since(self.turned) > LONGEST_TURN
+    }
+
+    /// Takes readings (angle in rad clockwise, range in m, quality) in the order in which they were
+    /// taken, each `interval` seconds after the one before it, the last at `end` (s). Whether a turn
+    /// ended with them.
+    pub(super) fn take(
+        &mut self,
+        readings: impl ExactSizeIterator<Item = (f64, f64, Option<u8>)>,
+        interval: f64,
+        end: f64,
+        now: Stamp,
+    ) -> bool {
+        let last = readings.len().saturating_sub(1);
+        let mut has_turned = false;
+        for (i, (angle, range, quality)) in readings.enumerate() {
+            let sample = Sample {
+                angle,
+                range,
+                quality,
+                interval,
+                stamp: Stamp::from_seconds(end - interval * (last - i) as f64),
+            };
+            let Some(scan) = self.revolutions.push(sample) else {
+                continue;
+            };
+            has_turned = true;
+            self.turned = now;
+            self.report.detail.clone_from(&self.warning);
+            self.enter(DeviceState::Sending);
+            self.wants.push_back(Want::Well);
+            self.wants.push_back(Want::Report(SourceEvent::Scan(scan)));
+        }
+        has_turned
+    }
+
+    fn tell(&mut self) {
+        let link = match self.state {
+            DeviceState::Connected | DeviceState::Measuring | DeviceState::Sending => LinkState::Up,
+            DeviceState::Waiting | DeviceState::Fault => LinkState::Opening,
+        };
+        let events = self.report.change(self.state, link);
+        self.wants.extend(events.map(Want::Report));
+    }
+}

@@ -1,0 +1,331 @@
+//! From single readings of a turning lidar to whole revolutions.
+//!
+//! In: readings in the order in which they were taken, angles clockwise as the wire has them. Out: one [`Scan`] a turn,
+//! angles counter-clockwise, beams evenly spaced in time as [`Scan`] promises.
+//!
+//! 1. A reading far from the one before it waits until the next one confirms it; else it was damaged on the wire and is
+//!    dropped. So one wrong angle costs one reading.
+//! 2. The turn ends where the angle passes the seam, by default behind the sensor, where an object is least likely to be
+//!    cut in two by it. The start flag on the wire is not used: one flipped bit would join or split turns.
+//! 3. Where readings were lost, invalid beams (NaN) take their places, so that the instants of the others stay right.
+//!    A turn that lost more than a part is not handed on.
+//! 4. Bearing = -angle. A lidar that turns clockwise gives falling bearings: the order is that of time.
+//! 5. The scan has qualities where every reading had one. An express scan of an RPLIDAR has none.
+//!
+//! Distance 0 and too little quality are invalid: they say nothing, not even that the way is free. A range beyond the
+//! greatest that is trusted is a no-return (infinite): up to there it was free.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::geom::{Pose2, wrap};
+use crate::robot::{Scan, Stamp};
+
+/// A reading farther on than this from the one before it must be confirmed, rad (10°); so must one farther back.
+const SURE_STEP: f64 = 10.0 * PI / 180.0;
+/// Readings were lost where one is this many times as far from the last as usual; less is the sensor's own unevenness.
+const GAP: f64 = 5.0;
+/// More readings without a seam mean that the sensor does not turn: no lidar of this kind takes as many in one.
+const MOST_BEAMS: usize = 20_000;
+
+/// One reading of a turning lidar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Direction, rad, clockwise from the sensor's x axis, any number of turns.
+    pub angle: f64,
+    /// Range, m; 0 means invalid.
+    pub range: f64,
+    /// Quality, in the sensor's own unit; `None` where it tells none.
+    pub quality: Option<u8>,
+    /// Seconds since the reading before it, by the sensor's own figures.
+    pub interval: f64,
+    /// When it was taken.
+    pub stamp: Stamp,
+}
+
+/// What the sensor is and where it sits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RevolutionConfig {
+    /// Where the sensor sits on the robot. Default: in its middle, looking ahead.
+    pub robot_from_sensor: Pose2,
+    /// Nearer readings are invalid, m.
+    pub min_range: f64,
+    /// Farther readings are no-returns, m.
+    pub max_range: f64,
+    /// σ of the range at no distance, m.
+    pub sigma: f64,
+    /// Growth of that σ with the distance, m/m.
+    pub sigma_per_metre: f64,
+    /// σ of the bearing, rad.
+    pub bearing_sigma: f64,
+    /// Readings of less quality are invalid. Default 1; greater drops weak echoes, those of far and dark surfaces.
+    pub least_quality: u8,
+    /// Where a turn ends, rad, clockwise from the sensor's x axis. Default π: behind it.
+    pub seam: f64,
+    /// A turn that lost more than this part of its readings is dropped. Default 0.5; greater lets sparser scans through.
+    pub most_lost: f64,
+}
+
+impl RevolutionConfig {
+    /// SLAMTEC RPLIDAR A1: 0.15 to 12 m, σ rounded up from the 1 % of its data sheet, as in `sim`.
+    #[must_use]
+    pub fn rplidar() -> Self {
+        Self {
+            robot_from_sensor: Pose2::identity(),
+            min_range: 0.15,
+            max_range: 12.0,
+            sigma: 0.01,
+            sigma_per_metre: 0.005,
+            bearing_sigma: 0.001,
+            least_quality: 1,
+            seam: PI,
+            most_lost: 0.5,
+        }
+    }
+
+    /// LDROBOT LD06 and LD19: 0.02 to 12 m, σ 10 mm near, ±45 mm at most (development manual v2.3).
+    #[must_use]
+    pub fn ld06() -> Self {
+        Self {
+            min_range: 0.02,
+            sigma: 0.01,
+            sigma_per_metre: 0.003,
+            ..Self::rplidar()
+        }
+    }
+
+    /// The same sensor, sitting elsewhere on the robot.
+    #[must_use]
+    pub fn mounted(self, robot_from_sensor: Pose2) -> Self {
+        Self {
+            robot_from_sensor,
+            ..self
+        }
+    }
+}
+
+/// Puts readings together to revolutions.
+#[derive(Clone, Debug)]
+pub struct Revolutions {
+    config: RevolutionConfig,
+    beams: Vec<Beam>,
+    /// Angle from the seam to the last reading, rad, unwrapped; `None` before the first reading.
+    turned: Option<f64>,
+    /// Whether `beams` began at a seam.
+    is_whole: bool,
+    unconfirmed: Option<Sample>,
+    losses: Losses,
+}
+
+/// What did not come through.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Losses {
+    /// Readings that stood alone at a wrong angle.
+    pub samples: u64,
+    /// Places of turns that were filled up with invalid beams.
+    pub gaps: u64,
+    /// Turns that lost too much.
+    pub revolutions: u64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Beam {
+    /// Angle from the seam, rad.
+    turned: f64,
+    range: f32,
+    sigma: f32,
+    quality: Option<u8>,
+    interval: f64,
+    stamp: Stamp,
+}
+
+impl Revolutions {
+    /// A collector that waits for the first seam.
+    #[must_use]
+    pub fn new(config: RevolutionConfig) -> Self {
+        Self {
+            config,
+            beams: vec![],
+            turned: None,
+            is_whole: false,
+            unconfirmed: None,
+            losses: Losses::default(),
+        }
+    }
+
+    /// Takes a reading; gives the turn that it ends.
+    ///
+    /// A reading with an angle, range or interval that is not finite is dropped as a lost one.
+    pub fn push(&mut self, sample: Sample) -> Option<Scan> {
+        if !(sample.angle.is_finite() && sample.range.is_finite() && sample.interval.is_finite()) {
+            self.losses.samples += 1;
+            return None;
+        }
+        let Some(turned) = self.turned else {
+            self.turned = Some((sample.angle - self.config.seam).rem_euclid(TAU));
+            return None;
+        };
+        if self.step_to(turned, &sample).abs() <= SURE_STEP {
+            self.losses.samples += u64::from(self.unconfirmed.take().is_some());
+            return self.take(turned, sample);
+        }
+        let waiting = self.unconfirmed.replace(sample)?;
+        if wrap(sample.angle - waiting.angle).abs() > SURE_STEP {
+            self.losses.samples += 1;
+            return None;
+        }
+        // Two that agree: readings were lost before them. The sensor turns one way only.
+        self.unconfirmed = None;
+        let ended = self.take_after_gap(turned, waiting);
+        let turned = self.turned.unwrap_or(turned);
+        ended.or(self.take(turned, sample))
+    }
+
+    /// Forgets the turn under way: after a break its parts do not belong together.
+    pub fn restart(&mut self) {
+        self.beams.clear();
+        self.turned = None;
+        self.is_whole = false;
+        self.unconfirmed = None;
+    }
+
+    /// What did not come through.
+    #[must_use]
+    pub fn losses(&self) -> Losses {
+        self.losses
+    }
+
+    /// The angle from the last reading to this one, in (-π, π].
+    fn step_to(&self, turned: f64, sample: &Sample) -> f64 {
+        wrap(sample.angle - self.config.seam - turned)
+    }
+
+    fn take_after_gap(&mut self, turned: f64, sample: Sample) -> Option<Scan> {
+        let step = self.step_to(turned, &sample).rem_euclid(TAU);
+        self.take_step(turned + step, sample)
+    }
+
+    fn take(&mut self, turned: f64, sample: Sample) -> Option<Scan> {
+        let step = self.step_to(turned, &sample);
+        self.take_step(turned + step, sample)
+    }
+
+    fn take_step(&mut self, turned: f64, sample: Sample) -> Option<Scan> {
+        let mut ended = None;
+        let mut turned = turned;
+        if turned >= TAU {
+            turned -= TAU;
+            if self.is_whole {
+                ended = self.finish();
+            }
+            self.beams.clear();
+            self.is_whole = true;
+        }
+        if self.beams.len() >= MOST_BEAMS {
+            self.losses.revolutions += 1;
+            self.beams.clear();
+            self.is_whole = false;
+        }
+        self.turned = Some(turned);
+        let (range, sigma) = self.read(&sample);
+        self.beams.push(Beam {
+            turned,
+            range,
+            sigma,
+            quality: sample
+                .quality
+                .map(|q| if range.is_finite() { q } else { 0 }),
+            interval: sample.interval,
+            stamp: sample.stamp,
+        });
+        ended
+    }
+
+    /// Range and σ as a scan has them.
+    fn read(&self, sample: &Sample) -> (f32, f32) {
+        let config = &self.config;
+        let sigma = |range: f64| (config.sigma + config.sigma_per_metre * range) as f32;
+        let range = sample.range;
+        if range < config.min_range || sample.quality.is_some_and(|q| q < config.least_quality) {
+            (f32::NAN, sigma(config.max_range))
+        } else if range > config.max_range {
+            (f32::INFINITY, sigma(config.max_range))
+        } else {
+            (range as f32, sigma(range))
+        }
+    }
+
+    fn finish(&mut self) -> Option<Scan> {
+        let last = *self.beams.last()?;
+        let taken = self.beams.len();
+        let beams = with_gaps_filled(&self.beams);
+        let lost = beams.len() - taken;
+        self.losses.gaps += lost as u64;
+        if lost as f64 > self.config.most_lost * beams.len() as f64 {
+            self.losses.revolutions += 1;
+            return None;
+        }
+        let interval = self.beams.iter().map(|beam| beam.interval).sum::<f64>() / taken as f64;
+        let qualities: Option<Vec<u8>> = beams.iter().map(|beam| beam.quality).collect();
+        let bearing = |beam: &Beam| wrap(-(beam.turned + self.config.seam));
+        Some(Scan {
+            stamp: last.stamp,
+            robot_from_sensor: self.config.robot_from_sensor,
+            bearings: beams.iter().map(bearing).collect(),
+            ranges: beams.iter().map(|beam| beam.range).collect(),
+            sigmas: beams.iter().map(|beam| beam.sigma).collect(),
+            qualities: qualities.unwrap_or_default(),
+            bearing_sigma: self.config.bearing_sigma,
+            max_range: self.config.max_range,
+            sweep: interval.max(0.0) * (beams.len() - 1) as f64,
+        })
+    }
+}
+
+/// The beams of a turn, with invalid ones in the places of those that are missing between two, and at both ends.
+fn with_gaps_filled(beams: &[Beam]) -> Vec<Beam> {
+    let Some(spacing) = median_step(beams) else {
+        return beams.to_vec();
+    };
+    let mut filled = Vec::with_capacity(beams.len());
+    let mut before = -0.5 * spacing;
+    for beam in beams {
+        fill(&mut filled, before, beam.turned, spacing, beam);
+        filled.push(*beam);
+        before = beam.turned;
+    }
+    if let Some(last) = beams.last() {
+        fill(&mut filled, before, TAU, spacing, last);
+    }
+    filled
+}
+
+/// Puts invalid beams between two angles, where so much is missing that it is not the sensor's own unevenness.
+fn fill(filled: &mut Vec<Beam>, from: f64, to: f64, spacing: f64, like: &Beam) {
+    let steps = (to - from) / spacing;
+    if steps < GAP {
+        return;
+    }
+    let missing = steps.round() as usize - 1;
+    filled.extend((1..=missing).map(|k| Beam {
+        turned: from + (to - from) * k as f64 / (missing + 1) as f64,
+        range: f32::NAN,
+        quality: like.quality.map(|_| 0),
+        ..*like
+    }));
+}
+
+/// The usual angle from one reading to the next; `None` where the readings do not turn.
+fn median_step(beams: &[Beam]) -> Option<f64> {
+    let pairs = beams.iter().zip(beams.iter().skip(1));
+    let mut steps: Vec<f64> = pairs.map(|(a, b)| b.turned - a.turned).collect();
+    steps.sort_by(f64::total_cmp);
+    // A hundredth of a degree: no sensor is finer, and a turn has a bounded number of beams.
+    let least = 0.01 * PI / 180.0;
+    steps
+        .get(steps.len() / 2)
+        .copied()
+        .filter(|&step| step > least)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,65 @@
+//! What is under way: kept alive, acknowledged, and reported when it is over.
+
+use std::time::Duration;
+
+use crate::robot::Stamp;
+use crate::wire::rp6;
+
+use super::partial_scans::is_partial_scan;
+use super::robot::Motion;
+use super::{ALIVE, FORGOTTEN, Rp6};
+use crate::device::source::SourceEvent;
+
+impl Rp6 {
+    pub(super) fn acknowledged(&mut self, command: rp6::Command, now: Stamp) {
+        self.sweep_acknowledged(&command);
+        let asked = self.robot.as_mut().map(|robot| &mut robot.asked);
+        let asked = asked.and_then(|asked| asked.take_if(|(asked, _)| *asked == command));
+        if let Some((_, given)) = asked {
+            if let Some(robot) = &mut self.robot
+                && matches!(robot.motion, Motion::Manoeuvre(_))
+            {
+                robot.manoeuvre_acknowledged = Some(now);
+            }
+            self.report
+                .set_round_trip(Duration::from_secs_f64(now.since(given).max(0.0)));
+        }
+    }
+
+    fn sweep_acknowledged(&mut self, command: &rp6::Command) {
+        let is_round = matches!(command, rp6::Command::Sweep { .. }) && !is_partial_scan(command);
+        let sweeps = self.robot.as_mut().and_then(|robot| robot.sweeps.as_mut());
+        if let Some(sweeps) = sweeps.filter(|_| is_round) {
+            sweeps.begin_sweep();
+        }
+    }
+
+    /// Reports whether a manoeuvre is under way, where that was not said yet.
+    pub(super) fn report_busy(&mut self) {
+        let motion = self.robot.as_ref().map(|robot| robot.motion);
+        let busy = matches!(motion, Some(Motion::Manoeuvre(_)));
+        if self.busy.replace(busy) != Some(busy) {
+            self.emit(SourceEvent::Busy { busy, after: 0 });
+        }
+    }
+
+    /// Signs of life while under way, and a stop where the driver is gone.
+    pub(super) fn keep_alive(&mut self, now: Stamp) {
+        let Some(robot) = &mut self.robot else {
+            return;
+        };
+        match robot.motion {
+            Motion::None => return,
+            Motion::Speed(given) if now.since(given) > FORGOTTEN => {
+                robot.motion = Motion::None;
+                self.give(rp6::Command::Stop, now);
+                return;
+            }
+            _ => (),
+        }
+        if now.since(robot.last_alive) >= ALIVE {
+            robot.last_alive = now;
+            self.give(rp6::Command::Alive, now);
+        }
+    }
+}

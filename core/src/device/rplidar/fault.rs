@@ -1,0 +1,58 @@
+//! What can be wrong with an RPLIDAR: each with its cause and its cure.
+
+use crate::wire::rplidar::request::Request;
+
+/// Why the sensor does not work.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RplidarFault {
+    /// Not a byte came.
+    #[error(
+        "the lidar does not answer ({request:?}, 3 tries): no power, or TX and RX are swapped or loose; \
+         check the cable and the 5 V supply"
+    )]
+    NoAnswer {
+        /// What was asked.
+        request: Request,
+    },
+    /// Bytes came, but no answer.
+    #[error(
+        "{bytes} bytes came, but no answer of an RPLIDAR to {request:?}: wrong baud rate or another device; \
+         an A1 speaks at 115200 baud"
+    )]
+    NotUnderstood {
+        /// What was asked.
+        request: Request,
+        /// How many bytes came.
+        bytes: u64,
+    },
+    /// It protects itself, also after a reset.
+    #[error(
+        "the lidar has stopped itself (health 2, error {error:#06x}), also after a reset: mostly weak power, a thin \
+         cable or a blocked head; give it 5 V with 1 A, turn the head by hand, plug it in anew; else it is broken"
+    )]
+    Protection {
+        /// The maker's code.
+        error: u16,
+    },
+    /// It answers, but sends no readings.
+    #[error(
+        "the lidar answers, but sends no readings: its motor does not turn (check DTR or the motor's 5 V)"
+    )]
+    NoReadings,
+    /// It fell silent.
+    #[error(
+        "the lidar fell silent while measuring: loose cable or weak power; check plug and supply"
+    )]
+    Silent,
+    /// Its angle does not advance.
+    #[error(
+        "the lidar sends readings but no whole turn: its head is blocked or its belt off; turn it by hand"
+    )]
+    DoesNotTurn,
+    /// It started anew by itself.
+    #[error(
+        "the lidar started anew while measuring: its voltage drops; use a stronger supply or a shorter cable"
+    )]
+    LostPower,
+}

@@ -1,0 +1,327 @@
+//! The whole loop on one robot, the same for every source: SLAM, pilot, and what people want to know of both.
+//!
+//! ```text
+//!                     ┌────────────────── Session ───────────────────┐
+//!   odometry, scans ──┼─> calibration ─> Slam ── estimate, map ─> Pilot ─┼── command
+//!   settings ─────────┼─> reconfigure    figures: twin, fit, …       │
+//!                     └──────────────────────────────────────────────┘
+//! ```
+//!
+//! A source feeds it and hands it out by `session()`: [`crate::experiment::Experiment`] a simulated robot,
+//! [`crate::replay::Replay`] a recording, [`crate::live::Live`] a robot behind a bridge. What a source adds is its own
+//! (truth, progress, the right to drive); everything else is asked of the session.
+//!
+//! | verb | when |
+//! |---|---|
+//! | [`Session::odometry`] | the robot counted a motion, in order of time |
+//! | [`Session::scan`], [`Session::partial_scan`], [`Session::sonar_scan`] | a sensor measured, not later than the newest odometry |
+//! | [`Session::gap`] | time passed that nobody watched |
+//! | [`Session::decide`] | every control period, where the robot obeys: what to tell it, if anything |
+//! | [`Session::set_mode`], [`Session::drive`], [`Session::stop`] | a person wants something else |
+//! | [`Session::reconfigure`] | a person changed settings: they hold from the next scan and decision on |
+//!
+//! The same odometry and scans give the same bits, whatever the source.
+
+mod config;
+mod stages;
+#[cfg(test)]
+mod tests;
+
+use crate::estimation::{ConsistencyWindow, Drive, DriveFit, OdometryFit};
+use crate::geom::{Pose2, PoseEstimate};
+use crate::pilot::{Mode, Pilot, Situation, Stage, StageRecord, Status};
+use crate::robot::{Bumpers, Command, Odometry, OdometryCalibration, RobotModel, Scan, Stamp};
+use crate::settings::Settings;
+use crate::slam::{Slam, SlamError};
+use crate::twin::Twin;
+pub use config::SessionConfig;
+
+/// One robot that is mapped and driven.
+#[derive(Debug)]
+pub struct Session {
+    robot: RobotModel,
+    scans_on_command: bool,
+    slam: Slam,
+    pilot: Pilot,
+    calibration: OdometryCalibration,
+    twin: Option<Twin>,
+    /// What the tracks counted, for [`Session::fit`].
+    drive: Drive,
+    consistency: ConsistencyWindow,
+    dead_reckoning: Pose2,
+    distance: f64,
+    scans: usize,
+    now: Stamp,
+}
+
+impl Session {
+    /// Begins at the origin of the map, standing.
+    ///
+    /// # Errors    [`SlamError`] naming the first setting out of range.
+    pub fn new(config: SessionConfig) -> Result<Self, SlamError> {
+        let mut slam = Slam::new(config.method, config.slam)?;
+        if !config.is_driven {
+            slam.leave_walkers_out();
+        }
+        Ok(Self {
+            robot: config.robot,
+            scans_on_command: config.scans_on_command,
+            slam,
+            pilot: Pilot::new(config.robot, config.pilot, config.seed),
+            calibration: config.calibration,
+            twin: None,
+            drive: Drive::default(),
+            consistency: ConsistencyWindow::default(),
+            dead_reckoning: Pose2::identity(),
+            distance: 0.0,
+            scans: 0,
+            now: Stamp(0),
+        })
+    }
+
+    /// Takes the motion since the last call, as the robot counted it.
+    ///
+    /// # Errors    [`SlamError::Odometry`]; then nothing has changed.
+    pub fn odometry(&mut self, counted: &Odometry) -> Result<(), SlamError> {
+        counted.validate()?;
+        let odometry = self.calibration.corrected(counted, self.robot.track_width);
+        self.slam.odometry(&odometry)?;
+        self.now = odometry.to;
+        self.drive.odometry(counted);
+        if let Some(twin) = &mut self.twin {
+            twin.odometry(counted);
+        }
+        self.dead_reckoning = self.dead_reckoning * odometry.motion;
+        self.distance += odometry.motion.position().coords.norm();
+        Ok(())
+    }
+
+    /// Takes a scan, whose last beam was taken at or before the end of the newest odometry.
+    ///
+    /// # Errors    [`SlamError`] for a scan that cannot be used; it does not count then.
+    pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
+        self.scan_where(scan, None)
+    }
+
+    /// The same where the true pose is known, map frame: the filter is judged by that too.
+    pub(crate) fn scan_where(
+        &mut self,
+        scan: &Scan,
+        truth: Option<&Pose2>,
+    ) -> Result<(), SlamError> {
+        let before = self.slam.estimate();
+        self.slam.scan(scan)?;
+        self.scans += 1;
+        self.drive.scan();
+        let estimate = self.slam.estimate();
+        if let (Some(twin), Some(points)) = (&mut self.twin, self.slam.points()) {
+            twin.scan(scan.stamp.seconds(), &estimate, points, self.slam.grid());
+        }
+        if let Some(report) = self.slam.view().update {
+            let nees = truth.and_then(|truth| estimate.nees(truth));
+            self.consistency
+                .push(nees, report.nis, report.nis_degrees());
+        }
+        if self.scans_on_command {
+            for report in stages::of_scan(&self.slam, &before) {
+                self.pilot.stages_mut().record(report);
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes a few readings on the move, of a sensor that scans only standing; see [`Slam::partial_scan`].
+    ///
+    /// # Errors    [`SlamError::Scan`].
+    pub fn partial_scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
+        self.slam.partial_scan(scan)
+    }
+
+    /// Takes a round of the sonars beside the main sensor; see [`Slam::sonar_scan`].
+    ///
+    /// # Errors    [`SlamError`].
+    pub fn sonar_scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
+        self.slam.sonar_scan(scan)
+    }
+
+    /// Time passed that nobody watched: the drive before and after are not fitted as one.
+    pub fn gap(&mut self) {
+        self.drive.gap();
+    }
+
+    /// Completes all work that was put off, at the end of a recording.
+    pub fn finish(&mut self) {
+        self.slam.finish();
+    }
+
+    /// What to tell the robot now, with these bumpers pressed and the last command still under way or not; `None`: nothing
+    /// new, it carries on.
+    pub fn decide(&mut self, bumpers: Bumpers, robot_is_busy: bool) -> Option<Command> {
+        self.pilot.steer(&Situation {
+            stamp: self.now,
+            estimate: &self.slam.estimate(),
+            grid: self.slam.grid(),
+            points: self.slam.obstacles(),
+            walkers: self.slam.walkers(),
+            bumpers,
+            motion_since_scan: self.slam.motion_since_scan(),
+            heading_drift: self.slam.heading_drift(),
+            speeds: self.slam.speeds(),
+            robot_is_busy,
+            scans_on_command: self.scans_on_command,
+        })
+    }
+
+    /// Other settings from the next scan and the next decision on, as far as they can be changed during a run (see
+    /// [`Slam::reconfigure`]).
+    ///
+    /// # Errors    [`SlamError`] naming the first setting out of range; then the old ones stay.
+    pub fn reconfigure(&mut self, settings: &Settings) -> Result<(), SlamError> {
+        self.slam.reconfigure(&settings.slam)?;
+        self.pilot.reconfigure(settings.pilot.clone());
+        self.calibration = settings.odometry.calibration(&self.robot);
+        Ok(())
+    }
+
+    /// Gives the robot something else to do.
+    pub fn set_mode(&mut self, mode: Mode) {
+        self.pilot.set_mode(mode);
+    }
+
+    /// Drives by hand with these speeds, m/s and rad/s, until told otherwise.
+    pub fn drive(&mut self, forward: f64, turn: f64) {
+        self.pilot.drive(forward, turn);
+    }
+
+    /// The robot is to stand; what it was doing is forgotten.
+    pub fn stop(&mut self) {
+        self.pilot.stop();
+    }
+
+    /// From here on the sensor scans only when told to, or all the time; what the robot was doing begins anew.
+    pub fn set_scans_on_command(&mut self, scans_on_command: bool) {
+        self.scans_on_command = scans_on_command;
+        self.pilot.set_mode(self.pilot.mode());
+    }
+
+    /// From here on a twin with this calibration runs beside the robot; none: no longer.
+    pub fn set_twin(&mut self, calibration: Option<OdometryCalibration>) {
+        let (width, at) = (self.robot.track_width, self.slam.estimate().pose);
+        self.twin = calibration.map(|calibration| Twin::new(calibration, width, at));
+    }
+
+    /// Shows the next stage of the cycle that is recorded and was not shown, if any; see [`StageRecord`].
+    pub fn step_stage(&mut self) -> Option<Stage> {
+        self.pilot.stages_mut().step()
+    }
+
+    /// Shows all stages of the cycle as soon as they are recorded.
+    pub fn show_all_stages(&mut self) {
+        self.pilot.stages_mut().show_all();
+    }
+
+    /// The robot's figures.
+    #[must_use]
+    pub fn robot(&self) -> &RobotModel {
+        &self.robot
+    }
+
+    /// Whether the sensor scans only when told to, the robot standing: then it drives by the cycle.
+    #[must_use]
+    pub fn scans_on_command(&self) -> bool {
+        self.scans_on_command
+    }
+
+    /// What the robot believes.
+    #[must_use]
+    pub fn slam(&self) -> &Slam {
+        &self.slam
+    }
+
+    /// Where it believes to be, map frame.
+    #[must_use]
+    pub fn estimate(&self) -> PoseEstimate {
+        self.slam.estimate()
+    }
+
+    /// The estimate to show: the newest, or the one before a correction that waits to be shown ([`StageRecord::step`]).
+    #[must_use]
+    pub fn shown_estimate(&self) -> PoseEstimate {
+        let held = self.stages().held_estimate();
+        held.copied().unwrap_or_else(|| self.estimate())
+    }
+
+    /// What it intends: mode, path, frontiers, search tree.
+    #[must_use]
+    pub fn pilot(&self) -> &Pilot {
+        &self.pilot
+    }
+
+    /// What it is doing.
+    #[must_use]
+    pub fn status(&self) -> &Status {
+        self.pilot.status()
+    }
+
+    /// What the stages of the cycle gave; empty for a robot that drives while its sensor looks round.
+    #[must_use]
+    pub fn stages(&self) -> &StageRecord {
+        self.pilot.stages()
+    }
+
+    /// What is known of the odometry.
+    #[must_use]
+    pub fn calibration(&self) -> &OdometryCalibration {
+        &self.calibration
+    }
+
+    /// The twin that runs beside the robot.
+    #[must_use]
+    pub fn twin(&self) -> Option<&Twin> {
+        self.twin.as_ref()
+    }
+
+    /// Whether the filter was honest in the last scans; empty for methods without a line map.
+    #[must_use]
+    pub fn consistency(&self) -> &ConsistencyWindow {
+        &self.consistency
+    }
+
+    /// The pose by odometry alone, calibrated, map frame.
+    #[must_use]
+    pub fn dead_reckoning(&self) -> Pose2 {
+        self.dead_reckoning
+    }
+
+    /// Way driven by odometry, m.
+    #[must_use]
+    pub fn distance(&self) -> f64 {
+        self.distance
+    }
+
+    /// Scans taken in.
+    #[must_use]
+    pub fn scans(&self) -> usize {
+        self.scans
+    }
+
+    /// The end of the newest odometry.
+    #[must_use]
+    pub fn stamp(&self) -> Stamp {
+        self.now
+    }
+
+    /// What the drive so far tells of the odometry, with the poses of this run as the truth. Scans are not kept, so that it tells
+    /// nothing of the ranges. Its settings turn the odometry as counted into that of the robot as it is: they are no changes
+    /// to those that this session runs with.
+    #[must_use]
+    pub fn fit(&self) -> DriveFit {
+        let trajectory = self.slam.trajectory();
+        let poses: Vec<Pose2> = trajectory.iter().map(|(_, pose)| *pose).collect();
+        DriveFit {
+            odometry: OdometryFit::new(&self.drive, &poses, &self.robot),
+            ranges: None,
+            is_lidar: false,
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! Errors that cross: a kind, for whoever decides what to do, and a sentence, for whoever reads it.
+
+use js_sys::{Error, Reflect};
+use wasm_bindgen::JsValue;
+
+use super::names::names;
+
+names! {
+    /// What an error is about.
+    ErrorKind {
+        /* A run cannot begin so. */ Setup = "setup",
+        /* A setting cannot be so. */ Setting = "setting",
+        /* A file that was given cannot be read. */ File = "file",
+        /* Something asked of the run cannot be answered. */ Question = "question",
+        /* There is nothing to save. */ Save = "save",
+        /* The connection is of no use any more. */ Connection = "connection",
+        /* A fault of the program. */ Internal = "internal",
+    }
+}
+
+/// Why something was not done. It is thrown as an `Error` with the sentence as its message and the kind's name as its `kind`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WebError {
+    /// What it is about.
+    pub kind: ErrorKind,
+    /// The sentence.
+    pub text: String,
+}
+
+impl From<WebError> for JsValue {
+    fn from(error: WebError) -> Self {
+        let thrown = Error::new(&error.text);
+        let kind = error.kind.name();
+        // A new object takes any property; if it ever did not, the sentence would still be told.
+        let _ = Reflect::set(&thrown, &"kind".into(), &kind.into());
+        thrown.into()
+    }
+}
+
+/// The kind of each error of the core and of these bindings.
+macro_rules! kinds {
+    ($($kind:ident: $($error:path),+;)+) => { $($(
+        impl From<$error> for WebError {
+            fn from(error: $error) -> Self {
+                Self { kind: ErrorKind::$kind, text: error.to_string() }
+            }
+        }
+    )+)+ };
+}
+
+kinds! {
+    Setup: crate::setup::SetupError, slamlab_core::experiment::ExperimentError, slamlab_core::live::LiveError,
+        slamlab_core::replay::ReplayError, slamlab_core::sim::UnknownSensor;
+    Setting: slamlab_core::settings::SettingError;
+    File: slamlab_core::format::building::BuildingError, slamlab_core::format::building::BuildingFileError, slamlab_core::format::calibration::CalibrationFileError,
+        slamlab_core::format::preset::PresetFileError, slamlab_core::format::world::WorldFileError,
+        slamlab_core::replay::LogError;
+    Question: slamlab_core::robot::controller::DesignError, slamlab_core::plan::ContestError, slamlab_core::points::SigmaError, slamlab_core::sim::NoDoor,
+        crate::contest::AskError, crate::run::RunError;
+    Save: crate::export::ExportError, slamlab_core::format::floor_plan::FloorPlanError,
+        slamlab_core::format::map_server::MapServerError, slamlab_core::format::og_map::OgMapError,
+        slamlab_core::format::rooms::RoomsError;
+    Connection: slamlab_core::wire::client::ClientError;
+    Internal: slamlab_core::slam::SlamError, tsify::Error;
+}

@@ -1,0 +1,40 @@
+//! The border to the page: one schema, written here and read in TypeScript.
+//!
+//! `wasm-bindgen` puts the types of all that derives `Tsify` into `www/pkg/slamlab_web.d.ts`; `www/layout.mjs` asks [`layout`]
+//! for the places of numbers in flat arrays. Nothing of it is typed again by hand.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `array` | flat arrays inside of typed objects |
+//! | `error` | errors: a kind and a sentence |
+//! | `names` | closed sets: each variant crosses by its name |
+//! | `rows` | flat arrays of rows: which number stands where |
+//! | `values` | settings by their keys |
+
+mod array;
+mod error;
+mod names;
+mod rows;
+mod values;
+
+pub use array::{Float32Array, Float64Array, Int32Array, Uint8Array, Uint32Array};
+pub use error::{ErrorKind, WebError};
+pub(crate) use names::names;
+pub use names::*;
+pub use rows::layout;
+pub(crate) use rows::{
+    BeamRow, CandidateRow, DoorRow, DoorwayRow, LineRow, RegionRow, SightingRow, TrailRow, TwinRow,
+    flat,
+};
+pub use values::SettingValues;
+
+use serde::Serialize;
+use tsify::{Ts, Tsify};
+
+/// What a method hands to the page.
+pub type Typed<T> = Result<Ts<T>, WebError>;
+
+/// As an object of the page.
+pub(crate) fn typed<T: Tsify + Serialize>(value: &T) -> Typed<T> {
+    Ok(value.into_ts()?)
+}

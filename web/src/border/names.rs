@@ -1,0 +1,159 @@
+//! Closed sets: each variant crosses by its name. What a person reads of it stands in the page, which must have words for all.
+
+use slamlab_core::estimation::Rejection;
+
+/// Types of the page with the names of their variants; `of` a type of the core they follow it, variant by variant.
+macro_rules! names {
+    ($($(#[$doc:meta])* $name:ident $(of $core:path)? { $($variant:ident = $word:literal),+ $(,)? })+) => { $(
+        $(#[$doc])*
+        #[derive(
+            Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, tsify::Tsify,
+        )]
+        #[expect(missing_docs, reason = "as in the core, or as its name says")]
+        pub enum $name { $(#[serde(rename = $word)] $variant),+ }
+
+        impl $name {
+            /// All names in order.
+            pub const NAMES: &[&'static str] = &[$($word),+];
+
+            /// Its name.
+            #[must_use]
+            pub fn name(self) -> &'static str {
+                Self::NAMES.get(self as usize).copied().unwrap_or_default()
+            }
+        }
+
+        names!(@from $name $($core)? { $($variant),+ });
+    )+ };
+    (@from $name:ident { $($variant:ident),+ }) => {};
+    (@from $name:ident $core:path { $($variant:ident),+ }) => {
+        const _: () = {
+            use $core as Core;
+            impl From<&Core> for $name {
+                fn from(core: &Core) -> Self {
+                    match core { $(Core::$variant { .. } => Self::$variant),+ }
+                }
+            }
+        };
+    };
+}
+
+pub(crate) use names;
+
+names! {
+    /// Who decides where to go.
+    Mode of slamlab_core::pilot::Mode { Manual = "manual", GoTo = "goto", Explore = "explore" }
+    /// What the pilot is doing, or how its task ended.
+    TaskState {
+        Idle = "idle", Driving = "driving", Homeward = "homeward", Scanning = "scanning", Waiting = "waiting",
+        Finished = "finished", Failed = "failed",
+    }
+    /// A stage of the cycle.
+    Stage of slamlab_core::pilot::Stage {
+        Init = "init", Scan = "scan", Lines = "lines", Localise = "localise", Map = "map", Plan = "plan",
+        Truncate = "truncate", Turn = "turn", Go = "go",
+    }
+    /// How grave a notice is: `good` is what somebody waited for.
+    Level { Info = "info", Good = "good", Warn = "warn" }
+    /// A way to do SLAM.
+    MethodName of slamlab_core::slam::Method {
+        Odometry = "odometry", LineEkf = "line-ekf", ScanMatching = "scan-matching", PriorMap = "known-map",
+    }
+    /// A planner.
+    PlannerName of slamlab_core::plan::Planner {
+        Straight = "straight", Rrt = "rrt", RrtConnect = "rrt-connect", RrtStar = "rrt-star",
+        InformedRrtStar = "informed-rrt-star", AStar = "a-star", ThetaStar = "theta-star", Rooms = "rooms",
+        Visibility = "visibility", Outline = "outline", Wavefront = "wavefront",
+    }
+    /// Why there is no path.
+    NoPathKind of slamlab_core::plan::NoPath {
+        StartBlocked = "start-blocked", GoalBlocked = "goal-blocked", Unreachable = "unreachable",
+        Exhausted = "exhausted", NotOffered = "not-offered", BudgetSpent = "budget-spent",
+    }
+    /// Where planners look: among the true walls, on the map with the unknown taken to be free, or only where it is known.
+    Ground { Truth = "truth", Map = "map", Known = "known" }
+    /// What the filter's consistency says.
+    DiagnosisName of slamlab_core::estimation::Diagnosis {
+        Collecting = "collecting", Blind = "blind", Honest = "honest", WrongMatch = "wrong-match",
+        HiddenDrift = "hidden-drift", NoisySightings = "noisy-sightings", Cautious = "cautious",
+    }
+    /// What became of a line of the scan.
+    Verdict {
+        Matched = "matched", Added = "added", Ambiguous = "ambiguous", OutsideGate = "outside-gate", Taken = "taken",
+        Seam = "seam", Singular = "singular",
+    }
+    /// Inside which gate a candidate lies.
+    Gate of slamlab_core::estimation::Gate { Match = "match", Near = "near", Far = "far", Beyond = "beyond" }
+    /// A field of the grid: distance to the nearest wall, how well a beam's end fits, the room around the robot's centre.
+    FieldName { Distance = "distance", Likelihood = "likelihood", Room = "room" }
+    /// What a wall is made of.
+    MaterialName of slamlab_core::sim::Material { Opaque = "opaque", Glass = "glass", Dark = "dark" }
+    /// What a region of the topological map is.
+    RegionName of slamlab_core::map::RegionKind { Room = "room", Corridor = "corridor" }
+    /// How σ of the range grows with the range.
+    GrowthName of slamlab_core::points::Growth { Linear = "linear", Square = "square" }
+    /// What a ranger's characteristic is a polynomial of.
+    VariableName of slamlab_core::robot::Variable { Volts = "volts", PerVolt = "per-volt" }
+    /// How a device is.
+    DeviceStateName of slamlab_core::wire::message::DeviceState {
+        Waiting = "waiting", Connected = "connected", Measuring = "measuring", Sending = "sending", Fault = "fault",
+    }
+    /// Why the robot is disarmed.
+    DisarmReasonName of slamlab_core::wire::message::DisarmReason {
+        Start = "start", Stop = "stop", EmergencyStop = "emergency-stop", Released = "released",
+        LeaseExpired = "lease-expired", TakenOver = "taken-over", DriverGone = "driver-gone", Link = "link",
+        Silence = "silence", Bumper = "bumper", Battery = "battery", Stall = "stall", Runaway = "runaway",
+        Shutdown = "shutdown",
+    }
+    /// What can be saved.
+    SavedKind {
+        Map = "map", MapScale = "map-scale", MapRaw = "map-raw", OgMap = "og-map", Plan = "plan", Rooms = "rooms",
+        Tum = "tum", Carmen = "carmen",
+    }
+}
+
+impl From<&slamlab_core::estimation::Verdict> for Verdict {
+    fn from(verdict: &slamlab_core::estimation::Verdict) -> Self {
+        use slamlab_core::estimation::Verdict as Core;
+        match verdict {
+            Core::Matched(_) => Self::Matched,
+            Core::Added(_) => Self::Added,
+            Core::Rejected(reason) => match reason {
+                Rejection::Ambiguous => Self::Ambiguous,
+                Rejection::OutsideGate => Self::OutsideGate,
+                Rejection::Taken => Self::Taken,
+                Rejection::Seam => Self::Seam,
+                Rejection::Singular => Self::Singular,
+            },
+        }
+    }
+}
+
+impl From<MethodName> for slamlab_core::slam::Method {
+    fn from(name: MethodName) -> Self {
+        match name {
+            MethodName::Odometry => Self::Odometry,
+            MethodName::LineEkf => Self::LineEkf,
+            MethodName::ScanMatching => Self::ScanMatching,
+            MethodName::PriorMap => Self::PriorMap,
+        }
+    }
+}
+
+impl From<GrowthName> for slamlab_core::points::Growth {
+    fn from(name: GrowthName) -> Self {
+        match name {
+            GrowthName::Linear => Self::Linear,
+            GrowthName::Square => Self::Square,
+        }
+    }
+}
+
+impl From<VariableName> for slamlab_core::robot::Variable {
+    fn from(name: VariableName) -> Self {
+        match name {
+            VariableName::Volts => Self::Volts,
+            VariableName::PerVolt => Self::PerVolt,
+        }
+    }
+}

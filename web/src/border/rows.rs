@@ -1,0 +1,140 @@
+//! Flat arrays of rows: which number of a row stands where, said once for both sides.
+
+use std::fmt::Write as _;
+
+use wasm_bindgen::prelude::wasm_bindgen;
+
+use super::names::{Gate, MaterialName, RegionName, Verdict};
+
+/// Rows of numbers, in the order in which they are named; the page has the places under the name that is given first.
+macro_rules! rows {
+    ($($(#[doc = $doc:literal])+ $title:literal: $row:ident of $number:ty { $($field:ident),+ $(,)? })+) => {
+        $(
+            $(#[doc = $doc])+
+            #[derive(Clone, Copy, Debug)]
+            pub(crate) struct $row { $(pub(crate) $field: $number),+ }
+
+            impl $row {
+                const FIELDS: &[&str] = &[$(stringify!($field)),+];
+                /// Numbers of one row.
+                pub(crate) const STRIDE: usize = Self::FIELDS.len();
+            }
+
+            impl From<$row> for [$number; $row::STRIDE] {
+                fn from(row: $row) -> Self {
+                    [$(row.$field),+]
+                }
+            }
+        )+
+
+        /// Title, documentation and fields of each.
+        const ROWS: &[(&str, &str, &[&str])] = &[$(($title, concat!($($doc),+), $row::FIELDS)),+];
+    };
+}
+
+rows! {
+    /// A wall of the line map: α and r with their covariance, its ends (rad, m), whether the last scan matched it, whether it
+    /// was seen often enough to be a wall, and its number, the same for its whole life.
+    "LINE": LineRow of f64 {
+        alpha, r, var_alpha, cov_alpha_r, var_r, x1, y1, x2, y2, matched, confirmed, id,
+    }
+    /// A point of the trails, m: truth, dead reckoning, estimate.
+    "TRAIL": TrailRow of f32 { truth_x, truth_y, odometry_x, odometry_y, x, y }
+    /// How a hit was read: range and σ in m, and the sensor's own quality; NaN where it tells none.
+    "BEAM": BeamRow of f32 { range, sigma, quality }
+    /// A door of the simulated world: its ends, m, whether it is open, and whether it is to be: one that is to shut waits while
+    /// somebody stands in it.
+    "DOOR": DoorRow of f32 { x1, y1, x2, y2, open, ordered }
+    /// A region of the topological map: its place in `REGIONS`, area (m²), middle and width (m).
+    "REGION": RegionRow of f64 { kind, area, x, y, width }
+    /// A door of the topological map: the regions it joins, posts, middle and width (m), whether both posts were seen.
+    "DOORWAY": DoorwayRow of f64 { from, to, x1, y1, x2, y2, x, y, width, framed }
+    /// A line of the scan: ends (map frame, m), its place in `VERDICTS`, landmark (NaN without), number of candidates.
+    "SIGHTING": SightingRow of f64 { x1, y1, x2, y2, verdict, landmark, candidates }
+    /// A landmark that a line was compared with: d², gap (m), innovation with its σ (rad, m), its place in `GATES`.
+    "CANDIDATE": CandidateRow of f64 { landmark, d2, gap, delta_alpha, delta_r, sigma_alpha, sigma_r, gate }
+    /// A sample of the twin: s, pose (map frame, m and rad), how far it is off with 3σ (m, rad), and the ranges' (m).
+    "TWIN": TwinRow of f64 { time, x, y, heading, position_off, position_sigma3, heading_off, heading_sigma3, ranges }
+}
+
+/// Names by their places in flat arrays.
+const LISTS: &[(&str, &str, &[&str])] = &[
+    ("VERDICTS", "Verdict", Verdict::NAMES),
+    ("GATES", "Gate", Gate::NAMES),
+    ("MATERIALS", "MaterialName", MaterialName::NAMES),
+    ("REGIONS", "RegionName", RegionName::NAMES),
+];
+
+/// Rows one after the other.
+pub(crate) fn flat<R, N, const STRIDE: usize, A: FromIterator<N>>(
+    rows: impl IntoIterator<Item = R>,
+) -> A
+where
+    [N; STRIDE]: From<R>,
+{
+    rows.into_iter().flat_map(<[N; STRIDE]>::from).collect()
+}
+
+/// Places of numbers in flat arrays, as a module of TypeScript; `www/layout.mjs` puts it beside the bindings.
+#[wasm_bindgen]
+#[must_use]
+pub fn layout() -> String {
+    let mut text =
+        "// Which number stands where in the module's flat arrays: written by layout.mjs.\n\n"
+            .to_owned();
+    let types: Vec<&str> = LISTS.iter().map(|(_, of, _)| *of).collect();
+    let _ = writeln!(
+        text,
+        "import type {{ {} }} from \"./slamlab_web.js\";",
+        types.join(", ")
+    );
+    for (title, doc, fields) in ROWS {
+        let places = fields.iter().enumerate();
+        let places: Vec<String> = places
+            .map(|(i, field)| format!("{}: {i}", camel(field)))
+            .collect();
+        let _ = writeln!(
+            text,
+            "\n/**{doc} */\nexport const {title} = {{ {} }} as const;",
+            places.join(", ")
+        );
+        let _ = writeln!(text, "export const {title}_STRIDE = {};", fields.len());
+    }
+    for (title, of, names) in LISTS {
+        let _ = writeln!(text, "\nexport const {title}: readonly {of}[] = {names:?};");
+    }
+    text
+}
+
+/// `var_alpha` as TypeScript writes it: `varAlpha`.
+fn camel(name: &str) -> String {
+    let mut parts = name.split('_');
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |text, part| {
+        let mut letters = part.chars();
+        let head = letters.next().map(|letter| letter.to_ascii_uppercase());
+        text + &head.into_iter().chain(letters).collect::<String>()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_layout_tells_the_page_where_each_number_stands() {
+        let text = layout();
+        assert!(text.contains("export const LINE = { alpha: 0, r: 1, varAlpha: 2, covAlphaR: 3,"));
+        assert!(text.contains("export const LINE_STRIDE = 12;"));
+        assert!(text.contains(
+            "export const GATES: readonly Gate[] = [\"match\", \"near\", \"far\", \"beyond\"];"
+        ));
+        let row = BeamRow {
+            range: 1.0,
+            sigma: 2.0,
+            quality: 3.0,
+        };
+        let numbers: Vec<f32> = flat([row, row]);
+        assert_eq!(numbers, [1.0, 2.0, 3.0, 1.0, 2.0, 3.0]);
+    }
+}

@@ -1,0 +1,115 @@
+//! Reads a log, of CARMEN or of the bridge, piece by piece, and begins the run that maps it.
+
+use serde::{Deserialize, Serialize};
+use slamlab_core::replay::{Log, LogReader, Replay};
+use slamlab_core::robot::RobotModel;
+use slamlab_core::settings::Settings;
+use slamlab_core::sim::SensorModel;
+use tsify::{Ts, Tsify};
+use wasm_bindgen::prelude::wasm_bindgen;
+
+use crate::border::{MethodName, SettingValues, TrailRow, WebError, flat};
+use crate::building::KnownMap;
+use crate::run::{Source, WebRun};
+
+/// How a log is to be mapped.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[tsify(missing_as_null)]
+pub struct ReplaySetup {
+    /// How it maps and finds itself.
+    pub method: MethodName,
+    /// Settings that differ from their defaults; those of a sensor and of driving do not matter to a log.
+    pub settings: SettingValues,
+    /// A twin with the odometry's settings runs beside the robot.
+    pub twin: bool,
+    /// The map that the method `known-map` finds the robot in.
+    pub known: Option<KnownMap>,
+}
+
+/// A log that is being read.
+#[wasm_bindgen]
+#[derive(Debug)]
+pub struct WebLogReader {
+    reader: LogReader,
+    setup: ReplaySetup,
+}
+
+#[wasm_bindgen]
+impl WebLogReader {
+    /// For a run with this setup.
+    ///
+    /// # Errors    A sentence on a setting that cannot be.
+    #[wasm_bindgen(constructor)]
+    pub fn new(setup: &Ts<ReplaySetup>) -> Result<Self, WebError> {
+        let setup = setup.to_rust()?;
+        // What cannot be set is told before a long log is read.
+        let mut settings = Settings::of(SensorModel::lidar(), &RobotModel::pioneer());
+        setup.settings.apply_present(&mut settings)?;
+        Ok(Self {
+            reader: LogReader::default(),
+            setup,
+        })
+    }
+
+    /// Takes the next bytes, as many as there are.
+    ///
+    /// # Errors    A sentence on what is wrong with the log, with its line or byte.
+    pub fn push(&mut self, bytes: &[u8]) -> Result<(), WebError> {
+        Ok(self.reader.push(bytes)?)
+    }
+
+    /// The log is all there: it can be mapped.
+    ///
+    /// # Errors    A sentence on what is wrong with the log, with its line or byte.
+    pub fn finish(self) -> Result<WebRun, WebError> {
+        let (log, setup) = (self.reader.finish()?, self.setup);
+        let mut settings = log.settings();
+        setup.settings.apply_present(&mut settings)?;
+        let calibration = settings.odometry.calibration(&log.robot());
+        if let Some(known) = &setup.known {
+            settings.slam.prior_map = known.into();
+        }
+        let mut replay = Replay::new(log, setup.method.into(), &settings)?;
+        replay.set_twin(setup.twin.then_some(calibration));
+        let source = Source::Recording(Box::new(replay));
+        Ok(WebRun { source })
+    }
+}
+
+#[wasm_bindgen]
+impl WebRun {
+    /// What the log holds, in words; empty without one.
+    #[must_use]
+    pub fn summary(&self) -> String {
+        let Source::Recording(replay) = &self.source else {
+            return String::new();
+        };
+        let log = replay.log();
+        let (scans, seconds) = (log.scans(), log.duration());
+        match log {
+            Log::Carmen(carmen) => {
+                let beams = carmen.scans.first();
+                let beams = beams.map_or(0, |scan| carmen.readings(scan).len());
+                format!("{scans} scans of {beams} beams in {seconds:.0} s")
+            }
+            Log::Recording(recording) => {
+                let messages = recording.len();
+                format!("{scans} scans and {messages} messages in {seconds:.0} s")
+            }
+        }
+    }
+}
+
+/// For each scan so far, see `TRAIL`.
+pub(crate) fn trail(replay: &Replay) -> Vec<f32> {
+    let odometry = replay.odometry_trajectory();
+    let poses = odometry.zip(replay.trajectory());
+    flat(poses.map(|(odometry, (_, pose))| TrailRow {
+        truth_x: f32::NAN,
+        truth_y: f32::NAN,
+        odometry_x: odometry.x() as f32,
+        odometry_y: odometry.y() as f32,
+        x: pose.x() as f32,
+        y: pose.y() as f32,
+    }))
+}

@@ -1,0 +1,186 @@
+//! What only a simulated run has: the truth, doors, people, the cycle by stages, the bench.
+
+use std::cell::OnceCell;
+
+use slamlab_core::experiment::Experiment;
+use slamlab_core::sim::{SensorModel, Wall, reachable_area};
+use tsify::Ts;
+use wasm_bindgen::prelude::wasm_bindgen;
+
+use crate::bench::{BenchResponse, BenchTrial};
+use crate::border::{DoorRow, MaterialName, SettingValues, Stage, Typed, WebError, flat, typed};
+use crate::run::{Simulated, Source, WebRun};
+use crate::setup::Setup;
+use crate::status::RunStatus;
+use crate::view;
+
+#[wasm_bindgen]
+impl WebRun {
+    /// A simulated run from this setup.
+    ///
+    /// # Errors    A sentence on the first thing that cannot be.
+    pub fn simulate(setup: &Ts<Setup>) -> Result<Self, WebError> {
+        let (config, settings) = setup.to_rust()?.read()?;
+        let source = Source::Simulation(Box::new(Simulated {
+            experiment: Experiment::new(config)?,
+            settings,
+            area: OnceCell::new(),
+        }));
+        Ok(Self { source })
+    }
+
+    /// Drive by the cycle of TDK 2016 §6.3, or continuously.
+    ///
+    /// # Errors    No simulation.
+    pub fn set_cycle(&mut self, cycle: bool) -> Result<(), WebError> {
+        self.simulated_mut()?.experiment.set_cycle(cycle);
+        Ok(())
+    }
+
+    /// Goes on to the next stage of the cycle; nothing where there is none.
+    ///
+    /// # Errors    No simulation.
+    pub fn next_stage(&mut self) -> Result<Option<Ts<Stage>>, WebError> {
+        let stage = self.simulated_mut()?.experiment.next_stage()?;
+        stage.map(|stage| typed(&Stage::from(&stage))).transpose()
+    }
+
+    /// Part of the reachable area that is known, 0 to 1; NaN where nobody knows the truth. Costs more than a step, and at first as
+    /// much as the world's floor is large.
+    #[must_use]
+    pub fn explored(&self) -> f64 {
+        self.simulated().map_or(
+            f64::NAN,
+            |Simulated {
+                 experiment, area, ..
+             }| {
+                let area = area.get_or_init(|| {
+                    let sim = experiment.sim();
+                    let resolution = experiment.session().slam().grid().resolution();
+                    reachable_area(sim.world(), sim.robot().radius(), resolution)
+                });
+                experiment.explored_fraction(area)
+            },
+        )
+    }
+
+    /// Area of the rectangle around the world, m²; infinite where nobody knows it.
+    #[must_use]
+    pub fn extent(&self) -> f64 {
+        self.simulated().map_or(f64::INFINITY, |sim| {
+            let (low, high) = sim.experiment.sim().world().bounds();
+            (high.x - low.x) * (high.y - low.y)
+        })
+    }
+
+    /// x1 y1 x2 y2 of the true walls, without doors.
+    #[must_use]
+    pub fn truth(&self) -> Vec<f32> {
+        self.simulated().map_or(vec![], |sim| {
+            let walls = sim.walls().iter().map(|wall| &wall.segment);
+            view::segments(walls, &sim.experiment.map_from_world())
+        })
+    }
+
+    /// What each of them is made of: a place in `MATERIALS`.
+    #[must_use]
+    pub fn materials(&self) -> Vec<u8> {
+        let walls = self.simulated().map_or(&[][..], Simulated::walls);
+        walls
+            .iter()
+            .map(|wall| MaterialName::from(&wall.material) as u8)
+            .collect()
+    }
+
+    /// Doors, see `DOOR`.
+    #[must_use]
+    pub fn doors(&self) -> Vec<f32> {
+        self.simulated().map_or(vec![], Simulated::doors)
+    }
+
+    /// Opens or shuts a door; it moves with the next step.
+    ///
+    /// # Errors    There is no such door.
+    pub fn set_door(&mut self, index: u32, open: bool) -> Result<(), WebError> {
+        let experiment = &mut self.simulated_mut()?.experiment;
+        Ok(experiment.set_door(index as usize, open)?)
+    }
+
+    /// x y radius of what walks about.
+    #[must_use]
+    pub fn movers(&self) -> Vec<f32> {
+        self.simulated().map_or(vec![], |sim| {
+            let map_from_world = sim.experiment.map_from_world();
+            let discs = sim.experiment.sim().movers().iter();
+            discs
+                .flat_map(|disc| {
+                    let centre = map_from_world * disc.centre;
+                    [centre.x as f32, centre.y as f32, disc.radius as f32]
+                })
+                .collect()
+        })
+    }
+
+    /// The robot's drive controller on a bench: a step and a load.
+    ///
+    /// # Errors    No controller for the robot's figures, or motors that cannot be.
+    pub fn bench(&self, trial: &Ts<BenchTrial>) -> Typed<BenchResponse> {
+        let robot = self.simulated()?.experiment.sim().robot();
+        typed(&BenchResponse::of(robot, trial.to_rust()?)?)
+    }
+}
+
+impl Simulated {
+    pub(crate) fn status(&self) -> RunStatus {
+        let (truth, sim) = (self.experiment.truth(), self.experiment.sim());
+        RunStatus {
+            time: sim.stamp().seconds(),
+            truth_x: truth.x(),
+            truth_y: truth.y(),
+            truth_heading: truth.heading(),
+            contacts: f64::from(sim.contacts()),
+            beam_half_angle: match sim.sensor() {
+                SensorModel::Sonar(model) => model.half_angle,
+                _ => 0.0,
+            },
+            ..RunStatus::of(self.experiment.session(), true)
+        }
+    }
+
+    pub(crate) fn configure(&mut self, values: &SettingValues) -> Result<(), WebError> {
+        let mut settings = self.settings.clone();
+        values.apply_to(&mut settings)?;
+        self.experiment.reconfigure(&settings)?;
+        self.settings = settings;
+        Ok(())
+    }
+
+    fn doors(&self) -> Vec<f32> {
+        let sim = self.experiment.sim();
+        let leaves = sim.world().doors.iter().map(|door| &door.leaf);
+        let ends = view::segments(leaves, &self.experiment.map_from_world());
+        let (ends, _) = ends.as_chunks::<4>();
+        let states = sim.doors_open().zip(sim.doors_ordered());
+        let flag = |yes| f32::from(u8::from(yes));
+        flat(
+            ends.iter()
+                .zip(states)
+                .map(|(&[x1, y1, x2, y2], (open, ordered))| DoorRow {
+                    x1,
+                    y1,
+                    x2,
+                    y2,
+                    open: flag(open),
+                    ordered: flag(ordered),
+                }),
+        )
+    }
+
+    /// The walls that stand for good. Doors that are shut come after them.
+    fn walls(&self) -> &[Wall] {
+        let sim = self.experiment.sim();
+        let walls = sim.caster().walls();
+        let shut = sim.doors_open().filter(|open| !open).count();
+        walls.get(..walls.len() - shut).unwrap_or(walls)
+    }
+}

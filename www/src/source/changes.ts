@@ -1,0 +1,141 @@
+// What a run changed since the frame before: what is long crosses only where it is new.
+
+import type { Change } from "../protocol/frame.js";
+import { LINE, LINE_STRIDE, type RunStatus, TRAIL, TRAIL_STRIDE, TWIN, TWIN_STRIDE, type WebRun } from "../protocol/module.js";
+import { Samples, Trail } from "./feeds.js";
+
+const EMPTY = new Float32Array(0);
+const DEGREES = 180 / Math.PI;
+
+type Compared = "path" | "rawPath" | "tree" | "frontiers" | "doors";
+
+/** The plan is fetched this often, wall milliseconds: trees are long and change seldom. */
+const PLAN_PERIOD = 120;
+/** A recording's whole trail is fetched this often, wall milliseconds: closing a loop moves all of it. */
+const TRAIL_PERIOD = 250;
+
+export class Changes {
+  readonly samples = new Samples();
+  readonly #module: WebRun;
+  /** The trail comes from the module as a whole, rather than pose by pose. */
+  readonly #bends: boolean;
+  #features = 0;
+  #grid = { generation: 0, revision: 0 };
+  #scansSent = -1;
+  #reportsSent = -1;
+  #wholeSent = false;
+  #planAt = -Infinity;
+  #sent: Record<Compared, Float32Array> = { path: EMPTY, rawPath: EMPTY, tree: EMPTY, frontiers: EMPTY, doors: EMPTY };
+  #trail = new Trail();
+  #trailAt = -Infinity;
+  #twin = { sent: 0, anew: false };
+
+  constructor(module: WebRun, bends: boolean) {
+    [this.#module, this.#bends] = [module, bends];
+  }
+
+  /** Walls of the line map, as of the last change. */
+  get features(): number {
+    return this.#features;
+  }
+
+  /** The plan is fetched with the next change. */
+  refresh(): void {
+    this.#planAt = -Infinity;
+  }
+
+  /** Another twin begins. */
+  twinAnew(): void {
+    this.#twin = { sent: 0, anew: true };
+  }
+
+  follow(s: RunStatus): void {
+    if (!this.#bends) this.#trail.add([s.truthX, s.truthY, s.odometryX, s.odometryY, s.x, s.y]);
+  }
+
+  /** `version` grows with what may change scan and lines, `isLast` has the run as it ended. */
+  take(version: number, isLast: boolean): Change {
+    const module = this.#module;
+    const { generation } = this.#grid;
+    const view = module.view(generation, this.#grid.revision);
+    this.#grid = { generation: view.generation, revision: view.revision };
+    const scanned = version !== this.#scansSent;
+    this.#scansSent = version;
+    const lines = scanned ? view.lines : null;
+    if (lines) this.#features = countWalls(lines);
+    const whole = !this.#wholeSent;
+    this.#wholeSent = true;
+    const now = performance.now();
+    const plan = now - this.#planAt >= PLAN_PERIOD;
+    if (plan) this.#planAt = now;
+    const reports = module.cycle_count();
+    const told = reports !== this.#reportsSent;
+    this.#reportsSent = reports;
+    return {
+      grid: view.grid,
+      gridAnew: view.generation !== generation,
+      scan: scanned ? view.scan : null,
+      beams: scanned ? view.beams : null,
+      found: scanned ? view.found : null,
+      lines,
+      cycle: told ? module.cycle() : null,
+      inCycle: module.in_cycle(),
+      known: whole ? module.known_walls() : null,
+      truth: whole ? module.truth() : null,
+      materials: whole ? module.materials() : null,
+      // Doors move by their own times too, so they are compared rather than remembered.
+      doors: this.#fresh("doors", module.doors()),
+      movers: module.movers(),
+      path: this.#fresh("path", module.path()),
+      rawPath: plan ? this.#fresh("rawPath", module.raw_path()) : null,
+      tree: plan ? this.#fresh("tree", module.tree()) : null,
+      frontiers: plan ? this.#fresh("frontiers", module.frontiers()) : null,
+      ...this.#trailChange(now, isLast),
+      ...this.#twinChange(),
+      samples: this.samples.take(),
+    };
+  }
+
+  /** What differs from what the page has; null where it is the same. */
+  #fresh(name: Compared, now: Float32Array): Float32Array | null {
+    const before = this.#sent[name];
+    if (before.length === now.length && before.every((number, i) => number === now[i])) return null;
+    // The page takes over what it is sent, so a copy stays.
+    this.#sent[name] = now.slice();
+    return now;
+  }
+
+  #trailChange(now: number, isLast: boolean): Pick<Change, "trail" | "trailAnew"> {
+    if (!this.#bends) return { trail: this.#trail.take(), trailAnew: false };
+    const due = isLast || now - this.#trailAt >= TRAIL_PERIOD;
+    if (due) this.#trailAt = now;
+    return { trail: due ? thinned(this.#module.trail()) : null, trailAnew: due };
+  }
+
+  #twinChange(): Pick<Change, "twin" | "twinAnew"> {
+    const { sent, anew } = this.#twin;
+    const samples = this.#module.twin_since(sent);
+    this.#twin = { sent: sent + samples.length / TWIN_STRIDE, anew: false };
+    for (let i = 0; i < samples.length; i += TWIN_STRIDE) {
+      samples[i + TWIN.headingOff] = Math.abs(samples[i + TWIN.headingOff] ?? NaN) * DEGREES;
+      samples[i + TWIN.headingSigma3] = (samples[i + TWIN.headingSigma3] ?? NaN) * DEGREES;
+    }
+    return { twin: samples.length > 0 ? samples : null, twinAnew: anew };
+  }
+}
+
+function countWalls(lines: Float64Array): number {
+  let count = 0;
+  for (let i: number = LINE.confirmed; i < lines.length; i += LINE_STRIDE) count += lines[i] ? 1 : 0;
+  return count;
+}
+
+/** One point for every few centimetres: a robot that stands still for an hour leaves one. */
+function thinned(points: Float32Array): Float32Array | null {
+  const trail = new Trail();
+  for (let i = 0; i + TRAIL_STRIDE <= points.length; i += TRAIL_STRIDE) {
+    const at = (place: number): number => points[i + place] ?? NaN;
+    trail.add([at(TRAIL.truthX), at(TRAIL.truthY), at(TRAIL.odometryX), at(TRAIL.odometryY), at(TRAIL.x), at(TRAIL.y)]);
+  }
+  return trail.take();
+}

@@ -1,0 +1,78 @@
+// A conversation with a bridge, or with devices at ports of this page: a run begins when the other end has said who it is, and anew
+// whenever the robot did.
+
+import { WebRun } from "../../pkg/slamlab_web.js";
+import { post } from "../answer.js";
+import type { Found } from "../protocol.js";
+import type { SettingValues } from "../protocol/module.js";
+import type { Link, LinkEvents } from "./link.js";
+import type { Player } from "./player.js";
+import { Run } from "./run.js";
+
+export interface Who extends Found {
+  title: string;
+  token: string;
+}
+
+/** Makes the link for a module. */
+export type Wire = (module: WebRun, events: LinkEvents) => Link;
+
+export class Conversation {
+  readonly #module: WebRun;
+  readonly #player: Player;
+  readonly #link: Link;
+  /** The run that shows it, and which beginning of the robot that is. */
+  #shown: { run: Run; begun: number } | null = null;
+
+  #twin: boolean;
+
+  constructor(player: Player, { title, token, method, known, settings, twin }: Who, wire: Wire) {
+    [this.#player, this.#twin] = [player, twin];
+    const name = navigator.userAgent.includes("Mobile") ? "phone" : "browser";
+    const module = (this.#module = WebRun.connect({ name, token, method, known: method === "known-map" ? known : null, settings, seed: 1 }));
+    let link: Link | null = null;
+    const moved = (): void => {
+      // The other end may speak while its link is being made.
+      if (!link) return;
+      if (module.begun() !== (this.#shown?.begun ?? 0)) {
+        const run = new Run(module, { kind: "bridge", title, method }, "");
+        run.setTwin(this.#twin);
+        this.#shown = { run, begun: module.begun() };
+        player.begin(run, { setup: null, playing: true });
+      }
+      if (!this.#shown || player.run !== this.#shown.run) return;
+      this.#shown.run.look(NaN);
+      player.changed();
+    };
+    link = this.#link = wire(module, { moved, state: (state) => post({ kind: "bridge", state }) });
+  }
+
+  /** Of the robot that is there, and of those that the bridge may name later. */
+  configure(settings: SettingValues): void {
+    this.#module.configure(settings);
+  }
+
+  /** With a twin another one begins here. */
+  setTwin(on: boolean): void {
+    this.#twin = on;
+    if (this.#shown) this.#shown.run.setTwin(on);
+  }
+
+  get link(): Link {
+    return this.#link;
+  }
+
+  /** A command to the bridge itself; it goes out at once. */
+  say(act: (module: WebRun) => void): void {
+    act(this.#module);
+    this.#link.flush();
+    this.#link.stir();
+  }
+
+  close(): void {
+    if (this.#shown && this.#player.run === this.#shown.run) this.#player.run = null;
+    this.#link.close();
+    this.#module.free();
+    post({ kind: "bridge", state: null });
+  }
+}

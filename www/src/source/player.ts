@@ -1,0 +1,163 @@
+// Plays a run: paces it (its seconds for each second of the wall), works in slices short enough that every message is heard within about
+// 20 ms, and sends a frame only when the page has drawn the one before.
+
+import { fail, post } from "../answer.js";
+import type { Answer } from "../protocol.js";
+import { transferables } from "../protocol/frame.js";
+import { Extras } from "./extras.js";
+import { Pace } from "./pace.js";
+import type { Run } from "./run.js";
+
+/** Wall milliseconds until the next slice when there is nothing to do yet. */
+const IDLE_MILLIS = 6;
+/** Wall milliseconds of one slice. */
+export const SLICE_MILLIS = 12;
+const HASH_MILLIS = 500;
+
+type Started = Extract<Answer, { kind: "started" }>;
+
+export class Player {
+  run: Run | null = null;
+  /** Called before another run is shown. */
+  onBegin: () => void = () => {};
+  /** Work that goes before the run, slice by slice: reading a log. It tells whether there is more. */
+  before: (() => boolean) | null = null;
+  readonly extras = new Extras();
+  readonly #pace = new Pace();
+  #number = 0;
+  #seq = 0;
+  #playing = false;
+  /** The page has drawn the last frame and can take another. */
+  #pageReady = true;
+  /** Something changed that no frame has shown. */
+  #stale = false;
+  #hashAt = -Infinity;
+  #begunAt = 0;
+  #scheduled = false;
+  readonly #immediate = new MessageChannel();
+
+  constructor() {
+    this.#immediate.port1.onmessage = () => this.#turn();
+  }
+
+  /** Shows another run from here on. */
+  begin(run: Run, { setup, playing }: Pick<Started, "setup" | "playing">): void {
+    this.onBegin();
+    this.run?.close();
+    this.run = run;
+    this.extras.anew();
+    this.#number += 1;
+    this.#seq = 0;
+    this.#hashAt = -Infinity;
+    this.#begunAt = performance.now();
+    this.#playing = playing;
+    const { kind: source, title, method } = run;
+    post({ kind: "started", run: this.#number, source, title, method, setup, playing });
+    this.#rebase();
+    this.#pageReady = true;
+    this.changed();
+    this.schedule();
+  }
+
+  play(next: boolean): void {
+    if (next !== this.#playing) {
+      this.#playing = next;
+      post({ kind: "playing", playing: next });
+    }
+    this.#hashAt = -Infinity;
+    this.#stale = true;
+    this.resume();
+  }
+
+  /** Goes on by the clock from here. */
+  resume(): void {
+    this.#rebase();
+    this.schedule();
+  }
+
+  /** Seconds of the run for each second; Infinity is as fast as it goes. */
+  setSpeed(factor: number): void {
+    this.#pace.speed = factor;
+    this.resume();
+  }
+
+  /** The page has drawn the last frame. */
+  drawn(): void {
+    this.#pageReady = true;
+    if (this.#stale) this.show();
+  }
+
+  /** Something is to be shown. */
+  changed(): void {
+    this.#stale = true;
+    this.show();
+  }
+
+  /** Sends a frame if there is something new and the page can take one. */
+  show(): void {
+    const { run } = this;
+    if (!run) return;
+    for (const note of run.notes()) post({ kind: "event", run: this.#number, ...note });
+    const now = performance.now();
+    if (now - this.#hashAt >= HASH_MILLIS) {
+      this.#hashAt = now;
+      post({ kind: "hash", run: this.#number, text: run.hash() });
+    }
+    if (!this.#pageReady || !this.#stale) return;
+    this.#pageReady = false;
+    this.#stale = false;
+    this.#seq += 1;
+    // The status counts what the change has just fetched.
+    const change = run.change();
+    const bare = run.status();
+    const elapsed = run.kind === "replay" ? (performance.now() - this.#begunAt) / 1000 : NaN;
+    const remaining = bare.progress > 0.005 ? (elapsed * (1 - bare.progress)) / bare.progress : NaN;
+    const status = { ...bare, realTimeFactor: this.#playing ? this.#pace.factor : NaN, remaining };
+    const clock = this.#pace.clock(this.#playing && run.kind !== "bridge");
+    const frame = { kind: "frame", run: this.#number, seq: this.#seq, clock, status, ...change, ...this.extras.of(run, now, this.#playing) } as const;
+    post(frame, transferables(frame));
+  }
+
+  schedule(now = true): void {
+    if (this.#scheduled || !(this.#playing || this.before)) return;
+    this.#scheduled = true;
+    if (now) this.#immediate.port2.postMessage(null);
+    else setTimeout(() => this.#turn(), IDLE_MILLIS);
+  }
+
+  #rebase(): void {
+    this.#pace.rebase(performance.now(), this.run?.time ?? 0);
+  }
+
+  /** One slice of work. */
+  #turn(): void {
+    this.#scheduled = false;
+    try {
+      if (this.before) {
+        if (!this.before()) this.before = null;
+        this.schedule();
+      } else if (this.run && this.#playing && this.run.kind !== "bridge") {
+        // A robot behind a bridge goes at its own pace: its link tells when something came.
+        this.#slice(this.run);
+      }
+    } catch (error) {
+      fail(error);
+    }
+  }
+
+  #slice(run: Run): void {
+    const begin = performance.now();
+    const target = this.#pace.target(begin);
+    let late = false;
+    while (run.time < target && !run.finished && !late) {
+      run.step();
+      this.#stale = true;
+      late = performance.now() - begin >= SLICE_MILLIS;
+    }
+    if (late) this.#pace.fallBehind(begin, run.time);
+    this.#pace.measure(performance.now(), run.time);
+    if (run.finished) this.play(false);
+    this.show();
+    this.schedule(late);
+  }
+}

@@ -1,0 +1,73 @@
+// What is asked beside the run: settings, calibration, σ(ρ), the fit of a drive, a trial of the controller, planners, maps, files to save.
+
+import { calibrate, read_building, read_known, read_preset, write_preset } from "../../pkg/slamlab_web.js";
+import { attempt, fail, post } from "../answer.js";
+import type { GivenBytes, Handlers } from "../protocol.js";
+import type { DriveFit, GivenFile, SavedFile } from "../protocol/module.js";
+import { ContestRunner } from "./contest.js";
+import type { Player } from "./player.js";
+import { settingsOf } from "./settings.js";
+
+type Questions = Pick<Handlers, "settings" | "calibrate" | "sigma" | "fit" | "preset" | "bench" | "save" | "build" | "know" | "contest" | "contest-watch" | "contest-stop">;
+
+export function questions(player: Player): Questions {
+  const contest = new ContestRunner();
+  /** The fit that was asked for last. */
+  let fitted: DriveFit | null = null;
+  player.onBegin = () => contest.close();
+
+  const filesOf = (what: Parameters<Questions["save"]>[0]["what"]): SavedFile[] => {
+    const { run } = player;
+    if (!run) return [];
+    return what === "fit" ? presetFile(run.title, fitted) : run.export(what);
+  };
+
+  return {
+    settings: ({ sensor, settings }) => post({ kind: "settings", settings: settingsOf(sensor, settings) }),
+    calibrate: ({ pairs }) => post({ kind: "calibrated", ...attempt("calibration", () => calibrate(pairs)) }),
+    sigma: ({ growth }) => {
+      const { run } = player;
+      if (run) post({ kind: "sigma", ...attempt("curve", () => run.estimateSigma(growth)) });
+    },
+    fit: () => {
+      fitted = player.run?.fit() ?? null;
+      if (fitted) post({ kind: "fit", fit: fitted, error: "" });
+    },
+    preset: ({ name, bytes }) => given(name, () => post({ kind: "preset", ...read_preset(new Uint8Array(bytes)) })),
+    bench: ({ trial }) => {
+      if (player.run?.kind === "sim") post({ kind: "bench", response: player.run.bench(trial) });
+    },
+    save: ({ what }) => given("", () => post({ kind: "saved", files: filesOf(what) })),
+    build: ({ name, files }) => given(name, () => post({ kind: "built", name, ...read_building(name, files.map(fileOf)) })),
+    know: ({ name, files }) => given(name, () => {
+      const map = files.length > 0 ? read_known(name, files.map(fileOf)) : player.run?.asKnown(name);
+      if (map) post({ kind: "known", ...map });
+    }),
+    contest: ({ ask, watched }) => {
+      const { run } = player;
+      if (run) contest.begin(watched, () => run.contest(ask));
+    },
+    "contest-watch": ({ watched }) => contest.watch(watched),
+    "contest-stop": () => contest.stop(),
+  };
+}
+
+/** What was given may be of no use: its name stands before the reason. */
+export function given(name: string, work: () => void): void {
+  try {
+    work();
+  } catch (error) {
+    fail(error, name);
+  }
+}
+
+function fileOf({ name, bytes }: GivenBytes): GivenFile {
+  return { name, bytes: new Uint8Array(bytes) };
+}
+
+/** What was fitted last, as a preset. */
+function presetFile(title: string, fitted: DriveFit | null): SavedFile[] {
+  if (!fitted) throw new Error("Nothing was fitted yet.");
+  const text = write_preset(`fit of ${title}`, fitted);
+  return [{ name: `${title.replace(/[^\w-]+/g, "-")}-preset.json`, mime: "application/json", bytes: new TextEncoder().encode(text) }];
+}

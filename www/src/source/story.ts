@@ -1,0 +1,122 @@
+// What happens in a run, told for its log: goals, how tasks end, what was explored, touched, merged or closed. The same for every source.
+
+import { plannerTitle } from "../planners.js";
+import type { Level, RunStatus, WebRun } from "../protocol/module.js";
+
+export interface Note {
+  time: number;
+  level: Level;
+  text: string;
+  /** Of several notes with the same topic only the newest stands, with their number. */
+  topic?: string;
+  /** It is shown at once, not only in the log. */
+  alert?: boolean;
+}
+
+/** Parts of the reachable area worth a line when they become known. */
+const MILESTONES = [0.25, 0.5, 0.75, 0.9, 0.95, 0.99];
+
+export class Story {
+  readonly #module: WebRun;
+  #notes: Note[] = [];
+  #time = 0;
+  #goal = "";
+  #end = "";
+  #contacts = 0;
+  #closures = 0;
+  #milestones = 0;
+  #misfitTold = false;
+  #fullTold = false;
+  /** Commands so far: the legs of one task are told in one line. */
+  #tasks = 0;
+
+  constructor(module: WebRun) {
+    this.#module = module;
+  }
+
+  take(): Note[] {
+    for (const { level, text } of this.#module.notices()) this.note(level, text, text);
+    return this.#notes.splice(0);
+  }
+
+  note(level: Level, text: string, topic?: string): void {
+    this.#notes.push({ time: this.#time, level, text, ...(topic === undefined ? {} : { topic }) });
+  }
+
+  /** Another task begins. */
+  commanded(): void {
+    this.#tasks += 1;
+  }
+
+  /** After each step; `explored` tells how much is, 0 to 1, afresh where a task ended. */
+  look(s: RunStatus, explored: (afresh: boolean) => number): void {
+    this.#time = s.time;
+    this.#tellGoal(s);
+    const end = s.finished && s.task ? s.task.text : "";
+    const ends = end !== "" && end !== this.#end;
+    const share = explored(ends);
+    const reached = MILESTONES.filter((part) => share >= part);
+    if (reached.length > this.#milestones) {
+      this.#milestones = reached.length;
+      this.note("info", `${Math.round(100 * (reached.at(-1) ?? 0))} % of what can be reached is known, after ${s.distance.toFixed(1)} m`);
+    }
+    if (s.contacts > this.#contacts) this.note("warn", "Touched something", "contact");
+    if (ends && s.task) this.note(s.task.level, sentence(end));
+    if (s.loopClosures > this.#closures) this.note("info", "Loop closed: the map was bent back into place", "loop");
+    [this.#end, this.#contacts, this.#closures] = [end, s.contacts, s.loopClosures];
+  }
+
+  /** After each scan. */
+  scanned(s: RunStatus): void {
+    const merged = this.#module.merged();
+    for (let i = 0; i + 1 < merged.length; i += 2) {
+      this.note("info", `Wall ${merged[i + 1]} turned out to be a part of wall ${merged[i]}: one wall from now on`, "merged");
+    }
+    if (s.knownMisfit && !this.#misfitTold) {
+      this.#misfitTold = true;
+      this.#alert(`The known map does not fit: only ${Math.round(100 * s.knownPart)} % of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it: mend that under Run, Known map.`);
+    }
+    if (s.mapFull && !this.#fullTold) {
+      this.#fullTold = true;
+      this.#alert("The map is full: what lies beyond it is left out, and what is in it stays. Save it, or begin again with larger cells (Settings, Map).");
+    }
+  }
+
+  #alert(text: string): void {
+    this.#notes.push({ time: this.#time, level: "warn", text, alert: true });
+  }
+
+  #tellGoal(s: RunStatus): void {
+    const goal = Number.isFinite(s.goalX) ? `(${s.goalX.toFixed(2)}, ${s.goalY.toFixed(2)}) m` : "";
+    if (goal === this.#goal) return;
+    this.#goal = goal;
+    if (goal === "" || !s.task) return;
+    const by = s.task.planner ? `, way found by ${plannerTitle(s.task.planner)}` : "";
+    if (s.task.state === "homeward") {
+      this.note("info", `All is explored: drives home to ${goal}${by}`, `home ${this.#tasks}`);
+      return;
+    }
+    // An explorer looks for the best frontier again and again: that is one story, not a hundred.
+    const text = s.mode === "explore" ? `Heads for a frontier at ${goal}${by}` : `Goal ${goal}${by}`;
+    this.note("info", text, `task ${this.#tasks}`);
+  }
+}
+
+/** What the robot is about to do, in words a visitor understands; north is up on the map. */
+export function doing({ mode, task, x, y, goalX, goalY }: RunStatus): string {
+  if (mode === "manual" || !task) return "";
+  if (task.state === "scanning") return "stands and looks around";
+  if (task.state === "waiting") return task.text;
+  if (!Number.isFinite(goalX)) return mode === "explore" ? "looks for the next frontier" : "plans a way";
+  const [dx, dy] = [goalX - x, goalY - y];
+  const wind = WINDS[Math.round(Math.atan2(dy, dx) / (Math.PI / 4) + 8) % 8] ?? "";
+  const way = `${Math.hypot(dx, dy).toFixed(1)} m to the ${wind}`;
+  if (task.state === "homeward") return `all is explored, drives home, ${way}`;
+  return mode === "explore" ? `heads for a frontier ${way}` : way;
+}
+
+const WINDS = ["east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east"] as const;
+
+function sentence(text: string): string {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}
