@@ -1,6 +1,6 @@
 // Samples of the run for the plots: columns that thin themselves out, so that an hour costs no more than a minute.
 
-import { SAMPLE_STRIDE } from "./protocol/frame.js";
+import { SAMPLE_STRIDE } from "./protocol/sample.js";
 
 /** A plot is some 300 pixels wide: more samples cost time and show nothing. */
 const MOST = 2000;

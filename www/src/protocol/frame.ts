@@ -25,16 +25,6 @@ export interface Status extends RunStatus {
   features: number;
 }
 
-/** Numbers for each sample in `Frame.samples`, one for each scan. */
-export const SAMPLE = {
-  time: 0, positionError: 1, positionSigma3: 2, headingError: 3, headingSigma3: 4, scanMillis: 5, explored: 6,
-  /** Mean of the last scans, and its 95 % band, see `ConsistencyWindow` of the core. */
-  nees: 7, neesLow: 8, neesHigh: 9,
-  /** The same for each degree of freedom of the innovations. */
-  nis: 10, nisLow: 11, nisHigh: 12,
-} as const;
-export const SAMPLE_STRIDE = 13;
-
 /** What the time of the run is meant to be at any wall time, so that pictures can be drawn between two steps. */
 export interface Clock {
   /** Milliseconds since 1970, comparable between page and worker. */

@@ -1,6 +1,6 @@
 // What is collected between two frames, and what costs too much to ask for at each.
 
-import { SAMPLE, SAMPLE_STRIDE } from "../protocol/frame.js";
+import { type Sample, SAMPLE, SAMPLE_STRIDE } from "../protocol/sample.js";
 import { TRAIL_STRIDE } from "../protocol/module.js";
 
 /** A number that costs more than a step, asked for a few times a second only. */
@@ -57,7 +57,7 @@ export class Sparing<T> {
 export class Samples {
   #values: number[] = [];
 
-  add(sample: Record<keyof typeof SAMPLE, number>): void {
+  add(sample: Sample): void {
     const at = this.#values.length;
     this.#values.length = at + SAMPLE_STRIDE;
     for (const key of Object.keys(SAMPLE) as (keyof typeof SAMPLE)[]) this.#values[at + SAMPLE[key]] = sample[key];

@@ -2,6 +2,7 @@
 
 import type { Change, LookedAt, Status } from "../protocol/frame.js";
 import type { BenchResponse, BenchTrial, ContestAsk, DriveFit, FieldName, GrowthName, Inspection, KnownFile, MethodName, Rooms, RunStatus, SavedFile, SavedKind, SettingValues, SigmaCurve, SourceKind, WebContest, WebRun } from "../protocol/module.js";
+import { sampleOf, turnBetween } from "../protocol/sample.js";
 import { Changes } from "./changes.js";
 import { Slow } from "./feeds.js";
 import { micros } from "./link.js";
@@ -224,32 +225,6 @@ export class Run implements RunFacts {
   }
 }
 
-/** What the plots need of a scan. */
-function sampleOf(s: RunStatus, scanMillis: number, explored: number): Parameters<Changes["samples"]["add"]>[0] {
-  const { time, nees, neesLow, neesHigh, nis, nisLow, nisHigh } = s;
-  return {
-    time, scanMillis, explored, nees, neesLow, neesHigh, nis, nisLow, nisHigh,
-    positionError: Math.hypot(s.x - s.truthX, s.y - s.truthY),
-    positionSigma3: 3 * Math.sqrt(largestVariance(s.covXx, s.covXy, s.covYy)),
-    headingError: Math.abs(degrees(turnBetween(s.heading, s.truthHeading))),
-    headingSigma3: degrees(3 * Math.sqrt(Math.max(0, s.covHeading))),
-  };
-}
-
 function fileName(title: string): string {
   return title.replace(/\.[a-z]+$/i, "").replace(/[^\w-]+/g, "-");
-}
-
-/** Variance along the most uncertain direction of a 2 x 2 covariance. */
-function largestVariance(xx: number, xy: number, yy: number): number {
-  return Math.max(0, (xx + yy) / 2 + Math.hypot((xx - yy) / 2, xy));
-}
-
-function degrees(radians: number): number {
-  return (radians * 180) / Math.PI;
-}
-
-/** From `b` to `a`, in (-π, π]. */
-function turnBetween(a: number, b: number): number {
-  return Math.atan2(Math.sin(a - b), Math.cos(a - b));
 }

@@ -3,7 +3,7 @@
 import { css, type CSSResultGroup, html, nothing, type PropertyValues, type TemplateResult, unsafeCSS } from "lit";
 import uPlot from "uplot";
 import plotCss from "uplot/dist/uPlot.min.css";
-import { SAMPLE } from "../protocol/frame.js";
+import { SAMPLE } from "../protocol/sample.js";
 import type { History } from "../history.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";

@@ -2,7 +2,7 @@
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import type { DiagnosisName } from "../protocol/module.js";
-import { SAMPLE } from "../protocol/frame.js";
+import { SAMPLE } from "../protocol/sample.js";
 import type { Topic } from "../store.js";
 import { type Curve, SlamCharts } from "./charts.js";
 import { degrees, fixed } from "./format.js";

@@ -1,6 +1,6 @@
 // Curves of the run: position error and heading error with the 3σ that the filter claims, and time per scan.
 
-import { SAMPLE } from "../protocol/frame.js";
+import { SAMPLE } from "../protocol/sample.js";
 import { type Curve, SlamCharts } from "./charts.js";
 
 export class SlamPlots extends SlamCharts {
