@@ -109,7 +109,7 @@ fn main() -> ExitCode {
 fn obey(command: Command) -> anyhow::Result<()> {
     match command {
         Command::Run { speed, port, open } => {
-            let bridge = page::build_with_bridge(speed.profile())?;
+            let bridge = page::build_with_bridge(speed.profile(), "dev")?;
             serve::serve(&bridge, port, open)
         }
         Command::Build { speed } => page::build(speed.profile()),

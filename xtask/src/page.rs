@@ -21,12 +21,12 @@ pub fn build(profile: Profile) -> Result<()> {
     make_beside(profile, || Ok(()))
 }
 
-/// [`build`], and the bridge beside it, whose program is returned.
+/// [`build`], and the bridge beside it, by cargo's profile `bridge`; its program is returned.
 ///
 /// # Errors
 /// As [`build`], and if the bridge does not compile.
-pub fn build_with_bridge(profile: Profile) -> Result<PathBuf> {
-    make_beside(profile, serve::build_bridge)
+pub fn build_with_bridge(profile: Profile, bridge: &str) -> Result<PathBuf> {
+    make_beside(profile, || serve::build_bridge(bridge))
 }
 
 /// Type-checks the page.

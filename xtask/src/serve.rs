@@ -22,12 +22,13 @@ pub fn serve(bridge: &Path, port: u16, open: bool) -> Result<()> {
     become_program(&mut bridge)
 }
 
-/// Compiles the bridge and returns its program.
+/// Compiles the bridge by a profile of cargo's whose folder is `debug`, `dev` or `test`, and returns its program.
 ///
 /// # Errors
 /// If it does not compile.
-pub fn build_bridge() -> Result<PathBuf> {
-    tools::run(tools::cargo().args(["build", "--package", "slamlab-bridge"]))?;
+pub fn build_bridge(profile: &str) -> Result<PathBuf> {
+    let build = "build --package slamlab-bridge --profile";
+    tools::run(tools::cargo().args(build.split(' ')).arg(profile))?;
     Ok(tools::built("debug/slamlab-bridge"))
 }
 

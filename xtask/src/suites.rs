@@ -27,6 +27,9 @@ pub enum Suite {
 /// All but [`Suite::Quick`], which is part of them.
 const ALL: [Suite; 4] = [Suite::Native, Suite::Wasm, Suite::Page, Suite::Firmware];
 
+/// Cargo's profile of the programs that the page's tests start: what the native tests stand on is compiled already.
+const TEST: &str = "test";
+
 /// Parts of the names of those unit tests of `core` that take seconds: nine tenths of the time of all. [`Suite::Quick`] leaves
 /// them out, and says how many.
 const SLOW: &[&str] = &[
@@ -126,7 +129,7 @@ fn wasm() -> Result<()> {
 
 fn the_page() -> Result<()> {
     let chrome = tools::chrome()?;
-    let bridge = page::build_with_bridge(Profile::Release)?;
+    let bridge = page::build_with_bridge(Profile::Release, TEST)?;
     // The run on the command line whose bits those in the page must equal.
     let simulate = build_example("slamlab-core", "simulate")?;
     let wired_robot = build_example("slamlab-tests", "wired_robot")?;
@@ -144,7 +147,8 @@ fn the_page() -> Result<()> {
 
 /// An example's program, compiled for this machine.
 fn build_example(package: &str, name: &str) -> Result<PathBuf> {
-    tools::run(tools::cargo().args(["build", "--package", package, "--example", name]))?;
+    let build = ["build", "--profile", TEST, "--package", package];
+    tools::run(tools::cargo().args(build).args(["--example", name]))?;
     Ok(tools::built(&format!("debug/examples/{name}")))
 }
 

@@ -13,16 +13,16 @@ use crate::tools;
 pub enum Profile {
     /// Optimised, cargo profile `wasm`.
     Release,
-    /// Quick to compile, slow to run, cargo profile `dev`.
+    /// Quick to compile, slow to run, cargo profile `wasm-dev`.
     Dev,
 }
 
 impl Profile {
     /// Cargo's name of the profile, and of its folder under `target`.
-    fn names(self) -> (&'static str, &'static str) {
+    fn name(self) -> &'static str {
         match self {
-            Self::Release => ("wasm", "wasm"),
-            Self::Dev => ("dev", "debug"),
+            Self::Release => "wasm",
+            Self::Dev => "wasm-dev",
         }
     }
 }
@@ -33,12 +33,11 @@ impl Profile {
 /// If the wasm32 target is missing or the sources do not compile.
 pub fn compile(profile: Profile) -> Result<PathBuf> {
     tools::need_wasm_target()?;
-    let (name, folder) = profile.names();
     let build = "build --package slamlab-web --target wasm32-unknown-unknown --profile";
-    tools::run(tools::cargo().args(build.split(' ')).arg(name))?;
+    tools::run(tools::cargo().args(build.split(' ')).arg(profile.name()))?;
     Ok(tools::target_dir()
         .join("wasm32-unknown-unknown")
-        .join(folder)
+        .join(profile.name())
         .join("slamlab_web.wasm"))
 }
 
