@@ -228,7 +228,7 @@ test('Stop reaches the robot while whoever maps is busy', async ({ lab, page }) 
     isBusy = false;
     await busy;
     // Busy for longer than rules may be silent: whoever maps hears them again all the same.
-    await expect(lab.at('bridge-state')).toContainText('somebody pressed Stop', { timeout: 60_000 });
+    await expect(lab.at('bridge-state')).toContainText('Stop was pressed', { timeout: 60_000 });
     for await (const facts of robot.during(1)) expect(facts.moves, 'nothing moves before somebody arms it').toBe(false);
     await turnByHand(lab, robot);
     await page.keyboard.up('ArrowLeft');

@@ -26,7 +26,7 @@ export function fail(error: unknown, name = ""): void {
   post({ kind: "failed", about, text: `${name === "" ? "" : `${name}: `}${text}` });
 }
 
-/** What the module throws tells what it is about; whatever else is thrown is a fault of the program. */
+/** An error of the module names its kind; anything else that is thrown is a fault of the program. */
 export function faultOf(error: unknown): { about: ErrorKind; text: string } {
   if (!(error instanceof Error)) return { about: "internal", text: String(error) };
   const { kind = "internal" } = error as Error & { kind?: ErrorKind };

@@ -1,17 +1,17 @@
-// What files that somebody dropped or chose together are: a building, something else to open, or nothing that can be opened.
+// Sorts files that were dropped or chosen together: a building, something else to open, or nothing that can be opened.
 
 export type Chosen =
   | { kind: "nothing" }
   /** A map of ROS with its image, an OGmap.txt, or a floor plan. */
   | { kind: "building"; name: string; files: readonly File[] }
-  /** A recording, a world or a preset: what is in it tells. */
+  /** A recording, a world or a preset: its contents decide. */
   | { kind: "file"; file: File }
   | { kind: "refused"; text: string };
 
 /** What the page writes for other programs, and where the same is to be had in a form that it reads. */
 const WRITTEN_ONLY: Readonly<Record<string, string>> = {
   dxf: "The floor plan that was saved with it (.svg) holds the same walls.",
-  geojson: "Walls are in the floor plan that was saved with them (.svg), rooms are found anew in every map.",
+  geojson: "Walls are in the floor plan that was saved with them (.svg), rooms are detected again in every map.",
   tum: "The log of the scans (CARMEN) gives the same way again.",
 };
 

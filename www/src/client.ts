@@ -1,11 +1,11 @@
 // The page's end of the wire to the worker: sends commands, hands frames to scene and store.
 
-import { bridgeBehind, tokenOf } from "./behind.js";
+import { bridgeAddress, tokenOf } from "./bridge_address.js";
 import { chosen } from "./chosen.js";
-import type { Answer, Command, Found, GivenBytes } from "./protocol.js";
+import type { Answer, Command, LiveSetup, GivenBytes } from "./protocol.js";
 import type { DeviceKind } from "./protocol/module.js";
 import type { KnownMap, MethodName, SettingValues, Setup, SourceKind } from "./protocol/module.js";
-import type { Told } from "./protocol/setup.js";
+import type { Tuning } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
 import type { Contest, Store } from "./store.js";
@@ -52,7 +52,7 @@ export class Client {
   /** Starts a simulated run with the present setup, changed by `patch`. */
   start(patch: Partial<Setup> = {}): void {
     const setup = { ...this.#store.setup, ...patch };
-    this.#store.set("run", { entering: setup.world });
+    this.#store.set("run", { loading: setup.world });
     this.send({ kind: "start", setup, play: true });
   }
 
@@ -91,34 +91,34 @@ export class Client {
     this.send({ kind: "settings", source, method, sensor: source === "sim" ? setup.sensor : "lidar", settings: setup.settings });
   }
 
-  /** Settings that a drive told, in place of others that one did; none: the robot's own word stands again. A recording is mapped anew. */
-  usePreset(preset: Told["preset"]): void {
+  /** Uses the settings fitted to a drive in place of earlier ones; null: the robot's own calibration again. A recording is mapped again. */
+  usePreset(preset: Tuning["preset"]): void {
     const store = this.#store;
-    const before = Object.keys(store.told.preset?.settings ?? {});
+    const before = Object.keys(store.tuning.preset?.settings ?? {});
     const others = Object.entries(store.setup.settings).filter(([key]) => !before.includes(key));
-    store.set("fit", { told: { ...store.told, preset } });
+    store.set("fit", { tuning: { ...store.tuning, preset } });
     this.configure({ ...Object.fromEntries(others), ...preset?.settings });
     this.#fromTheBeginning();
   }
 
-  /** A simulated twin beside the robot, or none. A recording is mapped anew, for it begins with it. */
+  /** A simulated twin beside the robot, or none. A recording is mapped again, because its twin starts where it does. */
   setTwin(twin: boolean): void {
     const store = this.#store;
-    store.set("fit", { told: { ...store.told, twin } });
+    store.set("fit", { tuning: { ...store.tuning, twin } });
     this.send({ kind: "twin", on: twin });
     this.#fromTheBeginning();
   }
 
-  /** A recording is mapped anew. */
+  /** A recording is mapped again. */
   #fromTheBeginning(): void {
     if (this.#store.source === "replay") this.again();
-    this.#store.tell("run");
+    this.#store.notify("run");
   }
 
-  /** Looks whether the page's own server is a bridge with something behind it; the simulation begins where none is. */
+  /** Connects to the page's own server if it is a bridge with a robot; otherwise starts the simulation. */
   async begin(): Promise<void> {
     const token = tokenOf(location);
-    const url = await bridgeBehind(location);
+    const url = await bridgeAddress(location);
     if (url) this.connect(url, token);
     else this.start();
   }
@@ -134,7 +134,7 @@ export class Client {
       await this.#ports.choose(kind, ofAll);
       this.#cable(this.#store.setup.method);
     } catch (error) {
-      // Whoever chose no port knows that.
+      // The person closed the dialog: there is nothing to report.
       if (error instanceof DOMException && error.name === "NotFoundError") return;
       this.#warn(`The port cannot be used: ${error instanceof Error ? error.message : String(error)}`);
     }
@@ -144,17 +144,17 @@ export class Client {
   #cable(method: MethodName): void {
     this.send({ kind: "unplug" });
     const wire = this.#ports.begin();
-    this.send({ kind: "cable", wire, ...this.#found(method) }, [wire]);
+    this.send({ kind: "cable", wire, ...this.#liveSetup(method) }, [wire]);
   }
 
   connect(url: string, token: string, method: MethodName = this.#store.setup.method): void {
     this.#bridge = { url, token };
-    this.send({ kind: "connect", url, token, ...this.#found(method) });
+    this.send({ kind: "connect", url, token, ...this.#liveSetup(method) });
   }
 
   /** How a robot is mapped: a bridge has no map to hand out, so that without one its robot draws its own. */
-  #found(method: MethodName): Found {
-    const { setup: { known, settings }, told: { twin } } = this.#store;
+  #liveSetup(method: MethodName): LiveSetup {
+    const { setup: { known, settings }, tuning: { twin } } = this.#store;
     return { method: method === "known-map" && !known ? "line-ekf" : method, known, settings, twin };
   }
 
@@ -255,7 +255,7 @@ export class Client {
     else if (given.kind === "file") await this.open(given.file);
   }
 
-  /** A map to be found in, which may also be a world; the run begins anew in it. */
+  /** Restarts the run with a prior map, which may also be a world. */
   async openKnown(files: readonly File[]): Promise<void> {
     const given = chosen(files);
     if (given.kind === "refused") this.#warn(given.text);
@@ -301,7 +301,7 @@ export class Client {
         else this.start({ world: file.name, worldJson, mode: "explore" });
       } else {
         store.set("run", { reading: { name: file.name, done: 0 } });
-        this.send({ kind: "replay", name: file.name, bytes, method, settings: store.setup.settings, twin: store.told.twin, known: store.setup.known }, [bytes]);
+        this.send({ kind: "replay", name: file.name, bytes, method, settings: store.setup.settings, twin: store.tuning.twin, known: store.setup.known }, [bytes]);
         this.#opening = file;
       }
     } catch (error) {
@@ -362,7 +362,7 @@ export class Client {
         break;
       case "playing":
         store.set("run", { playing: answer.playing });
-        store.tell("moment");
+        store.notify("frame");
         break;
       case "hash":
         if (answer.run === this.#run) store.hash = answer.text;
@@ -412,7 +412,7 @@ export class Client {
         store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(", ")}` });
         break;
       case "failed":
-        store.set("run", { entering: "" });
+        store.set("run", { loading: "" });
         store.note({ time: store.status?.time ?? 0, level: "warn", text: answer.text });
         this.#warn(answer.text);
         break;

@@ -7,21 +7,21 @@ export interface GamepadActions {
 
 /** Within this part of its way a stick is at rest: worn ones never quite come back. */
 const DEAD = 0.15;
-/** Smaller changes are not told. */
+/** Smaller changes are not sent. */
 const STEP = 0.02;
 /** Buttons that stop, as the standard layout numbers them: B (or circle), and the right trigger. */
 const STOPS = [1, 7] as const;
 
 export function startGamepad(actions: GamepadActions): void {
-  let told: readonly [number, number] = [0, 0];
+  let sent: readonly [number, number] = [0, 0];
   let stopping = false;
   let frame = 0;
 
-  const tell = (forward: number, turn: number): void => {
-    const changed = Math.abs(forward - told[0]) > STEP || Math.abs(turn - told[1]) > STEP;
-    const rests = forward === 0 && turn === 0 && (told[0] !== 0 || told[1] !== 0);
+  const send = (forward: number, turn: number): void => {
+    const changed = Math.abs(forward - sent[0]) > STEP || Math.abs(turn - sent[1]) > STEP;
+    const rests = forward === 0 && turn === 0 && (sent[0] !== 0 || sent[1] !== 0);
     if (!changed && !rests) return;
-    told = [forward, turn];
+    sent = [forward, turn];
     actions.drive(forward, turn);
   };
 
@@ -32,25 +32,25 @@ export function startGamepad(actions: GamepadActions): void {
     const axis = (index: number): number => pads.map((pad) => soft(pad?.axes[index] ?? 0)).find((value) => value !== 0) ?? 0;
     const stop = pads.some((pad) => STOPS.some((button) => pad?.buttons[button]?.pressed === true));
     if (stop && !stopping) {
-      told = [0, 0];
+      sent = [0, 0];
       actions.stop();
     }
     stopping = stop;
     // Up and left are negative on a gamepad. While a stop is pressed, or another window is in use, the stick says nothing.
     if (!document.hasFocus()) release();
-    else if (!stop) tell(-axis(1) || 0, -axis(0) || 0);
+    else if (!stop) send(-axis(1) || 0, -axis(0) || 0);
   };
 
   const wake = (): void => {
     if (frame === 0) read();
   };
   const release = (): void => {
-    if (told[0] !== 0 || told[1] !== 0) tell(0, 0);
+    if (sent[0] !== 0 || sent[1] !== 0) send(0, 0);
   };
 
   addEventListener("gamepadconnected", wake);
   addEventListener("gamepaddisconnected", release);
-  // Frames cease when the page is hidden: the robot must not go on with what was told last.
+  // Frames stop when the page is hidden: the robot must not go on with the last command.
   addEventListener("blur", release);
   document.addEventListener("visibilitychange", release);
 }

@@ -7,7 +7,7 @@ import init, { WebLocalBridge } from "../pkg/slamlab_web.js";
 import type { LineEvent, LineWish, LocalBridgeAnswer, LocalBridgeCommand } from "./protocol/devices.js";
 import { micros } from "./source/link.js";
 
-/** Wall milliseconds between two looks of the devices. */
+/** Wall milliseconds between two polls of the devices. */
 const DEVICE_MILLIS = 10;
 
 const post = (answer: LocalBridgeAnswer, transfer: Transferable[] = []): void => {

@@ -67,20 +67,20 @@ for (const tag of ["slam-header", "slam-bridge", "slam-setup", "slam-known", "sl
 
 client.onStart = () => map.restart();
 
-/** The worker tells of the filter's inside only while somebody looks at it, and of the matrix only while it is in sight. */
+/** The worker sends the filter's state only while its tab is open, and the matrix only while it is visible. */
 let matrixInSight = false;
-const tellInspect = (): void => client.send({ kind: "inspect", on: store.tab === "filter", matrix: matrixInSight });
+const requestInspection = (): void => client.send({ kind: "inspect", on: store.tab === "filter", matrix: matrixInSight });
 const matrix = document.querySelector("slam-correlations");
 if (matrix) {
   new IntersectionObserver((entries) => {
     const inSight = entries.at(-1)?.isIntersecting ?? false;
     if (inSight === matrixInSight) return;
     matrixInSight = inSight;
-    tellInspect();
+    requestInspection();
   }).observe(matrix);
 }
 store.on("tab", () => {
-  tellInspect();
+  requestInspection();
   if (store.tab !== "filter") store.point({ hovered: [], pinned: null });
 });
 
@@ -139,7 +139,7 @@ startKeyboard({
 async function savePicture(): Promise<void> {
   const blob = await mapPicture(scene.tiles, readPalette().css.unknown);
   if (blob) download(blob, `${store.title.replace(/[^\w-]+/g, "-") || "map"}.png`);
-  else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot look around first." } });
+  else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot scan first." } });
 }
 
 /** The latest numbers, for tests and for the curious at the console. */
@@ -157,13 +157,13 @@ Object.defineProperty(window, "slamlab", {
     get bridge() { return store.bridge; },
     get cycle() { return store.cycle; },
     get fit() { return store.fit.fit; },
-    get told() { return store.told; },
+    get tuning() { return store.tuning; },
     get twin() { return store.twin.columns.map((column) => column.at(-1) ?? NaN); },
     get rooms() { return store.rooms; },
     get doors() { return [...store.doors]; },
     get materials() { return [...new Set(scene.materials)]; },
     get seq() { return store.seq; },
-    /** The robot as it is drawn at this moment. */
+    /** The robot as it is drawn now. */
     get drawn() { return scene.status && { time: scene.status.time, x: scene.status.x, y: scene.status.y, heading: scene.status.heading }; },
     get framesPerSecond() { return map.frames; },
     get blocks() { return scene.tiles.size; },

@@ -17,7 +17,7 @@ export interface GivenBytes {
 }
 
 /** How a live robot is mapped and driven. */
-export interface Found {
+export interface LiveSetup {
   method: MethodName;
   known: KnownMap | null;
   settings: SettingValues;
@@ -63,25 +63,25 @@ export type Command =
   | { kind: "calibrate"; pairs: Pairs }
   /** σ(ρ) from a log's scans taken standing, or from those of a simulated robot that stands. */
   | { kind: "sigma"; growth: GrowthName }
-  /** What the drive so far tells of its robot. */
+  /** Estimates the robot's parameters from the drive so far. */
   | { kind: "fit" }
   /** Settings of a preset file. */
   | { kind: "preset"; name: string; bytes: ArrayBuffer }
   /** A simulated twin beside a live or a recorded robot from here on, or none. */
   | { kind: "twin"; on: boolean }
-  /** All planners on one query; the tree of one of them is told. */
+  /** All planners on one query; the tree of the watched one is sent. */
   | { kind: "contest"; ask: ContestAsk; watched: number }
   | { kind: "contest-watch"; watched: number }
   | { kind: "contest-stop" }
   /** A trial of the simulated robot's drive controller. */
   | { kind: "bench"; trial: BenchTrial }
   /** A robot behind a bridge, at the address of its WebSocket; with an empty token this page only watches. */
-  | ({ kind: "connect"; url: string; token: string } & Found)
+  | ({ kind: "connect"; url: string; token: string } & LiveSetup)
   /** Devices at serial ports of the page, whose rules are at the other end of this wire. */
-  | ({ kind: "cable"; wire: MessagePort } & Found)
+  | ({ kind: "cable"; wire: MessagePort } & LiveSetup)
   /** Leaves them. */
   | { kind: "unplug" }
-  /** The right to drive it: takes it (with `force` also from somebody else), or gives it back. */
+  /** Takes the right to drive (with `force` also from another client), or gives it back. */
   | { kind: "wheel"; take: boolean; force: boolean }
   /** Opens or shuts a door of the simulated world, by its number. */
   | { kind: "door"; index: number; open: boolean }
@@ -128,7 +128,7 @@ export type Answer =
   | { kind: "calibrated"; calibration: Calibration | null; error: string }
   /** An estimate, or why there is none. */
   | { kind: "sigma"; curve: SigmaCurve | null; error: string }
-  /** What a drive told, or why it tells nothing. */
+  /** The fit of a drive, or why there is none. */
   | { kind: "fit"; fit: DriveFit | null; error: string }
   /** A preset that was opened. */
   | ({ kind: "preset" } & PresetFile)

@@ -3,7 +3,7 @@
 import { REGION, REGION_STRIDE, type Rooms } from "./protocol/module.js";
 import { roomAt } from "./view/layers/rooms.js";
 
-/** What of the rooms tells which is which. */
+/** What identifies rooms from one map to the next. */
 type Areas = Pick<Rooms, "regions" | "corners" | "rings">;
 
 /** The number of each room: that of the room before that had its middle in it, else the first that is free. */

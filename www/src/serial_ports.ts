@@ -1,5 +1,5 @@
 // Serial ports of this computer, by Web Serial: the person chooses them, bytes go to and fro here. What they mean, and when a line
-// is opened anew, is decided by the local bridge, in a worker of its own (local_bridge.ts).
+// is opened again, is decided by the local bridge, in a worker of its own (local_bridge.ts).
 
 import type { LineWish, LocalBridgeAnswer, LocalBridgeCommand } from "./protocol/devices.js";
 import type { DeviceKind } from "./protocol/module.js";
@@ -35,7 +35,7 @@ class Line {
   writer: WritableStreamDefaultWriter<Uint8Array> | null = null;
   retry: ReturnType<typeof setTimeout> | null = null;
   tries = 0;
-  /** From the moment that it breaks until it is opened again. */
+  /** From when it breaks until it is opened again. */
   isBroken = false;
   /** The run that uses it has ended. */
   isLeft = false;
@@ -80,7 +80,7 @@ export class SerialPorts {
     this.#keep(rulesWorker());
   }
 
-  /** Keeps loaded rules for the next run. Where they fail, whoever plugs a device tries again, and is told why. */
+  /** Loads the rules ahead of the next run. If that fails, plugging in a device tries again and shows the reason. */
   #keep(spare: Worker): void {
     const drop = () => {
       if (this.#spare !== spare) return;
@@ -108,7 +108,7 @@ export class SerialPorts {
     this.#lines = [...others.map((line) => line.again()), new Line(kind, port)];
   }
 
-  /** The same lines once more, for a run that begins anew. */
+  /** The same lines once more, for a run that restarts. */
   async again(): Promise<void> {
     await this.leave();
     this.#lines = this.#lines.map((line) => line.again());
@@ -120,7 +120,7 @@ export class SerialPorts {
     this.#lines = [];
   }
 
-  /** Devices and rules begin, and open the lines. Gives the wire to the one who maps and drives. */
+  /** Devices and rules begin, and open the lines. Returns the wire for the worker that maps and drives. */
   begin(): MessagePort {
     this.#endRules();
     const { port1: driver, port2: wire } = new MessageChannel();
@@ -137,12 +137,12 @@ export class SerialPorts {
     return wire;
   }
 
-  /** Stops the robot, whatever else is going on; with `cutOff` its motors stay off. */
+  /** Stops the robot at once; with `cutOff` its motors stay off. */
   stop(cutOff: boolean): void {
     this.#send({ kind: "stop", cutOff });
   }
 
-  /** The run that uses the lines ends: its robot is stopped first, and then they are closed. Who leaves twice waits for the same end. */
+  /** The run that uses the lines ends: its robot is stopped first, then they are closed. A second call waits for the same end. */
   leave(): Promise<void> {
     this.#leaving ??= this.#leave().finally(() => (this.#leaving = null));
     return this.#leaving;
@@ -186,7 +186,7 @@ export class SerialPorts {
     const down = this.#lines.filter((line) => line.baud > 0 && line.reader === null && !line.isLeft);
     // One that is only busy, or was never open, is not put in again elsewhere.
     const alike = down.filter((line) => line.wasOpen && !there.includes(line.port) && line.isLike(port));
-    // Of two that look the same nobody knows which it is: the person chooses.
+    // Two identical adapters cannot be told apart: the person chooses.
     const line = down.find((line) => line.port === port) ?? (alike.length === 1 ? alike[0] : undefined);
     if (!line) return;
     [line.port, line.tries] = [port, 0];
@@ -204,7 +204,7 @@ export class SerialPorts {
       void this.#open(number, line);
     } else if (want === "write") {
       line.writer?.write(bytes).catch(() => {
-        // The reader tells of a line that broke.
+        // The reader reports a broken line.
       });
     } else if (want === "dtr") {
       line.port.setSignals({ dataTerminalReady: on }).catch(() => {
@@ -239,7 +239,7 @@ export class SerialPorts {
       this.#send({ kind: "line", line: number, event: "opened" });
       for (;;) {
         const { value, done } = await line.reader.read();
-        if (done) throw new Error("the port gives nothing any more: look at the cable");
+        if (done) throw new Error("the port sends nothing any more: check the cable");
         const bytes = value.slice();
         this.#send({ kind: "line", line: number, event: "bytes", bytes, came: performance.timeOrigin + performance.now() }, [bytes.buffer]);
       }
@@ -248,7 +248,7 @@ export class SerialPorts {
     }
   }
 
-  /** Tells that a line broke, if there is a reason to tell, and tries it again after a while. */
+  /** Reports that a line broke, if there is a reason to report, and tries it again after a while. */
   async #broke(number: number, line: Line, why: string | null): Promise<void> {
     if (line.isLeft || line.isBroken) return;
     line.isBroken = true;

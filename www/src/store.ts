@@ -1,8 +1,8 @@
-// What the page knows, and who wants to hear of changes. Components read it and send commands; nothing is computed here.
+// The state of the page, and its listeners. Components read it and send commands; nothing is computed here.
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
 import { type BenchResponse, type Calibration, type ContestState, type Cycle, type DriveFit, type Ground, type Inspection, type MethodName, type Rooms, type Setup, type SigmaCurve, type SourceKind, TWIN_STRIDE, type Level } from "./protocol/module.js";
-import type { Told } from "./protocol/setup.js";
+import type { Tuning } from "./protocol/setup.js";
 import type { BridgeState } from "./protocol/devices.js";
 import type { DeviceKind } from "./protocol/module.js";
 import type { Frame, Status } from "./protocol/frame.js";
@@ -15,8 +15,8 @@ import { numbered } from "./room_numbers.js";
 export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
-/** `moment` is told at most ten times a second; the rest at once. */
-export type Topic = "moment" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms";
+/** `frame` is notified at most ten times a second, the others at once. */
+export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms";
 
 export interface LogEntry {
   time: number;
@@ -56,8 +56,8 @@ export interface Toast {
   text: string;
 }
 
-/** What the worker tells of a run that begins. */
-export type Begun = Pick<Store, "source" | "title" | "playing" | "method"> & { setup: Setup | null };
+/** What the worker sends when a run begins. */
+export type RunStart = Pick<Store, "source" | "title" | "playing" | "method"> & { setup: Setup | null };
 
 export class Store {
   status: Status | null = null;
@@ -68,8 +68,8 @@ export class Store {
   playing = false;
   /** A log that is being read, and how much of it is (0 to 1). */
   reading: { name: string; done: number } | null = null;
-  /** World that is being built; empty when none is. */
-  entering = "";
+  /** World that is being loaded; empty when none is. */
+  loading = "";
   speed = 4;
   /** What the module offers; empty until it is there. */
   worlds: string[] = [];
@@ -86,9 +86,9 @@ export class Store {
   dataSheet = "";
   calibration: { fit: Calibration | null; error: string } = { fit: null, error: "" };
   sigma: { curve: SigmaCurve | null; error: string } = { curve: null, error: "" };
-  /** What the drive told of its robot, and what is used of it. */
+  /** The fit of the drive, and what of it is in use. */
   fit: { fit: DriveFit | null; error: string } = { fit: null, error: "" };
-  told: Told = { preset: null, twin: false };
+  tuning: Tuning = { preset: null, twin: false };
   /** Samples of the twin. */
   readonly twin = new History(TWIN_STRIDE);
   /** Doors of the simulated world, see DOOR. */
@@ -109,7 +109,7 @@ export class Store {
   ) as Record<LayerName, boolean>;
   theme: Theme = "system";
   tab: Tab = "";
-  /** The inside of the filter, while somebody looks into it. */
+  /** The filter's state, while its tab is open. */
   inspection: Inspection | null = null;
   spot: Spot = { hovered: [], pinned: null };
   /** What the drive controller did on the bench. */
@@ -125,7 +125,7 @@ export class Store {
   readonly history = new History();
 
   #listeners = new Map<Topic, Set<() => void>>();
-  #told = -Infinity;
+  #notifiedAt = -Infinity;
 
   on(topic: Topic, listener: () => void): () => void {
     const set = this.#listeners.get(topic) ?? new Set();
@@ -133,17 +133,17 @@ export class Store {
     return () => set.delete(listener);
   }
 
-  tell(topic: Topic): void {
+  notify(topic: Topic): void {
     for (const listener of this.#listeners.get(topic) ?? []) listener();
   }
 
   set<K extends keyof Store>(topic: Topic, patch: Pick<Store, K>): void {
     Object.assign(this, patch);
-    this.tell(topic);
+    this.notify(topic);
   }
 
   /** A run begins: what was shown of the one before is gone. */
-  begin({ source, title, playing, method, setup }: Begun): void {
+  begin({ source, title, playing, method, setup }: RunStart): void {
     this.history.clear();
     this.twin.clear();
     const ended: Partial<Store> = {
@@ -151,13 +151,13 @@ export class Store {
       rooms: null, roomSpot: null, log: [], status: null, hash: "", toast: null,
     };
     Object.assign(this, ended);
-    // A recording that is mapped anew with what was fitted to it keeps the table.
+    // A recording that is mapped again with what was fitted to it keeps the table.
     if (source !== this.source || title !== this.title) this.fit = { fit: null, error: "" };
     // Another map: its places are others. Only a simulation knows true walls.
     const ground = source !== "sim" && this.contest.ground === "truth" ? "map" : this.contest.ground;
     this.contest = { ...this.contest, start: null, goal: null, picking: "goal", found: null, running: false, error: "", ground };
-    this.set("run", { source, title, playing, method, setup: setup ?? this.setup, aiming: false, entering: "" });
-    for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms"] as const) this.tell(topic);
+    this.set("run", { source, title, playing, method, setup: setup ?? this.setup, aiming: false, loading: "" });
+    for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms"] as const) this.notify(topic);
     this.started = { ...this.setup };
   }
 
@@ -166,7 +166,7 @@ export class Store {
     this.status = frame.status;
     this.seq = frame.seq;
     if (frame.samples) this.history.append(frame.samples);
-    if (frame.twinAnew) this.twin.clear();
+    if (frame.twinReset) this.twin.clear();
     if (frame.twin) this.twin.append(frame.twin);
     if (frame.inspection) this.set("inspection", { inspection: withMatrix(frame.inspection, this.inspection) });
     if (frame.rooms) this.set("rooms", { rooms: frame.rooms, roomNumbers: numbered(frame.rooms, this.rooms, this.rooms ? this.roomNumbers : []) });
@@ -175,9 +175,9 @@ export class Store {
     if (frame.cycle) this.set("cycle", { cycle: frame.cycle });
     const now = performance.now();
     const turned = before?.finished !== frame.status.finished || before.mode !== frame.status.mode;
-    if (turned || !this.playing || now - this.#told >= 100) {
-      this.#told = now;
-      this.tell("moment");
+    if (turned || !this.playing || now - this.#notifiedAt >= 100) {
+      this.#notifiedAt = now;
+      this.notify("frame");
     }
   }
 
@@ -189,7 +189,7 @@ export class Store {
     const earlier = entry.topic === undefined ? undefined : this.log.find((e) => e.topic === entry.topic);
     const rest = earlier ? this.log.filter((e) => e !== earlier) : this.log.slice(-299);
     this.log = [...rest, { ...entry, count: (earlier?.count ?? 0) + 1 }];
-    this.tell("log");
+    this.notify("log");
   }
 }
 
@@ -200,7 +200,7 @@ function withMatrix(next: Inspection, before: Inspection | null): Inspection {
   return { ...next, robotRows, landmarks, coefficients };
 }
 
-/** Renders its host again when one of the topics is told. */
+/** Renders its host again when one of the topics is notified. */
 export class Listening implements ReactiveController {
   readonly #host: ReactiveControllerHost;
   readonly #topics: readonly Topic[];

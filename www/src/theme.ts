@@ -8,7 +8,7 @@ export function startTheme(store: Store): void {
   const kept = read();
   if (kept) store.theme = kept;
   apply(store);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => store.tell("theme"));
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => store.notify("theme"));
 }
 
 /** The next of system, light and dark that looks different from the present one. */
@@ -20,7 +20,7 @@ export function switchTheme(store: Store): void {
     // Storage may be forbidden; the choice then lasts as long as the page.
   }
   apply(store);
-  store.tell("theme");
+  store.notify("theme");
 }
 
 export function isDark(store: Store): boolean {

@@ -5,7 +5,7 @@ import { fail, post } from "./answer.js";
 import type { Command, Handlers } from "./protocol.js";
 import type { Named } from "./protocol/setup.js";
 import { CableLink } from "./source/cable.js";
-import { Conversation, type Who, type Wire } from "./source/conversation.js";
+import { Conversation, type ConversationSetup, type Wire } from "./source/conversation.js";
 import { BridgeLink, micros } from "./source/link.js";
 import { Player, SLICE_MILLIS } from "./source/player.js";
 import { given, questions } from "./source/questions.js";
@@ -36,10 +36,10 @@ function begin(run: Run, how: Parameters<Player["begin"]>[1]): void {
   player.begin(run, how);
 }
 
-function converse(who: Who, wire: Wire): void {
+function converse(setup: ConversationSetup, wire: Wire): void {
   if (reading) stopReading();
   disconnect();
-  conversation = new Conversation(player, who, wire);
+  conversation = new Conversation(player, setup, wire);
 }
 
 /** Does something to a run that takes commands: every one but a recording. */
@@ -103,8 +103,8 @@ const handlers: Handlers = {
     player.play(false);
     simulated((run) => run.nextStage());
   },
-  cycle: ({ on }) => simulated((run) => run.command((module) => module.set_cycle(on), on ? "Drives by the cycle: scan standing, plan, one turn, one leg, again" : "Drives while it looks round")),
-  door: ({ index, open }) => simulated((run) => run.command((module) => module.set_door(index, open), `Door ${index + 1}: told to ${open ? "open" : "shut"}`)),
+  cycle: ({ on }) => simulated((run) => run.command((module) => module.set_cycle(on), on ? "Drives by the cycle: scan standing, plan, one turn, one leg, again" : "Drives while it scans")),
+  door: ({ index, open }) => simulated((run) => run.command((module) => module.set_door(index, open), `Door ${index + 1}: ${open ? "opening" : "shutting"}`)),
   configure: ({ settings }) => {
     // A robot that the bridge has not named yet is to have them too.
     if (conversation) conversation.configure(settings);
@@ -116,8 +116,8 @@ const handlers: Handlers = {
     else player.run?.setTwin(on);
     player.changed();
   },
-  connect: ({ url, ...who }) => converse({ ...who, title: new URL(url).host }, (module, events) => new BridgeLink(module, url, events)),
-  cable: ({ wire, ...who }) => converse({ ...who, title: "the cable", token: "" }, (module, events) => new CableLink(module, wire, events)),
+  connect: ({ url, ...setup }) => converse({ ...setup, title: new URL(url).host }, (module, events) => new BridgeLink(module, url, events)),
+  cable: ({ wire, ...setup }) => converse({ ...setup, title: "the cable", token: "" }, (module, events) => new CableLink(module, wire, events)),
   unplug: () => {
     if (conversation?.link instanceof CableLink) disconnect();
   },

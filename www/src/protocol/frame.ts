@@ -1,8 +1,8 @@
-// One state of the run: the numbers of the moment, and what changed. Bulk data are flat typed arrays that change hands.
+// One state of the run: its current figures, and what changed. Bulk data are flat typed arrays, transferred rather than copied.
 
 import type { Cycle, FieldChange, GridChange, Inspection, Rooms, RunStatus, SourceKind } from "./module.js";
 
-/** The numbers of the moment. NaN where there is none (no truth in a recording). */
+/** The current figures. NaN where there is none (no truth in a recording). */
 export interface Status extends RunStatus {
   source: SourceKind;
   /** Seconds of `time` for each second of the wall clock, over the last second or so. */
@@ -38,8 +38,8 @@ export interface Clock {
 /** What a run changed. Arrays are flat; null where nothing changed since the frame before. */
 export interface Change {
   grid: GridChange | null;
-  /** All blocks so far are worth nothing: the map was drawn anew. */
-  gridAnew: boolean;
+  /** The map was redrawn: all earlier blocks are void. */
+  gridReset: boolean;
   /** x y of what the last scan hit. */
   scan: Float32Array | null;
   /** How each of these was read, see BEAM. */
@@ -70,27 +70,27 @@ export interface Change {
   tree: Float32Array | null;
   /** x y of the cells on the border between known and unknown. */
   frontiers: Float32Array | null;
-  /** New points of the trails, see TRAIL; all of them where `trailAnew`. */
+  /** New points of the trails, see TRAIL; all of them where `trailReset`. */
   trail: Float32Array | null;
-  trailAnew: boolean;
+  trailReset: boolean;
   /** New samples of the twin, see TWIN. */
   twin: Float64Array | null;
   /** Another twin began with them, or there is none any more. */
-  twinAnew: boolean;
+  twinReset: boolean;
   /** New samples for the plots, see SAMPLE. */
   samples: Float64Array | null;
 }
 
-/** What somebody looks at beside the run; null where it was not asked for, or is as it was. */
-export interface LookedAt {
+/** What the page asked for beside the run; null where it was not asked for, or has not changed. */
+export interface Requested {
   /** The inside of the filter; null also where there is no line filter. */
   inspection: Inspection | null;
   rooms: Rooms | null;
-  field: (FieldChange & { anew: boolean }) | null;
+  field: (FieldChange & { reset: boolean }) | null;
 }
 
 /** One state of the run. */
-export interface Frame extends Change, LookedAt {
+export interface Frame extends Change, Requested {
   kind: "frame";
   /** Number of the run; frames of a run that was left are dropped. */
   run: number;

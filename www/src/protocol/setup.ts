@@ -8,8 +8,8 @@ export interface Named {
   title: string;
 }
 
-/** What is known better of a robot than it says itself: settings of the odometry; and whether a twin runs beside it. */
-export interface Told {
+/** Odometry settings that replace the robot's own calibration, and whether a twin runs beside it. */
+export interface Tuning {
   readonly preset: { readonly name: string; readonly settings: SettingValues } | null;
   readonly twin: boolean;
 }
@@ -27,7 +27,7 @@ export interface Setting {
   high: number;
   kind: "real" | "whole" | "switch" | "choice";
   choices: readonly string[];
-  /** Whether a change acts at once; otherwise when the run begins anew. */
+  /** Whether a change acts at once; otherwise at the next start of the run. */
   atOnce: boolean;
   /** Whether it is among the few that everybody meets first. */
   isBasic: boolean;

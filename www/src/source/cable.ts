@@ -6,7 +6,7 @@ import type { WebRun } from "../protocol/module.js";
 import type { Connection } from "../protocol/devices.js";
 import { type LinkEvents, type Link, bridgeState, micros } from "./link.js";
 
-/** Wall milliseconds between two looks of the pilot. */
+/** Wall milliseconds between two ticks of the pilot. */
 const TICK_MILLIS = 50;
 const STATE_MILLIS = 250;
 
@@ -15,7 +15,7 @@ export class CableLink implements Link {
   readonly #wire: MessagePort;
   readonly #events: LinkEvents;
   readonly #ticker: ReturnType<typeof setInterval>;
-  #toldAt = -Infinity;
+  #reportedAt = -Infinity;
   /** The rules need a while to load: before they spoke, nobody is silent. */
   #connection: Connection = "connecting";
   #fault = "";
@@ -39,7 +39,7 @@ export class CableLink implements Link {
   }
 
   stir(): void {
-    this.#toldAt = -Infinity;
+    this.#reportedAt = -Infinity;
   }
 
   /** Says farewell: the robot is stopped, and the ports are closed. */
@@ -54,8 +54,8 @@ export class CableLink implements Link {
     if (this.#connection !== "connecting") this.#guard("lost", () => this.#module.tick(micros()));
     this.flush();
     const now = performance.now();
-    if (now - this.#toldAt >= STATE_MILLIS) {
-      this.#toldAt = now;
+    if (now - this.#reportedAt >= STATE_MILLIS) {
+      this.#reportedAt = now;
       this.#events.state(bridgeState(this.#module, this.#connection, this.#fault));
     }
   }

@@ -28,7 +28,7 @@ export class Changes {
   #sent: Record<Compared, Float32Array> = { path: EMPTY, rawPath: EMPTY, tree: EMPTY, frontiers: EMPTY, doors: EMPTY };
   #trail = new Trail();
   #trailAt = -Infinity;
-  #twin = { sent: 0, anew: false };
+  #twin = { sent: 0, reset: false };
 
   constructor(module: WebRun, bends: boolean) {
     [this.#module, this.#bends] = [module, bends];
@@ -45,8 +45,8 @@ export class Changes {
   }
 
   /** Another twin begins. */
-  twinAnew(): void {
-    this.#twin = { sent: 0, anew: true };
+  twinReset(): void {
+    this.#twin = { sent: 0, reset: true };
   }
 
   follow(s: RunStatus): void {
@@ -69,16 +69,16 @@ export class Changes {
     const plan = now - this.#planAt >= PLAN_PERIOD;
     if (plan) this.#planAt = now;
     const reports = module.cycle_count();
-    const told = reports !== this.#reportsSent;
+    const reported = reports !== this.#reportsSent;
     this.#reportsSent = reports;
     return {
       grid: view.grid,
-      gridAnew: view.generation !== generation,
+      gridReset: view.generation !== generation,
       scan: scanned ? view.scan : null,
       beams: scanned ? view.beams : null,
       found: scanned ? view.found : null,
       lines,
-      cycle: told ? module.cycle() : null,
+      cycle: reported ? module.cycle() : null,
       inCycle: module.in_cycle(),
       known: whole ? module.known_walls() : null,
       truth: whole ? module.truth() : null,
@@ -105,22 +105,22 @@ export class Changes {
     return now;
   }
 
-  #trailChange(now: number, isLast: boolean): Pick<Change, "trail" | "trailAnew"> {
-    if (!this.#bends) return { trail: this.#trail.take(), trailAnew: false };
+  #trailChange(now: number, isLast: boolean): Pick<Change, "trail" | "trailReset"> {
+    if (!this.#bends) return { trail: this.#trail.take(), trailReset: false };
     const due = isLast || now - this.#trailAt >= TRAIL_PERIOD;
     if (due) this.#trailAt = now;
-    return { trail: due ? thinned(this.#module.trail()) : null, trailAnew: due };
+    return { trail: due ? thinned(this.#module.trail()) : null, trailReset: due };
   }
 
-  #twinChange(): Pick<Change, "twin" | "twinAnew"> {
-    const { sent, anew } = this.#twin;
+  #twinChange(): Pick<Change, "twin" | "twinReset"> {
+    const { sent, reset } = this.#twin;
     const samples = this.#module.twin_since(sent);
-    this.#twin = { sent: sent + samples.length / TWIN_STRIDE, anew: false };
+    this.#twin = { sent: sent + samples.length / TWIN_STRIDE, reset: false };
     for (let i = 0; i < samples.length; i += TWIN_STRIDE) {
       samples[i + TWIN.headingOff] = Math.abs(samples[i + TWIN.headingOff] ?? NaN) * DEGREES;
       samples[i + TWIN.headingSigma3] = (samples[i + TWIN.headingSigma3] ?? NaN) * DEGREES;
     }
-    return { twin: samples.length > 0 ? samples : null, twinAnew: anew };
+    return { twin: samples.length > 0 ? samples : null, twinReset: reset };
   }
 }
 

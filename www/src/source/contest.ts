@@ -1,4 +1,4 @@
-// All planners on one query: steps them in slices, takes their times, and tells how they stand.
+// All planners on one query: steps them in slices, measures their times, and reports how they stand.
 
 import { fail, faultOf, post } from "../answer.js";
 import type { WebContest } from "../protocol/module.js";
@@ -35,7 +35,7 @@ export class ContestRunner {
     this.#wake();
   }
 
-  /** Whose tree is told. */
+  /** Whose tree is sent. */
   watch(place: number): void {
     this.#watched = place;
     if (this.#contest) this.#report(this.#contest, !this.#isHalted && !this.#contest.is_over());

@@ -1,15 +1,15 @@
-// A conversation with a bridge, or with devices at ports of this page: a run begins when the other end has said who it is, and anew
+// A conversation with a bridge, or with devices at ports of this page: a run begins when the other end has named its robot, and again
 // whenever the robot did.
 
 import { WebRun } from "../../pkg/slamlab_web.js";
 import { post } from "../answer.js";
-import type { Found } from "../protocol.js";
+import type { LiveSetup } from "../protocol.js";
 import type { SettingValues } from "../protocol/module.js";
 import type { Link, LinkEvents } from "./link.js";
 import type { Player } from "./player.js";
 import { Run } from "./run.js";
 
-export interface Who extends Found {
+export interface ConversationSetup extends LiveSetup {
   title: string;
   token: string;
 }
@@ -26,7 +26,7 @@ export class Conversation {
 
   #twin: boolean;
 
-  constructor(player: Player, { title, token, method, known, settings, twin }: Who, wire: Wire) {
+  constructor(player: Player, { title, token, method, known, settings, twin }: ConversationSetup, wire: Wire) {
     [this.#player, this.#twin] = [player, twin];
     const name = navigator.userAgent.includes("Mobile") ? "phone" : "browser";
     const module = (this.#module = WebRun.connect({ name, token, method, known: method === "known-map" ? known : null, settings, seed: 1 }));
@@ -41,7 +41,7 @@ export class Conversation {
         player.begin(run, { setup: null, playing: true });
       }
       if (!this.#shown || player.run !== this.#shown.run) return;
-      this.#shown.run.look(NaN);
+      this.#shown.run.update(NaN);
       player.changed();
     };
     link = this.#link = wire(module, { moved, state: (state) => post({ kind: "bridge", state }) });

@@ -1,7 +1,7 @@
-// What is shown beside the run, worked out only while somebody looks at it: the inside of the filter, rooms, a field of the grid.
+// What is computed only while it is shown: the filter's state, rooms, a field of the grid.
 
 import type { Command } from "../protocol.js";
-import type { LookedAt } from "../protocol/frame.js";
+import type { Requested } from "../protocol/frame.js";
 import type { FieldName, Inspection, Rooms } from "../protocol/module.js";
 import { Sparing } from "./feeds.js";
 import type { Run } from "./run.js";
@@ -17,16 +17,16 @@ export class Extras {
   #showsRooms = false;
   readonly #rooms = new Sparing<Rooms>();
   #field: FieldName | null = null;
-  readonly #fields = new Sparing<NonNullable<LookedAt["field"]>>();
+  readonly #fields = new Sparing<NonNullable<Requested["field"]>>();
 
   /** Another run: everything is due. */
-  anew(): void {
+  reset(): void {
     this.#inspected = -1;
     this.#rooms.refresh();
     this.#fields.refresh();
   }
 
-  /** Somebody looks at something, or away from it; tells whether there is something to show. */
+  /** Starts or stops showing something; returns whether there is something to show. */
   attend(command: Extract<Command, { kind: "inspect" | "rooms" | "field" }>, run: Run | null): boolean {
     switch (command.kind) {
       case "inspect":
@@ -48,7 +48,7 @@ export class Extras {
   }
 
   /** What is due, for a frame. */
-  of(run: Run, now: number, playing: boolean): LookedAt {
+  of(run: Run, now: number, playing: boolean): Requested {
     const name = this.#field;
     return {
       inspection: this.#inspect(run, now, playing),

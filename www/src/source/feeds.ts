@@ -23,15 +23,15 @@ export class Slow {
     return this.#value;
   }
 
-  /** Asks again at the next look. */
+  /** Asks again at the next frame. */
   refresh(): void {
     this.#at = -Infinity;
   }
 }
 
-/** What is worked out beside a run, for somebody who looks at it: seldom, and for a small part of the time. */
+/** Expensive work beside a run, done seldom and for a small part of the time. */
 export class Sparing<T> {
-  /** Wall milliseconds between two looks: walls come slowly, and many cells are looked at. */
+  /** Wall milliseconds between two runs of the work: walls change slowly, and many cells are read. */
   static readonly MILLIS = 1000;
   /** And that many times as long as they took, not at all: a twentieth of the time at most, for the robot is driven here too. */
   static readonly REST = 19;
@@ -47,7 +47,7 @@ export class Sparing<T> {
     return found;
   }
 
-  /** The next look is due. */
+  /** The next request is due at once. */
   refresh(): void {
     this.#due = -Infinity;
   }

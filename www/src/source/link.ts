@@ -5,7 +5,7 @@
 import type { WebRun } from "../protocol/module.js";
 import type { BridgeState, Connection } from "../protocol/devices.js";
 
-/** Wall milliseconds between two looks of the pilot. */
+/** Wall milliseconds between two ticks of the pilot. */
 const TICK_MILLIS = 50;
 /** Wall milliseconds before the first new try, and before those that follow. */
 const RETRY_MILLIS = [500, 1000, 2000, 4000];
@@ -16,8 +16,8 @@ const CODES: Readonly<Record<number, readonly [string, boolean]>> = {
   4001: ["The bridge did not accept the token. Open the address that it printed at its start.", false],
   4003: ["The bridge takes no driving commands from this page: it has no token.", true],
   4008: ["The bridge heard nothing from this page for too long.", true],
-  4009: ["Somebody else took over the robot. It was stopped.", true],
-  4010: ["The bridge is of another version than this page: load the page anew.", false],
+  4009: ["Another client took over the robot. It was stopped.", true],
+  4010: ["The bridge is of another version than this page: reload the page.", false],
   1001: ["The bridge was shut down.", true],
   1008: ["This page said too much at once; the bridge ended the connection.", true],
   1013: ["This page was too slow for the bridge.", true],
@@ -27,7 +27,7 @@ const CODES: Readonly<Record<number, readonly [string, boolean]>> = {
 export interface Link {
   /** Sends what the module has to say. */
   flush(): void;
-  /** Tells how things are at the next occasion. */
+  /** Reports the state at the next tick. */
   stir(): void;
   close(): void;
 }
@@ -54,7 +54,7 @@ export class BridgeLink implements Link {
   #tries = 0;
   #connection: Connection = "connecting";
   #fault = "";
-  #toldAt = -Infinity;
+  #reportedAt = -Infinity;
 
   constructor(module: WebRun, url: string, events: LinkEvents) {
     this.#module = module;
@@ -82,9 +82,9 @@ export class BridgeLink implements Link {
     }
   }
 
-  /** Tells how things are at the next occasion. */
+  /** Reports the state at the next tick. */
   stir(): void {
-    this.#toldAt = -Infinity;
+    this.#reportedAt = -Infinity;
   }
 
   #open(): void {
@@ -99,7 +99,7 @@ export class BridgeLink implements Link {
 
   #tick(): void {
     if (this.#socket?.readyState === WebSocket.OPEN) this.#guard(() => this.#module.tick(micros()));
-    this.#tell();
+    this.#report();
   }
 
   /** Ends a connection on which the module has given up. */
@@ -119,27 +119,27 @@ export class BridgeLink implements Link {
       this.stir();
     }
     this.#events.moved();
-    this.#tell();
+    this.#report();
   }
 
   #lost(code: number): void {
     this.#socket = null;
-    const [words, again] = CODES[code] ?? ["The bridge cannot be reached: look whether it runs and whether the network is there.", true];
+    const [words, again] = CODES[code] ?? ["The bridge cannot be reached: check that it runs and that the network is up.", true];
     this.#fault ||= words;
     this.#connection = again ? "lost" : "refused";
     this.#module.reconnect();
     this.stir();
-    this.#tell();
+    this.#report();
     if (!again) return;
     const wait = RETRY_MILLIS[Math.min(this.#tries, RETRY_MILLIS.length - 1)];
     this.#tries += 1;
     this.#retry = setTimeout(() => this.#open(), wait);
   }
 
-  #tell(): void {
+#report(): void {
     const now = performance.now();
-    if (now - this.#toldAt < STATE_MILLIS) return;
-    this.#toldAt = now;
+    if (now - this.#reportedAt < STATE_MILLIS) return;
+    this.#reportedAt = now;
     this.#events.state(bridgeState(this.#module, this.#connection, this.#fault));
   }
 }

@@ -20,7 +20,7 @@ export class Player {
   run: Run | null = null;
   /** Called before another run is shown. */
   onBegin: () => void = () => {};
-  /** Work that goes before the run, slice by slice: reading a log. It tells whether there is more. */
+  /** Work that goes before the run, slice by slice: reading a log. Returns whether there is more. */
   before: (() => boolean) | null = null;
   readonly extras = new Extras();
   readonly #pace = new Pace();
@@ -45,7 +45,7 @@ export class Player {
     this.onBegin();
     this.run?.close();
     this.run = run;
-    this.extras.anew();
+    this.extras.reset();
     this.#number += 1;
     this.#seq = 0;
     this.#hashAt = -Infinity;
@@ -137,7 +137,7 @@ export class Player {
         if (!this.before()) this.before = null;
         this.schedule();
       } else if (this.run && this.#playing && this.run.kind !== "bridge") {
-        // A robot behind a bridge goes at its own pace: its link tells when something came.
+        // A robot behind a bridge goes at its own pace: its link reports new messages.
         this.#slice(this.run);
       }
     } catch (error) {

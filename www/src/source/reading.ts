@@ -14,7 +14,7 @@ export class LogReading {
   /** None once it is read: the run has it. */
   #reader: WebLogReader | null;
   #at = 0;
-  #toldAt = -Infinity;
+  #reportedAt = -Infinity;
 
   constructor(name: string, bytes: ArrayBuffer, setup: ReplaySetup) {
     this.name = name;
@@ -37,8 +37,8 @@ export class LogReading {
       post({ kind: "reading", name: this.name, done: null });
       return run;
     }
-    if (begun - this.#toldAt >= READING_MILLIS) {
-      this.#toldAt = begun;
+    if (begun - this.#reportedAt >= READING_MILLIS) {
+      this.#reportedAt = begun;
       post({ kind: "reading", name: this.name, done: this.#at / this.#bytes.length });
     }
     return null;

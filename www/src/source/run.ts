@@ -1,6 +1,6 @@
-// One run, whatever feeds it: a simulation and a recording are stepped, a live robot tells when something came.
+// One run, whatever feeds it: a simulation and a recording are stepped, a live robot is fed by its link.
 
-import type { Change, LookedAt, Status } from "../protocol/frame.js";
+import type { Change, Requested, Status } from "../protocol/frame.js";
 import type { BenchResponse, BenchTrial, ContestAsk, DriveFit, FieldName, GrowthName, Inspection, KnownFile, MethodName, Rooms, RunStatus, SavedFile, SavedKind, SettingValues, SigmaCurve, SourceKind, WebContest, WebRun } from "../protocol/module.js";
 import { sampleOf, turnBetween } from "../protocol/sample.js";
 import { Changes } from "./changes.js";
@@ -8,7 +8,7 @@ import { Slow } from "./feeds.js";
 import { micros } from "./link.js";
 import { doing, type Note, Story } from "./story.js";
 
-/** Of a world larger than this, m², nobody waits until all that can be reached is counted; the area known is told all the same. */
+/** In a world larger than this, m², counting the reachable area would take too long; the explored area is still given. */
 const MOST_EXTENT = 10_000;
 
 /** A status without the pace, which only the worker knows. */
@@ -43,7 +43,7 @@ export class Run implements RunFacts {
     this.#knownArea = new Slow(() => module.known_area());
     this.#status = module.status();
     if (begins !== "") this.#story.note("info", begins);
-    this.look(0);
+    this.update(0);
   }
 
   /** Seconds of simulation, recording or robot so far. */
@@ -69,10 +69,10 @@ export class Run implements RunFacts {
   step(): void {
     if (this.finished || this.kind === "bridge") return;
     this.module.decide();
-    // Planning is not counted: the plot tells what a scan costs.
+    // Planning is not counted: the plot shows what a scan costs.
     const begin = performance.now();
     const more = this.module.advance();
-    this.look(performance.now() - begin);
+    this.update(performance.now() - begin);
     if (!more) this.#end("end of the recording");
   }
 
@@ -80,7 +80,7 @@ export class Run implements RunFacts {
   nextStage(): void {
     const begin = performance.now();
     const stage = this.module.next_stage();
-    this.look(performance.now() - begin);
+    this.update(performance.now() - begin);
     if (!stage) return;
     this.#story.note("info", `${stage}: ${this.module.cycle().stages.find((s) => s.stage === stage)?.text ?? ""}`);
   }
@@ -96,7 +96,7 @@ export class Run implements RunFacts {
     if (words !== "") this.#story.note("info", words);
     this.#changes.refresh();
     this.#story.commanded();
-    this.look(0);
+    this.update(0);
   }
 
   stop(): void {
@@ -110,7 +110,7 @@ export class Run implements RunFacts {
   /** With a twin another one begins here. */
   setTwin(on: boolean): void {
     this.module.set_twin(on);
-    this.#changes.twinAnew();
+    this.#changes.twinReset();
   }
 
   notes(): Note[] {
@@ -155,12 +155,12 @@ export class Run implements RunFacts {
   }
 
   /** A field of the grid where it may have changed; null where it is as it was when it was asked for last. */
-  field(name: FieldName): LookedAt["field"] {
+  field(name: FieldName): Requested["field"] {
     const { generation, revision } = this.#fieldOf;
     const field = this.module.field(name, generation, revision);
     this.#fieldOf = field;
-    const anew = field.generation !== generation;
-    return field.grid || anew ? { ...field, anew } : null;
+    const reset = field.generation !== generation;
+    return field.grid || reset ? { ...field, reset } : null;
   }
 
   forgetField(): void {
@@ -196,8 +196,8 @@ export class Run implements RunFacts {
     if (this.kind !== "bridge") this.module.free();
   }
 
-  /** After whatever moved the run; `scanMillis` is what it cost, NaN where nobody knows. */
-  look(scanMillis: number): void {
+  /** Called after each step; `scanMillis` is what it cost, NaN where that is not measured. */
+  update(scanMillis: number): void {
     const before = this.#status;
     const s = (this.#status = this.module.status());
     this.#changes.follow(s);
@@ -205,8 +205,8 @@ export class Run implements RunFacts {
       this.#story.scanned(s);
       this.#changes.samples.add(sampleOf(s, scanMillis, this.#explored.value));
     }
-    this.#story.look(s, (afresh) => {
-      if (afresh) this.#refresh();
+    this.#story.update(s, (recompute) => {
+      if (recompute) this.#refresh();
       return this.#explored.value;
     });
   }
@@ -218,7 +218,7 @@ export class Run implements RunFacts {
 
   #end(how: "end of the recording" | "cancelled"): void {
     this.#ended = how;
-    // The last picture stands for good: it must not show the area of a moment before.
+    // The last picture stays: it must show the final area.
     this.#refresh();
     if (how === "cancelled") this.#story.note("warn", `Cancelled after ${this.scans} scans; the map so far stays`);
     else this.#story.note("good", `End of the recording: ${this.scans} scans mapped`);

@@ -1,4 +1,4 @@
-// What happens in a run, told for its log: goals, how tasks end, what was explored, touched, merged or closed. The same for every source.
+// Writes what happens in a run to its log: goals, how tasks end, what was explored, touched, merged or closed. The same for every source.
 
 import { plannerTitle } from "../planners.js";
 import type { Level, RunStatus, WebRun } from "../protocol/module.js";
@@ -25,9 +25,9 @@ export class Story {
   #contacts = 0;
   #closures = 0;
   #milestones = 0;
-  #misfitTold = false;
+  #misfitNoted = false;
   #fullTold = false;
-  /** Commands so far: the legs of one task are told in one line. */
+  /** Commands so far: the legs of one task share one line. */
   #tasks = 0;
 
   constructor(module: WebRun) {
@@ -48,8 +48,8 @@ export class Story {
     this.#tasks += 1;
   }
 
-  /** After each step; `explored` tells how much is, 0 to 1, afresh where a task ended. */
-  look(s: RunStatus, explored: (afresh: boolean) => number): void {
+  /** Called after each step; `explored` returns the explored fraction, recomputed where a task ended. */
+  update(s: RunStatus, explored: (recompute: boolean) => number): void {
     this.#time = s.time;
     this.#tellGoal(s);
     const end = s.finished && s.task ? s.task.text : "";
@@ -72,8 +72,8 @@ export class Story {
     for (let i = 0; i + 1 < merged.length; i += 2) {
       this.note("info", `Wall ${merged[i + 1]} turned out to be a part of wall ${merged[i]}: one wall from now on`, "merged");
     }
-    if (s.knownMisfit && !this.#misfitTold) {
-      this.#misfitTold = true;
+    if (s.knownMisfit && !this.#misfitNoted) {
+      this.#misfitNoted = true;
       this.#alert(`The known map does not fit: only ${Math.round(100 * s.knownPart)} % of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it: mend that under Run, Known map.`);
     }
     if (s.mapFull && !this.#fullTold) {
@@ -96,7 +96,7 @@ export class Story {
       this.note("info", `All is explored: drives home to ${goal}${by}`, `home ${this.#tasks}`);
       return;
     }
-    // An explorer looks for the best frontier again and again: that is one story, not a hundred.
+    // Exploring means replanning all the time: that is one entry, not a hundred.
     const text = s.mode === "explore" ? `Heads for a frontier at ${goal}${by}` : `Goal ${goal}${by}`;
     this.note("info", text, `task ${this.#tasks}`);
   }
@@ -105,9 +105,9 @@ export class Story {
 /** What the robot is about to do, in words a visitor understands; north is up on the map. */
 export function doing({ mode, task, x, y, goalX, goalY }: RunStatus): string {
   if (mode === "manual" || !task) return "";
-  if (task.state === "scanning") return "stands and looks around";
+  if (task.state === "scanning") return "stands and scans";
   if (task.state === "waiting") return task.text;
-  if (!Number.isFinite(goalX)) return mode === "explore" ? "looks for the next frontier" : "plans a way";
+  if (!Number.isFinite(goalX)) return mode === "explore" ? "searches for the next frontier" : "plans a way";
   const [dx, dy] = [goalX - x, goalY - y];
   const wind = WINDS[Math.round(Math.atan2(dy, dx) / (Math.PI / 4) + 8) % 8] ?? "";
   const way = `${Math.hypot(dx, dy).toFixed(1)} m to the ${wind}`;

@@ -9,7 +9,7 @@ import { DASH, fixed } from "./format.js";
 import { icons } from "./icons.js";
 import { shared } from "./style.js";
 
-/** A state is told by its word too: colour alone is not for everyone. */
+/** A state has a word too: not everyone can tell colours apart. */
 const STATES: Readonly<Record<DeviceStateName, { word: string; tone: string }>> = {
   waiting: { word: "waiting", tone: "warn" },
   connected: { word: "connected", tone: "" },
@@ -21,18 +21,18 @@ const STATES: Readonly<Record<DeviceStateName, { word: string; tone: string }>> 
 /** Why the robot does not move. */
 const REASONS: Readonly<Record<DisarmReasonName, string>> = {
   start: "nobody has armed it yet",
-  stop: "somebody pressed Stop",
-  "emergency-stop": "somebody pressed the emergency stop",
+  stop: "Stop was pressed",
+  "emergency-stop": "the emergency stop was pressed",
   released: "the right to drive was given back",
-  "lease-expired": "nothing was heard from whoever drove",
+  "lease-expired": "the driver sent nothing any more",
   "taken-over": "the right to drive was taken over",
-  "driver-gone": "whoever drove is gone",
-  link: "the link to the robot was lost, or began anew",
+  "driver-gone": "the driver disconnected",
+  link: "the link to the robot was lost or restarted",
   silence: "the robot has said nothing for half a second",
   bumper: "a bumper was pressed",
   battery: "the battery is nearly empty",
-  stall: "it was told to run and did not move",
-  runaway: "it moved without being told to",
+  stall: "the motors ran and the robot did not move",
+  runaway: "it moved without a command",
   shutdown: "the bridge ends",
 };
 
@@ -72,13 +72,13 @@ export class SlamBridge extends SlamElement {
       <p role="status" data-testid="bridge-state">${sentence(bridge)}</p>
       ${bridge.connection === "open" ? figures(bridge) : ""}
       <button class="emergency" data-testid="emergency" aria-pressed=${bridge.emergency} ?disabled=${(bridge.connection !== "open" && this.client.plugged.length === 0) || (bridge.emergency && !bridge.hasLease)}
-        title=${bridge.emergency ? "Take the right to drive, then undo the emergency stop; nothing moves by that" : "Cuts the motors off, whoever drives; they stay off until somebody undoes it"}
+        title=${bridge.emergency ? "Take the right to drive, then undo the emergency stop; nothing moves by that" : "Cuts the motors off; they stay off until this is undone"}
         @click=${() => this.client.emergency(!bridge.emergency)}>${icons.stop} ${bridge.emergency ? "Undo the emergency stop" : "Emergency stop"}</button>
     `;
   }
 }
 
-/** What is known while the bridge is there: later it would be stale. */
+/** Shown only while the bridge is connected: later it would be stale. */
 function figures(bridge: BridgeState): TemplateResult {
   return html`<ul aria-label="Devices">${bridge.devices.map(device)}</ul>
       <dl>

@@ -138,7 +138,7 @@ export class SlamCalibration extends SlamElement {
     if (file) this.#change({ text: await file.text() });
   }
 
-  /** The run begins anew: the rangers' electronics are the robot's. */
+  /** The run restarts: the rangers' electronics are part of the robot. */
   #apply(): void {
     this.client.start({ sensor: "rangers", calibration: this.#now, mode: "explore" });
   }

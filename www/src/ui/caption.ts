@@ -9,9 +9,9 @@ export interface Caption {
 }
 
 export function caption(store: Store): Caption {
-  const { status, playing, source, title, reading, entering } = store;
+  const { status, playing, source, title, reading, loading } = store;
   if (reading) return { doing: `Reading ${reading.name}`, more: percent(reading.done) };
-  if (entering) return { doing: `Entering ${entering}…`, more: "" };
+  if (loading) return { doing: `Loading ${loading}…`, more: "" };
   if (!status && store.bridge?.fault) return { doing: "No connection to the bridge", more: store.bridge.fault };
   if (!status) return { doing: "Starting…", more: "" };
   if (source === "replay") {

@@ -12,7 +12,7 @@ import { shared } from "./style.js";
 
 export interface Curve {
   title: string;
-  /** What it means, for who rests on the title. */
+  /** What it means: the title's tooltip. */
   meaning: string;
   unit: string;
   /** Column of the value. */
@@ -64,7 +64,7 @@ export abstract class SlamCharts extends SlamElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    this.store.on("moment", () => this.#feed());
+    this.store.on("frame", () => this.#feed());
     new ResizeObserver(() => {
       for (const plot of this.#plots) plot.setSize({ width: this.clientWidth, height: HEIGHT });
       this.#drawn = -1;

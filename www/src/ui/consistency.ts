@@ -14,7 +14,7 @@ interface Words {
 }
 
 const WORDS: Readonly<Record<DiagnosisName, Words>> = {
-  collecting: { level: "plain", verdict: "Too early to tell", why: "The filter is judged over 25 scans." },
+  collecting: { level: "plain", verdict: "Too early to judge", why: "The filter is judged over 25 scans." },
   blind: { level: "warn", verdict: "No wall was recognised lately", why: "The estimate lives on the wheels alone; its ellipse grows until a known wall comes into sight." },
   honest: { level: "good", verdict: "Honest", why: "Errors are as large as the filter claims." },
   "wrong-match": { level: "warn", verdict: "Overconfident: likely a wrong match, or slip", why: "The pose is further off than claimed, and the walls are not where they are expected. One wall was taken for another, or the tracks slipped more than the odometry's noise allows." },
@@ -37,7 +37,7 @@ export class SlamConsistency extends SlamCharts {
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["theme", "run", "moment", "inspection"];
+  protected override readonly topics: readonly Topic[] = ["theme", "run", "frame", "inspection"];
   protected override readonly curves: readonly Curve[] = [
     { title: "NEES", meaning: "Normalised estimation error squared of the pose, mean of 25 scans: 3 is honest. Needs the truth, so only a simulation has it.", unit: "",
       value: SAMPLE.nees, bounds: [SAMPLE.neesHigh, SAMPLE.neesLow], key: "95 % of χ²", digits: 2, colour: "estimate" },

@@ -81,7 +81,7 @@ export class SlamContest extends SlamElement {
     const click = matchMedia("(pointer: coarse)").matches ? "tap" : "click";
     return html`
       <h2>Planners, side by side</h2>
-      <p>${goal ? "All look for the same way, each for its own time. Choose one to see what it tried." : html`${click === "tap" ? "Tap" : "Click"} the map where the way should lead. The robot stays: this is a contest on paper.`}</p>
+      <p>${goal ? "All search for the same path, each for its own time. Choose one to see what it tried." : html`${click === "tap" ? "Tap" : "Click"} the map where the way should lead. The robot stays: this is a contest on paper.`}</p>
       <div class="row ends" role="group" aria-label="What the next ${click} on the map sets">
         <button data-testid="contest-start" aria-pressed=${picking === "start"} title="The next ${click} on the map sets the start" @click=${() => this.#pick("start")}><span>Start</span><span class="num">${from}</span></button>
         <button data-testid="contest-goal" aria-pressed=${picking === "goal"} title="The next ${click} on the map sets the goal" @click=${() => this.#pick("goal")}><span>Goal</span><span class="num">${goal ? place(goal) : `next ${click}`}</span></button>

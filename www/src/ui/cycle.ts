@@ -15,14 +15,14 @@ interface Words {
 /** What each stage is for (TDK 2016 §6.3). */
 const STAGES: Readonly<Record<Stage, Words>> = {
   init: { label: "Init", meaning: "The first pose is known by definition: (0, 0, 0) is where the robot stands." },
-  scan: { label: "Scan", meaning: "The robot stands while the sensor looks round, so that no motion bends the picture." },
+  scan: { label: "Scan", meaning: "The robot stands while the sensor scans, so that no motion bends the picture." },
   lines: { label: "Lines", meaning: "Neighbouring readings on one straight piece become a line with its uncertainty." },
   localise: { label: "Localise", meaning: "Lines that are known walls correct the pose; the others are new walls, or left out." },
   map: { label: "Map", meaning: "Walls grow by what was seen of them, and the grid is drawn from the corrected pose." },
-  plan: { label: "Plan", meaning: "A path to the goal is searched for over what is known, anew after each scan." },
+  plan: { label: "Plan", meaning: "A path to the goal is searched for in the map, again after each scan." },
   truncate: { label: "Truncate", meaning: "Only the first turn and leg are kept, no farther than was seen and odometry can be trusted." },
   turn: { label: "Turn", meaning: "On the spot, towards the first leg." },
-  go: { label: "Go", meaning: "Straight on along the leg. Then it stands, and looks round again." },
+  go: { label: "Go", meaning: "Straight on along the leg. Then it stands and scans again." },
 };
 
 export class SlamCycle extends SlamElement {
@@ -53,7 +53,7 @@ export class SlamCycle extends SlamElement {
   ];
 
   protected override readonly topics: readonly Topic[] = ["cycle", "run"];
-  /** The stage somebody wants to read of; null for the newest. */
+  /** The stage that is shown; null for the newest. */
   #chosen: Stage | null = null;
 
   override render(): TemplateResult | typeof nothing {

@@ -41,7 +41,7 @@ export class SlamDoors extends SlamElement {
           @click=${() => this.client.setDoor(i, !door.ordered)}>${i + 1}: ${door.ordered ? "open" : "shut"}${door.open === door.ordered ? "" : "…"}</button>`)}
         ${doors.length > 1 ? html`<button data-testid="doors-all" @click=${() => doors.forEach((_, i) => this.client.setDoor(i, !all))}>${all ? "Shut all" : "Open all"}</button>` : nothing}
       </div>
-      <p class="muted">${doors.length > MOST_BUTTONS ? `The other ${doors.length - MOST_BUTTONS} by a click on the map. ` : ""}A click on a door in the map does the same. The robot is not told.</p>
+      <p class="muted">${doors.length > MOST_BUTTONS ? `The other ${doors.length - MOST_BUTTONS} by a click on the map. ` : ""}A click on a door in the map does the same. The robot does not know of it.</p>
     `;
   }
 

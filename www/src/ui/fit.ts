@@ -1,4 +1,4 @@
-// What the drive of a recorded or a live robot tells of it: parameters with their standard errors, as a preset; and the twin.
+// Parameters of a recorded or a live robot, fitted to its drive, with standard errors, as a preset; and the twin.
 
 import { css, html, type TemplateResult } from "lit";
 import type { DriveFit, SettingValues } from "../protocol/module.js";
@@ -30,14 +30,14 @@ export class SlamFit extends SlamElement {
     const { store } = this;
     this.toggleAttribute("hidden", store.source === "sim");
     const { fit, error } = store.fit;
-    const used = store.told.preset;
+    const used = store.tuning.preset;
     return html`<details data-testid="fit">
       <summary>Fit the robot to this drive</summary>
       <p>What the wheels counted is compared with the poses of this map: how far each track really runs, how wide apart they act, and how much of it is chance. Drive some metres straight on and turn to both sides; scan matching gives the best poses.</p>
       <div class="row"><button data-testid="fit-drive" @click=${() => this.client.send({ kind: "fit" })}>Fit from this drive</button></div>
       <div aria-live="polite">${error ? html`<p class="bad" role="alert" data-testid="fit-error">${error}</p>` : fit ? this.#table(fit) : ""}</div>
       ${used ? html`<p data-testid="fit-used">In use: ${used.name}. <button @click=${() => this.client.usePreset(null)} data-testid="fit-drop">Stop using it</button></p>` : ""}
-      <label class="twin"><input type="checkbox" data-testid="twin" .checked=${store.told.twin} @change=${(e: Event) => this.client.setTwin((e.target as HTMLInputElement).checked)}>
+      <label class="twin"><input type="checkbox" data-testid="twin" .checked=${store.tuning.twin} @change=${(e: Event) => this.client.setTwin((e.target as HTMLInputElement).checked)}>
         <span>Run a simulated twin beside it<small>${used ? "With the figures of the preset." : "With the figures of the robot's model."} The curves are among the plots.</small></span></label>
     </details>`;
   }

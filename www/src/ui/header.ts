@@ -35,7 +35,7 @@ export class SlamHeader extends SlamElement {
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["moment", "run", "theme", "bridge"];
+  protected override readonly topics: readonly Topic[] = ["frame", "run", "theme", "bridge"];
 
   override render(): TemplateResult {
     const { store } = this;

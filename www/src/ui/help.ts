@@ -1,4 +1,4 @@
-// What one looks at, and every key.
+// What the page shows, and every key.
 
 import { css, html, type TemplateResult } from "lit";
 import type { Topic } from "../store.js";

@@ -31,7 +31,7 @@ export class SlamKnown extends SlamElement {
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["run", "moment"];
+  protected override readonly topics: readonly Topic[] = ["run", "frame"];
 
   override render(): TemplateResult {
     const { source, method, setup } = this.store;
@@ -68,7 +68,7 @@ export class SlamKnown extends SlamElement {
     const isJudged = status !== null && Number.isFinite(status.knownPart);
     const part = percent(status?.knownPart ?? NaN);
     const misfit = status?.knownMisfit ?? false;
-    const words = !isJudged ? "Whether the map fits is told after some scans."
+    const words = !isJudged ? "Whether the map fits shows after some scans."
       : misfit ? `The map does not fit: only ${part} of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it.`
       : `The map fits: ${part} of what the sensor hits is a wall of it.`;
     return html`<p class=${misfit ? "bad" : ""} data-testid="known-fit">${words}</p>`;

@@ -59,7 +59,7 @@ const MATERIALS: readonly { has: (scene: Scene) => boolean; label: string; meani
     sign: svg`<circle cx="14" cy="9" r="7" fill="var(--map-people)" fill-opacity=".28" stroke="var(--map-people)" stroke-width="1.5"/><circle cx="14" cy="9" r="2.8" fill="var(--map-people)" stroke="none"/>` },
 ];
 
-/** Distances are told up to so many cells. */
+/** Distances are given up to so many cells. */
 const MOST_CELLS = 64;
 /** What the grid can show; ends of the scale and meaning for fields. */
 const VIEWS: readonly { view: GridView; label: string; ends?: readonly [string, string]; meaning?: string }[] = [
@@ -99,14 +99,14 @@ export class SlamLegend extends SlamElement {
   ];
 
   protected override readonly topics: readonly Topic[] = ["view", "run"];
-  /** Set by main.ts: tells which materials the world has. */
+  /** Set by main.ts: knows which materials the world has. */
   scene!: Scene;
 
   override connectedCallback(): void {
     super.connectedCallback();
     // Materials and people come with the first frame of a run.
     let seen = "";
-    this.store.on("moment", () => {
+    this.store.on("frame", () => {
       const now = MATERIALS.map((m) => m.has(this.scene)).join();
       if (now !== seen) this.requestUpdate();
       seen = now;

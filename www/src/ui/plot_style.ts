@@ -1,4 +1,4 @@
-// What all plots look like in the present theme.
+// The style of all plots in the current theme.
 
 import type uPlot from "uplot";
 

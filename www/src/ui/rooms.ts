@@ -45,7 +45,7 @@ export class SlamRooms extends SlamElement {
       <h2 id="rooms">Rooms</h2>
       <p data-testid="rooms-summary">${rooms && count > 0
         ? `${counted(count, "region")} and ${counted(rooms.doors.length / DOORWAY_STRIDE, "door")} in the map so far.`
-        : "No room is known yet: let the robot look around."}</p>
+        : "No room is found yet: let the robot scan."}</p>
       ${rooms ? html`<ul aria-labelledby="rooms">${byNumber.map((room) => this.#item(rooms, room, room === chosen))}</ul>` : nothing}
     `;
   }

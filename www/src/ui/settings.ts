@@ -72,7 +72,7 @@ export class SlamSettings extends SlamElement {
       ${changed > 0 ? html`<div class="bar"><span>${changed} ${changed === 1 ? "setting differs" : "settings differ"} from ${changed === 1 ? "its default" : "their defaults"}.</span><button data-testid="settings-reset" @click=${() => this.client.configure({})}>All defaults</button></div>` : ""}
       ${idle.length > 0 ? html`<ul class="idle" data-testid="settings-idle">${idle.map((s) => html`<li>${s.idle}.</li>`)}</ul>` : ""}
       ${groups.map((group) => this.#group(group, shown.filter((s) => s.group === group)))}
-      ${shown.length === 0 && this.#search !== "" ? html`<p>No setting is called so. Search looks at names, units and meanings.</p>` : ""}
+      ${shown.length === 0 && this.#search !== "" ? html`<p>No setting matches. The search covers names, units and meanings.</p>` : ""}
     `;
   }
 
@@ -149,7 +149,7 @@ export class SlamSettings extends SlamElement {
     return of.every((s) => s.idle !== "" || (this.store.setup.settings[s.key] ?? s.default) === (preset.values[s.key] ?? s.default));
   }
 
-  /** Names of settings that were changed and act only when the run begins anew. */
+  /** Names of changed settings that act only at the next start of the run. */
   #waiting(): string[] {
     const { setup, started, settings } = this.store;
     return settings.filter((s) => s.idle === "" && !s.atOnce && setup.settings[s.key] !== started.settings[s.key]).map((s) => s.name);

@@ -41,7 +41,7 @@ export class SlamSigma extends SlamElement {
       <summary>Measure how much the ranges err</summary>
       <p>${store.source === "replay"
         ? "Two readings of one beam, one scan after the other, differ by √2 σ where the robot stands. The stretches of this recording in which it stood are compared."
-        : "Two readings of one beam, one scan after the other, differ by √2 σ where the robot stands. A twin of this robot stands where it is now and looks round 120 times."}</p>
+        : "Two readings of one beam, one scan after the other, differ by √2 σ where the robot stands. A twin of this robot stands where it is now and scans 120 times."}</p>
       <div class="row">
         <select data-testid="growth" aria-label="How σ grows" @change=${(e: Event) => { this.#growth = (e.target as HTMLSelectElement).value as GrowthName; this.requestUpdate(); }}>
           <option value="linear" .selected=${this.#growth === "linear"}>σ = a + b ρ</option>
@@ -49,7 +49,7 @@ export class SlamSigma extends SlamElement {
         </select>
         <button data-testid="estimate-sigma" @click=${() => this.client.send({ kind: "sigma", growth: this.#growth })}>Estimate</button>
       </div>
-      <div aria-live="polite">${error ? html`<p class="bad" role="alert" data-testid="sigma-error">It cannot be told: ${error}</p>` : curve ? this.#words(curve) : ""}</div>
+      <div aria-live="polite">${error ? html`<p class="bad" role="alert" data-testid="sigma-error">It cannot be estimated: ${error}</p>` : curve ? this.#words(curve) : ""}</div>
       <figure aria-label="σ over range: what was measured in each bin, and the curve" ?hidden=${!curve || error !== ""}><figcaption><span>σ over range, mm</span>${curve && curve.truth.length > 0 ? html`<span class="muted">dotted: as the noise was drawn</span>` : ""}</figcaption><div class="plot"></div></figure>
       ${curve && !error ? html`<button class="apply" data-testid="use-sigma" ?disabled=${inUse} @click=${() => this.#use(curve)}>${inUse ? "In use" : store.source === "replay" ? "Map the recording with it" : "Use it instead of what the sensor says"}</button>` : ""}
     </details>`;

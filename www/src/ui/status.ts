@@ -1,4 +1,4 @@
-// The figures of the moment.
+// The current figures.
 
 import { css, html, type TemplateResult } from "lit";
 import type { Topic } from "../store.js";
@@ -29,7 +29,7 @@ export class SlamStatus extends SlamElement {
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["moment", "run"];
+  protected override readonly topics: readonly Topic[] = ["frame", "run"];
 
   override render(): TemplateResult {
     const s = this.store.status;

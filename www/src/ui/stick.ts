@@ -20,7 +20,7 @@ export class SlamStick extends SlamElement {
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["moment", "run"];
+  protected override readonly topics: readonly Topic[] = ["frame", "run"];
   #pointer: number | null = null;
 
   override render(): TemplateResult {

@@ -19,7 +19,7 @@ export class SlamTip extends SlamElement {
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["run", "moment", "tab", "view"];
+  protected override readonly topics: readonly Topic[] = ["run", "frame", "tab", "view"];
   #seen = seen();
 
   override render(): TemplateResult | typeof nothing {

@@ -59,7 +59,7 @@ export class SlamTransport extends SlamElement {
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["moment", "run", "bridge"];
+  protected override readonly topics: readonly Topic[] = ["frame", "run", "bridge"];
 
   override render(): TemplateResult {
     const { store, client } = this;
@@ -94,7 +94,7 @@ export class SlamTransport extends SlamElement {
     const drives = bridge?.armed ?? false;
     const others = !drives && !bridge?.hasLease && (bridge?.driver ?? "") !== "";
     const words = drives ? "Let go" : others ? "Take over" : "Drive";
-    // Whoever wants to undo an emergency stop needs the right to drive first.
+    // Undoing an emergency stop needs the right to drive first.
     const may = bridge?.connection === "open" && bridge.mayDrive && !(bridge.emergency && bridge.hasLease);
     const why = bridge?.mayDrive === false ? "Only with the bridge's token: open the address that it printed at its start"
       : drives ? "Give back the right to drive; the robot stops" : others ? `${bridge?.driver} drives; taking over stops the robot first` : "Take the right to drive, and arm the robot";
@@ -114,7 +114,7 @@ export class SlamTransport extends SlamElement {
       ${mode("goto", "Go to", "2", icons.pin, () => client.aim())}
       ${mode("explore", "Explore", "3", icons.compass, () => client.explore())}
       ${store.source === "bridge" ? "" : html`<button class="cycle" data-testid="mode-cycle" aria-pressed=${store.inCycle} ?disabled=${store.inCycle && !store.setup.cycle}
-        title=${store.inCycle && !store.setup.cycle ? "This sensor looks round only while the robot stands: it always drives by the cycle" : "The cycle (4): scan standing, plan, one turn, one leg, again"}
+        title=${store.inCycle && !store.setup.cycle ? "This sensor scans only while the robot stands: the robot always drives by the cycle" : "The cycle (4): scan standing, plan, one turn, one leg, again"}
         @click=${(e: Event) => { client.setCycle(!store.setup.cycle); this.giveBackFocus(e); }}>${icons.cycle}Cycle</button>`}
     </div>`;
   }

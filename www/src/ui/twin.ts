@@ -23,7 +23,7 @@ export class SlamTwin extends SlamCharts {
   }
 
   override render(): TemplateResult {
-    this.toggleAttribute("hidden", !this.store.told.twin);
+    this.toggleAttribute("hidden", !this.store.tuning.twin);
     return html`<h2>Twin</h2><p>A simulated robot with the same motion of the wheels. Within 3σ of chance it behaves as the robot does; where it leaves the band, or chance is told to be far more than is seen, its figures are not the robot's: fit them in Settings.</p>${super.render()}`;
   }
 }

@@ -1,4 +1,4 @@
-// Pointer, wheel and pinch on the map, told as intentions: pan, zoom, tap, hover.
+// Turns pointer, wheel and pinch on the map into intentions: pan, zoom, tap, hover.
 
 export interface GestureHandlers {
   pan(dx: number, dy: number): void;

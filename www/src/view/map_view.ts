@@ -199,7 +199,7 @@ export class SlamMap extends LitElement {
     if (this.store.follow) this.store.set("view", { follow: false });
   }
 
-  /** A wall, where somebody looks into the filter; a door; a room, where rooms are shown; else where the robot should go. */
+  /** A wall, while the filter's tab is open; a door; a room, where rooms are shown; else a goal for the robot. */
   #choose(x: number, y: number): void {
     const wall = this.#wallAt(x, y);
     const door = this.#doorAt(x, y);
@@ -238,9 +238,9 @@ export class SlamMap extends LitElement {
     const room = this.#roomAt(x, y);
     const reading = this.store.layers.scan ? readingAt(this.scene.scan, this.scene.beams, x, y, this.camera.px(8)) : null;
     const tiles = this.#tiles();
-    const told = tiles === this.scene.tiles ? 0 : tiles.byteAt(x, y);
+    const value = tiles === this.scene.tiles ? 0 : tiles.byteAt(x, y);
     const more = [
-      told === 0 ? "" : ` · ${fieldWords(this.store.gridView, told, this.scene.field.step)}`,
+      value === 0 ? "" : ` · ${fieldWords(this.store.gridView, value, this.scene.field.step)}`,
       wall === null ? "" : ` · wall ${wall}`,
       door === null ? "" : ` · door ${door + 1}, click to ${this.#isOpen(door) ? "shut" : "open"} it`,
       room === null ? "" : ` · region ${this.store.roomNumbers[room]}`,
@@ -257,7 +257,7 @@ export class SlamMap extends LitElement {
     if (wall !== (this.store.spot.hovered[0] ?? null)) this.store.point({ hovered: wall === null ? [] : [wall] });
   }
 
-  /** The wall under a map point, while somebody looks into the filter. */
+  /** The wall under a map point, while the filter's tab is open. */
   #wallAt(x: number, y: number): number | null {
     return this.store.tab === "filter" ? wallAt(this.scene.lines, x, y, this.camera.px(10)) : null;
   }

@@ -36,7 +36,7 @@ export class Motion {
     const last = this.#kept.at(-1);
     const instant = { status: frame.status, movers: frame.movers ?? last?.movers ?? new Float32Array(0) };
     this.#clock = frame.clock;
-    // The same step told anew (after a command, say) replaces what was told of it.
+    // The same step sent again (after a command, say) replaces the earlier one.
     if (last && last.status.time >= frame.status.time) this.#kept.pop();
     this.#kept.push(instant);
     if (this.#kept.length > KEPT) this.#kept.shift();

@@ -58,15 +58,15 @@ export class Scene {
     this.version += 1;
   }
 
-  #takeField({ name, step, anew, grid }: NonNullable<Frame["field"]>): void {
-    if (anew) this.field.tiles.clear();
+  #takeField({ name, step, reset, grid }: NonNullable<Frame["field"]>): void {
+    if (reset) this.field.tiles.clear();
     Object.assign(this.field, { name, step });
     if (grid) this.field.tiles.take(grid);
   }
 
   take(frame: Frame): void {
     this.#motion.take(frame);
-    if (frame.gridAnew) this.tiles.clear();
+    if (frame.gridReset) this.tiles.clear();
     if (frame.grid) this.tiles.take(frame.grid);
     if (frame.field) this.#takeField(frame.field);
     this.scan = frame.scan ?? this.scan;
@@ -81,19 +81,19 @@ export class Scene {
     this.rawPath = frame.rawPath ?? this.rawPath;
     this.tree = frame.tree ?? this.tree;
     this.frontiers = frame.frontiers ?? this.frontiers;
-    if (frame.trailAnew) this.trailLength = 0;
+    if (frame.trailReset) this.trailLength = 0;
     if (frame.trail) this.#append(frame.trail);
-    if (frame.twinAnew) this.twin = [];
+    if (frame.twinReset) this.twin = [];
     if (frame.twin) this.twin.push(...frame.twin);
     this.version += 1;
   }
 
   /** Sets what moves to where it is at a wall time, milliseconds since 1970. */
   animate(wall: number): void {
-    const moment = this.#motion.at(wall);
-    if (!moment) return;
-    this.status = moment.status;
-    this.movers = moment.movers;
+    const state = this.#motion.at(wall);
+    if (!state) return;
+    this.status = state.status;
+    this.movers = state.movers;
   }
 
   /** Everything worth showing when the view is fitted. */

@@ -83,7 +83,7 @@ export class Tiles {
     return value === 0 ? null : (value - 1) / 254;
   }
 
-  /** What the cell at a map point is told as; 0 where nothing is known. */
+  /** The value of the cell at a map point; 0 where it is unknown. */
   byteAt(x: number, y: number): number {
     const side = this.blockCells;
     const [col, row] = [Math.floor(x / this.resolution), Math.floor(y / this.resolution)];

@@ -8,7 +8,7 @@ export function draw({ context, camera, palette, scene: { doors } }: Brush): voi
   for (let i = 0; i + DOOR_STRIDE <= doors.length; i += DOOR_STRIDE) {
     const at = (place: number): number => doors[i + place] ?? NaN;
     const open = at(DOOR.open) === 1;
-    // A door that waits for somebody to leave is dashed.
+    // A door that waits for the doorway to be clear is dashed.
     const waits = at(DOOR.open) !== at(DOOR.ordered);
     context.lineWidth = camera.px(open ? 1.5 : 4);
     context.globalAlpha = open ? 0.55 : 1;

@@ -20,11 +20,11 @@ export interface Brush {
   readonly time: number;
   /** Walls that light up. */
   readonly spot: Spot;
-  /** Planners side by side, while somebody looks at them. */
+  /** Planners side by side, while their tab is open. */
   readonly contest: { readonly found: ContestState | null; readonly start: readonly [number, number] | null; readonly goal: readonly [number, number] | null } | null;
   /** Rooms and doors, and the number of the chosen one. */
   readonly rooms: { readonly found: Rooms; readonly numbers: readonly number[]; readonly chosen: number | null } | null;
-  /** Lines of the last scan with what they were compared with; empty while nobody looks into the filter. */
+  /** Lines of the last scan with what they were compared with; empty while the filter's tab is closed. */
   readonly sightings: readonly Sighting[];
 }
 

@@ -3,7 +3,7 @@
 import { BEAM, BEAM_STRIDE } from "../../protocol/module.js";
 import type { Brush } from "./layer.js";
 
-/** How a hit of the last scan was read: m, and the strength of the echo in the sensor's own unit, NaN where it tells none. */
+/** How a hit of the last scan was read: m, and the strength of the echo in the sensor's own unit, NaN where it reports none. */
 export interface Reading {
   range: number;
   sigma: number;

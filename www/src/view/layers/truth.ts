@@ -1,4 +1,4 @@
-// The true walls and whatever moves: known in the simulation only, dashed because the robot never sees this.
+// The true walls and everything that moves: only a simulation has them; dashed because the robot never sees them.
 //
 // Glass and dark walls differ in colour and in dash from those that every sensor sees.
 

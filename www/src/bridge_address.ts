@@ -1,9 +1,9 @@
-// What is behind the page: a bridge with a robot, and the right to drive it.
+// The bridge that serves this page, and the right to drive its robot.
 
 const TOKEN_KEY = "slamlab-token";
 
 /** Address of the WebSocket of the bridge that serves this page; null where none does, or nothing is behind it. */
-export async function bridgeBehind(where: Location): Promise<string | null> {
+export async function bridgeAddress(where: Location): Promise<string | null> {
   try {
     const answer = await fetch("bridge.json", { cache: "no-store" });
     const about = answer.ok ? ((await answer.json()) as { websocket: string; sources: string[] }) : null;
@@ -17,7 +17,7 @@ export async function bridgeBehind(where: Location): Promise<string | null> {
   }
 }
 
-/** The right to drive comes behind the `#` of the address, which no server ever sees; there it does not stay. */
+/** The token stands behind the `#` of the address, which no server ever sees; it is removed from there. */
 export function tokenOf(where: Location): string {
   const given = new URLSearchParams(where.hash.slice(1)).get("token");
   try {
