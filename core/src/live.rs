@@ -16,7 +16,7 @@ mod shown;
 mod tests;
 
 use crate::pilot::Mode;
-use crate::robot::{Bumpers, OdometryCalibration, RobotModel};
+use crate::robot::{Bumpers, Command, OdometryCalibration, RobotModel};
 use crate::session::{Session, SessionConfig};
 use crate::settings::{SettingError, Settings};
 use crate::slam::{Method, PriorMap, SlamError};
@@ -50,6 +50,9 @@ pub struct LiveConfig {
     /// The map that [`Method::PriorMap`] finds the robot in, placed by where the robot is when the bridge names it; without one the
     /// line filter draws its own.
     pub prior_map: Option<PriorMap>,
+    /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg) also where its sensor scans all
+    /// the time.
+    pub cycle: bool,
     /// Settings that differ from the defaults of the robot that the bridge names ([`Settings::of_robot`]); those of simulated
     /// sensors and bodies do not matter.
     pub settings: Vec<(String, f64)>,
@@ -276,6 +279,10 @@ impl Live {
     /// What to send; a robot that stands is commanded to only once, for the lease is kept without.
     fn decide(&mut self) -> Option<Motion> {
         let command = self.session.decide(self.bumpers, self.client.is_busy())?;
+        if command == Command::Scan && !self.waits_for_command() {
+            // Its sensor scans all the time: the next scan is the one that was asked for.
+            return None;
+        }
         let motion = Motion::from(command);
         let was_halted = std::mem::replace(&mut self.is_halted, motion == Motion::Halt);
         (!(was_halted && self.is_halted)).then_some(motion)
@@ -311,6 +318,7 @@ impl Live {
 
     /// Gives the robot something else to do. It moves while armed only.
     pub fn set_mode(&mut self, mode: Mode) {
+        self.choose_driving(mode);
         self.session.set_mode(mode);
         self.client.give_up_errand();
     }
@@ -319,8 +327,32 @@ impl Live {
     pub fn drive(&mut self, forward: f64, turn: f64) {
         let robot = self.session.robot();
         let (forward, turn) = (forward * robot.max_speed, turn * robot.max_turn_rate);
+        self.choose_driving(Mode::Manual);
         self.session.drive(forward, turn);
         self.client.give_up_errand();
+    }
+
+    /// Has the robot drive by the cycle, or as continuously as its sensor allows; its task starts again.
+    pub fn set_cycle(&mut self, cycle: bool) {
+        self.config.cycle = cycle;
+        self.choose_driving(self.session.pilot().mode());
+        self.client.give_up_errand();
+    }
+
+    /// By the cycle or continuously. By hand always continuously where the sensor allows it: what stands in the way is seen at
+    /// once then, and a sensor that falls silent is noticed.
+    fn choose_driving(&mut self, mode: Mode) {
+        let by_cycle = self.config.cycle && mode != Mode::Manual;
+        let on_command = self.waits_for_command() || by_cycle;
+        if on_command != self.session.scans_on_command() {
+            self.session.set_scans_on_command(on_command);
+        }
+    }
+
+    /// Whether the robot's sensor scans only when commanded to.
+    fn waits_for_command(&self) -> bool {
+        let figures = self.figures.as_ref();
+        figures.is_some_and(|figures| figures.scans_on_command)
     }
 
     /// Stops the robot and disarms it, whoever drives it.
@@ -345,10 +377,9 @@ impl Live {
     ///
     /// # Errors    [`LiveError`] naming the first setting that cannot be; then the old ones stay.
     pub fn reconfigure(&mut self, changes: Vec<(String, f64)>) -> Result<(), LiveError> {
-        let session = &mut self.session;
-        let on_command = session.scans_on_command();
-        let settings = settings_of(session.robot(), on_command, &changes)?;
-        session.reconfigure(&settings)?;
+        let on_command = self.waits_for_command();
+        let settings = settings_of(self.session.robot(), on_command, &changes)?;
+        self.session.reconfigure(&settings)?;
         self.config.settings = changes;
         Ok(())
     }

@@ -122,7 +122,7 @@ impl Session {
             self.consistency
                 .push(nees, report.nis, report.nis_degrees());
         }
-        if self.scans_on_command {
+        if self.scans_on_command && self.pilot.awaits_scan() {
             for report in stages::of_scan(&self.slam, &before) {
                 self.pilot.stages_mut().record(report);
             }

@@ -102,7 +102,7 @@ test('a good world file is entered', async ({ lab, page }) => {
   await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(0);
 });
 
-test('what is written for other programs is told apart, and files that are no building together', async ({ lab, page }) => {
+test('files written for other programs are recognised, and files that are no building together are refused', async ({ lab, page }) => {
   await lab.open();
   await lab.show('run');
   const { setup } = await lab.state();

@@ -26,7 +26,7 @@ export class Bridge {
   static async start(flags: string[] = [], port = '0'): Promise<Bridge> {
     const program = process.env.SLAMLAB_BRIDGE ?? `${root}/target/debug/slamlab-bridge`;
     const bridge = new Bridge(spawn(program, ['--port', port, '--page', `${root}/www/dist`, ...flags], { stdio: ['ignore', 'pipe', 'inherit'] }));
-    // Before it has told anything: one that never does is ended too.
+    // Before it has printed anything: one that never does is ended too.
     this.#started.push(bridge);
     bridge.url = await addressOf(bridge.process);
     return bridge;

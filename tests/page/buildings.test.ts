@@ -9,7 +9,7 @@ const plan = `<svg xmlns="http://www.w3.org/2000/svg" data-metres-per-unit="0.01
   <circle id="start" cx="100" cy="200" r="10"/>
 </svg>`;
 
-test('a floor plan is a world, in which a robot can also be told where the walls are', async ({ lab }) => {
+test('a floor plan is a world, and a prior map for the robot in it', async ({ lab }) => {
   await lab.open();
   await lab.show('run');
   await lab.at('file').setInputFiles({ name: 'flat.svg', mimeType: 'image/svg+xml', buffer: Buffer.from(plan) });
@@ -64,5 +64,5 @@ test('walls that were saved are a map and a world again, in which the robot begi
   expect((await lab.status()).positionError, 'its place is the true one').toBeLessThan(0.15);
   await lab.at('file').setInputFiles(plan);
   await expect.poll(async () => (await lab.state()).title).toBe('walls.svg');
-  await lab.watch((s) => s.scans, 'it looks round').toBeGreaterThan(0);
+  await lab.watch((s) => s.scans, 'it scans').toBeGreaterThan(0);
 });

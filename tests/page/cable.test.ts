@@ -202,7 +202,7 @@ test('Stop reaches the robot while whoever maps is busy', async ({ lab, page }) 
     await plugRobot(lab);
     await turnByHand(lab, robot);
     const mapper = page.workers().find((worker) => worker.url().endsWith('/worker.js'))!;
-    // Until it is told to go on: by an answer that only the server has.
+    // Until it may go on: by an answer that only the server has.
     let isBusy = true;
     await page.route('**/still-busy', (route) => route.fulfill({ status: isBusy ? 200 : 204, body: '' }));
     const busy = mapper.evaluate(() => {
@@ -217,7 +217,7 @@ test('Stop reaches the robot while whoever maps is busy', async ({ lab, page }) 
     await expect.poll(moves, { message: 'the rules stop it', timeout: 60_000 }).toBe(false);
     await expect.poll(async () => {
       const before = serial.written();
-      // Longer than the lease, whose end is told to the robot too.
+      // Longer than the lease, whose end the robot learns too.
       await new Promise((done) => setTimeout(done, 3_000));
       return serial.written() - before;
     }, { message: 'nothing is said to it', timeout: 60_000 }).toBe(0);
@@ -250,8 +250,8 @@ test('rules that need long to load drive the robot, and rules that fail leave it
     await plugRobot(lab);
     await turnByHand(lab, robot);
     const rules = page.workers().find((worker) => worker.url().endsWith('/local_bridge.js'))!;
-    const told = { kind: 'begin', devices: ['toaster'], driver: null };
-    await rules.evaluate((data) => (self as unknown as { onmessage(event: { data: unknown }): void }).onmessage({ data }), told).catch(() => undefined);
+    const command = { kind: 'begin', devices: ['toaster'], driver: null };
+    await rules.evaluate((data) => (self as unknown as { onmessage(event: { data: unknown }): void }).onmessage({ data }), command).catch(() => undefined);
     await expect.poll(async () => await bridgeState(lab), { ...PATIENCE, message: 'whoever maps learns it' }).toBeNull();
     await expect.poll(moves, { ...PATIENCE, message: 'it stops' }).toBe(false);
     await page.keyboard.up('ArrowLeft');

@@ -37,7 +37,7 @@ test('stage by stage it goes round in the order of the source, and stands betwee
   for (let i = 0; i < 12; i += 1) {
     const words = (await lab.at('stage-words').innerText()) + (await now(lab));
     await lab.at('next-stage').click();
-    await expect.poll(async () => (await lab.at('stage-words').innerText()) + (await now(lab)), 'the next stage is told').not.toBe(words);
+    await expect.poll(async () => (await lab.at('stage-words').innerText()) + (await now(lab)), 'the next stage is shown').not.toBe(words);
     expect((await lab.state()).playing, 'then it waits').toBe(false);
     seen.push((await now(lab)) ?? '');
   }

@@ -58,7 +58,7 @@ test('the stick drives under the thumb', { tag: '@phone-only' }, async ({ lab, p
   await lab.standsStill();
 });
 
-test('a gamepad drives, and stops when it is let go or told to', async ({ lab, page }) => {
+test('a gamepad drives, and stops when it is let go or its stop button is pressed', async ({ lab, page }) => {
   // No machine of ours has a gamepad: the browser is given one of the standard layout.
   await page.addInitScript(() => {
     const pad = { connected: true, axes: [0, 0, 0, 0], buttons: Array.from({ length: 16 }, () => ({ pressed: false })) };

@@ -12,7 +12,7 @@ async function lookInside(lab: Lab): Promise<void> {
   await lab.watch((s) => s.scans, 'there is something to judge').toBeGreaterThan(40);
   await lab.pause();
   await lab.show('filter');
-  // The matrix is told only while it is in sight; on a phone it lies below the fold.
+  // The matrix is sent only while it is visible; on a phone it lies below the fold.
   await lab.at('correlations').scrollIntoViewIfNeeded();
   await expect(lab.at('correlations')).toHaveAttribute('data-rows', /^[1-9]/);
 }

@@ -44,7 +44,7 @@ test('wheels that err are fitted, and a twin with their figures stays with the r
   await ended();
   const [, , , , fitted = NaN, sigma3 = NaN] = await twin();
   expect(fitted).toBeLessThan(nominal / 2);
-  expect(sigma3, 'what chance allows is told').toBeGreaterThan(0);
+  expect(sigma3, 'what chance allows is shown').toBeGreaterThan(0);
 
   // As a file, and back.
   await lab.at('fit-drive').click();

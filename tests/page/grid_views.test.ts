@@ -1,7 +1,7 @@
 // What the grid can show: how sure it is, three tones, and fields of it with a scale in metres.
 import { expect, test } from './fixture.ts';
 
-test('fields of the grid are shown, told under the pointer, and explained by a scale', { tag: '@phone' }, async ({ lab, page, hasTouch }) => {
+test('fields of the grid are shown, read out under the pointer, and explained by a scale', { tag: '@phone' }, async ({ lab, page, hasTouch }) => {
   await lab.open();
   await lab.enter('arena', '4');
   await lab.watch((s) => s.distance, 'there is a map').toBeGreaterThan(0.3);

@@ -1,5 +1,5 @@
 // A browser that is killed while its person drives: a real process, with SIGKILL, so that nothing of the page can say farewell. The robot
-// (the real firmware, by the registers of its motors) stands within the bounds, and the recording holds all that was told of it.
+// (the real firmware, by the registers of its motors) stands within the bounds, and the recording holds all that was reported.
 import { existsSync } from 'node:fs';
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
@@ -50,7 +50,7 @@ test('a browser that is killed while it drives stops the robot, and the recordin
     const found = JSON.stringify({ stopped_after, recorded, messages });
     info.annotations.push({ type: 'killed', description: found });
     console.log(found);
-    expect(messages, 'all that was told to be recorded is').toBeGreaterThanOrEqual(recorded);
+    expect(messages, 'everything reported as recorded is there').toBeGreaterThanOrEqual(recorded);
   };
   try {
     await withRobot(robot, body);

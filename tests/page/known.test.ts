@@ -21,7 +21,7 @@ const hall = Buffer.from(`<svg xmlns="http://www.w3.org/2000/svg" data-metres-pe
 const file = (name: string, buffer: Buffer) => ({ name, mimeType: '', buffer });
 const fit = 'known-fit';
 
-test('a robot finds itself in another map than its world, told where it begins there', async ({ lab, page }) => {
+test('a robot localises itself in another map than its world, given its start there', async ({ lab, page }) => {
   test.setTimeout(150_000);
   await lab.open();
   await lab.show('run');
@@ -69,7 +69,7 @@ test('OGmap.txt is a world too', async ({ lab }) => {
   const rows = Array.from({ length: 60 }, (_, row) => Array.from({ length: 80 }, (_, col) => (row % 59 === 0 || col % 79 === 0 ? 0.97 : 0.02)).join(' '));
   await lab.at('file').setInputFiles(file('OGmap.txt', Buffer.from(`80 60 0.05 -1 -1\n${rows.join('\n')}\n`)));
   await expect.poll(async () => (await lab.state()).title).toBe('OGmap.txt');
-  await lab.watch((s) => s.scans, 'it looks round').toBeGreaterThan(3);
+  await lab.watch((s) => s.scans, 'it scans').toBeGreaterThan(3);
 });
 
 /** Presses Save map, and gives both files. */
@@ -104,7 +104,7 @@ test('a robot at a bridge is found in a map that was saved before', async ({ lab
   const bridge = await Bridge.start(['--source', 'sim:office,lidar']);
   await lab.open(bridge.url);
   await expect.poll(async () => (await lab.state()).source).toBe('bridge');
-  await lab.watch((s) => s.scans, 'it looks round').toBeGreaterThan(30);
+  await lab.watch((s) => s.scans, 'it scans').toBeGreaterThan(30);
   const map = await savedMap(lab);
   await lab.at('known-file').setInputFiles(map);
   await expect.poll(async () => (await lab.state()).method, 'the bridge is asked again').toBe('known-map');

@@ -22,7 +22,7 @@ test('between two steps the robot glides, and never runs ahead of what is known'
   expect(new Set(seen.map((p) => p.drawn)).size, 'more pictures than steps').toBeGreaterThan(2 * steps);
   for (const [i, picture] of seen.entries()) {
     expect(picture.drawn, 'time does not run back').toBeGreaterThanOrEqual(seen[Math.max(i - 1, 0)]!.drawn);
-    expect(picture.newest - picture.drawn, 'nothing is foretold').toBeGreaterThanOrEqual(-1e-9);
+    expect(picture.newest - picture.drawn, 'nothing is predicted').toBeGreaterThanOrEqual(-1e-9);
     expect(picture.newest - picture.drawn, 'a step late at most, and a picture').toBeLessThan(0.05 + 0.1);
   }
 });

@@ -41,7 +41,7 @@ const test = base.extend<{ drive: Drive }>({
   },
 });
 
-test('a recorded drive is mapped as it was live, and what is damaged is told', async ({ lab, drive }) => {
+test('a recorded drive is mapped as it was live, and damage is reported', async ({ lab, drive }) => {
   test.setTimeout(180_000);
   await lab.open(process.env.SLAMLAB_URL);
   const open = async (name: string, buffer: Buffer): Promise<Status> => {

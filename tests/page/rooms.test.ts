@@ -10,7 +10,7 @@ test('rooms are found, listed with their doors, chosen by click and by key, and 
   await lab.speed('20');
   await lab.show('layers');
   await lab.at('layer-rooms').check();
-  await lab.watch((st) => st.time, 'when a first visitor is told of driving').toBeGreaterThan(9);
+  await lab.watch((st) => st.time, 'when a first visitor gets the tip on driving').toBeGreaterThan(9);
   await expect(lab.at('tip'), 'a click chooses a room here').toHaveCount(0);
   await lab.show('status');
   // The corridor, and the first room beside it.

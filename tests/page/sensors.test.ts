@@ -1,4 +1,4 @@
-// Sensors told honestly and measured: calibration of the rangers, σ(ρ) of a standing robot and of a log, cones, materials.
+// Sensors described honestly and measured: calibration of the rangers, σ(ρ) of a standing robot and of a log, cones, materials.
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 import { record } from './recording.ts';
@@ -27,7 +27,7 @@ test('pairs become a characteristic, which the simulated rangers use', async ({ 
   expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
 });
 
-test('pairs that cannot be are named by line and field; a bend is told', async ({ lab }) => {
+test('pairs that cannot be are named by line and field; a bend is reported', async ({ lab }) => {
   await lab.open();
   await openTool(lab, 'calibration');
   await lab.at('pairs').fill(PAIRS.replace('30;0.90', '30;x'));
@@ -74,7 +74,7 @@ test('a log in which the robot never stands says so', async ({ lab }) => {
   await expect(lab.at('sigma-error')).toContainText(/expected at least 3; record longer/);
 });
 
-test('each sensor runs and is told honestly', async ({ lab }) => {
+test('each sensor runs and is described honestly', async ({ lab }) => {
   await lab.open();
   await lab.at('speed').selectOption('Infinity');
   for (const [sensor, words] of [['sick', /Nothing behind the robot/], ['rangers', /only while the robot stands/], ['sonar', /wheels alone, and drifts/]] as const) {

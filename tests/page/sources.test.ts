@@ -45,7 +45,7 @@ test('a robot behind a bridge keeps as far from obstacles as the setting says', 
     const far = await driveToTheWall(lab, page);
     await set(lab, 'pilot.gap', '5', 0.05);
     const near = await driveToTheWall(lab, page);
-    expect(Math.hypot(near.x - far.x, near.y - far.y), 'it stopped farther from the wall, as it was told').toBeGreaterThan(0.3);
+    expect(Math.hypot(near.x - far.x, near.y - far.y), 'it stopped farther from the wall, as it was set').toBeGreaterThan(0.3);
     await page.keyboard.press('Escape');
   } finally {
     await bridge.stop();

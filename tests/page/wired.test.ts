@@ -141,7 +141,7 @@ test('the real firmware without a lidar sweeps its rangers, drives and maps', as
     const run = { robot, lab, folder };
     const bridge = await open(run);
     const sweeps = Number(process.env.SLAMLAB_SWEEPS ?? 6);
-    // Between two looks it sees nothing: contacts are told, not judged.
+    // Between two scans it sees nothing: contacts are counted, not judged.
     await exploreUntil(lab, robot, 'its sweeps come as scans, from place to place', (s) => s.scans > sweeps, ['bumper']);
     const truth = await mapTruth(run);
     const { seconds, behind, fault, contacts } = await robot.facts();

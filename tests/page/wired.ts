@@ -62,7 +62,7 @@ export class WiredRobot {
     return robot;
   }
 
-  /** What a bridge is to be told to find it. */
+  /** The arguments with which a bridge finds it. */
   get sources(): string[] {
     return Object.entries(this.ports).flatMap(([kind, path]) => ['--source', `${kind}:${path}`]);
   }

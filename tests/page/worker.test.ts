@@ -38,8 +38,8 @@ interface Wire {
   answers: Answer[];
 }
 
-test('a run is started, then told in numbered frames, one for each that is drawn', async ({ page }) => {
-  const told = await page.evaluate(async () => {
+test('a run is started, then sent in numbered frames, one for each that is drawn', async ({ page }) => {
+  const report = await page.evaluate(async () => {
     const { wire } = window as unknown as { wire: Wire };
     await wire.until((a) => a.kind === 'ready', false);
     wire.send({ kind: 'speed', factor: Infinity }, { kind: 'start', setup: wire.setup, play: true });
@@ -58,12 +58,12 @@ test('a run is started, then told in numbered frames, one for each that is drawn
       hash: [...first, ...rest].some((a) => a.kind === 'hash' && /^[0-9a-f]{16}$/.test(a.text)),
     };
   });
-  expect(told.kinds).toEqual(['started', 'frame']);
-  expect(told.ahead, 'no frame before the last one is drawn').toBe(0);
-  expect(told.seqs).toEqual([1, 2, 3, 4, 5]);
-  expect(told.first.truth, 'the first frame has the walls').not.toBeNull();
-  expect([...told.times].sort((a, b) => a - b)).toEqual(told.times);
-  expect(told.hash).toBe(true);
+  expect(report.kinds).toEqual(['started', 'frame']);
+  expect(report.ahead, 'no frame before the last one is drawn').toBe(0);
+  expect(report.seqs).toEqual([1, 2, 3, 4, 5]);
+  expect(report.first.truth, 'the first frame has the walls').not.toBeNull();
+  expect([...report.times].sort((a, b) => a - b)).toEqual(report.times);
+  expect(report.hash).toBe(true);
 });
 
 test('the same commands give the same hash, whatever the pace', async ({ page }) => {
@@ -92,7 +92,7 @@ test('the same commands give the same hash, whatever the pace', async ({ page })
 
 test('what cannot be done fails in words and leaves the run as it is', async ({ page }) => {
   const log = record(60).text;
-  const told = await page.evaluate(async (log) => {
+  const report = await page.evaluate(async (log) => {
     const { wire } = window as unknown as { wire: Wire };
     const bytes = (text: string): ArrayBuffer => new TextEncoder().encode(text).buffer as ArrayBuffer;
     wire.send({ kind: 'start', setup: wire.setup, play: false });
@@ -110,11 +110,11 @@ test('what cannot be done fails in words and leaves the run as it is', async ({ 
     const saved = (await wire.until((a) => a.kind === 'saved', true)).at(-1);
     return { started, world, bad, frame, opened, end, files: saved?.kind === 'saved' ? saved.files.map((f) => f.name) : [] };
   }, log);
-  expect(told.started).toMatchObject({ kind: 'started', run: 1, source: 'sim' });
-  expect(told.world).toMatchObject({ kind: 'failed', text: expect.stringContaining('atlantis') });
-  expect(told.bad).toMatchObject({ kind: 'failed', text: expect.stringMatching(/^bad\.log: line 1/) });
-  expect(told.frame, 'the run of before').toMatchObject({ run: 1 });
-  expect(told.opened).toMatchObject({ run: 2, source: 'replay', title: 'good.log' });
-  expect(told.end).toMatchObject({ run: 2, status: { scans: 60, progress: 1 } });
-  expect(told.files).toEqual(['good.pgm', 'good.yaml']);
+  expect(report.started).toMatchObject({ kind: 'started', run: 1, source: 'sim' });
+  expect(report.world).toMatchObject({ kind: 'failed', text: expect.stringContaining('atlantis') });
+  expect(report.bad).toMatchObject({ kind: 'failed', text: expect.stringMatching(/^bad\.log: line 1/) });
+  expect(report.frame, 'the run of before').toMatchObject({ run: 1 });
+  expect(report.opened).toMatchObject({ run: 2, source: 'replay', title: 'good.log' });
+  expect(report.end).toMatchObject({ run: 2, status: { scans: 60, progress: 1 } });
+  expect(report.files).toEqual(['good.pgm', 'good.yaml']);
 });

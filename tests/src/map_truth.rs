@@ -182,8 +182,8 @@ mod tests {
     #[test]
     fn what_is_no_map_is_named() {
         let (world, pgm, yaml) = drawn(0.0);
-        let told = |pgm: &[u8], yaml: &str| compare(&world, pgm, yaml).unwrap_err().to_string();
-        assert!(told(&pgm[..99], &yaml).contains("the header promises 120 x 100 pixels"));
-        assert!(told(&pgm, "x: 1").contains("the key `resolution` is missing"));
+        let error_of = |pgm: &[u8], yaml: &str| compare(&world, pgm, yaml).unwrap_err().to_string();
+        assert!(error_of(&pgm[..99], &yaml).contains("the header promises 120 x 100 pixels"));
+        assert!(error_of(&pgm, "x: 1").contains("the key `resolution` is missing"));
     }
 }

@@ -34,6 +34,7 @@ impl Cable {
             token: None,
             method: Method::LineEkf,
             prior_map: None,
+            cycle: false,
             settings: vec![],
             seed: 1,
         };
@@ -104,13 +105,13 @@ impl Cable {
         cable
     }
 
-    /// Whether the last thing that the robot was told is to move.
+    /// Whether the robot's last command is to move.
     fn is_told_to_move(&self) -> bool {
-        let told = self.robot.done.last();
-        told.is_some_and(|(_, command)| command.moves())
+        let last = self.robot.done.last();
+        last.is_some_and(|(_, command)| command.moves())
     }
 
-    /// Seconds until it is told to stand; at most `longest`.
+    /// Seconds until it is commanded to stand; at most `longest`.
     fn until_it_stands(&mut self, longest: f64) -> f64 {
         let begin = self.seconds;
         while self.is_told_to_move() && self.seconds - begin < longest {

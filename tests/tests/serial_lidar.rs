@@ -101,8 +101,8 @@ impl Ear {
         })
     }
 
-    /// Waits until it is told, with this state, in these words. On a loaded machine a device may stutter before.
-    fn told(&mut self, wanted: DeviceState, words: &[&str]) {
+    /// Waits for a report with this state, in these words. On a loaded machine a device may stutter before.
+    fn expect(&mut self, wanted: DeviceState, words: &[&str]) {
         self.wait(PATIENCE, |event| match event {
             SourceEvent::Device { state, detail, .. } if *state == wanted => words
                 .iter()
@@ -258,7 +258,7 @@ fn a_lidar_plugged_in_later_is_found() {
     on_a_calm_machine(|| {
         let socket = Socket::unplugged(devices::Ld06::new(view())).unwrap();
         let mut ear = Ear::ld06(socket.path());
-        ear.told(DeviceState::Waiting, &["is not there: plug the device in"]);
+        ear.expect(DeviceState::Waiting, &["is not there: plug the device in"]);
         socket.plug();
         ear.scan();
     });
@@ -316,7 +316,7 @@ fn each_fault_of_an_rplidar_is_named_with_its_cure() {
         let mut protected = devices::Rplidar::new(view());
         protected.status = Status::Error;
         let socket = Socket::plugged(protected).unwrap();
-        Ear::rplidar(socket.path()).told(DeviceState::Fault, &["health 2", "weak power"]);
+        Ear::rplidar(socket.path()).expect(DeviceState::Fault, &["health 2", "weak power"]);
 
         let socket = Socket::plugged(devices::Rplidar::new(view())).unwrap();
         socket.set_faults(Faults {
@@ -324,7 +324,7 @@ fn each_fault_of_an_rplidar_is_named_with_its_cure() {
             ..Faults::default()
         });
         let mut ear = Ear::rplidar(socket.path());
-        ear.told(DeviceState::Fault, &["does not answer", "TX and RX"]);
+        ear.expect(DeviceState::Fault, &["does not answer", "TX and RX"]);
         // And it ends by itself.
         socket.set_faults(Faults::default());
         ear.scan();
@@ -332,7 +332,7 @@ fn each_fault_of_an_rplidar_is_named_with_its_cure() {
         // An LD06 where an RPLIDAR should be: bytes, but at another rate.
         let socket = Socket::plugged(devices::Ld06::new(view())).unwrap();
         Ear::rplidar(socket.path())
-            .told(DeviceState::Fault, &["wrong baud rate or another device"]);
+            .expect(DeviceState::Fault, &["wrong baud rate or another device"]);
     });
 }
 
@@ -371,14 +371,14 @@ fn faults_of_an_ld06_are_named() {
         blocked.is_blocked = true;
         let socket = Socket::plugged(blocked).unwrap();
         let mut ear = Ear::ld06(socket.path());
-        ear.told(DeviceState::Fault, &["no whole turn"]);
+        ear.expect(DeviceState::Fault, &["no whole turn"]);
         socket.with(|lidar| lidar.is_blocked = false);
         ear.scan();
         socket.set_faults(Faults {
             is_mute: true,
             ..Faults::default()
         });
-        ear.told(DeviceState::Fault, &["silent"]);
+        ear.expect(DeviceState::Fault, &["silent"]);
     });
 }
 
@@ -389,7 +389,7 @@ fn a_port_has_one_user() {
         let mut first = Ear::ld06(socket.path());
         first.scan();
         let mut second = Ear::ld06(socket.path());
-        second.told(DeviceState::Waiting, &["is busy"]);
+        second.expect(DeviceState::Waiting, &["is busy"]);
         first.scan();
     });
 }

@@ -27,6 +27,8 @@ pub struct LiveSetup {
     pub method: MethodName,
     /// The map that the method `known-map` finds the robot in, placed by where the robot is now.
     pub known: Option<KnownMap>,
+    /// Whether it drives by the cycle also where its sensor scans all the time.
+    pub cycle: bool,
     /// Settings that differ from their defaults.
     pub settings: SettingValues,
     /// Of the planner's draws.
@@ -104,6 +106,7 @@ impl WebRun {
             token: Some(setup.token).filter(|token| !token.is_empty()),
             method: setup.method.into(),
             prior_map: setup.known.as_ref().map(Into::into),
+            cycle: setup.cycle,
             settings: setup.settings.0.into_iter().collect(),
             seed: u64::from(setup.seed),
         })?;

@@ -52,6 +52,9 @@ pub enum RunError {
     /// Only a robot behind a bridge has it.
     #[error("only a robot behind a bridge can do that")]
     NotLive,
+    /// A recorded robot has driven already.
+    #[error("a recording cannot be driven")]
+    Recorded,
     /// σ(ρ) of a live robot.
     #[error(
         "σ(ρ) is estimated from a recording: record the standing robot, and open the recording here"
@@ -301,6 +304,18 @@ impl WebRun {
             Source::Recording(replay) => replay.set_twin(calibration),
             Source::Live(behind) => behind.live.set_twin(calibration),
         }
+    }
+
+    /// Has a robot that is driven from here drive by the cycle of TDK 2016 §6.3, or as continuously as its sensor allows.
+    ///
+    /// # Errors    A recording.
+    pub fn set_cycle(&mut self, cycle: bool) -> Result<(), WebError> {
+        match &mut self.source {
+            Source::Simulation(sim) => sim.experiment.set_cycle(cycle),
+            Source::Recording(_) => return Err(RunError::Recorded.into()),
+            Source::Live(behind) => behind.live.set_cycle(cycle),
+        }
+        Ok(())
     }
 
     /// σ(ρ) of the sensor: of a simulated one from scans of a twin that stands where the robot is, of a recording from the

@@ -29,14 +29,6 @@ impl WebRun {
         Ok(Self { source })
     }
 
-    /// Drive by the cycle of TDK 2016 §6.3, or continuously.
-    ///
-    /// # Errors    No simulation.
-    pub fn set_cycle(&mut self, cycle: bool) -> Result<(), WebError> {
-        self.simulated_mut()?.experiment.set_cycle(cycle);
-        Ok(())
-    }
-
     /// Goes on to the next stage of the cycle; nothing where there is none.
     ///
     /// # Errors    No simulation.

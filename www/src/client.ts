@@ -64,11 +64,11 @@ export class Client {
   /** The cycle on or off, in the run and in those that follow. */
   setCycle(on: boolean): void {
     const store = this.#store;
-    store.set("run", { setup: { ...store.setup, cycle: on }, inCycle: on });
+    store.set("run", { setup: { ...store.setup, cycle: on } });
     // The stages speak of the lines of a scan: they are worth seeing.
     store.set("view", { layers: { ...store.layers, found: on } });
     this.send({ kind: "cycle", on });
-    if (on && store.status?.mode === "manual") this.explore();
+    if (on && store.source === "sim" && store.status?.mode === "manual") this.explore();
     else this.#wake();
   }
 
@@ -154,8 +154,8 @@ export class Client {
 
   /** How a robot is mapped: a bridge has no map to hand out, so that without one its robot draws its own. */
   #liveSetup(method: MethodName): LiveSetup {
-    const { setup: { known, settings }, tuning: { twin } } = this.#store;
-    return { method: method === "known-map" && !known ? "line-ekf" : method, known, settings, twin };
+    const { setup: { known, cycle, settings }, tuning: { twin } } = this.#store;
+    return { method: method === "known-map" && !known ? "line-ekf" : method, known, cycle, settings, twin };
   }
 
   /** Takes the right to drive, or gives it back. */

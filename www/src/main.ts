@@ -120,7 +120,7 @@ startKeyboard({
     1: () => client.manual(),
     2: () => client.aim(),
     3: () => client.explore(),
-    4: () => store.source === "sim" && client.setCycle(!store.setup.cycle),
+    4: () => store.source !== "replay" && client.setCycle(!store.setup.cycle),
     ".": () => cycle.next(),
     "+": () => map.zoom(1.25),
     "=": () => map.zoom(1.25),

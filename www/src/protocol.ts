@@ -20,6 +20,7 @@ export interface GivenBytes {
 export interface LiveSetup {
   method: MethodName;
   known: KnownMap | null;
+  cycle: boolean;
   settings: SettingValues;
   twin: boolean;
 }

@@ -103,7 +103,7 @@ const handlers: Handlers = {
     player.play(false);
     simulated((run) => run.nextStage());
   },
-  cycle: ({ on }) => simulated((run) => run.command((module) => module.set_cycle(on), on ? "Drives by the cycle: scan standing, plan, one turn, one leg, again" : "Drives while it scans")),
+  cycle: ({ on }) => command((run) => run.command((module) => module.set_cycle(on), on ? "Drives by the cycle: scan standing, plan, one turn, one leg, again" : "Drives while it scans")),
   door: ({ index, open }) => simulated((run) => run.command((module) => module.set_door(index, open), `Door ${index + 1}: ${open ? "opening" : "shutting"}`)),
   configure: ({ settings }) => {
     // A robot that the bridge has not named yet is to have them too.

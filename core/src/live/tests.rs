@@ -160,6 +160,7 @@ fn live() -> Live {
         token: Some("secret".to_owned()),
         method: Method::LineEkf,
         prior_map: None,
+        cycle: false,
         settings: vec![],
         seed: 1,
     })
@@ -274,6 +275,37 @@ fn a_robot_behind_a_bridge_finds_itself_in_a_known_map_and_fits_another_building
     }
     let part = live.session().slam().view().prior_map_fit.unwrap().part();
     assert!(part.is_some_and(|part| part < 0.9), "{part:?}");
+}
+
+#[test]
+fn a_lidar_behind_a_bridge_drives_by_the_cycle_when_asked_to() {
+    let goal = Point2::new(0.7, 0.0);
+    let mut live = live();
+    live.set_cycle(true);
+    let (bridge, mut live) = drive(Bridge::new(SensorModel::lidar()), live, goal);
+    let off = (truth(&bridge).position() - goal).norm();
+    assert!(off < 0.15, "stands {off} m from the goal");
+    let driven: Vec<&Motion> = bridge
+        .said
+        .iter()
+        .filter_map(|message| match message {
+            ToBridge::Drive(body) => Some(&body.motion),
+            _ => None,
+        })
+        .collect();
+    // Turns and legs, as for a sensor that scans on command; its own is not commanded to scan.
+    assert!(driven.iter().any(|motion| matches!(motion, Motion::Forward(_))));
+    let is_continuous = |motion: &&&Motion| matches!(motion, Motion::Velocity { .. } | Motion::Scan);
+    assert_eq!(driven.iter().find(is_continuous), None);
+    let stages = live.session().stages();
+    for (name, stage) in crate::pilot::Stage::ALL {
+        assert!(stages.report(stage).is_some(), "{name}: {stages:?}");
+    }
+    // By hand it drives while it scans: the cycle goes on with the next task.
+    live.drive(0.5, 0.0);
+    assert!(!live.session().scans_on_command());
+    live.set_mode(Mode::Explore);
+    assert!(live.session().scans_on_command());
 }
 
 #[test]

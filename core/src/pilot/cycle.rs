@@ -14,7 +14,7 @@
 use nalgebra::Point2;
 
 use super::stages::{Cut, StageReport};
-use super::{Pilot, Situation, Status};
+use super::{Mode, Pilot, Situation, Status};
 use crate::control::{free_distance, leg_is_safe};
 use crate::geom::{Pose2, Segment, wrap};
 use crate::map::CellState;
@@ -73,6 +73,12 @@ pub(super) enum Next {
 }
 
 impl Pilot {
+    /// Whether the next scan belongs to the cycle; those of a leg or a turn under way do not.
+    pub(crate) fn awaits_scan(&self) -> bool {
+        let is_awaited = matches!(self.phase, Phase::Looking(_) | Phase::LookingAfterTurn(_));
+        is_awaited || self.mode == Mode::Manual
+    }
+
     /// Stages of the cycle up to the next command; `None` while the robot carries on.
     pub(super) fn in_cycle(&mut self, now: &Situation) -> Option<Command> {
         loop {

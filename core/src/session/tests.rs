@@ -79,6 +79,7 @@ fn heard_live(said: &[(u64, FromBridge)]) -> Live {
         token: None,
         method: Method::LineEkf,
         prior_map: None,
+        cycle: false,
         settings: vec![],
         seed: 1,
     })

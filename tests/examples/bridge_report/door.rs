@@ -134,7 +134,7 @@ async fn stale_lease(bridge: &Bridge) -> bool {
     true
 }
 
-/// As many at once as come: how many are let in, and how many are told that it is full.
+/// As many at once as come: how many are let in, and how many are refused because it is full.
 async fn crowd(address: SocketAddr) -> (usize, usize) {
     let own = address.to_string();
     let mut open = Vec::with_capacity(CROWD);

@@ -5,7 +5,7 @@
 //!    at rest, by the client: all by the clock of this machine.
 //!
 //! Firmware and line take up to a period of telemetry (20 ms) and its bytes' time; what is judged is the rest, that of the bridge. A trial
-//! without an answer counts as one of [`LONGEST`], unless the simulator itself was kept waiting meanwhile; trials that are repeated are told.
+//! without an answer counts as one of [`LONGEST`], unless the simulator itself was kept waiting meanwhile; repeated trials are counted.
 
 use std::time::{Duration, SystemTime};
 
@@ -43,10 +43,10 @@ pub(crate) async fn measure() -> Option<Value> {
         let lost = facts["lost"].as_f64().zip(before);
         let is_calm = lost.is_some_and(|(after, before)| after - before < CALM);
         match (came, instants) {
-            (Some(came), Some((edge, told))) if edge <= told && told <= came => {
+            (Some(came), Some((edge, reported))) if edge <= reported && reported <= came => {
                 whole.push(Duration::from_secs_f64(came - edge));
-                robots.push(Duration::from_secs_f64(told - edge));
-                bridges.push(Duration::from_secs_f64(came - told));
+                robots.push(Duration::from_secs_f64(reported - edge));
+                bridges.push(Duration::from_secs_f64(came - reported));
             }
             (None, _) if is_calm => {
                 unanswered += 1;

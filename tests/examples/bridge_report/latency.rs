@@ -54,12 +54,12 @@ async fn edge() -> Value {
 async fn measure(watchers: usize) -> Value {
     let (config, memory) = with_robot();
     let bridge = Bridge::start(config).await;
-    let (mut others, told) = (Vec::new(), Arc::new(AtomicU64::new(0)));
+    let (mut others, received) = (Vec::new(), Arc::new(AtomicU64::new(0)));
     for _ in 0..watchers {
-        others.push(tokio::spawn(watch(bridge.watcher().await, told.clone())));
+        others.push(tokio::spawn(watch(bridge.watcher().await, received.clone())));
     }
     let mut client = bridge.watcher().await;
-    told.store(0, Ordering::Relaxed);
+    received.store(0, Ordering::Relaxed);
     let (start, mut said) = (Instant::now(), Instant::now());
     let mut took = Vec::new();
     while start.elapsed() < MEASURED {
@@ -74,7 +74,7 @@ async fn measure(watchers: usize) -> Value {
         }
     }
     let rate =
-        (told.load(Ordering::Relaxed) + took.len() as u64) as f64 / start.elapsed().as_secs_f64();
+        (received.load(Ordering::Relaxed) + took.len() as u64) as f64 / start.elapsed().as_secs_f64();
     bridge.stop().await;
     for other in others {
         other.await.unwrap();
@@ -85,13 +85,13 @@ async fn measure(watchers: usize) -> Value {
 }
 
 /// Reads all to the end, and counts it.
-async fn watch(mut watcher: Client, told: Arc<AtomicU64>) {
+async fn watch(mut watcher: Client, received: Arc<AtomicU64>) {
     let mut beat = tokio::time::interval(Duration::from_secs(1));
     loop {
         tokio::select! {
             _ = beat.tick() => watcher.say(ToBridge::Heartbeat).await,
             came = watcher.next() => match came {
-                Came::Message(_) => _ = told.fetch_add(1, Ordering::Relaxed),
+                Came::Message(_) => _ = received.fetch_add(1, Ordering::Relaxed),
                 _ => return,
             },
         }
@@ -106,20 +106,20 @@ async fn cost() -> Value {
         let recording = folder.path().join("a.mcap");
         let source = "sim:arena,lidar";
         let bridge = BridgeProcess::start(&program, source, folder.path(), recording).await;
-        let told = Arc::new(AtomicU64::new(0));
+        let received = Arc::new(AtomicU64::new(0));
         let mut watchers = Vec::new();
         for _ in 0..WATCHERS {
             let mut watcher = Client::connect(bridge.address, "").await;
             watcher.enter(None).await;
-            watchers.push(tokio::spawn(watch(watcher, told.clone())));
+            watchers.push(tokio::spawn(watch(watcher, received.clone())));
         }
-        let before = (bridge.processor_seconds(), told.load(Ordering::Relaxed));
+        let before = (bridge.processor_seconds(), received.load(Ordering::Relaxed));
         let start = Instant::now();
         tokio::time::sleep(MEASURED).await;
         let seconds = start.elapsed().as_secs_f64();
         let figures = json!({
             "part_of_a_core": (bridge.processor_seconds() - before.0) / seconds,
-            "messages_a_second": ((told.load(Ordering::Relaxed) - before.1) as f64 / seconds).round(),
+            "messages_a_second": ((received.load(Ordering::Relaxed) - before.1) as f64 / seconds).round(),
             "anonymous_kb": bridge.anonymous_kb(),
         });
         bridge.kill().await;

@@ -176,7 +176,7 @@ async fn trial(stand: &mut Stand, fault: Fault, delay: Duration) -> Result<Optio
     let mut other = stand.watcher().await;
     let crowd = crowd(stand, fault).await;
     turn(&mut driver, delay).await;
-    let told = prepare(stand, fault, &mut driver, &mut other).await;
+    let report = prepare(stand, fault, &mut driver, &mut other).await;
     if !stand.robot.moves().await {
         // A machine that kept the driver waiting stopped it; but where something is broken already, that did.
         return match fault {
@@ -204,7 +204,7 @@ async fn trial(stand: &mut Stand, fault: Fault, delay: Duration) -> Result<Optio
             other.say(ToBridge::Take { force: true }).await;
         }
         Fault::WatcherStops => other.say(ToBridge::Stop).await,
-        Fault::BridgeKilled => stand.kill_bridge(told).await?,
+        Fault::BridgeKilled => stand.kill_bridge(report).await?,
         _ => drop(driver),
     }
     let (took, behind) = stand.robot.stopped().await;
@@ -218,7 +218,7 @@ async fn trial(stand: &mut Stand, fault: Fault, delay: Duration) -> Result<Optio
     }
     crowd.iter().for_each(JoinHandle::abort);
     if matches!(fault, Fault::DiskFull | Fault::ClockStepped) {
-        stand.kill_bridge(told).await?;
+        stand.kill_bridge(report).await?;
     }
     // None: a machine that was too slow had stopped it before the fault.
     Ok(took.filter(|_| before.is_some_and(|before| behind - before < CALM)))
@@ -232,21 +232,21 @@ async fn prepare(stand: &mut Stand, fault: Fault, driver: &mut Client, other: &m
         Fault::BridgeKilled => (),
         _ => return 0,
     }
-    // It is told of each second; meanwhile the robot is driven on.
+    // It is reported each second; meanwhile the robot is driven on.
     let is_full = fault == Fault::DiskFull;
-    let told = other.wait(|message| match message {
+    let report = other.wait(|message| match message {
         FromBridge::Recording(body) if body.fault.is_some() == is_full => Some(body.acknowledged),
         _ => None,
     });
-    tokio::pin!(told);
-    let told = loop {
+    tokio::pin!(report);
+    let report = loop {
         tokio::select! {
-            told = &mut told => break told,
+            report = &mut report => break report,
             () = turn(driver, Duration::from_millis(100)) => (),
         }
     };
     turn(driver, Duration::from_millis(100)).await;
-    told
+    report
 }
 
 /// Those who watch beside it, as long as the trial lasts.

@@ -26,9 +26,9 @@ const HOURS: u32 = 24;
 pub(crate) async fn report(minutes: f64) -> (bool, Value) {
     trend::check();
     let accelerated = tokio::task::spawn_blocking(|| {
-        let told = device::run(HOURS);
-        eprintln!("{HOURS} hours of a device: {}", told.1);
-        told
+        let report = device::run(HOURS);
+        eprintln!("{HOURS} hours of a device: {}", report.1);
+        report
     });
     let real = real(Duration::from_secs_f64(60.0 * minutes)).await;
     eprintln!("{minutes} minutes of a bridge: {}", real.1);

@@ -58,10 +58,10 @@ pub(crate) fn run(hours: u32) -> (bool, Value) {
     let (Some(memory), Some(ages)) = (memory, ages) else {
         return (false, Value::Null);
     };
-    let told = f64::from(pair.odometries) / (f64::from(hours) * 3600.0);
-    let holds = !memory.grows(512.0) && !ages.grows(5.0) && told > 10.0;
+    let rate = f64::from(pair.odometries) / (f64::from(hours) * 3600.0);
+    let holds = !memory.grows(512.0) && !ages.grows(5.0) && rate > 10.0;
     let figures = json!({
-        "hours": hours, "faults": pair.ups * 2, "odometries_a_second": told,
+        "hours": hours, "faults": pair.ups * 2, "odometries_a_second": rate,
         "anonymous_kb": memory.figures(512.0), "oldest_stamp_ms": ages.figures(5.0),
     });
     (holds, figures)
@@ -70,7 +70,7 @@ pub(crate) fn run(hours: u32) -> (bool, Value) {
 struct Pair {
     odometries: u32,
     ups: u32,
-    /// Of an odometry when it is told, s.
+    /// Age of an odometry when it is reported, s.
     worst_age: f64,
 }
 

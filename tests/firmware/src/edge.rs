@@ -11,18 +11,18 @@ use slamlab_core::wire::rp6::{Decoder, Report};
 pub struct EdgeWatch {
     /// True counts when it was set, while it waits for another.
     counts: Option<[i64; 2]>,
-    /// As last told before the edge.
+    /// As last reported before the edge.
     told_before: Option<[i32; 2]>,
     decoder: Decoder<Report>,
     edge: Option<SystemTime>,
-    told: Option<SystemTime>,
+    reported: Option<SystemTime>,
 }
 
 impl EdgeWatch {
     /// From now on, with these counts.
     pub fn set(&mut self, counts: [i64; 2]) {
         self.counts = Some(counts);
-        (self.edge, self.told) = (None, None);
+        (self.edge, self.reported) = (None, None);
     }
 
     /// A slice has passed.
@@ -40,20 +40,20 @@ impl EdgeWatch {
                 continue;
             };
             if self.edge.is_none() {
-                self.told_before = Some(telemetry.counts);
-            } else if self.told.is_none() && self.told_before != Some(telemetry.counts) {
-                self.told = Some(SystemTime::now());
+                self.reported_before = Some(telemetry.counts);
+            } else if self.reported.is_none() && self.reported_before != Some(telemetry.counts) {
+                self.reported = Some(SystemTime::now());
             }
         }
     }
 
-    /// When the edge was, and when it was told; s since 1970.
+    /// When the edge was, and when it was reported; s since 1970.
     #[must_use]
     pub fn instants(&self) -> [Option<f64>; 2] {
         let seconds = |time: SystemTime| {
             let since = time.duration_since(SystemTime::UNIX_EPOCH);
             since.ok().map(|since| since.as_secs_f64())
         };
-        [self.edge, self.told].map(|time| time.and_then(seconds))
+        [self.edge, self.reported].map(|time| time.and_then(seconds))
     }
 }

@@ -101,7 +101,7 @@ impl Wired {
         self.edge.set(self.rig.counts());
     }
 
-    /// When that was, and when the robot had told it: [`EdgeWatch::instants`].
+    /// When that was, and when the robot had reported it: [`EdgeWatch::instants`].
     #[must_use]
     pub fn edge(&self) -> [Option<f64>; 2] {
         self.edge.instants()

@@ -14,9 +14,9 @@ fn it_says_who_it_is_with_the_models_figures() -> Result<()> {
     let all = Capabilities(0x1F);
     assert!(hello.capabilities.has(all));
     assert_eq!(hello.ranger_angles_mrad, [0, 1571, 3142, -1571]);
-    let (told, model) = (hello.model(), host.rig.model());
-    assert!((told.track_width - model.track_width).abs() < 1e-9);
-    assert!((told.metres_per_tick - model.metres_per_tick).abs() < 1e-15);
+    let (reported, model) = (hello.model(), host.rig.model());
+    assert!((reported.track_width - model.track_width).abs() < 1e-9);
+    assert!((reported.metres_per_tick - model.metres_per_tick).abs() < 1e-15);
     Ok(())
 }
 

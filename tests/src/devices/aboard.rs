@@ -74,7 +74,7 @@ mod tests {
     use super::*;
     use crate::devices::View;
 
-    /// A robot whose time is told.
+    /// A robot whose time is set by the test.
     struct Told(f64);
 
     impl Carrier for Told {

@@ -26,7 +26,7 @@ pub trait Device: Send + 'static {
     /// The rate that it speaks at; at any other both sides see noise.
     fn baud_rate(&self) -> u32;
 
-    /// It gets power: whatever it was told is forgotten.
+    /// It gets power: all commands are forgotten.
     fn power_on(&mut self);
 
     /// Lets time pass while its cable is out, s. Default: without a cable it has no power.

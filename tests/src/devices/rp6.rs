@@ -1,6 +1,6 @@
 //! An RP6 with slamlab's firmware as its line sees it: boot loader, frames, watchdog and latch, driving the simulated robot.
 //!
-//! The rules are those of `bridge/firmware`: a greeting forgets sequences and stops; a repeated or stale command is told and
+//! The rules are those of `bridge/firmware`: a greeting forgets sequences and stops; a repeated or stale command is reported and
 //! not done; 400 ms without a command stop the motors; an emergency stop is latched, and its reset moves nothing.
 
 use slamlab_core::geom::Pose2;
@@ -83,7 +83,7 @@ impl Rp6 {
         &self.simulation
     }
 
-    /// Whether anything since power on told it to move.
+    /// Whether anything since power on commanded it to move.
     #[must_use]
     pub fn was_told_to_move(&self) -> bool {
         self.done.iter().any(|(_, command)| command.moves())

@@ -140,12 +140,12 @@ fn map_yaml_run(input: &[u8]) -> Result<u64, String> {
     if let Ok(info) = &info {
         map_is_sound(info, b"P5 2 2 255 \x00\xcd\xfe\x60")?;
     }
-    let told = info.map(|info| (info.mode, info.negate)).map_err(words);
-    Ok(outcome(&told))
+    let outcomes = info.map(|info| (info.mode, info.negate)).map_err(words);
+    Ok(outcome(&outcomes))
 }
 
 fn map_image_run(input: &[u8]) -> Result<u64, String> {
-    let told = MapMode::ALL.map(|(_, mode)| {
+    let outcomes = MapMode::ALL.map(|(_, mode)| {
         let info = MapInfo {
             image: "map".to_owned(),
             mode,
@@ -157,8 +157,8 @@ fn map_image_run(input: &[u8]) -> Result<u64, String> {
         };
         map_is_sound(&info, input)
     });
-    let told: Result<Vec<String>, String> = told.into_iter().collect();
-    Ok(outcome(&told?))
+    let outcomes: Result<Vec<String>, String> = outcomes.into_iter().collect();
+    Ok(outcome(&outcomes?))
 }
 
 /// Reads a map: its cells are those of a map, written down they read the same again, and a building made of it is a world.
@@ -270,9 +270,9 @@ fn recording_run(input: &[u8]) -> Result<u64, String> {
         )
     };
     same(&at_once.as_ref().map(all), &in_pieces.as_ref().map(all))?;
-    let told = at_once.map(|recording| {
+    let outcomes = at_once.map(|recording| {
         let damage = recording.damage().first().map(words);
         (recording.len().min(40), recording.scans().min(9), damage)
     });
-    Ok(outcome(&told))
+    Ok(outcome(&outcomes))
 }

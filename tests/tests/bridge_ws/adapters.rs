@@ -80,7 +80,7 @@ fn a_client_of_rosbridge_that_reads_nothing_still_stops_the_robot() {
         for topic in ["/scan", "/odom", "/tf"] {
             say(&mut socket, json!({ "op": "subscribe", "topic": topic })).await;
         }
-        // Until a write hangs: nobody else is told anything.
+        // Until a write hangs: nobody else receives anything.
         let mut sent = 0;
         loop {
             tokio::time::sleep(Duration::from_secs(2)).await;

@@ -1,4 +1,4 @@
-//! Driving: that the robot does as told, and stops whatever breaks on the way.
+//! Driving: the robot obeys, and stops whatever breaks on the way.
 
 use std::time::{Duration, Instant};
 

@@ -1,4 +1,4 @@
-//! A simulated robot that remembers when it was told what, and how its motors ran.
+//! A simulated robot that remembers its commands with their times, and how its motors ran.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -29,7 +29,7 @@ struct Remembered {
 }
 
 impl Memory {
-    /// What it was told, and when.
+    /// Its commands, and when they came.
     pub(crate) fn orders(&self) -> Vec<(Instant, Order)> {
         self.0.lock().unwrap().orders.clone()
     }

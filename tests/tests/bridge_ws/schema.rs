@@ -1,4 +1,4 @@
-//! A client of another age: it is told so, and misreads nothing.
+//! A client of another age: it is refused in words, and misreads nothing.
 
 use futures_util::StreamExt;
 use slamlab_core::wire::message::{ClientHello, PROTOCOL, SCHEMA, ToBridge, close, encode};

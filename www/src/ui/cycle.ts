@@ -58,7 +58,7 @@ export class SlamCycle extends SlamElement {
 
   override render(): TemplateResult | typeof nothing {
     const { store } = this;
-    const shows = store.inCycle && store.source === "sim";
+    const shows = store.inCycle;
     this.toggleAttribute("hidden", !shows);
     document.body.toggleAttribute("data-cycle", shows);
     if (!shows) return nothing;
@@ -74,15 +74,15 @@ export class SlamCycle extends SlamElement {
           title=${text || STAGES[stage].meaning} @click=${() => this.#choose(stage)}>${STAGES[stage].label}</button></li>`)}</ol>
       <div class="foot">
         <p aria-live="polite" data-testid="stage-words"><b>${words.label}</b>${cycle && cycle.round > 0 ? html` <span class="muted">round ${cycle.round}</span>` : ""} · ${shown?.text || "not yet"}<small>${words.meaning}</small></p>
-        <button class="next" data-testid="next-stage" title="Go on to the end of the next stage, then pause (.)" ?disabled=${store.status?.finished ?? false}
-          @click=${(e: Event) => { this.next(); this.giveBackFocus(e); }}>${icons.step} Next stage</button>
+        ${store.source !== "sim" ? nothing : html`<button class="next" data-testid="next-stage" title="Go on to the end of the next stage, then pause (.)" ?disabled=${store.status?.finished ?? false}
+          @click=${(e: Event) => { this.next(); this.giveBackFocus(e); }}>${icons.step} Next stage</button>`}
       </div>
     </section>`;
   }
 
   /** One stage on; what is read is the newest again. */
   next(): void {
-    if (!this.store.inCycle) return;
+    if (!this.store.inCycle || this.store.source !== "sim") return;
     this.#chosen = null;
     this.client.nextStage();
   }

@@ -113,9 +113,9 @@ export class SlamTransport extends SlamElement {
       ${mode("manual", "Manual", "1", icons.hand, () => client.manual())}
       ${mode("goto", "Go to", "2", icons.pin, () => client.aim())}
       ${mode("explore", "Explore", "3", icons.compass, () => client.explore())}
-      ${store.source === "bridge" ? "" : html`<button class="cycle" data-testid="mode-cycle" aria-pressed=${store.inCycle} ?disabled=${store.inCycle && !store.setup.cycle}
+      <button class="cycle" data-testid="mode-cycle" aria-pressed=${store.inCycle || store.setup.cycle} ?disabled=${store.inCycle && !store.setup.cycle}
         title=${store.inCycle && !store.setup.cycle ? "This sensor scans only while the robot stands: the robot always drives by the cycle" : "The cycle (4): scan standing, plan, one turn, one leg, again"}
-        @click=${(e: Event) => { client.setCycle(!store.setup.cycle); this.giveBackFocus(e); }}>${icons.cycle}Cycle</button>`}
+        @click=${(e: Event) => { client.setCycle(!store.setup.cycle); this.giveBackFocus(e); }}>${icons.cycle}Cycle</button>
     </div>`;
   }
 
