@@ -115,7 +115,7 @@ export class SlamContest extends SlamElement {
       </table>
       ${entrants.some((e) => e.isStraight) ? html`<p data-testid="contest-straight">Nothing is in the way: the straight line is free.</p>` : nothing}
       ${entrants.map(({ planner, leftRooms }) => leftRooms === null ? nothing : html`<p data-testid="contest-fallback">${plannerLabel(planner)} searched all cells: ${leftRooms}.</p>`)}
-      ${hasOutline ? html`<p data-testid="contest-outline">Outline plans for the robot's rectangle, all others for the disc around it, ${fixed(disc, 2)} m wide.</p>` : nothing}
+      ${hasOutline ? html`<p data-testid="contest-outline-note">Outline plans for the robot's rectangle, all others for the disc around it, ${fixed(disc, 2)} m wide.</p>` : nothing}
       ${isOptimum || hasOutline || !Number.isFinite(found.shortest) ? nothing : html`<p>Without walls as lines there is no visibility graph: lengths are held against the shortest that was found.</p>`}`;
   }
 
