@@ -8,8 +8,8 @@
 //! 1. The bridge's hello names the robot; estimate and map begin with it. A robot in a new connection goes on in the old map.
 //! 2. [`Live::receive`] takes a message, [`Live::tick`] lets the pilot decide; both say what to send by
 //!    [`Live::take_outgoing`]. Time is µs of the caller's clock.
-//! 3. The pilot's commands go out only while this client has the lease and the robot is armed. Whatever disarms it also ends
-//!    the pilot's errand: nothing goes on by itself when the robot is armed again.
+//! 3. The pilot's commands go out only while this client has the lease and the robot is armed. Arming and disarming both end
+//!    the pilot's task: nothing begins or goes on by itself when the robot is armed.
 
 mod shown;
 #[cfg(test)]
@@ -135,7 +135,8 @@ impl Live {
         let was_armed = self.client.is_armed();
         let (header, message) = self.client.receive(now, bytes)?;
         self.take_in(now, header.micros, message);
-        if was_armed && !self.client.is_armed() {
+        if was_armed != self.client.is_armed() {
+            // What was asked for while the robot was disarmed does not begin by itself either.
             self.end_errand();
         }
         Ok(())

@@ -483,6 +483,22 @@ fn whatever_disarms_ends_the_errand_and_nothing_goes_on_by_itself() {
 }
 
 #[test]
+fn what_was_asked_for_while_disarmed_does_not_begin_by_itself_when_armed() {
+    let (mut bridge, mut live) = (Bridge::new(SensorModel::lidar()), live());
+    bridge.greet(&mut live);
+    bridge.hear(&mut live);
+    live.set_mode(Mode::Explore);
+    live.take_wheel(bridge.micros(), false);
+    for _ in 0..40 {
+        bridge.step(&mut live);
+    }
+    assert!(live.client().is_armed());
+    let moves = |message: &ToBridge| matches!(message, ToBridge::Drive(body) if body.motion != Motion::Halt);
+    assert!(!bridge.said.iter().any(moves));
+    assert_eq!(live.session().pilot().mode(), Mode::Manual);
+}
+
+#[test]
 fn a_new_connection_goes_on_in_the_old_map_without_the_right_to_drive() {
     let (mut bridge, mut live) = (Bridge::new(SensorModel::lidar()), live());
     bridge.greet(&mut live);
