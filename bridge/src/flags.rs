@@ -4,8 +4,8 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use slamlab_bridge::settings::{Settings, SettingsError, SourceSettings};
-use slamlab_bridge::source::{self, SourceName};
+use slamlab_bridge::settings::{Settings, SettingsError, source_help};
+use slamlab_bridge::source::SourceName;
 use slamlab_core::slam::Method;
 use slamlab_core::wire::pilch;
 
@@ -44,7 +44,7 @@ pub(crate) enum Command {
     },
     /// Print the settings that `serve` would use, from file, flags and defaults
     Config(ServeFlags),
-    /// Show the address with which one may drive; makes a token if there is none
+    /// Show the address with which one may drive, by the settings of `serve`; makes a token if there is none
     Token(TokenFlags),
     /// Serve an RPLIDAR by the UDP protocol of Pilch's server; anyone who reaches the address may use it
     Udp {
@@ -68,60 +68,11 @@ pub(crate) enum Command {
 
 #[derive(Args)]
 pub(crate) struct ServeFlags {
-    #[command(flatten)]
-    pub(crate) place: PlaceFlags,
-    /// Folder of the built page [default: the page inside the program, else www/dist]
-    #[arg(long, value_name = "DIR")]
-    pub(crate) page: Option<PathBuf>,
-    /// Show the page in the default browser
-    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
-    pub(crate) open: Option<bool>,
-    #[arg(long, value_name = "KIND:WHICH", help = source_help())]
-    pub(crate) source: Vec<SourceName>,
-    /// Record to this new MCAP file, or to one named by the time of day in this folder
-    #[arg(long, value_name = "FILE or DIR/")]
-    pub(crate) record: Option<PathBuf>,
-    /// Let nobody watch without the token
-    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
-    pub(crate) private: Option<bool>,
-    /// Origin of another page that may connect, as a browser writes it; may stand more than once
-    #[arg(long, value_name = "ORIGIN")]
-    pub(crate) allow_origin: Vec<String>,
-    /// Let Foxglove and Lichtblick watch, at ws://HOST:PORT/foxglove; their web pages need an --allow-origin too
-    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
-    pub(crate) foxglove: Option<bool>,
-    /// Speak rosbridge, at ws://HOST:PORT/rosbridge
-    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
-    pub(crate) rosbridge: Option<bool>,
-    /// Announce the bridge in the local network [default: unless it listens on this machine only]
-    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
-    pub(crate) mdns: Option<bool>,
-}
-
-/// Where the bridge is, for `serve`, `config` and `token` alike.
-#[derive(Args)]
-pub(crate) struct PlaceFlags {
     /// File with all that stands here; flags win over it
     #[arg(long, value_name = "FILE")]
-    pub(crate) config: Option<PathBuf>,
-    /// Address to listen on; 0.0.0.0 opens the page to the whole network [default: 127.0.0.1:8080]
-    #[arg(long, value_name = "IP:PORT")]
-    pub(crate) listen: Option<SocketAddr>,
-    /// Port to listen on, in place of the one in --listen; 0 takes any free one
-    #[arg(long)]
-    pub(crate) port: Option<u16>,
-    /// File of the token [default: slamlab/token in the user's configuration]
-    #[arg(long, value_name = "FILE")]
-    pub(crate) token_file: Option<PathBuf>,
-    /// Speak TLS; with a certificate of its own, beside the token, where none is named
-    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
-    pub(crate) tls: Option<bool>,
-    /// Certificate chain to speak TLS with, PEM
-    #[arg(long, value_name = "FILE")]
-    pub(crate) tls_cert: Option<PathBuf>,
-    /// Its private key, PEM
-    #[arg(long, value_name = "FILE")]
-    pub(crate) tls_key: Option<PathBuf>,
+    config: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) settings: Settings,
 }
 
 #[derive(Args)]
@@ -141,52 +92,15 @@ pub(crate) struct TokenFlags {
     #[arg(long)]
     pub(crate) qr: bool,
     #[command(flatten)]
-    pub(crate) place: PlaceFlags,
+    pub(crate) serve: ServeFlags,
 }
 
 impl ServeFlags {
-    /// What the flags say, and the file below them.
-    pub(crate) fn settings(self) -> Result<Settings, SettingsError> {
-        let some = |list: Vec<String>| (!list.is_empty()).then_some(list);
-        let source: Vec<_> = self.source.into_iter().map(SourceSettings::of).collect();
-        let rest = Settings {
-            page: self.page,
-            open: self.open,
-            private: self.private,
-            foxglove: self.foxglove,
-            rosbridge: self.rosbridge,
-            allow_origin: some(self.allow_origin),
-            record: self.record,
-            mdns: self.mdns,
-            source: (!source.is_empty()).then_some(source),
-            ..Settings::default()
-        };
-        Ok(rest.over(self.place.settings()?))
+    /// What the flags say, the file below them, and the defaults.
+    pub(crate) fn complete(self) -> Result<Settings, SettingsError> {
+        let file = self.config.as_deref().map(Settings::read).transpose()?;
+        self.settings.over(file.unwrap_or_default()).complete()
     }
-}
-
-impl PlaceFlags {
-    /// What the flags say, and the file below them.
-    pub(crate) fn settings(self) -> Result<Settings, SettingsError> {
-        let flags = Settings {
-            listen: self.listen,
-            port: self.port,
-            token_file: self.token_file,
-            tls: self.tls,
-            tls_cert: self.tls_cert,
-            tls_key: self.tls_key,
-            ..Settings::default()
-        };
-        match self.config {
-            Some(path) => Ok(flags.over(Settings::read(&path)?)),
-            None => Ok(flags),
-        }
-    }
-}
-
-fn source_help() -> String {
-    let forms = source::forms();
-    format!("Robot or sensor: {forms}; may stand more than once; hides those of the file")
 }
 
 const UDP: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), pilch::SERVER_PORT);

@@ -43,6 +43,7 @@ mod page;
 mod rate;
 pub mod record;
 mod rosbridge;
+pub mod secret_file;
 pub mod serial;
 mod serve;
 mod session;

@@ -9,7 +9,7 @@ use anyhow::Context;
 use clap::Parser;
 use slamlab_bridge::announce::{self, Announced, Announcement};
 use slamlab_bridge::record;
-use slamlab_bridge::settings::{Effective, SourceSettings, Tls};
+use slamlab_bridge::settings::{Settings, SourceSettings, Tls};
 use slamlab_bridge::source::{Source, SourceName};
 use slamlab_bridge::tls::Identity;
 use slamlab_bridge::token::{self, Token};
@@ -50,7 +50,8 @@ async fn obey(flags: Flags) -> anyhow::Result<()> {
             serve: mut flags,
         }) => {
             let name = format!("replay:{}", file.display());
-            flags.source.push(name.parse()?);
+            let sources = flags.settings.source.get_or_insert_default();
+            sources.push(name.parse()?);
             serve(flags).await
         }
         Some(Command::Export { file, to, method }) => export(&file, &to, method),
@@ -66,42 +67,46 @@ async fn obey(flags: Flags) -> anyhow::Result<()> {
 }
 
 async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
-    let settings = flags.settings()?.effective()?;
+    let settings = flags.complete()?;
     let page = Page::choose(settings.page.clone());
     page.check()?;
-    let sources: Result<Vec<_>, _> = settings.source.iter().map(SourceSettings::open).collect();
-    let sources = sources?;
+    let sources = settings.source.iter().flatten();
+    let sources: Vec<_> = sources
+        .map(SourceSettings::open)
+        .collect::<Result<_, _>>()?;
     let token = match sources.is_empty() {
         true => None,
         false => Some(token_of(&settings)?),
     };
-    let tls = match settings.tls {
+    let tls = match settings.tls()? {
         Tls::Off => None,
-        _ => Identity::of(&settings.tls, &folder(&settings)?)?,
+        Tls::Own => Some(Identity::load_or_make(&folder(&settings)?)?),
+        Tls::Files { cert, key } => Some(Identity::load(&cert, &key)?),
     };
-    let listener = slamlab_bridge::bind(settings.listen).await?;
+    let listener = slamlab_bridge::bind(settings.address()).await?;
     let stop = stop_signal();
     let listening = listener.local_addr()?;
     let urls = address::urls(listening, tls.is_some());
     say_where(&urls, tls.as_ref(), token.is_some());
-    if settings.open
+    if settings.open == Some(true)
         && let Some(url) = urls.first()
     {
         let secret = token.as_ref().map(Token::reveal);
         let whole = secret.map_or(url.clone(), |secret| format!("{url}#token={secret}"));
         open::in_browser(&whole, url);
     }
-    let _announced = settings
-        .mdns
-        .then(|| in_the_network(listening, tls.is_some()));
+    let _announced = match settings.mdns {
+        Some(true) => in_the_network(listening, tls.is_some()),
+        _ => None,
+    };
     let config = Config {
         page: Some(page),
         sources,
         token,
-        watching: settings.private.then_some(Watching::Token),
-        origins: settings.allow_origin,
-        foxglove: settings.foxglove,
-        rosbridge: settings.rosbridge,
+        watching: (settings.private == Some(true)).then_some(Watching::Token),
+        origins: settings.allow_origin.unwrap_or_default(),
+        foxglove: settings.foxglove == Some(true),
+        rosbridge: settings.rosbridge == Some(true),
         tls,
         record: settings.record,
         ..Config::default()
@@ -142,7 +147,7 @@ fn in_the_network(listening: SocketAddr, is_tls: bool) -> Option<Announced> {
 }
 
 fn show_config(flags: ServeFlags) -> anyhow::Result<()> {
-    print!("{}", flags.settings()?.effective()?.to_toml()?);
+    print!("{}", toml::to_string(&flags.complete()?)?);
     Ok(())
 }
 
@@ -228,13 +233,13 @@ async fn serve_udp(paths: Vec<String>, listen: SocketAddr, client_port: u16) -> 
 }
 
 fn show_token(flags: TokenFlags) -> anyhow::Result<()> {
-    let settings = flags.place.settings()?.effective()?;
+    let settings = flags.serve.complete()?;
     let token = if flags.new {
         Token::create(&token_path(&settings)?)?
     } else {
         token_of(&settings)?
     };
-    let urls = address::urls(settings.listen, settings.tls != Tls::Off);
+    let urls = address::urls(settings.address(), settings.tls == Some(true));
     let urls: Vec<_> = urls
         .iter()
         .map(|url| format!("{url}#token={}", token.reveal()))
@@ -251,11 +256,11 @@ fn show_token(flags: TokenFlags) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn token_of(settings: &Effective) -> anyhow::Result<Token> {
+fn token_of(settings: &Settings) -> anyhow::Result<Token> {
     Ok(Token::load_or_create(&token_path(settings)?)?)
 }
 
-fn token_path(settings: &Effective) -> anyhow::Result<PathBuf> {
+fn token_path(settings: &Settings) -> anyhow::Result<PathBuf> {
     match &settings.token_file {
         Some(path) => Ok(path.clone()),
         None => token::default_path().context("where is the token?"),
@@ -263,7 +268,7 @@ fn token_path(settings: &Effective) -> anyhow::Result<PathBuf> {
 }
 
 /// Where the bridge keeps what is its own.
-fn folder(settings: &Effective) -> anyhow::Result<PathBuf> {
+fn folder(settings: &Settings) -> anyhow::Result<PathBuf> {
     let token = token_path(settings)?;
     Ok(token.parent().map_or_else(|| ".".into(), PathBuf::from))
 }

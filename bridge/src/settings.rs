@@ -1,60 +1,83 @@
-//! `bridge.toml`: all that `serve` can be told, in a file.
+//! What `serve` can be told: by the command line, and by a file, `bridge.toml`. Both say the same things.
 //!
-//! In: the text of the file, and what the command line says. Out: [`Settings`], and [`Effective`] ones with every default
-//! filled in.
+//! In: the text of the file, and what the command line says. Out: complete [`Settings`].
 //!
 //! 1. [`Settings::read`] reads a file; a key that is unknown, or a value that cannot be, is named with its line.
 //! 2. [`Settings::over`] lays one above another: what the command line says wins, key by key.
-//! 3. [`Settings::effective`] fills in what nobody said. `slamlab-bridge config` prints that.
+//! 3. [`Settings::complete`] fills in the defaults. `slamlab-bridge config` prints that.
 //!
 //! `bridge/deploy/bridge.toml` is the file that the package installs: every key stands in it, with its meaning.
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
+use clap::Args;
 use serde::{Deserialize, Serialize};
 use slamlab_core::geom::Pose2;
 
-use crate::source::{Source, SourceError, SourceName};
+use crate::source::{self, Source, SourceError, SourceName};
 
-/// Where the bridge listens unless it is told otherwise: on this machine only.
+/// The default address: this machine only.
 pub const LOCAL: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8080);
 
 /// What a file or a command line says; nothing where it says nothing.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Settings {
-    /// Address to listen on. Default 127.0.0.1:8080; 0.0.0.0 opens the page to the whole network.
+    /// Address to listen on; 0.0.0.0 opens the page to the whole network [default: 127.0.0.1:8080]
+    #[arg(long, value_name = "IP:PORT")]
     pub listen: Option<SocketAddr>,
-    /// Port in place of the one in `listen`.
+    /// Port to listen on, in place of the one in `listen`; 0 takes any free one
+    #[arg(long)]
     pub port: Option<u16>,
-    /// Folder of the built page. Default: the page inside the program, else `www/dist`.
+    /// Folder of the built page [default: the page inside the program, else www/dist]
+    #[arg(long, value_name = "DIR")]
     pub page: Option<PathBuf>,
-    /// Show the page in the default browser. Default no.
+    /// Show the page in the default browser
+    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
     pub open: Option<bool>,
-    /// Let nobody watch without the token. Default no.
-    pub private: Option<bool>,
-    /// Let Foxglove watch, where anyone may. Default no.
-    pub foxglove: Option<bool>,
-    /// Speak rosbridge. Default no.
-    pub rosbridge: Option<bool>,
-    /// Origins of other pages that may connect. Default none.
-    pub allow_origin: Option<Vec<String>>,
-    /// File of the token. Default `slamlab/token` in the user's configuration.
-    pub token_file: Option<PathBuf>,
-    /// New file to record to, or folder that takes a new one at each start. Default: nothing is recorded.
-    pub record: Option<PathBuf>,
-    /// Speak TLS; without `tls-cert` with a certificate of its own, beside the token. Default no.
-    pub tls: Option<bool>,
-    /// Certificate chain to speak TLS with, PEM.
-    pub tls_cert: Option<PathBuf>,
-    /// Its private key, PEM.
-    pub tls_key: Option<PathBuf>,
-    /// Announce the bridge in the local network. Default: unless it listens on this machine only.
-    pub mdns: Option<bool>,
-    /// Robots and sensors. Default none.
+    #[allow(missing_docs, reason = "its help names the kinds that there are")]
+    #[arg(long, value_name = "KIND:WHICH", help = source_help())]
     pub source: Option<Vec<SourceSettings>>,
+    /// Record to this new MCAP file, or to one named by the time of day in this folder
+    #[arg(long, value_name = "FILE or DIR/")]
+    pub record: Option<PathBuf>,
+    /// Let nobody watch without the token
+    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
+    pub private: Option<bool>,
+    /// Origin of another page that may connect, as a browser writes it; may stand more than once
+    #[arg(long, value_name = "ORIGIN")]
+    pub allow_origin: Option<Vec<String>>,
+    /// Let Foxglove and Lichtblick watch, at ws://HOST:PORT/foxglove; their web pages need an --allow-origin too
+    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
+    pub foxglove: Option<bool>,
+    /// Speak rosbridge, at ws://HOST:PORT/rosbridge
+    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
+    pub rosbridge: Option<bool>,
+    /// Announce the bridge in the local network [default: unless it listens on this machine only]
+    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
+    pub mdns: Option<bool>,
+    /// File of the token [default: slamlab/token in the user's configuration]
+    #[arg(long, value_name = "FILE")]
+    pub token_file: Option<PathBuf>,
+    /// Speak TLS; with a certificate of its own, beside the token, where none is named
+    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
+    pub tls: Option<bool>,
+    /// Certificate chain to speak TLS with, PEM
+    #[arg(long, value_name = "FILE")]
+    pub tls_cert: Option<PathBuf>,
+    /// Its private key, PEM
+    #[arg(long, value_name = "FILE")]
+    pub tls_key: Option<PathBuf>,
+}
+
+/// The help of `--source`.
+#[must_use]
+pub fn source_help() -> String {
+    let forms = source::forms();
+    format!("Robot or sensor: {forms}; may stand more than once; hides those of the file")
 }
 
 /// A robot or a sensor, and where it sits.
@@ -128,38 +151,8 @@ pub enum SettingsError {
     },
 }
 
-/// Settings with nothing left open.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Effective {
-    /// Address to listen on.
-    pub listen: SocketAddr,
-    /// Folder of the page, where one was named.
-    pub page: Option<PathBuf>,
-    /// Show the page in the default browser.
-    pub open: bool,
-    /// Let nobody watch without the token.
-    pub private: bool,
-    /// Let Foxglove watch, where anyone may.
-    pub foxglove: bool,
-    /// Speak rosbridge.
-    pub rosbridge: bool,
-    /// Origins of other pages that may connect.
-    pub allow_origin: Vec<String>,
-    /// File of the token, where one was named.
-    pub token_file: Option<PathBuf>,
-    /// New file to record to, or folder that takes a new one at each start.
-    pub record: Option<PathBuf>,
-    /// How TLS is spoken.
-    pub tls: Tls,
-    /// Whether the bridge is announced in the local network.
-    pub mdns: bool,
-    /// Robots and sensors.
-    pub source: Vec<SourceSettings>,
-}
-
 /// How TLS is spoken.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum Tls {
     /// Not at all.
     Off,
@@ -183,129 +176,110 @@ impl Settings {
             path: path.to_owned(),
             source,
         })?;
-        let settings: Self = toml::from_str(&text).map_err(|error| SettingsError::Text {
+        toml::from_str(&text).map_err(|error| SettingsError::Text {
             path: path.to_owned(),
             said: error.to_string(),
-        })?;
-        Ok(settings)
+        })
     }
 
     /// These settings, and those of `below` where these say nothing. `listen` also hides a `port` below it.
     #[must_use]
     pub fn over(self, below: Self) -> Self {
-        let port_below = if self.listen.is_some() {
-            None
-        } else {
-            below.port
-        };
+        let port_below = below.port.filter(|_| self.listen.is_none());
         // A certificate is named to be used.
-        let tls_below = if self.tls_cert.is_some() || self.tls_key.is_some() {
-            None
-        } else {
-            below.tls
-        };
+        let names_tls = self.tls_cert.is_some() || self.tls_key.is_some();
+        let tls_below = below.tls.filter(|_| !names_tls);
         Self {
             listen: self.listen.or(below.listen),
             port: self.port.or(port_below),
             page: self.page.or(below.page),
             open: self.open.or(below.open),
+            source: self.source.or(below.source),
+            record: self.record.or(below.record),
             private: self.private.or(below.private),
+            allow_origin: self.allow_origin.or(below.allow_origin),
             foxglove: self.foxglove.or(below.foxglove),
             rosbridge: self.rosbridge.or(below.rosbridge),
-            allow_origin: self.allow_origin.or(below.allow_origin),
+            mdns: self.mdns.or(below.mdns),
             token_file: self.token_file.or(below.token_file),
-            record: self.record.or(below.record),
             tls: self.tls.or(tls_below),
             tls_cert: self.tls_cert.or(below.tls_cert),
             tls_key: self.tls_key.or(below.tls_key),
-            mdns: self.mdns.or(below.mdns),
-            source: self.source.or(below.source),
         }
     }
 
-    /// Fills in what nobody said.
+    /// Fills in each default; files and folders without one stay open.
     ///
     /// # Errors    [`SettingsError`]: settings that do not go together.
-    pub fn effective(self) -> Result<Effective, SettingsError> {
-        let mut listen = self.listen.unwrap_or(LOCAL);
-        if let Some(port) = self.port {
-            listen.set_port(port);
-        }
-        let source = self.source.unwrap_or_default();
-        for source in &source {
-            source.check()?;
-        }
-        Ok(Effective {
-            listen,
-            page: self.page,
-            open: self.open.unwrap_or(false),
-            private: self.private.unwrap_or(false),
-            foxglove: self.foxglove.unwrap_or(false),
-            rosbridge: self.rosbridge.unwrap_or(false),
-            allow_origin: self.allow_origin.unwrap_or_default(),
-            token_file: self.token_file,
-            record: self.record,
-            tls: tls(self.tls, self.tls_cert, self.tls_key)?,
-            mdns: self.mdns.unwrap_or(!listen.ip().is_loopback()),
-            source,
-        })
-    }
-}
-
-/// `tls = false` switches off what the files would switch on.
-fn tls(
-    is_on: Option<bool>,
-    cert: Option<PathBuf>,
-    key: Option<PathBuf>,
-) -> Result<Tls, SettingsError> {
-    match (is_on, cert, key) {
-        (Some(false), ..) | (None, None, None) => Ok(Tls::Off),
-        (Some(true), None, None) => Ok(Tls::Own),
-        (_, Some(cert), Some(key)) => Ok(Tls::Files { cert, key }),
-        (_, Some(_), None) => Err(SettingsError::HalfTls { missing: "tls-key" }),
-        (_, None, Some(_)) => Err(SettingsError::HalfTls {
-            missing: "tls-cert",
-        }),
-    }
-}
-
-impl Effective {
-    /// As a file would say it, every key that has a value.
-    ///
-    /// # Errors    Where a path is no Unicode.
-    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
-        let (tls, tls_cert, tls_key) = match &self.tls {
-            Tls::Off => (false, None, None),
-            Tls::Own => (true, None, None),
-            Tls::Files { cert, key } => (true, Some(cert.clone()), Some(key.clone())),
+    pub fn complete(self) -> Result<Self, SettingsError> {
+        let listen = self.address();
+        self.source
+            .iter()
+            .flatten()
+            .try_for_each(SourceSettings::check)?;
+        let tls = self.tls()?;
+        let (tls_cert, tls_key) = match &tls {
+            Tls::Files { cert, key } => (Some(cert.clone()), Some(key.clone())),
+            Tls::Off | Tls::Own => (None, None),
         };
-        toml::to_string(&Settings {
-            listen: Some(self.listen),
+        let defaults = Self {
+            open: Some(false),
+            source: Some(vec![]),
+            private: Some(false),
+            allow_origin: Some(vec![]),
+            foxglove: Some(false),
+            rosbridge: Some(false),
+            mdns: Some(!listen.ip().is_loopback()),
+            ..Self::default()
+        };
+        Ok(Self {
+            listen: Some(listen),
             port: None,
-            page: self.page.clone(),
-            open: Some(self.open),
-            private: Some(self.private),
-            foxglove: Some(self.foxglove),
-            rosbridge: Some(self.rosbridge),
-            allow_origin: Some(self.allow_origin.clone()),
-            token_file: self.token_file.clone(),
-            record: self.record.clone(),
-            tls: Some(tls),
+            tls: Some(tls != Tls::Off),
             tls_cert,
             tls_key,
-            mdns: Some(self.mdns),
-            source: Some(self.source.clone()),
+            ..self.over(defaults)
         })
+    }
+
+    /// Where to listen.
+    #[must_use]
+    pub fn address(&self) -> SocketAddr {
+        let mut listen = self.listen.unwrap_or(LOCAL);
+        listen.set_port(self.port.unwrap_or(listen.port()));
+        listen
+    }
+
+    /// How TLS is spoken; `tls = false` switches off what the files would switch on.
+    ///
+    /// # Errors    [`SettingsError::HalfTls`].
+    pub fn tls(&self) -> Result<Tls, SettingsError> {
+        match (self.tls, &self.tls_cert, &self.tls_key) {
+            (Some(false), ..) | (None, None, None) => Ok(Tls::Off),
+            (Some(true), None, None) => Ok(Tls::Own),
+            (_, Some(cert), Some(key)) => Ok(Tls::Files {
+                cert: cert.clone(),
+                key: key.clone(),
+            }),
+            (_, Some(_), None) => Err(SettingsError::HalfTls { missing: "tls-key" }),
+            (_, None, Some(_)) => Err(SettingsError::HalfTls {
+                missing: "tls-cert",
+            }),
+        }
+    }
+}
+
+/// A source in the middle of the robot, as the command line names it.
+impl FromStr for SourceSettings {
+    type Err = SourceError;
+
+    fn from_str(name: &str) -> Result<Self, SourceError> {
+        let name = name.parse()?;
+        Ok(Self { name, mount: None })
     }
 }
 
 impl SourceSettings {
-    /// A source in the middle of the robot, as the command line names it.
-    #[must_use]
-    pub fn of(name: SourceName) -> Self {
-        Self { name, mount: None }
-    }
-
     /// Opens it.
     ///
     /// # Errors    [`SourceError`]: what is not there, or cannot be read, or cannot be mounted.
@@ -325,9 +299,8 @@ impl SourceSettings {
         for (key, value, most) in figures {
             // Not a number is no more than anything.
             if value.is_nan() || value.abs() > most {
-                let name = self.name.to_string();
                 return Err(SettingsError::Mount {
-                    name,
+                    name: self.name.to_string(),
                     key,
                     value,
                     most,

@@ -8,7 +8,6 @@
 //! 3. The provider is `ring`; TLS 1.2 and 1.3, HTTP/1.1.
 
 use std::fs;
-use std::io;
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,8 +20,7 @@ use tokio_rustls::rustls::pki_types::pem::PemObject;
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer, pem};
 use tokio_rustls::rustls::{self, ServerConfig};
 
-use crate::settings::Tls;
-use crate::token;
+use crate::secret_file::{self, SecretFileError};
 
 /// Names of the bridge's own files.
 const OWN: [&str; 2] = ["tls-cert.pem", "tls-key.pem"];
@@ -38,14 +36,9 @@ pub struct Identity {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TlsError {
-    /// A file cannot be read or written.
-    #[error("TLS file {}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
+    /// A file cannot be read or written, or others can read the key.
+    #[error("TLS file {0}")]
+    File(#[from] SecretFileError),
     /// A file does not hold what it should.
     #[error("TLS file {}: expected {expected} in PEM: {source}", path.display())]
     Pem {
@@ -55,14 +48,6 @@ pub enum TlsError {
         expected: &'static str,
         /// What is wrong.
         source: pem::Error,
-    },
-    /// Others can read the key.
-    #[error("TLS key {} can be read by others (mode {mode:03o}); `chmod 600` it", path.display())]
-    Open {
-        /// The file.
-        path: PathBuf,
-        /// Its permissions.
-        mode: u32,
     },
     /// Certificate and key do not go together, or are of a kind that is unknown.
     #[error("TLS certificate {}: {source}", path.display())]
@@ -92,30 +77,19 @@ impl std::fmt::Debug for Identity {
 }
 
 impl Identity {
-    /// What `tls` asks for; none where it asks for nothing. The bridge's own certificate lies in `folder`.
-    ///
-    /// # Errors    [`TlsError`]: a file that cannot be read, made or used.
-    pub fn of(tls: &Tls, folder: &Path) -> Result<Option<Self>, TlsError> {
-        match tls {
-            Tls::Off => Ok(None),
-            Tls::Own => Self::load_or_make(folder).map(Some),
-            Tls::Files { cert, key } => Self::load(cert, key).map(Some),
-        }
-    }
-
     /// Reads certificate chain and key.
     ///
     /// # Errors    [`TlsError`]: a file that cannot be read or used.
     pub fn load(cert: &Path, key: &Path) -> Result<Self, TlsError> {
-        check_mode(key)?;
-        let (text, secret) = (read(cert)?, read(key)?);
+        let secret = secret_file::read(key)?;
+        let text = fs::read(cert).map_err(|source| SecretFileError::of(cert, source))?;
         let chain: Result<Vec<_>, _> = CertificateDer::pem_slice_iter(&text).collect();
         let chain = chain.and_then(|chain| match chain.is_empty() {
             true => Err(pem::Error::NoItemsFound),
             false => Ok(chain),
         });
         let chain = chain.map_err(|source| unreadable(cert, "a certificate", source))?;
-        let secret = PrivateKeyDer::from_pem_slice(&secret)
+        let secret = PrivateKeyDer::from_pem_slice(secret.as_bytes())
             .map_err(|source| unreadable(key, "a private key", source))?;
         let fingerprint = chain
             .first()
@@ -135,20 +109,11 @@ impl Identity {
     /// # Errors    [`TlsError`]: it cannot be read, made or used.
     pub fn load_or_make(folder: &Path) -> Result<Self, TlsError> {
         let [cert, key] = OWN.map(|name| folder.join(name));
+        let half = |there, missing| Err(TlsError::Half { there, missing });
         match (cert.exists(), key.exists()) {
             (false, false) => make(&cert, &key)?,
-            (true, false) => {
-                return Err(TlsError::Half {
-                    there: cert,
-                    missing: key,
-                });
-            }
-            (false, true) => {
-                return Err(TlsError::Half {
-                    there: key,
-                    missing: cert,
-                });
-            }
+            (true, false) => return half(cert, key),
+            (false, true) => return half(key, cert),
             (true, true) => (),
         }
         Self::load(&cert, &key)
@@ -184,10 +149,7 @@ fn make(cert: &Path, key: &Path) -> Result<(), TlsError> {
     } = certify(&names())?;
     // The key last: without it the certificate is not taken for a pair.
     for (path, text) in [(cert, made.pem()), (key, signing_key.serialize_pem())] {
-        token::write_private(path, text.trim_end()).map_err(|source| TlsError::Io {
-            path: path.to_owned(),
-            source,
-        })?;
+        secret_file::write(path, text.trim_end())?;
     }
     Ok(())
 }
@@ -224,32 +186,11 @@ fn fingerprint(cert: &CertificateDer<'_>) -> String {
     pairs.join(":")
 }
 
-fn read(path: &Path) -> Result<Vec<u8>, TlsError> {
-    fs::read(path).map_err(|source| TlsError::Io {
-        path: path.to_owned(),
-        source,
-    })
-}
-
 fn unreadable(path: &Path, expected: &'static str, source: pem::Error) -> TlsError {
     TlsError::Pem {
         path: path.to_owned(),
         expected,
         source,
-    }
-}
-
-fn check_mode(path: &Path) -> Result<(), TlsError> {
-    match token::mode_for_others(path) {
-        Ok(None) => Ok(()),
-        Ok(Some(mode)) => Err(TlsError::Open {
-            path: path.to_owned(),
-            mode,
-        }),
-        Err(source) => Err(TlsError::Io {
-            path: path.to_owned(),
-            source,
-        }),
     }
 }
 

@@ -4,13 +4,13 @@
 //! page, behind `#`, where no browser sends it to any server; over the network goes only a proof made with it
 //! ([`slamlab_core::wire::message::proof`]).
 
-use std::fmt::{self, Write as _};
-use std::fs::{self, OpenOptions};
-use std::io::{self, Write as _};
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use slamlab_core::wire::message::{CHALLENGE_BYTES, PROOF_BYTES, proof};
 use subtle::ConstantTimeEq;
+
+use crate::secret_file::{self, SecretFileError};
 
 const BYTES: usize = 32;
 /// Shorter ones, 128 bits in hexadecimal, could be guessed some day.
@@ -24,25 +24,9 @@ pub struct Token(String);
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TokenError {
-    /// The system said no.
-    #[error("token file {}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What it said.
-        source: io::Error,
-    },
-    /// Others can read it.
-    #[error(
-        "token file {} can be read by others (mode {mode:03o}); `chmod 600` it, or have a new one made by `slamlab-bridge \
-         token --new`", path.display()
-    )]
-    Open {
-        /// The file.
-        path: PathBuf,
-        /// Its permissions.
-        mode: u32,
-    },
+    /// It cannot be read or written, or others can read it.
+    #[error("token file {0}")]
+    File(#[from] SecretFileError),
     /// It holds no token.
     #[error(
         "token file {} holds {chars} characters; expected at least {FEWEST_CHARS}, letters and digits only", path.display()
@@ -74,28 +58,17 @@ impl Token {
     pub fn random() -> Result<Self, TokenError> {
         let mut bytes = [0; BYTES];
         getrandom::fill(&mut bytes).map_err(TokenError::Random)?;
-        let mut text = String::with_capacity(2 * BYTES);
-        for byte in bytes {
-            // Writing to a string cannot fail.
-            let _ = write!(text, "{byte:02x}");
-        }
-        Ok(Self(text))
+        Ok(Self(bytes.map(|byte| format!("{byte:02x}")).concat()))
     }
 
     /// Reads the file, or makes it with a new token where there is none.
     ///
     /// # Errors    [`TokenError`]: it cannot be read or made, others can read it, or what it holds can be guessed.
     pub fn load_or_create(path: &Path) -> Result<Self, TokenError> {
-        match fs::read_to_string(path) {
-            Ok(text) => {
-                check_mode(path)?;
-                Self::checked(path, text.trim())
-            }
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Self::create(path),
-            Err(source) => Err(TokenError::Io {
-                path: path.to_owned(),
-                source,
-            }),
+        match secret_file::read(path) {
+            Ok(text) => Self::checked(path, text.trim()),
+            Err(error) if error.is_not_found() => Self::create(path),
+            Err(error) => Err(error.into()),
         }
     }
 
@@ -104,10 +77,7 @@ impl Token {
     /// # Errors    [`TokenError`]: it cannot be written.
     pub fn create(path: &Path) -> Result<Self, TokenError> {
         let token = Self::random()?;
-        write_private(path, &token.0).map_err(|source| TokenError::Io {
-            path: path.to_owned(),
-            source,
-        })?;
+        secret_file::write(path, &token.0)?;
         Ok(token)
     }
 
@@ -145,56 +115,10 @@ pub fn default_path() -> Result<PathBuf, TokenError> {
     Ok(config.ok_or(TokenError::NoHome)?.join("slamlab/token"))
 }
 
-/// A new file beside it, then renamed: there is no moment at which half a token, or a readable one, has the name.
-pub(crate) fn write_private(path: &Path, text: &str) -> io::Result<()> {
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder)?;
-    }
-    let beside = path.with_extension(format!("new-{}", std::process::id()));
-    let mut options = OpenOptions::new();
-    options.write(true).create_new(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    let mut file = options.open(&beside)?;
-    let written = writeln!(file, "{text}").and_then(|()| file.sync_all());
-    written
-        .and_then(|()| fs::rename(&beside, path))
-        .inspect_err(|_| {
-            // What is left of it may be removed or not; the error counts.
-            let _ = fs::remove_file(&beside);
-        })
-}
-
-fn check_mode(path: &Path) -> Result<(), TokenError> {
-    match mode_for_others(path) {
-        Ok(None) => Ok(()),
-        Ok(Some(mode)) => Err(TokenError::Open {
-            path: path.to_owned(),
-            mode,
-        }),
-        Err(source) => Err(TokenError::Io {
-            path: path.to_owned(),
-            source,
-        }),
-    }
-}
-
-/// The file's permissions, if they let anybody but its owner in.
-#[cfg(unix)]
-pub(crate) fn mode_for_others(path: &Path) -> io::Result<Option<u32>> {
-    use std::os::unix::fs::PermissionsExt;
-    let mode = fs::metadata(path)?.permissions().mode() & 0o777;
-    Ok((mode & 0o077 != 0).then_some(mode))
-}
-
-/// Elsewhere files in a user's folder are private by the folder's own rules.
-#[cfg(not(unix))]
-pub(crate) fn mode_for_others(path: &Path) -> io::Result<Option<u32>> {
-    fs::metadata(path).map(|_| None)
-}
-
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]
@@ -227,7 +151,7 @@ mod tests {
             "0123456789abcdef0123456789abcde",
             "a b c d e f g h i j k l m n o p q",
         ] {
-            write_private(&path, weak).unwrap();
+            secret_file::write(&path, weak).unwrap();
             let error = Token::load_or_create(&path).unwrap_err();
             assert!(matches!(error, TokenError::Weak { .. }), "{weak}: {error}");
         }

@@ -12,13 +12,13 @@ use crate::{page, results, rules, tools};
 pub fn all() -> Result<()> {
     let mut report = Report::default();
     report.step("house rules", rules::check);
-    report.step("formatting", || cargo("fmt --all --check"));
+    report.step("formatting", || tools::run_cargo("fmt --all --check"));
     report.step("lints, native", || {
-        cargo("clippy --workspace --all-targets --all-features -- -D warnings")
+        tools::run_cargo("clippy --workspace --all-targets --all-features -- -D warnings")
     });
     report.step("lints, wasm32", || {
         tools::need_wasm_target()?;
-        cargo("clippy --package slamlab-core --package slamlab-web --target wasm32-unknown-unknown -- -D warnings")
+        tools::run_cargo("clippy --package slamlab-core --package slamlab-web --target wasm32-unknown-unknown -- -D warnings")
     });
     report.step("documentation", || {
         let mut doc = tools::cargo();
@@ -29,8 +29,4 @@ pub fn all() -> Result<()> {
     report.step("types of the page's tests", page::check_types_of_tests);
     report.step("age of RESULTS.md", results::name_stale);
     report.finish()
-}
-
-fn cargo(words: &str) -> Result<()> {
-    tools::run(tools::cargo().args(words.split(' ')))
 }

@@ -60,7 +60,7 @@ fn cargo(command: &str) -> Command {
 /// What is missing, by Debian's names.
 fn missing() -> Vec<&'static str> {
     let mut missing = setup::missing(&[Suite::Firmware]);
-    if tools::in_path("cc").is_none() {
+    if !tools::is_in_path("cc") {
         missing.push("a C compiler");
     }
     if !cfg!(target_os = "linux") {

@@ -48,31 +48,9 @@ enum Command {
         suites: Vec<suites::Suite>,
     },
     /// Measures what is promised: JSON, and success only if it holds
-    Report {
-        /// What to measure
-        #[arg(value_enum)]
-        promise: measure::Promise,
-        /// How long to soak (30), or to fuzz each decoder (10)
-        #[arg(long)]
-        minutes: Option<f64>,
-        /// How often each fault is tried (100)
-        #[arg(long)]
-        trials: Option<usize>,
-    },
+    Report(measure::Measurement),
     /// Measures figures anew and writes them into RESULTS.md, with command, date, machine and commit
-    Results {
-        /// Only these; all of them, which takes days, if none is named
-        names: Vec<String>,
-        /// Only those that are missing or older than the code that they measure
-        #[arg(long)]
-        stale: bool,
-        /// Only those that take less than two minutes
-        #[arg(long)]
-        quick: bool,
-        /// Measure nothing: name them all, with their commands and how old they are
-        #[arg(long)]
-        list: bool,
-    },
+    Results(results::Choice),
 }
 
 #[derive(Args)]
@@ -116,28 +94,8 @@ fn obey(command: Command) -> anyhow::Result<()> {
         #[cfg(unix)]
         Command::Package { target } => xtask::package::package(target),
         Command::Check => check::all(),
-        Command::Report {
-            promise,
-            minutes,
-            trials,
-        } => measure::measure(promise, minutes, trials),
-        Command::Results {
-            names,
-            stale,
-            quick,
-            list,
-        } => {
-            let choice = results::Choice {
-                names,
-                stale,
-                quick,
-            };
-            if list {
-                results::list(&choice)
-            } else {
-                results::measure(&choice)
-            }
-        }
+        Command::Report(what) => measure::measure(&what),
+        Command::Results(choice) => results::run(&choice),
         Command::Test { suites } => suites::run(&suites),
     }
 }

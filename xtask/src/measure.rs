@@ -1,11 +1,23 @@
 //! Measures what is promised of page and bridge: figures as JSON, and whether they hold.
 
-use std::path::Path;
-
-use anyhow::{Context, Result};
-use clap::ValueEnum;
+use anyhow::{Result, bail};
+use clap::{Args, ValueEnum};
 
 use crate::{browser_cost, firmware, tools};
+
+/// What to measure, and for how long.
+#[derive(Debug, Args)]
+pub struct Measurement {
+    /// What to measure
+    #[arg(value_enum)]
+    promise: Promise,
+    /// How long to soak (30), or to fuzz each decoder (10)
+    #[arg(long)]
+    minutes: Option<f64>,
+    /// How often each fault is tried
+    #[arg(long, default_value_t = 100)]
+    trials: usize,
+}
 
 /// What can be measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -24,69 +36,39 @@ pub enum Promise {
     BrowserCost,
 }
 
-/// Measures it; the bridge over sockets of this machine. `minutes`: how long to soak, or to fuzz each decoder; `trials`: how often each
-/// fault is tried.
+/// Measures it; the bridge over sockets of this machine.
 ///
 /// # Errors
 /// If a figure does not hold.
-pub fn measure(promise: Promise, minutes: Option<f64>, trials: Option<usize>) -> Result<()> {
-    let name = match promise {
-        Promise::Faults => return faults(trials.unwrap_or(100)),
-        Promise::Latency => return latency(),
-        Promise::Access => "access",
-        Promise::Soak => "soak",
-        Promise::Fuzz => return example("fuzz", &minutes_or(minutes, 10.0)),
+pub fn measure(what: &Measurement) -> Result<()> {
+    let minutes = |default: f64| what.minutes.unwrap_or(default).to_string();
+    let (example, words) = match what.promise {
         Promise::BrowserCost => return browser_cost::report(),
+        Promise::Fuzz => ("fuzz", vec![minutes(10.0)]),
+        Promise::Soak => ("bridge_report", vec!["soak".to_owned(), minutes(30.0)]),
+        Promise::Access => ("bridge_report", vec!["access".to_owned()]),
+        Promise::Latency => ("bridge_report", vec!["latency".to_owned()]),
+        Promise::Faults => {
+            let words = vec!["faults".to_owned(), what.trials.to_string()];
+            ("bridge_report", words)
+        }
     };
-    if promise != Promise::Soak {
-        return example("bridge_report", &[name.to_owned()]);
+    let mut cargo = tools::cargo();
+    if matches!(what.promise, Promise::Faults | Promise::Latency) {
+        match firmware::build_simulator()? {
+            Some(robot) => _ = cargo.env("SLAMLAB_RP6_SIM", robot),
+            // Latency is measured from an encoder's edge only where there is one.
+            None if what.promise == Promise::Latency => (),
+            None => bail!("the faults are measured at the registers of the real firmware"),
+        }
     }
-    let mut words = minutes_or(minutes, 30.0);
-    words.insert(0, name.to_owned());
-    example("bridge_report", &words)
-}
-
-/// At the registers of the real firmware, too: without its simulator there is no report.
-fn faults(trials: usize) -> Result<()> {
-    let robot = firmware::build_simulator()?;
-    let robot = robot.context("the faults are measured at the registers of the real firmware")?;
-    let words = ["faults".to_owned(), trials.to_string()];
-    example_with(
-        "bridge_report",
-        &words,
-        &[("SLAMLAB_RP6_SIM", robot.as_path())],
-    )
-}
-
-/// From an encoder's edge, too, where its simulator can be built.
-fn latency() -> Result<()> {
-    let robot = firmware::build_simulator()?;
-    let programs = robot.as_deref().map(|robot| ("SLAMLAB_RP6_SIM", robot));
-    let words = ["latency".to_owned()];
-    example_with("bridge_report", &words, programs.as_slice())
-}
-
-fn minutes_or(minutes: Option<f64>, default: f64) -> Vec<String> {
-    vec![minutes.unwrap_or(default).to_string()]
-}
-
-/// Runs an example of the tests, optimised, with the optimised bridge where it wants one in a process of its own.
-fn example(name: &str, words: &[String]) -> Result<()> {
-    example_with(name, words, &[])
-}
-
-fn example_with(name: &str, words: &[String], programs: &[(&str, &Path)]) -> Result<()> {
-    tools::run(tools::cargo().args("build --release --quiet --package slamlab-bridge".split(' ')))?;
-    let bridge = tools::target_dir()
-        .join("release/slamlab-bridge")
-        .with_extension(std::env::consts::EXE_EXTENSION);
+    // Some want the bridge in a process of its own.
+    tools::run_cargo("build --release --quiet --package slamlab-bridge")?;
     let run = "run --release --quiet --package slamlab-tests --example";
-    tools::run(
-        tools::cargo()
-            .env("SLAMLAB_BRIDGE", bridge)
-            .envs(programs.iter().copied())
-            .args(run.split(' '))
-            .args([name, "--"])
-            .args(words),
-    )
+    cargo
+        .env("SLAMLAB_BRIDGE", tools::built("release/slamlab-bridge"))
+        .args(run.split(' '))
+        .args([example, "--"])
+        .args(words);
+    tools::run(&mut cargo)
 }

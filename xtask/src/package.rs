@@ -12,6 +12,7 @@ mod deb;
 mod smoke;
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
@@ -30,28 +31,25 @@ pub enum Target {
 }
 
 impl Target {
-    /// Rust's name of it.
-    fn triple(self) -> &'static str {
+    /// Debian's name of it, and Rust's name of the processor.
+    fn names(self) -> [&'static str; 2] {
         match self {
-            Self::Arm64 => "aarch64-unknown-linux-musl",
-            Self::Amd64 => "x86_64-unknown-linux-musl",
+            Self::Arm64 => ["arm64", "aarch64"],
+            Self::Amd64 => ["amd64", "x86_64"],
         }
     }
 
-    /// Debian's name of it.
     fn architecture(self) -> &'static str {
-        match self {
-            Self::Arm64 => "arm64",
-            Self::Amd64 => "amd64",
-        }
+        self.names()[0]
     }
 
-    /// Rust's name of the processor.
     fn processor(self) -> &'static str {
-        match self {
-            Self::Arm64 => "aarch64",
-            Self::Amd64 => "x86_64",
-        }
+        self.names()[1]
+    }
+
+    /// Rust's name of it.
+    fn triple(self) -> String {
+        format!("{}-unknown-linux-musl", self.processor())
     }
 
     fn is_this_machine(self) -> bool {
@@ -68,13 +66,10 @@ impl Target {
     }
 
     /// The C compiler for the few lines of C and assembly in `ring`.
-    fn compiler(self) -> Result<&'static str> {
-        let compilers: &[&str] = match self {
-            Self::Arm64 => &["aarch64-linux-gnu-gcc", "clang"],
-            Self::Amd64 => &["x86_64-linux-gnu-gcc", "clang"],
-        };
-        let found = compilers.iter().find(|name| tools::in_path(name).is_some());
-        found.copied().with_context(|| {
+    fn compiler(self) -> Result<String> {
+        let gcc = format!("{}-linux-gnu-gcc", self.processor());
+        let mut compilers = [gcc, "clang".to_owned()].into_iter();
+        compilers.find(|name| tools::is_in_path(name)).with_context(|| {
             format!(
                 "a C compiler for {} is missing; install it by `sudo apt-get install gcc-{}-linux-gnu`, or clang",
                 self.architecture(),
@@ -107,7 +102,7 @@ pub fn package(target: Target) -> Result<()> {
 /// Compiles the bridge with the page of this folder in it.
 fn build(target: Target, page: &Path) -> Result<PathBuf> {
     let triple = target.triple();
-    tools::need_target(triple)?;
+    tools::need_target(&triple)?;
     let suffix = triple.replace('-', "_");
     let mut cargo = tools::cargo();
     cargo
@@ -118,19 +113,8 @@ fn build(target: Target, page: &Path) -> Result<PathBuf> {
             format!("CFLAGS_{suffix}"),
             "-ffreestanding -DRING_CORE_NOSTDLIBINC=1",
         )
-        .args([
-            "rustc",
-            "--release",
-            "--package",
-            "slamlab-bridge",
-            "--bin",
-            "slamlab-bridge",
-            "--target",
-            triple,
-            "--",
-            "-C",
-            "strip=symbols",
-        ]);
+        .args("rustc --release --package slamlab-bridge --bin slamlab-bridge".split(' '))
+        .args(["--target", &triple, "--", "-C", "strip=symbols"]);
     tools::run(&mut cargo)?;
     let program = tools::target_dir()
         .join(triple)
@@ -156,16 +140,11 @@ fn verify_unit() -> Result<()> {
         // The user is made when the package is installed.
         .replace("=slamlab\n", "=daemon\n");
     std::fs::write(&copy, runnable)?;
-    tools::run(
-        std::process::Command::new(&analyze)
-            .args(["verify", "--man=no"])
-            .arg(&copy),
-    )?;
-    tools::run(
-        std::process::Command::new(&analyze)
-            .args(["security", "--offline=yes", "--no-pager", "--threshold=25"])
-            .arg(&copy),
-    )
+    let security = ["security", "--offline=yes", "--no-pager", "--threshold=25"];
+    for words in [&["verify", "--man=no"][..], &security] {
+        tools::run(Command::new(&analyze).args(words).arg(&copy))?;
+    }
+    Ok(())
 }
 
 /// What lintian does not like and is meant: one static file that runs anywhere, `--help` for a manual, scripts without debhelper,
@@ -182,7 +161,7 @@ fn lint(package: &Path) -> Result<()> {
     let Some(lintian) = tools::in_path("lintian") else {
         return skip("lintian", "lintian");
     };
-    let mut lintian = std::process::Command::new(lintian);
+    let mut lintian = Command::new(lintian);
     // As root, it would refuse.
     lintian.args(["--allow-root", "--fail-on", "error", "--suppress-tags"]);
     lintian.arg(MEANT.join(","));

@@ -5,8 +5,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc;
-use std::thread;
+use std::thread::{self, ScopedJoinHandle};
 
 use anyhow::{Context, Result, anyhow};
 
@@ -18,7 +17,14 @@ use crate::{serve, tools};
 /// # Errors
 /// If a tool is missing or a step fails.
 pub fn build(profile: Profile) -> Result<()> {
-    make_beside(profile, || Ok(()))
+    make_module(profile)?;
+    let www = tools::root().join("www");
+    tools::run(tools::npm(&www)?.args(["run", "--silent", "build"]))?;
+    match profile {
+        Profile::Release => compress(&www.join("dist")),
+        // Packing what is tried once takes longer than sending it.
+        Profile::Dev => Ok(()),
+    }
 }
 
 /// [`build`], and the bridge beside it, by cargo's profile `bridge`; its program is returned.
@@ -26,7 +32,12 @@ pub fn build(profile: Profile) -> Result<()> {
 /// # Errors
 /// As [`build`], and if the bridge does not compile.
 pub fn build_with_bridge(profile: Profile, bridge: &str) -> Result<PathBuf> {
-    make_beside(profile, || serve::build_bridge(bridge))
+    thread::scope(|scope| {
+        let bridge = scope.spawn(|| serve::build_bridge(bridge));
+        let page = build(profile);
+        let bridge = joined(bridge);
+        page.and(bridge)
+    })
 }
 
 /// Type-checks the page.
@@ -34,7 +45,7 @@ pub fn build_with_bridge(profile: Profile, bridge: &str) -> Result<PathBuf> {
 /// # Errors
 /// If a tool is missing or a type is wrong.
 pub fn check_types() -> Result<()> {
-    make_module_beside(Profile::Release, || Ok(()))?;
+    make_module(Profile::Release)?;
     check_types_of_last_build()
 }
 
@@ -45,7 +56,7 @@ pub fn check_types() -> Result<()> {
 pub fn check_types_of_last_build() -> Result<()> {
     let www = tools::root().join("www");
     if !www.join("pkg/slamlab_web.d.ts").is_file() {
-        make_module_beside(Profile::Dev, || Ok(()))?;
+        make_module(Profile::Dev)?;
     }
     install(&www)?;
     tools::run(tools::npm(&www)?.args(["run", "--silent", "types"]))
@@ -63,66 +74,21 @@ pub fn check_types_of_tests() -> Result<()> {
     tools::run(tools::npm(&folder)?.args(["run", "--silent", "types"]))
 }
 
-/// The page in `www/dist`, while `other` compiles for this machine.
-fn make_beside<T: Send>(profile: Profile, other: impl FnOnce() -> Result<T> + Send) -> Result<T> {
-    let www = tools::root().join("www");
+/// The module and its bindings in `www/pkg`, and npm's packages.
+fn make_module(profile: Profile) -> Result<()> {
     thread::scope(|scope| {
-        let (tell, is_bound) = mpsc::channel();
-        let www = &www;
-        let bundle = scope.spawn(move || -> Result<()> {
-            install(www)?;
-            // Closed without a word where the module failed, which is told there.
-            if is_bound.recv().is_ok() {
-                tools::run(tools::npm(www)?.args(["run", "--silent", "build"]))?;
-                // Packing what is tried once takes longer than sending it.
-                if profile == Profile::Release {
-                    compress(&www.join("dist"))?;
-                }
-            }
-            Ok(())
-        });
-        let made = make_module(profile, other, tell);
-        made.and_then(|other| joined(bundle.join()).map(|()| other))
+        let packages = scope.spawn(|| install(&tools::root().join("www")));
+        let binder = scope.spawn(wasm::build_binder);
+        let module = wasm::compile(profile)?;
+        wasm::bind(&joined(binder)?, &module, profile)?;
+        joined(packages)
     })
 }
 
-fn make_module_beside<T: Send>(
-    profile: Profile,
-    other: impl FnOnce() -> Result<T> + Send,
-) -> Result<T> {
-    make_module(profile, other, mpsc::channel().0)
-}
-
-/// The module and its bindings in `www/pkg`, told to `done`, while `other` compiles for this machine.
-fn make_module<T: Send>(
-    profile: Profile,
-    other: impl FnOnce() -> Result<T> + Send,
-    done: mpsc::Sender<()>,
-) -> Result<T> {
-    thread::scope(|scope| {
-        let (give, binder) = mpsc::channel();
-        let rest = scope.spawn(move || -> Result<T> {
-            // Nobody takes it where the module has failed.
-            let _ = give.send(wasm::build_binder()?);
-            other()
-        });
-        let bound = wasm::compile(profile).and_then(|module| match binder.recv() {
-            Ok(binder) => wasm::bind(&binder, &module, profile).map(|()| {
-                // Nobody listens where only the module is wanted.
-                let _ = done.send(());
-            }),
-            // Its own error is told below.
-            Err(mpsc::RecvError) => Ok(()),
-        });
-        drop(done);
-        let rest = joined(rest.join());
-        bound.and(rest)
-    })
-}
-
-/// What a thread gave; one that panicked has told why on its own.
-fn joined<T>(result: thread::Result<Result<T>>) -> Result<T> {
-    result.unwrap_or_else(|_| Err(anyhow!("a step of the build panicked")))
+/// What a thread returned; one that panicked has said why on its own.
+fn joined<T>(thread: ScopedJoinHandle<'_, Result<T>>) -> Result<T> {
+    let panicked = |_| Err(anyhow!("a step of the build panicked"));
+    thread.join().unwrap_or_else(panicked)
 }
 
 /// Installs the packages that `folder`'s lock file names, unless they are there. Browsers are never downloaded.

@@ -25,23 +25,31 @@ const HEAD: &str = "# Results\n\n\
     `cargo xtask results NAME` measures it anew. `cargo xtask check` names those that are older than the\n\
     code that they measure. `holds` says whether each requirement of the report is met.\n";
 
-/// Which results are meant.
-#[derive(Debug, Default)]
+/// Which results are meant, and whether to measure them.
+#[derive(Debug, clap::Args)]
 pub struct Choice {
-    /// By name; all of them if none is named.
-    pub names: Vec<String>,
-    /// Only those that are missing, or older than what they measure.
-    pub stale: bool,
-    /// Only those that take less than two minutes.
-    pub quick: bool,
+    /// Only these; all of them, which takes days, if none is named
+    names: Vec<String>,
+    /// Only those that are missing or older than the code that they measure
+    #[arg(long)]
+    stale: bool,
+    /// Only those that take less than two minutes
+    #[arg(long)]
+    quick: bool,
+    /// Measure nothing: name them all, with their commands and how old they are
+    #[arg(long)]
+    list: bool,
 }
 
-/// Measures the chosen results, one after the other, and writes each into the file as soon as it is there.
+/// Measures the chosen results, one after the other, and writes each into the file as soon as it is there; or only lists them.
 ///
 /// # Errors
 /// If a name is unknown, code that is to be measured is not committed, or a command measures nothing.
-pub fn measure(choice: &Choice) -> Result<()> {
+pub fn run(choice: &Choice) -> Result<()> {
     let entries = chosen(choice)?;
+    if choice.list {
+        return list(&entries);
+    }
     let mut report = Report::default();
     for entry in entries {
         report.step(entry.name, || {
@@ -55,14 +63,10 @@ pub fn measure(choice: &Choice) -> Result<()> {
     report.finish()
 }
 
-/// Names the chosen results, with their commands, and says which are missing or old.
-///
-/// # Errors
-/// If a name is unknown, or the file cannot be read.
-pub fn list(choice: &Choice) -> Result<()> {
+fn list(entries: &[&Entry]) -> Result<()> {
     let sections = read()?;
-    for entry in chosen(choice)? {
-        let state = state(entry, &sections)?;
+    for entry in entries {
+        let state = format!("{:?}", state(entry, &sections)?);
         println!("{:16} {state:8} {}", entry.name, entry.command_line());
     }
     Ok(())
@@ -74,18 +78,15 @@ pub fn list(choice: &Choice) -> Result<()> {
 /// If the file or git cannot be read.
 pub fn name_stale() -> Result<()> {
     let sections = read()?;
-    let mut old = 0;
+    let mut count = 0;
     for entry in TABLE {
-        match state(entry, &sections)? {
-            State::Measured => {}
-            State::Missing => eprintln!("  {} was never measured", entry.name),
-            State::Old => {
-                old += 1;
-                eprintln!("  {} is older than what it measures", entry.name);
-            }
+        let state = state(entry, &sections)?;
+        if state != State::Measured {
+            count += 1;
+            eprintln!("  {}: {state:?}", entry.name);
         }
     }
-    eprintln!("{old} of {} results are old", sections.len());
+    eprintln!("{count} of {} results are old or missing", TABLE.len());
     Ok(())
 }
 
@@ -97,23 +98,11 @@ enum State {
     Missing,
 }
 
-impl std::fmt::Display for State {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(match self {
-            Self::Measured => "measured",
-            Self::Old => "old",
-            Self::Missing => "missing",
-        })
-    }
-}
-
 fn state(entry: &Entry, sections: &[Section]) -> Result<State> {
-    let Some(section) = sections.iter().find(|s| s.name == entry.name) else {
-        return Ok(State::Missing);
-    };
-    Ok(match section.code == code_of(entry)? {
-        true => State::Measured,
-        false => State::Old,
+    Ok(match sections.iter().find(|s| s.name == entry.name) {
+        None => State::Missing,
+        Some(section) if section.code == code_of(entry)? => State::Measured,
+        Some(_) => State::Old,
     })
 }
 
@@ -131,7 +120,7 @@ fn chosen(choice: &Choice) -> Result<Vec<&'static Entry>> {
     let mut chosen = vec![];
     for entry in TABLE {
         let is_named = choice.names.is_empty() || choice.names.iter().any(|n| n == entry.name);
-        let is_wanted = is_named && (entry.is_quick || !choice.quick);
+        let is_wanted = is_named && (entry.is_quick() || !choice.quick);
         if is_wanted && (!choice.stale || state(entry, &sections)? != State::Measured) {
             chosen.push(entry);
         }
@@ -161,21 +150,14 @@ fn section_of(entry: &Entry) -> Result<Section> {
 
 /// Git's hashes of the folders that an entry measures, as committed.
 fn code_of(entry: &Entry) -> Result<String> {
-    let hashes = entry.measures.iter().map(|folder| {
-        let hash = line(&mut git(&[
-            "rev-parse",
-            "--short=12",
-            &format!("HEAD:{folder}"),
-        ]))
-        .with_context(|| {
-            format!(
-                "`{}` measures {folder}, which git does not know",
-                entry.name
-            )
-        })?;
+    let hash_of = |folder: &&str| {
+        let place = format!("HEAD:{folder}");
+        let hash = line(&mut git(&["rev-parse", "--short=12", &place]));
+        let hash = hash.with_context(|| format!("`{}` measures {folder}", entry.name))?;
         Ok(format!("{folder}={hash}"))
-    });
-    Ok(hashes.collect::<Result<Vec<_>>>()?.join(" "))
+    };
+    let hashes: Result<Vec<_>> = entry.measures.iter().map(hash_of).collect();
+    Ok(hashes?.join(" "))
 }
 
 fn git(words: &[&str]) -> Command {

@@ -27,8 +27,9 @@ pub fn serve(bridge: &Path, port: u16, open: bool) -> Result<()> {
 /// # Errors
 /// If it does not compile.
 pub fn build_bridge(profile: &str) -> Result<PathBuf> {
-    let build = "build --package slamlab-bridge --profile";
-    tools::run(tools::cargo().args(build.split(' ')).arg(profile))?;
+    tools::run_cargo(&format!(
+        "build --package slamlab-bridge --profile {profile}"
+    ))?;
     Ok(tools::built("debug/slamlab-bridge"))
 }
 

@@ -13,82 +13,46 @@ use anyhow::Result;
 use crate::suites::Suite;
 use crate::{firmware, tools};
 
-/// A package of Debian's, which suites need it, and whether what they want of it is there.
-struct Package {
-    name: &'static str,
-    suites: &'static [Suite],
-    is_there: fn() -> bool,
-}
-
 const IN_A_BROWSER: &[Suite] = &[Suite::Wasm, Suite::Page];
 /// The page is tried with the real firmware, too.
 const WITH_FIRMWARE: &[Suite] = &[Suite::Page, Suite::Firmware];
 
-const PACKAGES: [Package; 10] = [
-    Package {
-        name: "chromium",
-        suites: IN_A_BROWSER,
-        is_there: || tools::find_chrome().is_some(),
-    },
-    Package {
-        name: "chromium-driver",
-        suites: &[Suite::Wasm],
-        is_there: || tools::find_chromedriver().is_some(),
-    },
-    Package {
-        name: "gcc-avr",
-        suites: WITH_FIRMWARE,
-        is_there: || tools::in_path("avr-gcc").is_some(),
-    },
-    Package {
-        name: "avr-libc",
-        suites: WITH_FIRMWARE,
-        is_there: firmware::has_avr_libc,
-    },
-    Package {
-        name: "make",
-        suites: WITH_FIRMWARE,
-        is_there: || tools::in_path("make").is_some(),
-    },
-    Package {
-        name: "pkg-config",
-        suites: WITH_FIRMWARE,
-        is_there: || tools::in_path("pkg-config").is_some(),
-    },
-    Package {
-        name: "libelf-dev",
-        suites: WITH_FIRMWARE,
-        is_there: || firmware::has_library("libelf"),
-    },
-    Package {
-        name: "zlib1g-dev",
-        suites: WITH_FIRMWARE,
-        is_there: || firmware::has_library("zlib"),
-    },
-    Package {
-        name: "libzstd-dev",
-        suites: WITH_FIRMWARE,
-        is_there: || firmware::has_library("libzstd"),
-    },
-    Package {
-        name: "libclang-dev",
-        suites: WITH_FIRMWARE,
-        is_there: firmware::has_libclang,
-    },
+/// Packages of Debian: which suites need each, and whether what they want of it is there.
+const PACKAGES: [(&str, &[Suite], fn() -> bool); 10] = [
+    ("chromium", IN_A_BROWSER, || tools::find_chrome().is_some()),
+    ("chromium-driver", &[Suite::Wasm], || {
+        tools::find_chromedriver().is_some()
+    }),
+    ("gcc-avr", WITH_FIRMWARE, || tools::is_in_path("avr-gcc")),
+    ("avr-libc", WITH_FIRMWARE, firmware::has_avr_libc),
+    ("make", WITH_FIRMWARE, || tools::is_in_path("make")),
+    ("pkg-config", WITH_FIRMWARE, || {
+        tools::is_in_path("pkg-config")
+    }),
+    ("libelf-dev", WITH_FIRMWARE, || {
+        firmware::has_library("libelf")
+    }),
+    ("zlib1g-dev", WITH_FIRMWARE, || {
+        firmware::has_library("zlib")
+    }),
+    ("libzstd-dev", WITH_FIRMWARE, || {
+        firmware::has_library("libzstd")
+    }),
+    ("libclang-dev", WITH_FIRMWARE, firmware::has_libclang),
 ];
 
 /// The packages that these suites lack here.
 #[must_use]
 pub fn missing(suites: &[Suite]) -> Vec<&'static str> {
-    let is_wanted = |package: &&Package| package.suites.iter().any(|s| suites.contains(s));
-    PACKAGES
-        .iter()
-        .filter(is_wanted)
+    let all = PACKAGES.iter();
+    all.filter(|(_, needed_by, is_there)| {
         // simavr is built on Linux only.
-        .filter(|package| cfg!(target_os = "linux") || package.suites != WITH_FIRMWARE)
-        .filter(|package| !(package.is_there)())
-        .map(|package| package.name)
-        .collect()
+        (cfg!(target_os = "linux") || *needed_by != WITH_FIRMWARE)
+            && needed_by.iter().any(|suite| suites.contains(suite))
+            && !is_there()
+    })
+    .map(|(name, ..)| *name)
+    .collect()
 }
 
 /// Installs what is missing, where that may be done; else says what to type, and suites that can do without it run all the same.

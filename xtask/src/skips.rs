@@ -37,15 +37,11 @@ pub fn file() -> PathBuf {
 /// Begins with an empty list.
 ///
 /// # Errors
-/// If the list of an earlier run cannot be removed.
+/// If it cannot be written.
 pub fn begin() -> Result<()> {
     let file = file();
-    match fs::remove_file(&file) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(error).with_context(|| format!("cannot remove {}", file.display()))
-        }
-        _ => Ok(()),
-    }
+    fs::create_dir_all(tools::target_dir())?;
+    fs::write(&file, "").with_context(|| format!("cannot write {}", file.display()))
 }
 
 /// Says that something is left out, and why.
@@ -70,21 +66,17 @@ pub fn note(what: &str, why: &str) -> Result<()> {
 /// If the list cannot be read.
 pub fn all() -> Result<Vec<Skip>> {
     let file = file();
-    match fs::read_to_string(&file) {
-        Ok(text) => Ok(parse(&text)),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(vec![]),
-        Err(error) => Err(error).with_context(|| format!("cannot read {}", file.display())),
-    }
+    let text = fs::read_to_string(&file);
+    let text = text.with_context(|| format!("cannot read {}", file.display()))?;
+    Ok(parse(&text))
 }
 
 fn parse(text: &str) -> Vec<Skip> {
     let mut skips: Vec<Skip> = vec![];
     for line in text.lines() {
         let (what, why) = line.split_once('\t').unwrap_or((line, "without a reason"));
-        let skip = Skip {
-            what: what.to_owned(),
-            why: why.to_owned(),
-        };
+        let [what, why] = [what, why].map(str::to_owned);
+        let skip = Skip { what, why };
         if !skips.contains(&skip) {
             skips.push(skip);
         }

@@ -87,7 +87,7 @@ pub fn run(suites: &[Suite]) -> Result<()> {
 fn quick(report: &mut Report) {
     report.step("house rules", rules::check);
     report.step("order of imports, and the commands", || {
-        cargo("test --quiet --package xtask")
+        tools::run_cargo("test --quiet --package xtask")
     });
     report.step("types of the page", page::check_types_of_last_build);
     report.step("types of the page's tests", page::check_types_of_tests);
@@ -106,9 +106,9 @@ fn native() -> Result<()> {
     // the wasm-bindgen tool once more.
     let most = "test --workspace --exclude xtask --no-fail-fast";
     let steps = [
-        cargo(&format!("{most} --lib --bins --tests")),
-        cargo(&format!("{most} --doc")),
-        cargo("test --package xtask"),
+        tools::run_cargo(&format!("{most} --lib --bins --tests")),
+        tools::run_cargo(&format!("{most} --doc")),
+        tools::run_cargo("test --package xtask"),
     ];
     steps.into_iter().collect()
 }
@@ -147,11 +147,8 @@ fn the_page() -> Result<()> {
 
 /// An example's program, compiled for this machine.
 fn build_example(package: &str, name: &str) -> Result<PathBuf> {
-    let build = ["build", "--profile", TEST, "--package", package];
-    tools::run(tools::cargo().args(build).args(["--example", name]))?;
+    tools::run_cargo(&format!(
+        "build --profile {TEST} --package {package} --example {name}"
+    ))?;
     Ok(tools::built(&format!("debug/examples/{name}")))
-}
-
-fn cargo(words: &str) -> Result<()> {
-    tools::run(tools::cargo().args(words.split(' ')))
 }

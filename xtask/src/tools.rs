@@ -56,6 +56,14 @@ pub fn cargo() -> Command {
     with_places(command)
 }
 
+/// Runs cargo with these words, see [`run`].
+///
+/// # Errors
+/// If it fails.
+pub fn run_cargo(words: &str) -> Result<()> {
+    run(cargo().args(words.split(' ')))
+}
+
 /// Where tests find recorded data, and where they write what they leave out.
 fn with_places(mut command: Command) -> Command {
     command
@@ -69,7 +77,7 @@ fn with_places(mut command: Command) -> Command {
 /// # Errors
 /// If it is not installed.
 pub fn node(folder: &Path) -> Result<Command> {
-    let mut command = Command::new(need("node", &["node"], NODE)?);
+    let mut command = Command::new(need("node", NODE)?);
     command.current_dir(folder);
     Ok(command)
 }
@@ -79,7 +87,7 @@ pub fn node(folder: &Path) -> Result<Command> {
 /// # Errors
 /// If it is not installed.
 pub fn npm(folder: &Path) -> Result<Command> {
-    let mut command = Command::new(need("npm", &["npm"], NODE)?);
+    let mut command = Command::new(need("npm", NODE)?);
     command.current_dir(folder);
     Ok(with_places(command))
 }
@@ -171,11 +179,7 @@ pub fn find_chromedriver() -> Option<PathBuf> {
 /// # Errors
 /// If it is not installed.
 pub fn dpkg_deb() -> Result<PathBuf> {
-    need(
-        "dpkg-deb",
-        &["dpkg-deb"],
-        "install it by `sudo apt-get install dpkg`",
-    )
+    need("dpkg-deb", "install it by `sudo apt-get install dpkg`")
 }
 
 /// Makes sure that rustc can compile for wasm32: asks rustup for the target if it is missing.
@@ -253,20 +257,22 @@ fn shown(command: &Command) -> String {
     words.join(" ".as_ref()).to_string_lossy().into_owned()
 }
 
-fn need(what: &str, names: &[&str], install: &str) -> Result<PathBuf> {
-    let Some(found) = names.iter().find_map(|name| in_path(name)) else {
-        bail!("{what} is missing; {install}");
-    };
-    Ok(found)
+fn need(program: &str, install: &str) -> Result<PathBuf> {
+    in_path(program).with_context(|| format!("{program} is missing; {install}"))
+}
+
+/// Whether a program is in the path.
+#[must_use]
+pub fn is_in_path(name: &str) -> bool {
+    in_path(name).is_some()
 }
 
 /// Where a program is, if it is in the path.
 #[must_use]
 pub fn in_path(name: &str) -> Option<PathBuf> {
-    let endings: &[&str] = if cfg!(windows) {
-        &[".exe", ".cmd"]
-    } else {
-        &[""]
+    let endings: &[&str] = match cfg!(windows) {
+        true => &[".exe", ".cmd"],
+        false => &[""],
     };
     env::split_paths(&env::var_os("PATH")?)
         .flat_map(|folder| {
@@ -283,15 +289,10 @@ mod tests {
 
     #[test]
     fn a_missing_program_is_named_with_the_command_that_installs_it() {
-        let error = need(
-            "Frobnicator",
-            &["no-such-program"],
-            "install it by `get it`",
-        )
-        .unwrap_err();
+        let error = need("no-such-program", "install it by `get it`").unwrap_err();
         assert_eq!(
             error.to_string(),
-            "Frobnicator is missing; install it by `get it`"
+            "no-such-program is missing; install it by `get it`"
         );
     }
 

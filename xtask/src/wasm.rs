@@ -33,12 +33,12 @@ impl Profile {
 /// If the wasm32 target is missing or the sources do not compile.
 pub fn compile(profile: Profile) -> Result<PathBuf> {
     tools::need_wasm_target()?;
-    let build = "build --package slamlab-web --target wasm32-unknown-unknown --profile";
-    tools::run(tools::cargo().args(build.split(' ')).arg(profile.name()))?;
-    Ok(tools::target_dir()
-        .join("wasm32-unknown-unknown")
-        .join(profile.name())
-        .join("slamlab_web.wasm"))
+    const TARGET: &str = "wasm32-unknown-unknown";
+    let name = profile.name();
+    tools::run_cargo(&format!(
+        "build --package slamlab-web --target {TARGET} --profile {name}"
+    ))?;
+    Ok(tools::target_dir().join(format!("{TARGET}/{name}/slamlab_web.wasm")))
 }
 
 /// Compiles the program that makes bindings and returns it.
@@ -46,8 +46,7 @@ pub fn compile(profile: Profile) -> Result<PathBuf> {
 /// # Errors
 /// If it does not compile.
 pub fn build_binder() -> Result<PathBuf> {
-    let build = "build --package xtask --features bindings --bin make-bindings";
-    tools::run(tools::cargo().args(build.split(' ')))?;
+    tools::run_cargo("build --package xtask --features bindings --bin make-bindings")?;
     Ok(tools::built("debug/make-bindings"))
 }
 

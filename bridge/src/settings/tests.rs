@@ -15,13 +15,13 @@ const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/deploy/bridge.toml")
 #[test]
 fn the_installed_file_can_be_read_and_opens_the_page_to_the_network() {
     let settings = Settings::read(Path::new(EXAMPLE)).unwrap();
-    let effective = settings.effective().unwrap();
-    assert_eq!(effective.listen, "0.0.0.0:8080".parse().unwrap());
+    let complete = settings.complete().unwrap();
+    assert_eq!(complete.address(), "0.0.0.0:8080".parse().unwrap());
     assert_eq!(
-        effective.token_file.unwrap(),
+        complete.token_file.unwrap(),
         Path::new("/var/lib/slamlab/token")
     );
-    assert!(effective.mdns);
+    assert_eq!(complete.mdns, Some(true));
 }
 
 #[test]
@@ -137,25 +137,22 @@ fn the_upper_layer_wins_key_by_key() {
         listen: Some(other),
         ..Settings::default()
     };
-    assert_eq!(flags.over(all).effective().unwrap().listen, other);
+    assert_eq!(flags.over(all).complete().unwrap().address(), other);
 }
 
 #[test]
 fn what_is_printed_says_the_same_when_it_is_read() {
     for settings in [Settings::default(), whole()] {
-        let effective = settings.effective().unwrap();
-        let text = effective.to_toml().unwrap();
-        assert_eq!(
-            read(&text).unwrap().effective().unwrap(),
-            effective,
-            "{text}"
-        );
+        let complete = settings.complete().unwrap();
+        let text = toml::to_string(&complete).unwrap();
+        assert_eq!(read(&text).unwrap(), complete, "{text}");
+        assert_eq!(complete.clone().complete().unwrap(), complete, "{text}");
     }
 }
 
 #[test]
 fn only_a_bridge_that_listens_to_the_network_is_announced() {
-    let mdns = |text| read(text).unwrap().effective().unwrap().mdns;
+    let mdns = |text| read(text).unwrap().complete().unwrap().mdns == Some(true);
     assert!(!mdns(""));
     assert!(mdns("listen = \"0.0.0.0:8080\""));
     assert!(!mdns("listen = \"0.0.0.0:8080\"\nmdns = false"));
@@ -164,7 +161,7 @@ fn only_a_bridge_that_listens_to_the_network_is_announced() {
 
 #[test]
 fn half_a_certificate_and_a_mount_outside_of_the_robot_are_refused() {
-    let refused = |text: &str| read(text).unwrap().effective().unwrap_err().to_string();
+    let refused = |text: &str| read(text).unwrap().complete().unwrap_err().to_string();
     assert!(refused("tls-cert = \"a\"").contains("tls-key is missing"));
     assert!(refused("tls = true\ntls-key = \"a\"").contains("tls-cert is missing"));
     let mount = |figures: &str| {

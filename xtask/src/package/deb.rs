@@ -10,33 +10,13 @@ use anyhow::{Context, Result};
 use super::Target;
 use crate::tools;
 
-/// Where files of the repository come to stand: from, to, mode.
-const FILES: [(&str, &str, u32); 5] = [
-    (
-        "bridge/deploy/bridge.toml",
-        "etc/slamlab/bridge.toml",
-        0o644,
-    ),
-    (
-        "bridge/deploy/slamlab-bridge.service",
-        "lib/systemd/system/slamlab-bridge.service",
-        0o644,
-    ),
-    (
-        "bridge/deploy/60-slamlab.rules",
-        "lib/udev/rules.d/60-slamlab.rules",
-        0o644,
-    ),
-    (
-        "bridge/deploy/debian/copyright",
-        "usr/share/doc/slamlab-bridge/copyright",
-        0o644,
-    ),
-    (
-        "bridge/GUIDE.md",
-        "usr/share/doc/slamlab-bridge/GUIDE.md",
-        0o644,
-    ),
+/// Where files of the repository come to stand: from, to.
+const FILES: [(&str, &str); 5] = [
+    ("deploy/bridge.toml", "etc/slamlab"),
+    ("deploy/slamlab-bridge.service", "lib/systemd/system"),
+    ("deploy/60-slamlab.rules", "lib/udev/rules.d"),
+    ("deploy/debian/copyright", "usr/share/doc/slamlab-bridge"),
+    ("GUIDE.md", "usr/share/doc/slamlab-bridge"),
 ];
 const SCRIPTS: [&str; 3] = ["postinst", "prerm", "postrm"];
 
@@ -51,20 +31,23 @@ pub(super) fn build(target: Target, program: &Path) -> Result<PathBuf> {
         fs::remove_dir_all(&tree).with_context(|| format!("cannot empty {}", tree.display()))?;
     }
     put(program, &tree.join("usr/bin/slamlab-bridge"), 0o755)?;
-    let root = tools::root();
-    for (from, to, mode) in FILES {
-        put(&root.join(from), &tree.join(to), mode)?;
+    let bridge = tools::root().join("bridge");
+    for (from, to) in FILES {
+        let from = bridge.join(from);
+        let name = from.file_name().unwrap_or_default();
+        put(&from, &tree.join(to).join(name), 0o644)?;
     }
-    changelog(
-        &tree.join("usr/share/doc/slamlab-bridge/changelog.gz"),
-        version,
-    )?;
+    changelog(&tree.join("usr/share/doc/slamlab-bridge"), version)?;
+    let debian = bridge.join("deploy/debian");
     for script in SCRIPTS {
-        let from = root.join("bridge/deploy/debian").join(script);
-        put(&from, &tree.join("DEBIAN").join(script), 0o755)?;
+        put(
+            &debian.join(script),
+            &tree.join("DEBIAN").join(script),
+            0o755,
+        )?;
     }
     write(&tree.join("DEBIAN/conffiles"), "/etc/slamlab/bridge.toml\n")?;
-    let control = fs::read_to_string(root.join("bridge/deploy/debian/control"))?
+    let control = fs::read_to_string(debian.join("control"))?
         .replace("@VERSION@", version)
         .replace("@ARCHITECTURE@", target.architecture())
         .replace("@KILOBYTES@", &size(&tree)?.div_ceil(1024).to_string());
@@ -111,19 +94,16 @@ fn make_place(file: &Path) -> Result<()> {
 }
 
 /// Debian wants one; what changed stands in the repository.
-fn changelog(to: &Path, version: &str) -> Result<()> {
-    let plain = to.with_extension("");
+fn changelog(folder: &Path, version: &str) -> Result<()> {
+    let plain = folder.join("changelog");
     let text = format!(
         "slamlab-bridge ({version}) stable; urgency=low\n\n  * See CHANGELOG.md of slamlab.\n\n \
          -- The slamlab developers <slamlab@localhost.localdomain>  Sat, 21 Nov 2026 00:00:00 +0000\n"
     );
     write(&plain, &text)?;
     fs::set_permissions(&plain, fs::Permissions::from_mode(0o644))?;
-    tools::run(
-        Command::new("gzip")
-            .args(["-9", "--no-name", "--force"])
-            .arg(&plain),
-    )
+    let mut gzip = Command::new("gzip");
+    tools::run(gzip.args(["-9", "--no-name", "--force"]).arg(&plain))
 }
 
 /// Bytes of all files.

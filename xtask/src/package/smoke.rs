@@ -57,77 +57,59 @@ impl Installed {
         command
     }
 
+    /// Whether it succeeds, and what it prints.
+    fn said(&self, words: &[&str]) -> Result<(bool, String)> {
+        let output = self.program().args(words).output()?;
+        let all = [output.stdout, output.stderr].concat();
+        Ok((
+            output.status.success(),
+            String::from_utf8_lossy(&all).into_owned(),
+        ))
+    }
+
     fn settings_are_read(&self) -> Result<()> {
-        let output = self
-            .program()
-            .args(["config", "--config", "etc/slamlab/bridge.toml"])
-            .output()?;
-        let text = String::from_utf8_lossy(&output.stdout);
-        ensure!(
-            output.status.success() && text.contains("listen = \"0.0.0.0:8080\""),
-            "config says {text}{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
+        let (succeeds, text) = self.said(&["config", "--config", "etc/slamlab/bridge.toml"])?;
+        let is_read = succeeds && text.contains("listen = \"0.0.0.0:8080\"");
+        ensure!(is_read, "config says {text}");
         eprintln!("  config reads the installed settings");
         Ok(())
     }
 
     fn doctor_names_a_port_that_is_not_there(&self) -> Result<()> {
-        let output = self
-            .program()
-            .args(["doctor", "/dev/slamlab-none"])
-            .output()?;
-        let text = String::from_utf8_lossy(&output.stdout);
-        ensure!(
-            !output.status.success()
-                && text.contains("PROBLEM /dev/slamlab-none is not there: plug the device in"),
-            "doctor says {text}{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
+        const PROBLEM: &str = "PROBLEM /dev/slamlab-none is not there: plug the device in";
+        let (succeeds, text) = self.said(&["doctor", "/dev/slamlab-none"])?;
+        ensure!(!succeeds && text.contains(PROBLEM), "doctor says {text}");
         eprintln!("  doctor names a port that is not there");
         Ok(())
     }
 
     fn page_is_served(&self) -> Result<()> {
+        let words = "serve --port 0 --source sim:arena,lidar --token-file token";
         let mut command = self.program();
-        command
-            .args([
-                "serve",
-                "--port",
-                "0",
-                "--source",
-                "sim:arena,lidar",
-                "--token-file",
-                "token",
-            ])
-            .stdout(Stdio::piped());
+        command.args(words.split(' ')).stdout(Stdio::piped());
         let mut bridge = Running(command.spawn().context("the program does not start")?);
         let address = bridge.address()?;
         let dist = tools::root().join("www/dist");
         for (path, file, kind) in [
-            ("/", "index.html", "text/html"),
+            ("", "index.html", "text/html"),
             (
-                "/slamlab_web_bg.wasm",
+                "slamlab_web_bg.wasm",
                 "slamlab_web_bg.wasm",
                 "application/wasm",
             ),
-            ("/worker.js", "worker.js", "text/javascript"),
-            ("/local_bridge.js", "local_bridge.js", "text/javascript"),
+            ("worker.js", "worker.js", "text/javascript"),
+            ("local_bridge.js", "local_bridge.js", "text/javascript"),
         ] {
-            let (head, body) = get(&address, path)?;
-            ensure!(head.starts_with("http/1.1 200"), "{path}: {head}");
-            ensure!(
-                head.contains(&format!("content-type: {kind}")),
-                "{path}: {head}"
-            );
-            ensure!(
-                head.contains("content-security-policy: default-src 'none'"),
-                "{path}: {head}"
-            );
-            ensure!(
-                body == fs::read(dist.join(file))?,
-                "{path} is not the page's {file}"
-            );
+            let (head, body) = get(&address, &format!("/{path}"))?;
+            for part in [
+                "http/1.1 200",
+                &format!("content-type: {kind}"),
+                "content-security-policy: default-src 'none'",
+            ] {
+                ensure!(head.contains(part), "{file}: expected {part} in {head}");
+            }
+            let is_same = body == fs::read(dist.join(file))?;
+            ensure!(is_same, "/{path} is not the page's {file}");
         }
         let (_, about) = get(&address, "/bridge.json")?;
         let about = String::from_utf8_lossy(&about);
