@@ -1,0 +1,92 @@
+// The wire to a bridge: a WebSocket that reconnects by itself. A robot that was lost and found again goes on in its old map.
+
+import type { WebRun } from "../protocol/module.js";
+import { Link, type LinkEvents, micros } from "./link.js";
+
+/** Wall milliseconds before the first new try, and before those that follow. */
+const RETRY_MILLIS = [500, 1000, 2000, 4000];
+
+/** What the bridge means by the code with which it ends a connection, and whether to try again. */
+const CODES: Readonly<Record<number, readonly [string, boolean]>> = {
+  4001: ["The bridge did not accept the token. Open the address that it printed at its start.", false],
+  4003: ["The bridge takes no driving commands from this page: it has no token.", true],
+  4008: ["The bridge heard nothing from this page for too long.", true],
+  4009: ["Another client took over the robot. It was stopped.", true],
+  4010: ["The bridge is of another version than this page: reload the page.", false],
+  1001: ["The bridge was shut down.", true],
+  1008: ["This page said too much at once; the bridge ended the connection.", true],
+  1013: ["This page was too slow for the bridge.", true],
+};
+
+export class BridgeLink extends Link {
+  readonly #url: string;
+  #socket: WebSocket | null = null;
+  #retry: ReturnType<typeof setTimeout> | null = null;
+  #tries = 0;
+
+  constructor(module: WebRun, url: string, events: LinkEvents) {
+    super(module, events);
+    this.#url = url;
+    this.#open();
+  }
+
+  override close(): void {
+    super.close();
+    if (this.#retry !== null) clearTimeout(this.#retry);
+    if (this.#socket) this.#socket.onclose = null;
+    this.#socket?.close(1000);
+    this.#socket = null;
+  }
+
+  /** What cannot be sent is dropped: later it would be stale. */
+  protected override send(bytes: Uint8Array<ArrayBuffer>): void {
+    if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(bytes);
+  }
+
+  protected override tick(): void {
+    if (this.#socket?.readyState === WebSocket.OPEN) this.#guard(() => this.module.tick(micros()));
+  }
+
+  #open(): void {
+    this.connection = "connecting";
+    this.stir();
+    const socket = new WebSocket(this.#url);
+    socket.binaryType = "arraybuffer";
+    socket.onmessage = (event: MessageEvent<ArrayBuffer>) => this.#guard(() => this.module.receive(micros(), new Uint8Array(event.data)));
+    socket.onclose = (event) => this.#lost(event.code);
+    this.#socket = socket;
+  }
+
+  /** Ends a connection on which the module has given up. */
+  #guard(act: () => void): void {
+    try {
+      act();
+    } catch (error) {
+      this.fault = error instanceof Error ? error.message : String(error);
+      this.#socket?.close(1000);
+      return;
+    }
+    this.flush();
+    if (this.connection === "connecting" && this.module.is_in()) {
+      [this.connection, this.fault] = ["open", ""];
+      this.#tries = 0;
+      this.stir();
+    }
+    this.events.moved();
+    this.report();
+  }
+
+  #lost(code: number): void {
+    this.#socket = null;
+    const [words, again] = CODES[code] ?? ["The bridge cannot be reached: check that it runs and that the network is up.", true];
+    this.fault ||= words;
+    this.connection = again ? "lost" : "refused";
+    this.module.reconnect();
+    this.stir();
+    this.report();
+    if (!again) return;
+    const wait = RETRY_MILLIS[Math.min(this.#tries, RETRY_MILLIS.length - 1)];
+    this.#tries += 1;
+    this.#retry = setTimeout(() => this.#open(), wait);
+  }
+}
