@@ -350,6 +350,12 @@ impl Live {
         }
     }
 
+    /// The settings of the robot that is there, before any change.
+    #[must_use]
+    pub fn defaults(&self) -> Settings {
+        Settings::of_robot(self.session.robot(), self.waits_for_command())
+    }
+
     /// Whether the robot's sensor scans only when commanded to.
     fn waits_for_command(&self) -> bool {
         let figures = self.figures.as_ref();

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::format::calibration;
-use slamlab_core::robot::Sharp;
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -65,15 +64,4 @@ pub fn calibrate(pairs: &Ts<Pairs>) -> Typed<Calibration> {
         curve_ranges: curve.collect(),
         curve_volts: volts.into(),
     })
-}
-
-/// The pairs of the data sheet of the rangers that are simulated, as text.
-#[wasm_bindgen]
-#[must_use]
-pub fn data_sheet() -> String {
-    let pairs = Sharp::default().data_sheet();
-    let rows = pairs
-        .iter()
-        .map(|p| format!("{:.0};{:.2}\n", 100.0 * p.range, p.volts));
-    format!("range_cm;volts\n{}", rows.collect::<String>())
 }

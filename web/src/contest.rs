@@ -11,9 +11,7 @@ use slamlab_core::slam::Slam;
 use tsify::Tsify;
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::border::{
-    Float32Array, Float64Array, Ground, NoPathKind, PlannerName, Typed, WebError, typed,
-};
+use crate::border::{Float32Array, Float64Array, Ground, NoPathKind, Typed, WebError, typed};
 use crate::view;
 
 /// Why a contest cannot be asked for.
@@ -62,8 +60,10 @@ pub struct ContestState {
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct Entrant {
-    /// Its name.
-    pub planner: PlannerName,
+    /// The planner's name.
+    pub planner: String,
+    /// As people call it.
+    pub title: String,
     /// It has nothing left to do.
     pub is_over: bool,
     /// The straight line was free.
@@ -160,7 +160,8 @@ impl WebContest {
         let path = self.contest.path(planner);
         let curve = self.contest.curve(planner);
         Entrant {
-            planner: (&planner).into(),
+            planner: planner.name().to_owned(),
+            title: planner.title().to_owned(),
             is_over: standing.is_over,
             is_straight: standing.is_straight,
             length: standing.length.unwrap_or(f64::NAN),

@@ -8,13 +8,13 @@ mod border;
 mod building;
 mod calibration;
 mod contest;
-mod device_kinds;
 mod drive_fit;
 mod export;
 mod field;
 mod inspection;
 mod live;
 mod local_bridge;
+mod offer;
 mod recording;
 mod rooms;
 mod run;
@@ -28,52 +28,27 @@ mod view;
 pub use bench::{BenchResponse, BenchTrial};
 pub use border::*;
 pub use building::{Building, GivenFile, KnownFile, KnownMap, read_building, read_known};
-pub use calibration::{Calibration, Pairs, calibrate, data_sheet};
+pub use calibration::{Calibration, Pairs, calibrate};
 pub use contest::{AskError, ContestAsk, ContestState, Entrant, NoPathReason, WebContest};
-pub use device_kinds::{DeviceKind, UsbAdapter, device_kinds};
 pub use drive_fit::{DriveFit, FittedParameter, PresetFile, read_preset, write_preset};
 pub use export::{ExportError, SavedFile};
 pub use field::FieldChange;
 pub use inspection::{Inspection, LearnedOdometry};
 pub use live::{BridgeStatus, DeviceStatus, LiveSetup};
 pub use local_bridge::{DeviceKindError, LineWant, WebLocalBridge};
+pub use offer::{DeviceKind, MethodInfo, Offer, SensorInfo, UsbAdapter, offer};
 pub use recording::{ReplaySetup, WebLogReader};
 pub use rooms::Rooms;
 pub use run::{Cycle, Notice, RunError, SourceKind, StageWords, WebRun};
-pub use settings::{PresetInfo, SettingInfo, preset_list, setting_list};
+pub use settings::{PresetInfo, SettingInfo};
 pub use setup::{Setup, SetupError};
 pub use sigma::{SigmaBin, SigmaCurve};
 pub use status::{RunStatus, Task};
 pub use view::{GridChange, SlamView};
 
-use slamlab_core::sim::{SensorKind, worlds};
-use wasm_bindgen::prelude::wasm_bindgen;
-
-/// The version of the core inside the module.
-#[wasm_bindgen]
-#[must_use]
-pub fn version() -> String {
-    env!("CARGO_PKG_VERSION").to_owned()
-}
-
-/// Names of the built-in worlds.
-#[wasm_bindgen]
-#[must_use]
-pub fn world_names() -> Vec<String> {
-    worlds::NAMES.map(str::to_owned).into()
-}
-
-/// Names of the sensors, each followed by what a person calls it.
-#[wasm_bindgen]
-#[must_use]
-pub fn sensor_names() -> Vec<String> {
-    let names = SensorKind::ALL.map(|(name, _, title)| [name, title]);
-    names.as_flattened().iter().map(|&n| n.to_owned()).collect()
-}
-
 /// A panic is thrown with its text, so that the page can say what happened instead of "unreachable executed".
 #[cfg(target_arch = "wasm32")]
-#[wasm_bindgen(start)]
+#[wasm_bindgen::prelude::wasm_bindgen(start)]
 fn start() {
     std::panic::set_hook(Box::new(|info| wasm_bindgen::throw_str(&info.to_string())));
 }

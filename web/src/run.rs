@@ -74,7 +74,8 @@ pub(crate) enum Source {
 #[derive(Debug)]
 pub(crate) struct Simulated {
     pub(crate) experiment: Experiment,
-    pub(crate) settings: Settings,
+    /// Settings of its robot and sensor before any change.
+    pub(crate) defaults: Settings,
     /// What can be explored at all; found out when it is first asked for.
     pub(crate) area: OnceCell<ReachableArea>,
 }
@@ -492,7 +493,7 @@ impl WebRun {
 }
 
 impl WebRun {
-    fn session(&self) -> &Session {
+    pub(crate) fn session(&self) -> &Session {
         match &self.source {
             Source::Simulation(sim) => sim.experiment.session(),
             Source::Recording(replay) => replay.session(),

@@ -1,12 +1,18 @@
 //! The table of settings, for the page.
 
-use slamlab_core::settings::{Acts, Kind, Needs, PRESETS, Scope, Setting, Settings, Source, table};
-use slamlab_core::sim::{RobotKind, SensorKind};
-use wasm_bindgen::prelude::{JsError, wasm_bindgen};
+use serde::{Deserialize, Serialize};
+use slamlab_core::settings::{
+    Acts, Kind, Needs, Preset, Scope, Setting, Settings, Source as SettingSource, table,
+};
+use tsify::{Ts, Tsify};
+use wasm_bindgen::prelude::wasm_bindgen;
 
-/// One setting; see `Setting` of the core. Numbers are as stored: what a person reads is `scale` times as much, in `unit`.
-#[wasm_bindgen(getter_with_clone)]
-#[derive(Clone, Debug, PartialEq)]
+use crate::border::{SettingKind, SettingValues, WebError, typed};
+use crate::run::{Source, WebRun};
+
+/// One setting of a run; see `Setting` of the core. Numbers are as stored: what a person reads is `scale` times as much, in `unit`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
 #[expect(missing_docs, reason = "names and units as in `Setting` of the core")]
 pub struct SettingInfo {
     pub key: String,
@@ -16,8 +22,7 @@ pub struct SettingInfo {
     pub scale: f64,
     pub low: f64,
     pub high: f64,
-    /// `real`, `whole`, `switch` or `choice`.
-    pub kind: String,
+    pub kind: SettingKind,
     pub choices: Vec<String>,
     pub at_once: bool,
     pub is_basic: bool,
@@ -32,50 +37,47 @@ pub struct SettingInfo {
 }
 
 /// A preset; see `Preset` of the core.
-#[wasm_bindgen(getter_with_clone)]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[expect(missing_docs, reason = "names as in `Preset` of the core")]
 pub struct PresetInfo {
     pub group: String,
     pub name: String,
     pub meaning: String,
-    pub keys: Vec<String>,
-    pub values: Vec<f64>,
+    pub values: SettingValues,
 }
 
-/// No source of that name.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no source `{0}`")]
-pub(crate) struct UnknownSource(String);
+impl From<&Preset> for PresetInfo {
+    fn from(preset: &Preset) -> Self {
+        Self {
+            group: preset.group.to_owned(),
+            name: preset.name.to_owned(),
+            meaning: preset.meaning.to_owned(),
+            values: preset.values.iter().copied().collect(),
+        }
+    }
+}
 
-/// All settings for a run fed by this source (`sim`, `replay` or `bridge`), with this method and sensor, changed as given.
-///
-/// # Errors    A sentence on a source, a method, a sensor or a setting that does not exist.
 #[wasm_bindgen]
-#[allow(
-    clippy::needless_pass_by_value,
-    reason = "lists of text cross the border by value only"
-)]
-pub fn setting_list(
-    source: &str,
-    method: &str,
-    sensor: &str,
-    keys: Vec<String>,
-    values: Vec<f64>,
-) -> Result<Vec<SettingInfo>, JsError> {
-    let row = Source::ALL.iter().find(|(name, ..)| *name == source);
-    let (_, source, _) = *row.ok_or_else(|| UnknownSource(source.to_owned()))?;
-    let scope = Scope {
-        source,
-        method: method.parse()?,
-    };
-    let kind: SensorKind = sensor.parse()?;
-    let defaults = Settings::of(kind.model(), &RobotKind::default().model());
-    let mut settings = defaults.clone();
-    let changes = keys.iter().map(String::as_str);
-    settings.take(&scope, changes.zip(values.iter().copied()))?;
-    let info = |setting: &Setting| info(setting, &defaults, &settings, &scope);
-    Ok(table().map(info).collect())
+impl WebRun {
+    /// All settings of this run, changed as given. Their defaults are those of its robot and sensor.
+    ///
+    /// # Errors    A sentence on a setting that does not exist or cannot be so.
+    pub fn settings(&self, changes: &Ts<SettingValues>) -> Result<Vec<Ts<SettingInfo>>, WebError> {
+        let (source, defaults) = match &self.source {
+            Source::Simulation(sim) => (SettingSource::Simulation, sim.defaults.clone()),
+            Source::Recording(replay) => (SettingSource::Recording, replay.log().settings()),
+            Source::Live(behind) => (SettingSource::Live, behind.live.defaults()),
+        };
+        let scope = Scope {
+            source,
+            method: self.session().slam().method(),
+        };
+        let mut settings = defaults.clone();
+        settings.take(&scope, changes.to_rust()?.pairs())?;
+        table()
+            .map(|setting| typed(&info(setting, &defaults, &settings, &scope)))
+            .collect()
+    }
 }
 
 fn info(setting: &Setting, defaults: &Settings, settings: &Settings, scope: &Scope) -> SettingInfo {
@@ -94,13 +96,7 @@ fn info(setting: &Setting, defaults: &Settings, settings: &Settings, scope: &Sco
         scale: setting.unit.scale,
         low: setting.range[0],
         high: setting.range[1],
-        kind: match setting.kind {
-            Kind::Real => "real",
-            Kind::Whole => "whole",
-            Kind::Switch => "switch",
-            Kind::Choice(_) => "choice",
-        }
-        .to_owned(),
+        kind: (&setting.kind).into(),
         choices: titles.iter().map(|named| named.title.to_owned()).collect(),
         at_once: setting.acts == Acts::AtOnce,
         is_basic: setting.is_basic,
@@ -126,22 +122,4 @@ fn needs_of(setting: &Setting) -> (&'static str, Vec<f64>) {
             (key, needed.map(|(_, at)| f64::from(at)).collect())
         }
     }
-}
-
-/// All presets.
-#[wasm_bindgen]
-#[must_use]
-pub fn preset_list() -> Vec<PresetInfo> {
-    let info = |preset: &slamlab_core::settings::Preset| PresetInfo {
-        group: preset.group.to_owned(),
-        name: preset.name.to_owned(),
-        meaning: preset.meaning.to_owned(),
-        keys: preset
-            .values
-            .iter()
-            .map(|(key, _)| (*key).to_owned())
-            .collect(),
-        values: preset.values.iter().map(|(_, value)| *value).collect(),
-    };
-    PRESETS.iter().map(info).collect()
 }

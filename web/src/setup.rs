@@ -55,7 +55,7 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// The run that it describes, and its settings.
+    /// The run that it describes, and the settings before its changes.
     ///
     /// # Errors    A sentence on the first thing that cannot be.
     pub(crate) fn read(&self) -> Result<(ExperimentConfig, Settings), WebError> {
@@ -63,7 +63,6 @@ impl Setup {
         let sensor: SensorKind = self.sensor.parse()?;
         let robot = world.robot.model();
         let mut settings = Settings::of(sensor.model(), &robot);
-        self.settings.apply_to(&mut settings)?;
         if let Some(pairs) = &self.calibration {
             let SensorModel::Rangers(rangers) = &mut settings.sensor else {
                 return Err(SetupError::Calibration.into());
@@ -71,6 +70,8 @@ impl Setup {
             rangers.variable = pairs.variable.into();
             rangers.calibration = calibration::fit(pairs.text.as_bytes(), rangers.variable)?.0;
         }
+        let defaults = settings.clone();
+        self.settings.apply_to(&mut settings)?;
         let mut config = ExperimentConfig::of(&settings, world, robot, u64::from(self.seed));
         config.method = self.method.into();
         config.mode = match self.mode {
@@ -82,7 +83,7 @@ impl Setup {
         if let Some(known) = &self.known {
             config.slam.prior_map = known.into();
         }
-        Ok((config, settings))
+        Ok((config, defaults))
     }
 
     fn load_world(&self) -> Result<World, WebError> {

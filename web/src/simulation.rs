@@ -20,10 +20,10 @@ impl WebRun {
     ///
     /// # Errors    A sentence on the first thing that cannot be.
     pub fn simulate(setup: &Ts<Setup>) -> Result<Self, WebError> {
-        let (config, settings) = setup.to_rust()?.read()?;
+        let (config, defaults) = setup.to_rust()?.read()?;
         let source = Source::Simulation(Box::new(Simulated {
             experiment: Experiment::new(config)?,
-            settings,
+            defaults,
             area: OnceCell::new(),
         }));
         Ok(Self { source })
@@ -140,11 +140,9 @@ impl Simulated {
     }
 
     pub(crate) fn configure(&mut self, values: &SettingValues) -> Result<(), WebError> {
-        let mut settings = self.settings.clone();
+        let mut settings = self.defaults.clone();
         values.apply_to(&mut settings)?;
-        self.experiment.reconfigure(&settings)?;
-        self.settings = settings;
-        Ok(())
+        Ok(self.experiment.reconfigure(&settings)?)
     }
 
     fn doors(&self) -> Vec<f32> {

@@ -8,7 +8,7 @@ use slamlab_core::session::Session;
 use slamlab_core::slam::PriorMapFit;
 use tsify::Tsify;
 
-use crate::border::{DiagnosisName, Level, Mode, PlannerName, TaskState};
+use crate::border::{DiagnosisName, Level, Mode, TaskState};
 
 /// The numbers of the moment; poses in the map frame, m and rad. NaN where the source knows none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
@@ -103,8 +103,8 @@ pub struct Task {
     pub level: Level,
     /// The same in words.
     pub text: String,
-    /// Which planner found the path.
-    pub planner: Option<PlannerName>,
+    /// What found the path, as a part of a sentence.
+    pub planner: Option<String>,
 }
 
 impl Task {
@@ -124,7 +124,7 @@ impl Task {
             state,
             level,
             text: status.to_string(),
-            planner: pilot.planner().as_ref().map(Into::into),
+            planner: pilot.planner().map(|planner| planner.title().to_owned()),
         }
     }
 }

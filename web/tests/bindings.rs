@@ -8,8 +8,8 @@ use slamlab_core::robot::RobotModel;
 use slamlab_core::sim::{SensorModel, worlds};
 use slamlab_web::{
     BenchResponse, BenchTrial, ErrorKind, FieldChange, FieldName as Field, Inspection, MethodName,
-    Mode as ModeName, ReplaySetup, RunStatus, SavedFile, SavedKind, SettingValues, Setup, SlamView,
-    Verdict, WebError, WebLogReader, WebRun,
+    Mode as ModeName, Offer, ReplaySetup, RunStatus, SavedFile, SavedKind, SettingInfo,
+    SettingValues, Setup, SlamView, Verdict, WebError, WebLogReader, WebRun,
 };
 use tsify::{Ts, Tsify};
 use wasm_bindgen::JsValue;
@@ -71,21 +71,72 @@ fn step(run: &mut WebRun) {
 
 #[wasm_bindgen_test]
 fn every_name_that_the_page_offers_begins_a_run() {
-    for name in slamlab_web::world_names() {
+    let offer: Offer = rust(slamlab_web::offer());
+    assert!(offer.worlds.len() > 5 && offer.sensors.len() > 3 && offer.methods.len() > 2);
+    for name in offer.worlds {
         // A run in `campus` takes a while to begin; the core's tests build it.
         if name != "campus" {
             experiment(&name, None).expect("a built-in world");
         }
     }
-    let names = slamlab_web::sensor_names();
-    assert!(names.len() >= 8 && names.len().is_multiple_of(2));
-    for name in names.iter().step_by(2) {
+    for sensor in offer.sensors {
         let setup = Setup {
-            sensor: name.clone(),
+            sensor: sensor.name.clone(),
             ..setup("arena", None)
         };
-        assert!(begin(&setup).is_ok(), "{name}");
+        assert!(begin(&setup).is_ok(), "{}", sensor.name);
     }
+    for method in offer.methods {
+        let setup = Setup {
+            method: method.name,
+            ..setup("arena", None)
+        };
+        assert!(begin(&setup).is_ok(), "{}", method.title);
+    }
+}
+
+/// Metres from the wall at which a robot comes to stand that is driven at it by hand.
+fn room_ahead(run: &mut WebRun) -> f64 {
+    run.drive(1.0, 0.0);
+    for _ in 0..200 {
+        step(run);
+    }
+    rust(run.status()).x
+}
+
+#[wasm_bindgen_test]
+fn a_setting_that_goes_back_to_its_default_acts_on_the_run() {
+    let wide: SettingValues = [("pilot.gap", 0.5)].into_iter().collect();
+    let at = |changes: &[&SettingValues]| {
+        let mut run = experiment("arena", None).expect("a built-in world");
+        run.manual();
+        for changes in changes {
+            run.configure(&ts(*changes)).map_err(words).expect("a gap");
+        }
+        room_ahead(&mut run)
+    };
+    let usual = at(&[]);
+    assert!(at(&[&wide]) < usual - 0.3);
+    assert_eq!(at(&[&wide, &SettingValues::default()]), usual);
+}
+
+#[wasm_bindgen_test]
+fn settings_are_listed_as_they_are_for_the_run() {
+    let listed = |sensor: &str| {
+        let setup = Setup {
+            sensor: sensor.to_owned(),
+            ..setup("arena", None)
+        };
+        let run = begin(&setup).expect("a sensor");
+        let none = ts(&SettingValues::default());
+        let settings = run.settings(&none).map_err(words).expect("a list");
+        let rust = |setting: Ts<SettingInfo>| setting.to_rust().expect("a setting");
+        let mut settings = settings.into_iter().map(rust);
+        let hit = settings.find(|setting| setting.key == "grid.hit");
+        hit.expect("a row of the table").default
+    };
+    // Rangers see each cell a few times at most: a hit counts more.
+    assert!(listed("rangers") > listed("lidar"));
 }
 
 #[wasm_bindgen_test]

@@ -85,10 +85,9 @@ export class Client {
     this.#list();
   }
 
-  /** Asks what the settings are in this run. A robot's own sensor is none of the simulator's. */
+  /** Asks what the settings are in this run. */
   #list(): void {
-    const { source, method, setup } = this.#store;
-    this.send({ kind: "settings", source, method, sensor: source === "sim" ? setup.sensor : "lidar", settings: setup.settings });
+    this.send({ kind: "settings", settings: this.#store.setup.settings });
   }
 
   /** Uses the settings fitted to a drive in place of earlier ones; null: the robot's own calibration again. A recording is mapped again. */
@@ -333,7 +332,7 @@ export class Client {
     const store = this.#store;
     switch (answer.kind) {
       case "ready":
-        store.set("run", { worlds: answer.worlds, sensors: answer.sensors, devices: answer.devices, presets: answer.presets, dataSheet: answer.dataSheet });
+        store.set("run", { offer: answer });
         this.#ports.prepare();
         break;
       case "started":

@@ -5,10 +5,8 @@
 // All geometry is in the map frame (m, rad, x forward and y left of the robot's start pose), also the truth.
 
 import type { BridgeState } from "./protocol/devices.js";
-import type { DeviceKind } from "./protocol/module.js";
 import type { Frame } from "./protocol/frame.js";
-import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, KnownFile, KnownMap, Level, MethodName, Pairs, PresetFile, SavedFile, SavedKind, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind } from "./protocol/module.js";
-import type { Named, Preset, Setting } from "./protocol/setup.js";
+import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, KnownFile, KnownMap, Level, MethodName, Offer, Pairs, PresetFile, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind } from "./protocol/module.js";
 
 /** A file as it was dropped or chosen. */
 export interface GivenBytes {
@@ -59,8 +57,8 @@ export type Command =
   | { kind: "stage" }
   /** All settings that differ from their defaults, of every source: those that act at once do. */
   | { kind: "configure"; settings: SettingValues }
-  /** All settings of a run with this source, method and sensor, with these changes. */
-  | { kind: "settings"; source: SourceKind; method: MethodName; sensor: string; settings: SettingValues }
+  /** Asks for all settings of this run, with these changes. */
+  | { kind: "settings"; settings: SettingValues }
   | { kind: "calibrate"; pairs: Pairs }
   /** σ(ρ) from a log's scans taken standing, or from those of a simulated robot that stands. */
   | { kind: "sigma"; growth: GrowthName }
@@ -108,8 +106,8 @@ export const SAVED: Readonly<Record<SavedKind, string>> = {
 };
 
 export type Answer =
-  /** The module is there, with these worlds, sensors and devices. */
-  | { kind: "ready"; worlds: string[]; sensors: Named[]; devices: DeviceKind[]; presets: Preset[]; dataSheet: string }
+  /** The module is there, and this can be chosen. */
+  | ({ kind: "ready" } & Offer)
   | { kind: "started"; run: number; source: SourceKind; title: string; method: MethodName; setup: Setup | null; playing: boolean }
   | Frame
   /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands still meanwhile. */
@@ -124,7 +122,7 @@ export type Answer =
   | { kind: "event"; run: number; time: number; level: Level; text: string; topic?: string; alert?: boolean }
   | { kind: "saved"; files: SavedFile[] }
   | { kind: "bench"; response: BenchResponse }
-  | { kind: "settings"; settings: Setting[] }
+  | { kind: "settings"; settings: SettingInfo[] }
   /** A calibration, or what is wrong with the pairs. */
   | { kind: "calibrated"; calibration: Calibration | null; error: string }
   /** An estimate, or why there is none. */

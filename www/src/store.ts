@@ -4,9 +4,8 @@ import type { ReactiveController, ReactiveControllerHost } from "lit";
 import { type BenchResponse, type Calibration, type ContestState, type Cycle, type DriveFit, type Ground, type Inspection, type MethodName, type Rooms, type Setup, type SigmaCurve, type SourceKind, TWIN_STRIDE, type Level } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import type { BridgeState } from "./protocol/devices.js";
-import type { DeviceKind } from "./protocol/module.js";
+import type { Offer, SettingInfo } from "./protocol/module.js";
 import type { Frame, Status } from "./protocol/frame.js";
-import type { Named, Preset, Setting } from "./protocol/setup.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import type { GridView } from "./view/tiles.js";
 import { History } from "./history.js";
@@ -71,19 +70,13 @@ export class Store {
   /** World that is being loaded; empty when none is. */
   loading = "";
   speed = 4;
-  /** What the module offers; empty until it is there. */
-  worlds: string[] = [];
-  sensors: Named[] = [];
-  /** What can stand at a serial port of this computer. */
-  devices: DeviceKind[] = [];
+  /** What can be chosen; empty until the module is there. */
+  offer: Offer = { worlds: [], sensors: [], methods: [], devices: [], presets: [], dataSheet: "" };
   setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore", cycle: false, settings: {}, calibration: null, known: null };
   /** What the present run was started from: settings that wait for a restart differ. */
   started: Setup = this.setup;
   /** All settings, with what each is in this run. */
-  settings: Setting[] = [];
-  presets: Preset[] = [];
-  /** Calibration pairs of the simulated rangers' data sheet, as text. */
-  dataSheet = "";
+  settings: SettingInfo[] = [];
   calibration: { fit: Calibration | null; error: string } = { fit: null, error: "" };
   sigma: { curve: SigmaCurve | null; error: string } = { curve: null, error: "" };
   /** The fit of the drive, and what of it is in use. */

@@ -1,9 +1,8 @@
 // Runs the core for the page: with local_bridge.ts the only file that starts the WebAssembly module. Each command of the page has one handler.
 
-import init, { WebRun, data_sheet, device_kinds, sensor_names, world_names } from "../pkg/slamlab_web.js";
+import init, { WebRun, offer } from "../pkg/slamlab_web.js";
 import { fail, post } from "./answer.js";
 import type { Command, Handlers } from "./protocol.js";
-import type { Named } from "./protocol/setup.js";
 import { CableLink } from "./source/cable.js";
 import { Conversation, type ConversationSetup, type Wire } from "./source/conversation.js";
 import { BridgeLink } from "./source/bridge_link.js";
@@ -12,7 +11,6 @@ import { Player, SLICE_MILLIS } from "./source/player.js";
 import { given, questions } from "./source/questions.js";
 import { LogReading } from "./source/reading.js";
 import { Run } from "./source/run.js";
-import { presets } from "./source/settings.js";
 
 /** Steps within which a simulated sensor surely scans. */
 const MOST_STEPS = 400;
@@ -163,12 +161,6 @@ self.onmessage = async (event: MessageEvent<Command>) => {
   }
 };
 
-/** Names and titles come from the module one after the other. */
-function sensors(): Named[] {
-  const names = sensor_names();
-  return names.flatMap((name, i) => (i % 2 === 0 ? [{ name, title: names[i + 1] ?? name }] : []));
-}
-
-module.then(() => post({ kind: "ready", worlds: world_names(), sensors: sensors(), devices: device_kinds(), presets: presets(), dataSheet: data_sheet() }), (error: unknown) => {
+module.then(() => post({ kind: "ready", ...offer() }), (error: unknown) => {
   fail(new Error(`The simulator could not be loaded: ${error instanceof Error ? error.message : String(error)}. Reload the page.`));
 });

@@ -294,8 +294,13 @@ fn a_lidar_behind_a_bridge_drives_by_the_cycle_when_asked_to() {
         })
         .collect();
     // Turns and legs, as for a sensor that scans on command; its own is not commanded to scan.
-    assert!(driven.iter().any(|motion| matches!(motion, Motion::Forward(_))));
-    let is_continuous = |motion: &&&Motion| matches!(motion, Motion::Velocity { .. } | Motion::Scan);
+    assert!(
+        driven
+            .iter()
+            .any(|motion| matches!(motion, Motion::Forward(_)))
+    );
+    let is_continuous =
+        |motion: &&&Motion| matches!(motion, Motion::Velocity { .. } | Motion::Scan);
     assert_eq!(driven.iter().find(is_continuous), None);
     let stages = live.session().stages();
     for (name, stage) in crate::pilot::Stage::ALL {

@@ -64,10 +64,10 @@ impl Planner {
         ("a-star", Self::AStar, "A*"),
         ("theta-star", Self::ThetaStar, "Theta*"),
         ("rooms", Self::Rooms, "rooms, then Theta*"),
-        ("straight", Self::Straight, "a straight line"),
-        ("visibility", Self::Visibility, "the visibility graph"),
-        ("outline", Self::Outline, "the outline's turns and steps"),
-        ("wavefront", Self::Wavefront, "a wave over the grid"),
+        ("straight", Self::Straight, "straight line"),
+        ("visibility", Self::Visibility, "visibility graph"),
+        ("outline", Self::Outline, "outline, turns and steps"),
+        ("wavefront", Self::Wavefront, "wavefront"),
     ];
     /// How many of them can be chosen to look for a path; the others find one in special cases.
     pub const CHOOSABLE: usize = 7;
@@ -78,7 +78,7 @@ impl Planner {
         self.words().0
     }
 
-    /// What a person calls it, as a part of a sentence.
+    /// What a person calls it.
     #[must_use]
     pub fn title(self) -> &'static str {
         self.words().1

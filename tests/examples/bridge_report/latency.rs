@@ -56,7 +56,10 @@ async fn measure(watchers: usize) -> Value {
     let bridge = Bridge::start(config).await;
     let (mut others, received) = (Vec::new(), Arc::new(AtomicU64::new(0)));
     for _ in 0..watchers {
-        others.push(tokio::spawn(watch(bridge.watcher().await, received.clone())));
+        others.push(tokio::spawn(watch(
+            bridge.watcher().await,
+            received.clone(),
+        )));
     }
     let mut client = bridge.watcher().await;
     received.store(0, Ordering::Relaxed);
@@ -73,8 +76,8 @@ async fn measure(watchers: usize) -> Value {
             took.push(sent.elapsed());
         }
     }
-    let rate =
-        (received.load(Ordering::Relaxed) + took.len() as u64) as f64 / start.elapsed().as_secs_f64();
+    let rate = (received.load(Ordering::Relaxed) + took.len() as u64) as f64
+        / start.elapsed().as_secs_f64();
     bridge.stop().await;
     for other in others {
         other.await.unwrap();

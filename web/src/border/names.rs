@@ -2,9 +2,10 @@
 
 use slamlab_core::estimation::Rejection;
 
-/// Types of the page with the names of their variants; `of` a type of the core they follow it, variant by variant.
+/// Types of the page with the names of their variants. `of` a type of the core they follow it, variant by variant; with `=`
+/// they are converted back too.
 macro_rules! names {
-    ($($(#[$doc:meta])* $name:ident $(of $core:path)? { $($variant:ident = $word:literal),+ $(,)? })+) => { $(
+    ($($(#[$doc:meta])* $name:ident $(of $core:path)? $(= $same:path)? { $($variant:ident = $word:literal),+ $(,)? })+) => { $(
         $(#[$doc])*
         #[derive(
             Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, tsify::Tsify,
@@ -23,7 +24,8 @@ macro_rules! names {
             }
         }
 
-        names!(@from $name $($core)? { $($variant),+ });
+        names!(@from $name $($core)? $($same)? { $($variant),+ });
+        names!(@into $name $($same)? { $($variant),+ });
     )+ };
     (@from $name:ident { $($variant:ident),+ }) => {};
     (@from $name:ident $core:path { $($variant:ident),+ }) => {
@@ -32,6 +34,17 @@ macro_rules! names {
             impl From<&Core> for $name {
                 fn from(core: &Core) -> Self {
                     match core { $(Core::$variant { .. } => Self::$variant),+ }
+                }
+            }
+        };
+    };
+    (@into $name:ident { $($variant:ident),+ }) => {};
+    (@into $name:ident $core:path { $($variant:ident),+ }) => {
+        const _: () = {
+            use $core as Core;
+            impl From<$name> for Core {
+                fn from(name: $name) -> Self {
+                    match name { $($name::$variant => Self::$variant),+ }
                 }
             }
         };
@@ -56,14 +69,8 @@ names! {
     /// How grave a notice is: `good` is what somebody waited for.
     Level { Info = "info", Good = "good", Warn = "warn" }
     /// A way to do SLAM.
-    MethodName of slamlab_core::slam::Method {
+    MethodName = slamlab_core::slam::Method {
         Odometry = "odometry", LineEkf = "line-ekf", ScanMatching = "scan-matching", PriorMap = "known-map",
-    }
-    /// A planner.
-    PlannerName of slamlab_core::plan::Planner {
-        Straight = "straight", Rrt = "rrt", RrtConnect = "rrt-connect", RrtStar = "rrt-star",
-        InformedRrtStar = "informed-rrt-star", AStar = "a-star", ThetaStar = "theta-star", Rooms = "rooms",
-        Visibility = "visibility", Outline = "outline", Wavefront = "wavefront",
     }
     /// Why there is no path.
     NoPathKind of slamlab_core::plan::NoPath {
@@ -91,9 +98,9 @@ names! {
     /// What a region of the topological map is.
     RegionName of slamlab_core::map::RegionKind { Room = "room", Corridor = "corridor" }
     /// How σ of the range grows with the range.
-    GrowthName of slamlab_core::points::Growth { Linear = "linear", Square = "square" }
+    GrowthName = slamlab_core::points::Growth { Linear = "linear", Square = "square" }
     /// What a ranger's characteristic is a polynomial of.
-    VariableName of slamlab_core::robot::Variable { Volts = "volts", PerVolt = "per-volt" }
+    VariableName = slamlab_core::robot::Variable { Volts = "volts", PerVolt = "per-volt" }
     /// How a device is.
     DeviceStateName of slamlab_core::wire::message::DeviceState {
         Waiting = "waiting", Connected = "connected", Measuring = "measuring", Sending = "sending", Fault = "fault",
@@ -105,6 +112,8 @@ names! {
         Silence = "silence", Bumper = "bumper", Battery = "battery", Stall = "stall", Runaway = "runaway",
         Shutdown = "shutdown",
     }
+    /// What the number of a setting is: any, a whole one, off or on, the place in a list.
+    SettingKind of slamlab_core::settings::Kind { Real = "real", Whole = "whole", Switch = "switch", Choice = "choice" }
     /// What can be saved.
     SavedKind {
         Map = "map", MapScale = "map-scale", MapRaw = "map-raw", OgMap = "og-map", Plan = "plan", Rooms = "rooms",
@@ -125,35 +134,6 @@ impl From<&slamlab_core::estimation::Verdict> for Verdict {
                 Rejection::Seam => Self::Seam,
                 Rejection::Singular => Self::Singular,
             },
-        }
-    }
-}
-
-impl From<MethodName> for slamlab_core::slam::Method {
-    fn from(name: MethodName) -> Self {
-        match name {
-            MethodName::Odometry => Self::Odometry,
-            MethodName::LineEkf => Self::LineEkf,
-            MethodName::ScanMatching => Self::ScanMatching,
-            MethodName::PriorMap => Self::PriorMap,
-        }
-    }
-}
-
-impl From<GrowthName> for slamlab_core::points::Growth {
-    fn from(name: GrowthName) -> Self {
-        match name {
-            GrowthName::Linear => Self::Linear,
-            GrowthName::Square => Self::Square,
-        }
-    }
-}
-
-impl From<VariableName> for slamlab_core::robot::Variable {
-    fn from(name: VariableName) -> Self {
-        match name {
-            VariableName::Volts => Self::Volts,
-            VariableName::PerVolt => Self::PerVolt,
         }
     }
 }

@@ -17,8 +17,11 @@ impl SettingValues {
     ///
     /// # Errors    [`SettingError`] for a key that does not exist, and a number out of range.
     pub(crate) fn apply_to(&self, settings: &mut Settings) -> Result<(), SettingError> {
-        let pairs = self.0.iter();
-        settings.set_present(pairs.map(|(key, value)| (key.as_str(), *value)))
+        settings.set_present(self.pairs())
+    }
+
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.0.iter().map(|(key, value)| (key.as_str(), *value))
     }
 }
 

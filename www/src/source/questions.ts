@@ -6,7 +6,6 @@ import type { GivenBytes, Handlers } from "../protocol.js";
 import type { DriveFit, GivenFile, SavedFile } from "../protocol/module.js";
 import { ContestRunner } from "./contest.js";
 import type { Player } from "./player.js";
-import { settingsOf } from "./settings.js";
 
 type Questions = Pick<Handlers, "settings" | "calibrate" | "sigma" | "fit" | "preset" | "bench" | "save" | "build" | "know" | "contest" | "contest-watch" | "contest-stop">;
 
@@ -23,7 +22,10 @@ export function questions(player: Player): Questions {
   };
 
   return {
-    settings: ({ source, method, sensor, settings }) => post({ kind: "settings", settings: settingsOf(source, method, sensor, settings) }),
+    settings: ({ settings }) => {
+      const { run } = player;
+      if (run) post({ kind: "settings", settings: run.settings(settings) });
+    },
     calibrate: ({ pairs }) => post({ kind: "calibrated", ...attempt("calibration", () => calibrate(pairs)) }),
     sigma: ({ growth }) => {
       const { run } = player;

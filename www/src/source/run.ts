@@ -1,7 +1,7 @@
 // One run, whatever feeds it: a simulation and a recording are stepped, a live robot is fed by its link.
 
 import type { Change, Requested, Status } from "../protocol/frame.js";
-import type { BenchResponse, BenchTrial, ContestAsk, DriveFit, FieldName, GrowthName, Inspection, KnownFile, MethodName, Rooms, RunStatus, SavedFile, SavedKind, SettingValues, SigmaCurve, SourceKind, WebContest, WebRun } from "../protocol/module.js";
+import type { BenchResponse, BenchTrial, ContestAsk, DriveFit, FieldName, GrowthName, Inspection, KnownFile, MethodName, Rooms, RunStatus, SavedFile, SavedKind, SettingInfo, SettingValues, SigmaCurve, SourceKind, WebContest, WebRun } from "../protocol/module.js";
 import { sampleOf, turnBetween } from "../protocol/sample.js";
 import { Changes } from "./changes.js";
 import { Slow } from "./feeds.js";
@@ -101,6 +101,11 @@ export class Run implements RunFacts {
 
   stop(): void {
     this.command((module) => module.stop(micros()), "Stop");
+  }
+
+  /** All settings of this run, with these changes. */
+  settings(changes: SettingValues): SettingInfo[] {
+    return this.module.settings(changes);
   }
 
   configure(settings: SettingValues): void {

@@ -1,6 +1,5 @@
 // Writes what happens in a run to its log: goals, how tasks end, what was explored, touched, merged or closed. The same for every source.
 
-import { plannerTitle } from "../planners.js";
 import type { Level, RunStatus, WebRun } from "../protocol/module.js";
 
 export interface Note {
@@ -91,7 +90,7 @@ export class Story {
     if (goal === this.#goal) return;
     this.#goal = goal;
     if (goal === "" || !s.task) return;
-    const by = s.task.planner ? `, way found by ${plannerTitle(s.task.planner)}` : "";
+    const by = s.task.planner ? `, path by ${s.task.planner}` : "";
     if (s.task.state === "homeward") {
       this.note("info", `All is explored: drives home to ${goal}${by}`, `home ${this.#tasks}`);
       return;

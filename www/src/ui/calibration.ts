@@ -58,7 +58,7 @@ export class SlamCalibration extends SlamElement {
           <option value="volts" .selected=${pairs.variable === "volts"}>in V</option>
         </select>
         <label class="file"><input type="file" accept=".csv,.txt,.tsv" data-testid="pairs-file" aria-label="Pairs from a file" @change=${this.#file}><span class="button">${icons.open} CSV…</span></label>
-        <button @click=${() => this.#change({ text: store.dataSheet })} title="The pairs of the data sheet, which the simulation uses">Data sheet</button>
+        <button @click=${() => this.#change({ text: store.offer.dataSheet })} title="The pairs of the data sheet, which the simulation uses">Data sheet</button>
       </div>
       <div id="verdict" aria-live="polite">${error ? html`<p class="bad" role="alert" data-testid="calibration-error">${error}</p>` : fit ? this.#verdict(fit) : ""}</div>
       <div ?hidden=${!fit || error !== ""}>
@@ -117,7 +117,7 @@ export class SlamCalibration extends SlamElement {
   }
 
   get #now(): Pairs {
-    return this.#pairs ?? this.store.setup.calibration ?? { text: this.store.dataSheet, variable: "per-volt" };
+    return this.#pairs ?? this.store.setup.calibration ?? { text: this.store.offer.dataSheet, variable: "per-volt" };
   }
 
   #toggle(event: Event): void {

@@ -1,7 +1,7 @@
 // One sentence on what is happening.
 
 import type { Store } from "../store.js";
-import { clock, percent } from "./format.js";
+import { clock, percent, sentence } from "./format.js";
 
 export interface Caption {
   doing: string;
@@ -40,8 +40,4 @@ export function caption(store: Store): Caption {
 /** What steers: a thumb has no keys. */
 function byHand(): string {
   return matchMedia("(pointer: coarse)").matches ? "by the stick" : "arrow keys, WASD or the stick";
-}
-
-function sentence(text: string): string {
-  return text.charAt(0).toUpperCase() + text.slice(1);
 }

@@ -3,12 +3,11 @@
 import { css, html, nothing, type TemplateResult, unsafeCSS } from "lit";
 import uPlot from "uplot";
 import plotCss from "uplot/dist/uPlot.min.css";
-import { plannerLabel } from "../planners.js";
 import type { ContestState, Entrant, Ground, NoPathKind } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { CONTEST_COLOURS } from "../view/layers/contest.js";
 import { SlamElement } from "./element.js";
-import { fixed } from "./format.js";
+import { fixed, sentence } from "./format.js";
 import { icons } from "./icons.js";
 import { colourOf, numberAxes } from "./plot_style.js";
 import { shared } from "./style.js";
@@ -114,17 +113,17 @@ export class SlamContest extends SlamElement {
         <tbody>${entrants.map((entrant, row) => this.#row(entrant, row, row === found.watched))}</tbody>
       </table>
       ${entrants.some((e) => e.isStraight) ? html`<p data-testid="contest-straight">Nothing is in the way: the straight line is free.</p>` : nothing}
-      ${entrants.map(({ planner, leftRooms }) => leftRooms === null ? nothing : html`<p data-testid="contest-fallback">${plannerLabel(planner)} searched all cells: ${leftRooms}.</p>`)}
+      ${entrants.map(({ title, leftRooms }) => leftRooms === null ? nothing : html`<p data-testid="contest-fallback">${sentence(title)} searched all cells: ${leftRooms}.</p>`)}
       ${hasOutline ? html`<p data-testid="contest-outline-note">Outline plans for the robot's rectangle, all others for the disc around it, ${fixed(disc, 2)} m wide.</p>` : nothing}
       ${isOptimum || hasOutline || !Number.isFinite(found.shortest) ? nothing : html`<p>Without walls as lines there is no visibility graph: lengths are held against the shortest that was found.</p>`}`;
   }
 
-  #row({ planner, isOver, length, ratio, reason, seconds, iterations, tried }: Entrant, row: number, watched: boolean): TemplateResult {
+  #row({ planner, title, isOver, length, ratio, reason, seconds, iterations, tried }: Entrant, row: number, watched: boolean): TemplateResult {
     const outcome = Number.isFinite(length)
       ? html`<td>${fixed(length, 2)}</td><td>${fixed(ratio, 3)}</td>`
       : html`<td class="why" colspan="2" title=${reason?.text ?? ""}>${isOver || !this.store.contest.running ? (reason ? WHY[reason.kind] : "none found") : "looking…"}</td>`;
     return html`<tr class=${watched ? "watched" : ""} data-testid="contest-${planner}" data-over=${isOver} @click=${() => this.client.watch(row)}>
-      <td><button aria-pressed=${watched}><i class="swatch-${row}"></i>${plannerLabel(planner)}</button></td>
+      <td><button aria-pressed=${watched}><i class="swatch-${row}"></i>${sentence(title)}</button></td>
       ${outcome}<td class=${isOver ? "" : "time"}>${time(seconds)}</td><td class="iter">${count(iterations)}</td><td>${count(tried)}</td></tr>`;
   }
 

@@ -31,3 +31,8 @@ export function length(metres: number): { value: string; unit: string } {
   if (!Number.isFinite(metres)) return { value: DASH, unit: "" };
   return metres < 1 ? { value: fixed(metres * 100, 1), unit: "cm" } : { value: fixed(metres, 2), unit: "m" };
 }
+
+/** With a capital at its beginning. */
+export function sentence(text: string): string {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}

@@ -1,8 +1,7 @@
 // Every setting of the run, as the core's table has them: grouped, searched, with presets; changed at once or on restart.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import type { Preset, Setting } from "../protocol/setup.js";
-import type { SettingValues } from "../protocol/module.js";
+import type { PresetInfo, SettingInfo, SettingValues } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
@@ -76,8 +75,8 @@ export class SlamSettings extends SlamElement {
     `;
   }
 
-  #group(group: string, settings: readonly Setting[]): TemplateResult {
-    const presets = this.store.presets.filter((p) => p.group === group);
+  #group(group: string, settings: readonly SettingInfo[]): TemplateResult {
+    const presets = this.store.offer.presets.filter((p) => p.group === group);
     const changed = settings.filter((s) => s.key in this.store.setup.settings).length;
     return html`<details data-testid="settings-${group}" ?open=${this.#search !== ""}>
       <summary><span>${group}</span>${changed > 0 ? html`<span class="count">${changed} changed</span>` : ""}</summary>
@@ -86,7 +85,7 @@ export class SlamSettings extends SlamElement {
     </details>`;
   }
 
-  #row(s: Setting): TemplateResult {
+  #row(s: SettingInfo): TemplateResult {
     const { settings } = this.store.setup;
     const value = settings[s.key] ?? s.default;
     const differs = s.key in settings;
@@ -99,7 +98,7 @@ export class SlamSettings extends SlamElement {
     </div>`;
   }
 
-  #field(s: Setting, id: string, value: number): TemplateResult {
+  #field(s: SettingInfo, id: string, value: number): TemplateResult {
     if (s.kind === "switch") return html`<input id=${id} type="checkbox" data-testid=${id} .checked=${value !== 0} @change=${(e: Event) => this.#set(s, (e.target as HTMLInputElement).checked ? 1 : 0)}>`;
     if (s.kind === "choice") {
       return html`<select id=${id} data-testid=${id} @change=${(e: Event) => this.#set(s, Number((e.target as HTMLSelectElement).value))}>
@@ -110,7 +109,7 @@ export class SlamSettings extends SlamElement {
   }
 
   /** A number out of its range stays out of the run; the field says again what holds. */
-  #type(s: Setting, input: HTMLInputElement, before: number): void {
+  #type(s: SettingInfo, input: HTMLInputElement, before: number): void {
     const value = stored(s, Number(input.value || NaN));
     const fits = value >= s.low && value <= s.high && (s.kind !== "whole" || Number.isInteger(value));
     if (fits) return this.#set(s, value);
@@ -119,7 +118,7 @@ export class SlamSettings extends SlamElement {
     this.store.set("toast", { toast: { level: "warn", text: `${s.name} is ${kind} from ${range(s)}; it stays ${written(s, before)}.` } });
   }
 
-  #set(s: Setting, value: number): void {
+  #set(s: SettingInfo, value: number): void {
     const { [s.key]: _, ...others } = this.store.setup.settings;
     this.client.configure(this.#possible(value === s.default ? others : { ...others, [s.key]: value }));
   }
@@ -137,14 +136,14 @@ export class SlamSettings extends SlamElement {
     return Object.fromEntries(Object.entries(settings).filter(([key]) => holds(key)));
   }
 
-  #apply(preset: Preset): void {
+  #apply(preset: PresetInfo): void {
     const keys = new Set(this.store.settings.filter((s) => s.group === preset.group).map((s) => s.key));
     const others = Object.entries(this.store.setup.settings).filter(([key]) => !keys.has(key));
     this.client.configure(this.#possible({ ...Object.fromEntries(others), ...preset.values }));
   }
 
   /** Whether the group is set as the preset has it. */
-  #holds(preset: Preset): boolean {
+  #holds(preset: PresetInfo): boolean {
     const of = this.store.settings.filter((s) => s.group === preset.group);
     return of.every((s) => s.idle !== "" || (this.store.setup.settings[s.key] ?? s.default) === (preset.values[s.key] ?? s.default));
   }
@@ -156,7 +155,7 @@ export class SlamSettings extends SlamElement {
   }
 }
 
-function matches(s: Setting, search: string): boolean {
+function matches(s: SettingInfo, search: string): boolean {
   const all = `${s.group} ${s.name} ${s.unit} ${s.meaning} ${s.key}`.toLowerCase();
   return search.toLowerCase().split(/\s+/).every((word) => all.includes(word));
 }
@@ -166,18 +165,18 @@ function plain(value: number): string {
   return Number.isFinite(value) ? String(Number(value.toPrecision(7))) : "";
 }
 
-function written(s: Setting, value: number): string {
+function written(s: SettingInfo, value: number): string {
   if (s.kind === "choice") return s.choices[value] ?? "";
   if (s.kind === "switch") return value === 0 ? "off" : "on";
   return `${Number((s.scale * value).toPrecision(4))}${s.unit ? ` ${s.unit}` : ""}`;
 }
 
-function range(s: Setting): string {
+function range(s: SettingInfo): string {
   return `${plain(s.scale * s.low)} to ${plain(s.scale * s.high)}${s.unit ? ` ${s.unit}` : ""}`;
 }
 
 /** The number to be stored for one as people read it; an end of the range as it is written is that end. */
-function stored(s: Setting, shown: number): number {
+function stored(s: SettingInfo, shown: number): number {
   const value = shown / s.scale;
   return [s.low, s.high, s.default].find((end) => plain(s.scale * end) === plain(shown)) ?? value;
 }

@@ -61,7 +61,7 @@ export class SlamSetup extends SlamElement {
   protected override readonly topics: readonly Topic[] = ["run"];
 
   override render(): TemplateResult {
-    const { setup, source, title, worlds, sensors } = this.store;
+    const { setup, source, title, offer: { worlds, sensors, methods } } = this.store;
     const own = setup.worldJson !== null;
     const recorded = source !== "sim";
     const { method } = this.store;
@@ -83,9 +83,7 @@ export class SlamSetup extends SlamElement {
         </label>
         <label>Method
           <select data-testid="method" @change=${(e: Event) => this.client.again(value(e) as MethodName)}>
-            <option value="line-ekf" .selected=${method === "line-ekf"}>Line EKF-SLAM</option>
-            <option value="scan-matching" .selected=${method === "scan-matching"}>Scan matching</option>
-            ${source === "sim" || setup.known ? html`<option value="known-map" .selected=${method === "known-map"}>Known map</option>` : ""}
+            ${methods.filter(({ name }) => name !== "known-map" || source === "sim" || setup.known).map(({ name, title, meaning }) => html`<option value=${name} title=${meaning} .selected=${method === name}>${title}</option>`)}
           </select>
         </label>
         ${recorded ? "" : html`<p class="wide about" data-testid="about-sensor">${SENSOR_WORDS[setup.sensor] ?? ""}${setup.calibration && setup.sensor === "rangers" ? html` <b>Own calibration.</b>` : ""}</p>`}
