@@ -9,8 +9,8 @@ use rand_chacha::ChaCha8Rng;
 use slamlab_core::geom::Pose2;
 use slamlab_core::map::{Grid, GridConfig, Topology, TopologyConfig};
 use slamlab_core::plan::{
-    FrontierConfig, GridSpace, Planner, Query, RouteConfig, RrtConfig, SegmentSpace, Unknown,
-    Wavefront, find_frontiers, plan_route, pull_tight, rect_around, shorten, solve,
+    FrontierConfig, GridSpace, Path, Planner, Query, RouteConfig, RrtConfig, Sampler, Search,
+    SegmentSpace, Unknown, Wavefront, find_frontiers, plan_route, pull_tight, rect_around, shorten,
 };
 use slamlab_core::points::{PointConfig, Points};
 use slamlab_core::sim::{SensorModel, Simulation, worlds};
@@ -85,10 +85,6 @@ fn over_walls(c: &mut Criterion) {
         start: world.start.position(),
         goal: world.start.position() + Vector2::new(13.0, 0.2),
     };
-    let config = RrtConfig {
-        max_iterations: 2000,
-        ..RrtConfig::default()
-    };
     for (name, planner) in [
         ("walls/rrt", Planner::Rrt),
         ("walls/rrt_connect", Planner::RrtConnect),
@@ -99,15 +95,13 @@ fn over_walls(c: &mut Criterion) {
         c.bench_function(name, |b| {
             let mut rng = ChaCha8Rng::seed_from_u64(1);
             b.iter(|| {
-                solve(planner, black_box(&space), query, &config, &mut rng)
-                    .path
-                    .is_ok()
+                let found = find(planner, black_box(&space), query, &mut rng);
+                found.is_some()
             });
         });
     }
     let mut rng = ChaCha8Rng::seed_from_u64(1);
-    let answer = solve(Planner::RrtConnect, &space, query, &config, &mut rng);
-    let Ok(path) = answer.path else {
+    let Some(path) = find(Planner::RrtConnect, &space, query, &mut rng) else {
         return;
     };
     c.bench_function("walls/shorten", |b| {
@@ -116,6 +110,19 @@ fn over_walls(c: &mut Criterion) {
     c.bench_function("walls/pull_tight", |b| {
         b.iter(|| pull_tight(black_box(&path), &space))
     });
+}
+
+/// The path after 2000 iterations at most.
+fn find(
+    planner: Planner,
+    space: &SegmentSpace,
+    query: Query,
+    rng: &mut ChaCha8Rng,
+) -> Option<Path> {
+    let sampler = || Sampler::anywhere(space);
+    let mut search = Search::new(planner, space, query, RrtConfig::default(), sampler).ok()?;
+    search.step(space, rng, 2000);
+    search.path()
 }
 
 criterion_group!(benches, plan, over_walls);

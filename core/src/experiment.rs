@@ -17,7 +17,7 @@ use crate::format::carmen::CarmenLog;
 use crate::geom::Pose2;
 use crate::hash::StateHash;
 use crate::pilot::{Mode, Stage};
-use crate::robot::{Command, OdometryCalibration, Robot, Scan};
+use crate::robot::{Command, OdometryCalibration, Scan};
 use crate::session::{Session, SessionConfig};
 use crate::settings::Settings;
 use crate::sim::{NoDoor, SimError, Simulation};

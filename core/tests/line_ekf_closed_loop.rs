@@ -13,7 +13,7 @@ use slamlab_core::features::{LineConfig, LineExtractor};
 use slamlab_core::geom::{Pose2, wrap};
 use slamlab_core::points::{PointConfig, Points};
 use slamlab_core::robot::{Command, RobotModel, TrackOdometry};
-use slamlab_core::sim::{SensorModel, Simulation, worlds};
+use slamlab_core::sim::{SensorModel, Simulation, TIME_STEP, worlds};
 
 #[path = "../examples/report/errand.rs"]
 mod errand;
@@ -74,13 +74,17 @@ fn run(
             }
         }
         steer(&mut sim, &mut route);
-        sim.advance(0.05);
+        let past: Vec<_> = (0..10)
+            .map(|_| {
+                sim.advance(TIME_STEP);
+                (sim.stamp(), sim.ticks(), sim.truth())
+            })
+            .collect();
         distance += (sim.truth().position() - last).norm();
         last = sim.truth().position();
         while let Some(scan) = sim.take_scan() {
-            let Some(ticks) = sim.ticks_at(scan.stamp) else {
-                continue;
-            };
+            // A revolution of the lidar ends with a step.
+            let (_, ticks, truth) = *past.iter().find(|(at, ..)| *at == scan.stamp).unwrap();
             let odometry = wheels.update(scan.stamp, ticks);
             slam.predict(&odometry).unwrap();
             dead_reckoned = dead_reckoned * odometry.motion;
@@ -102,7 +106,7 @@ fn run(
             );
             nis += report.nis;
             scans += 1;
-            let truth = start.inverse() * sim.truth_at(scan.stamp).unwrap();
+            let truth = start.inverse() * truth;
             if distance > 1.0
                 && let Some(value) = slam.estimate().nees(&truth)
             {

@@ -9,7 +9,7 @@
 
 use nalgebra::Matrix3;
 use slamlab_core::geom::Pose2;
-use slamlab_core::robot::{Command, Odometry, Robot, RobotModel, Scan};
+use slamlab_core::robot::{Command, Odometry, RobotModel, Scan};
 use slamlab_core::sim::{SensorModel, Simulation, worlds};
 use slamlab_core::slam::{Method, Slam, SlamConfig};
 

@@ -10,7 +10,7 @@
 use std::time::{Duration, Instant};
 
 use slamlab_core::format::world;
-use slamlab_core::robot::{Bumpers, Command, Robot};
+use slamlab_core::robot::{Bumpers, Command};
 use slamlab_core::sim::{
     SensorKind, SensorModel, SimError, Simulation, UnknownSensor, World, worlds,
 };
@@ -180,7 +180,7 @@ impl Life {
     fn step(&mut self) {
         self.simulation.advance(PERIOD.as_secs_f64());
         self.period += 1;
-        let odometry = Robot::odometry(&mut self.simulation);
+        let odometry = self.simulation.odometry();
         self.port.send(SourceEvent::Odometry(odometry));
         while let Some(scan) = self.simulation.take_scan() {
             self.port.send(SourceEvent::Scan(scan));

@@ -7,7 +7,7 @@ use crate::estimation::PriorLine;
 use crate::geom::{Pose2, Segment};
 use crate::pilot::{Finish, Status};
 use crate::replay::{Log, Replay};
-use crate::robot::{Command, Robot};
+use crate::robot::Command;
 use crate::sim::{SensorModel, Simulation, worlds};
 use crate::wire::message::{
     BridgeHello, CHALLENGE_BYTES, DisarmReason, Format, Header, Lease, ManoeuvreBody, Motion,
@@ -134,7 +134,7 @@ impl Bridge {
         }
         for _ in 0..5 {
             self.robot.advance(0.01);
-            let odometry = OdometryBody::new(0, &Robot::odometry(&mut self.robot));
+            let odometry = OdometryBody::new(0, &self.robot.odometry());
             self.tell(live, &FromBridge::Odometry(odometry));
             while let Some(scan) = self.robot.take_scan() {
                 self.tell(live, &FromBridge::Scan(ScanBody::new(0, &scan)));
@@ -517,7 +517,7 @@ fn a_new_connection_goes_on_in_the_old_map_without_the_right_to_drive() {
         bridge.robot.advance(0.01);
     }
     // What the robot did meanwhile is lost.
-    Robot::odometry(&mut bridge.robot);
+    bridge.robot.odometry();
     while bridge.robot.take_scan().is_some() {}
     bridge.greet(&mut live);
     for _ in 0..40 {
@@ -539,7 +539,7 @@ fn a_reading_that_cannot_be_is_told_and_left_out() {
     let (mut bridge, mut live) = (Bridge::new(SensorModel::lidar()), live());
     bridge.greet(&mut live);
     bridge.step(&mut live);
-    let mut body = OdometryBody::new(0, &Robot::odometry(&mut bridge.robot));
+    let mut body = OdometryBody::new(0, &bridge.robot.odometry());
     body.motion[0] = f64::NAN;
     let before = live.session().dead_reckoning();
     bridge.tell(&mut live, &FromBridge::Odometry(body));

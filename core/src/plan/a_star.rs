@@ -11,12 +11,13 @@
 //!
 //! Source: Hart, Nilsson & Raphael (1968), "A formal basis for the heuristic determination of minimum cost paths".
 
-use nalgebra::Point2;
+use rand::Rng;
 
 use super::cspace::ConfigSpace;
-use super::lattice::Lattice;
+use super::lattice::{Lattice, Trail};
 use super::path::Path;
 use super::query::Query;
+use super::search::Planning;
 use crate::geom::Segment;
 
 const STRAIGHT: u32 = 70;
@@ -26,39 +27,31 @@ const UNREACHED: u32 = u32::MAX;
 const BUCKETS: usize = 256;
 
 /// A search over cells, shortest way first.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct AStar {
-    lattice: Lattice,
-    ends: Option<(usize, usize)>,
+    trail: Trail,
     ways: Vec<u32>,
-    from: Vec<u32>,
     /// Cells and their ways, by the sum of way and rest.
     buckets: Vec<Vec<(u32, u32)>>,
     sum: u32,
     waiting: usize,
-    expanded: Vec<u32>,
-    is_found: bool,
 }
 
 impl AStar {
     /// Begins at the cell of the start.
     #[must_use]
     pub fn new(lattice: Lattice, query: &Query) -> Self {
-        let ends = lattice.ends(query);
         let mut search = Self {
             ways: vec![UNREACHED; lattice.len()],
-            from: vec![0; lattice.len()],
-            lattice,
-            ends,
+            trail: Trail::new(lattice, query),
             buckets: vec![vec![]; BUCKETS],
             sum: 0,
             waiting: 0,
-            expanded: vec![],
-            is_found: false,
         };
-        if let Some((start, goal)) = ends.filter(|&(start, _)| search.lattice.is_open(start)) {
+        if let Some((start, goal)) = search.trail.ends {
+            let lattice = &search.trail.lattice;
             search.ways[start] = 0;
-            search.sum = search.rest(start, goal);
+            search.sum = octile(lattice.place(start), lattice.place(goal));
             search.buckets[search.sum as usize % BUCKETS].push((start as u32, 0));
             search.waiting = 1;
         }
@@ -66,19 +59,19 @@ impl AStar {
     }
 
     /// Expands the next cell; `false` when the search is over.
-    pub fn iterate<S: ConfigSpace + ?Sized>(&mut self, space: &S) -> bool {
-        let Some((start, goal)) = self.ends.filter(|_| !self.is_found) else {
+    pub fn iterate(&mut self, space: &dyn ConfigSpace) -> bool {
+        let Some((start, goal)) = self.trail.ends.filter(|_| !self.trail.is_found) else {
             return false;
         };
         let Some(at) = self.next() else {
             return false;
         };
         if at == goal {
-            self.is_found = true;
+            self.trail.is_found = true;
             return false;
         }
         if at != start {
-            self.expanded.push(at as u32);
+            self.trail.expanded.push(at as u32);
         }
         self.expand(space, at, goal);
         true
@@ -99,62 +92,49 @@ impl AStar {
         None
     }
 
-    fn expand<S: ConfigSpace + ?Sized>(&mut self, space: &S, at: usize, goal: usize) {
+    fn expand(&mut self, space: &dyn ConfigSpace, at: usize, goal: usize) {
         let way = self.ways[at];
-        let (ways, from) = (&mut self.ways, &mut self.from);
-        let (buckets, waiting) = (&mut self.buckets, &mut self.waiting);
-        let goal_place = self.lattice.place(goal);
-        let lattice = &self.lattice;
+        let Trail { lattice, from, .. } = &mut self.trail;
+        let goal_place = lattice.place(goal);
         lattice.each_step(space, at, |to, is_diagonal| {
             let through = way + if is_diagonal { DIAGONAL } else { STRAIGHT };
-            if through < ways[to] {
-                ways[to] = through;
+            if through < self.ways[to] {
+                self.ways[to] = through;
                 from[to] = at as u32;
                 let sum = through + octile(lattice.place(to), goal_place);
-                buckets[sum as usize % BUCKETS].push((to as u32, through));
-                *waiting += 1;
+                self.buckets[sum as usize % BUCKETS].push((to as u32, through));
+                self.waiting += 1;
             }
         });
-    }
-
-    fn rest(&self, cell: usize, goal: usize) -> u32 {
-        octile(self.lattice.place(cell), self.lattice.place(goal))
-    }
-
-    /// Whether the goal was reached.
-    #[must_use]
-    pub fn is_found(&self) -> bool {
-        self.is_found
     }
 
     /// The path over corners of the way, if the goal was reached.
     #[must_use]
     pub fn path(&self) -> Option<Path> {
-        let (start, goal) = self.ends.filter(|_| self.is_found)?;
-        let mut cells = vec![goal];
-        let mut at = goal;
-        while at != start {
-            at = self.from[at] as usize;
-            cells.push(at);
-        }
-        cells.reverse();
-        Some(corners(&self.lattice, &cells))
+        let cells = self.trail.way()?;
+        Some(corners(&self.trail.lattice, &cells))
+    }
+}
+
+impl Planning for AStar {
+    fn iterate(&mut self, space: &dyn ConfigSpace, _rng: &mut dyn Rng) -> bool {
+        self.iterate(space)
     }
 
-    /// The steps over which cells were reached.
-    #[must_use]
-    pub fn edges(&self) -> Vec<Segment> {
-        let leg = |&cell: &u32| {
-            let from = self.from[cell as usize] as usize;
-            Segment::new(self.lattice.point(from), self.lattice.point(cell as usize))
-        };
-        self.expanded.iter().map(leg).collect()
+    fn is_found(&self) -> bool {
+        self.trail.is_found
     }
 
-    /// How many [`Self::edges`] are.
-    #[must_use]
-    pub fn edge_count(&self) -> usize {
-        self.expanded.len()
+    fn path(&self) -> Option<Path> {
+        self.path()
+    }
+
+    fn edges(&self) -> Vec<Segment> {
+        self.trail.edges()
+    }
+
+    fn edge_count(&self) -> usize {
+        self.trail.expanded.len()
     }
 }
 
@@ -174,9 +154,8 @@ fn corners(lattice: &Lattice, cells: &[usize]) -> Path {
             || i + 1 >= last
             || cells[i + 1].wrapping_sub(cells[i]) != cells[i].wrapping_sub(cells[i - 1])
     };
-    let points: Vec<Point2<f64>> = (0..=last)
-        .filter(|&i| is_corner(i))
-        .map(|i| lattice.point(cells[i]))
-        .collect();
-    Path { points }
+    let points = (0..=last).filter(|&i| is_corner(i));
+    Path {
+        points: points.map(|i| lattice.point(cells[i])).collect(),
+    }
 }

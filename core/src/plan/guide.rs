@@ -63,7 +63,7 @@ pub(super) struct Guided {
 
 impl Guide {
     /// For a tree whose root, vertex 0, is the start; `None` where no raster has a way.
-    pub(super) fn new<S: ConfigSpace + ?Sized>(space: &S, query: &Query) -> Option<Self> {
+    pub(super) fn new(space: &dyn ConfigSpace, query: &Query) -> Option<Self> {
         let way = |side: f64| Places::new(*query, side).way(space);
         let [coarse, finer @ ..] = SIDES;
         let discs = way(coarse).or_else(|| {
@@ -79,7 +79,7 @@ impl Guide {
     }
 
     /// Step 4; `None` when the goal was reached.
-    pub(super) fn draw<R: Rng>(&self, rng: &mut R) -> Option<Guided> {
+    pub(super) fn draw(&self, rng: &mut dyn Rng) -> Option<Guided> {
         let disc = self.discs.get(self.vertices.len())?;
         let radius = self.spread * disc.radius * rng.random::<f64>().sqrt();
         let (sin, cos) = sin_cos(TAU * rng.random::<f64>());
@@ -136,7 +136,7 @@ impl Places {
     }
 
     /// Step 2: the discs from the start to the goal, its own without radius.
-    fn way<S: ConfigSpace + ?Sized>(mut self, space: &S) -> Option<Vec<Disc>> {
+    fn way(mut self, space: &dyn ConfigSpace) -> Option<Vec<Disc>> {
         let start = self.number(space, (0, 0))?;
         self.offer(start, start, 0.0);
         while let Some(Reverse((_, number))) = self.open.pop() {
@@ -156,14 +156,14 @@ impl Places {
         None
     }
 
-    fn sees_goal<S: ConfigSpace + ?Sized>(&self, space: &S, place: &Place) -> bool {
+    fn sees_goal(&self, space: &dyn ConfigSpace, place: &Place) -> bool {
         let rest = (self.query.goal - place.disc.centre).norm();
         let leg = Segment::new(place.disc.centre, self.query.goal);
         rest <= (REACH * place.disc.radius).max(4.0 * self.side) && space.leg_is_free(&leg)
     }
 
     /// Step 1.
-    fn expand<S: ConfigSpace + ?Sized>(&mut self, space: &S, number: usize, place: Place) {
+    fn expand(&mut self, space: &dyn ConfigSpace, number: usize, place: Place) {
         // Rounding to the coarser raster lengthens a step by half, and diagonal ones are longer still.
         let reach = REACH * place.disc.radius / (1.5 * SQRT_2 * self.side);
         let is_inside = reach >= 1.0;
@@ -185,7 +185,7 @@ impl Places {
         }
     }
 
-    fn number<S: ConfigSpace + ?Sized>(&mut self, space: &S, at: (i32, i32)) -> Option<usize> {
+    fn number(&mut self, space: &dyn ConfigSpace, at: (i32, i32)) -> Option<usize> {
         let (query, side, places) = (&self.query, self.side, &mut self.places);
         *self.numbers.entry(at).or_insert_with(|| {
             let off = Vector2::new(f64::from(at.0), f64::from(at.1)) * side;
@@ -235,7 +235,7 @@ impl Places {
 }
 
 /// Step 3: from each disc to the farthest one that doubling steps find in sight.
-fn straighten<S: ConfigSpace + ?Sized>(discs: &[Disc], space: &S) -> Vec<Disc> {
+fn straighten(discs: &[Disc], space: &dyn ConfigSpace) -> Vec<Disc> {
     let mut kept: Vec<Disc> = discs.first().copied().into_iter().collect();
     let mut at = 0;
     while at + 1 < discs.len() {
@@ -257,7 +257,10 @@ fn straighten<S: ConfigSpace + ?Sized>(discs: &[Disc], space: &S) -> Vec<Disc> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::{Rrt, RrtConfig, RrtConnect, Sampler, SegmentSpace};
+    use crate::plan::rrt::Rrt;
+    use crate::plan::rrt_connect::RrtConnect;
+    use crate::plan::search::Planning;
+    use crate::plan::{RrtConfig, Sampler, SegmentSpace};
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 
@@ -336,7 +339,7 @@ mod tests {
             for _ in 0..config.max_iterations {
                 one.iterate(&space, &mut rng);
                 two.iterate(&space, &mut rng);
-                if one.path().is_some() && two.path().is_some() {
+                if one.is_found() && two.is_found() {
                     break;
                 }
             }

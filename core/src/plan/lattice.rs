@@ -50,8 +50,7 @@ pub struct Lattice {
 
 impl Lattice {
     /// Asks a space at the centres of cells all over its bounds.
-    #[must_use]
-    pub fn over<S: ConfigSpace + ?Sized>(space: &S, query: &Query) -> Self {
+    pub(super) fn over(space: &dyn ConfigSpace, query: &Query) -> Self {
         let (low, high) = space.bounds();
         let extent = high - low;
         let own = space.cell();
@@ -114,26 +113,23 @@ impl Lattice {
 
     /// The cells of start and goal; `None` where one lies outside, or both are the same: the straight leg is for others to
     /// try.
-    #[must_use]
-    pub fn ends(&self, query: &Query) -> Option<(usize, usize)> {
+    pub(super) fn ends(&self, query: &Query) -> Option<(usize, usize)> {
         let ends = self.cell_at(query.start).zip(self.cell_at(query.goal));
         ends.filter(|(start, goal)| start != goal)
     }
 
     /// Cells along x and along y, those at the border among them.
-    #[must_use]
-    pub fn size(&self) -> (usize, usize) {
+    pub(super) fn size(&self) -> (usize, usize) {
         (self.width, self.kinds.len() / self.width)
     }
 
     /// A point of the map from the lattice's lower left corner, m.
-    #[must_use]
-    pub fn in_lattice(&self, point: Point2<f64>) -> Point2<f64> {
+    pub(super) fn in_lattice(&self, point: Point2<f64>) -> Point2<f64> {
         Point2::from(point - self.low)
     }
 
     /// Closes all cells but those to keep, and start and goal.
-    pub fn close_but(&mut self, is_kept: impl Fn(usize) -> bool) {
+    pub(super) fn close_but(&mut self, is_kept: impl Fn(usize) -> bool) {
         let ends = self.ends.map(|ends| ends.map(|(cell, _)| cell));
         for (cell, kind) in self.kinds.iter_mut().enumerate() {
             if !is_kept(cell) && !ends.is_some_and(|ends| ends.contains(&cell)) {
@@ -143,26 +139,17 @@ impl Lattice {
     }
 
     /// Number of cells.
-    #[must_use]
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.kinds.len()
     }
 
-    /// Whether there are none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.kinds.is_empty()
-    }
-
     /// Side of a cell, m.
-    #[must_use]
-    pub fn side(&self) -> f64 {
+    pub(super) fn side(&self) -> f64 {
         self.side
     }
 
     /// The cell of a point; `None` at the border and outside.
-    #[must_use]
-    pub fn cell_at(&self, point: Point2<f64>) -> Option<usize> {
+    pub(super) fn cell_at(&self, point: Point2<f64>) -> Option<usize> {
         let at = (point - self.low) / self.side;
         let height = self.kinds.len() / self.width;
         let inside = |at: f64, count: usize| at >= 1.0 && at < (count - 1) as f64;
@@ -172,8 +159,7 @@ impl Lattice {
 
     /// Column and row of a cell.
     #[inline]
-    #[must_use]
-    pub fn place(&self, cell: usize) -> (i32, i32) {
+    pub(super) fn place(&self, cell: usize) -> (i32, i32) {
         ((cell % self.width) as i32, (cell / self.width) as i32)
     }
 
@@ -183,8 +169,7 @@ impl Lattice {
     }
 
     /// The point that a cell stands for: its centre, but for start and goal.
-    #[must_use]
-    pub fn point(&self, cell: usize) -> Point2<f64> {
+    pub(super) fn point(&self, cell: usize) -> Point2<f64> {
         let ends = self.ends.iter().flatten();
         let mut own = ends
             .filter(|(end, _)| *end == cell)
@@ -194,16 +179,15 @@ impl Lattice {
 
     /// Whether the robot can be there.
     #[inline]
-    #[must_use]
-    pub fn is_open(&self, cell: usize) -> bool {
+    pub(super) fn is_open(&self, cell: usize) -> bool {
         self.kinds[cell] != CLOSED
     }
 
     /// Shows the open neighbours of an open cell to which a step is free: the cell, and whether the step is diagonal.
     #[inline]
-    pub fn each_step<S: ConfigSpace + ?Sized>(
+    pub(super) fn each_step(
         &self,
-        space: &S,
+        space: &dyn ConfigSpace,
         from: usize,
         mut visit: impl FnMut(usize, bool),
     ) {
@@ -229,5 +213,51 @@ impl Lattice {
                 visit(to[i], i >= 4);
             }
         }
+    }
+}
+
+/// What a search over cells has come to: the cells that it expanded, and from which cell each was reached.
+#[derive(Debug)]
+pub(super) struct Trail {
+    pub(super) lattice: Lattice,
+    /// The cells of start and goal; `None` where there is nothing to search.
+    pub(super) ends: Option<(usize, usize)>,
+    pub(super) from: Vec<u32>,
+    pub(super) expanded: Vec<u32>,
+    pub(super) is_found: bool,
+}
+
+impl Trail {
+    pub(super) fn new(lattice: Lattice, query: &Query) -> Self {
+        let ends = lattice.ends(query);
+        Self {
+            ends: ends.filter(|&(start, _)| lattice.is_open(start)),
+            from: vec![0; lattice.len()],
+            lattice,
+            expanded: vec![],
+            is_found: false,
+        }
+    }
+
+    /// The cells of the way from the start to the goal, once it is found.
+    pub(super) fn way(&self) -> Option<Vec<usize>> {
+        let (start, goal) = self.ends.filter(|_| self.is_found)?;
+        let mut cells = vec![goal];
+        let mut at = goal;
+        while at != start {
+            at = self.from[at] as usize;
+            cells.push(at);
+        }
+        cells.reverse();
+        Some(cells)
+    }
+
+    /// The legs over which cells were reached.
+    pub(super) fn edges(&self) -> Vec<Segment> {
+        let leg = |&cell: &u32| {
+            let from = self.from[cell as usize] as usize;
+            Segment::new(self.lattice.point(from), self.lattice.point(cell as usize))
+        };
+        self.expanded.iter().map(leg).collect()
     }
 }

@@ -20,36 +20,21 @@ use std::collections::{BTreeMap, BinaryHeap};
 use std::rc::Rc;
 
 use nalgebra::{Point2, Vector2};
+use rand::Rng;
 
 use super::cspace::ConfigSpace;
 use super::path::{NoPath, Path};
 use super::query::Query;
+use super::search::Planning;
 use crate::geom::{Footprint, Pose2, Segment, wrap};
 use corners::drop_corners;
 pub use corners::follows;
 pub use on_grid::plan_outline_route;
 
-/// How a path for an outline is looked for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OutlineConfig {
-    /// Side of the raster, m. Default 0.05; larger is faster, and misses doors that leave less to spare.
-    pub side: f64,
-    /// What a radian of turning counts, m. Default 0.1; larger makes fewer turns and longer ways.
-    pub turning: f64,
-    /// Most states to expand. Default 200 000.
-    pub max_iterations: usize,
-}
-
-impl Default for OutlineConfig {
-    fn default() -> Self {
-        Self {
-            side: 0.05,
-            turning: 0.1,
-            max_iterations: 200_000,
-        }
-    }
-}
-
+/// Side of the raster, m; larger is faster, and misses doors that leave less to spare.
+const SIDE: f64 = 0.05;
+/// What a radian of turning counts, m; larger makes fewer turns and longer ways.
+const TURNING: f64 = 0.1;
 /// The 16 steps, in the order of their headings.
 const STEPS: [(i32, i32); 16] = [
     (1, 0),
@@ -94,13 +79,12 @@ struct State {
 }
 
 /// A search over places and headings that can be gone on with, always in the space that it was begun in.
-#[derive(Clone, Debug)]
-pub struct OutlineSearch {
+#[derive(Debug)]
+pub(super) struct OutlineSearch {
     outline: Footprint,
     query: Query,
     /// At the start, rad; `None`: any.
     heading: Option<f64>,
-    config: OutlineConfig,
     /// By how much the disc around is wider than the disc within, m.
     spare: f64,
     /// `None` for places that are not free.
@@ -121,12 +105,11 @@ impl OutlineSearch {
     ///
     /// # Errors    [`NoPath::StartBlocked`] where the outline does not fit at the start, [`NoPath::GoalBlocked`] where not even
     /// the disc within it fits at the goal.
-    pub fn new<S: ConfigSpace + ?Sized>(
-        space: &S,
+    pub(super) fn new(
+        space: &dyn ConfigSpace,
         outline: Footprint,
         query: Query,
         heading: Option<f64>,
-        config: OutlineConfig,
     ) -> Result<Self, NoPath> {
         query.check(space)?;
         let start = query.start;
@@ -155,7 +138,6 @@ impl OutlineSearch {
             outline,
             query,
             heading,
-            config,
             places: BTreeMap::new(),
             numbers: BTreeMap::new(),
             open: (0..states.len())
@@ -168,7 +150,7 @@ impl OutlineSearch {
     }
 
     /// Expands one state; whether there is more to do.
-    pub fn iterate<S: ConfigSpace + ?Sized>(&mut self, space: &S) -> bool {
+    fn expand_next(&mut self, space: &dyn ConfigSpace) -> bool {
         if self.path.is_some() {
             return false;
         }
@@ -194,57 +176,22 @@ impl OutlineSearch {
         true
     }
 
-    /// The path, once it is found.
-    #[must_use]
-    pub fn path(&self) -> Option<&Path> {
-        self.path.as_ref()
-    }
-
-    /// States expanded.
-    #[must_use]
-    pub fn iterations(&self) -> usize {
-        self.iterations
-    }
-
-    /// The steps that led to each state, to be drawn.
-    #[must_use]
-    pub fn edges(&self) -> Vec<Segment> {
-        let point = |at: At| self.places.get(&at)?.as_ref().map(|place| place.point);
-        let edge = |state: &State| {
-            let from = self.states[state.from].at;
-            // At the start nothing was driven yet.
-            if from == state.at {
-                return None;
-            }
-            Some(Segment::new(point(from)?, point(state.at)?))
-        };
-        self.states.iter().filter_map(edge).collect()
-    }
-
-    /// How many [`Self::edges`] are.
-    #[must_use]
-    pub fn edge_count(&self) -> usize {
-        let is_driven = |state: &&State| self.states[state.from].at != state.at;
-        self.states.iter().filter(is_driven).count()
-    }
-
-    fn place<S: ConfigSpace + ?Sized>(&mut self, space: &S, at: At) -> Option<Place> {
-        let side = self.config.side;
-        let point = self.query.start + Vector2::new(f64::from(at.0), f64::from(at.1)) * side;
-        let reach = self.outline.radius_around() + (NEAR + 1.0) * side;
-        let look = || {
+    fn place(&mut self, space: &dyn ConfigSpace, at: At) -> Option<Place> {
+        let point = self.query.start + Vector2::new(f64::from(at.0), f64::from(at.1)) * SIDE;
+        let reach = self.outline.radius_around() + (NEAR + 1.0) * SIDE;
+        let measured = || {
             let room = space.room(point);
             (room >= 0.0).then(|| Place {
                 point,
                 room,
                 // Around the disc nothing is near, whatever the step.
-                near: match room >= self.spare + NEAR * side {
+                near: match room >= self.spare + NEAR * SIDE {
                     true => Rc::from([]),
                     false => space.walls_near(point, reach).into(),
                 },
             })
         };
-        self.places.entry(at).or_insert_with(look).clone()
+        self.places.entry(at).or_insert_with(measured).clone()
     }
 
     /// Whether the outline can turn and then drive a leg of at most [`NEAR`] sides.
@@ -260,17 +207,11 @@ impl OutlineSearch {
 
     fn reaches_goal(&self, state: &State, place: &Place) -> bool {
         let leg = Segment::new(place.point, self.query.goal);
-        let is_near = leg.length() <= NEAR * self.config.side;
+        let is_near = leg.length() <= NEAR * SIDE;
         is_near && (leg.length() == 0.0 || self.is_free(state.heading, place, &leg))
     }
 
-    fn try_step<S: ConfigSpace + ?Sized>(
-        &mut self,
-        space: &S,
-        from: usize,
-        place: &Place,
-        step: usize,
-    ) {
+    fn try_step(&mut self, space: &dyn ConfigSpace, from: usize, place: &Place, step: usize) {
         let state = self.states[from];
         let at = (state.at.0 + STEPS[step].0, state.at.1 + STEPS[step].1);
         let Some(next) = self.place(space, at) else {
@@ -279,7 +220,7 @@ impl OutlineSearch {
         let leg = Segment::new(place.point, next.point);
         let heading = heading_of(&leg);
         let turn = wrap(heading - state.heading).abs();
-        let way = state.way + leg.length() + self.config.turning * turn;
+        let way = state.way + leg.length() + TURNING * turn;
         let number = self.numbers.get(&(at, step)).copied();
         let is_known = number.is_some_and(|n| self.states[n].is_done || self.states[n].way <= way);
         if is_known || !self.is_free(state.heading, place, &leg) {
@@ -303,7 +244,7 @@ impl OutlineSearch {
     }
 
     /// The corners of the way over a state to the goal.
-    fn path_to<S: ConfigSpace + ?Sized>(&mut self, space: &S, number: usize) -> Path {
+    fn path_to(&mut self, space: &dyn ConfigSpace, number: usize) -> Path {
         let mut points = vec![self.query.goal];
         let mut at = number;
         while self.states[at].from != at {
@@ -317,6 +258,38 @@ impl OutlineSearch {
         points.dedup();
         points.reverse();
         Path { points }
+    }
+}
+
+impl Planning for OutlineSearch {
+    fn iterate(&mut self, space: &dyn ConfigSpace, _rng: &mut dyn Rng) -> bool {
+        self.expand_next(space)
+    }
+
+    fn is_found(&self) -> bool {
+        self.path.is_some()
+    }
+
+    fn path(&self) -> Option<Path> {
+        self.path.clone()
+    }
+
+    fn edges(&self) -> Vec<Segment> {
+        let point = |at: At| self.places.get(&at)?.as_ref().map(|place| place.point);
+        let edge = |state: &State| {
+            let from = self.states[state.from].at;
+            // At the start nothing was driven yet.
+            if from == state.at {
+                return None;
+            }
+            Some(Segment::new(point(from)?, point(state.at)?))
+        };
+        self.states.iter().filter_map(edge).collect()
+    }
+
+    fn edge_count(&self) -> usize {
+        let is_driven = |state: &&State| self.states[state.from].at != state.at;
+        self.states.iter().filter(is_driven).count()
     }
 }
 

@@ -33,7 +33,7 @@ const CHORDS: usize = 3;
 
 /// The path pulled tight; never longer.
 #[must_use]
-pub fn pull_tight<S: ConfigSpace + ?Sized>(path: &Path, space: &S) -> Path {
+pub fn pull_tight(path: &Path, space: &dyn ConfigSpace) -> Path {
     let mut points = path.points.clone();
     let mut length = path.length();
     for _ in 0..ROUNDS {
@@ -55,7 +55,7 @@ fn length_of(points: &[Point2<f64>]) -> f64 {
 }
 
 /// Step 1.
-fn drop_corners<S: ConfigSpace + ?Sized>(points: &mut Vec<Point2<f64>>, space: &S) {
+fn drop_corners(points: &mut Vec<Point2<f64>>, space: &dyn ConfigSpace) {
     let mut kept: Vec<Point2<f64>> = vec![];
     for &point in points.iter() {
         while let [.., before, corner] = kept[..]
@@ -69,7 +69,7 @@ fn drop_corners<S: ConfigSpace + ?Sized>(points: &mut Vec<Point2<f64>>, space: &
 }
 
 /// Step 2, once for every corner.
-fn cut_corners<S: ConfigSpace + ?Sized>(points: &[Point2<f64>], space: &S) -> Vec<Point2<f64>> {
+fn cut_corners(points: &[Point2<f64>], space: &dyn ConfigSpace) -> Vec<Point2<f64>> {
     let [first, .., last] = *points else {
         return points.to_vec();
     };
@@ -93,8 +93,8 @@ fn cut_corners<S: ConfigSpace + ?Sized>(points: &[Point2<f64>], space: &S) -> Ve
 }
 
 /// Where to cut a corner off; `None` where that gains nothing.
-fn longest_cut<S: ConfigSpace + ?Sized>(
-    space: &S,
+fn longest_cut(
+    space: &dyn ConfigSpace,
     before: Point2<f64>,
     corner: Point2<f64>,
     after: Point2<f64>,
@@ -134,8 +134,8 @@ fn longest_cut<S: ConfigSpace + ?Sized>(
 }
 
 /// Whether the chord from `a` to `b` is free, and those between it and the corner.
-fn is_cut_free<S: ConfigSpace + ?Sized>(
-    space: &S,
+fn is_cut_free(
+    space: &dyn ConfigSpace,
     a: Point2<f64>,
     corner: Point2<f64>,
     b: Point2<f64>,

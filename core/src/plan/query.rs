@@ -1,10 +1,9 @@
-//! What every planner is asked and what it says.
+//! What every planner is asked, and how far it has come.
 
 use nalgebra::Point2;
 
 use super::cspace::ConfigSpace;
-use super::path::{NoPath, Path, Planner};
-use crate::geom::Segment;
+use super::path::NoPath;
 
 /// From where to where, map frame, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +18,7 @@ impl Query {
     /// Whether the robot can stand at both ends.
     ///
     /// # Errors    [`NoPath::StartBlocked`], [`NoPath::GoalBlocked`].
-    pub fn check<S: ConfigSpace + ?Sized>(&self, space: &S) -> Result<(), NoPath> {
+    pub fn check(&self, space: &dyn ConfigSpace) -> Result<(), NoPath> {
         if !space.is_free(self.start) {
             let (x, y) = (self.start.x, self.start.y);
             return Err(NoPath::StartBlocked { x, y });
@@ -58,17 +57,4 @@ impl Progress {
     pub fn is_over(&self) -> bool {
         matches!(self, Self::Finished | Self::Failed(_))
     }
-}
-
-/// What came of a query.
-#[derive(Clone, Debug)]
-pub struct Answer {
-    /// The path, or the reason why there is none.
-    pub path: Result<Path, NoPath>,
-    /// Who looked for it.
-    pub by: Planner,
-    /// Iterations used: points drawn by trees, cells or corners expanded by searches.
-    pub iterations: usize,
-    /// What was tried, to be drawn.
-    pub tree: Vec<Segment>,
 }

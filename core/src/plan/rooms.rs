@@ -13,11 +13,13 @@
 //! map, refine on the metric one.
 
 use nalgebra::Point2;
+use rand::Rng;
 
 use super::cspace::ConfigSpace;
 use super::lattice::Lattice;
 use super::path::Path;
 use super::query::Query;
+use super::search::Planning;
 use super::theta_star::ThetaStar;
 use crate::geom::Segment;
 use crate::map::{CellIndex, CellRect, CellState, Topology, TopologyConfig};
@@ -41,8 +43,8 @@ pub enum NoRooms {
 }
 
 /// A search over rooms, then over their cells.
-#[derive(Clone, Debug)]
-pub struct RoomSearch {
+#[derive(Debug)]
+pub(super) struct RoomSearch {
     query: Query,
     search: ThetaStar,
     /// All cells; `None` when they are being searched.
@@ -52,31 +54,27 @@ pub struct RoomSearch {
 
 impl RoomSearch {
     /// Finds the rooms, and begins in those that the way over doors crosses.
-    #[must_use]
-    pub fn new(lattice: Lattice, query: Query) -> Self {
-        match rooms_crossed(&lattice, &query) {
+    pub(super) fn new(lattice: Lattice, query: Query) -> Self {
+        let (part, whole, fallback) = match rooms_crossed(&lattice, &query) {
             Ok(is_crossed) => {
                 let mut part = lattice.clone();
                 part.close_but(|cell| is_crossed.get(cell) == Some(&true));
-                Self {
-                    query,
-                    search: ThetaStar::new(part, query),
-                    whole: Some(lattice),
-                    fallback: None,
-                }
+                (part, Some(lattice), None)
             }
-            Err(why) => Self {
-                query,
-                search: ThetaStar::new(lattice, query),
-                whole: None,
-                fallback: Some(why),
-            },
+            Err(why) => (lattice, None, Some(why)),
+        };
+        Self {
+            query,
+            search: ThetaStar::new(part, &query),
+            whole,
+            fallback,
         }
     }
+}
 
-    /// Expands the next cell; `false` when the search is over.
-    pub fn iterate<S: ConfigSpace + ?Sized>(&mut self, space: &S) -> bool {
-        if self.search.iterate(space) {
+impl Planning for RoomSearch {
+    fn iterate(&mut self, space: &dyn ConfigSpace, rng: &mut dyn Rng) -> bool {
+        if self.search.iterate(space, rng) {
             return true;
         }
         if self.search.is_found() {
@@ -85,38 +83,28 @@ impl RoomSearch {
         let Some(whole) = self.whole.take() else {
             return false;
         };
-        self.search = ThetaStar::new(whole, self.query);
+        self.search = ThetaStar::new(whole, &self.query);
         self.fallback = Some(NoRooms::Blocked);
         true
     }
 
-    /// Whether the goal was reached.
-    #[must_use]
-    pub fn is_found(&self) -> bool {
+    fn is_found(&self) -> bool {
         self.search.is_found()
     }
 
-    /// The path, if the goal was reached.
-    #[must_use]
-    pub fn path(&self) -> Option<Path> {
+    fn path(&self) -> Option<Path> {
         self.search.path()
     }
 
-    /// The legs that were tried.
-    #[must_use]
-    pub fn edges(&self) -> Vec<Segment> {
+    fn edges(&self) -> Vec<Segment> {
         self.search.edges()
     }
 
-    /// How many [`Self::edges`] are.
-    #[must_use]
-    pub fn edge_count(&self) -> usize {
+    fn edge_count(&self) -> usize {
         self.search.edge_count()
     }
 
-    /// Why all cells were taken; `None` while the rooms are enough.
-    #[must_use]
-    pub fn fallback(&self) -> Option<NoRooms> {
+    fn fallback(&self) -> Option<NoRooms> {
         self.fallback
     }
 }

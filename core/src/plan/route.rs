@@ -97,7 +97,7 @@ impl Shortening {
 
     /// The path made shorter.
     #[must_use]
-    pub fn apply<S: ConfigSpace + ?Sized>(self, path: &Path, space: &S) -> Path {
+    pub fn apply(self, path: &Path, space: &dyn ConfigSpace) -> Path {
         if self == Self::Nothing {
             return path.clone();
         }
@@ -156,13 +156,13 @@ pub(super) const FARTHEST_OFF: f64 = 50.0;
 /// Plans from `start` to `goal` for a robot of the given radius.
 ///
 /// # Errors    [`RouteFailure`] with the reason at the narrowest margin.
-pub fn plan_route<R: Rng>(
+pub fn plan_route(
     grid: &Grid,
     start: Point2<f64>,
     goal: Point2<f64>,
     radius: f64,
     config: &RouteConfig,
-    rng: &mut R,
+    rng: &mut dyn Rng,
 ) -> Result<Route, RouteFailure> {
     let mut failure = RouteFailure {
         reason: NoPath::GoalBlocked {
@@ -201,13 +201,13 @@ pub fn plan_route<R: Rng>(
 }
 
 /// Plans at one margin.
-fn plan_in<R: Rng>(
+fn plan_in(
     space: &GridSpace,
     start: Point2<f64>,
     goal: Point2<f64>,
     is_last: bool,
     config: &RouteConfig,
-    rng: &mut R,
+    rng: &mut dyn Rng,
 ) -> Result<Route, RouteFailure> {
     let fail = |reason| RouteFailure {
         reason,
@@ -327,12 +327,12 @@ struct Found {
 }
 
 /// Asks the configured planner; trees draw from the cells that the wavefront reached.
-fn find<R: Rng>(
+fn find(
     space: &GridSpace,
     wave: &Wavefront,
     query: Query,
     config: &RouteConfig,
-    rng: &mut R,
+    rng: &mut dyn Rng,
 ) -> Found {
     let sampler = || {
         let reached = wave.reached();

@@ -17,6 +17,7 @@ use super::cspace::ConfigSpace;
 use super::path::Path;
 use super::query::Query;
 use super::sampler::{Draws, Sampler};
+use super::search::Planning;
 use super::tree::Tree;
 use crate::geom::Segment;
 
@@ -55,8 +56,8 @@ impl Default for RrtConfig {
 }
 
 /// One tree that grows from the start.
-#[derive(Clone, Debug)]
-pub struct Rrt {
+#[derive(Debug)]
+pub(super) struct Rrt {
     query: Query,
     config: RrtConfig,
     draws: Draws,
@@ -67,9 +68,8 @@ pub struct Rrt {
 
 impl Rrt {
     /// A tree of the start alone; both ends of the query must be free.
-    #[must_use]
-    pub fn new<S: ConfigSpace + ?Sized>(
-        space: &S,
+    pub(super) fn new(
+        space: &dyn ConfigSpace,
         query: Query,
         config: RrtConfig,
         sampler: Sampler,
@@ -84,28 +84,8 @@ impl Rrt {
         }
     }
 
-    /// Steps 1 to 4, once.
-    pub fn iterate<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) {
-        let goal = self.query.goal;
-        if self.follow_guide(space, rng) {
-            return;
-        }
-        let target = if rng.random::<f64>() < self.config.goal_bias {
-            goal
-        } else {
-            self.draws.draw(space, &self.query, rng)
-        };
-        let grown = self.tree.extend(space, target, self.config.min_growth);
-        if let Some(vertex) = grown
-            && vertex.arrived
-            && target == goal
-        {
-            self.finish(vertex.index);
-        }
-    }
-
     /// Grows along the guide instead, every second time; `false` where there is nothing to follow.
-    fn follow_guide<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) -> bool {
+    fn follow_guide(&mut self, space: &dyn ConfigSpace, rng: &mut dyn Rng) -> bool {
         self.is_guided = !self.is_guided;
         let guided = self.is_guided.then(|| self.draws.guided(rng)).flatten();
         let Some(guided) = guided else {
@@ -124,22 +104,40 @@ impl Rrt {
             points: self.tree.branch(vertex),
         });
     }
+}
 
-    /// The path, if the goal was reached.
-    #[must_use]
-    pub fn path(&self) -> Option<&Path> {
-        self.path.as_ref()
+impl Planning for Rrt {
+    /// Steps 1 to 4, once.
+    fn iterate(&mut self, space: &dyn ConfigSpace, rng: &mut dyn Rng) -> bool {
+        let goal = self.query.goal;
+        if self.follow_guide(space, rng) {
+            return self.path.is_none();
+        }
+        let target = if rng.random::<f64>() < self.config.goal_bias {
+            goal
+        } else {
+            self.draws.draw(space, &self.query, rng)
+        };
+        let grown = self.tree.extend(space, target, self.config.min_growth);
+        if let Some(vertex) = grown.filter(|vertex| vertex.arrived && target == goal) {
+            self.finish(vertex.index);
+        }
+        self.path.is_none()
     }
 
-    /// The legs of the tree.
-    #[must_use]
-    pub fn edges(&self) -> Vec<Segment> {
+    fn is_found(&self) -> bool {
+        self.path.is_some()
+    }
+
+    fn path(&self) -> Option<Path> {
+        self.path.clone()
+    }
+
+    fn edges(&self) -> Vec<Segment> {
         self.tree.edges().collect()
     }
 
-    /// How many [`Self::edges`] are.
-    #[must_use]
-    pub fn edge_count(&self) -> usize {
+    fn edge_count(&self) -> usize {
         self.tree.edge_count()
     }
 }

@@ -20,13 +20,14 @@ use super::path::Path;
 use super::query::Query;
 use super::rrt::RrtConfig;
 use super::sampler::{Draws, Sampler};
+use super::search::Planning;
 use super::tree::Grown;
 use super::vertex_tree::VertexTree;
 use crate::geom::Segment;
 
 /// Two trees, from the start and from the goal.
-#[derive(Clone, Debug)]
-pub struct RrtConnect {
+#[derive(Debug)]
+pub(super) struct RrtConnect {
     query: Query,
     config: RrtConfig,
     draws: Draws,
@@ -40,9 +41,8 @@ pub struct RrtConnect {
 
 impl RrtConnect {
     /// Two roots; both ends of the query must be free.
-    #[must_use]
-    pub fn new<S: ConfigSpace + ?Sized>(
-        space: &S,
+    pub(super) fn new(
+        space: &dyn ConfigSpace,
         query: Query,
         config: RrtConfig,
         sampler: Sampler,
@@ -59,21 +59,6 @@ impl RrtConnect {
         }
     }
 
-    /// Steps 1 to 3, once.
-    pub fn iterate<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) {
-        let step = self.config.range;
-        if let Some(grown) = self.grow(space, rng) {
-            let point = self.growing.point(grown.index);
-            let joined = self.other.connect(space, point, step);
-            if let Some(met) = joined.filter(|v| v.arrived) {
-                self.join(grown.index, met.index);
-                return;
-            }
-        }
-        std::mem::swap(&mut self.growing, &mut self.other);
-        self.from_start = !self.from_start;
-    }
-
     fn join(&mut self, grown: usize, met: usize) {
         let mut points = self.growing.branch(grown);
         points.extend(self.other.branch(met).into_iter().rev().skip(1));
@@ -84,7 +69,7 @@ impl RrtConnect {
     }
 
     /// Step 1.
-    fn grow<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) -> Option<Grown> {
+    fn grow(&mut self, space: &dyn ConfigSpace, rng: &mut dyn Rng) -> Option<Grown> {
         let step = self.config.range;
         let guided = self.from_start.then(|| self.draws.guided(rng)).flatten();
         if let Some(guided) = guided {
@@ -101,22 +86,38 @@ impl RrtConnect {
         };
         self.growing.extend(space, target, step)
     }
+}
 
-    /// The path, if the trees have met.
-    #[must_use]
-    pub fn path(&self) -> Option<&Path> {
-        self.path.as_ref()
+impl Planning for RrtConnect {
+    /// Steps 1 to 3, once.
+    fn iterate(&mut self, space: &dyn ConfigSpace, rng: &mut dyn Rng) -> bool {
+        let step = self.config.range;
+        if let Some(grown) = self.grow(space, rng) {
+            let point = self.growing.point(grown.index);
+            let joined = self.other.connect(space, point, step);
+            if let Some(met) = joined.filter(|v| v.arrived) {
+                self.join(grown.index, met.index);
+                return false;
+            }
+        }
+        std::mem::swap(&mut self.growing, &mut self.other);
+        self.from_start = !self.from_start;
+        true
     }
 
-    /// The legs of both trees.
-    #[must_use]
-    pub fn edges(&self) -> Vec<Segment> {
+    fn is_found(&self) -> bool {
+        self.path.is_some()
+    }
+
+    fn path(&self) -> Option<Path> {
+        self.path.clone()
+    }
+
+    fn edges(&self) -> Vec<Segment> {
         self.growing.edges().chain(self.other.edges()).collect()
     }
 
-    /// How many [`Self::edges`] are.
-    #[must_use]
-    pub fn edge_count(&self) -> usize {
+    fn edge_count(&self) -> usize {
         self.growing.edge_count() + self.other.edge_count()
     }
 }

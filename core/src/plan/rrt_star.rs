@@ -30,6 +30,7 @@ use super::query::Query;
 use super::rrt::RrtConfig;
 use super::rrt_connect::RrtConnect;
 use super::sampler::Sampler;
+use super::search::Planning;
 use super::shorten::shorten;
 use crate::geom::{Segment, sin_cos};
 
@@ -39,8 +40,8 @@ const LEAST_GAIN: f64 = 1e-9;
 const DRAWS: usize = 16;
 
 /// A tree from the start that keeps getting shorter.
-#[derive(Clone, Debug)]
-pub struct RrtStar {
+#[derive(Debug)]
+pub(super) struct RrtStar {
     query: Query,
     config: RrtConfig,
     sampler: Sampler,
@@ -50,7 +51,7 @@ pub struct RrtStar {
     branches: Branches,
     /// Where the path to the goal comes from, and its length.
     goal: Option<(usize, f64)>,
-    /// Who looks for the first path.
+    /// What finds the first path.
     scout: Option<Box<RrtConnect>>,
     /// Vertices near the new one: the way to it over each, m, and the distance.
     near: Vec<(f64, f64, usize)>,
@@ -58,9 +59,8 @@ pub struct RrtStar {
 
 impl RrtStar {
     /// A tree of the start alone; both ends of the query must be free. `is_informed` makes it Informed RRT*.
-    #[must_use]
-    pub fn new<S: ConfigSpace + ?Sized>(
-        space: &S,
+    pub(super) fn new(
+        space: &dyn ConfigSpace,
         query: Query,
         config: RrtConfig,
         sampler: Sampler,
@@ -87,11 +87,11 @@ impl RrtStar {
     }
 
     /// Steps 1 to 5, once.
-    pub fn iterate<S: ConfigSpace + ?Sized, R: Rng>(&mut self, space: &S, rng: &mut R) {
+    fn grow(&mut self, space: &dyn ConfigSpace, rng: &mut dyn Rng) {
         if let Some(mut scout) = self.scout.take() {
             scout.iterate(space, rng);
             match scout.path() {
-                Some(path) => self.plant(space, &shorten(path, space)),
+                Some(path) => self.plant(space, &shorten(&path, space)),
                 None => self.scout = Some(scout),
             }
             return;
@@ -110,7 +110,7 @@ impl RrtStar {
         let Some((point, nearest)) = self.extend(space, drawn) else {
             return;
         };
-        self.look_around(point);
+        self.collect_near(point);
         let Some((parent, way)) = self.best_parent(space, point, nearest) else {
             return;
         };
@@ -124,7 +124,7 @@ impl RrtStar {
     }
 
     /// Makes a branch of a free path from the start to the goal.
-    fn plant<S: ConfigSpace + ?Sized>(&mut self, space: &S, path: &Path) {
+    fn plant(&mut self, space: &dyn ConfigSpace, path: &Path) {
         let mut vertex = 0;
         for leg in path.legs().take(path.points.len().saturating_sub(2)) {
             let way = self.branches.way_to(vertex) + leg.length();
@@ -135,47 +135,10 @@ impl RrtStar {
     }
 
     /// Length of the path, m; infinite while there is none. As short as the tree knows: rewiring shortens it too.
-    #[must_use]
-    pub fn length(&self) -> f64 {
+    fn length(&self) -> f64 {
         self.goal.map_or(f64::INFINITY, |(vertex, last)| {
             self.branches.way_to(vertex) + last
         })
-    }
-
-    /// The path, if there is one.
-    #[must_use]
-    pub fn path(&self) -> Option<Path> {
-        let (mut at, _) = self.goal?;
-        let mut points = vec![self.query.goal, self.index.points()[at]];
-        while let Some(parent) = self.branches.parent(at) {
-            at = parent;
-            points.push(self.index.points()[at]);
-        }
-        points.dedup();
-        points.reverse();
-        Some(Path { points })
-    }
-
-    /// The legs of the tree.
-    #[must_use]
-    pub fn edges(&self) -> Vec<Segment> {
-        if let Some(scout) = &self.scout {
-            return scout.edges();
-        }
-        let points = self.index.points();
-        let legs = (0..points.len()).filter_map(|v| Some((self.branches.parent(v)?, v)));
-        legs.map(|(a, b)| Segment::new(points[a], points[b]))
-            .collect()
-    }
-
-    /// How many [`Self::edges`] are.
-    #[must_use]
-    pub fn edge_count(&self) -> usize {
-        match &self.scout {
-            Some(scout) => scout.edge_count(),
-            // All hang on another but for the root.
-            None => self.index.points().len().saturating_sub(1),
-        }
     }
 
     /// Whatever is added or thrown away, no way over `point` is shorter.
@@ -183,7 +146,7 @@ impl RrtStar {
         (point - self.query.start).norm() + (self.query.goal - point).norm()
     }
 
-    fn draw<R: Rng>(&self, rng: &mut R) -> Point2<f64> {
+    fn draw(&self, rng: &mut dyn Rng) -> Point2<f64> {
         let longest = self.length();
         let foci = self.query.goal - self.query.start;
         let (major, least) = (0.5 * longest, foci.norm());
@@ -212,11 +175,7 @@ impl RrtStar {
     }
 
     /// Step 2: the new point, and the vertex that it was reached from.
-    fn extend<S: ConfigSpace + ?Sized>(
-        &self,
-        space: &S,
-        drawn: Point2<f64>,
-    ) -> Option<(Point2<f64>, usize)> {
+    fn extend(&self, space: &dyn ConfigSpace, drawn: Point2<f64>) -> Option<(Point2<f64>, usize)> {
         let (nearest, distance) = self.index.nearest(drawn)?;
         let from = self.index.points()[nearest];
         let reach = distance.min(self.config.range);
@@ -230,7 +189,7 @@ impl RrtStar {
     }
 
     /// Collects the vertices within the radius of the new point, the shortest way over them first.
-    fn look_around(&mut self, point: Point2<f64>) {
+    fn collect_near(&mut self, point: Point2<f64>) {
         let n = self.index.points().len() as f64;
         // Theorem 38: γ > (2 (1 + 1/d))^(1/d) (μ / ζ)^(1/d), with d = 2 and ζ = π.
         let gamma = (3.0 * self.sampler.area() / PI).sqrt();
@@ -246,9 +205,9 @@ impl RrtStar {
     }
 
     /// Step 3: the parent and the way to the new point. The leg from `nearest` is known to be free.
-    fn best_parent<S: ConfigSpace + ?Sized>(
+    fn best_parent(
         &self,
-        space: &S,
+        space: &dyn ConfigSpace,
         point: Point2<f64>,
         nearest: usize,
     ) -> Option<(usize, f64)> {
@@ -270,7 +229,7 @@ impl RrtStar {
     }
 
     /// Step 4.
-    fn rewire<S: ConfigSpace + ?Sized>(&mut self, space: &S, vertex: usize) {
+    fn rewire(&mut self, space: &dyn ConfigSpace, vertex: usize) {
         let (points, way) = (self.index.points(), self.branches.way_to(vertex));
         for &(over, distance, near) in &self.near {
             let through = way + distance;
@@ -286,12 +245,53 @@ impl RrtStar {
     }
 
     /// Step 5.
-    fn try_goal<S: ConfigSpace + ?Sized>(&mut self, space: &S, vertex: usize) {
+    fn try_goal(&mut self, space: &dyn ConfigSpace, vertex: usize) {
         let point = self.index.points()[vertex];
         let last = (self.query.goal - point).norm();
         let is_shorter = self.branches.way_to(vertex) + last + LEAST_GAIN < self.length();
         if is_shorter && space.leg_is_free(&Segment::new(point, self.query.goal)) {
             self.goal = Some((vertex, last));
+        }
+    }
+}
+
+impl Planning for RrtStar {
+    fn iterate(&mut self, space: &dyn ConfigSpace, rng: &mut dyn Rng) -> bool {
+        self.grow(space, rng);
+        true
+    }
+
+    fn is_found(&self) -> bool {
+        self.goal.is_some()
+    }
+
+    fn path(&self) -> Option<Path> {
+        let (mut at, _) = self.goal?;
+        let mut points = vec![self.query.goal, self.index.points()[at]];
+        while let Some(parent) = self.branches.parent(at) {
+            at = parent;
+            points.push(self.index.points()[at]);
+        }
+        points.dedup();
+        points.reverse();
+        Some(Path { points })
+    }
+
+    fn edges(&self) -> Vec<Segment> {
+        if let Some(scout) = &self.scout {
+            return scout.edges();
+        }
+        let points = self.index.points();
+        let legs = (0..points.len()).filter_map(|v| Some((self.branches.parent(v)?, v)));
+        legs.map(|(a, b)| Segment::new(points[a], points[b]))
+            .collect()
+    }
+
+    fn edge_count(&self) -> usize {
+        match &self.scout {
+            Some(scout) => scout.edge_count(),
+            // All hang on another but for the root.
+            None => self.index.points().len().saturating_sub(1),
         }
     }
 }

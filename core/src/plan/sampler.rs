@@ -36,13 +36,13 @@ pub enum Sampler {
 impl Sampler {
     /// Anywhere within the bounds of a space.
     #[must_use]
-    pub fn anywhere<S: ConfigSpace + ?Sized>(space: &S) -> Self {
+    pub fn anywhere(space: &dyn ConfigSpace) -> Self {
         let (low, high) = space.bounds();
         Self::Anywhere { low, high }
     }
 
     /// Draws a point.
-    pub fn draw<R: Rng>(&self, rng: &mut R) -> Point2<f64> {
+    pub fn draw(&self, rng: &mut dyn Rng) -> Point2<f64> {
         match self {
             Self::Anywhere { low, high } => {
                 let (x, y) = (rng.random::<f64>(), rng.random::<f64>());
@@ -88,11 +88,11 @@ impl Draws {
     /// Draws a point. After [`PATIENCE`] of them from anywhere in vain a way over free discs is looked for, to guide the tree from the
     /// start; where none is found, of the bounds only what can be reached at all is drawn from. Behind walls, and outside of the
     /// building, points are wasted; and a strip of centimetres is found the sooner the less there is beside it.
-    pub(super) fn draw<S: ConfigSpace + ?Sized, R: Rng>(
+    pub(super) fn draw(
         &mut self,
-        space: &S,
+        space: &dyn ConfigSpace,
         query: &Query,
-        rng: &mut R,
+        rng: &mut dyn Rng,
     ) -> Point2<f64> {
         self.count += 1;
         if self.count == PATIENCE && matches!(self.sampler, Sampler::Anywhere { .. }) {
@@ -106,7 +106,7 @@ impl Draws {
     }
 
     /// Where the tree from the start should grow next; `None` while it draws from anywhere.
-    pub(super) fn guided<R: Rng>(&self, rng: &mut R) -> Option<Guided> {
+    pub(super) fn guided(&self, rng: &mut dyn Rng) -> Option<Guided> {
         self.guide.as_ref()?.draw(rng)
     }
 

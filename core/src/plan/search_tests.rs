@@ -19,19 +19,33 @@ fn space_of(walls: &[Segment]) -> SegmentSpace {
     SegmentSpace::new(walls.to_vec(), KEEP, BOUNDS).unwrap()
 }
 
+struct Answer {
+    path: Result<Path, NoPath>,
+    iterations: usize,
+}
+
 fn ask(planner: Planner, space: &SegmentSpace, query: Query, iterations: usize) -> Answer {
     let config = RrtConfig {
-        max_iterations: iterations,
         range: 1.0,
         ..RrtConfig::default()
     };
-    solve(
-        planner,
-        space,
-        query,
-        &config,
-        &mut ChaCha8Rng::seed_from_u64(5),
-    )
+    let mut search = match Search::new(planner, space, query, config, || Sampler::anywhere(space)) {
+        Ok(search) => search,
+        Err(reason) => {
+            return Answer {
+                path: Err(reason),
+                iterations: 0,
+            };
+        }
+    };
+    let progress = search.step(space, &mut ChaCha8Rng::seed_from_u64(5), iterations);
+    let iterations = search.iterations();
+    let path = search.path().ok_or_else(|| match progress {
+        _ if space.are_apart(query.start, query.goal) => query.unreachable(),
+        Progress::Failed(reason) => reason,
+        _ => NoPath::BudgetSpent { iterations },
+    });
+    Answer { path, iterations }
 }
 
 /// Least distance of points 2 mm apart from the walls: knows nothing of rasters, capsules and tangents.

@@ -15,7 +15,7 @@ use crate::geom::Segment;
 /// The shortest path over the points of `path`. Legs of `path` itself count as free, whatever the space says: a start
 /// too near to a wall must be left somehow.
 #[must_use]
-pub fn shorten<S: ConfigSpace + ?Sized>(path: &Path, space: &S) -> Path {
+pub fn shorten(path: &Path, space: &dyn ConfigSpace) -> Path {
     let points = &path.points;
     let count = points.len();
     if count < 3 {

@@ -101,11 +101,7 @@ impl Piece {
 
 /// The path with its corners rounded as far as `space` allows.
 #[must_use]
-pub fn smooth<S: ConfigSpace + ?Sized>(
-    path: &Path,
-    space: &S,
-    config: &SmoothConfig,
-) -> Vec<Piece> {
+pub fn smooth(path: &Path, space: &dyn ConfigSpace, config: &SmoothConfig) -> Vec<Piece> {
     let legs: Vec<Segment> = path.legs().filter(|leg| leg.length() > 0.0).collect();
     let mut pieces = vec![];
     let Some(first) = legs.first() else {
@@ -161,12 +157,7 @@ impl Corner {
     }
 
     /// The widest free arc that takes at most `most` metres of either leg; `None` where even the tightest is not free.
-    fn rounded<S: ConfigSpace + ?Sized>(
-        &self,
-        space: &S,
-        most: f64,
-        config: &SmoothConfig,
-    ) -> Option<Piece> {
+    fn rounded(&self, space: &dyn ConfigSpace, most: f64, config: &SmoothConfig) -> Option<Piece> {
         let (sin, cos) = sin_cos(0.5 * self.turn.abs());
         // Turning back: no arc.
         if cos < 1e-6 || self.turn == 0.0 {
@@ -206,7 +197,7 @@ impl Corner {
     }
 }
 
-fn is_free<S: ConfigSpace + ?Sized>(space: &S, arc: &Piece) -> bool {
+fn is_free(space: &dyn ConfigSpace, arc: &Piece) -> bool {
     let Piece::Arc { radius, turn, .. } = *arc else {
         return true;
     };

@@ -19,12 +19,7 @@ const MOST_SQUARES: f64 = 1.6e7;
 /// Whether floods over squares of the given side prove that no path joins two places. `false` proves nothing: gaps that are too narrow
 /// by less than two squares may count as open.
 #[must_use]
-pub fn floods_apart<S: ConfigSpace + ?Sized>(
-    space: &S,
-    a: Point2<f64>,
-    b: Point2<f64>,
-    side: f64,
-) -> bool {
+pub fn floods_apart(space: &dyn ConfigSpace, a: Point2<f64>, b: Point2<f64>, side: f64) -> bool {
     let mut squares = Squares::new(space, side);
     let mut floods = [squares.flood_from(a, A), squares.flood_from(b, B)];
     if squares.square_at(a) == squares.square_at(b) {
@@ -43,8 +38,8 @@ pub fn floods_apart<S: ConfigSpace + ?Sized>(
 
 /// The middles of the squares that such a flood from a place arrives at, and their side, m: nothing outside of them can be reached.
 /// At most `most` squares are laid over the bounds.
-pub(super) fn squares_within_reach<S: ConfigSpace + ?Sized>(
-    space: &S,
+pub(super) fn squares_within_reach(
+    space: &dyn ConfigSpace,
     from: Point2<f64>,
     most: f64,
 ) -> (Vec<Point2<f64>>, f64) {
@@ -88,7 +83,7 @@ struct Squares {
 }
 
 impl Squares {
-    fn new<S: ConfigSpace + ?Sized>(space: &S, side: f64) -> Self {
+    fn new(space: &dyn ConfigSpace, side: f64) -> Self {
         let (low, high) = space.bounds();
         let extent = high - low;
         let side = side.max((extent.x * extent.y / MOST_SQUARES).sqrt());
@@ -127,7 +122,7 @@ impl Squares {
     }
 
     /// Spreads to the neighbours of the next square.
-    fn spread<S: ConfigSpace + ?Sized>(&mut self, space: &S, flood: &mut Flood) -> Spread {
+    fn spread(&mut self, space: &dyn ConfigSpace, flood: &mut Flood) -> Spread {
         let Some(at) = flood.todo.pop_front() else {
             return Spread::Over;
         };

@@ -13,84 +13,89 @@
 //! Source: Nash, Daniel, Koenig & Felner (2007), "Theta*: any-angle path planning on grids"; Nash, Koenig & Tovey (2010),
 //! "Lazy Theta*: any-angle path planning and path length analysis in 3D", algorithm 3.
 
-use std::cmp::Ordering;
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use nalgebra::Point2;
+use rand::Rng;
+
 use super::cspace::ConfigSpace;
-use super::lattice::Lattice;
+use super::lattice::{Lattice, Trail};
 use super::path::Path;
 use super::query::Query;
+use super::search::Planning;
 use crate::geom::Segment;
 
-/// A cell that waits to be expanded; the greatest one is that with the least way and rest.
-#[derive(Clone, Copy, Debug)]
-struct Waiting {
-    sum: f64,
-    way: f64,
-    cell: u32,
-}
-
-impl Ord for Waiting {
-    fn cmp(&self, other: &Self) -> Ordering {
-        let sum = other.sum.total_cmp(&self.sum);
-        sum.then(self.way.total_cmp(&other.way))
-            .then(other.cell.cmp(&self.cell))
-    }
-}
-
-impl PartialOrd for Waiting {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Waiting {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Waiting {}
+/// Cells that wait to be expanded: way and rest, way, cell. Lengths are kept as bits, which for numbers that are not negative are in
+/// the order of the numbers. The least sum comes first, of equal ones the longest way.
+type Open = BinaryHeap<Reverse<(u64, Reverse<u64>, u32)>>;
 
 /// A search over cells with legs in any direction.
-#[derive(Clone, Debug)]
-pub struct ThetaStar {
-    lattice: Lattice,
-    query: Query,
-    ends: Option<(usize, usize)>,
+#[derive(Debug)]
+pub(super) struct ThetaStar {
+    trail: Trail,
+    goal: Point2<f64>,
     ways: Vec<f64>,
-    from: Vec<u32>,
     is_closed: Vec<bool>,
-    open: BinaryHeap<Waiting>,
-    expanded: Vec<u32>,
-    is_found: bool,
+    open: Open,
 }
 
 impl ThetaStar {
     /// Begins at the cell of the start.
-    #[must_use]
-    pub fn new(lattice: Lattice, query: Query) -> Self {
-        let ends = lattice.ends(&query);
+    pub(super) fn new(lattice: Lattice, query: &Query) -> Self {
         let mut search = Self {
+            goal: query.goal,
             ways: vec![f64::INFINITY; lattice.len()],
-            from: vec![0; lattice.len()],
             is_closed: vec![false; lattice.len()],
-            lattice,
-            query,
-            ends,
-            open: BinaryHeap::new(),
-            expanded: vec![],
-            is_found: false,
+            trail: Trail::new(lattice, query),
+            open: Open::new(),
         };
-        if let Some((start, _)) = ends.filter(|&(start, _)| search.lattice.is_open(start)) {
+        if let Some((start, _)) = search.trail.ends {
             search.offer(start, start, 0.0);
         }
         search
     }
 
-    /// Expands the next cell; `false` when the search is over.
-    pub fn iterate<S: ConfigSpace + ?Sized>(&mut self, space: &S) -> bool {
-        let Some((start, goal)) = self.ends.filter(|_| !self.is_found) else {
+    fn next(&mut self) -> Option<usize> {
+        while let Some(Reverse((_, Reverse(way), cell))) = self.open.pop() {
+            let cell = cell as usize;
+            if !self.is_closed[cell] && self.ways[cell].to_bits() == way {
+                return Some(cell);
+            }
+        }
+        None
+    }
+
+    fn offer(&mut self, cell: usize, parent: usize, way: f64) {
+        self.ways[cell] = way;
+        self.trail.from[cell] = parent as u32;
+        let sum = way + (self.goal - self.trail.lattice.point(cell)).norm();
+        let entry = (sum.to_bits(), Reverse(way.to_bits()), cell as u32);
+        self.open.push(Reverse(entry));
+    }
+
+    /// Step 2.
+    fn make_sure(&mut self, space: &dyn ConfigSpace, at: usize) {
+        let Trail { lattice, from, .. } = &mut self.trail;
+        let point = lattice.point(at);
+        let parent = &mut from[at];
+        if space.leg_is_free(&Segment::new(lattice.point(*parent as usize), point)) {
+            return;
+        }
+        let mut best = f64::INFINITY;
+        lattice.each_step(space, at, |to, _| {
+            let through = self.ways[to] + (lattice.point(to) - point).norm();
+            if self.is_closed[to] && through < best {
+                (best, *parent) = (through, to as u32);
+            }
+        });
+        self.ways[at] = best;
+    }
+}
+
+impl Planning for ThetaStar {
+    fn iterate(&mut self, space: &dyn ConfigSpace, _rng: &mut dyn Rng) -> bool {
+        let Some((start, goal)) = self.trail.ends.filter(|_| !self.trail.is_found) else {
             return false;
         };
         let Some(at) = self.next() else {
@@ -98,19 +103,20 @@ impl ThetaStar {
         };
         if at != start {
             self.make_sure(space, at);
-            self.expanded.push(at as u32);
+            self.trail.expanded.push(at as u32);
         }
         if at == goal {
-            self.is_found = true;
+            self.trail.is_found = true;
             return false;
         }
         self.is_closed[at] = true;
-        let parent = self.from[at] as usize;
-        let (before, way) = (self.lattice.point(parent), self.ways[parent]);
+        let lattice = &self.trail.lattice;
+        let parent = self.trail.from[at] as usize;
+        let (before, way) = (lattice.point(parent), self.ways[parent]);
         let mut found = [(0, 0.0); 8];
         let mut count = 0;
-        self.lattice.each_step(space, at, |to, _| {
-            found[count] = (to, way + (self.lattice.point(to) - before).norm());
+        lattice.each_step(space, at, |to, _| {
+            found[count] = (to, way + (lattice.point(to) - before).norm());
             count += 1;
         });
         for &(to, through) in &found[..count] {
@@ -121,77 +127,21 @@ impl ThetaStar {
         true
     }
 
-    fn next(&mut self) -> Option<usize> {
-        while let Some(next) = self.open.pop() {
-            let cell = next.cell as usize;
-            if !self.is_closed[cell] && self.ways[cell] == next.way {
-                return Some(cell);
-            }
-        }
-        None
+    fn is_found(&self) -> bool {
+        self.trail.is_found
     }
 
-    fn offer(&mut self, cell: usize, parent: usize, way: f64) {
-        self.ways[cell] = way;
-        self.from[cell] = parent as u32;
-        self.open.push(Waiting {
-            sum: way + (self.query.goal - self.lattice.point(cell)).norm(),
-            way,
-            cell: cell as u32,
-        });
-    }
-
-    /// Step 2.
-    fn make_sure<S: ConfigSpace + ?Sized>(&mut self, space: &S, at: usize) {
-        let (point, parent) = (self.lattice.point(at), self.from[at] as usize);
-        let leg = Segment::new(self.lattice.point(parent), point);
-        if space.leg_is_free(&leg) {
-            return;
-        }
-        let (mut best, mut from) = (f64::INFINITY, parent);
-        self.lattice.each_step(space, at, |to, _| {
-            let through = self.ways[to] + (self.lattice.point(to) - point).norm();
-            if self.is_closed[to] && through < best {
-                (best, from) = (through, to);
-            }
-        });
-        self.ways[at] = best;
-        self.from[at] = from as u32;
-    }
-
-    /// Whether the goal was reached.
-    #[must_use]
-    pub fn is_found(&self) -> bool {
-        self.is_found
-    }
-
-    /// The path, if the goal was reached.
-    #[must_use]
-    pub fn path(&self) -> Option<Path> {
-        let (start, goal) = self.ends.filter(|_| self.is_found)?;
-        let mut points = vec![self.query.goal];
-        let mut at = goal;
-        while at != start {
-            at = self.from[at] as usize;
-            points.push(self.lattice.point(at));
-        }
-        points.reverse();
+    fn path(&self) -> Option<Path> {
+        let cells = self.trail.way()?.into_iter();
+        let points = cells.map(|cell| self.trail.lattice.point(cell)).collect();
         Some(Path { points })
     }
 
-    /// The legs over which cells were reached.
-    #[must_use]
-    pub fn edges(&self) -> Vec<Segment> {
-        let leg = |&cell: &u32| {
-            let from = self.from[cell as usize] as usize;
-            Segment::new(self.lattice.point(from), self.lattice.point(cell as usize))
-        };
-        self.expanded.iter().map(leg).collect()
+    fn edges(&self) -> Vec<Segment> {
+        self.trail.edges()
     }
 
-    /// How many [`Self::edges`] are.
-    #[must_use]
-    pub fn edge_count(&self) -> usize {
-        self.expanded.len()
+    fn edge_count(&self) -> usize {
+        self.trail.expanded.len()
     }
 }

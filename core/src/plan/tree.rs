@@ -23,35 +23,34 @@ struct Vertex {
 
 /// A growing tree of legs.
 #[derive(Clone, Debug)]
-pub struct Tree {
+pub(super) struct Tree {
     vertices: Vec<Vertex>,
     raster: Raster,
 }
 
 /// The place in a tree nearest to a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nearest {
+pub(super) struct Nearest {
     /// The nearest point.
-    pub point: Point2<f64>,
+    pub(super) point: Point2<f64>,
     /// The edge that it lies on, named by its outer vertex.
-    pub edge: usize,
+    pub(super) edge: usize,
     /// Distance, m.
-    pub distance: f64,
+    pub(super) distance: f64,
 }
 
 /// What an extension has added.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Grown {
+pub(super) struct Grown {
     /// The new vertex, or the one that was there already.
-    pub index: usize,
+    pub(super) index: usize,
     /// Whether the target itself was reached.
-    pub arrived: bool,
+    pub(super) arrived: bool,
 }
 
 impl Tree {
     /// A tree of one point; what grows outside of `bounds` is found more slowly.
-    #[must_use]
-    pub fn new(root: Point2<f64>, bounds: (Point2<f64>, Point2<f64>)) -> Self {
+    pub(super) fn new(root: Point2<f64>, bounds: (Point2<f64>, Point2<f64>)) -> Self {
         let mut tree = Self {
             vertices: vec![Vertex {
                 point: root,
@@ -63,26 +62,13 @@ impl Tree {
         tree
     }
 
-    /// Number of vertices.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.vertices.len()
-    }
-
-    /// Never: the root is always there.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.vertices.is_empty()
-    }
-
     /// The legs of the tree, to be drawn.
-    pub fn edges(&self) -> impl Iterator<Item = Segment> + '_ {
+    pub(super) fn edges(&self) -> impl Iterator<Item = Segment> + '_ {
         self.vertices.iter().skip(1).map(|v| self.edge_of(v))
     }
 
     /// How many [`Self::edges`] are.
-    #[must_use]
-    pub fn edge_count(&self) -> usize {
+    pub(super) fn edge_count(&self) -> usize {
         self.vertices.len().saturating_sub(1)
     }
 
@@ -91,8 +77,7 @@ impl Tree {
     }
 
     /// The point of the tree nearest to `point`.
-    #[must_use]
-    pub fn nearest(&self, point: Point2<f64>) -> Nearest {
+    pub(super) fn nearest(&self, point: Point2<f64>) -> Nearest {
         let mut best = Nearest {
             point: self.vertices[0].point,
             edge: 0,
@@ -115,7 +100,7 @@ impl Tree {
     }
 
     /// Makes a vertex of a place found by [`Tree::nearest`], splitting its edge where it lies inside of one.
-    pub fn split(&mut self, at: &Nearest) -> usize {
+    pub(super) fn split(&mut self, at: &Nearest) -> usize {
         let outer = self.vertices[at.edge];
         if at.point == outer.point {
             return at.edge;
@@ -135,7 +120,7 @@ impl Tree {
     }
 
     /// Adds a leg from a vertex; gives the new vertex.
-    pub fn grow(&mut self, parent: usize, point: Point2<f64>) -> usize {
+    pub(super) fn grow(&mut self, parent: usize, point: Point2<f64>) -> usize {
         let vertex = self.vertices.len();
         self.vertices.push(Vertex { point, parent });
         self.raster
@@ -145,9 +130,9 @@ impl Tree {
 
     /// Grows from the nearest point of the tree to the last collision-free one towards `target`; `None` where that is
     /// less than `least` metres.
-    pub fn extend<S: ConfigSpace + ?Sized>(
+    pub(super) fn extend(
         &mut self,
-        space: &S,
+        space: &dyn ConfigSpace,
         target: Point2<f64>,
         least: f64,
     ) -> Option<Grown> {
@@ -176,9 +161,9 @@ impl Tree {
     }
 
     /// Grows from a vertex to `target`, if all of that leg is free; gives the new vertex.
-    pub(super) fn reach<S: ConfigSpace + ?Sized>(
+    pub(super) fn reach(
         &mut self,
-        space: &S,
+        space: &dyn ConfigSpace,
         from: usize,
         target: Point2<f64>,
     ) -> Option<usize> {
@@ -187,8 +172,7 @@ impl Tree {
     }
 
     /// The points from the root to a vertex.
-    #[must_use]
-    pub fn branch(&self, vertex: usize) -> Vec<Point2<f64>> {
+    pub(super) fn branch(&self, vertex: usize) -> Vec<Point2<f64>> {
         let mut points = vec![self.vertices[vertex].point];
         let mut at = vertex;
         while self.vertices[at].parent != at {

@@ -41,9 +41,9 @@ impl VertexTree {
     }
 
     /// One step of at most `step` metres from the nearest vertex towards `target`; `None` where it is blocked.
-    pub(super) fn extend<S: ConfigSpace + ?Sized>(
+    pub(super) fn extend(
         &mut self,
-        space: &S,
+        space: &dyn ConfigSpace,
         target: Point2<f64>,
         step: f64,
     ) -> Option<Grown> {
@@ -69,9 +69,9 @@ impl VertexTree {
 
     /// As many steps from the nearest vertex towards `target` as are free, and the rest if all are; `None` where not even
     /// one is.
-    pub(super) fn connect<S: ConfigSpace + ?Sized>(
+    pub(super) fn connect(
         &mut self,
-        space: &S,
+        space: &dyn ConfigSpace,
         target: Point2<f64>,
         step: f64,
     ) -> Option<Grown> {
@@ -80,10 +80,10 @@ impl VertexTree {
     }
 
     /// As [`VertexTree::connect`], from the given vertex.
-    pub(super) fn connect_from<S: ConfigSpace + ?Sized>(
+    pub(super) fn connect_from(
         &mut self,
         vertex: usize,
-        space: &S,
+        space: &dyn ConfigSpace,
         target: Point2<f64>,
         step: f64,
     ) -> Option<Grown> {

@@ -4,7 +4,7 @@
 //!
 //! 1. A taut path among capsules is made of straight legs and of arcs round ends of walls; each leg touches the circles
 //!    that it joins. The graph has a node for every such leg at its far end; an edge is an arc followed by the next leg.
-//! 2. Legs from a circle are looked for when the search first leaves that circle, and kept.
+//! 2. Legs from a circle are searched for when the search first leaves that circle, and kept.
 //! 3. A* over that graph: what remains is at least the straight line.
 //! 4. An exhausted search is a proof: if there is any path there is a taut one.
 //! 5. Arcs are handed on as corners of polygons around them, so that the path never comes nearer to a wall than allowed;
@@ -15,14 +15,16 @@
 //! Source: Liu & Arimoto (1992), "Path planning using a tangent graph for mobile robots among polygonal and curved
 //! obstacles"; the proof in Laumond (1987) for smooth obstacles.
 
-use std::cmp::Ordering;
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use nalgebra::{Point2, Vector2};
+use rand::Rng;
 
 use super::cspace::ConfigSpace;
 use super::path::Path;
 use super::query::Query;
+use super::search::Planning;
 use super::tangents::{Blocked, Tangent, Wound};
 use crate::geom::{Segment, sin_cos};
 
@@ -50,37 +52,9 @@ struct Arrival {
     before: Option<u32>,
 }
 
-/// An arrival that waits; the greatest one has the least way and rest.
-#[derive(Clone, Copy, Debug)]
-struct Waiting {
-    sum: f64,
-    way: f64,
-    before: u32,
-    from: u32,
-    link: u32,
-}
-
-impl Ord for Waiting {
-    fn cmp(&self, other: &Self) -> Ordering {
-        let sum = other.sum.total_cmp(&self.sum);
-        let names = (other.from, other.link).cmp(&(self.from, self.link));
-        sum.then(names)
-    }
-}
-
-impl PartialOrd for Waiting {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Waiting {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Waiting {}
+/// Arrivals that wait, the least way and rest first: that sum as bits (of numbers that are not negative these are in order), the circle
+/// that the leg is from, its number there, the arrival before, and the way as bits.
+type Open = BinaryHeap<Reverse<(u64, u32, u32, u32, u64)>>;
 
 /// Circle 0 is the start, 1 the goal; then each end of a wall twice, wound either way.
 const START: u32 = 0;
@@ -88,8 +62,8 @@ const GOAL: u32 = 1;
 const NONE: u32 = u32::MAX;
 
 /// A search over taut paths.
-#[derive(Clone, Debug)]
-pub struct Visibility {
+#[derive(Debug)]
+pub(super) struct Visibility {
     query: Query,
     keep: f64,
     circles: Vec<Wound>,
@@ -97,15 +71,14 @@ pub struct Visibility {
     blocked: Vec<Option<Blocked>>,
     /// Legs from each circle; `None` before the search leaves it.
     links: Vec<Option<Vec<Link>>>,
-    open: BinaryHeap<Waiting>,
+    open: Open,
     arrivals: Vec<Arrival>,
     goal: Option<usize>,
 }
 
 impl Visibility {
     /// Begins at the start. `None` where the space has other obstacles than walls.
-    #[must_use]
-    pub fn new<S: ConfigSpace + ?Sized>(space: &S, query: Query) -> Option<Self> {
+    pub(super) fn new(space: &dyn ConfigSpace, query: Query) -> Option<Self> {
         let (walls, keep) = space.walls()?;
         let point = |centre| Wound {
             centre,
@@ -124,49 +97,17 @@ impl Visibility {
             blocked: vec![None; circles.len() / 2],
             links: vec![None; circles.len()],
             circles,
-            open: BinaryHeap::new(),
+            open: Open::new(),
             arrivals: vec![],
             goal: None,
         };
-        search.look_from(space, START);
+        search.find_links(space, START);
         search.offer_from(None, START);
         Some(search)
     }
 
-    /// Goes on to the next leg; `false` when the search is over.
-    pub fn iterate<S: ConfigSpace + ?Sized>(&mut self, space: &S) -> bool {
-        if self.goal.is_some() {
-            return false;
-        }
-        let Some(next) = self.open.pop() else {
-            return false;
-        };
-        let links = self.links[next.from as usize].as_mut();
-        let Some(link) = links.and_then(|links| links.get_mut(next.link as usize)) else {
-            return true;
-        };
-        if std::mem::replace(&mut link.is_done, true) {
-            return true;
-        }
-        let circle = link.to;
-        self.arrivals.push(Arrival {
-            circle,
-            tangent: link.tangent,
-            way: next.way,
-            before: (next.before != NONE).then_some(next.before),
-        });
-        let arrival = self.arrivals.len() - 1;
-        if circle == GOAL {
-            self.goal = Some(arrival);
-            return false;
-        }
-        self.look_from(space, circle);
-        self.offer_from(Some(arrival), circle);
-        true
-    }
-
     /// Step 2: all free legs from a circle.
-    fn look_from<S: ConfigSpace + ?Sized>(&mut self, space: &S, from: u32) {
+    fn find_links(&mut self, space: &dyn ConfigSpace, from: u32) {
         if self.links[from as usize].is_some() {
             return;
         }
@@ -207,17 +148,14 @@ impl Visibility {
                 }
                 way += came.way + turn * circle.radius.abs();
             }
-            self.open.push(Waiting {
-                sum: way + (self.query.goal - link.tangent.leg.b).norm(),
-                way,
-                before: arrival.map_or(NONE, |a| a as u32),
-                from,
-                link: number as u32,
-            });
+            let sum = way + (self.query.goal - link.tangent.leg.b).norm();
+            let before = arrival.map_or(NONE, |a| a as u32);
+            let entry = (sum.to_bits(), from, number as u32, before, way.to_bits());
+            self.open.push(Reverse(entry));
         }
     }
 
-    fn blocked_on<S: ConfigSpace + ?Sized>(&mut self, space: &S, circle: u32) -> &Blocked {
+    fn blocked_on(&mut self, space: &dyn ConfigSpace, circle: u32) -> &Blocked {
         let wound = self.circles[circle as usize];
         let walls = space.walls().map_or(&[][..], |(walls, _)| walls);
         self.blocked[circle as usize / 2].get_or_insert_with(|| {
@@ -226,15 +164,59 @@ impl Visibility {
         })
     }
 
-    /// Whether the goal was reached.
-    #[must_use]
-    pub fn is_found(&self) -> bool {
+    /// Step 5: corners around the arc from an arrival to a heading.
+    fn wind(&self, came: &Arrival, heading: f64, points: &mut Vec<Point2<f64>>) {
+        let circle = self.circles[came.circle as usize];
+        let turn = circle.turn(came.tangent.heading, heading);
+        let pieces = (turn / CORNER).ceil().max(1.0);
+        let step = turn / pieces * circle.radius.signum();
+        let begin = circle.angle_at(came.tangent.heading);
+        let radius = circle.radius.abs() / libm::cos(0.5 * step);
+        for piece in 0..pieces as usize {
+            let (sin, cos) = sin_cos(begin + step * (piece as f64 + 0.5));
+            points.push(circle.centre + Vector2::new(cos, sin) * radius);
+        }
+    }
+}
+
+impl Planning for Visibility {
+    /// Goes on to the next leg.
+    fn iterate(&mut self, space: &dyn ConfigSpace, _rng: &mut dyn Rng) -> bool {
+        if self.goal.is_some() {
+            return false;
+        }
+        let Some(Reverse((_, from, number, before, way))) = self.open.pop() else {
+            return false;
+        };
+        let links = self.links[from as usize].as_mut();
+        let Some(link) = links.and_then(|links| links.get_mut(number as usize)) else {
+            return true;
+        };
+        if std::mem::replace(&mut link.is_done, true) {
+            return true;
+        }
+        let circle = link.to;
+        self.arrivals.push(Arrival {
+            circle,
+            tangent: link.tangent,
+            way: f64::from_bits(way),
+            before: (before != NONE).then_some(before),
+        });
+        let arrival = self.arrivals.len() - 1;
+        if circle == GOAL {
+            self.goal = Some(arrival);
+            return false;
+        }
+        self.find_links(space, circle);
+        self.offer_from(Some(arrival), circle);
+        true
+    }
+
+    fn is_found(&self) -> bool {
         self.goal.is_some()
     }
 
-    /// The path, if the goal was reached.
-    #[must_use]
-    pub fn path(&self) -> Option<Path> {
+    fn path(&self) -> Option<Path> {
         let mut legs = vec![];
         let mut at = Some(self.goal?);
         while let Some(arrival) = at {
@@ -252,29 +234,11 @@ impl Visibility {
         Some(Path { points })
     }
 
-    /// Step 5: corners around the arc from an arrival to a heading.
-    fn wind(&self, came: &Arrival, heading: f64, points: &mut Vec<Point2<f64>>) {
-        let circle = self.circles[came.circle as usize];
-        let turn = circle.turn(came.tangent.heading, heading);
-        let pieces = (turn / CORNER).ceil().max(1.0);
-        let step = turn / pieces * circle.radius.signum();
-        let begin = circle.angle_at(came.tangent.heading);
-        let radius = circle.radius.abs() / libm::cos(0.5 * step);
-        for piece in 0..pieces as usize {
-            let (sin, cos) = sin_cos(begin + step * (piece as f64 + 0.5));
-            points.push(circle.centre + Vector2::new(cos, sin) * radius);
-        }
-    }
-
-    /// The legs that were gone along.
-    #[must_use]
-    pub fn edges(&self) -> Vec<Segment> {
+    fn edges(&self) -> Vec<Segment> {
         self.arrivals.iter().map(|a| a.tangent.leg).collect()
     }
 
-    /// How many [`Self::edges`] are.
-    #[must_use]
-    pub fn edge_count(&self) -> usize {
+    fn edge_count(&self) -> usize {
         self.arrivals.len()
     }
 }

@@ -7,7 +7,6 @@ mod characteristic;
 mod command;
 pub mod controller;
 mod even;
-mod interface;
 mod model;
 mod motor;
 mod odometry;
@@ -24,7 +23,6 @@ pub use characteristic::{
 };
 pub use command::Command;
 pub use even::EvenBeams;
-pub use interface::Robot;
 pub use model::{BodyShape, OdometryBias, OdometryNoise, RobotModel};
 pub use motor::{DriveTrain, MotorError, MotorModel};
 pub use odometry::{Odometry, OdometryError, TrackNoise, TrackOdometry, Tracks};

@@ -5,7 +5,6 @@ use crate::experiment::{CONTROL_PERIOD, Experiment, ExperimentConfig};
 use crate::hash::StateHash;
 use crate::live::{Live, LiveConfig};
 use crate::replay::{Log, Replay};
-use crate::robot::Robot;
 use crate::sim::{SensorModel, Simulation, worlds};
 use crate::slam::Method;
 use crate::wire::message::{
@@ -43,7 +42,7 @@ fn driven(config: ExperimentConfig, steps: usize) -> (Session, Vec<(u64, FromBri
         }
         for _ in 0..5 {
             sim.advance(CONTROL_PERIOD / 5.0);
-            let odometry = Robot::odometry(&mut sim);
+            let odometry = sim.odometry();
             session.odometry(&odometry).unwrap();
             let micros = sim.stamp().0;
             let body = OdometryBody::new(0, &odometry);

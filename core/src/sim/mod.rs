@@ -41,7 +41,7 @@ pub use cast::{Caster, Fan, Hit};
 pub use contact::Contacts;
 pub use doors::NoDoor;
 pub use motor::Motor;
-pub use reachable::{ReachableArea, reachable_area, standing_area};
+pub use reachable::{ReachableArea, reachable_area};
 pub use sensors::{SensorKind, SensorModel, UnknownSensor};
 pub use simulation::{SimError, Simulation, TIME_STEP};
 pub use world::{Disc, Door, Material, Mover, Obstacle, RobotKind, Shape, Wall, World, WorldError};

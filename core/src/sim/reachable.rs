@@ -59,16 +59,6 @@ pub fn reachable_area(world: &World, robot_radius: f64, resolution: f64) -> Reac
     area
 }
 
-/// The same without looking: only where the robot's middle can be counts.
-///
-/// # Units    As of [`reachable_area`].
-#[must_use]
-pub fn standing_area(world: &World, robot_radius: f64, resolution: f64) -> ReachableArea {
-    let mut area = ReachableArea::empty(world, resolution);
-    area.flood(world.start.position(), robot_radius, &caster_of(world));
-    area
-}
-
 fn caster_of(world: &World) -> Caster {
     let mut walls = world.walls();
     let never = world.doors.iter().filter(|door| !door.ever_opens());
@@ -80,12 +70,6 @@ fn caster_of(world: &World) -> Caster {
 }
 
 impl ReachableArea {
-    /// Area, m².
-    #[must_use]
-    pub fn square_metres(&self) -> f64 {
-        self.count() as f64 * self.resolution * self.resolution
-    }
-
     /// Number of cells that count.
     #[must_use]
     pub fn count(&self) -> usize {
@@ -255,11 +239,8 @@ mod tests {
     fn an_empty_room_counts_but_for_its_rim() {
         let area = reachable_area(&square(2.0), 0.11, 0.05);
         // All but the cells nearer than one cell to the wall.
-        assert!(
-            (area.square_metres() - 3.9 * 3.9).abs() < 0.3,
-            "{}",
-            area.square_metres()
-        );
+        let metres = area.count() as f64 * 0.05 * 0.05;
+        assert!((metres - 3.9 * 3.9).abs() < 0.3, "{metres}");
         assert_eq!(area.known_fraction(|_| true), 1.0);
         assert!((area.known_fraction(|p| p.x > 0.0) - 0.5).abs() < 0.02);
     }

@@ -6,9 +6,7 @@
 
 mod beside;
 mod check;
-mod interface;
 mod partial_scans;
-mod past;
 
 use std::collections::VecDeque;
 
@@ -19,7 +17,6 @@ use self::beside::Beside;
 pub use self::check::SimError;
 use self::check::check_robot;
 use self::partial_scans::PartialScans;
-use self::past::Moment;
 use super::battery::{Battery, BatteryModel};
 use super::body::Body;
 use super::contact::Contacts;
@@ -31,7 +28,9 @@ use super::response::DRIVE_PERIOD;
 use super::sensors::{Sensor, SensorModel, Span, View};
 use super::{Caster, Disc, World};
 use crate::geom::{Pose2, Segment};
-use crate::robot::{Bumpers, Command, RobotModel, Scan, Stamp, TrackOdometry, TrackWear, Tracks};
+use crate::robot::{
+    Bumpers, Command, Odometry, RobotModel, Scan, Stamp, TrackOdometry, TrackWear, Tracks,
+};
 
 /// Simulated time of one step, s.
 pub const TIME_STEP: f64 = 0.005;
@@ -67,8 +66,6 @@ pub struct Simulation {
     /// Time asked for that is less than a step, s.
     pending: f64,
     odometry: TrackOdometry,
-    /// The last steps, the newest at the back.
-    memory: VecDeque<Moment>,
     scans: VecDeque<Scan>,
     scan: ScanOrder,
     /// Whether scans nobody asked for are dropped, whatever the sensor.
@@ -108,12 +105,8 @@ impl Simulation {
         motion_rng.set_stream(1);
         let mut sensor_rng = ChaCha8Rng::seed_from_u64(seed);
         sensor_rng.set_stream(2);
-        let start = Moment {
-            ticks: [0, 0],
-            truth: world.start,
-        };
         let mut odometry = TrackOdometry::new(&robot);
-        odometry.update(Stamp(0), start.ticks);
+        odometry.update(Stamp(0), [0, 0]);
         Ok(Self {
             caster: caster_of(&world, &doors),
             doors,
@@ -130,7 +123,6 @@ impl Simulation {
             steps: 0,
             pending: 0.0,
             odometry,
-            memory: VecDeque::from([start]),
             scans: VecDeque::new(),
             scan: ScanOrder::None,
             on_command: false,
@@ -196,6 +188,17 @@ impl Simulation {
     #[must_use]
     pub fn ticks(&self) -> [i64; 2] {
         self.drive.counts()
+    }
+
+    /// The robot's own estimate of its motion since it was last asked (at first: since it started), with covariance.
+    pub fn odometry(&mut self) -> Odometry {
+        self.odometry.update(self.stamp(), self.ticks())
+    }
+
+    /// Whether it scans only on [`Command::Scan`], standing; others scan all the time.
+    #[must_use]
+    pub fn scans_on_command(&self) -> bool {
+        self.on_command || self.sensor_model.scans_on_command()
     }
 
     /// The oldest scan that nobody took yet.
@@ -327,7 +330,6 @@ impl Simulation {
         if let Some(scan) = self.sensor.step(&span, &view, &mut self.sensor_rng) {
             self.keep(scan);
         }
-        self.remember();
     }
 
     fn walk_movers(&mut self) {

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::estimation::{Drive, OdometryFit};
-use crate::robot::{Command, Robot, RobotModel, Scan, TrackNoise, TrackWear};
+use crate::robot::{Command, RobotModel, Scan, TrackNoise, TrackWear};
 use crate::sim::{SensorModel, Simulation, worlds};
 use crate::slam::{Method, Slam, SlamConfig};
 
@@ -44,7 +44,7 @@ fn drive(seed: u64, seconds: u32, mut see: impl FnMut(&Odometry, Option<(Scan, P
         corner += usize::from(is_there);
         sim.command(command);
         sim.advance(0.02);
-        let odometry = Robot::odometry(&mut sim);
+        let odometry = sim.odometry();
         let truth = start.inverse() * sim.truth();
         see(&odometry, sim.take_scan().map(|scan| (scan, truth)));
     }

@@ -1,6 +1,6 @@
 //! What devices and clients really say: fuzzing begins with it.
 
-use slamlab_core::robot::{Odometry, Robot, Scan, Stamp};
+use slamlab_core::robot::{Odometry, Scan, Stamp};
 use slamlab_core::sim::{SensorModel, Simulation, worlds};
 use slamlab_core::wire::message::{
     ClientHello, DriveBody, Format, FromBridge, Header, Motion, OdometryBody, SCHEMA, ScanBody,
@@ -179,6 +179,6 @@ fn scan() -> Option<Scan> {
     let robot = world.robot.model();
     let mut simulation = Simulation::new(world, robot, SensorModel::lidar(), 1).ok()?;
     simulation.advance(0.5);
-    let _ = Robot::odometry(&mut simulation);
+    let _ = simulation.odometry();
     simulation.take_scan()
 }

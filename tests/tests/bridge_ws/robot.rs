@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use slamlab_bridge::Config;
 use slamlab_bridge::source::{Link, Order, Port, Profile, Source, SourceEvent, Waited};
-use slamlab_core::robot::{Command, Robot};
+use slamlab_core::robot::Command;
 use slamlab_core::sim::{SensorModel, Simulation, World, worlds};
 use slamlab_core::wire::message::LinkState;
 
@@ -163,7 +163,7 @@ impl TestRobot {
         if forward.abs() > 1e-3 || turn.abs() > 1e-2 {
             self.memory.0.lock().unwrap().ran = Some(Instant::now());
         }
-        let odometry = Robot::odometry(&mut self.simulation);
+        let odometry = self.simulation.odometry();
         let scan = self.simulation.take_scan();
         if is_cut {
             return;

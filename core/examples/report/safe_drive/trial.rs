@@ -12,7 +12,7 @@ use slamlab_core::control::SafeMode;
 use slamlab_core::experiment::CONTROL_PERIOD;
 use slamlab_core::geom::{sin_cos, wrap};
 use slamlab_core::pilot::{Pilot, PilotConfig, Situation};
-use slamlab_core::robot::{Command, Odometry, Robot, Scan};
+use slamlab_core::robot::{Command, Odometry, Scan};
 use slamlab_core::sim::{Contacts, SensorModel, Simulation};
 use slamlab_core::slam::{Method, Slam, SlamConfig};
 

@@ -5,7 +5,6 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::geom::Pose2;
 use crate::map::{Evidence, GridConfig};
-use crate::plan::{Answer, solve};
 
 const KEEP: f64 = 0.15;
 const QUERY: Query = Query {
@@ -137,13 +136,10 @@ fn each_finds_what_it_finds_alone() {
     let (low, high) = (Point2::origin(), Point2::new(4.0, 3.0));
     let space = SegmentSpace::new(with_tip(), KEEP, (low, high)).unwrap();
     for planner in [Planner::Rrt, Planner::RrtConnect, Planner::AStar] {
-        let config = RrtConfig {
-            max_iterations: usize::MAX,
-            ..RrtConfig::default()
-        };
-        let mut rng = ChaCha8Rng::seed_from_u64(1);
-        let Answer { path, .. } = solve(planner, &space, QUERY, &config, &mut rng);
-        assert_eq!(contest.path(planner), path.ok(), "{planner:?}");
+        let (config, sampler) = (RrtConfig::default(), || Sampler::anywhere(&space));
+        let mut search = Search::new(planner, &space, QUERY, config, sampler).unwrap();
+        search.step(&space, &mut ChaCha8Rng::seed_from_u64(1), usize::MAX);
+        assert_eq!(contest.path(planner), search.path(), "{planner:?}");
     }
 }
 

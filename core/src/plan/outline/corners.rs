@@ -8,11 +8,11 @@ use crate::plan::cspace::ConfigSpace;
 use crate::plan::path::Path;
 
 /// Step 4: again and again from the start, until every corner is needed.
-pub(super) fn drop_corners<S: ConfigSpace + ?Sized>(
+pub(super) fn drop_corners(
     mut path: Path,
     heading: Option<f64>,
     outline: &Footprint,
-    space: &S,
+    space: &dyn ConfigSpace,
 ) -> Path {
     let mut at = 1;
     let mut is_shorter = false;
@@ -41,11 +41,11 @@ pub(super) fn drop_corners<S: ConfigSpace + ?Sized>(
 
 /// Whether the outline can follow straight legs over these corners without touching a wall of the space, from a heading in rad, or
 /// from that of the first leg.
-pub fn follows<S: ConfigSpace + ?Sized>(
+pub fn follows(
     outline: &Footprint,
     corners: &[Point2<f64>],
     heading: Option<f64>,
-    space: &S,
+    space: &dyn ConfigSpace,
 ) -> bool {
     let mut heading = heading;
     corners.windows(2).all(|ends| {

@@ -8,13 +8,14 @@
 //! A cell is thicker than the wall in it, and a robot between two posts may seem to stand in them. Where it does, the outline is tried
 //! without a margin, and then half a cell smaller: what it then comes near to is up to safe mode.
 
-use super::{OutlineConfig, OutlineSearch};
+use super::OutlineSearch;
 use crate::geom::Pose2;
 use crate::map::Grid;
 use crate::plan::cspace::{ConfigSpace, GridSpace, rect_around};
 use crate::plan::path::{NoPath, Planner};
 use crate::plan::query::Query;
 use crate::plan::route::{FARTHEST_OFF, Route, RouteConfig, RouteFailure};
+use crate::plan::search::Planning;
 use crate::robot::RobotModel;
 
 /// Most states to expand at one margin.
@@ -62,22 +63,21 @@ pub fn plan_outline_route(
             failure.reason = query.unreachable();
             continue;
         }
-        let limits = OutlineConfig::default();
         let heading = Some(from.heading());
-        let mut search = match OutlineSearch::new(&space, outline, query, heading, limits) {
+        let mut search = match OutlineSearch::new(&space, outline, query, heading) {
             Ok(search) => search,
             Err(reason) => {
                 failure.reason = reason;
                 continue;
             }
         };
-        let is_cut_off = !(0..MOST_STATES).any(|_| !search.iterate(&space));
-        failure.iterations += search.iterations();
+        let is_cut_off = !(0..MOST_STATES).any(|_| !search.expand_next(&space));
+        failure.iterations += search.iterations;
         if let Some(path) = search.path() {
             return Ok(Route {
-                path: path.clone(),
-                pieces: vec![],
                 raw: path.clone(),
+                pieces: vec![],
+                path,
                 tree: search.edges(),
                 by: planner,
                 iterations: failure.iterations,

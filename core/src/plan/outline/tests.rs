@@ -69,21 +69,20 @@ fn deepest(path: &Path, heading: f64, walls: &[Segment]) -> f64 {
 }
 
 /// Asks for a path once.
-fn plan_outline<S: ConfigSpace + ?Sized>(
-    space: &S,
+fn plan_outline(
+    space: &dyn ConfigSpace,
     outline: &Footprint,
     query: Query,
     heading: Option<f64>,
-    config: &OutlineConfig,
 ) -> Result<Path, NoPath> {
-    let mut search = OutlineSearch::new(space, outline.clone(), query, heading, *config)?;
-    for _ in 0..config.max_iterations {
-        if !search.iterate(space) {
+    let mut search = OutlineSearch::new(space, outline.clone(), query, heading)?;
+    for _ in 0..200_000 {
+        if !search.expand_next(space) {
             break;
         }
     }
     match search.path() {
-        Some(path) => Ok(path.clone()),
+        Some(path) => Ok(path),
         // What the disc within cannot reach, the outline cannot.
         None if space.are_apart(query.start, query.goal) => Err(query.unreachable()),
         None if search.open.is_empty() => Err(NoPath::Exhausted {
@@ -97,14 +96,13 @@ fn plan_outline<S: ConfigSpace + ?Sized>(
 
 #[test]
 fn a_long_robot_passes_a_door_narrower_than_the_disc_around_it_and_touches_nothing() {
-    let config = OutlineConfig::default();
     let asked = query((0.6, 0.6), (3.3, 2.4));
     let rooms = two_rooms(0.4);
     // The disc around it, 58 cm wide, does not pass.
     let disc = rooms.with_keep(robot().radius_around());
     assert!(disc.are_apart(asked.start, asked.goal));
     for heading in [0.0, 1.5, -2.8] {
-        let path = plan_outline(&rooms, &robot(), asked, Some(heading), &config).unwrap();
+        let path = plan_outline(&rooms, &robot(), asked, Some(heading)).unwrap();
         assert_eq!(path.points.first(), Some(&asked.start));
         assert_eq!(path.points.last(), Some(&asked.goal));
         let depth = deepest(&path, heading, rooms.segments());
@@ -128,10 +126,9 @@ fn a_long_robot_passes_a_door_narrower_than_the_disc_around_it_and_touches_nothi
 
 #[test]
 fn doors_narrower_than_the_robot_and_bends_without_room_to_turn_are_refused() {
-    let config = OutlineConfig::default();
     let asked = query((0.6, 0.6), (3.3, 2.4));
     // 6 cm less than its width: proved by the disc within.
-    let shut = plan_outline(&two_rooms(0.24), &robot(), asked, Some(0.0), &config);
+    let shut = plan_outline(&two_rooms(0.24), &robot(), asked, Some(0.0));
     assert!(matches!(shut, Err(NoPath::Unreachable { .. })), "{shut:?}");
     // A bent corridor, 36 cm wide: the disc within passes, the robot cannot turn in the bend.
     let bend = space(vec![
@@ -141,15 +138,15 @@ fn doors_narrower_than_the_robot_and_bends_without_room_to_turn_are_refused() {
         wall(2.0, 1.36, 2.0, 3.0),
     ]);
     let asked = query((0.4, 1.18), (2.18, 2.7));
-    let stuck = plan_outline(&bend, &robot(), asked, Some(0.0), &config);
+    let stuck = plan_outline(&bend, &robot(), asked, Some(0.0));
     assert!(matches!(stuck, Err(NoPath::Exhausted { .. })), "{stuck:?}");
     let short = Footprint::rectangle(0.3, 0.18).unwrap();
     let bend = bend.with_keep(short.radius_within());
-    assert!(plan_outline(&bend, &short, asked, Some(0.0), &config).is_ok());
+    assert!(plan_outline(&bend, &short, asked, Some(0.0)).is_ok());
     // Straight on along it the long one drives, but across it does not even stand.
     let along = query((0.4, 1.18), (1.6, 1.18));
-    assert!(plan_outline(&bend, &robot(), along, Some(0.0), &config).is_ok());
-    let across = plan_outline(&bend, &robot(), along, Some(1.57), &config);
+    assert!(plan_outline(&bend, &robot(), along, Some(0.0)).is_ok());
+    let across = plan_outline(&bend, &robot(), along, Some(1.57));
     assert!(
         matches!(across, Err(NoPath::StartBlocked { .. })),
         "{across:?}"
@@ -167,7 +164,7 @@ proptest! {
         let walls = ends.iter().map(|&(x, y, dx, dy)| wall(x, y, x + dx, y + dy)).collect();
         let space = space(walls);
         let asked = query((0.3, 0.3), (3.7, 2.7));
-        if let Ok(path) = plan_outline(&space, &robot(), asked, Some(heading), &OutlineConfig::default()) {
+        if let Ok(path) = plan_outline(&space, &robot(), asked, Some(heading)) {
             let depth = deepest(&path, heading, space.segments());
             prop_assert!(depth <= 1e-9, "{} m into a wall", depth);
         }

@@ -24,6 +24,16 @@ fn finish(sim: &mut Simulation, command: Command) {
     }
 }
 
+/// The true pose at the beginning and at the end of each of the next steps.
+fn truths_of_steps(sim: &mut Simulation, steps: usize) -> Vec<Pose2> {
+    let mut truths = vec![sim.truth()];
+    for _ in 0..steps {
+        sim.advance(TIME_STEP);
+        truths.push(sim.truth());
+    }
+    truths
+}
+
 /// Drives like a cleaning robot: ahead until it touches something, then a turn; gives dead reckoning at the end.
 fn bounce(sim: &mut Simulation, seconds: f64) -> Pose2 {
     let mut odometry = TrackOdometry::new(sim.robot());
@@ -314,24 +324,4 @@ fn mover_is_seen_waits_for_the_robot_and_is_not_driven_through() {
         gap(&sim),
         sim.contacts()
     );
-}
-
-#[test]
-fn counts_and_truth_of_the_past_are_those_that_were() {
-    let mut sim = simulation("office", SensorModel::lidar(), 1);
-    sim.command(Command::Velocity {
-        forward: 0.3,
-        turn: 0.4,
-    });
-    sim.advance(1.0);
-    let (stamp, ticks, truth) = (sim.stamp(), sim.ticks(), sim.truth());
-    sim.advance(1.5);
-    assert_eq!(sim.ticks_at(stamp), Some(ticks));
-    let then = sim.truth_at(stamp).unwrap();
-    assert!((then.position() - truth.position()).norm() < 1e-12);
-    assert_eq!(sim.ticks_at(sim.stamp()), Some(sim.ticks()));
-    assert_eq!(sim.ticks_at(Stamp(0)), None);
-    assert_eq!(sim.ticks_at(Stamp(sim.stamp().0 + 1)), None);
-    let between = sim.truth_at(Stamp(stamp.0 + 2_500)).unwrap();
-    assert!((between.position() - truth.position()).norm() < 0.3 * 0.005);
 }
