@@ -23,11 +23,10 @@ use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
 use nalgebra::Point2;
 use slamlab_core::experiment::{Experiment, ExperimentConfig, Figures};
-use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
-use slamlab_core::format::{floor_plan, og_map, preset, tum};
+use slamlab_core::format::floor_plan;
 use slamlab_core::geom::Pose2;
 use slamlab_core::pilot::{Mode, Status};
-use slamlab_core::settings::Settings;
+use slamlab_core::settings::{Scope, Settings, Source};
 use slamlab_core::sim::{SensorKind, World, reachable_area, worlds};
 use slamlab_core::slam::Method;
 
@@ -68,30 +67,13 @@ struct Args {
     /// Simulated seconds after which the run is given up.
     #[arg(long, default_value = "3600", value_parser = duration, allow_hyphen_values = true)]
     max_seconds: f64,
-    /// A setting other than its default, `KEY=NUMBER`; as often as wanted. Keys are those of `core::settings`.
-    #[arg(long = "set", value_name = "KEY=NUMBER", value_parser = options::setting)]
-    settings: Vec<(String, f64)>,
-    /// Settings from a preset file, as `evaluate --fit` writes one; `--set` overrules it.
-    #[arg(long, value_name = "FILE")]
-    preset: Option<std::path::PathBuf>,
+    #[command(flatten)]
+    changes: options::Changes,
     /// Write the vector map as FILE.svg, FILE.dxf and FILE.geojson.
     #[arg(long, value_name = "FILE")]
     plan: Option<String>,
-    /// Write the grid as text, the layout of OGmap.txt.
-    #[arg(long, value_name = "FILE")]
-    og_map: Option<PathBuf>,
-    /// Write the grid for ROS map_server: PGM, or PNG where the name ends in .png, and a YAML beside it.
-    #[arg(long, value_name = "FILE")]
-    map: Option<PathBuf>,
-    /// What the greys of --map mean: trinary, scale (PNG only) or raw.
-    #[arg(long, default_value = "trinary")]
-    map_mode: MapMode,
-    /// Write where the robot was at each scan, as it believes at the end, as a TUM trajectory.
-    #[arg(long, value_name = "FILE")]
-    tum: Option<PathBuf>,
-    /// Write the scans with their odometry as a CARMEN log.
-    #[arg(long, value_name = "FILE")]
-    carmen: Option<PathBuf>,
+    #[command(flatten)]
+    outputs: options::Outputs,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -123,6 +105,12 @@ fn main() -> ExitCode {
 
 fn run(args: &Args) -> Result<()> {
     let method: Method = args.method.parse().context("--method")?;
+    let given = |option, path: &Option<PathBuf>| path.clone().map(|path| (option, path));
+    let read = given("--known", &args.known).into_iter();
+    let read = read
+        .chain(given("--preset", &args.changes.preset))
+        .collect();
+    options::check(read, args.outputs.paths())?;
     let world = load_world(args)?;
     let mode = match args.mode {
         Errand::Explore if args.goal.is_some() => bail!("--goal is for `--mode goto` only"),
@@ -140,24 +128,16 @@ fn run(args: &Args) -> Result<()> {
     let robot = world.robot.model();
     let area = reachable_area(&world, robot.radius(), 0.05);
     let mut settings = Settings::of(sensor.model(), &robot);
-    if let Some(path) = &args.preset {
-        let name = || format!("preset {}", path.display());
-        let preset = preset::read(&std::fs::read(path).with_context(name)?).with_context(name)?;
-        let changes = preset
-            .settings
-            .iter()
-            .map(|(key, value)| (key.as_str(), *value));
-        settings.set_all(changes).with_context(name)?;
-    }
-    for (key, value) in &args.settings {
-        settings.set(key, *value).context("--set")?;
-    }
-    let config = ExperimentConfig {
+    let scope = Scope {
+        source: Source::Simulation,
+        method,
+    };
+    args.changes.apply_to(&mut settings, &scope)?;
+    let mut config = ExperimentConfig {
         method,
         mode,
         ..ExperimentConfig::of(&settings, world, robot, setup.seed)
     };
-    let mut config = config;
     if let Some(path) = &args.known {
         let start = args.start.unwrap_or(config.world.start);
         config.slam.prior_map = known_map(path, args.svg_unit, &start)?;
@@ -197,7 +177,10 @@ fn run(args: &Args) -> Result<()> {
 /// Writes what was asked for.
 fn write_files(args: &Args, experiment: &Experiment) -> Result<()> {
     let slam = experiment.session().slam();
-    let mut files: Vec<(PathBuf, Vec<u8>)> = vec![];
+    let poses = slam.trajectory().into_iter();
+    let poses = poses.map(|(stamp, pose)| (stamp.seconds(), pose));
+    let log = || experiment.log().clone();
+    let mut files = args.outputs.files(slam, poses, log)?;
     if let Some(stem) = &args.plan {
         let walls = slam.vector_map().walls();
         let named =
@@ -207,29 +190,7 @@ fn write_files(args: &Args, experiment: &Experiment) -> Result<()> {
         files.push(named("dxf", floor_plan::dxf(&walls)?));
         files.push(named("geojson", floor_plan::geojson(&walls)?));
     }
-    if let Some(path) = &args.og_map {
-        let map = og_map::of_grid(slam.grid())?;
-        files.push((path.clone(), og_map::write(&map).into()));
-    }
-    if let Some(path) = &args.map {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let map = OccupancyMap::of_grid(slam.grid(), args.map_mode)?;
-        let map = map_server::write(&map, args.map_mode, MapImage::of_name(&name), &name)?;
-        files.push((path.with_extension("yaml"), map.yaml.into()));
-        files.push((path.clone(), map.image));
-    }
-    if let Some(path) = &args.tum {
-        let poses = slam.trajectory().into_iter();
-        let text = tum::write(poses.map(|(stamp, pose)| (stamp.seconds(), pose)));
-        files.push((path.clone(), text.into()));
-    }
-    if let Some(path) = &args.carmen {
-        files.push((path.clone(), experiment.log().write().into()));
-    }
-    for (path, bytes) in files {
-        std::fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
-    }
-    Ok(())
+    options::write(&files)
 }
 
 fn print(report: &serde_json::Value, json: bool) -> std::io::Result<()> {

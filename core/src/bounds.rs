@@ -10,6 +10,8 @@ pub type Bounds = [f64; 2];
 pub const NOT_NEGATIVE: Bounds = [0.0, f64::MAX];
 /// Any finite number above 0.
 pub const POSITIVE: Bounds = [f64::MIN_POSITIVE, f64::MAX];
+/// Any finite number.
+pub const FINITE: Bounds = [f64::MIN, f64::MAX];
 /// A part of a whole, or a probability.
 pub const PART: Bounds = [0.0, 1.0];
 
@@ -28,6 +30,7 @@ impl fmt::Display for OutOfBounds {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} is {}, expected ", self.figure, self.value)?;
         match self.bounds {
+            FINITE => write!(f, "a finite number"),
             NOT_NEGATIVE => write!(f, "a finite number, at least 0"),
             POSITIVE => write!(f, "a finite number, greater than 0"),
             [least, most] => write!(f, "{least} to {most}"),

@@ -18,16 +18,13 @@ mod tests;
 use crate::pilot::Mode;
 use crate::robot::{Bumpers, Command, OdometryCalibration, RobotModel};
 use crate::session::{Session, SessionConfig};
-use crate::settings::{SettingError, Settings};
+use crate::settings::{Scope, SettingError, Settings, Source};
 use crate::slam::{Method, PriorMap, SlamError};
 use crate::wire::client::{Client, ClientError};
 use crate::wire::message::{
     Device, FromBridge, Motion, RecordingBody, RefusalReason, RobotFigures, Severity,
 };
 use crate::wire::timeline::{Reading, Timeline, explain_gap};
-
-/// How often [`Live::tick`] is due: the pilot decides, and a command is told again, s.
-pub const TICK_PERIOD: f64 = 0.05;
 
 /// Something for a person to read.
 #[derive(Clone, Debug, PartialEq)]
@@ -261,7 +258,7 @@ impl Live {
         self.client.give_up_errand();
     }
 
-    /// Due every [`TICK_PERIOD`]: heartbeats, and the pilot's decision where this client drives.
+    /// Due every 50 ms: heartbeats, and the pilot's decision where this client drives.
     ///
     /// # Errors    [`ClientError`]: the bridge is gone; map and pose are kept.
     pub fn tick(&mut self, now: u64) -> Result<(), ClientError> {
@@ -384,8 +381,8 @@ impl Live {
     ///
     /// # Errors    [`LiveError`] naming the first setting that cannot be; then the old ones stay.
     pub fn reconfigure(&mut self, changes: Vec<(String, f64)>) -> Result<(), LiveError> {
-        let on_command = self.waits_for_command();
-        let settings = settings_of(self.session.robot(), on_command, &changes)?;
+        let (method, on_command) = (self.session.slam().method(), self.waits_for_command());
+        let settings = settings_of(self.session.robot(), on_command, method, &changes)?;
         self.session.reconfigure(&settings)?;
         self.config.settings = changes;
         Ok(())
@@ -400,10 +397,15 @@ impl Live {
 fn settings_of(
     robot: &RobotModel,
     scans_on_command: bool,
+    method: Method,
     changes: &[(String, f64)],
 ) -> Result<Settings, SettingError> {
+    let scope = Scope {
+        source: Source::Live,
+        method,
+    };
     let mut settings = Settings::of_robot(robot, scans_on_command);
-    settings.set_present(changes.iter().map(|(key, value)| (key.as_str(), *value)))?;
+    settings.take(&scope, changes.iter().map(|(key, value)| (key, *value)))?;
     Ok(settings)
 }
 
@@ -415,7 +417,6 @@ fn session_for(
     let on_command = figures.is_some_and(|figures| figures.scans_on_command);
     let robot = figures.and_then(RobotFigures::model);
     let robot = robot.unwrap_or_else(RobotModel::pioneer);
-    let settings = settings_of(&robot, on_command, &config.settings)?;
     let (method, instead) = match (figures, config.method, &config.prior_map) {
         (None, Method::ScanMatching, _) => (Method::ScanMatching, None),
         // Without wheels, lines alone do not tell how far along a corridor the sensor was carried.
@@ -430,6 +431,7 @@ fn session_for(
         ),
         (Some(_), method, _) => (method, None),
     };
+    let settings = settings_of(&robot, on_command, method, &config.settings)?;
     let mut session = SessionConfig {
         method,
         seed: config.seed,

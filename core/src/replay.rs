@@ -15,7 +15,7 @@ use crate::estimation::DriveFit;
 use crate::format::carmen::CarmenLog;
 use crate::geom::Pose2;
 use crate::hash::StateHash;
-use crate::points::{SigmaConfig, estimate_sigma_of_stretches};
+use crate::points::{SigmaConfig, estimate_sigma};
 use crate::robot::{OdometryCalibration, Scan, Stamp};
 use crate::session::{Session, SessionConfig};
 use crate::settings::Settings;
@@ -76,14 +76,13 @@ impl Replay {
     ) -> Result<Self, ReplayError> {
         let log = log.into();
         let mut notes: Vec<String> = log.damage().iter().map(ToString::to_string).collect();
-        let method = match (log.has_odometry(), method) {
-            (true, method) => method,
-            (false, Method::PriorMap) => return Err(ReplayError::NoOdometry),
-            (false, _) => {
-                notes.push("No robot is in this recording: it is mapped by scan matching".into());
-                Method::ScanMatching
+        if !log.has_odometry() {
+            if method == Method::PriorMap {
+                return Err(ReplayError::NoOdometry);
             }
-        };
+            notes.push("No robot is in this recording: it is mapped by scan matching".into());
+        }
+        let method = log.method(method);
         let session = Session::new(SessionConfig {
             method,
             is_driven: false,
@@ -214,10 +213,7 @@ impl Replay {
         let stretches = self.standing_stretches();
         let stretches: Vec<&[Scan]> = stretches.iter().map(Vec::as_slice).collect();
         DriveFit {
-            ranges: Some(estimate_sigma_of_stretches(
-                &stretches,
-                &SigmaConfig::default(),
-            )),
+            ranges: Some(estimate_sigma(&stretches, &SigmaConfig::default())),
             is_lidar: !self.log.scans_on_command(),
             ..self.session.fit()
         }

@@ -151,9 +151,6 @@ pub enum SettingError {
     /// No setting of that key.
     #[error("there is no setting `{0}`")]
     Unknown(String),
-    /// It would have no effect.
-    #[error(transparent)]
-    Idle(#[from] Idle),
     /// Outside of its range.
     #[error("{name} is {value}{unit}, expected {expected}")]
     Range {
@@ -199,59 +196,11 @@ impl Settings {
     pub fn get(&self, setting: &Setting) -> Option<f64> {
         setting.number_in(self)
     }
-
-    /// Sets a number, whatever the run is fed by and however it estimates; see [`Self::set_for`].
-    ///
-    /// # Errors    [`SettingError`]; then nothing has changed.
-    pub fn set(&mut self, key: &str, value: f64) -> Result<(), SettingError> {
-        let setting = find(key)?;
-        setting.check(value)?;
-        match self.unmet(setting) {
-            Some(idle) => Err(idle.into()),
-            None => {
-                setting.put(self, value);
-                Ok(())
-            }
-        }
-    }
-
-    /// Sets all of them, choices before the settings that depend on them.
-    ///
-    /// # Errors    [`SettingError`] for the first that cannot be; those before it are set.
-    pub fn set_all<'a>(
-        &mut self,
-        changes: impl IntoIterator<Item = (&'a str, f64)>,
-    ) -> Result<(), SettingError> {
-        in_order(changes)
-            .into_iter()
-            .try_for_each(|(key, value)| self.set(key, value))
-    }
-
-    /// The same for settings that may have been made for another sensor: those that would have no effect are left out.
-    ///
-    /// # Errors    [`SettingError`] for a key that does not exist and a number out of range; those before it are set.
-    pub fn set_present<'a>(
-        &mut self,
-        changes: impl IntoIterator<Item = (&'a str, f64)>,
-    ) -> Result<(), SettingError> {
-        let mut changes = in_order(changes).into_iter();
-        changes.try_for_each(|(key, value)| match self.set(key, value) {
-            Err(SettingError::Idle(_)) => Ok(()),
-            done => done,
-        })
-    }
 }
 
 fn find(key: &str) -> Result<&'static Setting, SettingError> {
     let found = table().find(|setting| setting.key == key);
     found.ok_or_else(|| SettingError::Unknown(key.to_owned()))
-}
-
-/// In the order of the table: choices before the settings that depend on them.
-fn in_order<'a>(changes: impl IntoIterator<Item = (&'a str, f64)>) -> Vec<(&'a str, f64)> {
-    let mut changes: Vec<_> = changes.into_iter().collect();
-    changes.sort_by_key(|(key, _)| table().position(|setting| setting.key == *key));
-    changes
 }
 
 /// The defaults of estimation and driving for a sensor.

@@ -102,7 +102,7 @@ fn run(
             (seen, matched, rejected) = (
                 seen + lines.len(),
                 matched + report.matches.len(),
-                rejected + report.rejected.len(),
+                rejected + report.rejected(),
             );
             nis += report.nis;
             scans += 1;

@@ -20,8 +20,8 @@ const MAY_IMPORT: [(&str, Imports); 25] = [
     ("hash", These(&["geom"])),
     ("bounds", These(&[])),
     ("lanes", These(&[])),
-    ("robot", These(&["geom"])),
-    ("points", These(&["geom", "lanes", "robot"])),
+    ("robot", These(&["bounds", "geom"])),
+    ("points", These(&["bounds", "geom", "lanes", "robot"])),
     (
         "features",
         These(&["bounds", "geom", "lanes", "robot", "points"]),
@@ -34,7 +34,10 @@ const MAY_IMPORT: [(&str, Imports); 25] = [
         "association",
         These(&["bounds", "geom", "points", "features", "map"]),
     ),
-    ("registration", These(&["geom", "robot", "points", "map"])),
+    (
+        "registration",
+        These(&["bounds", "geom", "robot", "points", "map"]),
+    ),
     (
         "estimation",
         These(&[

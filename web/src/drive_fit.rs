@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::{self, FittedParameter as CoreParameter};
 use slamlab_core::format::preset::{self, FittedLine, PresetFile as CoreFile};
 use slamlab_core::robot::RobotModel;
-use slamlab_core::settings::Settings;
+use slamlab_core::settings::{Settings, Source};
 use slamlab_core::sim::SensorModel;
+use slamlab_core::slam::Method;
 use slamlab_core::twin::{Twin, TwinSample};
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -54,7 +55,7 @@ impl From<&CoreParameter> for FittedParameter {
             value: parameter.value,
             sigma: parameter.sigma,
             model: parameter.model,
-            unknown: parameter.verdict.reason().to_owned(),
+            unknown: parameter.unknown.to_owned(),
         }
     }
 }
@@ -92,7 +93,9 @@ pub struct PresetFile {
 pub fn read_preset(bytes: &[u8]) -> Typed<PresetFile> {
     let CoreFile { name, settings } = preset::read(bytes)?;
     let settings: SettingValues = settings.into_iter().collect();
-    settings.apply_to(&mut Settings::of(SensorModel::lidar(), &RobotModel::rp6()))?;
+    // Its keys and ranges are checked, whatever the run that will take them.
+    let mut checked = Settings::of(SensorModel::lidar(), &RobotModel::rp6());
+    settings.apply_to(&mut checked, Source::Simulation, Method::LineEkf)?;
     typed(&PresetFile { name, settings })
 }
 

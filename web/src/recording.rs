@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use slamlab_core::replay::{Log, LogReader, Replay};
 use slamlab_core::robot::RobotModel;
-use slamlab_core::settings::Settings;
+use slamlab_core::settings::{self, Settings};
 use slamlab_core::sim::SensorModel;
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -44,7 +44,11 @@ impl WebLogReader {
         let setup = setup.to_rust()?;
         // What cannot be set is told before a long log is read.
         let mut settings = Settings::of(SensorModel::lidar(), &RobotModel::pioneer());
-        setup.settings.apply_to(&mut settings)?;
+        setup.settings.apply_to(
+            &mut settings,
+            settings::Source::Recording,
+            setup.method.into(),
+        )?;
         Ok(Self {
             reader: LogReader::default(),
             setup,
@@ -64,7 +68,10 @@ impl WebLogReader {
     pub fn finish(self) -> Result<WebRun, WebError> {
         let (log, setup) = (self.reader.finish()?, self.setup);
         let mut settings = log.settings();
-        setup.settings.apply_to(&mut settings)?;
+        let method = log.method(setup.method.into());
+        setup
+            .settings
+            .apply_to(&mut settings, settings::Source::Recording, method)?;
         let calibration = settings.odometry.calibration(&log.robot());
         if let Some(known) = &setup.known {
             settings.slam.prior_map = known.into();

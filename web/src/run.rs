@@ -14,7 +14,7 @@ use slamlab_core::pilot::{self, Pilot, Stage as CoreStage, StageRecord};
 use slamlab_core::replay::Replay;
 use slamlab_core::robot::{RobotModel, Scan};
 use slamlab_core::session::Session;
-use slamlab_core::settings::Settings;
+use slamlab_core::settings::{self, Settings};
 use slamlab_core::sim::{ReachableArea, SensorModel};
 use slamlab_core::slam::Slam;
 use tsify::{Ts, Tsify};
@@ -290,7 +290,8 @@ impl WebRun {
             Source::Simulation(sim) => sim.configure(&values),
             Source::Recording(replay) => {
                 let mut settings = replay.log().settings();
-                values.apply_to(&mut settings)?;
+                let method = replay.session().slam().method();
+                values.apply_to(&mut settings, settings::Source::Recording, method)?;
                 Ok(replay.reconfigure(&settings)?)
             }
             Source::Live(behind) => Ok(behind.live.reconfigure(values.0.into_iter().collect())?),

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use slamlab_core::experiment::ExperimentConfig;
 use slamlab_core::format::{calibration, world};
 use slamlab_core::pilot;
-use slamlab_core::settings::Settings;
+use slamlab_core::settings::{Settings, Source};
 use slamlab_core::sim::{SensorKind, SensorModel, World, worlds};
 use tsify::Tsify;
 
@@ -63,6 +63,7 @@ impl Setup {
         let sensor: SensorKind = self.sensor.parse()?;
         let robot = world.robot.model();
         let mut settings = Settings::of(sensor.model(), &robot);
+        let method = self.method.into();
         if let Some(pairs) = &self.calibration {
             let SensorModel::Rangers(rangers) = &mut settings.sensor else {
                 return Err(SetupError::Calibration.into());
@@ -71,9 +72,10 @@ impl Setup {
             rangers.calibration = calibration::fit(pairs.text.as_bytes(), rangers.variable)?.0;
         }
         let defaults = settings.clone();
-        self.settings.apply_to(&mut settings)?;
+        self.settings
+            .apply_to(&mut settings, Source::Simulation, method)?;
         let mut config = ExperimentConfig::of(&settings, world, robot, u64::from(self.seed));
-        config.method = self.method.into();
+        config.method = method;
         config.mode = match self.mode {
             Mode::Manual => pilot::Mode::Manual,
             Mode::Explore => pilot::Mode::Explore,

@@ -3,6 +3,7 @@
 use std::cell::OnceCell;
 
 use slamlab_core::experiment::Experiment;
+use slamlab_core::settings;
 use slamlab_core::sim::{SensorModel, Wall, reachable_area};
 use tsify::Ts;
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -141,7 +142,8 @@ impl Simulated {
 
     pub(crate) fn configure(&mut self, values: &SettingValues) -> Result<(), WebError> {
         let mut settings = self.defaults.clone();
-        values.apply_to(&mut settings)?;
+        let method = self.experiment.session().slam().method();
+        values.apply_to(&mut settings, settings::Source::Simulation, method)?;
         Ok(self.experiment.reconfigure(&settings)?)
     }
 

@@ -14,7 +14,6 @@
 mod known;
 #[path = "../shared/options.rs"]
 mod options;
-mod output;
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -24,12 +23,12 @@ use std::time::Instant;
 use anyhow::{Context, bail};
 use clap::Parser;
 use serde_json::{Value, json};
-use slamlab_core::estimation::{DriveFit, RelationErrors, relation_errors};
-use slamlab_core::format::preset;
+use slamlab_core::estimation::{DriveFit, FittedParameter, RelationErrors, relation_errors};
+use slamlab_core::format::preset::{self, FittedLine, PresetFile};
 use slamlab_core::format::relations::{self, Relation};
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::{Log, LogReader, Replay};
-use slamlab_core::settings::Settings;
+use slamlab_core::settings::{Scope, Source};
 use slamlab_core::slam::{Method, PriorMapFit};
 
 /// Relations over at least this time show whether loops close, s.
@@ -58,30 +57,13 @@ struct Arguments {
     /// the same log.
     #[arg(long, default_value = "0,0,0", value_name = "X,Y,DEGREES", value_parser = known::pose, allow_hyphen_values = true)]
     start: Pose2,
-    /// Write the trajectory of the robot's base here, in TUM format.
-    #[arg(long)]
-    tum: Option<PathBuf>,
-    /// Write the map here as PGM, or PNG where it ends in .png, and a YAML beside it, as ROS map_server does.
-    #[arg(long)]
-    map: Option<PathBuf>,
-    /// Estimate with the settings of a preset file, as `--fit` writes one.
-    #[arg(long)]
-    preset: Option<PathBuf>,
-    /// A setting other than its default, `KEY=NUMBER`; as often as wanted; it overrules the preset.
-    #[arg(long = "set", value_name = "KEY=NUMBER", value_parser = options::setting)]
-    settings: Vec<(String, f64)>,
+    #[command(flatten)]
+    changes: options::Changes,
+    #[command(flatten)]
+    outputs: options::Outputs,
     /// Fit odometry and ranges to the drive, print them, and write what is known as a preset here.
     #[arg(long)]
     fit: Option<PathBuf>,
-    /// What the greys of --map mean: trinary, scale (PNG only) or raw.
-    #[arg(long, default_value = "trinary")]
-    map_mode: String,
-    /// Write the map here as text, the layout of OGmap.txt.
-    #[arg(long)]
-    og_map: Option<PathBuf>,
-    /// Write all scans with their odometry here, as a CARMEN log.
-    #[arg(long)]
-    carmen: Option<PathBuf>,
     /// Print one JSON object on one line.
     #[arg(long)]
     json: bool,
@@ -99,7 +81,7 @@ fn main() -> ExitCode {
 
 fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     let method: Method = arguments.method.parse().context("--method")?;
-    output::check(arguments)?;
+    check(arguments)?;
     let truth = arguments
         .relations
         .as_deref()
@@ -108,10 +90,12 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     let start = Instant::now();
     let log = read_log(&arguments.log)?;
     let (scans, log_seconds) = (log.scans(), log.duration());
-    let mut settings = settings_for(&log, arguments.preset.as_deref())?;
-    for (key, value) in &arguments.settings {
-        settings.set(key, *value).context("--set")?;
-    }
+    let mut settings = log.settings();
+    let scope = Scope {
+        source: Source::Recording,
+        method: log.method(method),
+    };
+    arguments.changes.apply_to(&mut settings, &scope)?;
     match (&arguments.known, method) {
         (Some(path), Method::PriorMap) => {
             settings.slam.prior_map = known::known_map(path, arguments.svg_unit, &arguments.start)?;
@@ -147,7 +131,7 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
         .map(|truth| measure(&truth, &trajectory))
         .transpose()?;
     let fit = arguments.fit.as_ref().map(|_| replay.fit());
-    output::save(arguments, &replay, &trajectory, fit.as_ref())?;
+    save(arguments, &replay, &trajectory, fit.as_ref())?;
     let figures = json!({
         "log": arguments.log.display().to_string(),
         "method": method.name(),
@@ -172,25 +156,58 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     .context("cannot write to standard output")
 }
 
-/// Settings for the sensor that the log is of, changed by a preset.
-fn settings_for(log: &Log, preset: Option<&Path>) -> anyhow::Result<Settings> {
-    let mut settings = log.settings();
-    if let Some(path) = preset {
-        let name = || format!("preset {}", path.display());
-        let preset = preset::read(&std::fs::read(path).with_context(name)?).with_context(name)?;
-        let changes = preset
-            .settings
-            .iter()
-            .map(|(key, value)| (key.as_str(), *value));
-        settings.set_all(changes).with_context(name)?;
+/// Finds what would go wrong at the end of a long run before it begins.
+fn check(arguments: &Arguments) -> anyhow::Result<()> {
+    let given = |option, path: &Option<PathBuf>| path.clone().map(|path| (option, path));
+    let mut read = vec![("--log", arguments.log.clone())];
+    read.extend(given("--relations", &arguments.relations));
+    read.extend(given("--preset", &arguments.changes.preset));
+    let mut written = arguments.outputs.paths();
+    written.extend(given("--fit", &arguments.fit));
+    options::check(read, written)
+}
+
+fn save(
+    arguments: &Arguments,
+    replay: &Replay,
+    trajectory: &[(f64, Pose2)],
+    fit: Option<&DriveFit>,
+) -> anyhow::Result<()> {
+    let poses = trajectory.iter().copied();
+    let slam = replay.session().slam();
+    let mut files = arguments
+        .outputs
+        .files(slam, poses, || replay.carmen_log())?;
+    if let (Some(path), Some(fit)) = (&arguments.fit, fit) {
+        let settings = fit.settings().into_iter();
+        let preset = PresetFile {
+            name: format!("fitted to {}", arguments.log.display()),
+            settings: settings.map(|(key, n)| (key.to_owned(), n)).collect(),
+        };
+        files.push((
+            path.clone(),
+            preset::write(&preset, &fitted_lines(fit)).into(),
+        ));
     }
-    Ok(settings)
+    options::write(&files)
+}
+
+/// The parameters of a fit, for people.
+fn fitted_lines(fit: &DriveFit) -> Vec<FittedLine> {
+    let line = |p: FittedParameter| FittedLine {
+        name: p.name.to_owned(),
+        unit: p.unit.to_owned(),
+        value: p.value,
+        sigma: Some(p.sigma).filter(|sigma| sigma.is_finite()),
+        unknown: p.unknown.to_owned(),
+    };
+    fit.parameters().into_iter().map(line).collect()
 }
 
 fn fitted(fit: &DriveFit) -> Value {
     let odometry = fit.odometry.as_ref().ok();
     json!({
-        "parameters": output::fitted_lines(fit),
+        "parameters": fitted_lines(fit),
         "reasons": fit.reasons(),
         "legs": odometry.map(|o| o.legs),
         "left_out": odometry.map(|o| o.left_out),

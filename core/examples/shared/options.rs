@@ -1,10 +1,173 @@
-//! In: the text of an option that several programs take. Out: what it says.
+//! What `evaluate` and `simulate` have in common: settings to run with, and files to write.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow, bail};
+use slamlab_core::format::carmen::CarmenLog;
+use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
+use slamlab_core::format::{og_map, preset, tum};
+use slamlab_core::geom::Pose2;
+use slamlab_core::settings::{Scope, Settings};
+use slamlab_core::slam::Slam;
+
+/// Settings other than their defaults.
+#[derive(clap::Args)]
+pub(crate) struct Changes {
+    /// A setting other than its default, `KEY=NUMBER`; as often as wanted. Keys are those of `core::settings`. One that has
+    /// no effect on the run is refused.
+    #[arg(long = "set", value_name = "KEY=NUMBER", value_parser = setting)]
+    settings: Vec<(String, f64)>,
+    /// Settings from a preset file, as `evaluate --fit` writes one; `--set` overrules it. Those that have no effect on the
+    /// run are named and left out.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) preset: Option<PathBuf>,
+}
 
 /// A setting as `KEY=NUMBER`.
-pub(crate) fn setting(text: &str) -> Result<(String, f64), String> {
+fn setting(text: &str) -> Result<(String, f64), String> {
     let (key, number) = text.split_once('=').ok_or("expected KEY=NUMBER")?;
     let number = number
         .parse()
         .map_err(|error| format!("{number}: {error}"))?;
     Ok((key.to_owned(), number))
+}
+
+impl Changes {
+    /// Sets them for a run of this scope.
+    pub(crate) fn apply_to(&self, settings: &mut Settings, scope: &Scope) -> Result<()> {
+        if let Some(path) = &self.preset {
+            let name = || format!("preset {}", path.display());
+            let bytes = std::fs::read(path).with_context(name)?;
+            let preset = preset::read(&bytes).with_context(name)?;
+            for idle in settings.take(scope, preset.settings).with_context(name)? {
+                eprintln!("{}: left out: {idle}", path.display());
+            }
+        }
+        let idle = settings
+            .take(scope, self.settings.clone())
+            .context("--set")?;
+        match idle.into_iter().next() {
+            Some(idle) => Err(anyhow!(idle).context("--set")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Files that a run can be written to.
+#[derive(clap::Args)]
+pub(crate) struct Outputs {
+    /// Write where the robot was at each scan, as it believes at the end, as a TUM trajectory.
+    #[arg(long, value_name = "FILE")]
+    tum: Option<PathBuf>,
+    /// Write the grid for ROS map_server: PGM, or PNG where the name ends in .png, and a YAML beside it.
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+    /// What the greys of --map mean: trinary, scale (PNG only) or raw.
+    #[arg(long, default_value = "trinary")]
+    map_mode: MapMode,
+    /// Write the grid as text, the layout of OGmap.txt.
+    #[arg(long, value_name = "FILE")]
+    og_map: Option<PathBuf>,
+    /// Write the scans with their odometry as a CARMEN log.
+    #[arg(long, value_name = "FILE")]
+    carmen: Option<PathBuf>,
+}
+
+/// A file to be written, with what it holds.
+pub(crate) type File = (PathBuf, Vec<u8>);
+
+impl Outputs {
+    /// The files, each with its option.
+    pub(crate) fn paths(&self) -> Vec<(&'static str, PathBuf)> {
+        let yaml = self.map.as_deref().map(yaml_of);
+        let all = [
+            ("--tum", &self.tum),
+            ("--map", &self.map),
+            ("the YAML of --map", &yaml),
+            ("--og-map", &self.og_map),
+            ("--carmen", &self.carmen),
+        ];
+        let given = |(option, path): (_, &Option<PathBuf>)| Some((option, path.clone()?));
+        all.into_iter().filter_map(given).collect()
+    }
+
+    /// The files of a run.
+    pub(crate) fn files(
+        &self,
+        slam: &Slam,
+        trajectory: impl IntoIterator<Item = (f64, Pose2)>,
+        log: impl FnOnce() -> CarmenLog,
+    ) -> Result<Vec<File>> {
+        let mut files: Vec<File> = vec![];
+        if let Some(path) = &self.tum {
+            files.push((path.clone(), tum::write(trajectory).into()));
+        }
+        if let Some(path) = &self.map {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let write = || {
+                let map = OccupancyMap::of_grid(slam.grid(), self.map_mode)?;
+                map_server::write(&map, self.map_mode, MapImage::of_name(&name), &name)
+            };
+            let map = write().with_context(|| format!("cannot write {}", path.display()))?;
+            files.push((yaml_of(path), map.yaml.into()));
+            files.push((path.clone(), map.image));
+        }
+        if let Some(path) = &self.og_map {
+            let map = og_map::of_grid(slam.grid())?;
+            files.push((path.clone(), og_map::write(&map).into()));
+        }
+        if let Some(path) = &self.carmen {
+            files.push((path.clone(), log().write().into()));
+        }
+        Ok(files)
+    }
+}
+
+/// Refuses what cannot be written, and what is written over another file of the run; before the run, which may take minutes.
+pub(crate) fn check(
+    read: Vec<(&'static str, PathBuf)>,
+    written: Vec<(&'static str, PathBuf)>,
+) -> Result<()> {
+    let mut taken = read;
+    for (option, path) in written {
+        if path.file_name().is_none() || path.is_dir() {
+            bail!("{option}: {} is no name of a file", path.display());
+        }
+        let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+            bail!("{option}: there is no folder {}", folder.display());
+        }
+        if let Some((other, _)) = taken.iter().find(|(_, other)| *other == path) {
+            bail!("{option}: {} is also the file of {other}", path.display());
+        }
+        taken.push((option, path));
+    }
+    Ok(())
+}
+
+/// Writes all of them, or none: under other names first.
+pub(crate) fn write(files: &[File]) -> Result<()> {
+    for (path, bytes) in files {
+        if let Err(error) = std::fs::write(part_of(path), bytes) {
+            for (path, _) in files {
+                let _ = std::fs::remove_file(part_of(path));
+            }
+            return Err(error).with_context(|| format!("cannot write {}", path.display()));
+        }
+    }
+    for (path, _) in files {
+        std::fs::rename(part_of(path), path)
+            .with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    Ok(())
+}
+
+fn yaml_of(map: &Path) -> PathBuf {
+    map.with_extension("yaml")
+}
+
+fn part_of(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".part");
+    name.into()
 }

@@ -20,6 +20,7 @@ mod members;
 use nalgebra::{Matrix2, Vector2};
 
 use self::members::Members;
+use super::AssociationConfig;
 
 /// A landmark that a sighting may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,21 +35,6 @@ pub struct Pairing {
     pub cov: Matrix2<f64>,
 }
 
-/// How far to search.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointConfig {
-    /// Gate of a single pairing, d²; sets of pairings have the gate of the same probability. 9.21 is 99 %.
-    pub gate: f64,
-    /// Largest d² of a pairing from what the rest of its set says. 13.82 is 99.9 %.
-    pub outlier_gate: f64,
-    /// Another landmark must be this much worse in d².
-    pub ambiguity: f64,
-    /// Landmarks closer than this (m, and rad) to each other are the same place: then no ambiguity.
-    pub same_place: f64,
-    /// Sets looked at before the best one so far is taken: the worst case grows exponentially.
-    pub most_sets: usize,
-}
-
 /// What a sighting is, once all of its scan were matched together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Paired {
@@ -59,17 +45,6 @@ pub enum Paired {
     /// None that agrees with the other pairings.
     #[default]
     Nothing,
-}
-
-/// The pairings that agree.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct JointMatches {
-    /// What each sighting is, in their order.
-    pub paired: Vec<Paired>,
-    /// Joint distance, χ² with twice as many degrees of freedom as there are pairings.
-    pub d2: f64,
-    /// Whether all sets were looked at that could have been better.
-    pub is_complete: bool,
 }
 
 /// The search, and its memory, which it keeps from scan to scan.
@@ -84,7 +59,10 @@ pub struct JointSearch {
     best: Vec<Option<usize>>,
     best_size: usize,
     n_sets: usize,
-    matches: JointMatches,
+    /// What each sighting is, in their order.
+    paired: Vec<Paired>,
+    /// Joint distance of the best set, χ² with twice as many degrees of freedom as it has pairings.
+    d2: f64,
 }
 
 impl JointSearch {
@@ -107,22 +85,22 @@ impl JointSearch {
     pub fn run(
         &mut self,
         cross: impl Fn(&Pairing, &Pairing) -> Option<Matrix2<f64>>,
-        config: &JointConfig,
-    ) -> &JointMatches {
+        config: &AssociationConfig,
+    ) -> &[Paired] {
         let n = self.ends.len();
         for chosen in [&mut self.chosen, &mut self.best] {
             chosen.clear();
             chosen.resize(n, None);
         }
         (self.best_size, self.n_sets) = (0, 0);
-        self.matches.paired.clear();
-        self.matches.paired.resize(n, Paired::Nothing);
-        (self.matches.d2, self.matches.is_complete) = (0.0, true);
+        self.paired.clear();
+        self.paired.resize(n, Paired::Nothing);
+        self.d2 = 0.0;
         self.set.clear();
         self.descend(0, 0.0, &cross, config);
         self.drop_outliers(&cross, config);
         self.conclude(&cross, config);
-        &self.matches
+        &self.paired
     }
 
     fn pairings_of(&self, sighting: usize) -> std::ops::Range<usize> {
@@ -131,7 +109,13 @@ impl JointSearch {
     }
 
     /// Steps 1 to 3.
-    fn descend(&mut self, sighting: usize, d2: f64, cross: &impl Cross, config: &JointConfig) {
+    fn descend(
+        &mut self,
+        sighting: usize,
+        d2: f64,
+        cross: &impl Cross,
+        config: &AssociationConfig,
+    ) {
         self.keep_best(d2);
         if sighting >= self.ends.len() {
             return;
@@ -163,31 +147,35 @@ impl JointSearch {
     }
 
     /// Whether no set that begins like this can be better than the best one so far.
-    fn is_hopeless(&mut self, next: usize, size: usize, d2: f64, config: &JointConfig) -> bool {
+    fn is_hopeless(
+        &mut self,
+        next: usize,
+        size: usize,
+        d2: f64,
+        config: &AssociationConfig,
+    ) -> bool {
         if self.n_sets >= config.most_sets {
-            self.matches.is_complete = false;
             return true;
         }
         let most = size + self.ends.len().saturating_sub(next);
-        most < self.best_size
-            || (most == self.best_size && self.best_size > 0 && d2 >= self.matches.d2)
+        most < self.best_size || (most == self.best_size && self.best_size > 0 && d2 >= self.d2)
     }
 
     fn keep_best(&mut self, d2: f64) {
         self.n_sets += 1;
         let size = self.set.len();
-        if size > self.best_size || (size == self.best_size && d2 < self.matches.d2) {
+        if size > self.best_size || (size == self.best_size && d2 < self.d2) {
             self.best_size = size;
-            self.matches.d2 = d2;
+            self.d2 = d2;
             self.best.clone_from(&self.chosen);
         }
     }
 
     /// Step 4.
-    fn drop_outliers(&mut self, cross: &impl Cross, config: &JointConfig) {
+    fn drop_outliers(&mut self, cross: &impl Cross, config: &AssociationConfig) {
         // No part of a distance is greater than the whole.
-        while self.matches.d2 > config.outlier_gate {
-            self.matches.d2 = self.rebuild(None, cross);
+        while self.d2 > config.outlier_gate {
+            self.d2 = self.rebuild(None, cross);
             let (worst, d2) = self.set.worst();
             if d2 <= config.outlier_gate {
                 return;
@@ -196,7 +184,7 @@ impl JointSearch {
             if let Some(place) = self.best.iter_mut().filter(|p| p.is_some()).nth(worst) {
                 *place = None;
             }
-            self.matches.d2 = if gone > 1 {
+            self.d2 = if gone > 1 {
                 self.rebuild(None, cross)
             } else {
                 0.0
@@ -205,7 +193,7 @@ impl JointSearch {
     }
 
     /// Step 5, and what each sighting is.
-    fn conclude(&mut self, cross: &impl Cross, config: &JointConfig) {
+    fn conclude(&mut self, cross: &impl Cross, config: &AssociationConfig) {
         for sighting in 0..self.ends.len() {
             let Some(place) = self.best.get(sighting).copied().flatten() else {
                 continue;
@@ -213,9 +201,7 @@ impl JointSearch {
             let is_ambiguous = self.pairings_of(sighting).len() > 1
                 && self.has_rival(sighting, place, cross, config);
             let landmark = self.pairings.get(place).map(|p| p.landmark);
-            if let (Some(paired), Some(landmark)) =
-                (self.matches.paired.get_mut(sighting), landmark)
-            {
+            if let (Some(paired), Some(landmark)) = (self.paired.get_mut(sighting), landmark) {
                 *paired = match is_ambiguous {
                     true => Paired::Ambiguous,
                     false => Paired::Landmark(landmark),
@@ -229,7 +215,7 @@ impl JointSearch {
         sighting: usize,
         place: usize,
         cross: &impl Cross,
-        config: &JointConfig,
+        config: &AssociationConfig,
     ) -> bool {
         self.rebuild(Some(sighting), cross);
         let Some(own) = self.distance_to_set(place, cross) else {

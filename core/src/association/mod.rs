@@ -5,7 +5,7 @@ mod joint;
 mod nearest;
 
 pub use gate::{ExpectedLine, Innovation, OrientedLine};
-pub use joint::{JointConfig, JointMatches, JointSearch, Paired, Pairing, chi2_survival};
+pub use joint::{JointSearch, Paired, Pairing, chi2_survival};
 pub use nearest::{
     AssociationConfig, AssociationMethod, Candidate, Choice, choose, choose_paired, plausible,
 };

@@ -53,6 +53,9 @@ pub struct AssociationConfig {
     pub max_gap: f64,
     /// Candidates closer than this (m, and rad) to each other are the same place: then no ambiguity. Default 0.03.
     pub same_place: f64,
+    /// Matched together: sets tried before the best one so far is taken, since the worst case grows exponentially. Default
+    /// 5 000: a few milliseconds.
+    pub most_sets: usize,
 }
 
 impl Default for AssociationConfig {
@@ -65,6 +68,7 @@ impl Default for AssociationConfig {
             ambiguity: 4.0,
             max_gap: 0.5,
             same_place: 0.03,
+            most_sets: 5_000,
         }
     }
 }

@@ -1,15 +1,15 @@
-//! All that a recorded drive tells of its robot and its sensor: [`OdometryFit`], and σ(ρ) where it
+//! All that a recorded drive shows of its robot and its sensor: [`OdometryFit`], and σ(ρ) where it
 //! stood.
 
-use super::{FitVerdict, FittedParameter, OdometryFit, OdometryFitError};
+use super::{FittedParameter, OdometryFit, OdometryFitError};
 use crate::points::{Growth, SigmaError, SigmaFit};
 
-/// What a drive told.
+/// What a drive showed.
 #[derive(Clone, Debug)]
 pub struct DriveFit {
     /// Of the odometry.
     pub odometry: Result<OdometryFit, OdometryFitError>,
-    /// Of the ranges, by readings taken standing; none where these were not looked at.
+    /// Of the ranges, by readings taken standing; none where these were not examined.
     pub ranges: Option<Result<SigmaFit, SigmaError>>,
     /// Whether the sensor turns all the time, so that its σ(ρ) describes a simulated lidar too.
     pub is_lidar: bool,
@@ -19,21 +19,17 @@ impl DriveFit {
     /// All parameters, with their doubts; what could not be fitted at all gives none.
     #[must_use]
     pub fn parameters(&self) -> Vec<FittedParameter> {
-        let mut all = self
-            .odometry
-            .iter()
-            .flat_map(OdometryFit::parameters)
-            .collect();
-        if let Some(Ok(fit)) = &self.ranges {
-            self.add_ranges(fit, &mut all);
-        }
-        all
+        let odometry = self.odometry.iter().flat_map(OdometryFit::parameters);
+        odometry.chain(self.of_ranges()).collect()
     }
 
-    fn add_ranges(&self, fit: &SigmaFit, all: &mut Vec<FittedParameter>) {
+    fn of_ranges(&self) -> Vec<FittedParameter> {
+        let Some(Ok(fit)) = &self.ranges else {
+            return vec![];
+        };
         let grows = match fit.growth {
-            Growth::Linear => ("Growth of σ with the range", "m/m"),
-            Growth::Square => ("Growth of σ with the squared range", "m/m²"),
+            Growth::Linear => ["Growth of σ with the range", "m/m"],
+            Growth::Square => ["Growth of σ with the squared range", "m/m²"],
         };
         // The simulated lidar's σ grows linearly, and not below nothing.
         let is_like_a_lidar = self.is_lidar
@@ -47,56 +43,35 @@ impl DriveFit {
             ],
             false => [&["points.sigma_constant"], &["points.sigma_slope"]],
         };
-        for (i, (name, unit)) in [("σ of a range at 0 m", "m"), grows]
-            .into_iter()
-            .enumerate()
-        {
-            all.push(FittedParameter {
-                keys: keys[i],
-                name,
-                unit,
-                value: fit.coefficients[i],
-                sigma: fit.cov[(i, i)].sqrt(),
-                model: f64::NAN,
-                verdict: FitVerdict::Known,
-            });
-        }
+        let row = |i: usize, name| {
+            let figures = [fit.coefficients[i], fit.cov[(i, i)].sqrt(), f64::NAN];
+            FittedParameter::new(keys[i], name, figures, "")
+        };
+        vec![row(0, ["σ of a range at 0 m", "m"]), row(1, grows)]
     }
 
-    /// Keys and numbers of the settings that take what is known.
+    /// Keys and numbers of the settings that take what the drive showed.
     #[must_use]
     pub fn settings(&self) -> Vec<(&'static str, f64)> {
-        let mut values: Vec<_> = self
-            .odometry
-            .iter()
-            .flat_map(OdometryFit::settings)
-            .collect();
+        let odometry = self.odometry.iter().flat_map(OdometryFit::settings);
+        let mut values: Vec<_> = odometry.collect();
         if let Some(Ok(fit)) = &self.ranges {
             let growth = match fit.growth {
                 Growth::Linear => 1.0,
                 Growth::Square => 2.0,
             };
-            values.extend([
-                ("points.sigma", growth),
-                ("points.sigma_least", fit.to_use().least),
-            ]);
-            let mut all = vec![];
-            self.add_ranges(fit, &mut all);
-            for parameter in all {
-                values.extend(parameter.keys.iter().map(|key| (*key, parameter.value)));
-            }
+            let least = fit.to_use().least;
+            values.extend([("points.sigma", growth), ("points.sigma_least", least)]);
         }
+        values.extend(self.of_ranges().iter().flat_map(FittedParameter::settings));
         values
     }
 
     /// Why something could not be fitted, in words.
     #[must_use]
     pub fn reasons(&self) -> Vec<String> {
-        let odometry = self
-            .odometry
-            .as_ref()
-            .err()
-            .map(|e| format!("Odometry: {e}"));
+        let odometry = self.odometry.as_ref().err();
+        let odometry = odometry.map(|e| format!("Odometry: {e}"));
         let ranges = self
             .ranges
             .as_ref()

@@ -69,7 +69,7 @@ pub use self::correlations::Correlations;
 pub use self::input::EkfError;
 pub use self::landmark::{Landmark, LandmarkId};
 pub use self::report::{
-    Considered, Explanation, Fix, Gate, Match, Merged, Rejected, Rejection, UpdateReport, Verdict,
+    Considered, Explanation, Fix, Gate, Match, Merged, Rejection, UpdateReport, Verdict,
 };
 pub use self::robot_state::OdometryErrors;
 pub use self::sweep::SweepTiming;

@@ -75,17 +75,6 @@ impl PriorLine {
     }
 }
 
-/// A line that was found in the map.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PriorMatch {
-    /// Index of the feature in the scan's list.
-    pub feature: usize,
-    /// Index of the line in the map.
-    pub line: usize,
-    /// Squared Mahalanobis distance before the update, χ² with 2 degrees of freedom.
-    pub d2: f64,
-}
-
 /// Finds a robot in a prior map of lines.
 #[derive(Clone, Debug)]
 pub struct LineLocaliser {
@@ -98,7 +87,7 @@ impl LineLocaliser {
     /// A robot that is at `start`, map frame, with odometry as good as `prior` says (standard
     /// deviations; 0 for one without systematic errors).
     ///
-    /// # Errors   [`EkfError`], or [`EkfError::Setting`] where start or prior are no
+    /// # Errors   [`EkfError`], or [`EkfError::Bounds`] where start or prior are no
     /// numbers.
     pub fn new(
         map: Vec<PriorLine>,
@@ -127,12 +116,12 @@ impl LineLocaliser {
         self.state.predict(odometry)
     }
 
-    /// Steps 2 and 3: takes in the lines of one scan, robot frame; returns which of them were found
-    /// in the map.
+    /// Steps 2 and 3: takes in the lines of one scan, robot frame; returns those that were found in
+    /// the map, each with the index of its line there.
     ///
     /// # Errors   [`EkfError::Feature`] for the first line whose numbers cannot be used; then
     /// nothing has changed.
-    pub fn update(&mut self, features: &[LineFeature]) -> Result<Vec<PriorMatch>, EkfError> {
+    pub fn update(&mut self, features: &[LineFeature]) -> Result<Vec<(usize, usize)>, EkfError> {
         for (index, feature) in features.iter().enumerate() {
             check_feature(index, feature)?;
         }
@@ -144,11 +133,7 @@ impl LineLocaliser {
             if let Choice::Match(found) = choose(&candidates, &self.association)
                 && self.correct(found.index, seen)
             {
-                matches.push(PriorMatch {
-                    feature,
-                    line: found.index,
-                    d2: found.d2,
-                });
+                matches.push((feature, found.index));
             }
         }
         Ok(matches)

@@ -23,18 +23,16 @@ pub use covariance::{Column, Covariance};
 pub use drive_fit::DriveFit;
 pub use ekf_slam::{
     Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Fix, Gate,
-    Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejected, Rejection,
-    SweepTiming, UpdateReport, Verdict,
+    Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejection, SweepTiming,
+    UpdateReport, Verdict,
 };
-pub use line_localisation::{LineLocaliser, PriorLine, PriorMatch};
+pub use line_localisation::{LineLocaliser, PriorLine};
 pub use measures::{align, ate_rmse};
-pub use odometry_fit::{
-    Drive, DriveExtent, FittedParameter, OdometryFit, OdometryFitError, Verdict as FitVerdict,
-};
-pub use pose_graph::{Edge, GraphError, GraphReport, Kernel, PoseGraph, information_at_end};
+pub use odometry_fit::{Drive, DriveExtent, FittedParameter, OdometryFit, OdometryFitError};
+pub use pose_graph::{Edge, PoseGraph, information_at_end};
 pub use relations::{RelationErrors, relation_errors};
 pub use scan_localisation::{ScanLocaliser, ScanLocaliserConfig};
-pub use scan_matching::{MatchReport, ScanMatcher, ScanMatcherConfig, ScanMatcherError};
+pub use scan_matching::{ScanMatcher, ScanMatcherConfig, ScanMatcherError};
 pub use submap::ClosureConfig;
 pub use sweep_smoother::{BeamPose, SweepSmoother};
 pub use triangle::SymmetricMatrix;

@@ -20,7 +20,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::block_cholesky::{BlockMatrix, BlockPattern};
 use crate::geom::{Pose2, symmetrize, wrap};
 
-pub use self::edge::{Edge, Kernel, information_at_end};
+pub use self::edge::{Edge, information_at_end};
 
 /// Poses and motions between them.
 #[derive(Clone, Debug, Default)]
@@ -29,42 +29,18 @@ pub struct PoseGraph {
     edges: Vec<Edge>,
 }
 
-/// How an optimisation went.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GraphReport {
-    /// Σ χ² of all edges before, without kernels.
-    pub chi2_before: f64,
-    /// The same afterwards.
-    pub chi2: f64,
-    /// Steps taken.
-    pub iterations: usize,
-    /// Whether the last step no longer mattered.
-    pub converged: bool,
-}
-
-/// Why a graph cannot take an edge.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum GraphError {
-    /// An end that does not exist, or both ends the same.
-    #[error("edge from pose {from} to pose {to}: expected two different poses below {poses}")]
-    Ends {
-        /// Start.
-        from: usize,
-        /// End.
-        to: usize,
-        /// Number of poses.
-        poses: usize,
-    },
-    /// A number that is not finite.
-    #[error("edge from pose {from} to pose {to}: expected finite numbers")]
-    NotFinite {
-        /// Start.
-        from: usize,
-        /// End.
-        to: usize,
-    },
-}
+/// Damping of the first step: next to none.
+const FIRST_DAMPING: f64 = 1e-8;
+/// Damping never falls below this.
+const LEAST_DAMPING: f64 = 1e-10;
+/// After a step that made it worse, damping grows tenfold and to at least this.
+const RAISED_DAMPING: f64 = 1e-6;
+/// With more damping than this no step leads anywhere.
+const MOST_DAMPING: f64 = 1e8;
+/// A step that gains less than this part of the cost is the last one.
+const LEAST_GAIN: f64 = 1e-9;
+/// A step that moves no pose by more than this, m and rad, is the last one.
+const LEAST_STEP: f64 = 1e-8;
 
 impl PoseGraph {
     /// Adds a pose and returns its number.
@@ -73,19 +49,16 @@ impl PoseGraph {
         self.poses.len() - 1
     }
 
-    /// Adds a measured motion.
-    ///
-    /// # Errors   [`GraphError`], naming the edge.
-    pub fn add_edge(&mut self, edge: Edge) -> Result<(), GraphError> {
-        let (from, to, poses) = (edge.from, edge.to, self.poses.len());
-        if from == to || from >= poses || to >= poses {
-            return Err(GraphError::Ends { from, to, poses });
+    /// Adds a measured motion; `false` where an end does not exist, both ends are the same, or a
+    /// number is not finite.
+    pub fn add_edge(&mut self, edge: Edge) -> bool {
+        let poses = self.poses.len();
+        let joins_two = edge.from != edge.to && edge.from.max(edge.to) < poses;
+        let is_finite = edge.motion.is_finite() && edge.information.iter().all(|v| v.is_finite());
+        if joins_two && is_finite {
+            self.edges.push(edge);
         }
-        if !edge.motion.is_finite() || edge.information.iter().any(|v| !v.is_finite()) {
-            return Err(GraphError::NotFinite { from, to });
-        }
-        self.edges.push(edge);
-        Ok(())
+        joins_two && is_finite
     }
 
     /// The poses.
@@ -116,29 +89,25 @@ impl PoseGraph {
         self.edges.iter().map(|edge| self.chi2_of(edge)).sum()
     }
 
-    /// Moves the poses to the least cost, in at most `max_iterations` steps.
-    pub fn optimize(&mut self, max_iterations: usize) -> GraphReport {
-        let chi2_before = self.chi2();
-        let mut report = GraphReport {
-            chi2_before,
-            chi2: chi2_before,
-            iterations: 0,
-            converged: true,
-        };
+    /// Moves the poses to the least cost, in at most `max_iterations` steps. Returns whether the last
+    /// step no longer mattered.
+    pub fn optimize(&mut self, max_iterations: usize) -> bool {
         if self.poses.len() < 2 || self.edges.is_empty() {
-            return report;
+            return true;
         }
         let pattern = self.pattern();
         let mut cost = self.cost();
-        let mut damping = 1e-8;
-        report.converged = false;
-        while report.iterations < max_iterations && damping < 1e8 {
-            report.iterations += 1;
+        let mut damping = FIRST_DAMPING;
+        let raised = |damping: f64| (damping * 10.0).max(RAISED_DAMPING);
+        for _ in 0..max_iterations {
+            if damping >= MOST_DAMPING {
+                break;
+            }
             let (matrix, gradient) = self.normal_equations(&pattern);
             let mut damped = matrix.clone();
             pattern.damp(&mut damped, damping);
             if !pattern.factor(&mut damped) {
-                damping = (damping * 10.0).max(1e-6);
+                damping = raised(damping);
                 continue;
             }
             let mut step = gradient;
@@ -150,25 +119,20 @@ impl PoseGraph {
                 largest = largest.max(d.amax());
             }
             let after = self.cost();
-            if after.is_finite() && after <= cost {
-                damping = (damping * 0.1).max(1e-10);
-                let gain = cost - after;
+            let is_better = after.is_finite() && after <= cost;
+            let gain = cost - after;
+            if is_better {
+                damping = (damping * 0.1).max(LEAST_DAMPING);
                 cost = after;
-                if gain <= 1e-9 * cost || largest < 1e-8 {
-                    report.converged = true;
-                    break;
-                }
             } else {
                 self.poses = before;
-                if largest < 1e-8 {
-                    report.converged = true;
-                    break;
-                }
-                damping = (damping * 10.0).max(1e-6);
+                damping = raised(damping);
+            }
+            if largest < LEAST_STEP || (is_better && gain <= LEAST_GAIN * cost) {
+                return true;
             }
         }
-        report.chi2 = self.chi2();
-        report
+        false
     }
 
     /// Covariance of (x, y, θ) of a pose against the first one; `None` where the graph does not
@@ -209,7 +173,7 @@ impl PoseGraph {
     fn cost(&self) -> f64 {
         self.edges
             .iter()
-            .map(|edge| edge.kernel.of(self.chi2_of(edge)).0)
+            .map(|edge| edge.robust(self.chi2_of(edge)).0)
             .sum()
     }
 
@@ -223,7 +187,7 @@ impl PoseGraph {
             };
             let error = edge.error(from, to);
             let (by_from, by_to) = edge.jacobians(from, to);
-            let (_, weight) = edge.kernel.of(error.dot(&(edge.information * error)));
+            let (_, weight) = edge.robust(error.dot(&(edge.information * error)));
             let information = edge.information * weight;
             let (from, to) = (edge.from.checked_sub(1), edge.to.checked_sub(1));
             let by_error = information * error;

@@ -86,8 +86,8 @@ impl ScanLocaliser {
     /// A robot at `start`, map frame, in a map whose `faces` have what is free to the left of the
     /// way from `a` to `b`; odometry is as good as `prior` says (standard deviations).
     ///
-    /// # Errors   [`EkfError::Setting`] where start or prior are no numbers, a figure is out of
-    /// range, or the walls are longer or lie farther off than can be held.
+    /// # Errors   [`EkfError::Bounds`] where start or prior are no numbers or a figure is out of
+    /// range, [`EkfError::PriorMap`] where the walls are longer or lie farther off than can be held.
     pub fn new(
         faces: impl IntoIterator<Item = Segment>,
         start: &PoseEstimate,
@@ -133,7 +133,7 @@ impl ScanLocaliser {
 
     /// Steps 2 and 3: takes in the surfaces of one scan, robot frame, and the variance of the
     /// heading that odometry gathered since they were seen, in the mean, rad².
-    pub fn update(&mut self, surfaces: &[OrientedPoint], heading_variance: f64) -> Registration {
+    pub fn update(&mut self, surfaces: &[OrientedPoint], heading_variance: f64) {
         let (way, turn) = (self.config.floor, self.config.turn_floor);
         let floor = Vector3::new(way * way, way * way, turn * turn);
         let mut predicted = self.state.estimate();
@@ -165,7 +165,6 @@ impl ScanLocaliser {
             _ if is_match => self.correct(&predicted, &found, heading_variance),
             _ => {}
         }
-        found
     }
 
     /// Step 3. The match is the mean of prior and points, x = (P⁻¹ + I)⁻¹ (P⁻¹ x̂ + I z). But what
@@ -231,24 +230,26 @@ impl ScanLocaliser {
 fn check_size(faces: &[Segment], spacing: f64) -> Result<(), EkfError> {
     let finite = faces.iter().filter(|face| face.length().is_finite());
     let count: f64 = finite.map(|face| (face.length() / spacing).ceil()).sum();
-    if count > MOST_PIECES {
-        return Err(EkfError::Setting {
-            field: "number of pieces of the prior map's walls",
-            value: count,
-            expected: "at most 2 000 000; with known.by = 0 the robot is found by lines, however long",
-        });
-    }
     let ends = faces.iter().flat_map(|face| [face.a, face.b]);
     let farthest = ends
         .map(|end| end.coords.amax())
         .filter(|far| far.is_finite());
     let farthest = farthest.fold(0.0, f64::max);
-    if farthest > FARTHEST {
-        return Err(EkfError::Setting {
-            field: "distance of the prior map's walls from its origin, m",
-            value: farthest,
-            expected: "at most 800; with known.by = 0 the robot is found by lines, however far",
-        });
+    for (what, value, most) in [
+        (
+            "number of pieces of the prior map's walls",
+            count,
+            MOST_PIECES,
+        ),
+        (
+            "distance of the prior map's walls from its origin, m",
+            farthest,
+            FARTHEST,
+        ),
+    ] {
+        if value > most {
+            return Err(EkfError::PriorMap { what, value, most });
+        }
     }
     Ok(())
 }

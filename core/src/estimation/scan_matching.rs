@@ -34,19 +34,10 @@ use super::submap::ClosedSubmap;
 use crate::geom::{Pose2, PoseEstimate, symmetrize};
 use crate::map::{Grid, SurfelMap};
 use crate::points::{OrientedPoint, Points, oriented_points};
-use crate::registration::{Registration, Verdict, locate};
+use crate::registration::{Verdict, locate};
 use crate::robot::{Odometry, Stamp};
 
 pub use self::config::{ScanMatcherConfig, ScanMatcherError};
-
-/// What became of one scan.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MatchReport {
-    /// How the match went; `None` for the first scan, which has nothing to be matched to.
-    pub registration: Option<Registration>,
-    /// Whether the scan became a keyframe.
-    pub keyframe: bool,
-}
 
 /// SLAM by scan matching.
 #[derive(Clone, Debug)]
@@ -147,7 +138,7 @@ impl ScanMatcher {
     /// Takes the points of a scan, in the robot frame at the end of the newest odometry. `sigmas`
     /// are those of the direction of each beam in that frame, rad, in the order of `points.beams`:
     /// beams that were taken earlier are known worse.
-    pub fn update(&mut self, points: &Points, sigmas: &[f64]) -> MatchReport {
+    pub fn update(&mut self, points: &Points, sigmas: &[f64]) {
         let surfaces = oriented_points(points, &self.config.oriented);
         let moved = self
             .pending
@@ -162,8 +153,7 @@ impl ScanMatcher {
         let local = matched.map_or(predicted, |r| self.corrected(&r, &predicted));
         (self.submap_from_robot, self.local_cov) = (local.pose, local.cov);
         self.is_blind = matched.is_none();
-        let keyframe = self.is_new_place(registration.map_or(1.0, |r| r.overlap));
-        if keyframe {
+        if self.is_new_place(registration.map_or(1.0, |r| r.overlap)) {
             self.add_keyframe(points, sigmas, surfaces);
         }
         self.track.push(TrackPoint {
@@ -172,10 +162,6 @@ impl ScanMatcher {
             submap_from_robot: self.submap_from_robot,
         });
         self.work_off(1);
-        MatchReport {
-            registration,
-            keyframe,
-        }
     }
 
     /// Completes all work that was put off.

@@ -126,14 +126,16 @@ fn scans_of_a_standing_twin_show_the_noise_of_the_sensor_and_leave_the_run_alone
     let before = run.state_hash();
     let scans = run.standing_scans(100);
     assert_eq!((scans.len(), run.state_hash()), (100, before));
-    let fit = estimate_sigma(&scans, &SigmaConfig::default()).unwrap();
+    let fit = estimate_sigma(&[&scans], &SigmaConfig::default()).unwrap();
     let SensorModel::Lidar(lidar) = run.sim().sensor() else {
         panic!("not a lidar");
     };
     for range in [1.0, 3.0] {
         let (found, truth) = (fit.at(range), lidar.sigma_at(range));
+        let terms = nalgebra::Vector2::new(1.0, range);
+        let error = terms.dot(&(fit.cov * terms)).sqrt();
         assert!(
-            (found - truth).abs() < 4.0 * fit.error_at(range) + 3e-4,
+            (found - truth).abs() < 4.0 * error + 3e-4,
             "{range} m: {found} {truth}"
         );
     }

@@ -301,12 +301,6 @@ pub enum LineError {
         /// Its standard deviation, m.
         sigma: f64,
     },
-    /// The standard deviation of the bearings cannot be used.
-    #[error("bearing sigma is {value} rad; expected a finite number, not negative")]
-    BearingSigma {
-        /// What it is, rad.
-        value: f64,
-    },
     /// A figure of [`LineConfig`] out of its bounds.
     #[error(transparent)]
     Bounds(#[from] OutOfBounds),

@@ -17,6 +17,7 @@ use super::fit::is_usable;
 use super::merge::merge;
 use super::moments::Moments;
 use super::piece::Piece;
+use crate::bounds::{self, NOT_NEGATIVE};
 use crate::points::{Points, Run, segment};
 
 /// Extracts lines; keeps its buffers between scans.
@@ -91,7 +92,7 @@ impl LineExtractor {
             is_suspect |= !is_long && !run.beams(points).all(is_usable);
             is_long
         });
-        check_bearings(points)?;
+        bounds::check(&[("bearing sigma", points.bearing_sigma, NOT_NEGATIVE)])?;
         let noise = Noise {
             bearing_sigma: points.bearing_sigma,
             surface_sigma: self.config.accept.surface_sigma,
@@ -128,15 +129,6 @@ impl LineExtractor {
                 SplitRule::Pilch(rule) => rule.split(columns, range, sums, pieces),
             }
         }
-    }
-}
-
-fn check_bearings(points: &Points) -> Result<(), LineError> {
-    let value = points.bearing_sigma;
-    if value >= 0.0 && value.is_finite() {
-        Ok(())
-    } else {
-        Err(LineError::BearingSigma { value })
     }
 }
 

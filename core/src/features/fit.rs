@@ -21,6 +21,7 @@ use nalgebra::{Matrix2, Point2, Vector2};
 use super::columns::{Columns, Noise};
 use super::feature::LineFeature;
 use super::piece::Piece;
+use crate::bounds::{NOT_NEGATIVE, OutOfBounds, check};
 use crate::geom::Line;
 use crate::points::Beam;
 use residuals::Residuals;
@@ -70,14 +71,9 @@ pub enum FitError {
         /// Its standard deviation, m.
         sigma: f64,
     },
-    /// A standard deviation that cannot be used.
-    #[error("{field} is {value}; expected a finite number, not negative")]
-    Noise {
-        /// Which one.
-        field: &'static str,
-        /// Its value, rad or m.
-        value: f64,
-    },
+    /// Noise that is no standard deviation.
+    #[error(transparent)]
+    Noise(#[from] OutOfBounds),
 }
 
 /// Fits one line to `beams`.
@@ -107,14 +103,10 @@ pub fn fit_line(
     bearing_sigma: f64,
     surface_sigma: f64,
 ) -> Result<LineFeature, FitError> {
-    for (field, value) in [
-        ("bearing_sigma", bearing_sigma),
-        ("surface_sigma", surface_sigma),
-    ] {
-        if !(value >= 0.0 && value.is_finite()) {
-            return Err(FitError::Noise { field, value });
-        }
-    }
+    check(&[
+        ("bearing_sigma", bearing_sigma, NOT_NEGATIVE),
+        ("surface_sigma", surface_sigma, NOT_NEGATIVE),
+    ])?;
     if let Some(beam) = beams.iter().find(|beam| !is_usable(beam)) {
         return Err(FitError::Value {
             beam_idx: beam.beam_idx,

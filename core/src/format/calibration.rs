@@ -12,12 +12,11 @@
 //! RP6's converter. Whether the pairs make sense is judged by [`crate::robot::Characteristic::fit`]; [`fit`] says the line of
 //! one that does not.
 
+use super::FieldError;
 use crate::robot::{Adc, CalibrationPair, Characteristic, CharacteristicError, Fit, Variable};
 
 /// Most pairs that are read.
 const MOST_PAIRS: usize = 10_000;
-/// Longest piece of a line that an error repeats, characters.
-const LONGEST_QUOTE: usize = 24;
 
 /// Why a calibration cannot be read.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -29,34 +28,9 @@ pub enum CalibrationFileError {
         /// Number of the byte, from 0.
         at: usize,
     },
-    /// A line without exactly two fields.
-    #[error("calibration, line {line}: {found} fields, expected 2: range and volts")]
-    Count {
-        /// Line, from 1.
-        line: usize,
-        /// Number of fields.
-        found: usize,
-    },
-    /// A field that is no finite number.
-    #[error("calibration, line {line}: {field} is `{found}`, expected a finite number")]
-    Number {
-        /// Line, from 1.
-        line: usize,
-        /// Range or volts.
-        field: &'static str,
-        /// What stands there.
-        found: String,
-    },
-    /// A header of other columns.
-    #[error(
-        "calibration, line {line}: columns `{found}`, expected range_m, range_cm or range_mm, and volts, millivolts or adc"
-    )]
-    Header {
-        /// Line, from 1.
-        line: usize,
-        /// What stands there.
-        found: String,
-    },
+    /// A number that is none, columns of other names, or a line without exactly two fields.
+    #[error("calibration, {0}")]
+    Field(#[from] FieldError),
     /// A pair that cannot be one, or that does not fit the one before.
     #[error("calibration, line {line}: {source}")]
     Pair {
@@ -122,8 +96,7 @@ fn read_lines(bytes: &[u8]) -> Result<Vec<(usize, CalibrationPair)>, Calibration
             continue;
         }
         let &[range, volts] = fields.as_slice() else {
-            let found = fields.len();
-            return Err(CalibrationFileError::Count { line, found });
+            return Err(FieldError::count(line, fields.len(), "2: range and volts").into());
         };
         let is_header = std::mem::take(&mut is_first) && volts.starts_with(char::is_alphabetic);
         if is_header && number(line, "volts", volts).is_err() {
@@ -168,7 +141,7 @@ impl Default for Columns {
 }
 
 impl Columns {
-    fn named(line: usize, range: &str, volts: &str) -> Result<Self, CalibrationFileError> {
+    fn named(line: usize, range: &str, volts: &str) -> Result<Self, FieldError> {
         let metres = match range {
             "range_m" => Some(1.0),
             "range_cm" => Some(0.01),
@@ -178,10 +151,13 @@ impl Columns {
         let second = ["volts", "millivolts", "adc"];
         let second = second.into_iter().find(|name| *name == volts);
         let (Some(metres), Some(second)) = (metres, second) else {
-            return Err(CalibrationFileError::Header {
+            let expected = "range_m, range_cm or range_mm, and volts, millivolts or adc";
+            return Err(FieldError::new(
                 line,
-                found: quote(&format!("{range}, {volts}")),
-            });
+                "the header",
+                &format!("{range}, {volts}"),
+                expected,
+            ));
         };
         Ok(Self { metres, second })
     }
@@ -197,17 +173,9 @@ impl Columns {
     }
 }
 
-fn number(line: usize, field: &'static str, text: &str) -> Result<f64, CalibrationFileError> {
+fn number(line: usize, field: &str, text: &str) -> Result<f64, FieldError> {
     let number = text.parse().ok().filter(|n: &f64| n.is_finite());
-    number.ok_or_else(|| CalibrationFileError::Number {
-        line,
-        field,
-        found: quote(text),
-    })
-}
-
-fn quote(text: &str) -> String {
-    text.chars().take(LONGEST_QUOTE).collect()
+    number.ok_or_else(|| FieldError::new(line, field, text, "a finite number"))
 }
 
 #[cfg(test)]
@@ -267,11 +235,11 @@ mod tests {
     #[test]
     fn bad_lines_are_named() {
         let message = |text: &[u8]| read(text).unwrap_err().to_string();
-        assert!(message(b"0.1,2.28\n0.2").contains("line 2: 1 fields"));
-        assert!(message(b"0.1,2.28,3").contains("line 1: 3 fields"));
+        assert!(message(b"0.1,2.28\n0.2").contains("line 2: the number of fields is `1`"));
+        assert!(message(b"0.1,2.28,3").contains("line 1: the number of fields is `3`"));
         assert!(message(b"0.1,2.28\n0.2,NaN").contains("line 2: volts is `NaN`"));
         assert!(message(b"0.1,2.28\nx,1.3").contains("line 2: range is `x`"));
-        assert!(message(b"range_ft,volts\n1,2").contains("columns `range_ft, volts`"));
+        assert!(message(b"range_ft,volts\n1,2").contains("the header is `range_ft, volts`"));
         assert!(message(b"0.1,2.28\nrange_m,volts").contains("line 2: range is `range_m`"));
         assert!(message(b"0.1,\xff").contains("byte 4"));
         assert!(message("1 1\n".repeat(10_001).as_bytes()).contains("line 10001: more than"));

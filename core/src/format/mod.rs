@@ -3,6 +3,7 @@
 pub mod building;
 pub mod calibration;
 pub mod carmen;
+mod field_error;
 pub mod firmware_header;
 pub mod floor_plan;
 pub mod map_server;
@@ -14,7 +15,7 @@ mod rows;
 pub mod tum;
 pub mod world;
 
-pub use rows::RowError;
+pub use field_error::FieldError;
 
 /// More cells than this are no map: a square kilometre in cells of 10 cm.
 const MOST_CELLS: usize = 100_000_000;

@@ -12,8 +12,8 @@ use std::fmt::Write as _;
 
 use nalgebra::Point2;
 
-use super::MOST_CELLS;
 use super::map_server::{NOTHING_KNOWN, OccupancyMap};
+use super::{FieldError, MOST_CELLS};
 use crate::geom::Pose2;
 use crate::map::{CellIndex, Grid};
 
@@ -67,50 +67,9 @@ pub enum OgMapError {
         /// Rows.
         height: usize,
     },
-    /// The first line is not five numbers.
-    #[error("line 1: found {found} fields, expected 5: width height resolution origin_x origin_y")]
-    Header {
-        /// Number of fields.
-        found: usize,
-    },
-    /// A field of the first line that cannot be.
-    #[error("line 1: {name} is \"{found}\", expected {expected}")]
-    HeaderField {
-        /// Which one.
-        name: &'static str,
-        /// What stands there.
-        found: String,
-        /// What should.
-        expected: &'static str,
-    },
-    /// A field that is no probability.
-    #[error("line {line}, field {field} is \"{found}\", expected a number from 0 to 1")]
-    Field {
-        /// Line, from 1.
-        line: usize,
-        /// Field, from 1.
-        field: usize,
-        /// What stands there.
-        found: String,
-    },
-    /// A row that is longer or shorter than the first line says.
-    #[error("line {line}: found {found} cells, expected {expected} as line 1 says")]
-    RowLength {
-        /// Line, from 1.
-        line: usize,
-        /// Cells found.
-        found: usize,
-        /// Cells expected.
-        expected: usize,
-    },
-    /// More or fewer rows than the first line says.
-    #[error("found {found} rows, expected {expected} as line 1 says")]
-    Rows {
-        /// Rows found; counting ends with the first too many.
-        found: usize,
-        /// Rows expected.
-        expected: usize,
-    },
+    /// A number that cannot be, or a line or a file with another number of them than the first line says.
+    #[error(transparent)]
+    Field(#[from] FieldError),
 }
 
 /// The rectangle of all that is known of a grid.
@@ -165,17 +124,17 @@ pub fn parse(bytes: &[u8]) -> Result<OgMap, OgMapError> {
     let lines = (1..).zip(text.lines());
     let mut lines = lines.filter(|(_, line)| !line.trim().is_empty());
     let mut map = header(lines.next().map_or("", |(_, line)| line))?;
-    let expected = map.height;
-    let mut found = 0;
+    let (expected, mut found, mut last) = (map.height, 0, 1);
     for (line, row) in lines {
-        found += 1;
+        (found, last) = (found + 1, line);
         if found > expected {
-            return Err(OgMapError::Rows { found, expected });
+            break;
         }
         read_row(line, row, &mut map)?;
     }
-    if found < expected {
-        return Err(OgMapError::Rows { found, expected });
+    if found != expected {
+        let (found, expected) = (found.to_string(), format!("{expected} as line 1 says"));
+        return Err(FieldError::new(last, "the number of rows", &found, expected).into());
     }
     Ok(map)
 }
@@ -183,14 +142,10 @@ pub fn parse(bytes: &[u8]) -> Result<OgMap, OgMapError> {
 fn header(line: &str) -> Result<OgMap, OgMapError> {
     let words: Vec<&str> = line.split_whitespace().collect();
     let &[width, height, resolution, x, y] = words.as_slice() else {
-        let found = words.len();
-        return Err(OgMapError::Header { found });
+        let expected = "5: width height resolution origin_x origin_y";
+        return Err(FieldError::count(1, words.len(), expected).into());
     };
-    let wrong = |name, word: &str, expected| OgMapError::HeaderField {
-        name,
-        found: short(word),
-        expected,
-    };
+    let wrong = |name: &str, word: &str, expected: &str| FieldError::new(1, name, word, expected);
     let count = |name, word: &str| {
         let number = word.parse().ok().filter(|n| (1..=MOST_CELLS).contains(n));
         number.ok_or_else(|| wrong(name, word, "a whole number from 1 to 100000000"))
@@ -201,14 +156,15 @@ fn header(line: &str) -> Result<OgMap, OgMapError> {
     };
     let side = number("resolution", resolution)?;
     if side <= 0.0 {
-        return Err(wrong("resolution", resolution, "more than 0 m"));
+        return Err(wrong("resolution", resolution, "more than 0 m").into());
     }
     let (columns, rows): (usize, usize) = (count("width", width)?, count("height", height)?);
     if columns
         .checked_mul(rows)
         .is_none_or(|cells| cells > MOST_CELLS)
     {
-        return Err(wrong("height", height, "at most 100000000 cells together"));
+        let expected = "at most 100000000 cells together";
+        return Err(wrong("height", height, expected).into());
     }
     Ok(OgMap {
         width: columns,
@@ -220,27 +176,20 @@ fn header(line: &str) -> Result<OgMap, OgMapError> {
     })
 }
 
-fn read_row(line: usize, row: &str, map: &mut OgMap) -> Result<(), OgMapError> {
+fn read_row(line: usize, row: &str, map: &mut OgMap) -> Result<(), FieldError> {
     let before = map.probabilities.len();
-    for (index, word) in row.split_whitespace().enumerate() {
+    for (field, word) in (1..).zip(row.split_whitespace()) {
         let p = word.parse().ok().filter(|p| (0.0..=1.0).contains(p));
-        map.probabilities.push(p.ok_or_else(|| OgMapError::Field {
-            line,
-            field: index + 1,
-            found: short(word),
+        map.probabilities.push(p.ok_or_else(|| {
+            FieldError::new(line, format!("field {field}"), word, "a number from 0 to 1")
         })?);
     }
     let found = map.probabilities.len() - before;
-    if found == map.width {
-        return Ok(());
+    match found == map.width {
+        true => Ok(()),
+        false => {
+            let expected = format!("{} as line 1 says", map.width);
+            Err(FieldError::count(line, found, expected))
+        }
     }
-    Err(OgMapError::RowLength {
-        line,
-        found,
-        expected: map.width,
-    })
-}
-
-fn short(word: &str) -> String {
-    word.chars().take(24).collect()
 }

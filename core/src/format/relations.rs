@@ -5,7 +5,8 @@
 //!
 //! Source: Kümmerle et al. (2009), "On measuring the accuracy of SLAM algorithms", Autonomous Robots 27.
 
-use super::rows::{RowError, rows};
+use super::FieldError;
+use super::rows::rows;
 use crate::geom::Pose2;
 
 /// The true motion between two scans.
@@ -27,7 +28,7 @@ const COLUMNS: &str = "t1 t2 x y z roll pitch yaw";
 pub enum RelationsError {
     /// A row that is none.
     #[error(transparent)]
-    Row(#[from] RowError),
+    Row(#[from] FieldError),
     /// No line at all.
     #[error("no relation in the file; expected lines of {COLUMNS}")]
     Empty,
@@ -73,11 +74,11 @@ mod tests {
         assert!(message(b"").starts_with("no relation"));
         assert_eq!(
             message(b"1 2 3\n"),
-            "line 1: found 3 fields, expected 8: t1 t2 x y z roll pitch yaw"
+            "line 1: the number of fields is `3`, expected 8: t1 t2 x y z roll pitch yaw"
         );
         assert_eq!(
             message(b"1 2 3 4 5 6 7 8\n1 2 x 4 5 6 7 8\n"),
-            "line 2, field 3 is \"x\", expected a finite number"
+            "line 2: field 3 is `x`, expected a finite number"
         );
         assert!(message(b"1 2 3 4 5 6 7 NaN\n").contains("field 8"));
         assert!(message(b"\xff\xd8\xff\x00").contains("line 1"));

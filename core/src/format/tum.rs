@@ -4,7 +4,8 @@
 
 use std::fmt::Write as _;
 
-use super::rows::{RowError, rows};
+use super::FieldError;
+use super::rows::rows;
 use crate::geom::{Pose2, sin_cos};
 
 const COLUMNS: &str = "seconds x y z qx qy qz qw";
@@ -28,8 +29,8 @@ pub fn write(poses: impl IntoIterator<Item = (f64, Pose2)>) -> String {
 
 /// Reads stamped poses; z, roll and pitch are dropped.
 ///
-/// # Errors   [`RowError`], with line and field.
-pub fn parse(bytes: &[u8]) -> Result<Vec<(f64, Pose2)>, RowError> {
+/// # Errors   [`FieldError`], with line and field.
+pub fn parse(bytes: &[u8]) -> Result<Vec<(f64, Pose2)>, FieldError> {
     let text = String::from_utf8_lossy(bytes);
     let mut poses = vec![];
     for row in rows(&text, COLUMNS) {

@@ -36,7 +36,6 @@
 //! and column, counted from 1.
 
 mod record;
-mod words;
 
 use self::record::WorldFile;
 use crate::sim::{World, WorldError};
@@ -133,14 +132,40 @@ fn parse(bytes: &[u8]) -> Result<WorldFile, WorldFileError> {
         what,
     };
     let mut json = serde_json::Deserializer::from_slice(bytes);
-    let file = serde_path_to_error::deserialize(&mut json)
-        .map_err(|e| syntax(e.inner(), words::in_words(e.path(), e.inner())))?;
+    let file =
+        serde_path_to_error::deserialize(&mut json).map_err(|e| syntax(e.inner(), in_words(&e)))?;
     match json.end() {
         Ok(()) => Ok(file),
         Err(e) => Err(syntax(
             &e,
             "something stands after the end of the world".to_owned(),
         )),
+    }
+}
+
+/// What serde says in Rust's words, and what it means.
+const PLAIN: [(&str, &str); 4] = [
+    ("expected f64", "expected a number"),
+    ("expected u32", "expected a whole number of 0 or more"),
+    ("expected u64", "expected a whole number of 0 or more"),
+    (
+        "expected an array of length 2",
+        "expected a pair of numbers [x, y]",
+    ),
+];
+
+/// The part of the world in question, and what is wrong with it; line and column are said elsewhere.
+fn in_words(error: &serde_path_to_error::Error<serde_json::Error>) -> String {
+    let (inner, part) = (error.inner(), error.path().to_string());
+    let text = inner.to_string();
+    let place = format!(" at line {} column {}", inner.line(), inner.column());
+    let text = text.strip_suffix(&place).unwrap_or(&text).to_owned();
+    let text = PLAIN
+        .iter()
+        .fold(text, |text, (rust, plain)| text.replace(rust, plain));
+    match part.as_str() {
+        "." => text,
+        part => format!("{part}: {text}"),
     }
 }
 

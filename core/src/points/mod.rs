@@ -18,7 +18,6 @@ pub use deskew::{MotionHistory, MovedSince};
 pub use oriented::{OrientedConfig, OrientedPoint, oriented_points};
 pub use range_sigma::{
     Growth, RangeSigma, SigmaBin, SigmaConfig, SigmaError, SigmaFit, estimate_sigma,
-    estimate_sigma_of_stretches,
 };
 pub use sectors::{SectorConfig, SectorRange, sectors};
 pub use segmentation::{BreakRule, Run, SegmentationConfig, segment};

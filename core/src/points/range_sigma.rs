@@ -18,6 +18,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix2, Vector2};
 
+use crate::bounds::{OutOfBounds, POSITIVE, check};
 use crate::robot::Scan;
 
 /// Rounds of skipping what is beyond the clip; noise without outliers needs two.
@@ -134,13 +135,8 @@ pub enum SigmaError {
         least: usize,
     },
     /// A setting out of its range.
-    #[error("{field} is {value}, expected more than 0 and finite")]
-    Config {
-        /// The setting.
-        field: &'static str,
-        /// What stands there.
-        value: f64,
-    },
+    #[error(transparent)]
+    Config(#[from] OutOfBounds),
     /// Readings without any noise, as from a perfect simulation: no bin has a weight.
     #[error("the readings at {range:.2} m do not differ at all: there is no noise to estimate")]
     NoNoise {
@@ -167,34 +163,17 @@ impl SigmaFit {
             least: 0.5 * least.fold(f64::INFINITY, f64::min),
         }
     }
-
-    /// How uncertain σ at `range` is, m.
-    #[must_use]
-    pub fn error_at(&self, range: f64) -> f64 {
-        let terms = self.growth.terms(range);
-        terms.dot(&(self.cov * terms)).sqrt()
-    }
 }
 
-/// Estimates σ(ρ) from `scans`, taken one after the other by a sensor that did not move.
-///
-/// # Errors    [`SigmaError`]: scans of different sensors, too few readings, a setting out of range.
-pub fn estimate_sigma(scans: &[Scan], config: &SigmaConfig) -> Result<SigmaFit, SigmaError> {
-    estimate_sigma_of_stretches(&[scans], config)
-}
-
-/// The same from several stretches of scans; between two stretches the sensor may have moved.
+/// Estimates σ(ρ) from stretches of scans. In each, a sensor that did not move took one scan after the other; between two
+/// stretches it may have moved.
 ///
 /// # Errors    [`SigmaError`]: scans of different sensors in one stretch, too few readings, a setting out of range.
-pub fn estimate_sigma_of_stretches(
-    stretches: &[&[Scan]],
-    config: &SigmaConfig,
-) -> Result<SigmaFit, SigmaError> {
-    for (field, value) in [("bin", config.bin), ("clip", config.clip)] {
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(SigmaError::Config { field, value });
-        }
-    }
+pub fn estimate_sigma(stretches: &[&[Scan]], config: &SigmaConfig) -> Result<SigmaFit, SigmaError> {
+    check(&[
+        ("bin", config.bin, POSITIVE),
+        ("clip", config.clip, POSITIVE),
+    ])?;
     let bins: Vec<SigmaBin> = differences(stretches, config.bin)?
         .into_values()
         .map(|of_bin| clipped(of_bin, config.clip))

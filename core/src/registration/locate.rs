@@ -20,6 +20,7 @@
 use nalgebra::{Matrix3, Point2};
 
 use super::{MatchConfig, Prior, Registration, SearchWindow, Target, Verdict, register, search};
+use crate::bounds::{Bounds, OutOfBounds, PART, check};
 use crate::geom::Pose2;
 use crate::map::LikelihoodPyramid;
 use crate::points::OrientedPoint;
@@ -95,19 +96,22 @@ impl LocateConfig {
 
     /// Checks the figures.
     ///
-    /// # Errors   [`LocateError`], naming the first field out of range.
-    pub fn validate(&self) -> Result<(), LocateError> {
-        let part = "from 0 to 1";
-        check("lost_below", self.lost_below, 0.0..=1.0, part)?;
-        check("found_above[0]", self.found_above[0], 0.0..=1.0, part)?;
-        check("found_above[1]", self.found_above[1], 0.0..=1.0, part)?;
-        check("min_gain", self.min_gain, 0.0..=1.0, part)?;
-        for (field, window) in [("window", &self.window), ("widest", &self.widest)] {
-            check(field, window.shift, 0.0..=100.0, "a shift from 0 to 100 m")?;
-            check(field, window.turn, 0.0..=3.2, "a turn from 0 to 3.2 rad")?;
-        }
+    /// # Errors   [`OutOfBounds`], naming the first one.
+    pub fn validate(&self) -> Result<(), OutOfBounds> {
+        const SHIFT: Bounds = [0.0, 100.0];
+        const TURN: Bounds = [0.0, 3.2];
         let scans = self.widest_after as f64;
-        check("widest_after", scans, 1.0..=1e6, "from 1 to 1000000 scans")?;
+        check(&[
+            ("lost_below", self.lost_below, PART),
+            ("found_above[0]", self.found_above[0], PART),
+            ("found_above[1]", self.found_above[1], PART),
+            ("min_gain", self.min_gain, PART),
+            ("window.shift", self.window.shift, SHIFT),
+            ("window.turn", self.window.turn, TURN),
+            ("widest.shift", self.widest.shift, SHIFT),
+            ("widest.turn", self.widest.turn, TURN),
+            ("widest_after", scans, [1.0, 1e6]),
+        ])?;
         self.search.validate()
     }
 }
@@ -199,44 +203,21 @@ impl SearchConfig {
 
     /// Checks the figures.
     ///
-    /// # Errors   [`LocateError`], naming the first field out of range.
-    pub fn validate(&self) -> Result<(), LocateError> {
-        check("search.cell", self.cell, 0.01..=10.0, "from 0.01 to 10 m")?;
+    /// # Errors   [`OutOfBounds`], naming the first one.
+    pub fn validate(&self) -> Result<(), OutOfBounds> {
         let (coarser, levels) = (f64::from(self.coarser), self.levels as f64);
-        check("search.coarser", coarser, 0.0..=10.0, "from 0 to 10")?;
-        check("search.levels", levels, 1.0..=12.0, "from 1 to 12")?;
-        let points = self.most_points as f64;
-        check("search.most_points", points, 1.0..=f64::MAX, "at least 1")?;
-        check("search.min_score", self.min_score, 0.0..=1.0, "from 0 to 1")
+        check(&[
+            ("search.cell", self.cell, [0.01, 10.0]),
+            ("search.coarser", coarser, [0.0, 10.0]),
+            ("search.levels", levels, [1.0, 12.0]),
+            (
+                "search.most_points",
+                self.most_points as f64,
+                [1.0, f64::MAX],
+            ),
+            ("search.min_score", self.min_score, PART),
+        ])
     }
-}
-
-/// A figure that points cannot be located with.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{field} is {value}, expected {expected}")]
-pub struct LocateError {
-    /// The field.
-    pub field: &'static str,
-    /// What stands there.
-    pub value: f64,
-    /// What may stand there.
-    pub expected: &'static str,
-}
-
-fn check(
-    field: &'static str,
-    value: f64,
-    range: std::ops::RangeInclusive<f64>,
-    expected: &'static str,
-) -> Result<(), LocateError> {
-    if range.contains(&value) {
-        return Ok(());
-    }
-    Err(LocateError {
-        field,
-        value,
-        expected,
-    })
 }
 
 /// Where points lie.

@@ -20,15 +20,13 @@
 
 use nalgebra::{Matrix2, Matrix3, SymmetricEigen, Vector2, Vector3};
 
-use super::{Prior, Registration, RegistrationMethod, Target, Verdict};
+use super::{Prior, Registration, Target, Verdict};
 use crate::geom::{Pose2, PoseEstimate, symmetrize, wrap};
 use crate::points::OrientedPoint;
 
 /// How to match.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MatchConfig {
-    /// By which method. Default point to line.
-    pub method: RegistrationMethod,
     /// Most iterations. Default 20.
     pub max_iterations: usize,
     /// Scale of the kernel at the first iteration, m. Default 0.15.
@@ -67,7 +65,6 @@ pub struct MatchConfig {
 impl Default for MatchConfig {
     fn default() -> Self {
         Self {
-            method: RegistrationMethod::PointToLine,
             max_iterations: 20,
             first_kernel: 0.15,
             last_kernel: 0.03,
@@ -99,7 +96,8 @@ struct Sums {
 }
 
 /// Matches `points` to `map`, from `start`.
-pub(super) fn register<T: Target>(
+#[must_use]
+pub fn register<T: Target>(
     points: &[OrientedPoint],
     map: &T,
     start: &Pose2,

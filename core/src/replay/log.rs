@@ -3,6 +3,7 @@
 use crate::format::carmen::{CarmenError, CarmenLog, CarmenReader};
 use crate::robot::RobotModel;
 use crate::settings::Settings;
+use crate::slam::Method;
 use crate::wire::message::RobotFigures;
 use crate::wire::recording::{Damage, MAGIC, Recording, RecordingError, RecordingReader};
 
@@ -66,7 +67,17 @@ impl Log {
         Settings::of_robot(&self.robot(), self.scans_on_command())
     }
 
-    /// Whether a robot told of its motion; otherwise a sensor was carried.
+    /// The method by which it can be mapped where `asked` was asked for: without odometry there is
+    /// only scan matching.
+    #[must_use]
+    pub fn method(&self, asked: Method) -> Method {
+        match self.has_odometry() {
+            true => asked,
+            false => Method::ScanMatching,
+        }
+    }
+
+    /// Whether a robot reported its motion; otherwise a sensor was carried.
     #[must_use]
     pub fn has_odometry(&self) -> bool {
         match self {

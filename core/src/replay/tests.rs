@@ -5,6 +5,7 @@ use crate::estimation::relation_errors;
 use crate::format::carmen::CarmenLog;
 use crate::format::{recorded, relations};
 use crate::geom::Segment;
+use crate::settings::{Scope, Source};
 use crate::slam::{PriorMap, PriorMapMatching, Slam, SlamConfig};
 use crate::wire::message::{FromBridge, ScanBody};
 use crate::wire::recording::{Recording, fixture};
@@ -44,6 +45,11 @@ fn replay(log: CarmenLog, method: Method) -> Replay {
     while replay.step().unwrap() {}
     replay
 }
+
+const SCOPE: Scope = Scope {
+    source: Source::Recording,
+    method: Method::LineEkf,
+};
 
 #[test]
 fn matching_finds_the_way_of_the_base_where_odometry_is_wrong() {
@@ -178,7 +184,7 @@ fn a_setting_that_changes_on_the_way_is_obeyed_from_there_on() {
         ("lines.rule", 1.0),
     ];
     let mut changed = settings.clone();
-    changed.set_all(changes).unwrap();
+    changed.take(&SCOPE, changes).unwrap();
     replay.reconfigure(&changed).unwrap();
     while replay.step().unwrap() {}
     let rest = replay.session().dead_reckoning().x() - half;
@@ -205,7 +211,7 @@ fn a_robot_in_a_log_is_found_in_a_prior_map_in_both_ways() {
         let mut settings = log.settings();
         // Of the tenth that the odometry claims too much, most is known.
         let calibration = [("odometry.left", -0.07), ("odometry.right", -0.07)];
-        settings.set_all(calibration).unwrap();
+        settings.take(&SCOPE, calibration).unwrap();
         settings.slam.prior_map = PriorMap::of_faces(&faces, 0.01, &Pose2::identity());
         settings.slam.prior_map_matching = matching;
         let mut replay = Replay::new(log, Method::PriorMap, &settings).unwrap();

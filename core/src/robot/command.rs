@@ -21,17 +21,3 @@ pub enum Command {
     /// Stand still and take one sweep (sensors on a servo; others scan all the time).
     Scan,
 }
-
-impl Command {
-    /// Turn on the spot to the left by this angle, rad.
-    #[must_use]
-    pub fn turn_left(angle: f64) -> Self {
-        Self::Turn(angle)
-    }
-
-    /// Turn on the spot to the right by this angle, rad.
-    #[must_use]
-    pub fn turn_right(angle: f64) -> Self {
-        Self::Turn(-angle)
-    }
-}

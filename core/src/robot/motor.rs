@@ -13,6 +13,8 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
+use crate::bounds::{Bounds, NOT_NEGATIVE, OutOfBounds, POSITIVE, check};
+
 /// Figures of one motor with gear and track, at the track's shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorModel {
@@ -53,17 +55,16 @@ pub struct DriveTrain {
 
 /// Why motors cannot be.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("{motor}: {field} is {value}, expected {expected}")]
+#[error("{motor}: {figure}")]
 pub struct MotorError {
     /// Which motor, or `drive train`.
     pub motor: &'static str,
-    /// The figure.
-    pub field: &'static str,
-    /// What stands there.
-    pub value: f64,
-    /// What may stand there.
-    pub expected: &'static str,
+    /// The figure at fault.
+    pub figure: OutOfBounds,
 }
+
+/// How far the motors of a robot may be from their model.
+const SPREAD: Bounds = [0.0, 0.49];
 
 impl MotorModel {
     /// A motor of the RP6 with its gear and track.
@@ -143,33 +144,16 @@ impl MotorModel {
     }
 
     fn check(&self, motor: &'static str) -> Result<(), MotorError> {
-        let error = |field, value, expected| {
-            Err(MotorError {
-                motor,
-                field,
-                value,
-                expected,
-            })
-        };
-        let positive = [
-            ("inertia", self.inertia),
-            ("resistance", self.resistance),
-            ("inductance", self.inductance),
-        ];
-        if let Some((field, value)) = positive.into_iter().find(|&(_, value)| !is_positive(value)) {
-            return error(field, value, "more than 0 and finite");
-        }
-        let not_negative = [
-            ("friction", self.friction),
-            ("speed_constant", self.speed_constant),
-            ("torque_constant", self.torque_constant),
-            ("dry_friction", self.dry_friction),
-        ];
-        let is_bad = |value: f64| !(value >= 0.0 && value.is_finite());
-        match not_negative.into_iter().find(|&(_, value)| is_bad(value)) {
-            Some((field, value)) => error(field, value, "at least 0 and finite"),
-            None => Ok(()),
-        }
+        check(&[
+            ("inertia", self.inertia, POSITIVE),
+            ("resistance", self.resistance, POSITIVE),
+            ("inductance", self.inductance, POSITIVE),
+            ("friction", self.friction, NOT_NEGATIVE),
+            ("speed_constant", self.speed_constant, NOT_NEGATIVE),
+            ("torque_constant", self.torque_constant, NOT_NEGATIVE),
+            ("dry_friction", self.dry_friction, NOT_NEGATIVE),
+        ])
+        .map_err(|figure| MotorError { motor, figure })
     }
 }
 
@@ -225,29 +209,13 @@ impl DriveTrain {
     pub fn validate(&self) -> Result<(), MotorError> {
         self.left.check("left motor")?;
         self.right.check("right motor")?;
-        let error = |field, value, expected| {
-            Err(MotorError {
-                motor: "drive train",
-                field,
-                value,
-                expected,
-            })
-        };
-        let figures = [
-            ("battery", self.battery),
-            ("metres_per_radian", self.metres_per_radian),
-            ("grip", self.grip),
-        ];
-        match figures.into_iter().find(|&(_, value)| !is_positive(value)) {
-            Some((field, value)) => error(field, value, "more than 0 and finite"),
-            None if !(0.0..0.5).contains(&self.spread) => {
-                error("spread", self.spread, "from 0 to less than 0.5")
-            }
-            None => Ok(()),
-        }
+        let motor = "drive train";
+        check(&[
+            ("battery", self.battery, POSITIVE),
+            ("metres_per_radian", self.metres_per_radian, POSITIVE),
+            ("grip", self.grip, POSITIVE),
+            ("spread", self.spread, SPREAD),
+        ])
+        .map_err(|figure| MotorError { motor, figure })
     }
-}
-
-fn is_positive(value: f64) -> bool {
-    value > 0.0 && value.is_finite()
 }

@@ -1,6 +1,7 @@
 //! One revolution, sweep or flash of a range sensor.
 
 use super::Stamp;
+use crate::bounds::{FINITE, NOT_NEGATIVE, OutOfBounds, POSITIVE, check};
 use crate::geom::Pose2;
 
 /// Polar readings of one sweep, in the order in which they were taken.
@@ -63,16 +64,12 @@ pub enum ScanError {
         qualities: usize,
     },
     /// A field of the whole scan outside of what it may be.
-    #[error("scan at {seconds:.3} s: {field} is {value}, expected {expected}")]
+    #[error("scan at {seconds:.3} s: {figure}")]
     Whole {
-        /// Stamp of the scan, s.
+        /// When the scan was taken, s.
         seconds: f64,
-        /// The field.
-        field: &'static str,
-        /// What stands there.
-        value: f64,
-        /// What may stand there.
-        expected: &'static str,
+        /// The figure at fault.
+        figure: OutOfBounds,
     },
     /// A value outside of what it may be.
     #[error("beam {beam}: {field} is {value}, expected {expected}")]
@@ -123,7 +120,18 @@ impl Scan {
                 qualities: self.qualities.len(),
             });
         }
-        self.validate_whole()?;
+        let sensor = &self.robot_from_sensor;
+        let place = sensor.x() + sensor.y() + sensor.heading();
+        check(&[
+            ("sweep", self.sweep, NOT_NEGATIVE),
+            ("bearing_sigma", self.bearing_sigma, NOT_NEGATIVE),
+            ("max_range", self.max_range, POSITIVE),
+            ("place of the sensor", place, FINITE),
+        ])
+        .map_err(|figure| ScanError::Whole {
+            seconds: self.stamp.seconds(),
+            figure,
+        })?;
         let columns = self.bearings.iter().zip(&self.ranges).zip(&self.sigmas);
         for (beam, ((&bearing, &range), &sigma)) in columns.enumerate() {
             let value = |field, value, expected| {
@@ -149,41 +157,6 @@ impl Scan {
             }
         }
         Ok(())
-    }
-
-    fn validate_whole(&self) -> Result<(), ScanError> {
-        let (sensor, at_least_0) = (&self.robot_from_sensor, "finite and at least 0");
-        let is_bounded = |value: f64| value.is_finite() && value >= 0.0;
-        let fields = [
-            ("sweep", self.sweep, at_least_0, is_bounded(self.sweep)),
-            (
-                "bearing_sigma",
-                self.bearing_sigma,
-                at_least_0,
-                is_bounded(self.bearing_sigma),
-            ),
-            (
-                "max_range",
-                self.max_range,
-                "finite and greater than 0",
-                self.max_range.is_finite() && self.max_range > 0.0,
-            ),
-            (
-                "place of the sensor",
-                sensor.x() + sensor.y() + sensor.heading(),
-                "finite coordinates",
-                sensor.is_finite(),
-            ),
-        ];
-        match fields.into_iter().find(|(.., is_good)| !is_good) {
-            None => Ok(()),
-            Some((field, value, expected, _)) => Err(ScanError::Whole {
-                seconds: self.stamp.seconds(),
-                field,
-                value,
-                expected,
-            }),
-        }
     }
 
     /// Strength of the echo of a beam; `None` where the sensor reports none.
@@ -266,7 +239,10 @@ mod tests {
             assert!(message.starts_with("scan at 1.000 s: "), "{message}");
             assert!(message.contains(expected), "{message}");
         };
-        check(|s| s.sweep = -0.1, "sweep is -0.1, expected finite");
+        check(
+            |s| s.sweep = -0.1,
+            "sweep is -0.1, expected a finite number, at least 0",
+        );
         check(|s| s.bearing_sigma = f64::NAN, "bearing_sigma is NaN");
         check(|s| s.max_range = f64::INFINITY, "max_range is inf");
         check(|s| s.max_range = 0.0, "greater than 0");

@@ -10,11 +10,7 @@ pub(super) fn of_scan(slam: &Slam, before: &PoseEstimate) -> [StageReport; 4] {
     let view = slam.view();
     let (lines, walls) = (view.features, view.landmarks);
     let [matched, added, rejected] = view.update.map_or([0; 3], |report| {
-        [
-            report.matches.len(),
-            report.added.len(),
-            report.rejected.len(),
-        ]
+        [report.matches.len(), report.added.len(), report.rejected()]
     });
     [
         StageReport::Scan {

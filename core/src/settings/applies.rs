@@ -120,38 +120,26 @@ impl Settings {
         named.is_some_and(|named| is.contains(&named.name)) && self.unmet(other).is_none()
     }
 
-    /// The settings that have an effect on such a run.
-    pub fn effective(&self, scope: Scope) -> impl Iterator<Item = &'static Setting> {
-        table().filter(move |setting| self.idle(setting, &scope).is_none())
-    }
-
-    /// Sets a number of such a run.
+    /// Sets all that have an effect on such a run, choices before the settings that depend on them,
+    /// and returns why the others have none.
     ///
-    /// # Errors    [`SettingError`], also where it would have no effect; then nothing has changed.
-    pub fn set_for(&mut self, scope: &Scope, key: &str, value: f64) -> Result<(), SettingError> {
-        let setting = super::find(key)?;
-        setting.check(value)?;
-        match self.idle(setting, scope) {
-            Some(idle) => Err(idle.into()),
-            None => self.set(key, value),
-        }
-    }
-
-    /// Sets all that have an effect on such a run, as a preset may hold more; tells why the others have none. Choices go before
-    /// the settings that depend on them.
-    ///
-    /// # Errors    [`SettingError`] for a key that is unknown or a number out of range; then nothing has changed.
-    pub fn take<'a>(
+    /// # Errors    [`SettingError`] for a key that does not exist and a number out of range; then
+    /// nothing has changed.
+    pub fn take(
         &mut self,
         scope: &Scope,
-        changes: impl IntoIterator<Item = (&'a str, f64)>,
+        changes: impl IntoIterator<Item = (impl AsRef<str>, f64)>,
     ) -> Result<Vec<Idle>, SettingError> {
+        let find = |(key, value): (_, f64)| Ok((super::find(AsRef::as_ref(&key))?, value));
+        let mut changes: Vec<_> = changes.into_iter().map(find).collect::<Result<_, _>>()?;
+        changes.sort_by_key(|(setting, _)| table().position(|other| other.key == setting.key));
         let mut next = self.clone();
         let mut idle = vec![];
-        for (key, value) in super::in_order(changes) {
-            match next.set_for(scope, key, value) {
-                Err(SettingError::Idle(why)) => idle.push(why),
-                result => result?,
+        for (setting, value) in changes {
+            setting.check(value)?;
+            match next.idle(setting, scope) {
+                Some(why) => idle.push(why),
+                None => setting.put(&mut next, value),
             }
         }
         *self = next;

@@ -11,6 +11,30 @@ fn all() -> Vec<Settings> {
     sensors.map(|sensor| Settings::of(sensor, &robot)).into()
 }
 
+const SIMULATED: Scope = Scope {
+    source: Source::Simulation,
+    method: Method::LineEkf,
+};
+const LIVE: Scope = Scope {
+    source: Source::Live,
+    ..SIMULATED
+};
+
+impl Settings {
+    /// Sets one number, whatever the run is fed by and however it estimates.
+    fn set(&mut self, key: &str, value: f64) -> Result<(), String> {
+        let setting = find(key).map_err(|e| e.to_string())?;
+        setting.check(value).map_err(|e| e.to_string())?;
+        match self.unmet(setting) {
+            Some(idle) => Err(idle.to_string()),
+            None => {
+                setting.put(self, value);
+                Ok(())
+            }
+        }
+    }
+}
+
 #[test]
 fn keys_are_unique_and_groups_stand_together() {
     let mut keys: Vec<&str> = table().map(|s| s.key).collect();
@@ -157,8 +181,9 @@ fn words_are_for_people_and_few_settings_are_basic() {
     for settings in all() {
         for source in [Source::Simulation, Source::Recording, Source::Live] {
             for method in Method::ALL {
-                let basic = settings.effective(Scope { source, method });
-                let basic = basic.filter(|setting| setting.is_basic).count();
+                let scope = Scope { source, method };
+                let has_effect = |s: &&Setting| settings.idle(s, &scope).is_none();
+                let basic = table().filter(has_effect).filter(|s| s.is_basic).count();
                 assert!(basic <= 30, "{basic} of {source:?} with {method:?}");
             }
         }
@@ -174,9 +199,9 @@ fn a_setting_that_would_have_no_effect_is_refused_in_words() {
     let robot = RobotModel::rp6();
     let mut settings = Settings::of_robot(&robot, false);
     let untouched = settings.clone();
-    let mut said = |key: &str, value: f64| {
-        let refused = settings.set_for(&recording, key, value);
-        refused.unwrap_err().to_string()
+    let mut said = |key: &str, value: f64| match settings.take(&recording, [(key, value)]) {
+        Ok(idle) => idle[0].to_string(),
+        Err(error) => error.to_string(),
     };
     assert_eq!(
         said("body.shape", 1.0),
@@ -200,12 +225,12 @@ fn a_setting_that_would_have_no_effect_is_refused_in_words() {
         source: Source::Live,
         ..recording
     };
-    settings.set_for(&live, "pilot.gap", 0.1).unwrap();
+    assert_eq!(settings.take(&live, [("pilot.gap", 0.1)]), Ok(vec![]));
     assert_eq!(settings.pilot.safe.gap, 0.1);
 }
 
 #[test]
-fn of_a_preset_all_that_has_an_effect_is_taken_and_the_rest_is_told() {
+fn of_a_preset_all_that_has_an_effect_is_taken_and_the_rest_is_returned() {
     let recording = Scope {
         source: Source::Recording,
         method: Method::LineEkf,
@@ -247,7 +272,7 @@ fn presets_can_be_set_and_name_their_group() {
 fn what_cannot_be_set_is_said_in_words() {
     let mut settings = all().remove(0);
     let untouched = settings.clone();
-    let mut said = |key: &str, value: f64| settings.set(key, value).unwrap_err().to_string();
+    let mut said = |key: &str, value: f64| settings.set(key, value).unwrap_err();
     assert_eq!(said("ekf.gates", 1.0), "there is no setting `ekf.gates`");
     assert_eq!(
         said("lines.min_length", -1.0),
@@ -274,13 +299,13 @@ fn a_real_robot_takes_what_it_has_and_leaves_out_what_is_of_a_simulated_sensor()
         ("pilot.gap", 0.2),
     ];
     let mut set = Settings::of_robot(&robot, false);
-    set.set_present(changes).unwrap();
+    set.take(&LIVE, changes).unwrap();
     assert_eq!((set.odometry.wear.left, set.pilot.safe.gap), (0.01, 0.2));
     assert_eq!(set.slam, SlamConfig::default());
     let on_command = Settings::of_robot(&robot, true);
     assert_eq!(on_command.slam, SlamConfig::short_range());
-    assert!(set.set_present([("pilot.gap", -1.0)]).is_err());
-    assert!(set.set_present([("no.such", 0.0)]).is_err());
+    assert!(set.take(&LIVE, [("pilot.gap", -1.0)]).is_err());
+    assert!(set.take(&LIVE, [("no.such", 0.0)]).is_err());
 }
 
 #[test]
@@ -307,7 +332,7 @@ fn what_was_fitted_is_what_the_settings_take() {
         left_out: 0,
     };
     let mut settings = all().remove(0);
-    settings.set_all(fit.settings()).unwrap();
+    settings.take(&SIMULATED, fit.settings()).unwrap();
     assert_eq!(settings.odometry.wear, wear);
     assert_eq!(settings.wear.used(), Some(wear));
     let known = settings.odometry.calibration(&model);

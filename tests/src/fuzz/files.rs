@@ -10,8 +10,9 @@ use slamlab_core::format::map_server::{
 use slamlab_core::format::{calibration, carmen, og_map, preset, relations, tum, world};
 use slamlab_core::geom::Pose2;
 use slamlab_core::robot::{RobotModel, Variable};
-use slamlab_core::settings::{Settings, table};
+use slamlab_core::settings::{Scope, Settings, Source, table};
 use slamlab_core::sim::SensorModel;
+use slamlab_core::slam::Method;
 use slamlab_core::wire::recording::{Recording, RecordingReader};
 
 use super::file_seeds as seeds;
@@ -238,11 +239,11 @@ fn preset_run(input: &[u8]) -> Result<u64, String> {
     let again = preset::read(preset::write(&read, &[]).as_bytes());
     same(&read, &again.map_err(|e| format!("not read again: {e}"))?)?;
     let mut settings = Settings::of(SensorModel::lidar(), &RobotModel::rp6());
-    let changes = read
-        .settings
-        .iter()
-        .map(|(key, value)| (key.as_str(), *value));
-    let set = settings.set_all(changes).map_err(words);
+    let scope = Scope {
+        source: Source::Simulation,
+        method: Method::LineEkf,
+    };
+    let set = settings.take(&scope, read.settings).map_err(words);
     let outside = |setting: &&slamlab_core::settings::Setting| {
         let [low, high] = setting.range;
         settings

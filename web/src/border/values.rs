@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use slamlab_core::settings::{SettingError, Settings};
+use slamlab_core::settings::{Scope, SettingError, Settings, Source};
+use slamlab_core::slam::Method;
 use tsify::Tsify;
 
 /// Settings that differ from their defaults, by their keys.
@@ -12,12 +13,16 @@ use tsify::Tsify;
 pub struct SettingValues(pub BTreeMap<String, f64>);
 
 impl SettingValues {
-    /// Sets all of them that have an effect, choices before the settings that depend on them; see
-    /// [`Settings::set_present`].
+    /// Sets all of them that have an effect on such a run; see [`Settings::take`].
     ///
     /// # Errors    [`SettingError`] for a key that does not exist, and a number out of range.
-    pub(crate) fn apply_to(&self, settings: &mut Settings) -> Result<(), SettingError> {
-        settings.set_present(self.pairs())
+    pub(crate) fn apply_to(
+        &self,
+        settings: &mut Settings,
+        source: Source,
+        method: Method,
+    ) -> Result<(), SettingError> {
+        settings.take(&Scope { source, method }, self.pairs()).map(drop)
     }
 
     pub(crate) fn pairs(&self) -> impl Iterator<Item = (&str, f64)> {

@@ -11,8 +11,9 @@ use crate::geom::Pose2;
 use crate::points::fixture::normal;
 use crate::points::{SigmaBin, SigmaConfig, estimate_sigma};
 use crate::robot::{Odometry, RobotModel, Scan, Stamp, TrackWear, Tracks};
-use crate::settings::Settings;
+use crate::settings::{Scope, Settings, Source};
 use crate::sim::SensorModel;
+use crate::slam::Method;
 
 const WEAR: TrackWear = TrackWear {
     left: -0.012,
@@ -67,7 +68,11 @@ fn fit_of_worn_tracks(model: &RobotModel) -> DriveFit {
 
 fn settings_of(fit: &DriveFit, model: &RobotModel) -> Settings {
     let mut settings = Settings::of(SensorModel::lidar(), model);
-    settings.set_all(fit.settings()).unwrap();
+    let scope = Scope {
+        source: Source::Simulation,
+        method: Method::LineEkf,
+    };
+    settings.take(&scope, fit.settings()).unwrap();
     settings
 }
 
@@ -128,7 +133,10 @@ fn settings_of_ranges_are_those_of_the_sensor_that_took_them() {
     let model = RobotModel::rp6();
     let fit = DriveFit {
         odometry: Err(OdometryFitError::Poses { poses: 0, scans: 1 }),
-        ranges: Some(estimate_sigma(&standing_scans(), &SigmaConfig::default())),
+        ranges: Some(estimate_sigma(
+            &[&standing_scans()],
+            &SigmaConfig::default(),
+        )),
         is_lidar: true,
     };
     let settings = settings_of(&fit, &model);

@@ -2,7 +2,6 @@
 
 use crate::bounds::OutOfBounds;
 use crate::features::LineFeature;
-use crate::registration::LocateError;
 use crate::robot::OdometryError;
 
 /// Why the filter refused an input; the state is untouched.
@@ -12,17 +11,19 @@ pub enum EkfError {
     /// Odometry that is no motion.
     #[error(transparent)]
     Odometry(#[from] OdometryError),
-    /// What a robot in a known map begins with cannot be used.
-    #[error("{field} is {value}; expected {expected}")]
-    Setting {
-        /// Its name.
-        field: &'static str,
+    /// A prior map whose walls are longer, or lie farther off, than can be held in pieces.
+    #[error(
+        "{what} is {value}; expected at most {most}; with known.by = 0 the robot is found by lines, however large the map"
+    )]
+    PriorMap {
+        /// The figure at fault.
+        what: &'static str,
         /// Its value.
         value: f64,
-        /// What it may be.
-        expected: &'static str,
+        /// The most it may be.
+        most: f64,
     },
-    /// A figure of [`super::EkfConfig`] out of its bounds.
+    /// A figure of a configuration, a start or a prior out of its bounds.
     #[error(transparent)]
     Bounds(#[from] OutOfBounds),
     /// A line with a number that is not finite, or a covariance that is not positive definite.
@@ -33,21 +34,6 @@ pub enum EkfError {
         /// The part at fault.
         what: &'static str,
     },
-}
-
-impl From<LocateError> for EkfError {
-    fn from(error: LocateError) -> Self {
-        let LocateError {
-            field,
-            value,
-            expected,
-        } = error;
-        Self::Setting {
-            field,
-            value,
-            expected,
-        }
-    }
 }
 
 pub(in crate::estimation) fn check_feature(

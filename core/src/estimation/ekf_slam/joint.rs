@@ -13,13 +13,8 @@ use nalgebra::{Matrix2, Matrix2x3};
 use super::sighting::Expectation;
 use super::sweep::{SweepTiming, as_seen};
 use super::{EkfSlam, ROBOT};
-use crate::association::{
-    Candidate, ExpectedLine, JointConfig, JointSearch, Paired, Pairing, plausible,
-};
+use crate::association::{Candidate, ExpectedLine, JointSearch, Paired, Pairing, plausible};
 use crate::features::LineFeature;
-
-/// More sets of pairings than this are not looked at; a scan of twenty lines needs some hundred.
-const MOST_SETS: usize = 5_000;
 
 /// What the search keeps from scan to scan, so that none of it is allocated anew.
 #[derive(Clone, Debug, Default)]
@@ -72,15 +67,9 @@ impl EkfSlam {
                 (b.landmark, scratch.expected(b.landmark)?),
             ))
         };
-        let association = &self.config.association;
-        let config = JointConfig {
-            gate: association.gate,
-            outlier_gate: association.outlier_gate,
-            ambiguity: association.ambiguity,
-            same_place: association.same_place,
-            most_sets: MOST_SETS,
-        };
-        paired.clone_from(&search.run(cross, &config).paired);
+        let found = search.run(cross, &self.config.association);
+        paired.clear();
+        paired.extend_from_slice(found);
         scratch.search = search;
     }
 

@@ -10,8 +10,6 @@ pub struct UpdateReport {
     pub matches: Vec<Match>,
     /// New landmarks, with the index of their feature.
     pub added: Vec<(usize, LandmarkId)>,
-    /// Lines not used.
-    pub rejected: Vec<Rejected>,
     /// Landmarks forgotten after this scan.
     pub forgotten: Vec<LandmarkId>,
     /// Landmarks that turned out to be parts of one wall.
@@ -47,15 +45,6 @@ pub struct Match {
     pub landmark: LandmarkId,
     /// Squared Mahalanobis distance before the update.
     pub d2: f64,
-}
-
-/// A line that was not used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rejected {
-    /// Index of the feature in the scan's list.
-    pub feature: usize,
-    /// Why.
-    pub reason: Rejection,
 }
 
 /// Two landmarks that became one.
@@ -167,6 +156,13 @@ impl UpdateReport {
         })
     }
 
+    /// Number of lines that were not used.
+    #[must_use]
+    pub fn rejected(&self) -> usize {
+        let is_rejected = |e: &&Explained| matches!(e.verdict, Verdict::Rejected(_));
+        self.explained.iter().filter(is_rejected).count()
+    }
+
     /// Degrees of freedom of [`Self::nis`]: two for each match.
     #[must_use]
     pub fn nis_degrees(&self) -> usize {
@@ -177,7 +173,6 @@ impl UpdateReport {
     pub(super) fn clear(&mut self) {
         self.matches.clear();
         self.added.clear();
-        self.rejected.clear();
         self.forgotten.clear();
         self.merged.clear();
         self.considered.clear();
@@ -206,9 +201,6 @@ impl UpdateReport {
             end,
             verdict,
         });
-        if let Verdict::Rejected(reason) = verdict {
-            self.rejected.push(Rejected { feature, reason });
-        }
     }
 }
 
@@ -253,7 +245,7 @@ mod tests {
         // The nearest one is reported however far it is: it says why the line is new.
         assert_eq!(of(1), (vec![3], Verdict::Added(LandmarkId(5))));
         assert_eq!(of(0), (vec![], Verdict::Rejected(Rejection::Seam)));
-        assert_eq!(report.rejected.len(), 1);
+        assert_eq!(report.rejected(), 1);
         assert_eq!(report.explanations().count(), 3);
         report.clear();
         assert_eq!(report, UpdateReport::default());

@@ -18,6 +18,7 @@
 use nalgebra::{Matrix3, Matrix5, Point2, SMatrix};
 
 use super::EkfError;
+use crate::bounds::{FINITE, check};
 use crate::geom::{Pose2, PoseEstimate, symmetrize};
 use crate::robot::Odometry;
 
@@ -121,25 +122,18 @@ impl RobotState {
 
     /// At `start`.
     ///
-    /// # Errors   [`EkfError::Setting`] where start or prior are no numbers.
+    /// # Errors   [`EkfError::Bounds`] where start or prior are no numbers.
     pub(in crate::estimation) fn starting(
         start: &PoseEstimate,
         prior: &OdometryErrors,
     ) -> Result<Self, EkfError> {
         let at = &start.pose;
-        let numbers = [
-            ("start.pose", at.x() + at.y() + at.heading()),
-            ("start.cov", start.cov.sum()),
-            ("prior.curvature", prior.curvature),
-            ("prior.turn_scale", prior.turn_scale),
-        ];
-        if let Some(&(field, value)) = numbers.iter().find(|(_, value)| !value.is_finite()) {
-            return Err(EkfError::Setting {
-                field,
-                value,
-                expected: "finite numbers",
-            });
-        }
+        check(&[
+            ("start.pose", at.x() + at.y() + at.heading(), FINITE),
+            ("start.cov", start.cov.sum(), FINITE),
+            ("prior.curvature", prior.curvature, FINITE),
+            ("prior.turn_scale", prior.turn_scale, FINITE),
+        ])?;
         let mut state = Self::new(prior);
         state.pose = start.pose;
         let mut pose = state.cov.fixed_view_mut::<POSE, POSE>(0, 0);

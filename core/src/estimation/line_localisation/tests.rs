@@ -81,7 +81,7 @@ fn information_of_a_standing_robot_adds_up() {
         let matches = slam
             .update(&[sighting(&ahead, &truth, &cov, &mut rng)])
             .unwrap();
-        assert_eq!(matches.iter().map(|m| m.line).collect::<Vec<_>>(), [1]);
+        assert_eq!(matches, [(0, 1)]);
         let found = slam.estimate().cov;
         let expect = |prior: f64, measured: f64| 1.0 / (1.0 / prior + f64::from(n) / measured);
         assert!((found[(0, 0)] - expect(0.01, 9e-4)).abs() < 1e-12);
@@ -139,9 +139,9 @@ fn average_nees_lies_in_the_band_of_the_mean() {
             // Two of the walls at a time.
             let seen = [step % 4, (step + 1) % 4];
             let features = seen.map(|wall| sighting(&room()[wall], &truth, &cov, &mut rng));
-            for found in slam.update(&features).unwrap() {
+            for (feature, line) in slam.update(&features).unwrap() {
                 matched += 1;
-                wrong += usize::from(found.line != seen[found.feature]);
+                wrong += usize::from(line != seen[feature]);
             }
         }
         sum += slam.estimate().nees(&truth).unwrap();

@@ -39,7 +39,7 @@ use crate::geom::Pose2;
 use crate::robot::{OdometryNoise, RobotModel, TrackWear};
 
 pub use drive::{Drive, DriveExtent};
-pub use words::{FittedParameter, Verdict};
+pub use words::FittedParameter;
 
 /// What is known of each track and of the width before anything was driven: its standard deviation,
 /// as a part.

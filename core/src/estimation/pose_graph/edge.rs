@@ -7,23 +7,6 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::geom::{Pose2, symmetrize};
 
-/// How much an edge of a large error is doubted; parameters in units of χ, the normalised error.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kernel {
-    /// Not at all.
-    None,
-    /// Quadratic up to `k`, linear beyond.
-    Huber {
-        /// Where it becomes linear.
-        k: f64,
-    },
-    /// Logarithmic beyond about `c`.
-    Cauchy {
-        /// Where doubt begins.
-        c: f64,
-    },
-}
-
 /// A measured motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
@@ -35,32 +18,21 @@ pub struct Edge {
     pub motion: Pose2,
     /// Inverse of the covariance of the error, in the frame of the measured `to`.
     pub information: Matrix3<f64>,
-    /// How it is doubted.
-    pub kernel: Kernel,
-}
-
-impl Kernel {
-    /// ρ(χ²) and ρ'(χ²).
-    pub(super) fn of(self, chi2: f64) -> (f64, f64) {
-        match self {
-            Self::None => (chi2, 1.0),
-            Self::Huber { k } => {
-                let chi = chi2.sqrt();
-                if chi <= k {
-                    (chi2, 1.0)
-                } else {
-                    (2.0 * k * chi - k * k, k / chi)
-                }
-            }
-            Self::Cauchy { c } => {
-                let scaled = chi2 / (c * c);
-                (c * c * libm::log(1.0 + scaled), 1.0 / (1.0 + scaled))
-            }
-        }
-    }
+    /// Scale of the Cauchy kernel by which large errors are doubted, in units of χ, the normalised
+    /// error; `None` believes all errors.
+    pub cauchy: Option<f64>,
 }
 
 impl Edge {
+    /// ρ(χ²) and ρ'(χ²): the cost of an error, and its weight.
+    pub(super) fn robust(&self, chi2: f64) -> (f64, f64) {
+        let Some(c) = self.cauchy else {
+            return (chi2, 1.0);
+        };
+        let scaled = chi2 / (c * c);
+        (c * c * libm::log(1.0 + scaled), 1.0 / (1.0 + scaled))
+    }
+
     pub(super) fn error(&self, from: &Pose2, to: &Pose2) -> Vector3<f64> {
         let off = self.motion.delta_to(&from.delta_to(to));
         Vector3::new(off.x(), off.y(), off.heading())

@@ -10,7 +10,7 @@ fn edge(from: usize, to: usize, motion: Pose2) -> Edge {
         to,
         motion,
         information: Matrix3::identity() * 100.0,
-        kernel: Kernel::None,
+        cauchy: None,
     }
 }
 
@@ -60,14 +60,10 @@ fn square() -> (PoseGraph, Vec<Pose2>) {
     }
     graph.poses[0] = truth[0];
     for i in 1..40 {
-        graph
-            .add_edge(edge(i - 1, i, truth[i - 1].delta_to(&truth[i])))
-            .unwrap();
+        assert!(graph.add_edge(edge(i - 1, i, truth[i - 1].delta_to(&truth[i]))));
     }
     for i in 20..40 {
-        graph
-            .add_edge(edge(i - 20, i, truth[i - 20].delta_to(&truth[i])))
-            .unwrap();
+        assert!(graph.add_edge(edge(i - 20, i, truth[i - 20].delta_to(&truth[i]))));
     }
     (graph, truth)
 }
@@ -75,8 +71,11 @@ fn square() -> (PoseGraph, Vec<Pose2>) {
 #[test]
 fn consistent_motions_lead_to_the_truth() {
     let (mut graph, truth) = square();
-    let report = graph.optimize(50);
-    assert!(report.converged && report.chi2 < 1e-12, "{report:?}");
+    assert!(
+        graph.optimize(50) && graph.chi2() < 1e-12,
+        "{}",
+        graph.chi2()
+    );
     for (found, truth) in graph.poses().iter().zip(&truth) {
         assert!(!differs(found, truth, 1e-6, 1e-6));
     }
@@ -86,10 +85,10 @@ fn consistent_motions_lead_to_the_truth() {
 fn a_false_closure_does_not_bend_a_map_of_robust_edges() {
     let (mut graph, truth) = square();
     let lie = Edge {
-        kernel: Kernel::Cauchy { c: 1.0 },
+        cauchy: Some(1.0),
         ..edge(3, 33, Pose2::new(4.0, 1.0, 2.0))
     };
-    graph.add_edge(lie).unwrap();
+    assert!(graph.add_edge(lie));
     graph.optimize(100);
     for (found, truth) in graph.poses().iter().zip(&truth) {
         assert!(!differs(found, truth, 0.05, 0.05), "{found:?} {truth:?}");
@@ -105,7 +104,7 @@ fn marginal_of_a_chain_is_the_composed_covariance() {
     graph.add_pose(at);
     for i in 0..4 {
         graph.add_pose(at * step);
-        graph.add_edge(edge(i, i + 1, step)).unwrap();
+        assert!(graph.add_edge(edge(i, i + 1, step)));
         // First order: the error of the start is carried over, that of the step is turned into the
         // map.
         let end = at * step;
@@ -126,21 +125,10 @@ fn marginal_of_a_chain_is_the_composed_covariance() {
 fn impossible_edges_are_refused() {
     let mut graph = PoseGraph::default();
     graph.add_pose(Pose2::identity());
-    let message = graph
-        .add_edge(edge(0, 3, Pose2::identity()))
-        .unwrap_err()
-        .to_string();
-    assert_eq!(
-        message,
-        "edge from pose 0 to pose 3: expected two different poses below 1"
-    );
+    assert!(!graph.add_edge(edge(0, 3, Pose2::identity())));
     graph.add_pose(Pose2::identity());
-    assert!(
-        graph
-            .add_edge(edge(0, 1, Pose2::new(f64::NAN, 0.0, 0.0)))
-            .is_err()
-    );
-    assert_eq!(graph.optimize(5).iterations, 0);
+    assert!(!graph.add_edge(edge(0, 1, Pose2::new(f64::NAN, 0.0, 0.0))));
+    assert!(graph.optimize(5));
 }
 
 #[test]
@@ -194,33 +182,28 @@ fn public_graphs_converge_to_a_stationary_point() {
                 "VERTEX_SE2" => {
                     graph.add_pose(Pose2::new(v[1], v[2], v[3]));
                 }
-                "EDGE_SE2" => graph
-                    .add_edge(Edge {
-                        from: v[0] as usize,
-                        to: v[1] as usize,
-                        motion: Pose2::new(v[2], v[3], v[4]),
-                        information: Matrix3::new(
-                            v[5], v[6], v[7], v[6], v[8], v[9], v[7], v[9], v[10],
-                        ),
-                        kernel: Kernel::None,
-                    })
-                    .unwrap(),
+                "EDGE_SE2" => assert!(graph.add_edge(Edge {
+                    from: v[0] as usize,
+                    to: v[1] as usize,
+                    motion: Pose2::new(v[2], v[3], v[4]),
+                    information: Matrix3::new(
+                        v[5], v[6], v[7], v[6], v[8], v[9], v[7], v[9], v[10],
+                    ),
+                    cauchy: None,
+                })),
                 _ => {}
             }
         }
         // The files start from raw odometry, which is turned by half a circle: start from the tree
         // of fewest edges.
         start_from_tree(&mut graph);
-        let report = graph.optimize(100);
-        eprintln!("{name}: {report:?}");
-        assert!(
-            report.converged && report.chi2 < report.chi2_before,
-            "{name} {report:?}"
-        );
-        let again = graph.optimize(20);
-        assert!(
-            report.chi2 - again.chi2 < 1e-6 * report.chi2,
-            "{name}: {again:?}"
-        );
+        let before = graph.chi2();
+        let converged = graph.optimize(100);
+        let after = graph.chi2();
+        eprintln!("{name}: χ² {before} before, {after} after");
+        assert!(converged && after < before, "{name}");
+        graph.optimize(20);
+        let gain = after - graph.chi2();
+        assert!(gain < 1e-6 * after, "{name}: {gain}");
     }
 }

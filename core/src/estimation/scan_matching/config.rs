@@ -4,7 +4,7 @@ use super::super::submap::ClosureConfig;
 use crate::bounds::{Bounds, OutOfBounds, check};
 use crate::map::{EvidenceConfig, GridConfig, GridError, SurfelConfig};
 use crate::points::OrientedConfig;
-use crate::registration::{LocateConfig, LocateError};
+use crate::registration::LocateConfig;
 
 /// How scan matching works.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,9 +146,6 @@ pub enum ScanMatcherError {
     /// The grid's figures.
     #[error(transparent)]
     Grid(#[from] GridError),
-    /// How scans are located.
-    #[error("scan matching: {0}")]
-    Locate(#[from] LocateError),
     /// A figure of [`ScanMatcherConfig`] out of its bounds.
     #[error("scan matching: {0}")]
     Bounds(#[from] OutOfBounds),

@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::super::pose_graph::{Edge, Kernel, information_at_end};
+use super::super::pose_graph::{Edge, information_at_end};
 use super::super::submap::Doubt;
 use super::ScanMatcher;
 use crate::geom::{Pose2, symmetrize};
@@ -21,12 +21,12 @@ impl ScanMatcher {
         let information = cov.try_inverse().unwrap_or_else(Matrix3::identity);
         let new = self.graph.add_pose(map_from_new);
         // Both ends exist, and a match that is not finite was never accepted.
-        let _ = self.graph.add_edge(Edge {
+        self.graph.add_edge(Edge {
             from: old,
             to: new,
             motion: *old_from_new,
             information: information_at_end(old_from_new, &information),
-            kernel: Kernel::None,
+            cauchy: None,
         });
         let (cos, sin) = self.map_from_running().cos_sin();
         let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
@@ -88,11 +88,9 @@ impl ScanMatcher {
             to: new,
             motion: closure.motion,
             information: closure.information,
-            kernel: Kernel::Cauchy {
-                c: self.config.closure.kernel,
-            },
+            cauchy: Some(self.config.closure.kernel),
         });
-        if added.is_ok() {
+        if added {
             self.closures += 1;
             self.graph_changed = true;
         }

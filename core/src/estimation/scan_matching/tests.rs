@@ -12,8 +12,8 @@ use crate::points::fixture::normal;
 use crate::robot::Scan;
 
 /// Takes a scan whose beams were all taken at once.
-fn update(matcher: &mut ScanMatcher, points: &Points) -> MatchReport {
-    matcher.update(points, &vec![points.bearing_sigma; points.beams.len()])
+fn update(matcher: &mut ScanMatcher, points: &Points) {
+    matcher.update(points, &vec![points.bearing_sigma; points.beams.len()]);
 }
 
 /// A ring of corridors, 2 m wide, around a block of 8 m x 6 m, with niches that tell its sides

@@ -2,6 +2,7 @@
 
 use roxmltree::Node;
 
+use crate::format::FieldError;
 use crate::sim::WorldError;
 
 /// Why a file cannot be made into a world.
@@ -53,24 +54,13 @@ pub enum SvgError {
     #[error("line {line}: {what}")]
     Syntax {
         /// Line, from 1.
-        line: u32,
+        line: usize,
         /// What is wrong.
         what: String,
     },
-    /// An attribute that cannot be.
-    #[error("line {line}: {attribute} of <{element}> is `{found}`, expected {expected}")]
-    Attribute {
-        /// Line, from 1.
-        line: u32,
-        /// The element.
-        element: String,
-        /// The attribute.
-        attribute: &'static str,
-        /// What stands there.
-        found: String,
-        /// What should.
-        expected: &'static str,
-    },
+    /// An attribute that cannot be read.
+    #[error(transparent)]
+    Attribute(#[from] FieldError),
     /// A scale that makes no building.
     #[error(
         "the drawing is {width:.2} m x {height:.2} m at {metres_per_unit} m a unit, expected 1 to 2000 m a side; say the scale as the \
@@ -102,22 +92,12 @@ pub enum SvgError {
 }
 
 /// An attribute that cannot be.
-pub(super) fn wrong(
-    node: &Node,
-    attribute: &'static str,
-    found: &str,
-    expected: &'static str,
-) -> SvgError {
-    SvgError::Attribute {
-        line: line_of(node),
-        element: node.tag_name().name().to_owned(),
-        attribute,
-        found: found.chars().take(24).collect(),
-        expected,
-    }
+pub(super) fn wrong(node: &Node, attribute: &str, found: &str, expected: &str) -> SvgError {
+    let field = format!("{attribute} of <{}>", node.tag_name().name());
+    FieldError::new(line_of(node), field, found, expected).into()
 }
 
 /// Where an element stands in its file.
-pub(super) fn line_of(node: &Node) -> u32 {
-    node.document().text_pos_at(node.range().start).row
+pub(super) fn line_of(node: &Node) -> usize {
+    node.document().text_pos_at(node.range().start).row as usize
 }

@@ -69,7 +69,7 @@ pub fn of_svg(
     };
     let document =
         Document::parse_with_options(&text, options).map_err(|error| SvgError::Syntax {
-            line: error.pos().row,
+            line: error.pos().row as usize,
             what: error.to_string(),
         })?;
     let root = document.root_element();

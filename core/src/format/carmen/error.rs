@@ -1,5 +1,7 @@
 //! Why a log cannot be replayed.
 
+use crate::format::FieldError;
+
 /// Why bytes are not a CARMEN log that can be replayed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -29,34 +31,9 @@ pub enum CarmenError {
         /// The limit.
         limit: usize,
     },
-    /// The fields are not as many as the message announces.
-    #[error("line {line}: {message} {announced} needs {expected} fields, found {found}")]
-    Count {
-        /// Line, from 1.
-        line: usize,
-        /// Name of the message.
-        message: &'static str,
-        /// What the message announces, in words.
-        announced: String,
-        /// Number of fields that this makes, the name included.
-        expected: usize,
-        /// Number of fields in the line.
-        found: usize,
-    },
-    /// A field that is not what it should be.
-    #[error("line {line}, field {field} of {message} is \"{found}\", expected {expected}")]
-    Field {
-        /// Line, from 1.
-        line: usize,
-        /// Field in the line, from 1; the name of the message is the first.
-        field: usize,
-        /// Name of the message.
-        message: &'static str,
-        /// What stands there, shortened.
-        found: String,
-        /// What may stand there.
-        expected: &'static str,
-    },
+    /// A field that is not what it should be, or another number of them than the message announces.
+    #[error(transparent)]
+    Field(#[from] FieldError),
     /// The file ends within a message.
     #[error("line {line}: the file is cut off within its last message ({reason})")]
     CutOff {

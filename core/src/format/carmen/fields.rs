@@ -1,6 +1,9 @@
 //! One line of a log: text, cut into the fields of its message, counted for the error message.
 
+use std::str::FromStr;
+
 use super::CarmenError;
+use crate::format::FieldError;
 use crate::geom::Pose2;
 
 pub(super) fn check_text(bytes: &[u8], line: usize) -> Result<&str, CarmenError> {
@@ -53,107 +56,70 @@ pub(super) struct Fields<'a> {
 }
 
 impl Fields<'_> {
-    fn next(&mut self) -> Result<&str, CarmenError> {
+    /// The next field, if it fits.
+    fn next<T: FromStr>(
+        &mut self,
+        expected: &str,
+        fits: impl Fn(&T) -> bool,
+    ) -> Result<T, FieldError> {
+        let Some(word) = self.words.next() else {
+            return Err(self.wrong_count("more".to_owned()));
+        };
         self.field += 1;
-        self.words.next().ok_or_else(|| CarmenError::Count {
-            line: self.line,
-            message: self.message,
-            announced: "as written".into(),
-            expected: self.field,
-            found: self.field - 1,
-        })
+        let name = || format!("field {} of {}", self.field, self.message);
+        let value = word.parse().ok().filter(fits);
+        value.ok_or_else(|| FieldError::new(self.line, name(), word, expected))
+    }
+
+    fn wrong_count(&self, expected: String) -> FieldError {
+        let found = self.text.split_ascii_whitespace().count();
+        let name = format!("the number of fields of {}", self.message);
+        FieldError::new(self.line, name, &found.to_string(), expected)
     }
 
     pub(super) fn expect_total(
         &self,
         expected: usize,
         announced: impl Fn() -> String,
-    ) -> Result<(), CarmenError> {
-        let found = self.text.split_ascii_whitespace().count();
-        if found == expected {
-            return Ok(());
-        }
-        Err(CarmenError::Count {
-            line: self.line,
-            message: self.message,
-            announced: announced(),
-            expected,
-            found,
-        })
-    }
-
-    fn bad(&self, found: &str, expected: &'static str) -> CarmenError {
-        let shown: String = found.chars().take(24).collect();
-        CarmenError::Field {
-            line: self.line,
-            field: self.field,
-            message: self.message,
-            found: shown,
-            expected,
+    ) -> Result<(), FieldError> {
+        match self.text.split_ascii_whitespace().count() == expected {
+            true => Ok(()),
+            false => Err(self.wrong_count(format!("{expected}, {}", announced()))),
         }
     }
 
-    pub(super) fn number(&mut self) -> Result<f64, CarmenError> {
-        let word = self.next()?.to_owned();
-        match word.parse::<f64>() {
-            Ok(number) if number.is_finite() => Ok(number),
-            _ => Err(self.bad(&word, "a finite number")),
-        }
+    pub(super) fn number(&mut self) -> Result<f64, FieldError> {
+        self.next("a finite number", |n: &f64| n.is_finite())
     }
 
     /// A number of a size that sums and squares of it stay finite.
-    pub(super) fn bounded(
-        &mut self,
-        most: f64,
-        expected: &'static str,
-    ) -> Result<f64, CarmenError> {
-        let word = self.next()?.to_owned();
-        match word.parse::<f64>() {
-            Ok(number) if number.abs() <= most => Ok(number),
-            _ => Err(self.bad(&word, expected)),
-        }
+    fn bounded(&mut self, most: f64, expected: &str) -> Result<f64, FieldError> {
+        self.next(expected, |n: &f64| n.abs() <= most)
     }
 
-    pub(super) fn seconds(&mut self) -> Result<f64, CarmenError> {
+    pub(super) fn seconds(&mut self) -> Result<f64, FieldError> {
         self.bounded(1e12, "a time in seconds, within ±1e12")
     }
 
-    pub(super) fn angle(&mut self) -> Result<f64, CarmenError> {
+    pub(super) fn angle(&mut self) -> Result<f64, FieldError> {
         self.bounded(1e4, "an angle in radians, within ±10000")
     }
 
-    fn coordinate(&mut self) -> Result<f64, CarmenError> {
+    fn coordinate(&mut self) -> Result<f64, FieldError> {
         self.bounded(1e9, "a coordinate in metres, within ±1e9")
     }
 
-    pub(super) fn range(&mut self) -> Result<f32, CarmenError> {
-        self.field += 1;
-        let Some(word) = self.words.next() else {
-            self.field -= 1;
-            return self.next().map(|_| 0.0);
-        };
-        match word.parse::<f32>() {
-            Ok(range) if range.is_finite() && range >= 0.0 => Ok(range),
-            _ => Err(self.bad(word, "a range in metres, finite and at least 0")),
-        }
+    pub(super) fn range(&mut self) -> Result<f32, FieldError> {
+        let expected = "a range in metres, finite and at least 0";
+        self.next(expected, |r: &f32| r.is_finite() && *r >= 0.0)
     }
 
-    pub(super) fn count_or_none(&mut self, expected: &'static str) -> Result<usize, CarmenError> {
-        let word = self.next()?.to_owned();
-        match word.parse::<usize>() {
-            Ok(count) if count <= 100_000 => Ok(count),
-            _ => Err(self.bad(&word, expected)),
-        }
+    /// How many fields of a kind follow, from `least` to 100 000.
+    pub(super) fn count(&mut self, least: usize, expected: &str) -> Result<usize, FieldError> {
+        self.next(expected, |n| (least..=100_000).contains(n))
     }
 
-    pub(super) fn count(&mut self, expected: &'static str) -> Result<usize, CarmenError> {
-        match self.count_or_none(expected)? {
-            0 => Err(self.bad("0", expected)),
-            count => Ok(count),
-        }
-    }
-
-    pub(super) fn pose(&mut self) -> Result<Pose2, CarmenError> {
+    pub(super) fn pose(&mut self) -> Result<Pose2, FieldError> {
         let (x, y) = (self.coordinate()?, self.coordinate()?);
         Ok(Pose2::new(x, y, self.angle()?))
     }

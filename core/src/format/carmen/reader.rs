@@ -153,7 +153,7 @@ impl CarmenReader {
         slot: usize,
     ) -> Result<(), CarmenError> {
         let mut fields = line.fields(message);
-        let beams = fields.count("a number of readings from 1 to 100000")?;
+        let beams = fields.count(1, "a number of readings from 1 to 100000")?;
         fields.expect_total(beams + 11, || format!("of {beams} readings"))?;
         let start = self.read_ranges(&mut fields, beams)?;
         let map_from_laser = fields.pose()?;
@@ -182,9 +182,9 @@ impl CarmenReader {
         let max_range = fields.number()? as f32;
         fields.number()?;
         fields.number()?;
-        let beams = fields.count("a number of readings from 1 to 100000")?;
+        let beams = fields.count(1, "a number of readings from 1 to 100000")?;
         let start = self.read_ranges(&mut fields, beams)?;
-        let remissions = fields.count_or_none("a number of remissions from 0 to 100000")?;
+        let remissions = fields.count(0, "a number of remissions from 0 to 100000")?;
         fields.expect_total(9 + beams + 1 + remissions + 14, || {
             format!("of {beams} readings and {remissions} remissions")
         })?;

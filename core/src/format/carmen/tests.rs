@@ -133,12 +133,12 @@ fn bad_files_are_told_what_where_and_what_was_expected() {
     let nan = message((good.clone() + &good.replace("2.00", "nan")).as_bytes());
     assert_eq!(
         nan,
-        "line 2, field 4 of FLASER is \"nan\", expected a range in metres, finite and at least 0"
+        "line 2: field 4 of FLASER is `nan`, expected a range in metres, finite and at least 0"
     );
     let short = message((good.replace("FLASER 2", "FLASER 3") + &good).as_bytes());
     assert_eq!(
         short,
-        "line 1: FLASER of 3 readings needs 14 fields, found 13"
+        "line 1: the number of fields of FLASER is `13`, expected 14, of 3 readings"
     );
     let cut = format!("{good}{}", &good[..good.len() / 2]);
     let cut = message(cut.as_bytes());
@@ -155,7 +155,7 @@ fn bad_files_are_told_what_where_and_what_was_expected() {
     assert!(message(good.replace("2.00", "-2.00").as_bytes()).contains("at least 0"));
     // Numbers so large that their sums and squares are none.
     let far = flaser(&[1.0], (1e300, 0.0, 0.0), 1.0);
-    assert!(message(far.as_bytes()).contains("field 4 of FLASER is \"1000"));
+    assert!(message(far.as_bytes()).contains("field 4 of FLASER is `1000"));
     assert!(message(far.as_bytes()).contains("a coordinate in metres, within ±1e9"));
     let turned = flaser(&[1.0], (0.0, 0.0, 1e9), 1.0);
     assert!(message(turned.as_bytes()).contains("an angle in radians"));

@@ -1,5 +1,7 @@
 //! What may be wrong with a map's files.
 
+use crate::format::FieldError;
+
 /// Why a map cannot be written or read.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -65,26 +67,9 @@ pub enum MapInfoError {
         /// The key.
         key: &'static str,
     },
-    /// A key that stands twice.
-    #[error("line {line}: the key `{key}` stands there a second time")]
-    Twice {
-        /// Line, from 1.
-        line: usize,
-        /// The key.
-        key: String,
-    },
-    /// A value that cannot be.
-    #[error("line {line}: {key} is `{found}`, expected {expected}")]
-    Value {
-        /// Line, from 1.
-        line: usize,
-        /// The key.
-        key: &'static str,
-        /// What stands there.
-        found: String,
-        /// What should.
-        expected: &'static str,
-    },
+    /// A value that cannot be, or a key that stands twice.
+    #[error(transparent)]
+    Field(#[from] FieldError),
 }
 
 /// Why bytes are no image of a map.
@@ -146,9 +131,4 @@ pub enum MapImageError {
     /// A PNG that cannot be decoded, in the decoder's words.
     #[error("the PNG cannot be read: {0}")]
     Png(String),
-}
-
-/// The beginning of what stands in a file, for a message.
-pub(super) fn short(word: &str) -> String {
-    word.chars().take(24).collect()
 }

@@ -6,8 +6,8 @@
 use std::fmt::Write as _;
 
 use super::MapImageError;
-use super::error::short;
 use super::read::{Pixel, Size};
+use crate::format::field_error::short;
 
 /// Reads an image; pixels are seen row by row, the highest first.
 pub(super) fn read(bytes: &[u8], mut see: impl FnMut(Pixel)) -> Result<Size, MapImageError> {

@@ -220,7 +220,7 @@ fn bad_yaml_is_told_what_where_and_what_was_expected() {
         (
             "negate: 0",
             "image: b",
-            "line 4: the key `image` stands there a second time",
+            "line 4: the key is `image`, expected each key once",
         ),
         ("negate: 0", "negate: *x", "line 4:"),
         ("negate: 0", "negate: &a 0\nb: *a", "line 5: an alias"),

@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use saphyr_parser::{Event, Parser};
 
-use super::error::short;
 use super::{MapInfo, MapInfoError, MapMode};
+use crate::format::FieldError;
 use crate::geom::Pose2;
 
 /// Longer files are none of map_server.
@@ -30,21 +30,34 @@ pub(super) fn parse(bytes: &[u8]) -> Result<MapInfo, MapInfoError> {
     }
     let text = String::from_utf8_lossy(bytes);
     let fields = Fields(mapping(&text)?);
-    let resolution = fields.number("resolution", "more than 0 and at most 1000 m", |r| {
-        r > 0.0 && r <= 1000.0
-    })?;
-    let part = |key| fields.number(key, "from 0 to 1", |p| (0.0..=1.0).contains(&p));
+    let number = |key, expected, fits: fn(f64) -> bool| {
+        fields.word(key, expected, |w| w.parse().ok().filter(|&n| fits(n)))
+    };
+    let part = |key| number(key, "from 0 to 1", |p| (0.0..=1.0).contains(&p));
+    let mode = |word: &str| word.parse().ok();
     Ok(MapInfo {
-        image: fields.image()?,
-        mode: fields.mode()?,
-        resolution,
+        image: fields.word("image", "the path of an image", |path| {
+            Some(path.to_owned()).filter(|path| !path.is_empty())
+        })?,
+        mode: match fields.0.contains_key("mode") {
+            true => fields.word("mode", "trinary, scale or raw", mode)?,
+            false => MapMode::default(),
+        },
+        resolution: number("resolution", "more than 0 and at most 1000 m", |r| {
+            r > 0.0 && r <= 1000.0
+        })?,
         origin: fields.origin()?,
-        negate: fields.negate()?,
+        negate: fields.word("negate", "0 or 1", |word| match word {
+            "0" | "false" | "False" | "no" => Some(false),
+            "1" | "true" | "True" | "yes" => Some(true),
+            _ => None,
+        })?,
         occupied_thresh: part("occupied_thresh")?,
         free_thresh: part("free_thresh")?,
     })
 }
 
+/// The values by their keys.
 struct Fields(BTreeMap<String, Value>);
 
 impl Fields {
@@ -52,42 +65,19 @@ impl Fields {
         self.0.get(key).ok_or(MapInfoError::Missing { key })
     }
 
-    fn word(&self, key: &'static str, expected: &'static str) -> Result<&str, MapInfoError> {
-        let value = self.get(key)?;
-        match value.words.as_slice() {
-            [word] if !value.is_list => Ok(word),
-            _ => Err(value.wrong(key, expected)),
-        }
-    }
-
-    fn number(
+    /// What a value of one word says.
+    fn word<T>(
         &self,
         key: &'static str,
-        expected: &'static str,
-        fits: impl Fn(f64) -> bool,
-    ) -> Result<f64, MapInfoError> {
-        let word = self.word(key, expected)?;
-        let number = word.parse().ok().filter(|&n| fits(n));
-        number.map_or_else(|| Err(self.get(key)?.wrong(key, expected)), Ok)
-    }
-
-    fn image(&self) -> Result<String, MapInfoError> {
-        let expected = "the path of an image";
-        match self.word("image", expected)? {
-            "" => Err(self.get("image")?.wrong("image", expected)),
-            path => Ok(path.to_owned()),
-        }
-    }
-
-    /// `trinary` where nothing is said, as map_server has it.
-    fn mode(&self) -> Result<MapMode, MapInfoError> {
-        if !self.0.contains_key("mode") {
-            return Ok(MapMode::default());
-        }
-        let expected = "trinary, scale or raw";
-        let word = self.word("mode", expected)?;
-        let mode = word.parse();
-        mode.or_else(|_| Err(self.get("mode")?.wrong("mode", expected)))
+        expected: &str,
+        read: impl Fn(&str) -> Option<T>,
+    ) -> Result<T, MapInfoError> {
+        let value = self.get(key)?;
+        let found = match value.words.as_slice() {
+            [word] if !value.is_list => read(word),
+            _ => None,
+        };
+        found.ok_or_else(|| value.wrong(key, expected))
     }
 
     fn origin(&self) -> Result<Pose2, MapInfoError> {
@@ -100,35 +90,19 @@ impl Fields {
             _ => Err(value.wrong("origin", "a list [x, y, yaw] of numbers within ±1e6")),
         }
     }
-
-    /// A whole number, as map_server writes it, or a truth value.
-    fn negate(&self) -> Result<bool, MapInfoError> {
-        let expected = "0 or 1";
-        match self.word("negate", expected)? {
-            "0" | "false" | "False" | "no" => Ok(false),
-            "1" | "true" | "True" | "yes" => Ok(true),
-            _ => Err(self.get("negate")?.wrong("negate", expected)),
-        }
-    }
 }
 
 impl Value {
-    fn wrong(&self, key: &'static str, expected: &'static str) -> MapInfoError {
-        let words = short(&self.words.join(", "));
-        MapInfoError::Value {
-            line: self.line,
-            key,
-            found: if self.is_list {
-                format!("[{words}]")
-            } else {
-                words
-            },
-            expected,
-        }
+    fn wrong(&self, key: &str, expected: &str) -> MapInfoError {
+        let words = self.words.join(", ");
+        let found = match self.is_list {
+            true => format!("[{words}]"),
+            false => words,
+        };
+        FieldError::new(self.line, key, &found, expected).into()
     }
 }
 
-/// The outermost mapping; values that are mappings themselves, or lists of lists, become lists without words.
 fn mapping(text: &str) -> Result<BTreeMap<String, Value>, MapInfoError> {
     let mut fields = BTreeMap::new();
     let mut key: Option<String> = None;
@@ -191,10 +165,7 @@ fn mapping(text: &str) -> Result<BTreeMap<String, Value>, MapInfoError> {
             && let Some(name) = key.take()
         {
             if fields.contains_key(&name) {
-                return Err(MapInfoError::Twice {
-                    line,
-                    key: short(&name),
-                });
+                return Err(FieldError::new(line, "the key", &name, "each key once").into());
             }
             fields.insert(name, value);
         }

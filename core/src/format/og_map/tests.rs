@@ -79,39 +79,39 @@ fn what_is_wrong_is_said_with_line_and_field() {
     };
     check(
         "",
-        "line 1: found 0 fields, expected 5: width height resolution origin_x origin_y",
+        "line 1: the number of fields is `0`, expected 5: width height resolution origin_x origin_y",
     );
     check(
         "2 1 0 0 0\n0.5 0.5\n",
-        "line 1: resolution is \"0\", expected more than 0 m",
+        "line 1: resolution is `0`, expected more than 0 m",
     );
     check(
         "2 1 nan 0 0\n",
-        "line 1: resolution is \"nan\", expected a finite number",
+        "line 1: resolution is `nan`, expected a finite number",
     );
     check(
         "-2 1 0.1 0 0\n",
-        "line 1: width is \"-2\", expected a whole number from 1 to 100000000",
+        "line 1: width is `-2`, expected a whole number from 1 to 100000000",
     );
     check(
         "100000 100000 0.1 0 0\n",
-        "line 1: height is \"100000\", expected at most 100000000 cells together",
+        "line 1: height is `100000`, expected at most 100000000 cells together",
     );
     check(
         "2 1 0.1 0 0\n0.5\n",
-        "line 2: found 1 cells, expected 2 as line 1 says",
+        "line 2: the number of fields is `1`, expected 2 as line 1 says",
     );
     check(
         "2 1 0.1 0 0\n0.5 1.5\n",
-        "line 2, field 2 is \"1.5\", expected a number from 0 to 1",
+        "line 2: field 2 is `1.5`, expected a number from 0 to 1",
     );
     check(
         "1 2 0.1 0 0\n0.5\n",
-        "found 1 rows, expected 2 as line 1 says",
+        "line 2: the number of rows is `1`, expected 2 as line 1 says",
     );
     check(
         "1 1 0.1 0 0\n0.5\n0.5\n",
-        "found 2 rows, expected 1 as line 1 says",
+        "line 3: the number of rows is `2`, expected 1 as line 1 says",
     );
     let empty = Grid::new(GridConfig::default()).unwrap();
     assert_eq!(of_grid(&empty), Err(OgMapError::Empty));

@@ -11,7 +11,7 @@ use crate::sim::{Door, Material, Mover, Obstacle, RobotKind, SensorKind, Shape, 
 const LONGEST_NAME: usize = 200;
 
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a world { \"slamlab_world\": 1, … }")]
 pub(super) struct WorldFile {
     #[serde(deserialize_with = "version")]
     slamlab_world: u32,
@@ -20,10 +20,10 @@ pub(super) struct WorldFile {
     start: PoseFile,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     goal: Option<PointFile>,
-    #[serde(default)]
-    robot: RobotFile,
-    #[serde(default)]
-    sensor: SensorFile,
+    #[serde(default, with = "RobotFile")]
+    robot: RobotKind,
+    #[serde(default, with = "SensorFile")]
+    sensor: SensorKind,
     #[serde(default = "first_seed")]
     seed: u64,
     obstacles: Vec<ObstacleFile>,
@@ -34,7 +34,10 @@ pub(super) struct WorldFile {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a pose { \"x\": …, \"y\": …, \"heading\": … }"
+)]
 struct PoseFile {
     x: f64,
     y: f64,
@@ -43,42 +46,40 @@ struct PoseFile {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a point { \"x\": …, \"y\": … }")]
 struct PointFile {
     x: f64,
     y: f64,
 }
 
-#[derive(Clone, Copy, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "RobotKind", rename_all = "snake_case")]
 enum RobotFile {
-    #[default]
     Rp6,
     Pioneer,
 }
 
-#[derive(Clone, Copy, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "SensorKind", rename_all = "snake_case")]
 enum SensorFile {
-    #[default]
     Lidar,
     Sick,
     Rangers,
     Sonar,
 }
 
-#[derive(Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Material", rename_all = "snake_case")]
 enum MaterialFile {
-    #[default]
     Opaque,
     Glass,
     Dark,
 }
 
-#[derive(Clone, Copy, Serialize, Deserialize)]
+#[derive(Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum ShapeFile {
+    #[default]
     Polyline,
     Polygon,
     Rectangle,
@@ -86,8 +87,8 @@ enum ShapeFile {
 }
 
 /// All shapes in one flat record: a tagged enum would lose the line of what is wrong inside of it.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "an obstacle { \"shape\": …, … }")]
 struct ObstacleFile {
     shape: ShapeFile,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -102,12 +103,12 @@ struct ObstacleFile {
     angle: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     radius: Option<f64>,
-    #[serde(default, skip_serializing_if = "is_opaque")]
-    material: MaterialFile,
+    #[serde(default, with = "MaterialFile", skip_serializing_if = "is_default")]
+    material: Material,
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a door { \"from\": …, \"to\": … }")]
 struct DoorFile {
     from: [f64; 2],
     to: [f64; 2],
@@ -118,23 +119,22 @@ struct DoorFile {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a mover { \"waypoints\": …, \"speed\": …, \"radius\": … }"
+)]
 struct MoverFile {
     waypoints: Vec<[f64; 2]>,
     #[serde(default)]
     closed: bool,
     speed: f64,
     radius: f64,
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pause: f64,
 }
 
-fn is_zero(number: &f64) -> bool {
-    *number == 0.0
-}
-
-fn is_opaque(material: &MaterialFile) -> bool {
-    *material == MaterialFile::Opaque
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 fn first_seed() -> u64 {
@@ -164,7 +164,7 @@ fn name<'de, D: Deserializer<'de>>(from: D) -> Result<String, D::Error> {
 impl ObstacleFile {
     fn into_obstacle(self) -> Result<Obstacle, String> {
         self.refuse_strangers()?;
-        let material = self.material.into();
+        let material = self.material;
         let shape = match self.shape {
             ShapeFile::Polyline => Shape::Polyline {
                 points: points(&need("polyline", "points", self.points)?),
@@ -215,13 +215,8 @@ impl ObstacleFile {
     fn of(obstacle: &Obstacle) -> Self {
         let bare = |shape| Self {
             shape,
-            points: None,
-            closed: None,
-            centre: None,
-            size: None,
-            angle: None,
-            radius: None,
-            material: obstacle.material.into(),
+            material: obstacle.material,
+            ..Self::default()
         };
         match &obstacle.shape {
             Shape::Polyline { points, closed } => Self {
@@ -294,8 +289,8 @@ impl WorldFile {
             movers: self.movers.into_iter().map(mover).collect(),
             start: Pose2::new(self.start.x, self.start.y, self.start.heading),
             goal: self.goal.map(|g| Point2::new(g.x, g.y)),
-            robot: self.robot.into(),
-            sensor: self.sensor.into(),
+            robot: self.robot,
+            sensor: self.sensor,
             seed: self.seed,
         })
     }
@@ -325,8 +320,8 @@ impl From<&World> for WorldFile {
                 heading: world.start.heading(),
             },
             goal: world.goal.map(|g| PointFile { x: g.x, y: g.y }),
-            robot: world.robot.into(),
-            sensor: world.sensor.into(),
+            robot: world.robot,
+            sensor: world.sensor,
             seed: world.seed,
             obstacles: world.obstacles.iter().map(ObstacleFile::of).collect(),
             doors: world.doors.iter().map(door).collect(),
@@ -334,27 +329,3 @@ impl From<&World> for WorldFile {
         }
     }
 }
-
-/// The same closed set on both sides of the file.
-macro_rules! same_names {
-    ($file:ident, $core:ident: $($variant:ident),+) => {
-        impl From<$file> for $core {
-            fn from(file: $file) -> Self {
-                match file {
-                    $($file::$variant => Self::$variant),+
-                }
-            }
-        }
-        impl From<$core> for $file {
-            fn from(core: $core) -> Self {
-                match core {
-                    $($core::$variant => Self::$variant),+
-                }
-            }
-        }
-    };
-}
-
-same_names!(RobotFile, RobotKind: Rp6, Pioneer);
-same_names!(SensorFile, SensorKind: Lidar, Sick, Rangers, Sonar);
-same_names!(MaterialFile, Material: Opaque, Glass, Dark);

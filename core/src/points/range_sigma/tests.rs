@@ -4,6 +4,14 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
+
+impl SigmaFit {
+    /// How uncertain σ at `range` is, m.
+    fn error_at(&self, range: f64) -> f64 {
+        let terms = self.growth.terms(range);
+        terms.dot(&(self.cov * terms)).sqrt()
+    }
+}
 use crate::geom::Pose2;
 use crate::robot::Stamp;
 
@@ -60,7 +68,7 @@ fn true_growth_is_found_and_the_stated_error_is_the_real_one() {
         let (mut nees, mut chi) = (0.0, 0.0);
         for seed in 0..runs {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            let fit = estimate_sigma(&scans(growth, 0.0, &mut rng), &config).unwrap();
+            let fit = estimate_sigma(&[&scans(growth, 0.0, &mut rng)], &config).unwrap();
             let error = fit.coefficients - truth(growth);
             nees += error.dot(&(fit.cov.try_inverse().unwrap() * error));
             chi += fit.chi_squared / (fit.bins.len() as f64 - 2.0);
@@ -80,7 +88,7 @@ fn true_growth_is_found_and_the_stated_error_is_the_real_one() {
 fn outliers_are_skipped() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let fit = estimate_sigma(
-        &scans(Growth::Linear, 0.01, &mut rng),
+        &[&scans(Growth::Linear, 0.01, &mut rng)],
         &SigmaConfig::default(),
     );
     let fit = fit.unwrap();
@@ -105,7 +113,7 @@ fn poor_recordings_are_refused() {
     let good = scans(Growth::Linear, 0.0, &mut rng);
     let config = SigmaConfig::default();
     let message = |scans: &[Scan], config: &SigmaConfig| {
-        estimate_sigma(scans, config).unwrap_err().to_string()
+        estimate_sigma(&[scans], config).unwrap_err().to_string()
     };
     assert!(message(&[], &config).contains("0 bins"));
     assert!(message(&good[..2], &config).contains("0 bins"));
@@ -131,7 +139,7 @@ fn stretches_are_not_compared_with_one_another() {
         *range -= 0.2;
     }
     let stretches: Vec<&[Scan]> = here.chunks(2).chain(there.chunks(2)).collect();
-    let fit = estimate_sigma_of_stretches(&stretches, &SigmaConfig::default()).unwrap();
+    let fit = estimate_sigma(&stretches, &SigmaConfig::default()).unwrap();
     assert!(
         fit.bins.iter().all(|bin| bin.clipped == 0),
         "{:?}",
@@ -147,7 +155,7 @@ fn stretches_are_not_compared_with_one_another() {
 fn what_is_to_be_used_is_the_fit_and_never_nothing() {
     let mut rng = ChaCha8Rng::seed_from_u64(6);
     let fit = estimate_sigma(
-        &scans(Growth::Linear, 0.0, &mut rng),
+        &[&scans(Growth::Linear, 0.0, &mut rng)],
         &SigmaConfig::default(),
     )
     .unwrap();

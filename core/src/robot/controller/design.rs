@@ -18,6 +18,7 @@ use nalgebra::{Complex, DMatrix, Matrix2, Matrix4, SMatrix, SVector, Vector4};
 
 use super::discrete::discretize;
 use super::riccati::{RiccatiError, filter_gain, regulator_gain};
+use crate::bounds::{OutOfBounds, POSITIVE, check};
 use crate::robot::{DriveTrain, MotorError, MotorModel};
 
 /// Pivots of [λI - A, B] below this part of the largest are taken for 0.
@@ -65,13 +66,8 @@ pub enum DesignError {
     #[error(transparent)]
     Motor(#[from] MotorError),
     /// A figure of the configuration, or the period.
-    #[error("controller: {field} is {value}, expected more than 0 and finite")]
-    Config {
-        /// The figure.
-        field: &'static str,
-        /// What stands there.
-        value: f64,
-    },
+    #[error("controller: {0}")]
+    Config(#[from] OutOfBounds),
     /// No voltage moves one of the modes.
     #[error(
         "the motors cannot be controlled: no voltage moves the mode of eigenvalue {eigenvalue:.4} 1/s, mostly {state}"
@@ -157,23 +153,18 @@ impl Gains {
 }
 
 impl ControllerConfig {
-    fn check(&self, period: f64, radians_per_count: f64) -> Result<(), DesignError> {
-        let figures = [
-            ("difference", self.difference),
-            ("speed", self.speed),
-            ("current", self.current),
-            ("difference_integral", self.difference_integral),
-            ("speed_integral", self.speed_integral),
-            ("voltage", self.voltage),
-            ("load_drift", self.load_drift),
-            ("period", period),
-            ("radians_per_count", radians_per_count),
-        ];
-        let is_bad = |value: f64| !(value > 0.0 && value.is_finite());
-        match figures.into_iter().find(|&(_, value)| is_bad(value)) {
-            Some((field, value)) => Err(DesignError::Config { field, value }),
-            None => Ok(()),
-        }
+    fn check(&self, period: f64, radians_per_count: f64) -> Result<(), OutOfBounds> {
+        check(&[
+            ("difference", self.difference, POSITIVE),
+            ("speed", self.speed, POSITIVE),
+            ("current", self.current, POSITIVE),
+            ("difference_integral", self.difference_integral, POSITIVE),
+            ("speed_integral", self.speed_integral, POSITIVE),
+            ("voltage", self.voltage, POSITIVE),
+            ("load_drift", self.load_drift, POSITIVE),
+            ("period", period, POSITIVE),
+            ("radians_per_count", radians_per_count, POSITIVE),
+        ])
     }
 
     fn state_weights(&self) -> [f64; 7] {

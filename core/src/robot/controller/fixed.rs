@@ -4,7 +4,7 @@
 //!
 //! 1. Units that keep every number near one: counts for angles, counts in a period for speeds, amperes for currents, volts
 //!    for voltages. A load is the current that holds it; the integral of ΔΨ is taken in 64 counts x periods.
-//! 2. States have 16 bits behind the point ([`STATE_BITS`]), so that small corrections add up instead of getting lost.
+//! 2. States have 16 bits behind the point, so that small corrections add up instead of getting lost.
 //! 3. Coefficients are 16-bit numbers: with [`OBSERVER_BITS`] behind the point in the observers, [`FEEDBACK_BITS`] where
 //!    volts come out. One that does not fit is an error: it would wrap round in silence on the processor.
 //!
@@ -14,8 +14,6 @@
 use super::Gains;
 use crate::robot::{DriveTrain, MotorModel};
 
-/// Bits behind the point of states and voltages.
-pub const STATE_BITS: u32 = 16;
 /// Bits behind the point of the observers' coefficients.
 pub const OBSERVER_BITS: u32 = 14;
 /// Bits behind the point of coefficients whose product is a voltage.
@@ -163,6 +161,9 @@ fn rounded(of: &'static str, value: f64, bits: u32) -> Result<i16, FixedError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Bits behind the point of states and voltages.
+    const STATE_BITS: u32 = 16;
     use crate::robot::RobotModel;
     use crate::robot::controller::{ControllerConfig, Observer};
 

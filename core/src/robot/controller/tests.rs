@@ -119,7 +119,7 @@ fn bad_figures_are_named() {
     train.left.inertia = -1.0;
     assert_eq!(
         message(train),
-        "left motor: inertia is -1, expected more than 0 and finite"
+        "left motor: inertia is -1, expected a finite number, greater than 0"
     );
     train = DriveTrain::rp6();
     train.right.friction = f64::NAN;
