@@ -12,7 +12,6 @@
 use std::convert::Infallible;
 use std::io;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use axum::Router;
@@ -79,10 +78,7 @@ pub(crate) async fn run(entrance: Entrance, shared: Arc<Shared>, stopped: watch:
             }
         };
         let taken = shared.limits.sockets - places.available_permits();
-        shared
-            .metrics
-            .sockets
-            .store(taken as u64, Ordering::Relaxed);
+        shared.metrics.sockets.set(taken as u64);
         match Arc::clone(&places).try_acquire_owned() {
             Ok(place) => {
                 let connection = Connection {
@@ -94,7 +90,7 @@ pub(crate) async fn run(entrance: Entrance, shared: Arc<Shared>, stopped: watch:
                 open.spawn(connection.enter(stream, tls.clone()));
             }
             Err(_) => {
-                shared.metrics.turned_away.fetch_add(1, Ordering::Relaxed);
+                shared.metrics.turned_away.add(1);
                 // What does not fit into an empty socket buffer at once is not worth waiting for.
                 let _ = stream.try_write(FULL);
             }

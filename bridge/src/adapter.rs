@@ -9,7 +9,6 @@
 //! 3. Each message of a client, pings too, counts against the rate that the bridge allows.
 //! 4. Such protocols know no heartbeat of their own. A ping goes out each [`PING`]; a client that is silent for too long is gone.
 
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use axum::extract::ws::{Message, WebSocket};
@@ -82,7 +81,7 @@ impl<'a> Adapter<'a> {
                 Message::Text(text) => Incoming::Text(text.to_string()),
                 Message::Binary(_) => Incoming::Binary,
             };
-            count(&self.shared.metrics.received, 1);
+            self.shared.metrics.received.add(1);
             return Ok(incoming);
         }
     }
@@ -141,7 +140,7 @@ impl Writer<'_> {
         };
         let Err(Some(code)) = ended else { return };
         if code == close::ACCESS {
-            count(&self.shared.metrics.intruders, 1);
+            self.shared.metrics.intruders.add(1);
         }
         self.waiting.close();
         let rest = async {
@@ -165,13 +164,9 @@ impl Writer<'_> {
                 return;
             }
             if bytes > 0 {
-                count(&self.shared.metrics.sent, 1);
-                count(&self.shared.metrics.sent_bytes, bytes as u64);
+                self.shared.metrics.sent.add(1);
+                self.shared.metrics.sent_bytes.add(bytes as u64);
             }
         }
     }
-}
-
-fn count(counter: &AtomicU64, more: u64) {
-    counter.fetch_add(more, Ordering::Relaxed);
 }

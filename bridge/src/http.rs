@@ -1,10 +1,9 @@
 //! Answers requests: foreign hosts are refused, files are found, headers are added; the WebSocket begins here.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use axum::extract::{Extension, Query, Request, State, WebSocketUpgrade};
-use axum::http::{HeaderMap, StatusCode, Uri, header};
+use axum::http::{StatusCode, Uri, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::get;
@@ -20,19 +19,19 @@ use crate::{embedded, foxglove, headers, host, rosbridge, session};
 pub(crate) const SOCKET_PATH: &str = "/ws";
 
 pub(crate) fn router(shared: &Arc<Shared>) -> Router {
+    let mut sockets = Router::new().route(SOCKET_PATH, get(socket));
+    if shared.foxglove {
+        sockets = sockets.route(foxglove::PATH, get(foxglove_socket));
+    }
+    if shared.rosbridge {
+        sockets = sockets.route(rosbridge::PATH, get(rosbridge_socket));
+    }
+    let own_pages = middleware::from_fn_with_state(Arc::clone(shared), own_pages_only);
     let router = Router::new()
         .route("/healthz", get(async || "ok\n"))
         .route("/metrics", get(metrics))
         .route("/bridge.json", get(about))
-        .route(SOCKET_PATH, get(socket));
-    let router = match shared.foxglove {
-        true => router.route(foxglove::PATH, get(foxglove_socket)),
-        false => router,
-    };
-    let router = match shared.rosbridge {
-        true => router.route(rosbridge::PATH, get(rosbridge_socket)),
-        false => router,
-    };
+        .merge(sockets.route_layer(own_pages));
     let router = match &shared.page {
         Some(Page::Folder(folder)) => {
             let files = ServeDir::new(folder)
@@ -82,20 +81,23 @@ struct Wishes {
 }
 
 /// A page of another origin must not use the robot through the browser of somebody who may (cross-site WebSocket hijacking).
-#[expect(clippy::result_large_err, reason = "the error is the answer")]
-fn let_in(headers: &HeaderMap, shared: &Shared) -> Result<(), Response> {
+async fn own_pages_only(
+    State(shared): State<Arc<Shared>>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let headers = request.headers();
     let mut origins = headers.get_all(header::ORIGIN).iter();
     let origin = origins.next().map(|origin| origin.to_str().unwrap_or(""));
-    let host = headers
-        .get(header::HOST)
-        .and_then(|host| host.to_str().ok());
+    let host = headers.get(header::HOST);
+    let host = host.and_then(|host| host.to_str().ok());
     if origins.next().is_some()
         || !host::is_allowed_origin(origin, host, shared.is_tls, &shared.origins)
     {
         const WHY: &str = "This page may not use the bridge; see --allow-origin.\n";
-        return Err((StatusCode::FORBIDDEN, WHY).into_response());
+        return (StatusCode::FORBIDDEN, WHY).into_response();
     }
-    Ok(())
+    next.run(request).await
 }
 
 /// Limits what one socket may take.
@@ -112,14 +114,10 @@ fn limited(upgrade: WebSocketUpgrade, limits: &Limits) -> WebSocketUpgrade {
 async fn foxglove_socket(
     State(shared): State<Arc<Shared>>,
     Extension(place): Extension<Place>,
-    headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    if let Err(refusal) = let_in(&headers, &shared) {
-        return refusal;
-    }
     if shared.about.watching != Watching::Anyone {
-        shared.metrics.intruders.fetch_add(1, Ordering::Relaxed);
+        shared.metrics.intruders.add(1);
         const WHY: &str = "Watching needs the token here, and Foxglove cannot show one.\n";
         return (StatusCode::FORBIDDEN, WHY).into_response();
     }
@@ -141,12 +139,8 @@ async fn foxglove_socket(
 async fn rosbridge_socket(
     State(shared): State<Arc<Shared>>,
     Extension(place): Extension<Place>,
-    headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    if let Err(refusal) = let_in(&headers, &shared) {
-        return refusal;
-    }
     limited(upgrade, &shared.limits).on_upgrade(async move |socket| {
         rosbridge::run(socket, &shared).await;
         drop(place);
@@ -157,12 +151,8 @@ async fn socket(
     State(shared): State<Arc<Shared>>,
     Extension(place): Extension<Place>,
     Query(wishes): Query<Wishes>,
-    headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    if let Err(refusal) = let_in(&headers, &shared) {
-        return refusal;
-    }
     let format = match wishes.fmt.as_deref() {
         None | Some("binary") => Format::Binary,
         Some("json") => Format::Json,
@@ -182,11 +172,8 @@ async fn fence(request: Request, next: Next) -> Response {
     let mut response = if is_for_us(&request) {
         explain(next.run(request).await, &path)
     } else {
-        (
-            StatusCode::MISDIRECTED_REQUEST,
-            "slamlab answers only to an IP address, localhost or a .local name.\n",
-        )
-            .into_response()
+        const WHY: &str = "slamlab answers only to an IP address, localhost or a .local name.\n";
+        (StatusCode::MISDIRECTED_REQUEST, WHY).into_response()
     };
     let success = response.status().is_success() || response.status() == StatusCode::NOT_MODIFIED;
     headers::add(response.headers_mut(), &path, success);
@@ -202,12 +189,9 @@ fn is_for_us(request: &Request) -> bool {
 }
 
 fn explain(response: Response, path: &str) -> Response {
-    match response.status() {
-        StatusCode::NOT_FOUND => (
-            StatusCode::NOT_FOUND,
-            format!("There is no {path} in this page.\n"),
-        )
-            .into_response(),
-        _ => response,
+    if response.status() != StatusCode::NOT_FOUND {
+        return response;
     }
+    let why = format!("There is no {path} in this page.\n");
+    (StatusCode::NOT_FOUND, why).into_response()
 }

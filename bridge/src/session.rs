@@ -7,9 +7,6 @@
 //! 3. The first of these ends it: malformed, too large or too many messages; silence; a close from either side.
 //!    However it ends, the hub learns it, and a robot that was driven by it stops.
 
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
-
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
@@ -17,17 +14,16 @@ use slamlab_core::wire::message::{
     CHALLENGE_BYTES, ClientHello, Format, FromBridge, Header, MessageError, SCHEMA, ToBridge,
     Watching, close, decode, encode,
 };
-use tokio::sync::oneshot;
 use tokio::time::timeout;
 
 use crate::ending::{
-    End, FAREWELL, GOING_AWAY, INTERNAL, MALFORMED, TOO_MANY, UNSUPPORTED, farewell, of_error,
+    End, FAREWELL, INTERNAL, MALFORMED, TOO_MANY, UNSUPPORTED, farewell, of_error,
 };
+use crate::hub::FromClient;
 use crate::hub::outbox::{Next, Outbox};
-use crate::hub::{FromClient, NewClient};
 use crate::rate::Bucket;
 use crate::safety::ClientId;
-use crate::shared::Shared;
+use crate::shared::{Joined, Shared};
 
 const LONGEST_NAME: usize = 64;
 
@@ -47,27 +43,21 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared, format: Format) {
         sequence: 0,
         bucket: Bucket::new(shared.limits.rate, shared.clock.now()),
     };
-    let outbox = Arc::new(Outbox::default());
-    match enter(&mut writer, &mut reader, &outbox).await {
-        Ok(id) => {
+    match enter(&mut writer, &mut reader).await {
+        Ok((id, outbox)) => {
             serve(id, &mut writer, &mut reader, &outbox).await;
-            // The hub is gone only when the bridge ends.
-            let _ = shared.hub.send(FromClient::Left(id)).await;
+            shared.leave(id).await;
         }
         Err(Some(code)) => {
-            shared.metrics.intruders.fetch_add(1, Ordering::Relaxed);
+            shared.metrics.intruders.add(1);
             writer.close(code).await;
         }
         Err(None) => (),
     }
 }
 
-/// The first messages; the client's number.
-async fn enter(
-    writer: &mut Writer<'_>,
-    reader: &mut Reader<'_>,
-    outbox: &Arc<Outbox>,
-) -> Result<ClientId, End> {
+/// The first messages; the client's number, and what waits for it.
+async fn enter(writer: &mut Writer<'_>, reader: &mut Reader<'_>) -> Result<Joined, End> {
     let shared = writer.shared;
     let mut challenge = [0; CHALLENGE_BYTES];
     if let Err(error) = getrandom::fill(&mut challenge) {
@@ -81,15 +71,7 @@ async fn enter(
         return Err(Some(close::ACCESS));
     };
     let may_drive = admit(shared, &challenge, &hello)?;
-    let (answer, id) = oneshot::channel();
-    let client = NewClient {
-        name: hello.name,
-        may_drive,
-        outbox: Arc::clone(outbox),
-    };
-    let came = FromClient::Joined(client, answer);
-    shared.hub.send(came).await.map_err(|_| Some(GOING_AWAY))?;
-    id.await.map_err(|_| Some(GOING_AWAY))
+    shared.join(hello.name, may_drive).await
 }
 
 /// Whether the client may drive; an error if it may not even watch.
@@ -157,10 +139,8 @@ impl Writer<'_> {
             Some(INTERNAL)
         })?;
         let metrics = &self.shared.metrics;
-        metrics.sent.fetch_add(1, Ordering::Relaxed);
-        metrics
-            .sent_bytes
-            .fetch_add(bytes.len() as u64, Ordering::Relaxed);
+        metrics.sent.add(1);
+        metrics.sent_bytes.add(bytes.len() as u64);
         let message = match self.format {
             Format::Binary => Message::Binary(bytes.into()),
             // Whatever JSON is, it is UTF-8.
@@ -202,15 +182,12 @@ impl Reader<'_> {
             if matches!(message, ToBridge::Hello(_)) {
                 return Some(MALFORMED);
             }
-            if !matches!(message, ToBridge::Heartbeat)
-                && self
-                    .shared
-                    .hub
-                    .send(FromClient::Message(id, header, message, now))
-                    .await
-                    .is_err()
-            {
-                return Some(GOING_AWAY);
+            if matches!(message, ToBridge::Heartbeat) {
+                continue;
+            }
+            let says = FromClient::Message(id, header, message, now);
+            if let Err(end) = self.shared.tell(says).await {
+                return end;
             }
         }
     }
@@ -230,12 +207,9 @@ impl Reader<'_> {
                 (Message::Close(_), _) => return Err(None),
                 _ => return Err(Some(UNSUPPORTED)),
             };
-            self.shared.metrics.received.fetch_add(1, Ordering::Relaxed);
+            self.shared.metrics.received.add(1);
             let (header, message) = decode::<ToBridge>(bytes, self.format).map_err(|error| {
-                self.shared
-                    .metrics
-                    .malformed
-                    .fetch_add(1, Ordering::Relaxed);
+                self.shared.metrics.malformed.add(1);
                 tracing::debug!("a client's message: {error}");
                 match error {
                     MessageError::Protocol { .. } => Some(close::OTHER_SCHEMA),

@@ -5,13 +5,15 @@ use std::time::Duration;
 
 use slamlab_core::device::hub;
 use slamlab_core::wire::message::{About, BridgeHello, CHALLENGE_BYTES, RobotFigures};
-use tokio::sync::{OwnedSemaphorePermit, mpsc};
+use tokio::sync::{OwnedSemaphorePermit, mpsc, oneshot};
 
 use crate::clock::Clock;
-use crate::hub::FromClient;
+use crate::ending::{End, GOING_AWAY};
+use crate::hub::outbox::Outbox;
+use crate::hub::{FromClient, NewClient};
 use crate::metrics::Metrics;
 use crate::page::Page;
-use crate::safety::SafetyConfig;
+use crate::safety::{ClientId, SafetyConfig};
 use crate::token::Token;
 
 /// What all connections share.
@@ -38,6 +40,36 @@ impl Shared {
     pub(crate) fn hello(&self, challenge: [u8; CHALLENGE_BYTES]) -> BridgeHello {
         let (watching, robot) = (self.about.watching, self.robot.clone());
         hub::hello(challenge, watching, robot, &self.safety)
+    }
+}
+
+/// A client's number, and what waits to be sent to it.
+pub(crate) type Joined = (ClientId, Arc<Outbox>);
+
+impl Shared {
+    /// Lets a client in that has shown who it is.
+    pub(crate) async fn join(&self, name: String, may_drive: bool) -> Result<Joined, End> {
+        let outbox = Arc::new(Outbox::default());
+        let (answer, id) = oneshot::channel();
+        let client = NewClient {
+            name,
+            may_drive,
+            outbox: Arc::clone(&outbox),
+        };
+        self.tell(FromClient::Joined(client, answer)).await?;
+        let id = id.await.map_err(|_| Some(GOING_AWAY))?;
+        Ok((id, outbox))
+    }
+
+    /// A client's connection has ended.
+    pub(crate) async fn leave(&self, id: ClientId) {
+        // The hub is gone only when the bridge ends.
+        let _ = self.tell(FromClient::Left(id)).await;
+    }
+
+    /// Hands something on to the hub.
+    pub(crate) async fn tell(&self, what: FromClient) -> Result<(), End> {
+        self.hub.send(what).await.map_err(|_| Some(GOING_AWAY))
     }
 }
 

@@ -12,16 +12,13 @@
 mod message;
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use axum::extract::ws::WebSocket;
 use slamlab_core::wire::message::FromBridge;
-use tokio::sync::oneshot;
 
 use crate::adapter::{Adapter, Incoming, PING};
 use crate::ending::{End, MALFORMED};
 use crate::hub::outbox::{Next, Outbox};
-use crate::hub::{FromClient, NewClient};
 use crate::record::ros::{self, Odom, Topic};
 use crate::shared::Shared;
 use message::{Reply, Request};
@@ -42,22 +39,9 @@ const MOST_SUBSCRIPTIONS: usize = 64;
 
 /// Serves a client to its end.
 pub(crate) async fn run(socket: WebSocket, shared: &Shared) {
-    let outbox = Arc::new(Outbox::default());
-    let (answer, id) = oneshot::channel();
-    let client = NewClient {
-        name: "foxglove".to_owned(),
-        may_drive: false,
-        outbox: Arc::clone(&outbox),
-    };
-    if shared
-        .hub
-        .send(FromClient::Joined(client, answer))
-        .await
-        .is_err()
-    {
+    let Ok((id, outbox)) = shared.join("foxglove".to_owned(), false).await else {
         return;
-    }
-    let Ok(id) = id.await else { return };
+    };
     let (adapter, writer) = Adapter::new(socket, shared);
     let mut viewer = Viewer {
         adapter,
@@ -66,8 +50,7 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared) {
         odom: Odom::default(),
     };
     writer.beside(viewer.live(&outbox)).await;
-    // The hub is gone only when the bridge ends.
-    let _ = shared.hub.send(FromClient::Left(id)).await;
+    shared.leave(id).await;
 }
 
 struct Viewer<'a> {

@@ -7,7 +7,6 @@ pub(crate) mod outbox;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use slamlab_core::device::hub::{Action, Hub};
@@ -120,14 +119,14 @@ impl Task {
     fn report(&mut self) {
         notify::alive();
         let missed = self.sources.iter().map(Running::missed).sum();
-        self.metrics.missed.store(missed, Ordering::Relaxed);
+        self.metrics.missed.set(missed);
         if let Some(recorder) = &self.recorder {
             self.send_all(FromBridge::Recording(recorder.status()));
         }
     }
 
     fn event(&mut self, source: u8, event: SourceEvent) {
-        self.metrics.events.fetch_add(1, Ordering::Relaxed);
+        self.metrics.events.add(1);
         if let SourceEvent::Device {
             state: DeviceState::Fault,
             detail,
@@ -158,8 +157,7 @@ impl Task {
             FromClient::Left(id) => self.left(now, id),
         }
         self.act();
-        let count = self.hub.client_count() as u64;
-        self.metrics.clients.store(count, Ordering::Relaxed);
+        self.metrics.clients.set(self.hub.client_count() as u64);
     }
 
     fn left(&mut self, now: Duration, id: ClientId) {
@@ -188,7 +186,7 @@ impl Task {
     }
 
     fn order(&self, source: usize, order: Order, number: u64) {
-        self.metrics.orders.fetch_add(1, Ordering::Relaxed);
+        self.metrics.orders.add(1);
         if let Some(recorder) = &self.recorder {
             recorder.order(&order, self.clock.now());
         }
@@ -203,7 +201,7 @@ impl Task {
         };
         match &mut message {
             FromBridge::Heartbeat(heartbeat) => heartbeat.dropped = outbox.dropped(),
-            FromBridge::Refused(_) => _ = self.metrics.refused.fetch_add(1, Ordering::Relaxed),
+            FromBridge::Refused(_) => self.metrics.refused.add(1),
             _ => (),
         }
         outbox.put(&Arc::new(message));

@@ -25,12 +25,11 @@ use axum::extract::ws::WebSocket;
 use slamlab_core::wire::message::{
     DriveBody, FromBridge, Header, Motion, ToBridge, Watching, close,
 };
-use tokio::sync::oneshot;
 
 use crate::adapter::{Adapter, Incoming, PING};
-use crate::ending::{End, GOING_AWAY, MALFORMED};
+use crate::ending::{End, MALFORMED};
+use crate::hub::FromClient;
 use crate::hub::outbox::{Next, Outbox};
-use crate::hub::{FromClient, NewClient};
 use crate::safety::ClientId;
 use crate::shared::Shared;
 use message::{Reply, Request, Topics, Twist};
@@ -122,27 +121,15 @@ impl Peer<'_> {
     /// Becomes a client of the hub; again, with the right to drive, once that is shown.
     async fn join(&mut self, may_drive: bool) -> Result<(), End> {
         self.leave().await;
-        self.outbox = Arc::new(Outbox::default());
-        let (answer, id) = oneshot::channel();
-        let client = NewClient {
-            name: "rosbridge".to_owned(),
-            may_drive,
-            outbox: Arc::clone(&self.outbox),
-        };
-        let came = FromClient::Joined(client, answer);
-        self.shared
-            .hub
-            .send(came)
-            .await
-            .map_err(|_| Some(GOING_AWAY))?;
-        self.client = Some((id.await.map_err(|_| Some(GOING_AWAY))?, may_drive));
+        let (id, outbox) = self.shared.join("rosbridge".to_owned(), may_drive).await?;
+        self.outbox = outbox;
+        self.client = Some((id, may_drive));
         Ok(())
     }
 
     async fn leave(&mut self) {
         if let Some((id, _)) = self.client.take() {
-            // The hub is gone only when the bridge ends.
-            let _ = self.shared.hub.send(FromClient::Left(id)).await;
+            self.shared.leave(id).await;
         }
     }
 
@@ -231,11 +218,7 @@ impl Peer<'_> {
         };
         let now = self.shared.clock.now();
         let says = FromClient::Message(id, header, message, now);
-        self.shared
-            .hub
-            .send(says)
-            .await
-            .map_err(|_| Some(GOING_AWAY))
+        self.shared.tell(says).await
     }
 
     /// Sends what was subscribed of a message, and answers what waits for it.

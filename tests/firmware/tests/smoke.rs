@@ -1,7 +1,8 @@
 //! The firmware starts, answers and reports.
 
 use anyhow::{Context, Result};
-use slamlab_core::wire::rp6::{Capabilities, Command, Fault, PROTOCOL, ResetCause, Verdict};
+use slamlab_core::robot::Adc;
+use slamlab_core::wire::rp6::{Command, Fault, PROTOCOL, ResetCause, Verdict};
 use slamlab_firmware_tests::{Host, Rig};
 
 #[test]
@@ -11,8 +12,7 @@ fn it_says_who_it_is_with_the_models_figures() -> Result<()> {
         (hello.protocol, hello.cause),
         (PROTOCOL, ResetCause::PowerOn)
     );
-    let all = Capabilities(0x1F);
-    assert!(hello.capabilities.has(all));
+    assert_eq!(hello.capabilities & 0x1F, 0x1F);
     assert_eq!(hello.ranger_angles_mrad, [0, 1571, 3142, -1571]);
     let (reported, model) = (hello.model(), host.rig.model());
     assert!((reported.track_width - model.track_width).abs() < 1e-9);
@@ -32,7 +32,7 @@ fn telemetry_tells_time_voltages_and_bumpers() -> Result<()> {
         (telemetry.battery_volts() - 7.2).abs() < 0.02,
         "{telemetry:?}"
     );
-    let [left, right] = telemetry.current_volts();
+    let [left, right] = telemetry.currents_adc.map(|adc| Adc::rp6().volts(adc.into()));
     assert!((left - 0.100).abs() < 0.01 && (right - 0.120).abs() < 0.01);
     assert!(telemetry.state.bumper_left() && !telemetry.state.bumper_right());
     assert!(!telemetry.state.moving() && telemetry.fault == Fault::None);

@@ -7,8 +7,8 @@ use slamlab_core::geom::Pose2;
 use slamlab_core::robot::{Command as Order, RobotModel};
 use slamlab_core::sim::{SensorModel, SimError, Simulation, World};
 use slamlab_core::wire::rp6::{
-    BATTERY_ADC, Capabilities, Command, Decoder, Fault, Hello, PROTOCOL, Report, ResetCause, State,
-    Telemetry, Verdict, encode,
+    BATTERY_ADC, Command, Decoder, Fault, Hello, PROTOCOL, Report, ResetCause, State, Telemetry,
+    Verdict, encode,
 };
 
 use super::{Carrier, Device};
@@ -116,7 +116,7 @@ impl Rp6 {
             firmware: [1, 0],
             nonce,
             cause: ResetCause::PowerOn,
-            capabilities: Capabilities(Capabilities::BUMPERS.0 | Capabilities::BATTERY.0),
+            capabilities: 0b1_0100,
             length_mm: thousandths(model.length),
             width_mm: thousandths(model.width),
             track_width_mm: thousandths(model.track_width),

@@ -70,7 +70,7 @@ impl Sweeps {
 
     /// Takes what the robot says of itself; gives the sweep that it ends.
     pub(super) fn telemetry(&mut self, telemetry: &Telemetry) -> Option<Swept> {
-        if !telemetry.state().sweeping() {
+        if !telemetry.state.sweeping() {
             self.began = None;
             let scan = self.scans.finish()?;
             return Some(self.swept(scan));

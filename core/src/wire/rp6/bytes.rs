@@ -1,50 +1,78 @@
-//! Little-endian numbers out of a payload and into one.
+//! Values out of a payload and into one: numbers little-endian, structs field by field.
 
-/// What is still to be read of a payload.
-pub(super) struct Reader<'a>(&'a [u8]);
+/// A value of a payload.
+pub(super) trait Field: Sized {
+    /// Appends its bytes.
+    fn put(&self, out: &mut Vec<u8>);
 
-impl<'a> Reader<'a> {
-    pub(super) fn new(payload: &'a [u8]) -> Self {
-        Self(payload)
+    /// Takes it from the front of `payload`; `None` where bytes are missing, or are no such value.
+    fn take(payload: &mut &[u8]) -> Option<Self>;
+}
+
+macro_rules! numbers {
+    ($($number:ty),+) => { $(
+        impl Field for $number {
+            fn put(&self, out: &mut Vec<u8>) {
+                out.extend(self.to_le_bytes());
+            }
+
+            fn take(payload: &mut &[u8]) -> Option<Self> {
+                let (head, rest) = payload.split_first_chunk()?;
+                *payload = rest;
+                Some(Self::from_le_bytes(*head))
+            }
+        }
+    )+ };
+}
+
+numbers!(u8, u16, i16, u32, i32);
+
+impl<T: Field> Field for [T; 2] {
+    fn put(&self, out: &mut Vec<u8>) {
+        self.iter().for_each(|value| value.put(out));
     }
 
-    /// The next `N` bytes; `None` where fewer are left.
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
-        let (head, rest) = self.0.split_first_chunk::<N>()?;
-        self.0 = rest;
-        Some(*head)
-    }
-
-    pub(super) fn u8(&mut self) -> Option<u8> {
-        self.take().map(u8::from_le_bytes)
-    }
-
-    pub(super) fn u16(&mut self) -> Option<u16> {
-        self.take().map(u16::from_le_bytes)
-    }
-
-    pub(super) fn i16(&mut self) -> Option<i16> {
-        self.take().map(i16::from_le_bytes)
-    }
-
-    pub(super) fn u32(&mut self) -> Option<u32> {
-        self.take().map(u32::from_le_bytes)
-    }
-
-    pub(super) fn i32(&mut self) -> Option<i32> {
-        self.take().map(i32::from_le_bytes)
-    }
-
-    /// `value`, if nothing is left over: a payload that is too long is as wrong as one that is too short.
-    pub(super) fn end<T>(self, value: T) -> Option<T> {
-        self.0.is_empty().then_some(value)
+    fn take(payload: &mut &[u8]) -> Option<Self> {
+        Some([T::take(payload)?, T::take(payload)?])
     }
 }
 
-/// Appends the bytes of each value.
-macro_rules! put {
-    ($out:expr $(, $value:expr)* $(,)?) => {{
-        $( $out.extend_from_slice(&$value.to_le_bytes()); )*
-    }};
+/// A struct's fields in the order in which they stand on the wire.
+macro_rules! fields {
+    ($Struct:ident { $($field:tt),+ $(,)? }) => {
+        impl Field for $Struct {
+            fn put(&self, out: &mut Vec<u8>) {
+                $(self.$field.put(out);)+
+            }
+
+            fn take(payload: &mut &[u8]) -> Option<Self> {
+                Some(Self { $($field: Field::take(payload)?),+ })
+            }
+        }
+    };
 }
-pub(super) use put;
+pub(super) use fields;
+
+/// An enum's variants by their numbers on the wire; `or Other` has all other numbers.
+macro_rules! codes {
+    ($Enum:ident $(or $Other:ident)? { $($Variant:ident = $code:literal),+ $(,)? }) => {
+        impl Field for $Enum {
+            fn put(&self, out: &mut Vec<u8>) {
+                out.push(match *self {
+                    $(Self::$Variant => $code,)+
+                    $(Self::$Other(code) => code,)?
+                });
+            }
+
+            fn take(payload: &mut &[u8]) -> Option<Self> {
+                match u8::take(payload)? {
+                    $($code => Some(Self::$Variant),)+
+                    $(code => Some(Self::$Other(code)),)?
+                    #[allow(unreachable_patterns, reason = "an enum with all other numbers")]
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+pub(super) use codes;

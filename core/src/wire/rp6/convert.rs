@@ -6,7 +6,7 @@
 //! 2. The counts wrap after 2³¹ and the robot's clock after 49 days. Differences are taken modulo 2³², so both go on.
 //! 3. Counts become metres by the [`RobotModel`], whose figures the robot's [`Hello`] can replace.
 
-use super::{Command, Hello, Ranger, State, Telemetry};
+use super::{Command, Hello, Ranger, Telemetry};
 use crate::robot::{self, Adc, Odometry, RobotModel, Stamp, TrackOdometry};
 
 /// What reads the battery: 10 bits over 5 V, behind a divider by two.
@@ -108,18 +108,6 @@ impl Telemetry {
     #[must_use]
     pub fn battery_volts(&self) -> f64 {
         BATTERY_ADC.volts(self.battery_adc.into())
-    }
-
-    /// Volts of the two current sensors.
-    #[must_use]
-    pub fn current_volts(&self) -> [f64; 2] {
-        self.currents_adc.map(|adc| Adc::rp6().volts(adc.into()))
-    }
-
-    /// Bumpers and what is under way.
-    #[must_use]
-    pub fn state(&self) -> State {
-        self.state
     }
 }
 

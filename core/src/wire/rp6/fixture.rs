@@ -1,6 +1,6 @@
 //! What an RP6 of tests says of itself.
 
-use super::{Capabilities, Hello, PROTOCOL, ResetCause};
+use super::{Hello, PROTOCOL, ResetCause};
 
 /// A robot with four rangers, 90° apart, that answers the greeting with this nonce.
 pub(crate) fn hello(nonce: u8) -> Hello {
@@ -9,7 +9,7 @@ pub(crate) fn hello(nonce: u8) -> Hello {
         firmware: [1, 0],
         nonce,
         cause: ResetCause::PowerOn,
-        capabilities: Capabilities::RANGERS,
+        capabilities: 1,
         length_mm: 189,
         width_mm: 113,
         track_width_mm: 197,

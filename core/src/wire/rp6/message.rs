@@ -5,7 +5,7 @@
 //!
 //! Units are those of the wire, named in each field: [`super::convert`](super) turns them into metres and radians.
 
-use super::bytes::{Reader, put};
+use super::bytes::Field;
 
 /// What both directions have in common: a kind and a payload.
 pub trait Message: Sized {
@@ -97,74 +97,46 @@ impl Command {
     }
 }
 
-impl Message for Command {
-    const LONGEST_FRAME: usize = super::frame::LONGEST_TO_ROBOT;
+/// The commands: kind, and fields in the order in which they stand on the wire.
+macro_rules! commands {
+    ($($kind:literal $Command:ident { $($field:ident),* })+) => {
+        impl Message for Command {
+            const LONGEST_FRAME: usize = super::frame::LONGEST_TO_ROBOT;
 
-    fn kind(&self) -> u8 {
-        match self {
-            Self::Greet { .. } => 0x01,
-            Self::Velocity { .. } => 0x02,
-            Self::Forward { .. } => 0x03,
-            Self::Turn { .. } => 0x04,
-            Self::Stop => 0x05,
-            Self::EStop => 0x06,
-            Self::Reset => 0x07,
-            Self::Servo { .. } => 0x08,
-            Self::Sweep { .. } => 0x09,
-            Self::SetRate { .. } => 0x0A,
-            Self::Alive => 0x0B,
+            fn kind(&self) -> u8 {
+                match self {
+                    $(Self::$Command { .. } => $kind,)+
+                }
+            }
+
+            fn put_payload(&self, out: &mut Vec<u8>) {
+                match self {
+                    $(Self::$Command { $($field),* } => { $($field.put(out);)* })+
+                }
+            }
+
+            fn parse(kind: u8, mut payload: &[u8]) -> Option<Self> {
+                let command = match kind {
+                    $($kind => Self::$Command { $($field: Field::take(&mut payload)?),* },)+
+                    _ => return None,
+                };
+                // A payload that is too long is as wrong as one that is too short.
+                payload.is_empty().then_some(command)
+            }
         }
-    }
+    };
+}
 
-    fn put_payload(&self, out: &mut Vec<u8>) {
-        match *self {
-            Self::Greet { nonce } => put!(out, nonce),
-            Self::Velocity {
-                forward_mm_s,
-                turn_mrad_s,
-            } => put!(out, forward_mm_s, turn_mrad_s),
-            Self::Forward { way_um } => put!(out, way_um),
-            Self::Turn { angle_urad } => put!(out, angle_urad),
-            Self::Servo { angle_mrad } => put!(out, angle_mrad),
-            Self::Sweep {
-                from_mrad,
-                to_mrad,
-                step_mrad,
-            } => put!(out, from_mrad, to_mrad, step_mrad),
-            Self::SetRate { period_ms } => put!(out, period_ms),
-            Self::Stop | Self::EStop | Self::Reset | Self::Alive => (),
-        }
-    }
-
-    fn parse(kind: u8, payload: &[u8]) -> Option<Self> {
-        let mut r = Reader::new(payload);
-        let command = match kind {
-            0x01 => Self::Greet { nonce: r.u8()? },
-            0x02 => Self::Velocity {
-                forward_mm_s: r.i16()?,
-                turn_mrad_s: r.i16()?,
-            },
-            0x03 => Self::Forward { way_um: r.i32()? },
-            0x04 => Self::Turn {
-                angle_urad: r.i32()?,
-            },
-            0x05 => Self::Stop,
-            0x06 => Self::EStop,
-            0x07 => Self::Reset,
-            0x08 => Self::Servo {
-                angle_mrad: r.i16()?,
-            },
-            0x09 => Self::Sweep {
-                from_mrad: r.i16()?,
-                to_mrad: r.i16()?,
-                step_mrad: r.i16()?,
-            },
-            0x0A => Self::SetRate {
-                period_ms: r.u16()?,
-            },
-            0x0B => Self::Alive,
-            _ => return None,
-        };
-        r.end(command)
-    }
+commands! {
+    0x01 Greet { nonce }
+    0x02 Velocity { forward_mm_s, turn_mrad_s }
+    0x03 Forward { way_um }
+    0x04 Turn { angle_urad }
+    0x05 Stop {}
+    0x06 EStop {}
+    0x07 Reset {}
+    0x08 Servo { angle_mrad }
+    0x09 Sweep { from_mrad, to_mrad, step_mrad }
+    0x0A SetRate { period_ms }
+    0x0B Alive {}
 }

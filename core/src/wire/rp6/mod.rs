@@ -63,6 +63,4 @@ pub use frame::{Counters, Decoder, Frame, LONGEST_TO_ROBOT, encode};
 pub use link::{Down, Link, LinkConfig, LinkError, LinkEvent, Phase};
 pub use message::{Command, Message};
 pub use ranger_scan::RangerScans;
-pub use report::{
-    Capabilities, Fault, Hello, PROTOCOL, Ranger, Report, ResetCause, State, Telemetry, Verdict,
-};
+pub use report::{Fault, Hello, PROTOCOL, Ranger, Report, ResetCause, State, Telemetry, Verdict};

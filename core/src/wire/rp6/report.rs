@@ -2,7 +2,7 @@
 //!
 //! In: kind and payload. Out: a report, or nothing where kind, length or a value is not of the table; and back.
 
-use super::bytes::{Reader, put};
+use super::bytes::{Field, codes, fields};
 use super::message::Message;
 
 /// Version of the protocol in [`Hello`].
@@ -60,13 +60,6 @@ pub enum ResetCause {
     Other(u8),
 }
 
-/// What this firmware can do.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Capabilities(
-    /// Bit 0: rangers, bit 1: servo, bit 2: bumpers, bit 3: motor currents, bit 4: battery.
-    pub u8,
-);
-
 /// Who the robot is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Hello {
@@ -78,8 +71,8 @@ pub struct Hello {
     pub nonce: u8,
     /// Why it started.
     pub cause: ResetCause,
-    /// What it can do.
-    pub capabilities: Capabilities,
+    /// What it can do. Bit 0: rangers, bit 1: servo, bit 2: bumpers, bit 3: motor currents, bit 4: battery.
+    pub capabilities: u8,
     /// Length of the board, mm.
     pub length_mm: u16,
     /// Width of the board, mm.
@@ -153,25 +146,6 @@ pub struct Ranger {
     pub sweep: u8,
 }
 
-impl Capabilities {
-    /// It has rangers.
-    pub const RANGERS: Self = Self(1);
-    /// It has a servo.
-    pub const SERVO: Self = Self(2);
-    /// It has bumpers.
-    pub const BUMPERS: Self = Self(4);
-    /// It measures the motors' currents.
-    pub const CURRENTS: Self = Self(8);
-    /// It measures its battery.
-    pub const BATTERY: Self = Self(16);
-
-    /// Whether it has all that `other` has.
-    #[must_use]
-    pub fn has(self, other: Self) -> bool {
-        self.0 & other.0 == other.0
-    }
-}
-
 impl State {
     /// Left bumper pressed.
     #[must_use]
@@ -225,151 +199,100 @@ impl Message for Report {
     fn put_payload(&self, out: &mut Vec<u8>) {
         match self {
             Self::Hello(hello) => hello.put(out),
-            Self::Ack { of, verdict } => put!(out, of, verdict.code()),
+            Self::Ack { of, verdict } => {
+                of.put(out);
+                verdict.put(out);
+            }
             Self::Telemetry(telemetry) => telemetry.put(out),
-            Self::Ranger(r) => put!(out, r.time_ms, r.servo_mrad, r.index, r.adc, r.sweep),
+            Self::Ranger(ranger) => ranger.put(out),
         }
     }
 
-    fn parse(kind: u8, payload: &[u8]) -> Option<Self> {
-        let mut r = Reader::new(payload);
+    fn parse(kind: u8, mut payload: &[u8]) -> Option<Self> {
+        let rest = &mut payload;
         let report = match kind {
-            0x81 => Self::Hello(Hello::take(&mut r)?),
+            0x81 => Self::Hello(Field::take(rest)?),
             0x82 => Self::Ack {
-                of: r.u8()?,
-                verdict: Verdict::from_code(r.u8()?)?,
+                of: Field::take(rest)?,
+                verdict: Field::take(rest)?,
             },
-            0x83 => Self::Telemetry(Telemetry::take(&mut r)?),
-            0x84 => Self::Ranger(Ranger {
-                time_ms: r.u32()?,
-                servo_mrad: r.i16()?,
-                index: r.u8()?,
-                adc: r.u16()?,
-                sweep: r.u8()?,
-            }),
+            0x83 => Self::Telemetry(Field::take(rest)?),
+            0x84 => Self::Ranger(Field::take(rest)?),
             _ => return None,
         };
-        r.end(report)
+        // A payload that is too long is as wrong as one that is too short.
+        rest.is_empty().then_some(report)
     }
 }
 
-impl Hello {
+fields!(Hello {
+    protocol,
+    firmware,
+    nonce,
+    cause,
+    capabilities,
+    length_mm,
+    width_mm,
+    track_width_mm,
+    count_nm,
+    max_speed_mm_s,
+    ranger_angles_mrad
+});
+
+fields!(Telemetry {
+    time_ms,
+    counts,
+    speeds,
+    currents_adc,
+    battery_adc,
+    state,
+    fault
+});
+
+fields!(Ranger {
+    time_ms,
+    servo_mrad,
+    index,
+    adc,
+    sweep
+});
+
+fields!(State { 0 });
+
+/// The angles of the rangers, after their number.
+impl Field for Vec<i16> {
     fn put(&self, out: &mut Vec<u8>) {
-        put!(out, self.protocol, self.firmware[0], self.firmware[1]);
-        put!(out, self.nonce, self.cause.code(), self.capabilities.0);
-        put!(out, self.length_mm, self.width_mm, self.track_width_mm);
-        put!(out, self.count_nm, self.max_speed_mm_s);
-        let rangers = self.ranger_angles_mrad.iter().take(MOST_RANGERS.into());
-        put!(out, rangers.len() as u8);
-        for angle in rangers {
-            put!(out, angle);
-        }
+        let angles = self.iter().take(MOST_RANGERS.into());
+        out.push(angles.len() as u8);
+        angles.for_each(|angle| angle.put(out));
     }
 
-    fn take(r: &mut Reader) -> Option<Self> {
-        let mut hello = Self {
-            protocol: r.u8()?,
-            firmware: [r.u8()?, r.u8()?],
-            nonce: r.u8()?,
-            cause: ResetCause::from_code(r.u8()?),
-            capabilities: Capabilities(r.u8()?),
-            length_mm: r.u16()?,
-            width_mm: r.u16()?,
-            track_width_mm: r.u16()?,
-            count_nm: r.u32()?,
-            max_speed_mm_s: r.u16()?,
-            ranger_angles_mrad: Vec::new(),
-        };
-        let rangers = r.u8().filter(|n| *n <= MOST_RANGERS)?;
-        for _ in 0..rangers {
-            hello.ranger_angles_mrad.push(r.i16()?);
-        }
-        Some(hello)
+    fn take(payload: &mut &[u8]) -> Option<Self> {
+        let count = u8::take(payload).filter(|count| *count <= MOST_RANGERS)?;
+        (0..count).map(|_| i16::take(payload)).collect()
     }
 }
 
-impl Telemetry {
-    fn put(&self, out: &mut Vec<u8>) {
-        put!(out, self.time_ms, self.counts[0], self.counts[1]);
-        put!(out, self.speeds[0], self.speeds[1]);
-        put!(out, self.currents_adc[0], self.currents_adc[1]);
-        put!(out, self.battery_adc, self.state.0, self.fault.code());
-    }
+codes!(Verdict {
+    Done = 0,
+    Repeated = 1,
+    Stale = 2,
+    BadValue = 3,
+    Latched = 4,
+    UnknownKind = 5
+});
 
-    fn take(r: &mut Reader) -> Option<Self> {
-        Some(Self {
-            time_ms: r.u32()?,
-            counts: [r.i32()?, r.i32()?],
-            speeds: [r.i16()?, r.i16()?],
-            currents_adc: [r.u16()?, r.u16()?],
-            battery_adc: r.u16()?,
-            state: State(r.u8()?),
-            fault: Fault::from_code(r.u8()?),
-        })
-    }
-}
+codes!(ResetCause or Other {
+    PowerOn = 1,
+    External = 2,
+    BrownOut = 3,
+    Watchdog = 4
+});
 
-impl Verdict {
-    const ALL: [Self; 6] = [
-        Self::Done,
-        Self::Repeated,
-        Self::Stale,
-        Self::BadValue,
-        Self::Latched,
-        Self::UnknownKind,
-    ];
-
-    fn code(self) -> u8 {
-        self as u8
-    }
-
-    fn from_code(code: u8) -> Option<Self> {
-        Self::ALL.get(usize::from(code)).copied()
-    }
-}
-
-impl ResetCause {
-    fn code(self) -> u8 {
-        match self {
-            Self::PowerOn => 1,
-            Self::External => 2,
-            Self::BrownOut => 3,
-            Self::Watchdog => 4,
-            Self::Other(code) => code,
-        }
-    }
-
-    fn from_code(code: u8) -> Self {
-        match code {
-            1 => Self::PowerOn,
-            2 => Self::External,
-            3 => Self::BrownOut,
-            4 => Self::Watchdog,
-            other => Self::Other(other),
-        }
-    }
-}
-
-impl Fault {
-    fn code(self) -> u8 {
-        match self {
-            Self::None => 0,
-            Self::LeftEncoder => 1,
-            Self::RightEncoder => 2,
-            Self::Overcurrent => 3,
-            Self::BatteryLow => 4,
-            Self::Other(code) => code,
-        }
-    }
-
-    fn from_code(code: u8) -> Self {
-        match code {
-            0 => Self::None,
-            1 => Self::LeftEncoder,
-            2 => Self::RightEncoder,
-            3 => Self::Overcurrent,
-            4 => Self::BatteryLow,
-            other => Self::Other(other),
-        }
-    }
-}
+codes!(Fault or Other {
+    None = 0,
+    LeftEncoder = 1,
+    RightEncoder = 2,
+    Overcurrent = 3,
+    BatteryLow = 4
+});

@@ -27,7 +27,7 @@ fn hello() -> Hello {
     Hello {
         firmware: [1, 2],
         cause: ResetCause::External,
-        capabilities: Capabilities(0x1F),
+        capabilities: 0x1F,
         ..fixture::hello(9)
     }
 }

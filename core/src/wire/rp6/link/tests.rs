@@ -1,6 +1,6 @@
 use super::*;
+use crate::wire::rp6::ResetCause;
 use crate::wire::rp6::fixture::hello;
-use crate::wire::rp6::{Capabilities, ResetCause};
 
 /// A link, a clock, and the robot's end of the line as the protocol has it.
 struct Bench {
@@ -289,7 +289,7 @@ fn another_version_of_the_protocol_is_named_once_and_greeted_slowly() {
         firmware: [9, 0],
         nonce: 0,
         cause: ResetCause::PowerOn,
-        capabilities: Capabilities::default(),
+        capabilities: 0,
         length_mm: 0,
         width_mm: 0,
         track_width_mm: 0,

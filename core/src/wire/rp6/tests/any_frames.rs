@@ -58,7 +58,7 @@ fn report() -> impl Strategy<Value = Report> {
                 firmware: [small[1], small[2]],
                 nonce: small[3],
                 cause: ResetCause::Watchdog,
-                capabilities: Capabilities(small[0]),
+                capabilities: small[0],
                 length_mm: sizes[0],
                 width_mm: sizes[1],
                 track_width_mm: sizes[2],
