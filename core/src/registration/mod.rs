@@ -1,16 +1,70 @@
 //! From two clouds, or a cloud and a map, to the motion between them.
 //!
-//! Whoever has points and a [`Target`] calls [`locate`]: it matches them by point-to-line distances,
-//! and searches where matching fails.
+//! Whoever has points and a [`Target`] calls [`locate`]: it matches them by the
+//! [`RegistrationMethod`] of its config, and searches where matching fails. A new registration
+//! method is a file here and a row of the table below.
 
 mod correlative;
+mod gauss_newton;
 mod locate;
 mod outcome;
 mod point_to_line;
+mod point_to_point;
 mod target;
 
 pub use correlative::{Candidate, SearchWindow, search};
+pub use gauss_newton::MatchConfig;
 pub use locate::{LocateConfig, Located, SearchConfig, SearchedPrior, locate, search_and_match};
 pub use outcome::{Prior, Registration, Verdict};
-pub use point_to_line::{MatchConfig, register};
 pub use target::Target;
+
+use crate::geom::Pose2;
+use crate::points::OrientedPoint;
+
+/// How a pose that is nearly right is made exact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RegistrationMethod {
+    /// Distances of points to lines (Censi 2008).
+    #[default]
+    PointToLine,
+    /// Distances of points to points (Besl & McKay 1992).
+    PointToPoint,
+}
+
+impl RegistrationMethod {
+    /// All methods, with their names in settings, and what a person calls them.
+    pub const ALL: [(&'static str, Self, &'static str); 2] = [
+        ("point-to-line", Self::PointToLine, "points to lines"),
+        ("point-to-point", Self::PointToPoint, "points to points"),
+    ];
+}
+
+/// Matches `points` to `target`, from `start`, by the method of `config`.
+#[must_use]
+pub fn register<T: Target>(
+    points: &[OrientedPoint],
+    target: &T,
+    start: &Pose2,
+    prior: &Prior,
+    config: &MatchConfig,
+) -> Registration {
+    gauss_newton::register(points, start, prior, config, |pose, kernel| {
+        sums(points, target, pose, kernel, config)
+    })
+}
+
+/// What the method makes of all pairs at `pose`, with a kernel of this scale, m.
+fn sums<T: Target>(
+    points: &[OrientedPoint],
+    target: &T,
+    pose: &Pose2,
+    kernel: f64,
+    config: &MatchConfig,
+) -> gauss_newton::Sums {
+    let pairs = gauss_newton::pairs(points, target, pose, config);
+    // One row for each method.
+    match config.method {
+        RegistrationMethod::PointToLine => point_to_line::sums(pairs, kernel, config),
+        RegistrationMethod::PointToPoint => point_to_point::sums(pairs, kernel, config),
+    }
+}

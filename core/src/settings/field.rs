@@ -8,6 +8,7 @@ use crate::features::SplitRule;
 use crate::map::{FreeCells, Layer};
 use crate::plan::{FrontierChoice, Planner, Shortening};
 use crate::points::{BreakRule, SectorRange};
+use crate::registration::RegistrationMethod;
 use crate::robot::{BodyShape, Sharp};
 use crate::slam::PriorMapMatching;
 
@@ -158,6 +159,7 @@ choices!(
     FrontierChoice,
     Layer,
     PriorMapMatching,
+    RegistrationMethod,
     SectorRange,
     Sharp,
     Shortening

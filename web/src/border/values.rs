@@ -22,7 +22,9 @@ impl SettingValues {
         source: Source,
         method: Method,
     ) -> Result<(), SettingError> {
-        settings.take(&Scope { source, method }, self.pairs()).map(drop)
+        settings
+            .take(&Scope { source, method }, self.pairs())
+            .map(drop)
     }
 
     pub(crate) fn pairs(&self) -> impl Iterator<Item = (&str, f64)> {

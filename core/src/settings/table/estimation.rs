@@ -3,6 +3,7 @@
 use super::{ANY, BY_LINES, Group};
 use crate::association::{AssociationConfig, AssociationMethod};
 use crate::estimation::{ClosureConfig, Consistency, EkfConfig, ScanMatcherConfig};
+use crate::registration::RegistrationMethod;
 use crate::settings::field::{Number, at, rows};
 use crate::settings::setting::{
     Acts, CENTIMETRES, D2, DEGREES, DEGREES_PER_METRE, Field, METRES, NUMBER, PERCENT, Setting,
@@ -53,6 +54,8 @@ const OF_SCAN_MATCHING: Group = Group {
 };
 
 rows! { SCAN_MATCHING = OF_SCAN_MATCHING;
+    "match.by", "Scans are matched by", one_of::<RegistrationMethod>(), [slam.matcher.locate.matching.method],
+        "What is made as small as possible: distances to lines, which let points slide along a wall, or to points, the first ICP, which needs many more iterations.";
     "match.keyframe_distance", "Distance between keyframes", real(ScanMatcherConfig::KEYFRAME_DISTANCE, METRES), [slam.matcher.keyframe_distance].basic(),
         "A scan is kept after this way. Growing: less work, a coarser map.";
     "match.keyframe_turn", "Turn between keyframes", real(ScanMatcherConfig::KEYFRAME_TURN, DEGREES), [slam.matcher.keyframe_turn],

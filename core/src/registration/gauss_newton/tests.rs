@@ -3,6 +3,7 @@
 use nalgebra::Point2;
 use proptest::prelude::*;
 
+use super::super::{register, sums};
 use super::*;
 use crate::map::{SurfelConfig, SurfelMap};
 
@@ -77,23 +78,48 @@ proptest! {
 
     #[test]
     fn hessian_and_gradient_are_those_of_central_differences(
-        x in -0.05..0.05_f64, y in -0.05..0.05_f64, t in -0.02..0.02_f64,
+        x in -0.05..0.05_f64, y in -0.05..0.05_f64, t in -0.02..0.02_f64, method in 0..2_usize,
     ) {
+        let (_, method, _) = RegistrationMethod::ALL[method];
         // With a kernel so wide that it says nothing, the cost is half the sum of squares.
-        let (points, map, config) = (room(), map_of(&room()), MatchConfig::default());
+        let (points, map, config) = (room(), map_of(&room()), MatchConfig { method, ..MatchConfig::default() });
         let cost = |dx: f64, dy: f64, dt: f64| {
             let pose = Pose2::new(x + dx, y + dy, t + dt);
-            0.5 * accumulate(&points, &map, &pose, 1e6, &config).squares
+            0.5 * sums(&points, &map, &pose, 1e6, &config).squares
         };
-        let sums = accumulate(&points, &map, &Pose2::new(x, y, t), 1e6, &config);
+        let found = sums(&points, &map, &Pose2::new(x, y, t), 1e6, &config);
         let h = 1e-7;
         let numeric = Vector3::new(
             cost(h, 0.0, 0.0) - cost(-h, 0.0, 0.0), cost(0.0, h, 0.0) - cost(0.0, -h, 0.0), cost(0.0, 0.0, h) - cost(0.0, 0.0, -h),
         ) / (2.0 * h);
         // A point that changes its cell between the two sides makes a jump; few starts meet one.
-        prop_assume!((numeric - sums.gradient).norm() < 10.0);
-        prop_assert!((numeric - sums.gradient).norm() < 1e-3 * (1.0 + sums.gradient.norm()), "{} {}", numeric, sums.gradient);
+        prop_assume!((numeric - found.gradient).norm() < 10.0);
+        prop_assert!((numeric - found.gradient).norm() < 1e-3 * (1.0 + found.gradient.norm()), "{} {}", numeric, found.gradient);
     }
+}
+
+#[test]
+fn distances_to_points_come_back_as_well_and_take_more_iterations() {
+    let truth = Pose2::new(0.5, -0.3, 0.4);
+    let start = Pose2::new(0.6, -0.25, 0.43);
+    let by = |method| {
+        let config = MatchConfig {
+            method,
+            max_iterations: 200,
+            ..MatchConfig::default()
+        };
+        let points = seen_from(&room(), &truth);
+        let found = register(&points, &map_of(&room()), &start, &weak(start), &config);
+        let off = (found.estimate.pose.position() - truth.position()).norm();
+        (off, found.iterations)
+    };
+    let (line, point) = (
+        by(RegistrationMethod::PointToLine),
+        by(RegistrationMethod::PointToPoint),
+    );
+    // Surfels lie where points were seen, up to half a cell beside those of this scan.
+    assert!(line.0 < 2e-3 && point.0 < 0.03, "{line:?} {point:?}");
+    assert!(point.1 > line.1, "{line:?} {point:?}");
 }
 
 #[test]

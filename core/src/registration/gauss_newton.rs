@@ -1,0 +1,254 @@
+//! Points matched to the surfaces of a map, from a start that is nearly right.
+//!
+//! In: oriented points, a [`Target`], a start and what is believed of it. Out: a [`Registration`].
+//!
+//! 1. Each point is paired with the surfel nearest to where it would lie, if the two surfaces face
+//!    the same way.
+//! 2. The method turns each pair into residuals. A Cauchy kernel gives far ones little weight. Its
+//!    scale shrinks from iteration to iteration, so that a bad start is pulled in and outliers end
+//!    without weight.
+//! 3. Gauss-Newton on (x, y, θ), with the prior as one more residual, until the step is nothing.
+//! 4. A direction of which the points say next to nothing is the prior's alone, in each iteration:
+//!    what little they seem to say along a corridor comes of noisy normals, and pulls towards where
+//!    the map was seen from.
+//! 5. The covariance is the inverse of what the points and the prior say. The verdict looks at the
+//!    points alone: a corridor says nothing about the way along it, and the verdict says so.
+//!
+//! Step 4: Zhang, Kaess & Singh (2016), "On degeneracy of optimization-based state
+//! estimation problems".
+
+use nalgebra::{Matrix2, Matrix3, Point2, SymmetricEigen, Vector2, Vector3};
+
+use super::{Prior, Registration, RegistrationMethod, Target, Verdict};
+use crate::geom::{Pose2, PoseEstimate, symmetrize, wrap};
+use crate::map::Surfel;
+use crate::points::OrientedPoint;
+
+/// How to match.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MatchConfig {
+    /// What is made as small as possible. Default: distances of points to lines.
+    pub method: RegistrationMethod,
+    /// Most iterations. Default 20.
+    pub max_iterations: usize,
+    /// Scale of the kernel at the first iteration, m. Default 0.15.
+    pub first_kernel: f64,
+    /// Scale of the kernel at the end, m. Default 0.03; larger listens to more, smaller to less.
+    pub last_kernel: f64,
+    /// What is left of the kernel's scale after an iteration. Default 0.5; larger forgives worse
+    /// starts and takes longer.
+    pub kernel_shrink: f64,
+    /// Points within so many of the kernel's scales of their surface lie on it. Default 2.
+    pub inlier_kernels: f64,
+    /// Standard deviation of a residual, m: a point's noise and the map's. Default 0.03.
+    pub sigma: f64,
+    /// Points that say one thing, since neighbours err alike. Default 3; larger gives larger
+    /// covariances.
+    pub redundancy: f64,
+    /// Cosine of the largest angle between surfaces that may be the same. Default 0.7.
+    pub min_cosine: f64,
+    /// Whether a surface is met from behind as well: walls of a drawing have no thickness. Default
+    /// false.
+    pub two_sided: bool,
+    /// Fewer matched points than this are too few. Default 12.
+    pub min_points: usize,
+    /// Where fewer of the points than this part lie on the map, the points' say is lowered with the
+    /// square of the part: what little matches there may match by chance. Default 0.5.
+    pub full_overlap: f64,
+    /// A direction is degenerate where it gets less than this part of the points' say. Default
+    /// 0.02.
+    pub min_share: f64,
+    /// A step smaller than this is nothing, m. Default 2e-4: a hundredth of the noise of a lidar.
+    pub shift_tolerance: f64,
+    /// A step smaller than this is nothing, rad. Default 1e-4.
+    pub turn_tolerance: f64,
+}
+
+impl Default for MatchConfig {
+    fn default() -> Self {
+        Self {
+            method: RegistrationMethod::default(),
+            max_iterations: 20,
+            first_kernel: 0.15,
+            last_kernel: 0.03,
+            kernel_shrink: 0.5,
+            inlier_kernels: 2.0,
+            sigma: 0.03,
+            redundancy: 3.0,
+            min_cosine: 0.7,
+            two_sided: false,
+            min_points: 12,
+            full_overlap: 0.5,
+            min_share: 0.02,
+            shift_tolerance: 2e-4,
+            turn_tolerance: 1e-4,
+        }
+    }
+}
+
+/// Variance where neither points nor prior say anything, m² and rad².
+const UNKNOWN: f64 = 1e6;
+
+/// The sums of one iteration: what a method makes of all pairs.
+pub(super) struct Sums {
+    /// J^T W J of the residuals.
+    pub(super) hessian: Matrix3<f64>,
+    /// J^T W r.
+    pub(super) gradient: Vector3<f64>,
+    /// Points that have a partner.
+    pub(super) matched: usize,
+    /// Those near to it.
+    pub(super) inliers: usize,
+    /// Sum of the inliers' squared distances, m².
+    pub(super) squares: f64,
+}
+
+/// A point at a pose, and the surfel that it is paired with.
+pub(super) struct Pair<'a> {
+    /// From the robot to the point, in the target's axes, m.
+    pub(super) arm: Vector2<f64>,
+    /// Where the point lies, target frame, m.
+    pub(super) place: Point2<f64>,
+    pub(super) surfel: &'a Surfel,
+}
+
+/// The pairs of all points that have a partner at `pose`.
+pub(super) fn pairs<'a, T: Target>(
+    points: &'a [OrientedPoint],
+    target: &'a T,
+    pose: &'a Pose2,
+    config: &'a MatchConfig,
+) -> impl Iterator<Item = Pair<'a>> {
+    let (cos, sin) = pose.cos_sin();
+    points.iter().filter_map(move |point| {
+        let (px, py) = (point.position.x, point.position.y);
+        let arm = Vector2::new(cos * px - sin * py, sin * px + cos * py);
+        let place = Point2::new(arm.x + pose.x(), arm.y + pose.y());
+        let surfel = target.nearest(place)?;
+        let normal = surfel.normal;
+        let (nx, ny) = (point.normal.x, point.normal.y);
+        let cosine = normal.x * (cos * nx - sin * ny) + normal.y * (sin * nx + cos * ny);
+        let cosine = if config.two_sided {
+            cosine.abs()
+        } else {
+            cosine
+        };
+        (cosine >= config.min_cosine).then_some(Pair { arm, place, surfel })
+    })
+}
+
+/// Matches `points` to `target`, from `start`; `accumulate` makes the sums for a pose and a scale of the kernel, m.
+pub(super) fn register(
+    points: &[OrientedPoint],
+    start: &Pose2,
+    prior: &Prior,
+    config: &MatchConfig,
+    accumulate: impl Fn(&Pose2, f64) -> Sums,
+) -> Registration {
+    let full = 1.0 / (config.sigma * config.sigma * config.redundancy);
+    let weight_of = |sums: &Sums| {
+        let overlap = sums.inliers as f64 / points.len().max(1) as f64;
+        let part = (overlap / config.full_overlap).min(1.0);
+        full * part * part
+    };
+    let mut pose = *start;
+    let mut kernel = config.first_kernel.max(config.last_kernel);
+    let mut settled = false;
+    let mut iterations = 0;
+    while iterations < config.max_iterations && !settled {
+        iterations += 1;
+        let mut sums = accumulate(&pose, kernel);
+        if sums.matched < config.min_points {
+            break;
+        }
+        if let Some(free) = free_direction(&sums.hessian, config.min_share) {
+            sums.silence(&free);
+        }
+        let weight = weight_of(&sums);
+        let off = Vector3::new(
+            pose.x() - prior.pose.x(),
+            pose.y() - prior.pose.y(),
+            wrap(pose.heading() - prior.pose.heading()),
+        );
+        let hessian = sums.hessian * weight + prior.information;
+        let gradient = sums.gradient * weight + prior.information * off;
+        let Some(cholesky) = hessian.cholesky() else {
+            break;
+        };
+        let step = -cholesky.solve(&gradient);
+        pose = Pose2::new(
+            pose.x() + step.x,
+            pose.y() + step.y,
+            pose.heading() + step.z,
+        );
+        let at_end = kernel <= config.last_kernel;
+        settled = at_end
+            && step.x.abs().max(step.y.abs()) < config.shift_tolerance
+            && step.z.abs() < config.turn_tolerance;
+        kernel = (config.kernel_shrink * kernel).max(config.last_kernel);
+    }
+    let mut sums = accumulate(&pose, config.last_kernel);
+    let free = free_direction(&sums.hessian, config.min_share);
+    if let Some(free) = &free {
+        sums.silence(free);
+    }
+    let information = sums.hessian * weight_of(&sums);
+    let verdict = if sums.inliers < config.min_points {
+        Verdict::TooFewPoints {
+            found: sums.inliers,
+        }
+    } else if let Some(free) = free {
+        Verdict::Degenerate {
+            direction: free.xy().normalize(),
+        }
+    } else if settled {
+        Verdict::Converged
+    } else {
+        Verdict::NotConverged
+    };
+    let mut cov = (information + prior.information)
+        .try_inverse()
+        .unwrap_or_else(|| Matrix3::from_diagonal_element(UNKNOWN));
+    symmetrize(&mut cov);
+    Registration {
+        estimate: PoseEstimate { pose, cov },
+        information,
+        inliers: sums.inliers,
+        overlap: sums.inliers as f64 / points.len().max(1) as f64,
+        residual: (sums.squares / sums.inliers.max(1) as f64).sqrt(),
+        iterations,
+        verdict,
+    }
+}
+
+impl Sums {
+    /// Takes away all that is said along the motion `free` (x, y, θ), and nothing of what is said
+    /// of the rest.
+    fn silence(&mut self, free: &Vector3<f64>) {
+        let push = self.hessian * free;
+        let said = free.dot(&push);
+        // Nothing to take away where nothing is said at all.
+        if said > 0.0 {
+            self.gradient -= push * (free.dot(&self.gradient) / said);
+            self.hessian -= push * push.transpose() / said;
+        }
+    }
+}
+
+/// The motion (x, y, θ; its shift of length 1) of which the points say next to nothing, the heading
+/// following as it likes best.
+fn free_direction(hessian: &Matrix3<f64>, min_share: f64) -> Option<Vector3<f64>> {
+    let total = hessian[(0, 0)] + hessian[(1, 1)];
+    let cross = Vector2::new(hessian[(0, 2)], hessian[(1, 2)]);
+    let turn = hessian[(2, 2)].max(1e-12);
+    let shift: Matrix2<f64> =
+        hessian.fixed_view::<2, 2>(0, 0).into_owned() - cross * cross.transpose() / turn;
+    let eigen = SymmetricEigen::new(shift);
+    let (least, _) = eigen.eigenvalues.argmin();
+    let direction: Vector2<f64> = eigen.eigenvectors.column(least).into_owned();
+    (eigen.eigenvalues[least] < min_share * total)
+        .then(|| direction.push(-cross.dot(&direction) / turn))
+}
+
+#[cfg(test)]
+mod tests;
