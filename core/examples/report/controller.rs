@@ -17,9 +17,10 @@ use anyhow::{Context, Result};
 use slamlab_core::robot::controller::DesignError;
 use slamlab_core::robot::{Command, RobotModel};
 use slamlab_core::sim::response::{DRIVE_PERIOD, LoadStep, Loop, ResponseSample, Trial};
-use slamlab_core::sim::{SensorModel, Simulation, worlds};
+use slamlab_core::sim::{SensorModel, Simulation};
 
 use super::{Args, Outcome};
+use crate::ride::world_named;
 
 const MISMATCHES: [f64; 3] = [0.0, 0.3, -0.3];
 const LAST_SECOND: usize = 1_000;
@@ -134,7 +135,7 @@ fn uncontrollable(outcome: &mut Outcome, robot: &RobotModel) {
 }
 
 fn speed(outcome: &mut Outcome, robot: &RobotModel, seeds: u64) -> Result<()> {
-    let office = worlds::builtin("office").context("there is no world `office`")?;
+    let office = world_named("office")?;
     let (mut simulated, mut spent) = (0.0, 0.0);
     for seed in 0..seeds {
         let mut sim = Simulation::new(office.clone(), *robot, SensorModel::lidar(), seed)?;

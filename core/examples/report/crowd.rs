@@ -7,21 +7,22 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::{Context, Result, bail};
-use nalgebra::Point2;
+use anyhow::{Context, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 use slamlab_core::control::Avoidance;
-use slamlab_core::experiment::{Experiment, ExperimentConfig};
+use slamlab_core::experiment::ExperimentConfig;
 use slamlab_core::geom::Segment;
-use slamlab_core::pilot::{Finish, Mode, Status};
+use slamlab_core::pilot::Mode;
 use slamlab_core::sim::{
-    Caster, Mover, ReachableArea, SensorModel, Simulation, World, reachable_area, worlds,
+    Caster, Mover, ReachableArea, SensorModel, Simulation, World, reachable_area,
 };
 
 use super::errand::errand;
 use super::{Args, Outcome};
+use crate::ride::{Ride, world_named};
+use crate::statistics::{median, place_between};
 
 const SEEDS: u64 = 20;
 /// Worlds with people of their own, and worlds into which people are put.
@@ -40,20 +41,12 @@ const WAYS: [(&str, Avoidance); 2] = [
 ];
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
-    let names: Vec<&str> = std::iter::once(CROWDED).chain(PEOPLED).collect();
-    if let Some(name) = args.worlds.iter().find(|w| !names.contains(&w.as_str())) {
-        bail!(
-            "no people in `{name}`; expected one of {}",
-            names.join(", ")
-        );
-    }
-    let is_asked = |name: &&str| args.worlds.is_empty() || args.worlds.iter().any(|w| w == name);
-    let seeds = args.first_seed..args.first_seed.saturating_add(args.seeds.unwrap_or(SEEDS));
+    let names = args.worlds([CROWDED].into_iter().chain(PEOPLED))?;
     let mut outcome = Outcome::default();
     let mut contacts: BTreeMap<&str, u32> = BTreeMap::new();
-    for name in names.into_iter().filter(is_asked) {
-        let mut runs: BTreeMap<&str, Vec<[Run; 2]>> = BTreeMap::new();
-        for seed in seeds.clone() {
+    for name in names {
+        let mut runs: BTreeMap<&str, Vec<[Ride; 2]>> = BTreeMap::new();
+        for seed in args.seeds(SEEDS) {
             let scene = Scene::drawn(name, seed)?;
             for (label, mode) in [("explore", Mode::Explore), ("goal", scene.goal()?)] {
                 let both = [scene.run(mode, WAYS[0].1)?, scene.run(mode, WAYS[1].1)?];
@@ -64,8 +57,9 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
         let mut figures = serde_json::Map::new();
         for (errand, runs) in &runs {
             for (number, (way, _)) in WAYS.into_iter().enumerate() {
-                let own: Vec<Run> = runs.iter().map(|both| both[number]).collect();
-                *contacts.entry(way).or_default() += own.iter().map(|run| run.touched).sum::<u32>();
+                let own: Vec<Ride> = runs.iter().map(|both| both[number]).collect();
+                *contacts.entry(way).or_default() +=
+                    own.iter().map(|run| run.contacts).sum::<u32>();
                 figures.insert(format!("{errand}_{way}"), summary(&own));
             }
             let both_done = runs
@@ -85,17 +79,6 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// One errand.
-#[derive(Clone, Copy, Debug)]
-struct Run {
-    is_done: bool,
-    seconds: f64,
-    way: f64,
-    /// Walls, and people who did not walk into the robot.
-    touched: u32,
-    walked_in: u32,
-}
-
 /// A world with its people.
 struct Scene {
     world: World,
@@ -105,8 +88,7 @@ struct Scene {
 
 impl Scene {
     fn drawn(name: &str, seed: u64) -> Result<Self> {
-        let mut world =
-            worlds::builtin(name).with_context(|| format!("there is no world `{name}`"))?;
+        let mut world = world_named(name)?;
         let area = reachable_area(&world, world.robot.model().radius(), CELL);
         if PEOPLED.contains(&name) {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -126,28 +108,13 @@ impl Scene {
         Ok(Mode::GoTo(self.world.start.inverse() * goal))
     }
 
-    fn run(&self, mode: Mode, avoidance: Avoidance) -> Result<Run> {
+    fn run(&self, mode: Mode, avoidance: Avoidance) -> Result<Ride> {
         let robot = self.world.robot.model();
         let (world, sensor) = (self.world.clone(), SensorModel::lidar());
         let mut config = ExperimentConfig::new(world, robot, sensor, self.seed);
         config.mode = mode;
         config.pilot.avoidance = avoidance;
-        let mut experiment = Experiment::new(config)?;
-        while !experiment.session().status().is_over() && experiment.seconds() < LONGEST {
-            experiment.step()?;
-        }
-        let figures = experiment.figures(&self.area);
-        let contacts = figures.contacts;
-        Ok(Run {
-            is_done: matches!(
-                experiment.session().status(),
-                Status::Finished(Finish::Explored { .. } | Finish::GoalReached { .. })
-            ),
-            seconds: figures.sim_seconds,
-            way: figures.distance,
-            touched: contacts.walls + contacts.drove_into_mover,
-            walked_in: contacts.mover_walked_in,
-        })
+        Ride::of(config, LONGEST, &self.area)
     }
 }
 
@@ -155,13 +122,7 @@ impl Scene {
 fn person(world: &World, rng: &mut ChaCha8Rng) -> Mover {
     let caster = Caster::new(world.walls());
     let (low, high) = world.bounds();
-    let mut place = || {
-        let (x, y) = (
-            rng.random_range(low.x..high.x),
-            rng.random_range(low.y..high.y),
-        );
-        Point2::new(x, y)
-    };
+    let mut place = || place_between(low, high, rng);
     let start = world.start.position();
     let waypoints = loop {
         let way = Segment::new(place(), place());
@@ -183,20 +144,13 @@ fn person(world: &World, rng: &mut ChaCha8Rng) -> Mover {
     }
 }
 
-fn summary(runs: &[Run]) -> Value {
+fn summary(runs: &[Ride]) -> Value {
     json!({
         "runs": runs.len(),
         "done": runs.iter().filter(|run| run.is_done).count(),
         "simulated_s_median": median(runs.iter().map(|run| run.seconds)),
         "way_m_median": median(runs.iter().map(|run| run.way)),
-        "contacts": runs.iter().map(|run| run.touched).sum::<u32>(),
+        "contacts": runs.iter().map(|run| run.contacts).sum::<u32>(),
         "people_who_walked_in": runs.iter().map(|run| run.walked_in).sum::<u32>(),
     })
-}
-
-/// NaN of none.
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }

@@ -17,6 +17,7 @@ use serde_json::json;
 use slamlab_core::map::{CellIndex, CellRect, DistanceField};
 
 use crate::clock::least_seconds;
+use crate::statistics::fit_line;
 use crate::{Args, Outcome};
 
 const SIDES: [usize; 5] = [256, 512, 1024, 2048, 4096];
@@ -101,11 +102,8 @@ fn growth(outcome: &mut Outcome) {
         .iter()
         .map(|(n, ns, _)| (n.ln(), (n * ns).ln()))
         .collect();
-    let mean = |of: fn(&(f64, f64)) -> f64| logs.iter().map(of).sum::<f64>() / logs.len() as f64;
-    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
-    let across: f64 = logs.iter().map(|p| (p.0 - x) * (p.1 - y)).sum();
-    let along: f64 = logs.iter().map(|p| (p.0 - x).powi(2)).sum();
-    outcome.at_most("time_over_cells_exponent", across / along, MOST_EXPONENT);
+    let exponent = fit_line(&logs).1;
+    outcome.at_most("time_over_cells_exponent", exponent, MOST_EXPONENT);
 }
 
 fn square(width: usize, height: usize) -> CellRect {

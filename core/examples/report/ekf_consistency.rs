@@ -12,7 +12,7 @@
 use std::collections::BTreeMap;
 use std::thread;
 
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Result, anyhow};
 use slamlab_core::association::AssociationMethod;
 use slamlab_core::estimation::{Consistency, EkfConfig, OdometryErrors};
 
@@ -43,16 +43,9 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     let mut outcome = Outcome::default();
     outcome.figure("seeds", seeds);
     outcome.figure("first_seed", args.first_seed);
-    let is_wanted =
-        |tour: &&Tour| args.worlds.is_empty() || args.worlds.iter().any(|w| w == tour.world);
-    let known = || [&LOOP, &OFFICE].into_iter().chain(&OTHERS);
-    if let Some(name) = (args.worlds.iter()).find(|name| known().all(|tour| tour.world != *name)) {
-        let names: Vec<_> = known().map(|tour| tour.world).collect();
-        bail!(
-            "no tour through world `{name}`; there are {}",
-            names.join(", ")
-        );
-    }
+    let tours = [&LOOP, &OFFICE].into_iter().chain(&OTHERS);
+    let worlds = args.worlds(tours.map(|tour| tour.world))?;
+    let is_wanted = |tour: &&Tour| worlds.contains(&tour.world);
     if args.worlds.is_empty() {
         lesson(&mut outcome, args.first_seed, 4 * seeds)?;
     }

@@ -28,6 +28,7 @@ use crate::Args;
 use crate::mapped_filter::{mapped, observe, wall};
 use crate::memory::ALLOCATOR;
 use crate::outcome::Outcome;
+use crate::statistics::{fit_line, quantile};
 
 const SIZES: [usize; 3] = [100, 300, 1000];
 const STEP_SIZES: [usize; 3] = [100, 200, 500];
@@ -193,24 +194,17 @@ fn covariance(n: usize) -> Covariance {
 /// Seconds that `work` takes when nothing disturbs it: the first decile.
 fn quiet(times: usize, mut work: impl FnMut()) -> f64 {
     work();
-    let mut seconds: Vec<f64> = (0..times)
-        .map(|_| {
-            let begin = Instant::now();
-            work();
-            begin.elapsed().as_secs_f64()
-        })
-        .collect();
-    seconds.sort_by(f64::total_cmp);
-    seconds.get(times / 10).copied().unwrap_or(f64::NAN)
+    let seconds = (0..times).map(|_| {
+        let begin = Instant::now();
+        work();
+        begin.elapsed().as_secs_f64()
+    });
+    quantile(seconds, 0.1)
 }
 
 /// Slope of the logarithm of the time over that of the size.
 fn exponent(seconds: &[f64; SIZES.len()]) -> f64 {
-    let x = SIZES.map(|n| (n as f64).ln());
-    let y = seconds.map(f64::ln);
-    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
-    let (mx, my) = (mean(&x), mean(&y));
-    let cross: f64 = x.iter().zip(&y).map(|(x, y)| (x - mx) * (y - my)).sum();
-    let square: f64 = x.iter().map(|x| (x - mx) * (x - mx)).sum();
-    cross / square
+    let sizes = SIZES.iter().map(|n| (*n as f64).ln());
+    let logs: Vec<_> = sizes.zip(seconds.map(f64::ln)).collect();
+    fit_line(&logs).1
 }

@@ -10,15 +10,17 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use serde_json::{Map, Value, json};
-use slamlab_core::experiment::{Experiment, ExperimentConfig};
-use slamlab_core::pilot::{Finish, Mode, Status};
+use slamlab_core::experiment::ExperimentConfig;
+use slamlab_core::pilot::Mode;
 use slamlab_core::plan::FrontierChoice;
 use slamlab_core::sim::{ReachableArea, SensorKind, reachable_area, worlds};
 
 use super::{Args, Outcome};
 use crate::clock::cpu_seconds;
+use crate::ride::{Ride, world_named};
+use crate::statistics::median;
 
 const SEEDS: u64 = 20;
 const SKIPPED: &str = "campus";
@@ -31,25 +33,13 @@ const EXPLORED: f64 = 0.95;
 const SHORTER: f64 = 0.8;
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
-    let names: Vec<&str> = worlds::NAMES
-        .into_iter()
-        .filter(|n| *n != SKIPPED)
-        .collect();
-    if let Some(name) = args.worlds.iter().find(|w| !names.contains(&w.as_str())) {
-        bail!(
-            "no exploration of `{name}`; expected one of {}",
-            names.join(", ")
-        );
-    }
-    let seeds = args.first_seed..args.first_seed.saturating_add(args.seeds.unwrap_or(SEEDS));
+    let names = args.worlds(worlds::NAMES.into_iter().filter(|n| *n != SKIPPED))?;
+    let seeds = args.seeds(SEEDS);
     let strategies = strategies(&args.strategies)?;
     let sensors = sensors(args.sensor.as_deref())?;
     let mut outcome = Outcome::default();
     let mut total = Totals::default();
     for name in names {
-        if !args.worlds.is_empty() && !args.worlds.iter().any(|w| w == name) {
-            continue;
-        }
         let mut figures = Map::new();
         for sensor in sensors.iter().copied() {
             if sensor == SensorKind::Rangers && !RANGER_WORLDS.contains(&name) {
@@ -96,22 +86,11 @@ fn strategies(asked: &[String]) -> Result<Vec<Strategy>> {
     Ok(all.into_iter().filter(is_asked).collect())
 }
 
-/// One run.
-#[derive(Clone, Copy)]
-struct Run {
-    explored: f64,
-    way: f64,
-    seconds: f64,
-    contacts: u32,
-    walked_in: u32,
-    ended: bool,
-}
-
 /// A strategy, by name.
 type Strategy = (&'static str, FrontierChoice);
 
 /// The runs of one seed, by the strategies' names.
-type Row = BTreeMap<&'static str, Run>;
+type Row = BTreeMap<&'static str, Ride>;
 
 struct Scene {
     name: &'static str,
@@ -121,7 +100,7 @@ struct Scene {
 
 impl Scene {
     fn of(name: &'static str, sensor: SensorKind) -> Result<Self> {
-        let world = worlds::builtin(name).with_context(|| format!("there is no world `{name}`"))?;
+        let world = world_named(name)?;
         let area = reachable_area(&world, world.robot.model().radius(), CELL);
         Ok(Self { name, sensor, area })
     }
@@ -132,47 +111,30 @@ impl Scene {
             let began = cpu_seconds();
             let run = self.explore(choice, seed)?;
             let (name, sensor, took) = (self.name, self.sensor.name(), cpu_seconds() - began);
-            let Run {
+            let Ride {
+                is_done,
                 explored,
                 way,
                 seconds,
                 contacts,
-                ended,
                 ..
             } = run;
             eprintln!(
                 "{name} {sensor} seed {seed} {label}: {explored:.4} explored, {way:.1} m, {seconds:.0} s, {contacts} contacts, \
-                 ended {ended}; {took:.1} s of processor time"
+                 ended {is_done}; {took:.1} s of processor time"
             );
             runs.insert(label, run);
         }
         Ok(runs)
     }
 
-    fn explore(&self, choice: FrontierChoice, seed: u64) -> Result<Run> {
-        let world = worlds::builtin(self.name).with_context(|| format!("no `{}`", self.name))?;
+    fn explore(&self, choice: FrontierChoice, seed: u64) -> Result<Ride> {
+        let world = world_named(self.name)?;
         let robot = world.robot.model();
         let mut config = ExperimentConfig::new(world, robot, self.sensor.model(), seed);
         config.mode = Mode::Explore;
         config.pilot.frontier.choice = choice;
-        let mut experiment = Experiment::new(config)?;
-        let longest = longest(self.sensor);
-        while !experiment.session().status().is_over() && experiment.seconds() < longest {
-            experiment.step()?;
-        }
-        let figures = experiment.figures(&self.area);
-        let contacts = figures.contacts;
-        Ok(Run {
-            explored: figures.explored_fraction,
-            way: figures.distance,
-            seconds: figures.sim_seconds,
-            contacts: contacts.walls + contacts.drove_into_mover,
-            walked_in: contacts.mover_walked_in,
-            ended: matches!(
-                experiment.session().status(),
-                Status::Finished(Finish::Explored { .. })
-            ),
-        })
+        Ride::of(config, longest(self.sensor), &self.area)
     }
 }
 
@@ -200,7 +162,7 @@ impl Totals {
         let mut figures = Map::new();
         let labels: BTreeSet<&str> = rows.iter().flat_map(|row| row.keys().copied()).collect();
         for label in labels {
-            let runs: Vec<Run> = rows
+            let runs: Vec<Ride> = rows
                 .iter()
                 .filter_map(|row| row.get(label).copied())
                 .collect();
@@ -217,11 +179,11 @@ impl Totals {
         );
         let own = || rows.iter().filter_map(|row| row.get(own));
         self.contacts += own().map(|run| run.contacts).sum::<u32>();
-        self.not_ended += own().filter(|run| !run.ended).count();
+        self.not_ended += own().filter(|run| !run.is_done).count();
         if sensor == SensorKind::Lidar {
             self.worlds += 1;
             self.shorter += u32::from(ratio < 1.0);
-            let explored = median(own().map(|run| run.explored).collect());
+            let explored = median(own().map(|run| run.explored));
             self.least_explored = Some(self.least_explored.unwrap_or(1.0).min(explored));
         }
         Value::Object(figures)
@@ -239,14 +201,14 @@ impl Totals {
 }
 
 /// What the runs of one strategy in one world have in common.
-fn summary(runs: &[Run]) -> Value {
-    let of = |value: fn(&Run) -> f64| runs.iter().map(value).collect::<Vec<_>>();
-    let sum = |value: fn(&Run) -> u32| runs.iter().map(value).sum::<u32>();
+fn summary(runs: &[Ride]) -> Value {
+    let of = |value: fn(&Ride) -> f64| runs.iter().map(value);
+    let sum = |value: fn(&Ride) -> u32| runs.iter().map(value).sum::<u32>();
     json!({
         "runs": runs.len(),
-        "ended_by_itself": runs.iter().filter(|run| run.ended).count(),
+        "ended_by_itself": runs.iter().filter(|run| run.is_done).count(),
         "explored_median": median(of(|run| run.explored)),
-        "explored_least": of(|run| run.explored).into_iter().fold(1.0, f64::min),
+        "explored_least": of(|run| run.explored).fold(1.0, f64::min),
         "way_m_median": median(of(|run| run.way)),
         "simulated_s_median": median(of(|run| run.seconds)),
         "contacts": sum(|run| run.contacts),
@@ -259,17 +221,11 @@ fn median_ratio(rows: &[Row], one: &str, other: &str) -> f64 {
     let pairs = rows
         .iter()
         .filter_map(|row| row.get(one).zip(row.get(other)));
-    median(pairs.map(|(one, other)| one.way / other.way).collect())
+    median(pairs.map(|(one, other)| one.way / other.way))
 }
 
 /// The name of a strategy.
 fn label(choice: FrontierChoice) -> &'static str {
     let found = FrontierChoice::ALL.iter().find(|(_, c, _)| *c == choice);
     found.map_or("", |(label, ..)| label)
-}
-
-/// NaN of none.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }

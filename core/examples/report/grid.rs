@@ -14,17 +14,19 @@ mod site;
 use std::f64::consts::TAU;
 use std::hint::black_box;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use nalgebra::{Point2, Vector2};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::geom::{Pose2, sin_cos};
 use slamlab_core::map::{Evidence, FreeCells, Grid, GridConfig};
-use slamlab_core::sim::{Caster, worlds};
+use slamlab_core::sim::Caster;
 use stats_alloc::Region;
 
 use crate::memory::{ALLOCATOR, bytes};
 use crate::peers::{Peers, Race};
+use crate::ride::world_named;
+use crate::statistics::place_between;
 use crate::{Args, Outcome};
 
 const SCANS: usize = 1000;
@@ -116,18 +118,15 @@ fn drawn_anew(config: &GridConfig, scans: &[Seen]) -> Result<Grid> {
 }
 
 fn scans() -> Result<Vec<Seen>> {
-    let world = worlds::builtin("office").context("there is no world `office`")?;
+    let world = world_named("office")?;
     let (low, high) = world.bounds();
     let caster = Caster::new(world.walls());
     let mut rng = ChaCha8Rng::seed_from_u64(21);
     // Walls of the world lie on borders of cells, where rounding decides: a map's frame does not.
     let map_from_world = Pose2::new(0.0123, 0.0217, 0.1);
     let mut pose = |_| {
-        let (x, y) = (
-            rng.random_range(low.x..high.x),
-            rng.random_range(low.y..high.y),
-        );
-        Pose2::new(x, y, rng.random_range(0.0..TAU))
+        let at = place_between(low, high, &mut rng);
+        Pose2::new(at.x, at.y, rng.random_range(0.0..TAU))
     };
     let poses: Vec<Pose2> = (0..SCANS).map(&mut pose).collect();
     let seen = |pose: Pose2| Seen {

@@ -19,6 +19,7 @@ use slamlab_core::features::LineFeature;
 use slamlab_core::geom::{Line, Pose2, Segment, wrap};
 use slamlab_core::robot::{Odometry, Stamp};
 
+use crate::scenes::sides;
 use crate::statistics::normal;
 
 /// Standard deviation of the heading before the first wall is seen, rad.
@@ -93,14 +94,7 @@ fn room() -> Vec<Segment> {
         (-1.0, 6.0),
         (-5.0, 3.0),
     ];
-    let corner = |i: usize| {
-        corners
-            .get(i % 6)
-            .map_or(Point2::origin(), |c| Point2::new(c.0, c.1))
-    };
-    (0..6)
-        .map(|i| Segment::new(corner(i), corner(i + 1)))
-        .collect()
+    sides(&corners.map(|(x, y)| Point2::new(x, y))).collect()
 }
 
 fn sighting(robot_from_map: &Pose2, wall: &Segment, rng: &mut ChaCha8Rng) -> Option<LineFeature> {

@@ -42,6 +42,7 @@ mod outcome;
 mod peers;
 mod planners;
 mod ray_cast;
+mod ride;
 mod rounding;
 mod safe_drive;
 mod scenes;
@@ -51,10 +52,11 @@ mod statistics;
 mod tour;
 mod vector_map;
 
+use std::ops::Range;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Result, ensure};
+use anyhow::{Result, bail, ensure};
 use clap::Parser;
 use serde_json::Value;
 
@@ -179,5 +181,23 @@ impl Args {
             "--queries is 0, expected at least 1"
         );
         Ok(())
+    }
+
+    /// The seeds of a report that has so many where `--seeds` does not say otherwise.
+    fn seeds(&self, default: u64) -> Range<u64> {
+        let count = self.seeds.unwrap_or(default);
+        self.first_seed..self.first_seed.saturating_add(count)
+    }
+
+    /// Those worlds of a report that `--world` asks for; all where it asks for none.
+    fn worlds(&self, all: impl IntoIterator<Item = &'static str>) -> Result<Vec<&'static str>> {
+        let all: Vec<&str> = all.into_iter().collect();
+        if let Some(name) = self.worlds.iter().find(|w| !all.contains(&w.as_str())) {
+            let names = all.join(", ");
+            bail!("not measured in a world `{name}`; expected one of {names}");
+        }
+        let is_asked =
+            |name: &&str| self.worlds.is_empty() || self.worlds.iter().any(|w| w == name);
+        Ok(all.into_iter().filter(is_asked).collect())
     }
 }

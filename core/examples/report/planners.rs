@@ -20,13 +20,14 @@ mod runs;
 mod scene;
 mod unsolvable;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use serde_json::Value;
 use slamlab_core::sim::worlds;
 
 use super::{Args, Outcome};
 use crate::clock::cpu_seconds;
 use crate::peers::Peers;
+use crate::statistics::{median, quantile};
 use runs::{CONTENDERS, run};
 use scene::{Asked, Scene};
 use unsolvable::unsolvable;
@@ -42,20 +43,9 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
         return Ok(outcome);
     }
     let count = args.queries.unwrap_or(QUERIES);
-    if let Some(name) = args
-        .worlds
-        .iter()
-        .find(|name| worlds::builtin(name).is_none())
-    {
-        bail!(
-            "there is no world `{name}`; there are {}",
-            worlds::NAMES.join(", ")
-        );
-    }
     let mut lengths = Worst::default();
     let mut totals = Totals::default();
-    let wanted = |name: &&str| args.worlds.is_empty() || args.worlds.iter().any(|w| w == name);
-    for name in worlds::NAMES.into_iter().filter(wanted) {
+    for name in args.worlds(worlds::NAMES)? {
         let scene = Scene::of(name)?;
         let began = cpu_seconds();
         let asked = Asked::draw(&scene, count);
@@ -161,17 +151,4 @@ impl Totals {
         );
         outcome.at_most("unsolvable_queries_not_said_so", self.unsaid as f64, 0.0);
     }
-}
-
-fn median(values: &[f64]) -> f64 {
-    quantile(values, 0.5)
-}
-
-/// NaN of none.
-fn quantile(values: &[f64], part: f64) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let at = (part * sorted.len() as f64) as usize;
-    let last = sorted.len().saturating_sub(1);
-    sorted.get(at.min(last)).copied().unwrap_or(f64::NAN)
 }

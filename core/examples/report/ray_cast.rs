@@ -17,10 +17,12 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 use slamlab_core::geom::{Segment, sin_cos};
-use slamlab_core::sim::{Caster, Fan, Material, Wall, worlds};
+use slamlab_core::sim::{Caster, Fan, Material, Wall};
 
 use super::{Args, Outcome};
 use crate::clock::least_seconds;
+use crate::ride::world_named;
+use crate::statistics::{fit_line, place_between};
 
 const RANGE: f64 = 12.0;
 const BEAMS: usize = 360;
@@ -34,7 +36,7 @@ type Ray = (Point2<f64>, Vector2<f64>);
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     let mut outcome = Outcome::default();
     let mut rng = ChaCha8Rng::seed_from_u64(3);
-    let campus = worlds::builtin("campus").context("there is no world `campus`")?;
+    let campus = world_named("campus")?;
     let (_, high) = campus.bounds();
     let caster = Caster::new(campus.walls());
     outcome.figure("campus_walls", caster.walls().len());
@@ -91,19 +93,6 @@ fn growth(outcome: &mut Outcome) -> Result<()> {
     let powers: Vec<_> = table.iter().map(|(n, ns, _)| (n.ln(), ns.ln())).collect();
     outcome.at_most("power_fit_exponent", fit_line(&powers).1, MOST_EXPONENT);
     Ok(())
-}
-
-/// Intercept and slope of the least-squares line, and the root mean square of the residuals.
-fn fit_line(points: &[(f64, f64)]) -> (f64, f64, f64) {
-    let n = points.len() as f64;
-    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
-    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
-    let across: f64 = points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum();
-    let along: f64 = points.iter().map(|p| (p.0 - x).powi(2)).sum();
-    let slope = across / along;
-    let residual = |p: &(f64, f64)| (p.1 - y - slope * (p.0 - x)).powi(2);
-    let squares: f64 = points.iter().map(residual).sum();
-    (y - slope * x, slope, (squares / n).sqrt())
 }
 
 /// Seconds for each ray.
@@ -164,13 +153,13 @@ fn unlike_brute_force<'a>(caster: &Caster, rays: impl Iterator<Item = &'a Ray>) 
 }
 
 fn places(high: Point2<f64>, rng: &mut ChaCha8Rng) -> Vec<Point2<f64>> {
-    let mut place = |_| Point2::new(rng.random_range(0.0..high.x), rng.random_range(0.0..high.y));
+    let mut place = |_| place_between(Point2::origin(), high, rng);
     (0..SCANS).map(&mut place).collect()
 }
 
 fn rays(high: Point2<f64>, count: usize, rng: &mut ChaCha8Rng) -> Vec<Ray> {
     let mut ray = |_| {
-        let origin = Point2::new(rng.random_range(0.0..high.x), rng.random_range(0.0..high.y));
+        let origin = place_between(Point2::origin(), high, rng);
         let (sin, cos) = sin_cos(rng.random_range(0.0..TAU));
         (origin, Vector2::new(cos, sin))
     };

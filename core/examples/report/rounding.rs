@@ -12,9 +12,11 @@ use serde_json::{Value, json};
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::pilot::{Mode, Status};
 use slamlab_core::plan::{Shortening, SmoothConfig};
-use slamlab_core::sim::{SensorKind, worlds};
+use slamlab_core::sim::SensorKind;
 
 use super::{Args, Outcome};
+use crate::ride::world_named;
+use crate::statistics::median;
 
 const SEEDS: u64 = 10;
 const WORLDS: [&str; 4] = ["arena", "doors", "office", "maze"];
@@ -30,7 +32,7 @@ const VARIANTS: [(&str, Shortening, bool); 4] = [
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     let mut outcome = Outcome::default();
-    let seeds = args.first_seed..args.first_seed + args.seeds.unwrap_or(SEEDS);
+    let seeds = args.seeds(SEEDS);
     let (mut contacts, mut missed) = (0.0, 0);
     for world in WORLDS {
         let mut figures = serde_json::Map::new();
@@ -40,7 +42,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
                 .clone()
                 .map(|seed| ride(world, seed, shortening, is_rounded))
                 .collect::<Result<_>>()?;
-            let seconds = median(rides.iter().map(|r| r.seconds).collect());
+            let seconds = median(rides.iter().map(|r| r.seconds));
             contacts += rides.iter().map(|r| r.contacts).sum::<f64>();
             missed += rides.iter().map(|r| r.missed).sum::<usize>();
             figures.insert(name.into(), to_json(&rides, seconds));
@@ -69,14 +71,14 @@ struct Ride {
 fn to_json(rides: &[Ride], seconds: f64) -> Value {
     json!({
         "seconds_median": seconds,
-        "metres_median": median(rides.iter().map(|r| r.metres).collect()),
+        "metres_median": median(rides.iter().map(|r| r.metres)),
         "contacts": rides.iter().map(|r| r.contacts).sum::<f64>(),
         "errands_missed": rides.iter().map(|r| r.missed).sum::<usize>(),
     })
 }
 
 fn ride(world: &str, seed: u64, shortening: Shortening, is_rounded: bool) -> Result<Ride> {
-    let world = worlds::builtin(world).with_context(|| format!("there is no world `{world}`"))?;
+    let world = world_named(world)?;
     let goal = world.goal.context("a world without a goal")?;
     let there = world.start.inverse() * goal;
     let robot = world.robot.model();
@@ -105,9 +107,4 @@ fn ride(world: &str, seed: u64, shortening: Shortening, is_rounded: bool) -> Res
         contacts: f64::from(experiment.sim().contacts()),
         missed,
     })
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }

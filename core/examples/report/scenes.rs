@@ -75,7 +75,7 @@ fn walls(rng: &mut ChaCha8Rng) -> Vec<Segment> {
         (w - cut_x, h),
         (0.0, h),
     ];
-    let mut walls = closed(&room.map(|(x, y)| Point2::new(x, y)));
+    let mut walls: Vec<_> = sides(&room.map(|(x, y)| Point2::new(x, y))).collect();
     for _ in 0..rng.random_range(1..4) {
         let centre = Point2::new(
             rng.random_range(0.2..0.8) * w,
@@ -86,7 +86,7 @@ fn walls(rng: &mut ChaCha8Rng) -> Vec<Segment> {
         let corner = |x: f64, y: f64| {
             centre + Vector2::new(x * a * cos - y * b * sin, x * a * sin + y * b * cos)
         };
-        walls.extend(closed(&[
+        walls.extend(sides(&[
             corner(-1.0, -1.0),
             corner(1.0, -1.0),
             corner(1.0, 1.0),
@@ -96,9 +96,9 @@ fn walls(rng: &mut ChaCha8Rng) -> Vec<Segment> {
     walls
 }
 
-fn closed(corners: &[Point2<f64>]) -> Vec<Segment> {
-    let sides = sides_of(corners);
-    sides.map(|(a, b)| Segment::new(*a, *b)).collect()
+/// The sides of a polygon.
+pub(crate) fn sides(corners: &[Point2<f64>]) -> impl Iterator<Item = Segment> {
+    sides_of(corners).map(|(a, b)| Segment::new(*a, *b))
 }
 
 /// Centres and radii.

@@ -1,9 +1,48 @@
-//! Random numbers, and what is to be expected of averages of them.
+//! Random numbers, and what is to be expected of averages of them; quantiles and lines through points.
 
+use std::borrow::Borrow;
 use std::f64::consts::TAU;
 
+use nalgebra::Point2;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+
+/// The middle value; NaN of none.
+pub(crate) fn median(values: impl IntoIterator<Item = impl Borrow<f64>>) -> f64 {
+    quantile(values, 0.5)
+}
+
+/// The value with this part of the others below it; NaN of none.
+pub(crate) fn quantile(values: impl IntoIterator<Item = impl Borrow<f64>>, part: f64) -> f64 {
+    let mut sorted: Vec<f64> = values.into_iter().map(|value| *value.borrow()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let at = (part * sorted.len() as f64) as usize;
+    let last = sorted.len().saturating_sub(1);
+    sorted.get(at.min(last)).copied().unwrap_or(f64::NAN)
+}
+
+/// Intercept and slope of the least-squares line, and the root mean square of the residuals.
+pub(crate) fn fit_line(points: &[(f64, f64)]) -> (f64, f64, f64) {
+    let n = points.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
+    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
+    let across: f64 = points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum();
+    let along: f64 = points.iter().map(|p| (p.0 - x).powi(2)).sum();
+    let slope = across / along;
+    let residual = |p: &(f64, f64)| (p.1 - y - slope * (p.0 - x)).powi(2);
+    let squares: f64 = points.iter().map(residual).sum();
+    (y - slope * x, slope, (squares / n).sqrt())
+}
+
+/// A place anywhere between two corners.
+pub(crate) fn place_between(
+    low: Point2<f64>,
+    high: Point2<f64>,
+    rng: &mut ChaCha8Rng,
+) -> Point2<f64> {
+    let x = rng.random_range(low.x..high.x);
+    Point2::new(x, rng.random_range(low.y..high.y))
+}
 
 /// A standard normal number, by Box and Muller.
 pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {

@@ -10,7 +10,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use nalgebra::{Point2, Vector2};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -19,9 +19,10 @@ use slamlab_core::features::{LineConfig, LineExtractor, LineFeature};
 use slamlab_core::geom::{Pose2, wrap};
 use slamlab_core::points::{MotionHistory, PointConfig, Points};
 use slamlab_core::robot::{Command, Odometry, RobotModel, Scan, TrackOdometry};
-use slamlab_core::sim::{Material, SensorModel, Simulation, Wall, worlds};
+use slamlab_core::sim::{Material, SensorModel, Simulation, Wall};
 
 use crate::errand::errand;
+use crate::ride::world_named;
 
 /// Simulated time of one decision, s, and how many odometry readings fall into it: those of `Experiment`.
 const PERIOD: f64 = 0.05;
@@ -149,7 +150,7 @@ struct Drive {
 
 /// Drives the tour once.
 pub(crate) fn drive(tour: &Tour, seed: u64, configs: &[EkfConfig]) -> Result<Vec<Listener>> {
-    let world = worlds::builtin(tour.world).context("no such world")?;
+    let world = world_named(tour.world)?;
     let (start, robot) = (world.start, RobotModel::rp6());
     let walls = world.walls();
     let sim = Simulation::new(world, robot, SensorModel::lidar(), seed)?;

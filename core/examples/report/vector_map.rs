@@ -17,9 +17,10 @@ use serde_json::json;
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::geom::Segment;
 use slamlab_core::pilot::Mode;
-use slamlab_core::sim::{Fan, SensorKind, worlds};
+use slamlab_core::sim::{Fan, SensorKind};
 
 use super::{Args, Outcome};
+use crate::ride::world_named;
 
 const SEEDS: u64 = 3;
 const LAPS: usize = 10;
@@ -48,7 +49,7 @@ const RANGE: f64 = 8.0;
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     let mut outcome = Outcome::default();
     let (mut ratios, mut errors, mut covered) = (vec![], vec![], vec![]);
-    for seed in args.first_seed..args.first_seed + args.seeds.unwrap_or(SEEDS) {
+    for seed in args.seeds(SEEDS) {
         let run = Run::of(seed)?;
         let last = run.counts.last().copied().unwrap_or(0);
         ratios.push(last as f64 / run.truth.len() as f64);
@@ -90,7 +91,7 @@ struct Run {
 
 impl Run {
     fn of(seed: u64) -> Result<Self> {
-        let world = worlds::builtin("office").context("there is no `office`")?;
+        let world = world_named("office")?;
         let robot = world.robot.model();
         let mut config = ExperimentConfig::new(world, robot, SensorKind::Lidar.model(), seed);
         config.mode = Mode::Manual;
@@ -139,7 +140,7 @@ fn go(experiment: &mut Experiment, goal: Point2<f64>, witness: &mut Witness) -> 
         experiment.step()?;
         steps += 1;
         if steps % 10 == 0 {
-            witness.look(experiment)?;
+            witness.cast_beams(experiment)?;
         }
     }
     Ok(())
@@ -174,7 +175,7 @@ struct Witness {
 }
 
 impl Witness {
-    fn look(&mut self, experiment: &Experiment) -> Result<()> {
+    fn cast_beams(&mut self, experiment: &Experiment) -> Result<()> {
         let pose = experiment.sim().truth();
         let caster = experiment.sim().caster();
         let mut fan = Fan::new(360, -PI, PI / 180.0).context("no fan of beams")?;

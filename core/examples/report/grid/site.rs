@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use nalgebra::{Point2, Vector2};
-use slamlab_core::geom::{Pose2, Segment};
+use slamlab_core::geom::Pose2;
 use slamlab_core::map::{FreeCells, Grid, GridConfig};
 use slamlab_core::sim::{Caster, Material, Wall};
 use stats_alloc::Region;
@@ -10,6 +10,7 @@ use stats_alloc::Region;
 use super::scan_from;
 use crate::Outcome;
 use crate::memory::{ALLOCATOR, bytes};
+use crate::scenes::sides;
 
 const SIDE: f64 = 1000.0;
 const PITCH: f64 = 60.0;
@@ -62,13 +63,8 @@ fn buildings() -> Vec<Wall> {
             low + Vector2::new(half, half),
             low + Vector2::new(PITCH - half, PITCH - half),
         );
-        let corners = [
-            low,
-            Point2::new(high.x, low.y),
-            high,
-            Point2::new(low.x, high.y),
-        ];
-        (0..4).map(move |i| Segment::new(corners[i], corners[(i + 1) % 4]))
+        let (lower_right, upper_left) = (Point2::new(high.x, low.y), Point2::new(low.x, high.y));
+        sides(&[low, lower_right, high, upper_left]).collect::<Vec<_>>()
     });
     let wall = |segment| Wall {
         segment,
@@ -76,8 +72,7 @@ fn buildings() -> Vec<Wall> {
     };
     let fence = [(0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE)];
     let fence = fence.map(|(x, y)| Point2::new(x - half, y - half));
-    let fence = (0..4).map(|i| Segment::new(fence[i], fence[(i + 1) % 4]));
-    corners.chain(fence).map(wall).collect()
+    corners.chain(sides(&fence)).map(wall).collect()
 }
 
 /// Along the middle of every street, both ways across the site.

@@ -7,9 +7,10 @@ use serde_json::{Value, json};
 use slamlab_core::geom::Segment;
 use slamlab_core::plan::{Path, Planner, Progress, Query, RrtConfig, Sampler, Search, Shortening};
 
+use super::SLOW;
 use super::scene::{Asked, Scene};
-use super::{SLOW, median, quantile};
 use crate::clock::cpu_seconds;
+use crate::statistics::{median, quantile};
 
 /// Processor time of RRT* and Informed RRT*, s.
 const SECOND: f64 = 1.0;

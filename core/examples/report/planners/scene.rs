@@ -1,16 +1,16 @@
 //! Worlds, and random queries in them with their shortest ways.
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use nalgebra::Point2;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::plan::{
     ConfigSpace, Path, Planner, Progress, Query, RrtConfig, Sampler, Search, SegmentSpace,
 };
-use slamlab_core::sim::worlds;
 
 use super::SLOW;
 use crate::clock::cpu_seconds;
+use crate::ride::world_named;
 
 const MARGIN: f64 = 0.02;
 /// Processor time for the optima of a world, s.
@@ -24,7 +24,7 @@ pub(super) struct Scene {
 
 impl Scene {
     pub(super) fn of(name: &str) -> Result<Self> {
-        let world = worlds::builtin(name).with_context(|| format!("there is no world `{name}`"))?;
+        let world = world_named(name)?;
         let keep = world.robot.model().radius() + MARGIN;
         let walls = world.walls().into_iter().map(|w| w.segment).collect();
         Ok(Self {

@@ -4,14 +4,14 @@ use nalgebra::Vector2;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
-use slamlab_core::geom::Segment;
 use slamlab_core::plan::{
     ConfigSpace, NoPath, Planner, Progress, Query, RrtConfig, Sampler, Search, SegmentSpace,
 };
 
 use super::scene::{Asked, Scene};
-use super::{median, quantile};
 use crate::clock::cpu_seconds;
+use crate::scenes::sides;
+use crate::statistics::{median, quantile};
 
 /// In a world of more walls the visibility graph is not asked to prove anything.
 const MANY_WALLS: usize = 5_000;
@@ -62,7 +62,7 @@ pub(super) fn unsolvable(scene: &Scene, asked: &Asked, count: usize) -> Unsolvab
             corner(1.0, 1.0),
             corner(-1.0, 1.0),
         ];
-        walls.extend((0..4).map(|i| Segment::new(corners[i], corners[(i + 1) % 4])));
+        walls.extend(sides(&corners));
         let bounds = scene.space.bounds();
         let Ok(space) = SegmentSpace::new(walls, scene.space.keep(), bounds) else {
             continue;

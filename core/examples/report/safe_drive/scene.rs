@@ -14,6 +14,8 @@ use slamlab_core::geom::Pose2;
 use slamlab_core::robot::RobotModel;
 use slamlab_core::sim::{Caster, Mover, RobotKind, World, worlds};
 
+use crate::statistics::place_between;
+
 /// Built-in worlds that are driven in: small ones, ones with people, and walls of glass.
 const BUILTIN: [&str; 5] = ["arena", "doors", "office", "maze", "crowd"];
 /// Kinds of scenes, by what the robot is driven against.
@@ -154,10 +156,7 @@ fn place(world: &mut World, robot: &RobotModel, aim: Option<Point2<f64>>, rng: &
     let caster = Caster::new(world.walls());
     let (low, high) = world.bounds();
     loop {
-        let at = Point2::new(
-            rng.random_range(low.x..high.x),
-            rng.random_range(low.y..high.y),
-        );
+        let at = place_between(low, high, rng);
         let heading = match rng.random_bool(0.7) {
             true => {
                 bearing_of(aim.or_else(|| nearest(&caster, at)), at) + rng.random_range(-0.4..0.4)
