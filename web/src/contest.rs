@@ -160,7 +160,7 @@ impl WebContest {
         let path = self.contest.path(planner);
         let curve = self.contest.curve(planner);
         Entrant {
-            planner: (&planner).into(),
+            planner: planner.into(),
             is_over: standing.is_over,
             is_straight: standing.is_straight,
             length: standing.length.unwrap_or(f64::NAN),

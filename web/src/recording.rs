@@ -69,7 +69,7 @@ impl WebLogReader {
         if let Some(known) = &setup.known {
             settings.slam.prior_map = known.into();
         }
-        let mut replay = Replay::new(log, setup.method.into(), &settings)?;
+        let mut replay = Replay::new(log, setup.method.0, &settings)?;
         replay.set_twin(setup.twin.then_some(calibration));
         let source = Source::Recording(Box::new(replay));
         Ok(WebRun { source })

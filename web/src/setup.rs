@@ -72,7 +72,7 @@ impl Setup {
             rangers.calibration = calibration::fit(pairs.text.as_bytes(), rangers.variable)?.0;
         }
         let mut config = ExperimentConfig::of(&settings, world, robot, u64::from(self.seed));
-        config.method = self.method.into();
+        config.method = self.method.0;
         config.mode = match self.mode {
             Mode::Manual => pilot::Mode::Manual,
             Mode::Explore => pilot::Mode::Explore,

@@ -124,7 +124,7 @@ impl Task {
             state,
             level,
             text: status.to_string(),
-            planner: pilot.planner().as_ref().map(Into::into),
+            planner: pilot.planner().map(Into::into),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Closed sets: each variant crosses by its name. What a person reads of it stands in the page, which must have words for all.
+//! Closed sets that the core gives no names: each variant crosses by its name. What a person reads of it stands in the page, which must have words for all.
 
 use slamlab_core::estimation::Rejection;
 
@@ -55,16 +55,6 @@ names! {
     }
     /// How grave a notice is: `good` is what somebody waited for.
     Level { Info = "info", Good = "good", Warn = "warn" }
-    /// A way to do SLAM.
-    MethodName of slamlab_core::slam::Method {
-        Odometry = "odometry", LineEkf = "line-ekf", ScanMatching = "scan-matching", PriorMap = "known-map",
-    }
-    /// A planner.
-    PlannerName of slamlab_core::plan::Planner {
-        Straight = "straight", Rrt = "rrt", RrtConnect = "rrt-connect", RrtStar = "rrt-star",
-        InformedRrtStar = "informed-rrt-star", AStar = "a-star", ThetaStar = "theta-star", Rooms = "rooms",
-        Visibility = "visibility", Outline = "outline", Wavefront = "wavefront",
-    }
     /// Why there is no path.
     NoPathKind of slamlab_core::plan::NoPath {
         StartBlocked = "start-blocked", GoalBlocked = "goal-blocked", Unreachable = "unreachable",
@@ -94,17 +84,6 @@ names! {
     GrowthName of slamlab_core::points::Growth { Linear = "linear", Square = "square" }
     /// What a ranger's characteristic is a polynomial of.
     VariableName of slamlab_core::robot::Variable { Volts = "volts", PerVolt = "per-volt" }
-    /// How a device is.
-    DeviceStateName of slamlab_core::wire::message::DeviceState {
-        Waiting = "waiting", Connected = "connected", Measuring = "measuring", Sending = "sending", Fault = "fault",
-    }
-    /// Why the robot is disarmed.
-    DisarmReasonName of slamlab_core::wire::message::DisarmReason {
-        Start = "start", Stop = "stop", EmergencyStop = "emergency-stop", Released = "released",
-        LeaseExpired = "lease-expired", TakenOver = "taken-over", DriverGone = "driver-gone", Link = "link",
-        Silence = "silence", Bumper = "bumper", Battery = "battery", Stall = "stall", Runaway = "runaway",
-        Shutdown = "shutdown",
-    }
     /// What can be saved.
     SavedKind {
         Map = "map", MapScale = "map-scale", MapRaw = "map-raw", OgMap = "og-map", Plan = "plan", Rooms = "rooms",
@@ -125,17 +104,6 @@ impl From<&slamlab_core::estimation::Verdict> for Verdict {
                 Rejection::Seam => Self::Seam,
                 Rejection::Singular => Self::Singular,
             },
-        }
-    }
-}
-
-impl From<MethodName> for slamlab_core::slam::Method {
-    fn from(name: MethodName) -> Self {
-        match name {
-            MethodName::Odometry => Self::Odometry,
-            MethodName::LineEkf => Self::LineEkf,
-            MethodName::ScanMatching => Self::ScanMatching,
-            MethodName::PriorMap => Self::PriorMap,
         }
     }
 }
