@@ -23,11 +23,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use slamlab_core::wire::message::LinkState;
+use slamlab_core::wire::message::{LinkBody, LinkState};
 use tokio::sync::mpsc;
 
 pub use slamlab_core::device::source::{
-    Link, Order, Profile, SourceEvent, robot_figures, scans_on_command,
+    Order, Profile, SourceEvent, robot_figures, scans_on_command,
 };
 
 pub use named::{SourceError, SourceName, forms};
@@ -149,11 +149,6 @@ impl Port {
 /// A source that ended, in whatever way, has no link any more; whoever drives learns it at once.
 impl Drop for Port {
     fn drop(&mut self) {
-        self.send(SourceEvent::Link(Link {
-            state: LinkState::Down,
-            round_trip: None,
-            damaged: 0,
-            skipped: 0,
-        }));
+        self.send(SourceEvent::Link(LinkBody::new(LinkState::Down)));
     }
 }

@@ -8,8 +8,8 @@
 //! 1. The bridge's hello names the robot; estimate and map begin with it. A robot in a new connection goes on in the old map.
 //! 2. [`Live::receive`] takes a message, [`Live::tick`] lets the pilot decide; both say what to send by
 //!    [`Live::take_outgoing`]. Time is µs of the caller's clock.
-//! 3. The pilot's commands go out only while this client has the lease and the robot is armed. Arming and disarming both end
-//!    the pilot's task: nothing begins or goes on by itself when the robot is armed.
+//! 3. The pilot's commands go out only while this client has the lease and the robot is armed. Whatever disarms it also ends
+//!    the pilot's task, and so does asking for the right to drive: nothing begins or goes on by itself when the robot is armed.
 
 mod shown;
 #[cfg(test)]
@@ -132,8 +132,7 @@ impl Live {
         let was_armed = self.client.is_armed();
         let (header, message) = self.client.receive(now, bytes)?;
         self.take_in(now, header.micros, message);
-        if was_armed != self.client.is_armed() {
-            // What was asked for while the robot was disarmed does not begin by itself either.
+        if was_armed && !self.client.is_armed() {
             self.end_errand();
         }
         Ok(())
@@ -299,6 +298,10 @@ impl Live {
     /// Asks for the right to drive, and arms the robot with it, but where its motors are cut off: then the right to undo that is wanted.
     /// With `force` also from somebody else.
     pub fn take_wheel(&mut self, now: u64, force: bool) {
+        if !self.client.is_armed() {
+            // A task that was chosen while the robot was disarmed must not begin by itself.
+            self.end_errand();
+        }
         if self.client.has_lease() {
             self.client.arm(now);
         } else {

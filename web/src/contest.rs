@@ -11,7 +11,9 @@ use slamlab_core::slam::Slam;
 use tsify::Tsify;
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::border::{Float32Array, Float64Array, Ground, NoPathKind, Typed, WebError, typed};
+use crate::border::{
+    Float32Array, Float64Array, Ground, NoPathKind, PlannerName, Typed, WebError, typed,
+};
 use crate::view;
 
 /// Why a contest cannot be asked for.
@@ -61,7 +63,7 @@ pub struct ContestState {
 #[tsify(missing_as_null)]
 pub struct Entrant {
     /// The planner's name.
-    pub planner: String,
+    pub planner: PlannerName,
     /// As people call it.
     pub title: String,
     /// It has nothing left to do.
@@ -160,7 +162,7 @@ impl WebContest {
         let path = self.contest.path(planner);
         let curve = self.contest.curve(planner);
         Entrant {
-            planner: planner.name().to_owned(),
+            planner: planner.into(),
             title: planner.title().to_owned(),
             is_over: standing.is_over,
             is_straight: standing.is_straight,

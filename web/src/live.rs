@@ -88,7 +88,7 @@ impl From<&message::Device> for DeviceStatus {
         Self {
             name: device.name.clone(),
             model: device.model.clone(),
-            state: (&device.state).into(),
+            state: device.state.into(),
             detail: device.detail.clone(),
         }
     }
@@ -104,7 +104,7 @@ impl WebRun {
         let live = Live::new(LiveConfig {
             name: setup.name,
             token: Some(setup.token).filter(|token| !token.is_empty()),
-            method: setup.method.into(),
+            method: setup.method.0,
             prior_map: setup.known.as_ref().map(Into::into),
             cycle: setup.cycle,
             settings: setup.settings.0.into_iter().collect(),
@@ -232,7 +232,7 @@ impl BridgeStatus {
                 .unwrap_or_default(),
             reason: safety
                 .filter(|safety| !safety.armed)
-                .map(|safety| (&safety.reason).into()),
+                .map(|safety| safety.reason.into()),
             battery: live.battery().map_or(f64::NAN, f64::from),
             round_trip: delays.map_or(f64::NAN, |delays| delays.round_trip),
             reading_age: delays.map_or(f64::NAN, |delays| delays.reading_age),

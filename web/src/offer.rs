@@ -84,7 +84,7 @@ pub fn offer() -> Typed<Offer> {
         title: title.to_owned(),
     };
     let method = |method: Method| MethodInfo {
-        name: (&method).into(),
+        name: method.into(),
         title: method.title().to_owned(),
         meaning: method.meaning().to_owned(),
     };

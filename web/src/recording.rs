@@ -44,11 +44,9 @@ impl WebLogReader {
         let setup = setup.to_rust()?;
         // What cannot be set is told before a long log is read.
         let mut settings = Settings::of(SensorModel::lidar(), &RobotModel::pioneer());
-        setup.settings.apply_to(
-            &mut settings,
-            settings::Source::Recording,
-            setup.method.into(),
-        )?;
+        setup
+            .settings
+            .apply_to(&mut settings, settings::Source::Recording, setup.method.0)?;
         Ok(Self {
             reader: LogReader::default(),
             setup,
@@ -68,7 +66,7 @@ impl WebLogReader {
     pub fn finish(self) -> Result<WebRun, WebError> {
         let (log, setup) = (self.reader.finish()?, self.setup);
         let mut settings = log.settings();
-        let method = log.method(setup.method.into());
+        let method = log.method(setup.method.0);
         setup
             .settings
             .apply_to(&mut settings, settings::Source::Recording, method)?;
@@ -76,7 +74,7 @@ impl WebLogReader {
         if let Some(known) = &setup.known {
             settings.slam.prior_map = known.into();
         }
-        let mut replay = Replay::new(log, setup.method.into(), &settings)?;
+        let mut replay = Replay::new(log, setup.method.0, &settings)?;
         replay.set_twin(setup.twin.then_some(calibration));
         let source = Source::Recording(Box::new(replay));
         Ok(WebRun { source })

@@ -63,7 +63,7 @@ impl Setup {
         let sensor: SensorKind = self.sensor.parse()?;
         let robot = world.robot.model();
         let mut settings = Settings::of(sensor.model(), &robot);
-        let method = self.method.into();
+        let method = self.method.0;
         if let Some(pairs) = &self.calibration {
             let SensorModel::Rangers(rangers) = &mut settings.sensor else {
                 return Err(SetupError::Calibration.into());

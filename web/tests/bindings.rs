@@ -6,6 +6,7 @@ use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::pilot::Mode;
 use slamlab_core::robot::RobotModel;
 use slamlab_core::sim::{SensorModel, worlds};
+use slamlab_core::slam::Method;
 use slamlab_web::{
     BenchResponse, BenchTrial, ErrorKind, FieldChange, FieldName as Field, Inspection, MethodName,
     Mode as ModeName, Offer, ReplaySetup, RunStatus, SavedFile, SavedKind, SettingInfo,
@@ -33,7 +34,7 @@ fn setup(world: &str, json: Option<&str>) -> Setup {
         world_json: json.map(str::to_owned),
         sensor: "lidar".to_owned(),
         seed: 7,
-        method: MethodName::LineEkf,
+        method: MethodName(Method::LineEkf),
         mode: ModeName::Explore,
         cycle: false,
         settings: SettingValues::default(),
@@ -223,7 +224,7 @@ fn the_filter_can_be_looked_into() {
     assert!(status.nees > 0.0 && status.nees_low < 3.0 && status.nees_high > 3.0);
     assert!(status.nis > 0.0 && status.nis_low < 1.0 && status.nis_high > 1.0);
     let matching = begin(&Setup {
-        method: MethodName::ScanMatching,
+        method: MethodName(Method::ScanMatching),
         ..setup("arena", None)
     });
     let inside = matching.expect("a built-in world").inspect(true);
@@ -361,7 +362,7 @@ fn log(scans: usize) -> String {
 
 fn read(bytes: &[u8], chunk: usize) -> Result<WebRun, String> {
     let mut reader = WebLogReader::new(&ts(&ReplaySetup {
-        method: MethodName::ScanMatching,
+        method: MethodName(Method::ScanMatching),
         settings: SettingValues::default(),
         twin: false,
         known: None,

@@ -6,7 +6,7 @@ use slamlab_core::robot::Stamp;
 use slamlab_core::wire::message::DeviceState;
 
 use super::finding::Measured;
-use crate::serial::{Device, Line, OpenError, PortSettings, Received, Want, note};
+use crate::serial::{Channel as _, Device, Line, OpenError, PortSettings, Received, Want, note};
 use crate::source::SourceEvent;
 
 /// How long the line is waited for at a time.
@@ -162,8 +162,7 @@ impl Visit {
                         self.broken = Some(error.to_string());
                     }
                 }
-                // A port without DTR is none the worse.
-                Want::Dtr(is_set) => drop(line.set_dtr(is_set)),
+                Want::Dtr(is_set) => line.set_dtr(is_set),
                 Want::Report(event) => self.see(event),
                 Want::Note(weight, text) => note(&device.profile().name, weight, &text),
                 Want::Well | Want::Reopen => (),

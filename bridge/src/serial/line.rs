@@ -3,7 +3,7 @@
 //! In: bytes to write. Out: bytes as they came, each piece with the instant at which it came.
 
 use std::io::{ErrorKind, Read, Write};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -25,7 +25,7 @@ const LOOK: Duration = Duration::from_millis(50);
 /// An open serial port. Dropping it closes it, once what was handed over is written.
 #[derive(Debug)]
 pub struct Line {
-    pieces: Receiver<Result<Piece, LineError>>,
+    pieces: Receiver<Piece>,
     writes: Option<SyncSender<Vec<u8>>>,
     shared: Arc<Shared>,
     control: Box<dyn SerialPort>,
@@ -35,8 +35,6 @@ pub struct Line {
 #[derive(Debug, Default)]
 struct Shared {
     is_closed: AtomicBool,
-    /// Bytes that came while nobody took them.
-    overrun: AtomicU64,
     broken: Mutex<Option<LineError>>,
 }
 
@@ -88,15 +86,30 @@ pub(crate) trait Channel {
 
 impl Channel for Line {
     fn receive(&mut self, timeout: Duration) -> Received {
-        Self::receive(self, timeout)
+        if let Some(error) = self.shared.broken() {
+            return Received::Broken(error);
+        }
+        match self.pieces.recv_timeout(timeout) {
+            Ok(piece) => Received::Bytes(piece.bytes, piece.came),
+            Err(RecvTimeoutError::Timeout) => Received::Nothing,
+            Err(RecvTimeoutError::Disconnected) => {
+                Received::Broken(self.shared.broken().unwrap_or(LineError::Gone))
+            }
+        }
     }
 
     fn send(&mut self, bytes: Vec<u8>) -> Result<(), LineError> {
-        Self::send(self, bytes)
+        let Some(writes) = &self.writes else {
+            return Err(LineError::Gone);
+        };
+        writes.try_send(bytes).map_err(|error| match error {
+            TrySendError::Full(_) => LineError::Stuck,
+            TrySendError::Disconnected(_) => self.shared.broken().unwrap_or(LineError::Gone),
+        })
     }
 
     fn set_dtr(&mut self, is_set: bool) {
-        if let Err(error) = Self::set_dtr(self, is_set) {
+        if let Err(error) = self.control.write_data_terminal_ready(is_set) {
             tracing::debug!("no DTR, the motor must be switched otherwise: {error}");
         }
     }
@@ -147,48 +160,6 @@ impl Line {
         line.threads.push(writing?);
         Ok(line)
     }
-
-    /// Waits for bytes, up to `timeout`.
-    #[must_use]
-    pub fn receive(&self, timeout: Duration) -> Received {
-        if let Some(error) = self.shared.broken() {
-            return Received::Broken(error);
-        }
-        match self.pieces.recv_timeout(timeout) {
-            Ok(Ok(piece)) => Received::Bytes(piece.bytes, piece.came),
-            Ok(Err(error)) => Received::Broken(error),
-            Err(RecvTimeoutError::Timeout) => Received::Nothing,
-            Err(RecvTimeoutError::Disconnected) => {
-                Received::Broken(self.shared.broken().unwrap_or(LineError::Gone))
-            }
-        }
-    }
-
-    /// Hands bytes over to be written.
-    ///
-    /// # Errors    [`LineError::Stuck`] where too much waits already, or why the line broke.
-    pub fn send(&self, bytes: Vec<u8>) -> Result<(), LineError> {
-        let Some(writes) = &self.writes else {
-            return Err(LineError::Gone);
-        };
-        writes.try_send(bytes).map_err(|error| match error {
-            TrySendError::Full(_) => LineError::Stuck,
-            TrySendError::Disconnected(_) => self.shared.broken().unwrap_or(LineError::Gone),
-        })
-    }
-
-    /// Sets or clears DTR.
-    ///
-    /// # Errors    Where the port has none, as a plain UART or a pseudo-terminal.
-    pub fn set_dtr(&mut self, is_set: bool) -> Result<(), serialport::Error> {
-        self.control.write_data_terminal_ready(is_set)
-    }
-
-    /// Bytes that came while nobody took them, and are lost.
-    #[must_use]
-    pub fn overrun(&self) -> u64 {
-        self.shared.overrun.load(Ordering::Relaxed)
-    }
 }
 
 impl Drop for Line {
@@ -220,11 +191,7 @@ impl Shared {
     }
 }
 
-fn read(
-    mut port: Box<dyn SerialPort>,
-    pieces: &SyncSender<Result<Piece, LineError>>,
-    shared: &Shared,
-) {
+fn read(mut port: Box<dyn SerialPort>, pieces: &SyncSender<Piece>, shared: &Shared) {
     let mut buffer = [0; PIECE];
     while !shared.is_closed.load(Ordering::Relaxed) {
         let bytes = match port.read(&mut buffer) {
@@ -243,11 +210,9 @@ fn read(
             bytes,
             came: Instant::now(),
         };
-        // Nobody waits for a late taker: the kernel's own buffer would run over, and that is not counted.
-        if let Err(TrySendError::Full(Ok(piece))) = pieces.try_send(Ok(piece)) {
-            shared
-                .overrun
-                .fetch_add(piece.bytes.len() as u64, Ordering::Relaxed);
+        // A late taker is not waited for: the kernel's own buffer would run over.
+        if pieces.try_send(piece).is_err() {
+            tracing::debug!("bytes of a serial port found no room");
         }
     }
 }

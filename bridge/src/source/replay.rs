@@ -10,11 +10,10 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use slamlab_core::robot::Stamp;
 use slamlab_core::wire::message::{DeviceState, FromBridge, RobotFigures};
 use slamlab_core::wire::recording::{Recording, RecordingError, RecordingReader, Said};
 
-use super::{Link, Port, Profile, Source, SourceEvent, Waited};
+use super::{Port, Profile, Source, SourceEvent, Waited};
 
 /// A longer pause than this is played as this.
 pub const LONGEST_PAUSE: Duration = Duration::from_secs(60);
@@ -122,32 +121,11 @@ fn event(said: FromBridge) -> Option<SourceEvent> {
     Some(match said {
         FromBridge::Odometry(body) => SourceEvent::Odometry(body.odometry().ok()?),
         FromBridge::Scan(body) => SourceEvent::Scan(body.scan().ok()?),
-        FromBridge::Rangers(body) => SourceEvent::Rangers {
-            stamp: Stamp(body.stamp),
-            readings: body.readings,
-        },
-        FromBridge::Bumpers(body) => SourceEvent::Bumpers {
-            stamp: Stamp(body.stamp),
-            left: body.left,
-            right: body.right,
-        },
-        FromBridge::Battery(body) => SourceEvent::Battery {
-            stamp: Stamp(body.stamp),
-            volts: body.volts,
-        },
-        FromBridge::Currents(body) => SourceEvent::Currents {
-            stamp: Stamp(body.stamp),
-            left: body.left,
-            right: body.right,
-        },
-        FromBridge::Link(body) => SourceEvent::Link(Link {
-            state: body.state,
-            round_trip: body
-                .round_trip
-                .and_then(|s| Duration::try_from_secs_f32(s).ok()),
-            damaged: body.damaged,
-            skipped: body.skipped,
-        }),
+        FromBridge::Rangers(body) => SourceEvent::Rangers(body),
+        FromBridge::Bumpers(body) => SourceEvent::Bumpers(body),
+        FromBridge::Battery(body) => SourceEvent::Battery(body),
+        FromBridge::Currents(body) => SourceEvent::Currents(body),
+        FromBridge::Link(body) => SourceEvent::Link(body),
         _ => return None,
     })
 }

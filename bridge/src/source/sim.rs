@@ -14,9 +14,11 @@ use slamlab_core::robot::{Bumpers, Command};
 use slamlab_core::sim::{
     SensorKind, SensorModel, SimError, Simulation, UnknownSensor, World, worlds,
 };
-use slamlab_core::wire::message::{DeviceState, LinkState};
+use slamlab_core::wire::message::{
+    BatteryBody, BumpersBody, CurrentsBody, DeviceState, LinkBody, LinkState,
+};
 
-use super::{Link, Order, Port, Profile, Source, SourceEvent, Waited};
+use super::{Order, Port, Profile, Source, SourceEvent, Waited};
 
 /// Between two odometry readings.
 const PERIOD: Duration = Duration::from_millis(10);
@@ -199,20 +201,34 @@ impl Life {
     }
 
     fn readings(&mut self) {
-        let stamp = self.simulation.stamp();
+        let (source, stamp) = (0, self.simulation.stamp().0);
         let is_due = |every| self.period.is_multiple_of(every);
         let bumpers = self.simulation.bumpers();
         if is_due(BUMPERS_EVERY) || self.bumpers.replace(bumpers) != Some(bumpers) {
             let Bumpers { left, right } = bumpers;
-            self.port.send(SourceEvent::Bumpers { stamp, left, right });
+            self.port.send(SourceEvent::Bumpers(BumpersBody {
+                source,
+                stamp,
+                left,
+                right,
+            }));
         }
         if is_due(CURRENTS_EVERY) {
             let [left, right] = self.simulation.motor_currents().map(|amps| amps as f32);
-            self.port.send(SourceEvent::Currents { stamp, left, right });
+            self.port.send(SourceEvent::Currents(CurrentsBody {
+                source,
+                stamp,
+                left,
+                right,
+            }));
         }
         if is_due(BATTERY_EVERY) {
             let volts = self.simulation.battery_volts() as f32;
-            self.port.send(SourceEvent::Battery { stamp, volts });
+            self.port.send(SourceEvent::Battery(BatteryBody {
+                source,
+                stamp,
+                volts,
+            }));
             self.link();
             self.busy = None;
         }
@@ -220,12 +236,8 @@ impl Life {
     }
 
     fn link(&self) {
-        self.port.send(SourceEvent::Link(Link {
-            state: LinkState::Up,
-            round_trip: None,
-            damaged: 0,
-            skipped: 0,
-        }));
+        let up = LinkBody::new(LinkState::Up);
+        self.port.send(SourceEvent::Link(up));
     }
 }
 

@@ -2,9 +2,9 @@
 
 use crate::robot::Stamp;
 use crate::wire::Tally;
-use crate::wire::message::{DeviceState, LinkState};
+use crate::wire::message::{DeviceState, LinkBody, LinkState};
 
-use crate::device::source::{Link, SourceEvent};
+use crate::device::source::SourceEvent;
 
 /// Seconds between two reports of a line that does not change.
 const NOW_AND_THEN: f64 = 1.0;
@@ -18,7 +18,7 @@ pub(super) struct Report {
     pub(super) detail: String,
     /// As last reported.
     last: Option<(DeviceState, String, String)>,
-    link: Link,
+    link: LinkBody,
     /// Counts of lines before this one: each line's decoder begins at 0.
     earlier: [u64; 2],
     link_reported: Stamp,
@@ -30,12 +30,7 @@ impl Default for Report {
             model: String::new(),
             detail: String::new(),
             last: None,
-            link: Link {
-                state: LinkState::Down,
-                round_trip: None,
-                damaged: 0,
-                skipped: 0,
-            },
+            link: LinkBody::new(LinkState::Down),
             earlier: [0; 2],
             link_reported: Stamp(0),
         }
@@ -93,8 +88,8 @@ impl Report {
         })
     }
 
-    /// Sets how long an acknowledgement takes.
-    pub(super) fn set_round_trip(&mut self, round_trip: std::time::Duration) {
-        self.link.round_trip = Some(round_trip);
+    /// Sets how long an acknowledgement takes, s.
+    pub(super) fn set_round_trip(&mut self, seconds: f64) {
+        self.link.round_trip = Some(seconds as f32);
     }
 }

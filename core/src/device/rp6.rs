@@ -12,8 +12,9 @@
 use std::collections::VecDeque;
 
 use crate::robot::{Command, Odometry, RobotModel, Scan, Stamp};
-use crate::wire::Tally;
-use crate::wire::message::{DeviceState, LinkState, RangerReading};
+use crate::wire::message::{
+    BatteryBody, BumpersBody, DeviceState, LinkState, RangerReading, RangersBody,
+};
 use crate::wire::rp6::Down;
 use crate::wire::rp6::{self, Hello, Link, LinkConfig, Phase, Ranger, Telemetry};
 
@@ -162,16 +163,21 @@ impl Rp6 {
             telemetry.state.bumper_right(),
         ];
         let is_due = now.since(robot.last_reported) >= NOW_AND_THEN;
-        let touches = (robot.bumpers != [left, right] || is_due).then_some(SourceEvent::Bumpers {
-            stamp,
+        let bumpers = BumpersBody {
+            source: 0,
+            stamp: stamp.0,
             left,
             right,
-        });
+        };
+        let touches = robot.bumpers != [left, right] || is_due;
+        let touches = touches.then_some(SourceEvent::Bumpers(bumpers));
         robot.bumpers = [left, right];
-        let battery = is_due.then(|| SourceEvent::Battery {
-            stamp,
+        let battery = BatteryBody {
+            source: 0,
+            stamp: stamp.0,
             volts: telemetry.battery_volts() as f32,
-        });
+        };
+        let battery = is_due.then_some(SourceEvent::Battery(battery));
         if is_due {
             robot.last_reported = now;
         }
@@ -216,10 +222,11 @@ impl Rp6 {
             servo: ranger.servo_angle() as f32,
             raw: ranger.adc,
         };
-        self.emit(SourceEvent::Rangers {
-            stamp,
+        self.emit(SourceEvent::Rangers(RangersBody {
+            source: 0,
+            stamp: stamp.0,
             readings: vec![reading],
-        });
+        }));
     }
 
     /// Reports the sweep that this ends, if it ends one.
@@ -302,16 +309,7 @@ impl Rp6 {
     }
 
     fn report_link(&mut self, now: Stamp) {
-        let counters = self.link.counters();
-        self.report.count(Tally {
-            frames: counters.frames,
-            rejected: counters.bad_stuffing
-                + counters.bad_crc
-                + counters.overlong
-                + counters.unknown,
-            discarded: counters.dropped_bytes,
-            ..Tally::default()
-        });
+        self.report.count(self.link.tally());
         if self.link.phase() == Phase::BootLoader && !self.was_boot_loader {
             self.was_boot_loader = true;
             self.report.detail = words::BOOT_LOADER.into();

@@ -1,12 +1,12 @@
 //! Sources: what robots and sensors report, the orders they take, and what is known of them beforehand.
 
-use std::time::Duration;
-
-use crate::robot::{Command, Odometry, RobotModel, Scan, Stamp};
-use crate::wire::message::{DeviceState, LinkState, RangerReading, RobotFigures};
+use crate::robot::{Command, Odometry, RobotModel, Scan};
+use crate::wire::message::{
+    BatteryBody, BumpersBody, CurrentsBody, DeviceState, LinkBody, RangersBody, RobotFigures,
+};
 
 /// What a source reports. Stamps of one program's serial devices are all on one clock; a simulated robot and a recording have
-/// their own.
+/// their own. Where an event is the body of a message, the hub fills in the number of its source.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SourceEvent {
     /// The motion since the last one.
@@ -17,39 +17,15 @@ pub enum SourceEvent {
     /// [`Scan::validate`].
     PartialScan(Scan),
     /// Single readings of rangers.
-    Rangers {
-        /// When.
-        stamp: Stamp,
-        /// What.
-        readings: Vec<RangerReading>,
-    },
+    Rangers(RangersBody),
     /// What the bumpers feel: at each change, and now and then.
-    Bumpers {
-        /// When.
-        stamp: Stamp,
-        /// Pressed at the left.
-        left: bool,
-        /// Pressed at the right.
-        right: bool,
-    },
+    Bumpers(BumpersBody),
     /// Volts of the battery.
-    Battery {
-        /// When.
-        stamp: Stamp,
-        /// V.
-        volts: f32,
-    },
+    Battery(BatteryBody),
     /// Currents of the motors.
-    Currents {
-        /// When.
-        stamp: Stamp,
-        /// Left, A.
-        left: f32,
-        /// Right, A.
-        right: f32,
-    },
+    Currents(CurrentsBody),
     /// How the wire does: at each change, and each second.
-    Link(Link),
+    Link(LinkBody),
     /// Whether the robot is in a manoeuvre ([`Command::Forward`], [`Command::Turn`], [`Command::Scan`]): after each order, at each
     /// change, and each second; after the readings that belong to it.
     Busy {
@@ -67,19 +43,6 @@ pub enum SourceEvent {
         /// For a fault: cause and cure, in a sentence.
         detail: String,
     },
-}
-
-/// The state of the line to a device.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Link {
-    /// Whether data can flow.
-    pub state: LinkState,
-    /// From a command to its acknowledgement; none where nothing is acknowledged.
-    pub round_trip: Option<Duration>,
-    /// Frames that came damaged.
-    pub damaged: u64,
-    /// Bytes that belonged to no frame.
-    pub skipped: u64,
 }
 
 /// What a source is to do.

@@ -69,6 +69,16 @@ impl Planner {
         ("outline", Self::Outline, "outline, turns and steps"),
         ("wavefront", Self::Wavefront, "wavefront"),
     ];
+    /// Their names.
+    pub const NAMES: &[&str] = &{
+        let mut names = [""; Self::ALL.len()];
+        let mut place = 0;
+        while place < names.len() {
+            names[place] = Self::ALL[place].0;
+            place += 1;
+        }
+        names
+    };
     /// How many of them can be chosen to look for a path; the others find one in special cases.
     pub const CHOOSABLE: usize = 7;
 

@@ -63,6 +63,8 @@ macro_rules! methods {
         impl Method {
             /// All methods, in the order of the table.
             pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+            /// Their names.
+            pub const NAMES: &[&str] = &[$($name),*];
         }
 
         const TABLE: &[Row] = &[$(Row {
@@ -120,7 +122,7 @@ impl Method {
 pub struct UnknownMethod(String);
 
 fn names() -> String {
-    let mut names: Vec<&str> = TABLE.iter().map(|row| row.name).collect();
+    let mut names = Method::NAMES.to_vec();
     let last = names.pop().unwrap_or_default();
     format!("{} or {last}", names.join(", "))
 }

@@ -67,11 +67,10 @@ fn the_rate_is_as_set_and_what_it_cannot_do_is_refused() -> Result<()> {
     let mut expected = vec![(fast, Verdict::Done)];
     expected.extend(wrong.map(|command| (command, Verdict::BadValue)));
     assert_eq!(host.verdicts(), expected);
-    let before = host.link.counters();
+    let before = host.link.tally();
     host.run(1.0)?;
-    let frames = host.link.counters().frames - before.frames;
+    let frames = host.link.tally().frames - before.frames;
     assert!((49..=51).contains(&frames), "{frames}");
-    assert_eq!(host.link.counters().missing, 0);
-    assert_eq!(host.link.counters().dropped_bytes, 0);
+    assert_eq!(host.link.tally().discarded, 0);
     Ok(())
 }

@@ -132,7 +132,7 @@ fn frames<M: rp6::Message + std::fmt::Debug>(input: &[u8]) -> Result<u64, String
         .flat_map(|piece| read(&mut parts, piece))
         .collect();
     same(&at_once, &in_pieces)?;
-    same(&whole.counters(), &parts.counters())?;
+    same(&whole.tally(), &parts.tally())?;
     Ok(outcome(&at_once))
 }
 

@@ -5,10 +5,10 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use slamlab_bridge::Config;
-use slamlab_bridge::source::{Link, Order, Port, Profile, Source, SourceEvent, Waited};
+use slamlab_bridge::source::{Order, Port, Profile, Source, SourceEvent, Waited};
 use slamlab_core::robot::Command;
 use slamlab_core::sim::{SensorModel, Simulation, World, worlds};
-use slamlab_core::wire::message::LinkState;
+use slamlab_core::wire::message::{LinkBody, LinkState};
 
 const PERIOD: Duration = Duration::from_millis(5);
 
@@ -183,14 +183,9 @@ impl TestRobot {
 }
 
 fn link(is_cut: bool) -> SourceEvent {
-    SourceEvent::Link(Link {
-        state: if is_cut {
-            LinkState::Down
-        } else {
-            LinkState::Up
-        },
-        round_trip: None,
-        damaged: 0,
-        skipped: 0,
-    })
+    SourceEvent::Link(LinkBody::new(if is_cut {
+        LinkState::Down
+    } else {
+        LinkState::Up
+    }))
 }

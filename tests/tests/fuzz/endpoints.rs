@@ -11,10 +11,10 @@ use std::time::Duration;
 
 use futures_util::{SinkExt, StreamExt};
 use serde_json::Value;
-use slamlab_bridge::source::{Link, Order, Port, Profile, Source, SourceEvent, Waited};
+use slamlab_bridge::source::{Order, Port, Profile, Source, SourceEvent, Waited};
 use slamlab_bridge::{Config, Limits};
 use slamlab_core::robot::RobotModel;
-use slamlab_core::wire::message::LinkState;
+use slamlab_core::wire::message::{LinkBody, LinkState};
 use slamlab_tests::fuzz::{Target, outcome};
 use tokio::net::TcpStream;
 use tokio::runtime::Runtime;
@@ -242,12 +242,7 @@ impl Source for Watchman {
     }
 
     fn run(self: Box<Self>, port: Port) {
-        port.send(SourceEvent::Link(Link {
-            state: LinkState::Up,
-            round_trip: None,
-            damaged: 0,
-            skipped: 0,
-        }));
+        port.send(SourceEvent::Link(LinkBody::new(LinkState::Up)));
         loop {
             match port.wait(NEVER) {
                 Waited::Closed => return,

@@ -6,18 +6,21 @@
 //! | file | subject |
 //! |---|---|
 //! | `array` | flat arrays inside of typed objects |
+//! | `core_names` | closed sets by the names that the core has for them |
 //! | `error` | errors: a kind and a sentence |
-//! | `names` | closed sets: each variant crosses by its name |
+//! | `names` | other closed sets: each variant crosses by its name |
 //! | `rows` | flat arrays of rows: which number stands where |
 //! | `values` | settings by their keys |
 
 mod array;
+mod core_names;
 mod error;
 mod names;
 mod rows;
 mod values;
 
 pub use array::{Float32Array, Float64Array, Int32Array, Uint8Array, Uint32Array};
+pub use core_names::{DeviceStateName, DisarmReasonName, MethodName, PlannerName};
 pub use error::{ErrorKind, WebError};
 pub(crate) use names::names;
 pub use names::*;

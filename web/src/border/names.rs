@@ -1,4 +1,4 @@
-//! Closed sets: each variant crosses by its name. What a person reads of it stands in the page, which must have words for all.
+//! Closed sets that the core gives no names: each variant crosses by its name. What a person reads of it stands in the page, which must have words for all.
 
 use slamlab_core::estimation::Rejection;
 
@@ -68,10 +68,6 @@ names! {
     }
     /// How grave a notice is: `good` is what somebody waited for.
     Level { Info = "info", Good = "good", Warn = "warn" }
-    /// A way to do SLAM.
-    MethodName = slamlab_core::slam::Method {
-        Odometry = "odometry", LineEkf = "line-ekf", ScanMatching = "scan-matching", PriorMap = "known-map",
-    }
     /// Why there is no path.
     NoPathKind of slamlab_core::plan::NoPath {
         StartBlocked = "start-blocked", GoalBlocked = "goal-blocked", Unreachable = "unreachable",
@@ -101,17 +97,6 @@ names! {
     GrowthName = slamlab_core::points::Growth { Linear = "linear", Square = "square" }
     /// What a ranger's characteristic is a polynomial of.
     VariableName = slamlab_core::robot::Variable { Volts = "volts", PerVolt = "per-volt" }
-    /// How a device is.
-    DeviceStateName of slamlab_core::wire::message::DeviceState {
-        Waiting = "waiting", Connected = "connected", Measuring = "measuring", Sending = "sending", Fault = "fault",
-    }
-    /// Why the robot is disarmed.
-    DisarmReasonName of slamlab_core::wire::message::DisarmReason {
-        Start = "start", Stop = "stop", EmergencyStop = "emergency-stop", Released = "released",
-        LeaseExpired = "lease-expired", TakenOver = "taken-over", DriverGone = "driver-gone", Link = "link",
-        Silence = "silence", Bumper = "bumper", Battery = "battery", Stall = "stall", Runaway = "runaway",
-        Shutdown = "shutdown",
-    }
     /// What the number of a setting is: any, a whole one, off or on, the place in a list.
     SettingKind of slamlab_core::settings::Kind { Real = "real", Whole = "whole", Switch = "switch", Choice = "choice" }
     /// What can be saved.

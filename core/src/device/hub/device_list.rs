@@ -1,6 +1,5 @@
 //! Robot and sensors as clients see them, and what an event becomes on its way to clients.
 
-use crate::robot::Stamp;
 use crate::wire::message::{
     BatteryBody, BumpersBody, CurrentsBody, Device, DeviceState, FromBridge, LinkBody,
     OdometryBody, RangersBody, ScanBody,
@@ -32,41 +31,16 @@ impl DeviceList {
 
     /// What clients get of an event of source `source`; none where it is not for them.
     pub(super) fn message(&mut self, source: u8, event: SourceEvent) -> Option<FromBridge> {
-        let micros = |stamp: Stamp| stamp.0;
         Some(match event {
             SourceEvent::Odometry(odometry) => {
                 FromBridge::Odometry(OdometryBody::new(source, &odometry))
             }
             SourceEvent::Scan(scan) => FromBridge::Scan(ScanBody::new(source, &scan)),
-            SourceEvent::Rangers { stamp, readings } => FromBridge::Rangers(RangersBody {
-                source,
-                stamp: micros(stamp),
-                readings,
-            }),
-            SourceEvent::Bumpers { stamp, left, right } => FromBridge::Bumpers(BumpersBody {
-                source,
-                stamp: micros(stamp),
-                left,
-                right,
-            }),
-            SourceEvent::Battery { stamp, volts } => FromBridge::Battery(BatteryBody {
-                source,
-                stamp: micros(stamp),
-                volts,
-            }),
-            SourceEvent::Currents { stamp, left, right } => FromBridge::Currents(CurrentsBody {
-                source,
-                stamp: micros(stamp),
-                left,
-                right,
-            }),
-            SourceEvent::Link(link) => FromBridge::Link(LinkBody {
-                source,
-                state: link.state,
-                round_trip: link.round_trip.map(|duration| duration.as_secs_f32()),
-                damaged: link.damaged,
-                skipped: link.skipped,
-            }),
+            SourceEvent::Rangers(body) => FromBridge::Rangers(RangersBody { source, ..body }),
+            SourceEvent::Bumpers(body) => FromBridge::Bumpers(BumpersBody { source, ..body }),
+            SourceEvent::Battery(body) => FromBridge::Battery(BatteryBody { source, ..body }),
+            SourceEvent::Currents(body) => FromBridge::Currents(CurrentsBody { source, ..body }),
+            SourceEvent::Link(body) => FromBridge::Link(LinkBody { source, ..body }),
             // What these mean for driving is known here.
             SourceEvent::Busy { .. } | SourceEvent::PartialScan(_) => return None,
             SourceEvent::Device {

@@ -115,11 +115,11 @@ impl RobotSide {
                     consequence.correction = safe_mode.odometry(odometry);
                 }
             }
-            SourceEvent::Bumpers { left, right, .. } => {
-                consequence.fault = self.plausible.bumpers([*left, *right]);
+            SourceEvent::Bumpers(bumpers) => {
+                consequence.fault = self.plausible.bumpers([bumpers.left, bumpers.right]);
             }
-            SourceEvent::Battery { volts, .. } => {
-                consequence.fault = self.plausible.battery(now, *volts);
+            SourceEvent::Battery(battery) => {
+                consequence.fault = self.plausible.battery(now, battery.volts);
             }
             SourceEvent::Link(link) => consequence.link = self.link(link.state == LinkState::Up),
             _ => (),

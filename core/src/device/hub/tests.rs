@@ -7,10 +7,11 @@ use std::time::Duration;
 use nalgebra::Matrix3;
 
 use super::*;
-use crate::device::source::Link;
 use crate::geom::Pose2;
 use crate::robot::{Command, Odometry, RobotModel, Scan, Stamp};
-use crate::wire::message::{DriveBody, LinkState, ManoeuvreBody, Motion, RefusalReason};
+use crate::wire::message::{
+    BumpersBody, DriveBody, LinkBody, LinkState, ManoeuvreBody, Motion, RefusalReason,
+};
 
 const ROBOT: u8 = 0;
 const LIDAR: u8 = 1;
@@ -38,12 +39,7 @@ fn actions(hub: &mut Hub) -> Vec<Action> {
 }
 
 fn link(state: LinkState) -> SourceEvent {
-    SourceEvent::Link(Link {
-        state,
-        round_trip: None,
-        damaged: 0,
-        skipped: 0,
-    })
+    SourceEvent::Link(LinkBody::new(state))
 }
 
 /// A sweep that sees walls far off, all around.
@@ -169,13 +165,13 @@ fn heartbeats_come_each_second_and_ten_times_a_second_to_the_driver() {
 #[test]
 fn a_fault_counts_while_the_robot_is_armed() {
     let bump = |hub: &mut Hub| {
-        let stamp = Stamp(20_000);
         for left in [false, true] {
-            let bumpers = SourceEvent::Bumpers {
-                stamp,
+            let bumpers = SourceEvent::Bumpers(BumpersBody {
+                source: ROBOT,
+                stamp: 20_000,
                 left,
                 right: false,
-            };
+            });
             hub.event(at(20), ROBOT, bumpers);
         }
         actions(hub)

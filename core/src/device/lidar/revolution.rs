@@ -113,18 +113,6 @@ pub struct Revolutions {
     /// Whether `beams` began at a seam.
     is_whole: bool,
     unconfirmed: Option<Sample>,
-    losses: Losses,
-}
-
-/// What did not come through.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Losses {
-    /// Readings that stood alone at a wrong angle.
-    pub samples: u64,
-    /// Places of turns that were filled up with invalid beams.
-    pub gaps: u64,
-    /// Turns that lost too much.
-    pub revolutions: u64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -148,7 +136,6 @@ impl Revolutions {
             turned: None,
             is_whole: false,
             unconfirmed: None,
-            losses: Losses::default(),
         }
     }
 
@@ -157,7 +144,6 @@ impl Revolutions {
     /// A reading with an angle, range or interval that is not finite is dropped as a lost one.
     pub fn push(&mut self, sample: Sample) -> Option<Scan> {
         if !(sample.angle.is_finite() && sample.range.is_finite() && sample.interval.is_finite()) {
-            self.losses.samples += 1;
             return None;
         }
         let Some(turned) = self.turned else {
@@ -165,12 +151,11 @@ impl Revolutions {
             return None;
         };
         if self.step_to(turned, &sample).abs() <= SURE_STEP {
-            self.losses.samples += u64::from(self.unconfirmed.take().is_some());
+            self.unconfirmed = None;
             return self.take(turned, sample);
         }
         let waiting = self.unconfirmed.replace(sample)?;
         if wrap(sample.angle - waiting.angle).abs() > SURE_STEP {
-            self.losses.samples += 1;
             return None;
         }
         // Two that agree: readings were lost before them. The sensor turns one way only.
@@ -186,12 +171,6 @@ impl Revolutions {
         self.turned = None;
         self.is_whole = false;
         self.unconfirmed = None;
-    }
-
-    /// What did not come through.
-    #[must_use]
-    pub fn losses(&self) -> Losses {
-        self.losses
     }
 
     /// The angle from the last reading to this one, in (-π, π].
@@ -221,7 +200,6 @@ impl Revolutions {
             self.is_whole = true;
         }
         if self.beams.len() >= MOST_BEAMS {
-            self.losses.revolutions += 1;
             self.beams.clear();
             self.is_whole = false;
         }
@@ -259,9 +237,7 @@ impl Revolutions {
         let taken = self.beams.len();
         let beams = with_gaps_filled(&self.beams);
         let lost = beams.len() - taken;
-        self.losses.gaps += lost as u64;
         if lost as f64 > self.config.most_lost * beams.len() as f64 {
-            self.losses.revolutions += 1;
             return None;
         }
         let interval = self.beams.iter().map(|beam| beam.interval).sum::<f64>() / taken as f64;

@@ -1,7 +1,5 @@
 //! What is under way: kept alive, acknowledged, and reported when it is over.
 
-use std::time::Duration;
-
 use crate::robot::Stamp;
 use crate::wire::rp6;
 
@@ -21,8 +19,7 @@ impl Rp6 {
             {
                 robot.manoeuvre_acknowledged = Some(now);
             }
-            self.report
-                .set_round_trip(Duration::from_secs_f64(now.since(given).max(0.0)));
+            self.report.set_round_trip(now.since(given).max(0.0));
         }
     }
 

@@ -195,6 +195,20 @@ pub struct LinkBody {
     pub skipped: u64,
 }
 
+impl LinkBody {
+    /// A wire of which nothing is counted yet.
+    #[must_use]
+    pub fn new(state: LinkState) -> Self {
+        Self {
+            source: 0,
+            state,
+            round_trip: None,
+            damaged: 0,
+            skipped: 0,
+        }
+    }
+}
+
 named! {
     /// Whether data can flow.
     pub enum LinkState {

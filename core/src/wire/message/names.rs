@@ -18,6 +18,9 @@ macro_rules! named {
             /// All of them, in the order of their numbers on the wire.
             pub const ALL: &[Self] = &[$(Self::$Variant),+];
 
+            /// Their names.
+            pub const NAMES: &[&str] = &[$($name),+];
+
             /// The name by which JSON, page and logs know it.
             #[must_use]
             pub const fn name(self) -> &'static str {

@@ -67,19 +67,6 @@ pub enum ServerEvent<A> {
     Stop,
 }
 
-/// Datagrams that were not heard.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Refused {
-    /// Of strangers, while there is a client or without a greeting.
-    pub strangers: u64,
-    /// Beyond the rate.
-    pub too_many: u64,
-    /// Those that could not be read.
-    pub unreadable: u64,
-    /// Paths that are not in the list.
-    pub paths: u64,
-}
-
 /// The server's end.
 #[derive(Clone, Debug)]
 pub struct Server<A> {
@@ -88,7 +75,6 @@ pub struct Server<A> {
     state: DeviceState,
     readings: VecDeque<Node>,
     events: VecDeque<ServerEvent<A>>,
-    refused: Refused,
     /// Second that is being counted, and datagrams heard in it.
     second: u64,
     heard: u32,
@@ -118,7 +104,6 @@ impl<A: Clone + PartialEq> Server<A> {
             state: DeviceState::Waiting,
             readings: VecDeque::new(),
             events: VecDeque::new(),
-            refused: Refused::default(),
             second: 0,
             heard: 0,
         }
@@ -128,11 +113,9 @@ impl<A: Clone + PartialEq> Server<A> {
     pub fn receive(&mut self, from: A, datagram: &[u8], now: Stamp) {
         self.tick(now);
         if !self.is_within_rate(now) {
-            self.refused.too_many += 1;
             return;
         }
         let Ok(request) = Request::decode(datagram) else {
-            self.refused.unreadable += 1;
             return;
         };
         match &mut self.client {
@@ -144,7 +127,8 @@ impl<A: Clone + PartialEq> Server<A> {
                 }
                 self.obey(request, now);
             }
-            _ => self.refused.strangers += 1,
+            // A stranger.
+            _ => (),
         }
     }
 
@@ -173,12 +157,8 @@ impl<A: Clone + PartialEq> Server<A> {
 
     /// The lidar's state changed: the client is told.
     pub fn set_state(&mut self, state: DeviceState) {
-        let is_sending = self
-            .client
-            .as_ref()
-            .is_some_and(|client| client.sending.is_some());
         self.state = match state {
-            DeviceState::Measuring if is_sending => DeviceState::Sending,
+            DeviceState::Measuring if self.is_sending() => DeviceState::Sending,
             other => other,
         };
         self.reply(&Reply::State(self.state));
@@ -186,11 +166,7 @@ impl<A: Clone + PartialEq> Server<A> {
 
     /// The lidar read this. Kept while the client wants readings; the oldest give way.
     pub fn publish(&mut self, nodes: impl IntoIterator<Item = Node>) {
-        if self
-            .client
-            .as_ref()
-            .is_some_and(|client| client.sending.is_some())
-        {
+        if self.is_sending() {
             self.readings.extend(nodes);
             let too_many = self.readings.len().saturating_sub(MOST_READINGS);
             self.readings.drain(..too_many);
@@ -207,10 +183,9 @@ impl<A: Clone + PartialEq> Server<A> {
         self.client.as_ref().map(|client| &client.address)
     }
 
-    /// What was not heard.
-    #[must_use]
-    pub fn refused(&self) -> Refused {
-        self.refused
+    fn is_sending(&self) -> bool {
+        let client = self.client.as_ref();
+        client.is_some_and(|client| client.sending.is_some())
     }
 
     fn is_within_rate(&mut self, now: Stamp) -> bool {
@@ -238,10 +213,7 @@ impl<A: Clone + PartialEq> Server<A> {
             Request::Connect { baud, path } if self.config.paths.contains(&path) => {
                 self.events.push_back(ServerEvent::Connect { baud, path });
             }
-            Request::Connect { .. } => {
-                self.refused.paths += 1;
-                self.reply(&Reply::State(DeviceState::Fault));
-            }
+            Request::Connect { .. } => self.reply(&Reply::State(DeviceState::Fault)),
             Request::Start => self.events.push_back(ServerEvent::Start),
             Request::Stop => {
                 self.set_sending(None);

@@ -9,6 +9,7 @@
 use std::marker::PhantomData;
 
 use super::message::Message;
+use crate::wire::Tally;
 
 /// Bytes of the longest frame to the robot, markers included.
 pub const LONGEST_TO_ROBOT: usize = 31;
@@ -26,33 +27,13 @@ pub struct Frame<M> {
     pub message: M,
 }
 
-/// What a [`Decoder`] saw since it was made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counters {
-    /// Good frames.
-    pub frames: u64,
-    /// Bytes that belong to no good frame.
-    pub dropped_bytes: u64,
-    /// Pieces between two markers whose stuffing is impossible.
-    pub bad_stuffing: u64,
-    /// Pieces with a wrong checksum.
-    pub bad_crc: u64,
-    /// Pieces longer than the longest frame.
-    pub overlong: u64,
-    /// Right checksum, but no kind, length or value of the table: another version, or a chance.
-    pub unknown: u64,
-    /// Frames that are missing by the sequence numbers of those that came.
-    pub missing: u64,
-}
-
 /// Finds the frames of one direction in a stream of bytes.
 #[derive(Clone, Debug)]
 pub struct Decoder<M> {
     piece: Vec<u8>,
     /// The present piece is longer than any frame.
     is_overlong: bool,
-    last_sequence: Option<u8>,
-    counters: Counters,
+    tally: Tally,
     direction: PhantomData<M>,
 }
 
@@ -70,8 +51,7 @@ impl<M> Default for Decoder<M> {
         Self {
             piece: Vec::new(),
             is_overlong: false,
-            last_sequence: None,
-            counters: Counters::default(),
+            tally: Tally::default(),
             direction: PhantomData,
         }
     }
@@ -84,10 +64,10 @@ impl<M: Message> Decoder<M> {
         Self::default()
     }
 
-    /// Counters since the decoder was made. Bytes that may still become a frame are not in them.
+    /// What became of the bytes since the decoder was made. A frame that is longer than any is rejected.
     #[must_use]
-    pub fn counters(&self) -> Counters {
-        self.counters
+    pub fn tally(&self) -> Tally {
+        self.tally
     }
 
     /// The frames that these bytes complete, in their order.
@@ -97,6 +77,7 @@ impl<M: Message> Decoder<M> {
 
     /// Takes one byte; gives the frame that it completes.
     pub fn push_byte(&mut self, byte: u8) -> Option<Frame<M>> {
+        self.tally.bytes += 1;
         if byte != MARKER {
             self.keep(byte);
             return None;
@@ -114,68 +95,52 @@ impl<M: Message> Decoder<M> {
 
     /// Forgets a frame that was begun, as after a line that was cut.
     pub fn restart(&mut self) {
-        self.counters.dropped_bytes += self.piece.len() as u64;
+        self.tally.discarded += self.piece.len() as u64;
         self.piece.clear();
         self.is_overlong = false;
-        self.last_sequence = None;
     }
 
     fn keep(&mut self, byte: u8) {
         if self.is_overlong {
-            self.counters.dropped_bytes += 1;
+            self.tally.discarded += 1;
             return;
         }
         self.piece.push(byte);
         // Both markers count as bytes of a frame.
         if self.piece.len() > M::LONGEST_FRAME - 2 {
-            self.counters.dropped_bytes += self.piece.len() as u64;
-            self.counters.overlong += 1;
+            self.tally.discarded += self.piece.len() as u64;
+            self.tally.rejected += 1;
             self.piece.clear();
             self.is_overlong = true;
         }
     }
 
     fn open(&mut self, piece: &mut [u8]) -> Option<Frame<M>> {
-        let frame = self.check(piece);
-        match &frame {
-            Some(frame) => self.count(frame.sequence),
-            None => self.counters.dropped_bytes += piece.len() as u64,
+        let frame = check(piece);
+        match frame {
+            Some(_) => self.tally.frames += 1,
+            None => {
+                self.tally.rejected += 1;
+                self.tally.discarded += piece.len() as u64;
+            }
         }
         frame
     }
+}
 
-    fn check(&mut self, piece: &mut [u8]) -> Option<Frame<M>> {
-        let Some(content) = unstuff(piece) else {
-            self.counters.bad_stuffing += 1;
-            return None;
-        };
-        let Some((message, crc)) = content.split_last_chunk::<2>() else {
-            self.counters.bad_crc += 1;
-            return None;
-        };
-        if CRC.checksum(message) != u16::from_le_bytes(*crc) {
-            self.counters.bad_crc += 1;
-            return None;
-        }
-        let parsed = match message {
-            [kind, sequence, payload @ ..] => M::parse(*kind, payload).map(|message| Frame {
-                sequence: *sequence,
-                message,
-            }),
-            _ => None,
-        };
-        self.counters.unknown += u64::from(parsed.is_none());
-        parsed
+/// The frame in a piece between two markers; `None` where stuffing, checksum, kind, length or a value is wrong.
+fn check<M: Message>(piece: &mut [u8]) -> Option<Frame<M>> {
+    let (message, crc) = unstuff(piece)?.split_last_chunk::<2>()?;
+    let [kind, sequence, payload @ ..] = message else {
+        return None;
+    };
+    if CRC.checksum(message) != u16::from_le_bytes(*crc) {
+        return None;
     }
-
-    fn count(&mut self, sequence: u8) {
-        self.counters.frames += 1;
-        if let Some(last) = self.last_sequence.replace(sequence) {
-            // A frame sent again has the same number, and nothing is missing between.
-            let step = sequence.wrapping_sub(last);
-            self.counters.missing += u64::from(step.saturating_sub(1));
-        }
-    }
+    Some(Frame {
+        sequence: *sequence,
+        message: M::parse(*kind, payload)?,
+    })
 }
 
 /// Takes the stuffing out of a piece without zeros, in place.

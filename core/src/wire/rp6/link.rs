@@ -35,8 +35,9 @@ use std::collections::VecDeque;
 pub use self::types::{Down, LinkConfig, LinkError, LinkEvent, Phase};
 
 use self::text::{Heard, TextWatch};
-use super::{Command, Counters, Decoder, Frame, Hello, Report, Verdict, encode};
+use super::{Command, Decoder, Frame, Hello, Report, Verdict, encode};
 use crate::robot::Stamp;
+use crate::wire::Tally;
 
 /// Greetings come this much slower when a reset is needed.
 const SLOW_GREETING: f64 = 8.0;
@@ -111,10 +112,10 @@ impl Link {
         self.is_armed
     }
 
-    /// What the decoder saw.
+    /// What became of the bytes that came.
     #[must_use]
-    pub fn counters(&self) -> Counters {
-        self.decoder.counters()
+    pub fn tally(&self) -> Tally {
+        self.decoder.tally()
     }
 
     /// Lets commands move the robot, until the link breaks or [`Link::disarm`].

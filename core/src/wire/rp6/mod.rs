@@ -59,7 +59,7 @@ mod report;
 mod tests;
 
 pub use convert::{BATTERY_ADC, CommandError, Odometer};
-pub use frame::{Counters, Decoder, Frame, LONGEST_TO_ROBOT, encode};
+pub use frame::{Decoder, Frame, LONGEST_TO_ROBOT, encode};
 pub use link::{Down, Link, LinkConfig, LinkError, LinkEvent, Phase};
 pub use message::{Command, Message};
 pub use ranger_scan::RangerScans;

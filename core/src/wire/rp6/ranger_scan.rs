@@ -26,7 +26,6 @@ pub struct RangerScans {
     last_ms: u32,
     /// Number of a sweep of which no scan can be made.
     spoilt: Option<u8>,
-    unknown: u64,
 }
 
 impl RangerScans {
@@ -43,22 +42,12 @@ impl RangerScans {
             readings: Vec::new(),
             last_ms: 0,
             spoilt: None,
-            unknown: 0,
         })
     }
 
-    /// Readings of rangers that the robot did not say it has.
-    #[must_use]
-    pub fn unknown(&self) -> u64 {
-        self.unknown
-    }
-
-    /// Takes a reading; gives the sweep before, where this one begins another.
+    /// Takes a reading, unless it is of a ranger that the robot did not say it has; gives the sweep before, where this one begins another.
     pub fn take(&mut self, reading: &Ranger) -> Option<Scan> {
-        let Some(mount) = self.mounts.get(usize::from(reading.index)) else {
-            self.unknown += 1;
-            return None;
-        };
+        let mount = self.mounts.get(usize::from(reading.index))?;
         if self.spoilt == Some(reading.sweep) {
             return None;
         }
@@ -182,12 +171,11 @@ mod tests {
     }
 
     #[test]
-    fn beyond_its_reach_a_ranger_sees_nothing_and_an_unknown_one_is_counted() {
+    fn beyond_its_reach_a_ranger_sees_nothing_and_an_unknown_one_is_left_out() {
         let mut reader = reader();
         assert_eq!(reader.finish(), None);
         let _ = reader.take(&reading(1, 0, 0, 3.0));
         let _ = reader.take(&reading(1, 0, 4, 0.5));
-        assert_eq!(reader.unknown(), 1);
         let scan = reader.finish().expect("one reading");
         assert_eq!(scan.ranges, [f32::INFINITY]);
         assert_eq!(reader.finish(), None);

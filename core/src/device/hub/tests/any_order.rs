@@ -176,12 +176,12 @@ impl Bystander {
             Step::Bumper(left) => {
                 let was_pressed = std::mem::replace(&mut self.bumper, left);
                 let begins = left && !was_pressed;
-                let stamp = Stamp(now.as_micros() as u64);
-                let bumpers = SourceEvent::Bumpers {
-                    stamp,
+                let bumpers = SourceEvent::Bumpers(BumpersBody {
+                    source: ROBOT,
+                    stamp: now.as_micros() as u64,
                     left,
                     right: false,
-                };
+                });
                 self.hub.event(now, ROBOT, bumpers);
                 prop_assert!(!begins || !self.hub.safety.is_armed());
                 return self.judge(None);

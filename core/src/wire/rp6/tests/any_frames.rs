@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::wire::Tally;
 
 fn command() -> impl Strategy<Value = Command> {
     prop_oneof![
@@ -86,13 +87,13 @@ fn report() -> impl Strategy<Value = Report> {
 }
 
 /// All frames of the stream, handed over in pieces of the given size.
-fn decode<M: Message>(stream: &[u8], piece: usize) -> (Vec<Frame<M>>, Counters) {
+fn decode<M: Message>(stream: &[u8], piece: usize) -> (Vec<Frame<M>>, Tally) {
     let mut decoder = Decoder::new();
     let mut frames = Vec::new();
     for piece in stream.chunks(piece) {
         frames.extend(decoder.push(piece));
     }
-    (frames, decoder.counters())
+    (frames, decoder.tally())
 }
 
 proptest! {
@@ -101,7 +102,7 @@ proptest! {
         let stream: Vec<u8> = commands.iter().zip(0..).flat_map(|(c, n)| encode(n, c)).collect();
         let (frames, counters) = decode::<Command>(&stream, piece);
         prop_assert_eq!(frames.into_iter().map(|f| f.message).collect::<Vec<_>>(), commands);
-        prop_assert_eq!(counters.dropped_bytes + counters.missing, 0);
+        prop_assert_eq!(counters.discarded, 0);
     }
 
     #[test]
@@ -131,7 +132,7 @@ proptest! {
         let (frames, counters) = decode::<Command>(&stream, piece);
         let noise: usize = pieces.iter().map(|(noise, _)| noise.len()).sum();
         prop_assert_eq!(frames.into_iter().map(|f| f.message).collect::<Vec<_>>(), pieces.into_iter().map(|p| p.1).collect::<Vec<_>>());
-        prop_assert_eq!(counters.dropped_bytes, noise as u64);
+        prop_assert_eq!(counters.discarded, noise as u64);
     }
 
     #[test]

@@ -1,0 +1,119 @@
+//! Closed sets whose names stand in a table of the core: a variant that is added there needs no change here.
+
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use slamlab_core::plan::Planner;
+use slamlab_core::slam::Method;
+use slamlab_core::wire::message::{DeviceState, DisarmReason};
+use wasm_bindgen::prelude::wasm_bindgen;
+
+/// Types of the page for enums of the core that have names, and how one is found by its name.
+macro_rules! core_names {
+    ($($(#[$doc:meta])* $Name:ident of $Core:ident, $find:expr;)+) => { $(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub struct $Name(pub $Core);
+
+        impl From<$Core> for $Name {
+            fn from(core: $Core) -> Self {
+                Self(core)
+            }
+        }
+
+        impl Serialize for $Name {
+            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.serialize_str(self.0.name())
+            }
+        }
+
+        impl<'de> Deserialize<'de> for $Name {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let name = String::deserialize(deserializer)?;
+                let find: fn(&str) -> Option<$Core> = $find;
+                let expected = || D::Error::unknown_variant(&name, $Core::NAMES);
+                find(&name).map(Self).ok_or_else(expected)
+            }
+        }
+
+        impl $Name {
+            /// The type as the page has it.
+            pub const UNION: &str = {
+                const HEAD: &str = concat!("export type ", stringify!($Name), " =");
+                const LENGTH: usize = union_length(HEAD, $Core::NAMES);
+                const BYTES: [u8; LENGTH] = union(HEAD, $Core::NAMES);
+                match str::from_utf8(&BYTES) {
+                    Ok(text) => text,
+                    Err(_) => "",
+                }
+            };
+        }
+
+        #[wasm_bindgen(typescript_custom_section)]
+        const UNION: &str = $Name::UNION;
+    )+ };
+}
+
+core_names! {
+    /// A way to do SLAM.
+    MethodName of Method, |name| name.parse().ok();
+    /// A planner.
+    PlannerName of Planner, |name| {
+        Planner::ALL.iter().find(|(of, ..)| *of == name).map(|(_, planner, _)| *planner)
+    };
+    /// How a device is.
+    DeviceStateName of DeviceState, |name| {
+        DeviceState::ALL.iter().copied().find(|state| state.name() == name)
+    };
+    /// Why the robot is disarmed.
+    DisarmReasonName of DisarmReason, |name| {
+        DisarmReason::ALL.iter().copied().find(|reason| reason.name() == name)
+    };
+}
+
+/// Bytes of [`union`].
+const fn union_length(head: &str, names: &[&str]) -> usize {
+    let mut length = head.len();
+    let mut place = 0;
+    while place < names.len() {
+        length += names[place].len() + " | \"\"".len();
+        place += 1;
+    }
+    length + ";".len()
+}
+
+/// The names as a union of TypeScript: `export type Name = | "a" | "b";`.
+const fn union<const LENGTH: usize>(head: &str, names: &[&str]) -> [u8; LENGTH] {
+    let mut text = [b';'; LENGTH];
+    let mut at = append(&mut text, 0, head);
+    let mut place = 0;
+    while place < names.len() {
+        at = append(&mut text, at, " | \"");
+        at = append(&mut text, at, names[place]);
+        at = append(&mut text, at, "\"");
+        place += 1;
+    }
+    text
+}
+
+/// Where the text goes on.
+const fn append(text: &mut [u8], at: usize, part: &str) -> usize {
+    let (_, room) = text.split_at_mut(at);
+    let (room, _) = room.split_at_mut(part.len());
+    room.copy_from_slice(part.as_bytes());
+    at + part.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_knows_every_name_of_the_core() {
+        let names = " | \"odometry\" | \"line-ekf\" | \"scan-matching\" | \"known-map\"";
+        assert_eq!(
+            MethodName::UNION,
+            format!("export type MethodName ={names};")
+        );
+        assert_eq!(PlannerName::UNION.matches('|').count(), Planner::ALL.len());
+    }
+}
