@@ -11,7 +11,6 @@
 //! 3. The pilot's commands go out only while this client has the lease and the robot is armed. Whatever disarms it also ends
 //!    the pilot's task, and so does asking for the right to drive: nothing begins or goes on by itself when the robot is armed.
 
-mod shown;
 #[cfg(test)]
 mod tests;
 
@@ -82,19 +81,36 @@ pub struct Live {
     bumpers: Bumpers,
     /// Standing was commanded already.
     is_halted: bool,
-    /// How often the session began.
-    begun: u32,
+    /// How often estimate and map began: with the first hello of a bridge, and with one that names another robot.
+    pub begun: u32,
     notes: Vec<Note>,
-    devices: Vec<Device>,
-    recording: Option<RecordingBody>,
-    battery: Option<f32>,
-    dropped: u64,
-    watchers: u16,
+    /// Robot and sensors, as last reported.
+    pub devices: Vec<Device>,
+    /// How the recording goes; none where nothing is recorded.
+    pub recording: Option<RecordingBody>,
+    /// Volts of the battery; none before the robot reported them.
+    pub battery: Option<f32>,
+    /// Readings that this client missed because newer ones came before it took them.
+    pub dropped: u64,
+    /// Clients that are connected to the bridge, this one included.
+    pub watchers: u16,
     /// Arm as soon as the lease is granted.
     wants_to_arm: bool,
 }
 
 impl Live {
+    /// The conversation with the bridge.
+    #[must_use]
+    pub fn client(&self) -> &Client {
+        &self.client
+    }
+
+    /// What robot and sensors reported so far, and what is intended; of an unknown robot, the figures of a Pioneer.
+    #[must_use]
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
     /// A session that has not heard anything yet.
     ///
     /// # Errors    [`LiveError`] naming the first setting that cannot be.
@@ -139,26 +155,14 @@ impl Live {
     }
 
     fn take_in(&mut self, now: u64, arrived: u64, message: FromBridge) {
+        let has_robot = self.figures.is_some();
+        match self.timeline.message(arrived, &message, has_robot) {
+            Some(Ok(readings)) => return self.feed(readings),
+            Some(Err(error)) => return self.note(Severity::Warning, error),
+            None => {}
+        }
         match message {
             FromBridge::Hello(hello) => self.begin(hello.robot),
-            FromBridge::Odometry(body) => match body.odometry() {
-                Ok(odometry) => {
-                    let readings = self.timeline.odometry(body.source, arrived, odometry);
-                    self.feed(readings);
-                }
-                Err(error) => self.note(Severity::Warning, error.to_string()),
-            },
-            FromBridge::Scan(body) => {
-                let source = body.source;
-                match body.scan() {
-                    Ok(scan) => {
-                        let has_robot = self.figures.is_some();
-                        let readings = self.timeline.scan(source, arrived, scan, has_robot);
-                        self.feed(readings);
-                    }
-                    Err(error) => self.note(Severity::Warning, error.to_string()),
-                }
-            }
             FromBridge::Bumpers(body) => {
                 self.bumpers = Bumpers {
                     left: body.left,
@@ -209,20 +213,13 @@ impl Live {
                 Reading::Scan(scan) => self.session.scan(&scan),
                 Reading::Gap { seconds } => {
                     self.session.gap();
-                    let text = explain_gap(seconds);
-                    self.notes.push(Note {
-                        severity: Severity::Warning,
-                        text,
-                    });
+                    self.note(Severity::Warning, explain_gap(seconds));
                     Ok(())
                 }
             };
             if let Err(error) = taken {
                 let text = format!("A reading was left out: {error}");
-                self.notes.push(Note {
-                    severity: Severity::Warning,
-                    text,
-                });
+                self.note(Severity::Warning, text);
             }
         }
     }

@@ -25,7 +25,7 @@ const LEAST_BEAMS: usize = 5;
 /// The twin and how far it is from the robot.
 #[derive(Clone, Debug)]
 pub struct Twin {
-    told: OdometryCalibration,
+    calibration: OdometryCalibration,
     track_width: f64,
     /// Motion since the beginning, with covariance; its frame is the pose at the beginning.
     ran: Option<Odometry>,
@@ -56,9 +56,9 @@ pub struct TwinSample {
 impl Twin {
     /// A twin with these figures of a robot whose model says `track_width`, beginning at `map_from_robot`.
     #[must_use]
-    pub fn new(told: OdometryCalibration, track_width: f64, map_from_robot: Pose2) -> Self {
+    pub fn new(calibration: OdometryCalibration, track_width: f64, map_from_robot: Pose2) -> Self {
         Self {
-            told,
+            calibration,
             track_width,
             ran: None,
             begin: map_from_robot,
@@ -74,15 +74,14 @@ impl Twin {
 
     /// Takes the next motion as the robot counted it.
     pub fn odometry(&mut self, counted: &Odometry) {
-        let motion = self.told.corrected(counted, self.track_width);
+        let motion = self.calibration.corrected(counted, self.track_width);
         self.ran = Some(self.ran.map_or(motion, |ran| ran.then(&motion)));
     }
 
     /// Compares with the robot after a scan at `seconds`.
     pub fn scan(&mut self, seconds: f64, robot: &PoseEstimate, points: &Points, grid: &Grid) {
         let twin = self.pose();
-        let (cos, sin) = self.begin.cos_sin();
-        let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let turned = self.begin.rotation();
         let chance = self.ran.map_or(Matrix3::zeros(), |ran| ran.cov);
         let cov = turned * chance * turned.transpose() + robot.cov;
         let of_position = cov.fixed_view::<2, 2>(0, 0).into_owned();

@@ -161,7 +161,7 @@ impl WebRun {
     /// How often estimate and map began anew.
     #[must_use]
     pub fn begun(&self) -> u32 {
-        self.behind().map_or(0, |behind| behind.live.begun())
+        self.behind().map_or(0, |behind| behind.live.begun)
     }
 
     /// Asks for the right to drive, and arms.
@@ -220,7 +220,8 @@ impl Behind {
 impl BridgeStatus {
     fn of(live: &Live) -> Self {
         let client = live.client();
-        let (safety, delays, recording) = (client.safety(), client.delays(), live.recording());
+        let (safety, delays, recording) =
+            (client.safety(), client.delays(), live.recording.as_ref());
         Self {
             may_drive: client.may_drive(),
             has_lease: client.has_lease(),
@@ -233,14 +234,14 @@ impl BridgeStatus {
             reason: safety
                 .filter(|safety| !safety.armed)
                 .map(|safety| safety.reason.into()),
-            battery: live.battery().map_or(f64::NAN, f64::from),
+            battery: live.battery.map_or(f64::NAN, f64::from),
             round_trip: delays.map_or(f64::NAN, |delays| delays.round_trip),
             reading_age: delays.map_or(f64::NAN, |delays| delays.reading_age),
-            dropped: live.dropped() as f64,
-            watchers: u32::from(live.watchers()),
+            dropped: live.dropped as f64,
+            watchers: u32::from(live.watchers),
             recording: recording.map(|r| r.file.clone()).unwrap_or_default(),
             recorded: recording.map_or(f64::NAN, |r| r.acknowledged as f64),
-            devices: live.devices().iter().map(Into::into).collect(),
+            devices: live.devices.iter().map(Into::into).collect(),
         }
     }
 }

@@ -109,9 +109,6 @@ struct Args {
     /// For `explore`: only by this sensor, `lidar` or `rangers`. Default both.
     #[arg(long)]
     sensor: Option<String>,
-    /// For `ekf-cost`: milliseconds of the bar of a step by number of landmarks, as `100=0.2,200=0.7,500=4`.
-    #[arg(long)]
-    bar_ms: Option<String>,
     /// For `grid` and `planners`: lines of the peers' programs and of the example `workloads`, from one machine and hour.
     #[arg(long)]
     peers: Option<PathBuf>,

@@ -59,7 +59,7 @@ use self::robot_state::{POSE, ROBOT};
 use self::sweep::{as_seen, order};
 use super::covariance::Covariance;
 use super::triangle::SymmetricMatrix;
-use crate::association::{AssociationMethod, Candidate, Choice, Paired, choose, choose_paired};
+use crate::association::{AssociationMethod, Candidate, Choice, choose, choose_paired};
 use crate::features::LineFeature;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::robot::Odometry;
@@ -95,26 +95,13 @@ pub struct EkfSlam {
     cov: Covariance,
     next_id: u32,
     scans: u32,
-    scratch: Scratch,
     report: UpdateReport,
-}
-
-/// P Hᵀ L⁻ᵀ, two columns.
-#[derive(Clone, Debug, Default)]
-struct Gain {
-    first: Vec<f64>,
-    second: Vec<f64>,
-}
-
-/// Buffers kept between updates.
-#[derive(Clone, Debug, Default)]
-struct Scratch {
-    gain: Gain,
+    // Buffers kept between updates.
+    /// P Hᵀ L⁻ᵀ, two columns.
+    gain: [Vec<f64>; 2],
     order: Vec<usize>,
     candidates: Vec<Candidate>,
     joint: JointScratch,
-    /// What each line is, where all of a scan are matched together.
-    paired: Vec<Paired>,
 }
 
 impl EkfSlam {
@@ -135,8 +122,11 @@ impl EkfSlam {
             cov: Covariance::new(&ahead.cov),
             next_id: 0,
             scans: 0,
-            scratch: Scratch::default(),
             report: UpdateReport::default(),
+            gain: Default::default(),
+            order: vec![],
+            candidates: vec![],
+            joint: JointScratch::default(),
         })
     }
 
@@ -219,42 +209,33 @@ impl EkfSlam {
             check_feature(index, feature)?;
         }
         self.scans += 1;
-        let mut report = std::mem::take(&mut self.report);
-        report.clear();
-        let mut scratch = std::mem::take(&mut self.scratch);
+        self.report.clear();
         let end = sweep.stamp.seconds();
         let moved = self.motion_until(end).motion != Pose2::identity();
-        order(features, sweep, &mut scratch.order);
-        scratch.paired.clear();
+        order(features, sweep, &mut self.order);
+        self.joint.paired.clear();
         if self.config.association.method == AssociationMethod::Joint
-            && let Some(first) = scratch.order.first().and_then(|first| features.get(*first))
+            && let Some(first) = self.order.first().and_then(|first| features.get(*first))
         {
             self.advance_to(end - sweep.age_of(first));
-            self.pair_jointly(features, sweep, &mut scratch.joint, &mut scratch.paired);
+            let mut joint = std::mem::take(&mut self.joint);
+            self.pair_jointly(features, sweep, &mut joint);
+            self.joint = joint;
         }
-        for &index in &scratch.order {
-            let Some(feature) = features.get(index) else {
-                continue;
-            };
+        for at in 0..self.order.len() {
+            let index = self.order[at];
+            let feature = &features[index];
             if moved && sweep.seconds > 0.0 && feature.first_beam > feature.last_beam {
-                self.conclude(&mut report, index, Verdict::Rejected(Rejection::Seam));
+                self.conclude(index, Verdict::Rejected(Rejection::Seam));
                 continue;
             }
             let seconds = end - sweep.age_of(feature);
             self.advance_to(seconds);
             let rest = self.motion_until(end);
             let feature = as_seen(feature, &rest, sweep);
-            let (before, known) = (self.pose, report.matches.len());
-            let paired = scratch.paired.get(index).copied();
-            self.take_in(
-                (index, paired),
-                &feature,
-                &mut scratch.candidates,
-                &mut scratch.gain,
-                &mut report,
-            );
-            if report.matches.len() > known {
-                report.fixes.push(Fix {
+            let before = self.pose;
+            if let Verdict::Matched(_) = self.take_in(index, &feature) {
+                self.report.fixes.push(Fix {
                     seconds,
                     before,
                     after: self.pose,
@@ -264,9 +245,8 @@ impl EkfSlam {
             }
         }
         self.advance_to(end);
-        self.merge_all(&mut scratch.gain, &mut report);
-        self.scratch = scratch;
-        self.forget(&mut report);
+        self.merge_all();
+        self.forget();
         self.cov.settle();
         self.ahead = RobotState {
             pose: self.pose,
@@ -276,63 +256,48 @@ impl EkfSlam {
         for odometry in &self.pending {
             self.ahead = self.ahead.moved_by(odometry);
         }
-        self.report = report;
         Ok(&self.report)
     }
 
-    /// Steps 3 and 4 for one line, in the robot frame of the state: its number, and what it is
-    /// where all lines of the scan were matched together.
-    fn take_in(
-        &mut self,
-        (index, paired): (usize, Option<Paired>),
-        seen: &LineFeature,
-        candidates: &mut Vec<Candidate>,
-        gain: &mut Gain,
-        report: &mut UpdateReport,
-    ) {
-        candidates.clear();
+    /// Steps 3 and 4 for line number `index`, in the robot frame of the state.
+    fn take_in(&mut self, index: usize, seen: &LineFeature) -> Verdict {
+        self.candidates.clear();
         for landmark in 0..self.landmarks.len() {
             if let Some((candidate, considered)) = self.compare(landmark, seen) {
-                candidates.push(candidate);
-                report.consider(considered);
+                self.candidates.push(candidate);
+                self.report.consider(considered);
             }
         }
-        let config = &self.config.association;
-        let choice = match paired {
-            Some(paired) => choose_paired(candidates, paired, config),
+        let (candidates, config) = (&self.candidates, &self.config.association);
+        let choice = match self.joint.paired.get(index) {
+            Some(paired) => choose_paired(candidates, *paired, config),
             None => choose(candidates, config),
         };
         let verdict = match choice {
-            Choice::Match(found) => self.recognise(index, &found, seen, gain, report),
+            Choice::Match(found) => self.recognise(index, &found, seen),
             Choice::Ambiguous => Verdict::Rejected(Rejection::Ambiguous),
             Choice::NearMiss => Verdict::Rejected(Rejection::OutsideGate),
             Choice::New => {
                 let id = self.augment(seen);
-                report.added.push((index, id));
+                self.report.added.push((index, id));
                 Verdict::Added(id)
             }
         };
-        self.conclude(report, index, verdict);
+        self.conclude(index, verdict);
+        verdict
     }
 
     /// Step 3 for a line whose landmark is found.
-    fn recognise(
-        &mut self,
-        feature: usize,
-        found: &Candidate,
-        seen: &LineFeature,
-        gain: &mut Gain,
-        report: &mut UpdateReport,
-    ) -> Verdict {
+    fn recognise(&mut self, feature: usize, found: &Candidate, seen: &LineFeature) -> Verdict {
         if self.is_taken(found.index, seen) {
             return Verdict::Rejected(Rejection::Taken);
         }
-        if !self.correct(found.index, seen, gain) {
+        if !self.correct(found.index, seen) {
             return Verdict::Rejected(Rejection::Singular);
         }
         let landmark = self.landmarks[found.index].id;
-        report.nis += found.d2;
-        report.matches.push(Match {
+        self.report.nis += found.d2;
+        self.report.matches.push(Match {
             feature,
             landmark,
             d2: found.d2,
@@ -340,9 +305,25 @@ impl EkfSlam {
         Verdict::Matched(landmark)
     }
 
-    fn conclude(&self, report: &mut UpdateReport, feature: usize, verdict: Verdict) {
+    fn conclude(&mut self, feature: usize, verdict: Verdict) {
         let far = REPORTED_GATES * self.config.association.new_gate;
-        report.conclude(feature, verdict, REPORTED, far);
+        self.report.conclude(feature, verdict, REPORTED, far);
+    }
+
+    /// Where Jacobians take the robot to be.
+    fn linearised_at(&self) -> Point2<f64> {
+        match self.config.consistency {
+            Consistency::Plain => self.pose.position(),
+            Consistency::FirstEstimates => self.predicted,
+        }
+    }
+
+    /// What Jacobians take the direction of a landmark to be.
+    fn linearised_alpha(&self, landmark: &Entry) -> f64 {
+        match self.config.consistency {
+            Consistency::Plain => landmark.line[0],
+            Consistency::FirstEstimates => landmark.first_alpha,
+        }
     }
 
     fn pose_cov(&self) -> Matrix3<f64> {

@@ -179,8 +179,7 @@ impl ScanMatcher {
 
     fn estimate_at_scan(&self) -> PoseEstimate {
         let map_from_submap = self.map_from_running();
-        let (cos, sin) = map_from_submap.cos_sin();
-        let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let turned = map_from_submap.rotation();
         let local = turned * (self.local_cov + self.way_cov) * turned.transpose();
         // The submap's error turns what lies ahead of its origin.
         let ahead = map_from_submap.rotate(self.submap_from_robot.position().coords);

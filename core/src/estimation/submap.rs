@@ -288,26 +288,20 @@ impl Agreement {
 /// Places that beams went through, in cells of 0.2 m, one bit each.
 #[derive(Clone, Debug, Default)]
 struct FreeCells {
-    low: (i32, i32),
-    cols: i32,
-    rows: i32,
     bits: Vec<u64>,
 }
 
 /// Of each beam, the end that says nothing about free places, m.
 const UNSURE_END: f64 = 0.3;
+/// Side of a cell, m: coarse, since submaps drift by centimetres.
 const FREE_CELL: f64 = 0.2;
-/// Most cells along a side: 100 m.
+/// Cells along a side, a submap's origin in their middle: 100 m.
 const FREE_SIDE: i32 = 512;
 
 impl FreeCells {
     fn new(surfels: &[Surfel], rays: impl Iterator<Item = (Point2<f64>, Point2<f64>)>) -> Self {
-        let half = FREE_SIDE / 2;
         let size = (FREE_SIDE * FREE_SIDE) as usize;
         let mut cells = Self {
-            low: (-half, -half),
-            cols: FREE_SIDE,
-            rows: FREE_SIDE,
             bits: vec![0; size / 64],
         };
         for (from, to) in rays {
@@ -320,7 +314,7 @@ impl FreeCells {
             }
             let end = from + way * part;
             cells_on_ray(from / FREE_CELL, end / FREE_CELL, |cell| {
-                if let Some((word, bit)) = cells.bit((cell.col, cell.row)) {
+                if let Some((word, bit)) = Self::bit((cell.col, cell.row)) {
                     cells.bits[word] |= bit;
                 }
             });
@@ -328,7 +322,7 @@ impl FreeCells {
         for surfel in surfels {
             let (col, row) = Self::cell_of(surfel.position);
             for (dc, dr) in [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)] {
-                if let Some((word, bit)) = cells.bit((col + dc, row + dr)) {
+                if let Some((word, bit)) = Self::bit((col + dc, row + dr)) {
                     cells.bits[word] &= !bit;
                 }
             }
@@ -341,17 +335,17 @@ impl FreeCells {
         (at(place.x), at(place.y))
     }
 
-    fn bit(&self, (col, row): (i32, i32)) -> Option<(usize, u64)> {
-        let (c, r) = (col - self.low.0, row - self.low.1);
-        if c < 0 || r < 0 || c >= self.cols || r >= self.rows {
+    fn bit((col, row): (i32, i32)) -> Option<(usize, u64)> {
+        let (c, r) = (col + FREE_SIDE / 2, row + FREE_SIDE / 2);
+        if !(0..FREE_SIDE).contains(&c) || !(0..FREE_SIDE).contains(&r) {
             return None;
         }
-        let at = (r * self.cols + c) as usize;
+        let at = (r * FREE_SIDE + c) as usize;
         Some((at / 64, 1 << (at % 64)))
     }
 
     fn contains(&self, place: Point2<f64>) -> bool {
-        self.bit(Self::cell_of(place))
+        Self::bit(Self::cell_of(place))
             .and_then(|(word, bit)| Some(self.bits.get(word)? & bit != 0))
             .unwrap_or(false)
     }

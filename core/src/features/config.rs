@@ -1,6 +1,7 @@
 //! What counts as a straight piece of wall, and how the pieces are found.
 
 use super::classic::Classic;
+use super::fit::BadBeam;
 use super::noise_aware::NoiseAware;
 use super::pilch::Pilch;
 use crate::bounds::{Bounds, OutOfBounds, PART, check, or_no_limit};
@@ -286,21 +287,8 @@ impl LineConfig {
 #[non_exhaustive]
 pub enum LineError {
     /// A beam whose numbers cannot be used.
-    #[error(
-        "beam {beam_idx}: ends at ({x}, {y}) m, range {range} m, sigma {sigma} m; expected finite numbers, range and sigma greater than 0"
-    )]
-    Beam {
-        /// Number of the beam in the scan.
-        beam_idx: usize,
-        /// Where it ends, m.
-        x: f64,
-        /// Where it ends, m.
-        y: f64,
-        /// Its range, m.
-        range: f64,
-        /// Its standard deviation, m.
-        sigma: f64,
-    },
+    #[error(transparent)]
+    Beam(#[from] BadBeam),
     /// A figure of [`LineConfig`] out of its bounds.
     #[error(transparent)]
     Bounds(#[from] OutOfBounds),

@@ -13,7 +13,7 @@ use super::accept::accept;
 use super::columns::{Columns, Noise};
 use super::config::{LineConfig, LineError, SplitRule};
 use super::feature::LineFeature;
-use super::fit::is_usable;
+use super::fit::{check_beams, is_usable};
 use super::merge::merge;
 use super::moments::Moments;
 use super::piece::Piece;
@@ -107,7 +107,7 @@ impl LineExtractor {
             start += run.len;
         }
         if is_suspect || !self.columns.is_usable() {
-            check(points)?;
+            check_beams(points.hits())?;
         }
         Ok(())
     }
@@ -129,20 +129,6 @@ impl LineExtractor {
                 SplitRule::Pilch(rule) => rule.split(columns, range, sums, pieces),
             }
         }
-    }
-}
-
-/// Finds the beam that cannot be used.
-fn check(points: &Points) -> Result<(), LineError> {
-    match points.hits().find(|beam| !is_usable(beam)) {
-        Some(beam) => Err(LineError::Beam {
-            beam_idx: beam.beam_idx,
-            x: beam.end_in_robot.x,
-            y: beam.end_in_robot.y,
-            range: beam.range,
-            sigma: beam.sigma,
-        }),
-        None => Ok(()),
     }
 }
 

@@ -27,6 +27,24 @@ use crate::points::Beam;
 use residuals::Residuals;
 use sums::{Faded, Frame, Scatter, Sums};
 
+/// A beam whose numbers cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "beam {beam_idx}: ends at ({x}, {y}) m, range {range} m, sigma {sigma} m; expected finite numbers, range and sigma greater than 0"
+)]
+pub struct BadBeam {
+    /// Number of the beam in the scan.
+    pub beam_idx: usize,
+    /// Where it ends, m.
+    pub x: f64,
+    /// Where it ends, m.
+    pub y: f64,
+    /// Its range, m.
+    pub range: f64,
+    /// Its standard deviation, m.
+    pub sigma: f64,
+}
+
 /// Why no line goes through some beams.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -56,21 +74,8 @@ pub enum FitError {
         incidence: f64,
     },
     /// A beam whose numbers cannot be used.
-    #[error(
-        "beam {beam_idx}: ends at ({x}, {y}) m, range {range} m, sigma {sigma} m; expected finite numbers, range and sigma greater than 0"
-    )]
-    Value {
-        /// Number of the beam in the scan.
-        beam_idx: usize,
-        /// Where it ends, m.
-        x: f64,
-        /// Where it ends, m.
-        y: f64,
-        /// Its range, m.
-        range: f64,
-        /// Its standard deviation, m.
-        sigma: f64,
-    },
+    #[error(transparent)]
+    Beam(#[from] BadBeam),
     /// Noise that is no standard deviation.
     #[error(transparent)]
     Noise(#[from] OutOfBounds),
@@ -107,15 +112,7 @@ pub fn fit_line(
         ("bearing_sigma", bearing_sigma, NOT_NEGATIVE),
         ("surface_sigma", surface_sigma, NOT_NEGATIVE),
     ])?;
-    if let Some(beam) = beams.iter().find(|beam| !is_usable(beam)) {
-        return Err(FitError::Value {
-            beam_idx: beam.beam_idx,
-            x: beam.end_in_robot.x,
-            y: beam.end_in_robot.y,
-            range: beam.range,
-            sigma: beam.sigma,
-        });
-    }
+    check_beams(beams)?;
     let mut columns = Columns::default();
     let noise = Noise {
         bearing_sigma,
@@ -129,6 +126,20 @@ pub fn fit_line(
     let fit = fit_columns(&columns, &all)?;
     let chi2 = fit.residuals(&columns, false).chi2;
     Ok(fit.feature(&columns, chi2, origin))
+}
+
+/// Refuses the first beam whose numbers cannot be used.
+pub(super) fn check_beams<'a>(beams: impl IntoIterator<Item = &'a Beam>) -> Result<(), BadBeam> {
+    match beams.into_iter().find(|beam| !is_usable(beam)) {
+        Some(beam) => Err(BadBeam {
+            beam_idx: beam.beam_idx,
+            x: beam.end_in_robot.x,
+            y: beam.end_in_robot.y,
+            range: beam.range,
+            sigma: beam.sigma,
+        }),
+        None => Ok(()),
+    }
 }
 
 /// Whether the sums can take a beam.

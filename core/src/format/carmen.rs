@@ -94,10 +94,6 @@ pub struct CarmenLog {
     pub scans: Vec<CarmenScan>,
     /// `PARAM` lines: name and value.
     pub params: Vec<(String, String)>,
-    /// Number of `ODOM` messages.
-    pub odometry_messages: usize,
-    /// Number of scans that stood before an earlier one in the file.
-    pub backward_stamps: usize,
     /// Readings from here on say that nothing came back, m: 80, or the log's largest reading where that is repeated so
     /// often that it must be a code.
     pub no_return_from: f32,

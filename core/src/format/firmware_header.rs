@@ -40,87 +40,56 @@ pub fn write(model: &RobotModel, config: &ControllerConfig) -> Result<String, He
          bridge/firmware/gains.h\n * A test holds that it is current; do not edit it. */\n\
          #ifndef GAINS_H\n#define GAINS_H\n\n#include <stdint.h>\n\n",
     );
-    for (name, value, comment) in constants(model, period) {
-        let _ = writeln!(text, "#define {name} {value} /* {comment} */");
-    }
+    text += &constants(model, period);
     text += &arrays(&fixed);
     text += "\n#endif\n";
     Ok(text)
 }
 
-fn constants(model: &RobotModel, period: f64) -> Vec<(&'static str, i64, &'static str)> {
-    let count = model.metres_per_tick;
+fn constants(model: &RobotModel, period: f64) -> String {
     let half = 0.5 * model.track_width;
-    let q16 = |value: f64| (value * 65_536.0).round() as i64;
-    let counts = |metres: f64| metres / count;
-    vec![
-        (
-            "PERIOD_MS",
-            PERIOD_MILLIS.into(),
-            "period of the controller",
-        ),
-        ("LENGTH_MM", q(model.length, 1e3), "of the board"),
-        ("WIDTH_MM", q(model.width, 1e3), "of the board"),
-        (
-            "TRACK_WIDTH_MM",
-            q(model.track_width, 1e3),
-            "effective, when turning",
-        ),
-        ("COUNT_NM", q(count, 1e9), "way of a track for one count"),
-        ("MAX_SPEED_MM_S", q(model.max_speed, 1e3), "of the body"),
-        (
-            "MAX_SPEED_Q16",
-            q16(counts(model.max_speed * period)),
-            "of a track, counts in a period",
-        ),
-        (
-            "MAX_TURN_Q16",
-            q16(counts(half * model.max_turn_rate * period)),
-            "of a track, turning on the spot",
-        ),
-        (
-            "ACCELERATION_Q16",
-            q16(counts(model.max_acceleration * period * period)),
-            "counts in a period, in a period",
-        ),
-        (
-            "TURN_ACCELERATION_Q16",
-            q16(counts(half * model.max_turn_acceleration * period * period)),
-            "of a track, turning on the spot",
-        ),
-        (
-            "SPEED_Q16_PER_MM_S_Q8",
-            q(counts(1e-3 * period) * 65_536.0, 256.0),
-            "times mm/s, less 8 bits: a track's speed",
-        ),
-        (
-            "TURN_Q16_PER_MRAD_S_Q8",
-            q(counts(1e-3 * half * period) * 65_536.0, 256.0),
-            "times mrad/s, less 8 bits",
-        ),
-        (
-            "WAY_Q12_PER_UM_Q16",
-            q16(counts(1e-6) * 4_096.0),
-            "times um, less 16 bits: counts with 12 bits",
-        ),
-        (
-            "TURN_Q12_PER_URAD_Q16",
-            q16(counts(1e-6 * half) * 4_096.0),
-            "times urad, less 16 bits",
-        ),
-        (
-            "BATTERY_MV",
-            q(model.drive.battery, 1e3),
-            "the voltage of full duty",
-        ),
-        ("OBSERVER_BITS", OBSERVER_BITS.into(), "behind the point"),
-        ("FEEDBACK_BITS", FEEDBACK_BITS.into(), "behind the point"),
-        ("INTEGRAL_UNIT", INTEGRAL_UNIT as i64, "counts x periods"),
-    ]
-}
-
-fn q(value: f64, scale: f64) -> i64 {
-    (value * scale).round() as i64
+    let counts = |metres: f64| metres / model.metres_per_tick;
+    let whole = |value: f64| value.round() as i64;
+    let thousandths = |value: f64| whole(value * 1e3);
+    let q16 = |value: f64| whole(value * 65_536.0);
+    let (length, width) = (thousandths(model.length), thousandths(model.width));
+    let (track_width, count) = (
+        thousandths(model.track_width),
+        whole(model.metres_per_tick * 1e9),
+    );
+    let (max_speed, battery) = (
+        thousandths(model.max_speed),
+        thousandths(model.drive.battery),
+    );
+    let speed = q16(counts(model.max_speed * period));
+    let turn = q16(counts(half * model.max_turn_rate * period));
+    let acceleration = q16(counts(model.max_acceleration * period * period));
+    let turn_acceleration = q16(counts(half * model.max_turn_acceleration * period * period));
+    let by_speed = whole(counts(1e-3 * period) * 65_536.0 * 256.0);
+    let by_turn = whole(counts(1e-3 * half * period) * 65_536.0 * 256.0);
+    let by_way = q16(counts(1e-6) * 4_096.0);
+    let by_angle = q16(counts(1e-6 * half) * 4_096.0);
+    format!(
+        "#define PERIOD_MS {PERIOD_MILLIS} /* period of the controller */
+#define LENGTH_MM {length} /* of the board */
+#define WIDTH_MM {width} /* of the board */
+#define TRACK_WIDTH_MM {track_width} /* effective, when turning */
+#define COUNT_NM {count} /* way of a track for one count */
+#define MAX_SPEED_MM_S {max_speed} /* of the body */
+#define MAX_SPEED_Q16 {speed} /* of a track, counts in a period */
+#define MAX_TURN_Q16 {turn} /* of a track, turning on the spot */
+#define ACCELERATION_Q16 {acceleration} /* counts in a period, in a period */
+#define TURN_ACCELERATION_Q16 {turn_acceleration} /* of a track, turning on the spot */
+#define SPEED_Q16_PER_MM_S_Q8 {by_speed} /* times mm/s, less 8 bits: a track's speed */
+#define TURN_Q16_PER_MRAD_S_Q8 {by_turn} /* times mrad/s, less 8 bits */
+#define WAY_Q12_PER_UM_Q16 {by_way} /* times um, less 16 bits: counts with 12 bits */
+#define TURN_Q12_PER_URAD_Q16 {by_angle} /* times urad, less 16 bits */
+#define BATTERY_MV {battery} /* the voltage of full duty */
+#define OBSERVER_BITS {OBSERVER_BITS} /* behind the point */
+#define FEEDBACK_BITS {FEEDBACK_BITS} /* behind the point */
+#define INTEGRAL_UNIT {INTEGRAL_UNIT} /* counts x periods */
+"
+    )
 }
 
 /// Initialisers for both motors, and the feedback.

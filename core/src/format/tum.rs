@@ -74,7 +74,7 @@ mod tests {
             parse(b"1 2\n")
                 .unwrap_err()
                 .to_string()
-                .starts_with("line 1: found 2 fields")
+                .starts_with("line 1: the number of fields is `2`")
         );
         assert!(
             parse(b"1 2 3 4 5 6 7 inf\n")

@@ -224,7 +224,7 @@ fn a_robot_behind_a_bridge_is_driven_to_a_goal_and_mapped() {
     let error = (live.session().slam().estimate().pose.position() - truth.position()).norm();
     assert!(error < 0.02, "estimate is {error} m off");
     assert!(live.session().scans() > 20 && live.session().slam().view().landmarks.len() >= 4);
-    assert_eq!(live.dropped(), 0);
+    assert_eq!(live.dropped, 0);
 
     let mut replay = replayed(&bridge.told);
     assert_eq!(replay.take_notes(), [""; 0]);
@@ -379,7 +379,7 @@ fn settings_stay_with_another_robot_and_wrong_ones_change_nothing() {
         assert!(live.reconfigure(wrong).is_err());
     }
     bridge.greet(&mut live);
-    assert_eq!(live.begun(), 1);
+    assert_eq!(live.begun, 1);
     assert_eq!(live.session().slam().config().points.max_range, 7.0);
     assert_eq!(live.session().calibration().wear.left, 0.01);
 }

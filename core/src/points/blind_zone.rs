@@ -207,7 +207,7 @@ impl BlindZone {
     }
 
     fn forget_seen(&mut self, points: &Points) {
-        let Some(angle) = beam_angle(points) else {
+        let Some(angle) = points.beam_angles().min_by(f64::total_cmp) else {
             return;
         };
         let (width, behind) = (self.config.beams * angle, self.config.behind);
@@ -225,19 +225,6 @@ impl BlindZone {
             })
         });
     }
-}
-
-/// Angle between two beams that follow one another, rad; `None` for fewer than two.
-fn beam_angle(points: &Points) -> Option<f64> {
-    let angles = points.beams.windows(2).filter_map(|pair| {
-        let [a, b] = pair else { return None };
-        let (u, v) = (
-            a.end_in_robot - a.origin_in_robot,
-            b.end_in_robot - b.origin_in_robot,
-        );
-        (b.beam_idx == a.beam_idx + 1).then(|| libm::atan2(u.perp(&v), u.dot(&v)).abs())
-    });
-    angles.min_by(f64::total_cmp)
 }
 
 #[cfg(test)]

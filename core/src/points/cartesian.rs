@@ -156,6 +156,15 @@ impl Points {
         }
     }
 
+    /// Angles between neighbouring beams, rad; next to a beam that was dropped there is none.
+    pub(super) fn beam_angles(&self) -> impl Iterator<Item = f64> {
+        self.beams.windows(2).filter_map(|pair| {
+            let [a, b] = pair else { return None };
+            let [u, v] = [a, b].map(|beam| beam.end_in_robot - beam.origin_in_robot);
+            (b.beam_idx == a.beam_idx + 1).then(|| libm::atan2(u.perp(&v), u.dot(&v)).abs())
+        })
+    }
+
     /// Beams on which something came back.
     pub fn hits(&self) -> impl Iterator<Item = &Beam> {
         self.beams.iter().filter(|beam| beam.is_hit)

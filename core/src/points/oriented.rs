@@ -104,20 +104,8 @@ pub fn oriented_points(points: &Points, config: &OrientedConfig) -> Vec<Oriented
 
 /// The angle between neighbouring beams as most pairs have it: the median over the pairs without a gap.
 fn beam_angle(points: &Points) -> f64 {
-    let direction = |i: usize| {
-        points
-            .beams
-            .get(i)
-            .map(|b| (b.beam_idx, b.end_in_robot - b.origin_in_robot))
-    };
-    let mut angles: Vec<f64> = (1..points.beams.len())
-        .filter_map(|i| {
-            let ((before, a), (after, b)) = (direction(i - 1)?, direction(i)?);
-            let are_neighbours = after == before + 1;
-            are_neighbours.then(|| libm::atan2(a.perp(&b), a.dot(&b)).abs())
-        })
-        .step_by(7) // enough for a median
-        .collect();
+    // Every seventh is enough for a median.
+    let mut angles: Vec<f64> = points.beam_angles().step_by(7).collect();
     let middle = angles.len() / 2;
     if angles.is_empty() {
         return 0.02; // no two neighbours: about the 1° of most lidars, and no neighbours to be misled by it

@@ -6,7 +6,6 @@ use super::log::Log;
 use crate::format::carmen::CarmenLog;
 use crate::geom::Pose2;
 use crate::robot::{Odometry, RobotModel, Scan, Stamp, Tracks};
-use crate::wire::message::FromBridge;
 use crate::wire::recording::{Recorded, Recording, Said};
 use crate::wire::timeline::{Reading, Timeline, explain_gap};
 
@@ -25,16 +24,9 @@ pub(super) struct Step {
 }
 
 /// How far a log was read.
-#[derive(Clone, Debug)]
-pub(super) enum Feed {
-    /// Number of the next scan.
-    Carmen(usize, Vec<String>),
-    Recording(Box<Messages>),
-}
-
-/// How far a recording was read.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Messages {
+pub(super) struct Feed {
+    /// Number of the next scan of a CARMEN log, of the next message of a recording.
     next: usize,
     has_robot: bool,
     timeline: Timeline,
@@ -44,40 +36,32 @@ pub(super) struct Messages {
     unreadable: usize,
 }
 
-/// Messages that cannot be read and are told one by one; of more only the number.
-const MOST_TOLD: usize = 3;
+/// Messages that cannot be read and are reported one by one; of more only the number.
+const MOST_REPORTED: usize = 3;
 
 impl Feed {
     pub(super) fn of(log: &Log) -> Self {
-        match log {
-            Log::Carmen(_) => Self::Carmen(0, vec![]),
-            Log::Recording(recording) => Self::Recording(Box::new(Messages {
-                has_robot: recording.has_odometry(),
-                ..Messages::default()
-            })),
+        Self {
+            has_robot: log.has_odometry(),
+            ..Self::default()
         }
     }
 
     /// The next scan; `None` behind the last.
     pub(super) fn next(&mut self, log: &Log, robot: &RobotModel) -> Option<Step> {
-        match (self, log) {
-            (Self::Carmen(next, _), Log::Carmen(log)) => {
-                let step = carmen_step(log, *next, robot)?;
-                *next += 1;
+        match log {
+            Log::Carmen(log) => {
+                let step = carmen_step(log, self.next, robot)?;
+                self.next += 1;
                 Some(step)
             }
-            (Self::Recording(messages), Log::Recording(recording)) => messages.step(recording),
-            // A feed is made of its log.
-            _ => None,
+            Log::Recording(recording) => self.step(recording),
         }
     }
 
     /// Scans or messages read so far.
     pub(super) fn position(&self) -> usize {
-        match self {
-            Self::Carmen(next, _) => *next,
-            Self::Recording(messages) => messages.next,
-        }
+        self.next
     }
 
     pub(super) fn progress(&self, log: &Log) -> f64 {
@@ -85,15 +69,12 @@ impl Feed {
             Log::Carmen(log) => log.scans.len(),
             Log::Recording(recording) => recording.len(),
         };
-        self.position() as f64 / all.max(1) as f64
+        self.next as f64 / all.max(1) as f64
     }
 
     /// What a person should read; the caller empties it.
     pub(super) fn notes(&mut self) -> &mut Vec<String> {
-        match self {
-            Self::Carmen(_, notes) => notes,
-            Self::Recording(messages) => &mut messages.notes,
-        }
+        &mut self.notes
     }
 }
 
@@ -129,7 +110,7 @@ fn recorded_odometry(robot: &RobotModel, from: Stamp, to: Stamp, motion: Pose2) 
     }
 }
 
-impl Messages {
+impl Feed {
     fn step(&mut self, recording: &Recording) -> Option<Step> {
         let mut odometry = vec![];
         let mut is_after_gap = false;
@@ -168,35 +149,26 @@ impl Messages {
     }
 
     fn take(&mut self, Recorded { header, said, .. }: Recorded) {
-        let arrived = header.micros;
-        let readings = match said {
-            Said::ByBridge(FromBridge::Odometry(body)) => body
-                .odometry()
-                .map(|motion| self.timeline.odometry(body.source, arrived, motion))
-                .map_err(|error| error.to_string()),
-            Said::ByBridge(FromBridge::Scan(body)) => {
-                let source = body.source;
-                body.scan()
-                    .map(|scan| self.timeline.scan(source, arrived, scan, self.has_robot))
-                    .map_err(|error| error.to_string())
-            }
-            _ => return,
+        let Said::ByBridge(message) = said else {
+            return;
         };
-        match readings {
-            Ok(readings) => self.readings.extend(readings),
-            Err(error) => self.left_out(format!("A reading was left out: {error}")),
+        let has_robot = self.has_robot;
+        match self.timeline.message(header.micros, &message, has_robot) {
+            Some(Ok(readings)) => self.readings.extend(readings),
+            Some(Err(error)) => self.left_out(format!("A reading was left out: {error}")),
+            None => {}
         }
     }
 
     fn left_out(&mut self, why: String) {
         self.unreadable += 1;
-        if self.unreadable <= MOST_TOLD {
+        if self.unreadable <= MOST_REPORTED {
             self.notes.push(why);
         }
     }
 
     fn sum_up(&mut self) {
-        let more = std::mem::take(&mut self.unreadable).saturating_sub(MOST_TOLD);
+        let more = std::mem::take(&mut self.unreadable).saturating_sub(MOST_REPORTED);
         if more > 0 {
             self.notes
                 .push(format!("{more} more messages could not be read"));

@@ -21,6 +21,7 @@ mod tests;
 use nalgebra::{DMatrix, DVector};
 
 use self::polynomial::{DEGREE, Polynomial};
+use crate::bounds::{self, OutOfBounds, POSITIVE};
 
 /// Fewest pairs for a fit: one more than coefficients, so that there is a residual to judge it by.
 pub const LEAST_PAIRS: usize = DEGREE + 2;
@@ -82,14 +83,12 @@ pub enum CharacteristicError {
         count: usize,
     },
     /// A figure that cannot be.
-    #[error("calibration pair {pair}: {field} is {value}, expected more than 0 and finite")]
+    #[error("calibration pair {pair}: {figure}")]
     Value {
         /// Number of the pair, from 1.
         pair: usize,
-        /// Range or volts.
-        field: &'static str,
-        /// What stands there.
-        value: f64,
+        /// The figure at fault.
+        figure: OutOfBounds,
     },
     /// Ranges have to rise and volts to fall from pair to pair: nearer than the peak the ranger is ambiguous.
     #[error(
@@ -223,15 +222,9 @@ fn check(pairs: &[CalibrationPair]) -> Result<(), CharacteristicError> {
     if pairs.len() < LEAST_PAIRS {
         return Err(CharacteristicError::TooFew { count: pairs.len() });
     }
-    for (index, pair) in pairs.iter().enumerate() {
-        let figures = [("range", pair.range), ("volts", pair.volts)];
-        let bad = figures
-            .into_iter()
-            .find(|(_, v)| !(*v > 0.0 && v.is_finite()));
-        if let Some((field, value)) = bad {
-            let pair = index + 1;
-            return Err(CharacteristicError::Value { pair, field, value });
-        }
+    for (pair, CalibrationPair { range, volts }) in (1..).zip(pairs) {
+        let figures = [("range", *range, POSITIVE), ("volts", *volts, POSITIVE)];
+        bounds::check(&figures).map_err(|figure| CharacteristicError::Value { pair, figure })?;
     }
     for (index, (last, pair)) in pairs.iter().zip(pairs.iter().skip(1)).enumerate() {
         if pair.range <= last.range || pair.volts >= last.volts {

@@ -20,20 +20,16 @@ pub struct Odometry {
 
 /// Why an [`Odometry`] cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum OdometryError {
-    /// The motion or its covariance is not finite, or a variance is negative.
-    #[error(
-        "odometry from {from:.3} s to {to:.3} s: {what}; expected finite numbers and variances of at least 0"
-    )]
-    Value {
-        /// Start of the motion, s.
-        from: f64,
-        /// End of the motion, s.
-        to: f64,
-        /// The part at fault.
-        what: &'static str,
-    },
+#[error(
+    "odometry from {from:.3} s to {to:.3} s: {what}; expected finite numbers and variances of at least 0"
+)]
+pub struct OdometryError {
+    /// Its begin, s.
+    pub from: f64,
+    /// Its end, s.
+    pub to: f64,
+    /// What is wrong.
+    pub what: &'static str,
 }
 
 impl Odometry {
@@ -51,7 +47,7 @@ impl Odometry {
             return Ok(());
         };
         let (from, to) = (self.from.seconds(), self.to.seconds());
-        Err(OdometryError::Value { from, to, what })
+        Err(OdometryError { from, to, what })
     }
 
     /// No motion, known exactly.
@@ -70,18 +66,13 @@ impl Odometry {
     pub fn then(&self, next: &Self) -> Self {
         let (cos, sin) = self.motion.cos_sin();
         let (dx, dy) = (next.motion.x(), next.motion.y());
+        #[rustfmt::skip]
         let by_first = Matrix3::new(
-            1.0,
-            0.0,
-            -sin * dx - cos * dy,
-            0.0,
-            1.0,
-            cos * dx - sin * dy,
-            0.0,
-            0.0,
-            1.0,
+            1.0, 0.0, -sin * dx - cos * dy,
+            0.0, 1.0,  cos * dx - sin * dy,
+            0.0, 0.0, 1.0,
         );
-        let by_second = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let by_second = self.motion.rotation();
         let mut cov = by_first * self.cov * by_first.transpose()
             + by_second * next.cov * by_second.transpose();
         symmetrize(&mut cov);

@@ -13,49 +13,10 @@ pub struct Scope {
     pub method: Method,
 }
 
-/// Why a setting has no effect on a run.
+/// Why a setting has no effect on a run, in words.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Idle {
-    /// It belongs to other sources.
-    #[error("{name} has no effect on {source_is}: it is a setting of {of}", source_is = here.title())]
-    Source {
-        /// The setting's name for people.
-        name: &'static str,
-        /// What the run is fed by.
-        here: Source,
-        /// What it would have to be.
-        of: String,
-    },
-    /// It belongs to other methods.
-    #[error("{name} has no effect with the method {}: it is a setting of {of}", here.title())]
-    Method {
-        /// The setting's name for people.
-        name: &'static str,
-        /// The run's method.
-        here: Method,
-        /// What it would have to be.
-        of: String,
-    },
-    /// It belongs to another sensor.
-    #[error("{name} is a setting of {sensor}, and the run has another sensor")]
-    Sensor {
-        /// The setting's name for people.
-        name: &'static str,
-        /// What it would have to be.
-        sensor: &'static str,
-    },
-    /// It belongs to another choice.
-    #[error("{name} has no effect unless \"{choice}\" is {of}")]
-    Choice {
-        /// The setting's name for people.
-        name: &'static str,
-        /// The other setting's name for people.
-        choice: &'static str,
-        /// What that would have to be.
-        of: String,
-    },
-}
+#[error("{0}")]
+pub struct Idle(String);
 
 impl Settings {
     /// Why a setting has no effect on such a run; none if it has.
@@ -64,18 +25,18 @@ impl Settings {
         let name = setting.name;
         let (sources, methods) = (setting.sources, setting.methods);
         if !sources.contains(&scope.source) {
-            return Some(Idle::Source {
-                name,
-                here: scope.source,
-                of: listed(sources.iter().map(|source| source.title())),
-            });
+            let of = listed(sources.iter().map(|source| source.title()));
+            let here = scope.source.title();
+            return Some(Idle(format!(
+                "{name} has no effect on {here}: it is a setting of {of}"
+            )));
         }
         if !methods.is_empty() && !methods.contains(&scope.method) {
-            return Some(Idle::Method {
-                name,
-                here: scope.method,
-                of: listed(methods.iter().map(|method| method.title())),
-            });
+            let of = listed(methods.iter().map(|method| method.title()));
+            let here = scope.method.title();
+            return Some(Idle(format!(
+                "{name} has no effect with the method {here}: it is a setting of {of}"
+            )));
         }
         self.unmet(setting)
     }
@@ -83,25 +44,23 @@ impl Settings {
     /// The sensor or the choice that a setting would need.
     pub(super) fn unmet(&self, setting: &Setting) -> Option<Idle> {
         let name = setting.name;
+        let unless = |choice: &str, of: &str| {
+            Idle(format!("{name} has no effect unless \"{choice}\" is {of}"))
+        };
         match setting.needs {
             Needs::Choice { key, is } if !self.chosen(key, is) => {
                 let other = super::find(key).ok()?;
                 let titles = other.names().into_iter();
                 let titles = titles.filter(|named| is.contains(&named.name));
-                Some(Idle::Choice {
-                    name,
-                    choice: other.name,
-                    of: listed(titles.map(|named| named.title)),
-                })
+                let of = listed(titles.map(|named| named.title));
+                Some(unless(other.name, &of))
             }
             Needs::MoreThanZero(key) if self.number(key).is_none_or(|number| number <= 0.0) => {
-                let choice = super::find(key).ok()?.name;
-                let of = "more than 0".to_owned();
-                Some(Idle::Choice { name, choice, of })
+                Some(unless(super::find(key).ok()?.name, "more than 0"))
             }
-            Needs::Sensor(sensor) if self.get(setting).is_none() => {
-                Some(Idle::Sensor { name, sensor })
-            }
+            Needs::Sensor(sensor) if self.get(setting).is_none() => Some(Idle(format!(
+                "{name} is a setting of {sensor}, and the run has another sensor"
+            ))),
             _ => None,
         }
     }

@@ -17,6 +17,7 @@ use std::collections::VecDeque;
 use nalgebra::{Matrix3, Vector3};
 
 use super::ClockMap;
+use super::message::FromBridge;
 use crate::geom::Pose2;
 use crate::robot::{Odometry, Scan, Stamp};
 
@@ -85,6 +86,29 @@ pub struct Timeline {
 }
 
 impl Timeline {
+    /// Takes a message of odometry or a scan that arrived at bridge time `arrived`, µs; `None` for any other message. `has_robot`
+    /// as for [`Self::scan`].
+    ///
+    /// # Errors    A sentence on a reading that cannot be.
+    pub fn message(
+        &mut self,
+        arrived: u64,
+        message: &FromBridge,
+        has_robot: bool,
+    ) -> Option<Result<Vec<Reading>, String>> {
+        let readings = match message {
+            FromBridge::Odometry(body) => body
+                .odometry()
+                .map(|motion| self.odometry(body.source, arrived, motion))
+                .map_err(|error| error.to_string()),
+            FromBridge::Scan(body) => (body.clone().scan())
+                .map(|scan| self.scan(body.source, arrived, scan, has_robot))
+                .map_err(|error| error.to_string()),
+            _ => return None,
+        };
+        Some(readings)
+    }
+
     /// Takes a motion of source `source` that arrived at bridge time `arrived`, µs.
     pub fn odometry(&mut self, source: u8, arrived: u64, odometry: Odometry) -> Vec<Reading> {
         if *self.robot.get_or_insert(source) != source {

@@ -19,6 +19,8 @@ use crate::features::LineFeature;
 /// What the search keeps from scan to scan, so that none of it is allocated anew.
 #[derive(Clone, Debug, Default)]
 pub(super) struct JointScratch {
+    /// What each line is, where all of a scan are matched together.
+    pub(super) paired: Vec<Paired>,
     search: JointSearch,
     seen: Vec<LineFeature>,
     candidates: Vec<Candidate>,
@@ -43,7 +45,6 @@ impl EkfSlam {
         features: &[LineFeature],
         sweep: &SweepTiming,
         scratch: &mut JointScratch,
-        paired: &mut Vec<Paired>,
     ) {
         scratch.seen.clear();
         scratch
@@ -68,8 +69,7 @@ impl EkfSlam {
             ))
         };
         let found = search.run(cross, &self.config.association);
-        paired.clear();
-        paired.extend_from_slice(found);
+        scratch.paired.extend_from_slice(found);
         scratch.search = search;
     }
 

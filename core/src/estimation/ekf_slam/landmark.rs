@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Point2, Vector2};
 
 use super::super::line_model::place;
 use super::sighting::from_anchor;
-use super::{Consistency, EkfSlam, POSE, ROBOT, UpdateReport};
+use super::{EkfSlam, POSE, ROBOT};
 use crate::features::LineFeature;
 use crate::geom::{Line, sin_cos, symmetrize};
 
@@ -103,15 +103,11 @@ impl EkfSlam {
     /// Step 4.
     pub(super) fn augment(&mut self, seen: &LineFeature) -> LandmarkId {
         let oriented = self.oriented(seen);
-        let at = match self.config.consistency {
-            Consistency::Plain => self.pose.position(),
-            Consistency::FirstEstimates => self.predicted,
-        };
         let anchor = self.pose * nalgebra::center(&seen.ends[0], &seen.ends[1]);
         let (line, by_pose, by_seen) = place(
             &from_anchor(&self.pose, &anchor),
             [oriented.alpha, oriented.r],
-            at - anchor.coords,
+            self.linearised_at() - anchor.coords,
         );
         let corner = by_pose * self.pose_cov() * by_pose.transpose()
             + by_seen * oriented.cov * by_seen.transpose();
@@ -144,13 +140,13 @@ impl EkfSlam {
     }
 
     /// Step 6.
-    pub(super) fn forget(&mut self, report: &mut UpdateReport) {
+    pub(super) fn forget(&mut self) {
         for index in (0..self.landmarks.len()).rev() {
             let entry = &self.landmarks[index];
             if entry.sightings < self.config.confirm_sightings
                 && self.scans - entry.last_seen > self.config.patience
             {
-                report.forgotten.push(entry.id);
+                self.report.forgotten.push(entry.id);
                 self.landmarks.remove(index);
                 self.cov.remove_pair(ROBOT + 2 * index);
             }

@@ -21,7 +21,7 @@
 use nalgebra::{Matrix2, Point2, SMatrix, Vector2};
 
 use super::landmark::{Entry, hull};
-use super::{Consistency, EkfSlam, Gain, Merged, ROBOT, UpdateReport};
+use super::{EkfSlam, Merged, ROBOT};
 use crate::features::LineFeature;
 use crate::geom::{sin_cos, wrap};
 
@@ -64,7 +64,7 @@ impl EkfSlam {
     }
 
     /// Step 5, for each landmark that this scan saw.
-    pub(super) fn merge_all(&mut self, gain: &mut Gain, report: &mut UpdateReport) {
+    pub(super) fn merge_all(&mut self) {
         let mut seen = self.landmarks.len();
         // From the youngest on, so that those still to come keep their places.
         while let Some(landmark) = seen.checked_sub(1) {
@@ -73,7 +73,7 @@ impl EkfSlam {
             if self.landmarks.get(landmark).is_some_and(was_seen)
                 && let Some((other, difference)) = self.twin(landmark)
             {
-                self.merge(landmark, other, &difference, gain, report);
+                self.merge(landmark, other, &difference);
             }
         }
     }
@@ -131,11 +131,7 @@ impl EkfSlam {
     fn difference(&self, landmark: usize, other: usize, about: Point2<f64>) -> Difference {
         let (a, b) = (&self.landmarks[landmark], &self.landmarks[other]);
         let lever = |entry: &Entry| {
-            let alpha = match self.config.consistency {
-                Consistency::Plain => entry.line[0],
-                Consistency::FirstEstimates => entry.first_alpha,
-            };
-            let (sin, cos) = sin_cos(alpha);
+            let (sin, cos) = sin_cos(self.linearised_alpha(entry));
             Vector2::new(-sin, cos).dot(&(entry.anchor - about))
         };
         let v = Vector2::new(
@@ -186,17 +182,10 @@ impl EkfSlam {
     }
 
     /// Makes one of two: the older one stays, or the one seen more often where they do not agree.
-    fn merge(
-        &mut self,
-        landmark: usize,
-        other: usize,
-        difference: &Difference,
-        gain: &mut Gain,
-        report: &mut UpdateReport,
-    ) {
+    fn merge(&mut self, landmark: usize, other: usize, difference: &Difference) {
         // What is measured is zero: less than expected by the difference.
         let v = -difference.v;
-        if difference.is_joined && !self.absorb(&v, &difference.cov, &difference.columns, gain) {
+        if difference.is_joined && !self.absorb(&v, &difference.cov, &difference.columns) {
             return;
         }
         let (own, twin) = (&self.landmarks[landmark], &self.landmarks[other]);
@@ -227,7 +216,7 @@ impl EkfSlam {
         };
         stays.sightings += entry.sightings;
         stays.last_seen = stays.last_seen.max(entry.last_seen);
-        report.merged.push(Merged {
+        self.report.merged.push(Merged {
             kept: stays.id,
             gone: entry.id,
             d2: difference.d2,

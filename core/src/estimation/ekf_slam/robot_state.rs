@@ -74,8 +74,7 @@ impl Step {
         let shift = Pose2::new(0.0, 0.0, 0.5 * error).rotate(read.position().coords);
         let motion = Pose2::new(shift.x, shift.y, turn + error);
         let moved = *pose * motion;
-        let (cos, sin) = pose.cos_sin();
-        let by_motion = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let by_motion = pose.rotation();
         // What δ does: the step turns by half of it.
         let chord = pose.rotate(shift);
         let (sideways_x, sideways_y) = (-0.5 * chord.y, 0.5 * chord.x);

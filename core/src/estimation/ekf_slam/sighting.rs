@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Matrix2x3, Point2, Vector2};
 
 use super::super::covariance::Column;
 use super::super::line_model::{Linearisation, observe};
-use super::{Considered, Consistency, EkfSlam, Gain, Gate, ROBOT};
+use super::{Considered, EkfSlam, Gate, ROBOT};
 use crate::association::{Candidate, ExpectedLine, Innovation, OrientedLine};
 use crate::features::LineFeature;
 use crate::geom::{Pose2, sin_cos, wrap};
@@ -119,15 +119,9 @@ impl EkfSlam {
 
     pub(super) fn expect(&self, landmark: usize) -> Expectation {
         let entry = &self.landmarks[landmark];
-        let at = match self.config.consistency {
-            Consistency::Plain => Linearisation {
-                robot: self.pose.position() - entry.anchor.coords,
-                alpha: entry.line[0],
-            },
-            Consistency::FirstEstimates => Linearisation {
-                robot: self.predicted - entry.anchor.coords,
-                alpha: entry.first_alpha,
-            },
+        let at = Linearisation {
+            robot: self.linearised_at() - entry.anchor.coords,
+            alpha: self.linearised_alpha(entry),
         };
         let (z, by_pose, by_line) =
             observe(&from_anchor(&self.pose, &entry.anchor), entry.line, &at);
@@ -173,7 +167,7 @@ impl EkfSlam {
     }
 
     /// Step 3. Tells whether it could: where Z is not positive definite, the state is left alone.
-    pub(super) fn correct(&mut self, landmark: usize, seen: &LineFeature, gain: &mut Gain) -> bool {
+    pub(super) fn correct(&mut self, landmark: usize, seen: &LineFeature) -> bool {
         let expected = self.expect(landmark);
         let Some(innovation) = self.innovation(&expected, seen) else {
             return false;
@@ -187,7 +181,7 @@ impl EkfSlam {
             column(first, [hf[(0, 0)], hf[(1, 0)]]),
             column(first + 1, [hf[(0, 1)], hf[(1, 1)]]),
         ];
-        let is_used = self.absorb(&innovation.v, &innovation.cov, &columns, gain);
+        let is_used = self.absorb(&innovation.v, &innovation.cov, &columns);
         if is_used {
             self.extend(landmark, seen);
         }
@@ -205,7 +199,6 @@ impl EkfSlam {
         v: &Vector2<f64>,
         z: &Matrix2<f64>,
         columns: &[Column],
-        gain: &mut Gain,
     ) -> bool {
         let l00 = z[(0, 0)].sqrt();
         let l10 = z[(1, 0)] / l00;
@@ -214,7 +207,7 @@ impl EkfSlam {
             return false;
         }
         let whitened = [v.x / l00, (v.y - l10 * v.x / l00) / l11];
-        let Gain { first, second } = gain;
+        let [first, second] = &mut self.gain;
         self.cov.product(columns, first, second);
         for (a, b) in first.iter_mut().zip(second.iter_mut()) {
             (*a, *b) = (*a / l00, (*b - l10 * *a / l00) / l11);

@@ -3,8 +3,8 @@
 
 use nalgebra::Matrix2x3;
 
+use super::EkfSlam;
 use super::robot_state::Step;
-use super::{Consistency, EkfSlam};
 use crate::features::LineFeature;
 use crate::robot::{Odometry, Scan, Stamp};
 
@@ -137,11 +137,7 @@ impl EkfSlam {
     ///
     /// # Source   TDK 2016 eq. (3.1)-(3.4), (3.18)-(3.20).
     pub(super) fn advance(&mut self, odometry: &Odometry) {
-        let from = match self.config.consistency {
-            Consistency::Plain => self.pose.position(),
-            Consistency::FirstEstimates => self.predicted,
-        };
-        let step = Step::new(&self.pose, &self.errors, odometry, from);
+        let step = Step::new(&self.pose, &self.errors, odometry, self.linearised_at());
         self.cov.advance(&step.by_robot, |own| step.covariance(own));
         self.pose = step.pose;
         self.predicted = step.pose.position();
@@ -152,24 +148,18 @@ impl EkfSlam {
     pub(super) fn advance_to(&mut self, time: f64) {
         let mut used = 0;
         while let Some(&next) = self.pending.get(used) {
-            let (from, to) = (next.from.seconds(), next.to.seconds());
-            if to > time + GRAIN {
-                let part = if to > from {
-                    (time - from) / (to - from)
-                } else {
-                    0.0
-                };
-                if part > LEAST_PART {
-                    let (first, rest) = split(&next, part);
-                    self.advance(&first);
-                    if let Some(pending) = self.pending.get_mut(used) {
-                        *pending = rest;
-                    }
-                }
-                break;
+            let part = part_until(&next, time);
+            if part >= 1.0 {
+                self.advance(&next);
+                used += 1;
+                continue;
             }
-            self.advance(&next);
-            used += 1;
+            if part > 0.0 {
+                let (first, rest) = split(&next, part);
+                self.advance(&first);
+                self.pending[used] = rest;
+            }
+            break;
         }
         self.pending.drain(..used);
     }
@@ -179,23 +169,29 @@ impl EkfSlam {
     pub(super) fn motion_until(&self, time: f64) -> Odometry {
         let mut whole = Odometry::standing(Stamp(0));
         for next in &self.pending {
-            let (from, to) = (next.from.seconds(), next.to.seconds());
-            if to <= time + GRAIN {
+            let part = part_until(next, time);
+            if part >= 1.0 {
                 whole = whole.then(next);
-            } else {
-                let part = if to > from {
-                    (time - from) / (to - from)
-                } else {
-                    0.0
-                };
-                if part > LEAST_PART {
-                    whole = whole.then(&split(next, part).0);
-                }
-                break;
+                continue;
             }
+            if part > 0.0 {
+                whole = whole.then(&split(next, part).0);
+            }
+            break;
         }
         whole
     }
+}
+
+/// The part of a motion that lies before `time`, 0 to 1.
+fn part_until(odometry: &Odometry, time: f64) -> f64 {
+    let (from, to) = (odometry.from.seconds(), odometry.to.seconds());
+    if to <= time + GRAIN {
+        return 1.0;
+    }
+    let part = (time - from) / (to - from);
+    let is_within = to > from && part > LEAST_PART;
+    if is_within { part } else { 0.0 }
 }
 
 /// The first `part` of a motion, and what follows it; the variance grows with the way.

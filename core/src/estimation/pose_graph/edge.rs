@@ -55,8 +55,7 @@ impl Edge {
 /// motion itself.
 #[must_use]
 pub fn information_at_end(motion: &Pose2, information: &Matrix3<f64>) -> Matrix3<f64> {
-    let (cos, sin) = motion.cos_sin();
-    let turn = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+    let turn = motion.rotation();
     let mut turned = turn.transpose() * information * turn;
     symmetrize(&mut turned);
     turned

@@ -20,8 +20,7 @@ impl ScanMatcher {
     /// What odometry says since the last match; the pose at that match is the map's, and not
     /// doubted here.
     pub(super) fn prior(&self, predicted: &PoseEstimate, moved: &Odometry) -> Prior {
-        let (cos, sin) = self.submap_from_robot.cos_sin();
-        let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let turned = self.submap_from_robot.rotation();
         let since_match = if self.is_blind {
             predicted.cov
         } else {

@@ -28,8 +28,7 @@ impl ScanMatcher {
             information: information_at_end(old_from_new, &information),
             cauchy: None,
         });
-        let (cos, sin) = self.map_from_running().cos_sin();
-        let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let turned = self.map_from_running().rotation();
         let from = self.map_from_running().position();
         let ahead = map_from_new.position() - from;
         let carry = Matrix3::new(1.0, 0.0, -ahead.y, 0.0, 1.0, ahead.x, 0.0, 0.0, 1.0);

@@ -4,6 +4,7 @@ use nalgebra::{Point2, Vector2};
 use proptest::prelude::*;
 
 use super::*;
+use crate::features::BadBeam;
 use crate::features::{AcceptConfig, FitError, MergeConfig, fit_line};
 use crate::points::fixture::{hit, scan_of};
 use crate::points::{Beam, SpacingModel};
@@ -107,7 +108,7 @@ fn a_number_that_is_none_is_an_error_that_says_where_and_leaves_the_lines() {
             damage(&mut points.beams[17]);
             let error = extractor.extract(&points, &mut lines);
             assert!(
-                matches!(error, Err(LineError::Beam { beam_idx: 17, .. })),
+                matches!(error, Err(LineError::Beam(BadBeam { beam_idx: 17, .. }))),
                 "damage {number}: {error:?}"
             );
             assert_eq!(lines, before);

@@ -97,7 +97,7 @@ fn what_is_no_line_is_an_error_that_says_why() {
     ] {
         let error = fit_line(&[beam(0.0, range, sigma), beam(0.1, 1.0, 0.1)], 0.0, 0.0);
         assert!(
-            matches!(error, Err(FitError::Value { beam_idx: 0, .. })),
+            matches!(error, Err(FitError::Beam(BadBeam { beam_idx: 0, .. }))),
             "{error:?}"
         );
     }

@@ -37,14 +37,14 @@ impl Default for Pen {
 impl Pen {
     /// The pen of an element with this style within a group that has this pen.
     pub(super) fn of(mut self, style: &Style) -> Self {
-        if let Some(stroke) = style.stroke() {
+        if let Some(stroke) = style.get("stroke") {
             self.has_stroke = is_ink(stroke);
         }
-        if let Some(fill) = style.fill() {
+        if let Some(fill) = style.get("fill") {
             self.has_fill = is_ink(fill);
         }
-        self.is_gone |= style.display() == Some("none");
-        match style.visibility() {
+        self.is_gone |= style.get("display") == Some("none");
+        match style.get("visibility") {
             Some("hidden" | "collapse") => self.is_hidden = true,
             Some("visible") => self.is_hidden = false,
             _ => {}

@@ -31,20 +31,10 @@ pub(super) struct Style<'a> {
 }
 
 impl<'a> Style<'a> {
-    pub(super) fn stroke(&self) -> Option<&'a str> {
-        self.values[0]
-    }
-
-    pub(super) fn fill(&self) -> Option<&'a str> {
-        self.values[1]
-    }
-
-    pub(super) fn display(&self) -> Option<&'a str> {
-        self.values[2]
-    }
-
-    pub(super) fn visibility(&self) -> Option<&'a str> {
-        self.values[3]
+    /// The value of one of [`NAMES`].
+    pub(super) fn get(&self, name: &str) -> Option<&'a str> {
+        let at = NAMES.iter().position(|known| *known == name)?;
+        self.values[at]
     }
 
     /// Values of its own, and those of `lesser` where it has none.
@@ -230,7 +220,7 @@ mod tests {
         let document = Document::parse(&text).unwrap();
         let mut styles = Styles::of(&document).unwrap();
         let path = document.root_element().last_element_child().unwrap();
-        styles.style(&path).stroke().map(str::to_owned)
+        styles.style(&path).get("stroke").map(str::to_owned)
     }
 
     #[test]

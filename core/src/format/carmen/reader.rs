@@ -20,7 +20,6 @@ pub struct CarmenReader {
     lasers: [Vec<CarmenScan>; 3],
     readings: Vec<f32>,
     params: Vec<(String, String)>,
-    odometry_messages: usize,
     anything: bool,
 }
 
@@ -83,10 +82,6 @@ impl CarmenReader {
         if scans.is_empty() {
             return Err(CarmenError::NoLaser { lines: self.line });
         }
-        let backward_stamps = scans
-            .windows(2)
-            .filter(|w| w[1].ipc_seconds < w[0].ipc_seconds)
-            .count();
         // A stable sort: scans of the same stamp keep the order of the file.
         scans.sort_by(|a, b| a.ipc_seconds.total_cmp(&b.ipc_seconds));
         Ok(CarmenLog {
@@ -94,8 +89,6 @@ impl CarmenReader {
             no_return_from: no_return_from(&self.readings),
             scans,
             params: self.params,
-            odometry_messages: self.odometry_messages,
-            backward_stamps,
             readings: self.readings,
         })
     }
@@ -132,7 +125,6 @@ impl CarmenReader {
                 for _ in 0..7 {
                     fields.number()?;
                 }
-                self.odometry_messages += 1;
                 Ok(())
             }
             "PARAM" => {

@@ -32,10 +32,7 @@ fn message(bytes: &[u8]) -> String {
 #[test]
 fn scans_come_sorted_by_ipc_time_with_their_odometry() {
     let log = CarmenLog::parse(small_log().as_bytes()).unwrap();
-    assert_eq!(
-        (log.scans.len(), log.odometry_messages, log.backward_stamps),
-        (6, 6, 5)
-    );
+    assert_eq!(log.scans.len(), 6);
     assert!(
         log.scans
             .windows(2)

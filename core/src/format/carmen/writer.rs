@@ -19,8 +19,6 @@ impl CarmenLog {
             laser: Laser::Robot1,
             scans: vec![],
             params: vec![],
-            odometry_messages: 0,
-            backward_stamps: 0,
             no_return_from: f32::INFINITY,
             readings: vec![],
         }

@@ -243,28 +243,16 @@ fn check_controllable(train: &DriveTrain) -> Result<(), DesignError> {
             _ if row == column => eigenvalue - a[(row, column)],
             _ => complex(-a[(row, column)]),
         });
-        // Pivoting over the columns of the conjugate transpose: the rows that depend on others come last.
-        let qr = rows.adjoint().col_piv_qr();
-        let r = qr.r();
-        let least = (0..5)
-            .map(|i| r[(i, i)].norm())
-            .fold(f64::INFINITY, f64::min);
-        if least <= UNCONTROLLABLE * r[(0, 0)].norm() {
+        // A singular value of nothing: its left vector is the mode that no column reaches.
+        let svd = rows.svd(true, false);
+        let (at, least) = svd.singular_values.argmin();
+        if least <= UNCONTROLLABLE * svd.singular_values.max() {
+            let mode = svd.u.map(|u| u.column(at).map(|z| z.norm()));
             return Err(DesignError::Uncontrollable {
                 eigenvalue: eigenvalue.re,
-                state: STATES[unmoved_state(&rows)],
+                state: mode.map_or("", |mode| STATES[mode.imax()]),
             });
         }
     }
     Ok(())
-}
-
-/// The state with the largest part in the left null vector of the rows: the mode that no column reaches.
-fn unmoved_state(rows: &DMatrix<Complex<f64>>) -> usize {
-    let eigen = (rows * rows.adjoint()).symmetric_eigen();
-    let mode = eigen
-        .eigenvectors
-        .column(eigen.eigenvalues.imin())
-        .map(|z| z.norm());
-    mode.imax()
 }

@@ -49,11 +49,12 @@ pub fn riccati<const N: usize, const M: usize>(
 ) -> Result<SMatrix<f64, N, N>, RiccatiError> {
     let r_inverse = r.try_inverse().ok_or(RiccatiError::SingularWeight)?;
     let (mut f, mut g, mut h) = (*a, b * r_inverse * b.transpose(), *q);
-    for round in 1..=MOST_ROUNDS {
-        let failed = RiccatiError::NotConverged {
-            rounds: round,
-            residual: f64::NAN,
-        };
+    let mut rounds = 0;
+    let mut has_settled = false;
+    while rounds < MOST_ROUNDS && !has_settled {
+        rounds += 1;
+        let residual = f64::NAN;
+        let failed = RiccatiError::NotConverged { rounds, residual };
         let w = (SMatrix::identity() + g * h).try_inverse().ok_or(failed)?;
         let change = f.transpose() * h * w * f;
         g += f * w * g * f.transpose();
@@ -64,14 +65,13 @@ pub fn riccati<const N: usize, const M: usize>(
         if !h.iter().all(|x| x.is_finite()) {
             return Err(failed);
         }
-        if change.norm() <= SETTLED * h.norm() {
-            return checked(a, b, q, r, h, round);
-        }
+        has_settled = change.norm() <= SETTLED * h.norm();
     }
-    Err(RiccatiError::NotConverged {
-        rounds: MOST_ROUNDS,
-        residual: residual(a, b, q, r, &h).unwrap_or(f64::NAN),
-    })
+    let residual = residual(a, b, q, r, &h).ok_or(RiccatiError::SingularWeight)?;
+    match has_settled && residual <= RESIDUAL {
+        true => Ok(h),
+        false => Err(RiccatiError::NotConverged { rounds, residual }),
+    }
 }
 
 /// The feedback u = -K x that minimises Σ xᵀQx + uᵀRu: K = (R + BᵀXB)⁻¹ BᵀXA.
@@ -102,22 +102,6 @@ pub fn filter_gain<const N: usize>(
     let predicted = riccati(&a.transpose(), c, process, &r)?;
     let innovation = (c.transpose() * predicted * c).x + measurement;
     Ok(predicted * c / innovation)
-}
-
-fn checked<const N: usize, const M: usize>(
-    a: &SMatrix<f64, N, N>,
-    b: &SMatrix<f64, N, M>,
-    q: &SMatrix<f64, N, N>,
-    r: &SMatrix<f64, M, M>,
-    x: SMatrix<f64, N, N>,
-    rounds: usize,
-) -> Result<SMatrix<f64, N, N>, RiccatiError> {
-    let residual = residual(a, b, q, r, &x).ok_or(RiccatiError::SingularWeight)?;
-    if residual <= RESIDUAL {
-        Ok(x)
-    } else {
-        Err(RiccatiError::NotConverged { rounds, residual })
-    }
 }
 
 /// By how much X misses the equation, as a part of X.

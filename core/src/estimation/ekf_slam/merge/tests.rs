@@ -1,7 +1,7 @@
 use nalgebra::{DMatrix, Point2};
 
 use super::super::tests::{ONCE, dense, feature, plain};
-use super::super::{EkfConfig, EkfSlam, Gain};
+use super::super::{EkfConfig, EkfSlam};
 use super::*;
 
 /// The line x = `r` turned by `alpha`, seen from `from` to `to` along y.
@@ -53,8 +53,8 @@ fn merging_is_the_dense_measurement_that_both_are_one() {
     let expect = &before - &k * &h * &before;
     let line = |slam: &EkfSlam, i: usize| slam.landmarks[i].in_map(&Matrix2::identity()).0;
     let alphas = [0, 1].map(|i| line(&slam, i).alpha());
-    let mut report = UpdateReport::default();
-    slam.merge_all(&mut Gain::default(), &mut report);
+    slam.merge_all();
+    let report = slam.report().clone();
     assert_eq!(slam.landmarks.len(), 1);
     assert!(report.merged[0].is_joined && report.merged[0].kept < report.merged[0].gone);
     let stays = expect
@@ -96,8 +96,8 @@ fn difference_that_is_not_known_well_decides_nothing() {
     slam.update(&[vague(-2.0, -0.5), vague(0.5, 2.0)], &ONCE)
         .unwrap();
     slam.landmarks[0].extent[1] = 2.0;
-    let mut report = UpdateReport::default();
-    slam.merge_all(&mut Gain::default(), &mut report);
+    slam.merge_all();
+    let report = slam.report().clone();
     assert_eq!((slam.landmarks.len(), report.merged.len()), (2, 0));
 }
 
@@ -109,8 +109,8 @@ fn spoilt_double_is_dropped_without_a_trace() {
     slam.landmarks[0].extent[1] = 3.5;
     slam.landmarks[0].sightings += 1;
     let before = dense(&slam);
-    let mut report = UpdateReport::default();
-    slam.merge_all(&mut Gain::default(), &mut report);
+    slam.merge_all();
+    let report = slam.report().clone();
     let [merged] = report.merged[..] else {
         panic!("{:?}", report.merged);
     };

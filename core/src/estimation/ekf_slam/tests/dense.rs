@@ -88,7 +88,7 @@ fn update_is_the_dense_joseph_form() {
             pose.into_iter().chain(lines).collect::<Vec<_>>()
         };
         let old = state(&slam);
-        slam.correct(landmark, &seen, &mut Gain::default());
+        slam.correct(landmark, &seen);
         assert!((dense(&slam) - &joseph).norm() < 1e-12, "{landmark}");
         for (i, (new, old)) in state(&slam).iter().zip(&old).enumerate() {
             assert!((new - old - shift[i]).abs() < 1e-9, "state {i}");
@@ -211,10 +211,10 @@ fn singular_innovation_is_told_and_changes_nothing() {
         Matrix2::new(-1.0, 0.0, 0.0, 1.0),
         Matrix2::new(f64::NAN, 0.0, 0.0, 1.0),
     ] {
-        assert!(!slam.absorb(&v, &z, &columns, &mut Gain::default()), "{z}");
+        assert!(!slam.absorb(&v, &z, &columns), "{z}");
     }
     let infinite = Vector2::new(f64::INFINITY, 0.0);
     let fine = Matrix2::identity();
-    assert!(!slam.absorb(&infinite, &fine, &columns, &mut Gain::default()));
+    assert!(!slam.absorb(&infinite, &fine, &columns));
     assert_eq!(before, (slam.pose, slam.landmarks.clone(), dense(&slam)));
 }

@@ -63,7 +63,7 @@ fn observability_matrix_of_first_estimates_lacks_three_ranks_and_that_of_the_tex
                     .copy_from(&expected.by_line);
                 rows.push(h * &transition);
                 let seen = seen(&slam, landmark, &mut rng);
-                assert!(slam.correct(landmark, &seen, &mut Gain::default()));
+                assert!(slam.correct(landmark, &seen));
             }
         }
         let matrix = DMatrix::from_fn(2 * rows.len(), n, |i, j| rows[i / 2][(i % 2, j)]);
@@ -86,7 +86,7 @@ fn standing_robot_learns_nothing_of_its_heading_from_first_estimates() {
         for _ in 0..200 {
             for landmark in 0..walls.len() {
                 let seen = seen(&slam, landmark, &mut rng);
-                slam.correct(landmark, &seen, &mut Gain::default());
+                slam.correct(landmark, &seen);
             }
         }
         let sigma = slam.pose_cov()[(2, 2)].sqrt();
