@@ -24,7 +24,7 @@ use clap::{Parser, ValueEnum};
 use nalgebra::Point2;
 use slamlab_core::experiment::{Experiment, ExperimentConfig, Figures};
 use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
-use slamlab_core::format::{floor_plan, og_map, preset, tum};
+use slamlab_core::format::{floor_plan, og_map, tum};
 use slamlab_core::geom::Pose2;
 use slamlab_core::pilot::{Mode, Status};
 use slamlab_core::settings::Settings;
@@ -140,24 +140,12 @@ fn run(args: &Args) -> Result<()> {
     let robot = world.robot.model();
     let area = reachable_area(&world, robot.radius(), 0.05);
     let mut settings = Settings::of(sensor.model(), &robot);
-    if let Some(path) = &args.preset {
-        let name = || format!("preset {}", path.display());
-        let preset = preset::read(&std::fs::read(path).with_context(name)?).with_context(name)?;
-        let changes = preset
-            .settings
-            .iter()
-            .map(|(key, value)| (key.as_str(), *value));
-        settings.set_all(changes).with_context(name)?;
-    }
-    for (key, value) in &args.settings {
-        settings.set(key, *value).context("--set")?;
-    }
-    let config = ExperimentConfig {
+    options::change(&mut settings, args.preset.as_deref(), &args.settings)?;
+    let mut config = ExperimentConfig {
         method,
         mode,
         ..ExperimentConfig::of(&settings, world, robot, setup.seed)
     };
-    let mut config = config;
     if let Some(path) = &args.known {
         let start = args.start.unwrap_or(config.world.start);
         config.slam.prior_map = known_map(path, args.svg_unit, &start)?;

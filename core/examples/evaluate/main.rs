@@ -25,11 +25,9 @@ use anyhow::{Context, bail};
 use clap::Parser;
 use serde_json::{Value, json};
 use slamlab_core::estimation::{DriveFit, RelationErrors, relation_errors};
-use slamlab_core::format::preset;
 use slamlab_core::format::relations::{self, Relation};
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::{Log, LogReader, Replay};
-use slamlab_core::settings::Settings;
 use slamlab_core::slam::{Method, PriorMapFit};
 
 /// Relations over at least this time show whether loops close, s.
@@ -108,10 +106,9 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     let start = Instant::now();
     let log = read_log(&arguments.log)?;
     let (scans, log_seconds) = (log.scans(), log.duration());
-    let mut settings = settings_for(&log, arguments.preset.as_deref())?;
-    for (key, value) in &arguments.settings {
-        settings.set(key, *value).context("--set")?;
-    }
+    let mut settings = log.settings();
+    let preset = arguments.preset.as_deref();
+    options::change(&mut settings, preset, &arguments.settings)?;
     match (&arguments.known, method) {
         (Some(path), Method::PriorMap) => {
             settings.slam.prior_map = known::known_map(path, arguments.svg_unit, &arguments.start)?;
@@ -170,21 +167,6 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
         writeln!(out, "{figures:#}")
     }
     .context("cannot write to standard output")
-}
-
-/// Settings for the sensor that the log is of, changed by a preset.
-fn settings_for(log: &Log, preset: Option<&Path>) -> anyhow::Result<Settings> {
-    let mut settings = log.settings();
-    if let Some(path) = preset {
-        let name = || format!("preset {}", path.display());
-        let preset = preset::read(&std::fs::read(path).with_context(name)?).with_context(name)?;
-        let changes = preset
-            .settings
-            .iter()
-            .map(|(key, value)| (key.as_str(), *value));
-        settings.set_all(changes).with_context(name)?;
-    }
-    Ok(settings)
 }
 
 fn fitted(fit: &DriveFit) -> Value {
