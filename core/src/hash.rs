@@ -5,14 +5,14 @@ use twox_hash::XxHash64;
 use crate::geom::{Pose2, PoseEstimate};
 
 /// Collects the bits of numbers into one XXH64 hash. The order of the calls counts.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct StateHash(XxHash64);
 
 impl StateHash {
     /// The hash of nothing yet.
     #[must_use]
     pub fn new() -> Self {
-        Self(XxHash64::with_seed(0))
+        Self::default()
     }
 
     /// Adds an integer.
@@ -61,12 +61,6 @@ impl StateHash {
         // `Hasher::write` takes the bytes as they are; `write_u64` would depend on the machine's byte order.
         std::hash::Hasher::write(&mut self.0, bytes);
         self
-    }
-}
-
-impl Default for StateHash {
-    fn default() -> Self {
-        Self::new()
     }
 }
 

@@ -211,9 +211,8 @@ impl SafeMode {
 
     /// What the robot runs on, at most, after it was commanded to stop, m; not more than the leg.
     fn braking(&self, leg: f64) -> f64 {
-        let speed = self.model.max_speed;
-        let brake = self.config.braking * self.model.max_acceleration;
-        (speed * self.config.reaction + speed * speed / (2.0 * brake)).min(leg.abs())
+        let braking = self.config.braking_of(self.model.max_acceleration);
+        braking.way(self.model.max_speed).min(leg.abs())
     }
 
     fn is_blind(&self) -> bool {

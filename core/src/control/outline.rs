@@ -13,7 +13,7 @@
 use nalgebra::Point2;
 
 use super::safe::{CREEP, SafeConfig, Underway, within_model};
-use super::strip::{LEAST, Strip, arc};
+use super::strip::{LEAST, arc, points_within};
 use crate::geom::{Footprint, Pose2};
 use crate::points::Points;
 use crate::robot::RobotModel;
@@ -43,19 +43,15 @@ pub fn limit_outline(
     };
     let (forward, turn) = within_model(wish, model);
     let near_within = |most: f64| {
-        let strip = Strip {
-            radius: wide.outline.radius_around(),
-            spread: 0.0,
-            least: None,
-        };
-        strip.near(points, &underway.since_scan, most)
+        let reach = most + wide.outline.radius_around();
+        points_within(points, &underway.since_scan, reach)
     };
     let turn = limit_turn(turn, &near_within(0.0), [&wide, &tight], model, config);
     if forward == 0.0 {
         return (0.0, turn);
     }
-    let brake = config.braking * model.max_acceleration;
-    let longest = forward.abs() * config.reaction + forward * forward / (2.0 * brake);
+    let braking = config.braking_of(model.max_acceleration);
+    let longest = braking.way(forward);
     let near = near_within(longest);
     let runs = (underway.runs.0 * forward > 0.0).then_some(underway.runs);
     let arcs = underway.turns(turn).map(|turn| (forward, turn));
@@ -64,21 +60,12 @@ pub fn limit_outline(
         arcs.map(|arc| free_distance(outline, arc, &near, longest))
             .fold(longest, f64::min)
     };
-    let speed_for = |free: f64| match free >= longest {
-        true => forward.abs(),
-        false => stopping(free, brake, config.reaction).min(forward.abs()),
-    };
+    let speed_for = |free: f64| braking.speed_within(free, forward, longest);
     let mut speed = speed_for(free(&wide));
     if speed < CREEP.min(forward.abs()) {
         speed = speed_for(free(&tight)).min(CREEP).max(speed);
     }
     (speed.copysign(forward), turn)
-}
-
-/// The greatest speed from which a robot stands within `free`: v t + v²/(2 a) = d.
-fn stopping(free: f64, brake: f64, reaction: f64) -> f64 {
-    let at = brake * reaction;
-    (at * at + 2.0 * brake * free).sqrt() - at
 }
 
 fn limit_turn(
@@ -88,21 +75,19 @@ fn limit_turn(
     model: &RobotModel,
     config: &SafeConfig,
 ) -> f64 {
-    let brake = config.braking * model.max_turn_acceleration;
-    let longest = turn.abs() * config.reaction + turn * turn / (2.0 * brake);
+    let braking = config.braking_of(model.max_turn_acceleration);
+    let longest = braking.way(turn);
     if turn == 0.0 || near.is_empty() {
         return turn;
     }
     let rate_for = |outline: &Grown| {
         let steps = (longest / TURN_STEP).ceil().max(1.0);
         let pose_at = |part: f64| Pose2::new(0.0, 0.0, part * longest.copysign(turn));
-        let free = outline.free_steps(near, steps as usize, pose_at);
-        match free >= steps as usize {
-            true => turn.abs(),
-            false => {
-                stopping(longest * free as f64 / steps, brake, config.reaction).min(turn.abs())
-            }
-        }
+        let free = match outline.free_steps(near, steps as usize, pose_at) {
+            done if done >= steps as usize => longest,
+            done => longest * done as f64 / steps,
+        };
+        braking.speed_within(free, turn, longest)
     };
     let mut rate = rate_for(wide);
     if rate < SLOW_TURN.min(turn.abs()) {

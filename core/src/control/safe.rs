@@ -60,6 +60,14 @@ impl Default for SafeConfig {
 }
 
 impl SafeConfig {
+    /// How a robot of this greatest acceleration comes to stand.
+    pub(super) fn braking_of(&self, acceleration: f64) -> Braking {
+        Braking {
+            deceleration: self.braking * acceleration,
+            reaction: self.reaction,
+        }
+    }
+
     /// For driving by hand: nobody steers through gaps by the millimetre, and whoever leans on the key at a wall must not
     /// creep into it scan by scan. With the robot's radius, the gap is more than the 0.15 m within which a lidar is blind.
     #[must_use]
@@ -70,6 +78,30 @@ impl SafeConfig {
             ease: self.ease.max(0.05),
             ..self
         }
+    }
+}
+
+/// How a robot comes to stand: in m, m/s and m/s², or in rad, rad/s and rad/s².
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Braking {
+    deceleration: f64,
+    reaction: f64,
+}
+
+impl Braking {
+    /// The way on which it comes to stand, v t + v²/(2 a).
+    pub(super) fn way(&self, speed: f64) -> f64 {
+        speed.abs() * self.reaction + speed * speed / (2.0 * self.deceleration)
+    }
+
+    /// The greatest speed from which it comes to stand within `free`, the solution of v t + v²/(2 a) = d; at most `wish`, from which it
+    /// does within `longest`.
+    pub(super) fn speed_within(&self, free: f64, wish: f64, longest: f64) -> f64 {
+        if free >= longest {
+            return wish.abs();
+        }
+        let at = self.deceleration * self.reaction;
+        ((at * at + 2.0 * self.deceleration * free).sqrt() - at).min(wish.abs())
     }
 }
 
@@ -126,8 +158,8 @@ fn limit_forward(
     if forward == 0.0 {
         return 0.0;
     }
-    let brake = config.braking * model.max_acceleration;
-    let longest = forward.abs() * config.reaction + forward * forward / (2.0 * brake);
+    let braking = config.braking_of(model.max_acceleration);
+    let longest = braking.way(forward);
     let strip = Strip {
         radius: model.radius() + config.gap,
         spread: config.spread,
@@ -145,12 +177,7 @@ fn limit_forward(
         arcs.map(|arc| strip.free_distance(arc, &near, longest))
             .fold(longest, f64::min)
     };
-    // v t + v²/(2 a) = d
-    let at = brake * config.reaction;
-    let speed_for = |free: f64| match free >= longest {
-        true => forward.abs(),
-        false => ((at * at + 2.0 * brake * free).sqrt() - at).min(forward.abs()),
-    };
+    let speed_for = |free: f64| braking.speed_within(free, forward, longest);
     let mut speed = speed_for(free_on_arcs(&strip));
     if speed < CREEP.min(forward.abs())
         && let Some(beside) = strip.beside_wall(&near, forward, model.radius())

@@ -66,13 +66,8 @@ impl Strip {
         robot_at_scan_from_robot: &Pose2,
         most: f64,
     ) -> Vec<Point2<f64>> {
-        let robot_from_scan = robot_at_scan_from_robot.inverse();
         let reach = most + self.radius + self.spread * most;
-        points
-            .hits()
-            .map(|beam| robot_from_scan * beam.end_in_robot)
-            .filter(|p| p.coords.norm_squared() < reach * reach)
-            .collect()
+        points_within(points, robot_at_scan_from_robot, reach)
     }
 
     /// How far the disc moves before it touches one of the points, m.
@@ -157,6 +152,18 @@ impl Strip {
             least: Some(radius + LEAST),
         })
     }
+}
+
+/// Points of the scan within `reach` of the robot now, robot frame now.
+pub(super) fn points_within(
+    points: &Points,
+    robot_at_scan_from_robot: &Pose2,
+    reach: f64,
+) -> Vec<Point2<f64>> {
+    let robot_from_scan = robot_at_scan_from_robot.inverse();
+    let ends = (points.hits()).map(|beam| robot_from_scan * beam.end_in_robot);
+    ends.filter(|p| p.coords.norm_squared() < reach * reach)
+        .collect()
 }
 
 /// Where an arc of the given length and turn ends.

@@ -20,8 +20,8 @@ use nalgebra::{Point2, Vector2};
 
 use super::safe::{SafeConfig, Underway};
 use super::separation::limit_among_walkers;
-use super::strip::arc;
-use crate::geom::{Pose2, wrap};
+use super::strip::{arc, points_within};
+use crate::geom::wrap;
 use crate::points::Points;
 use crate::robot::RobotModel;
 
@@ -103,11 +103,11 @@ pub fn choose_in_window(
     let people: Vec<Point2<f64>> = (around.walkers.iter())
         .map(|walker| robot_from_scan * *walker)
         .collect();
-    let brake = safe.braking * model.max_acceleration;
+    let braking = safe.braking_of(model.max_acceleration);
     let mut best: Option<(f64, (f64, f64))> = None;
     for (forward, turn) in window(underway.runs, model, config.period) {
         let free = free_on_arc((forward, turn), &near, radius, config.far);
-        if forward * safe.reaction + forward * forward / (2.0 * brake) > free {
+        if braking.way(forward) > free {
             continue;
         }
         let wish = (forward, turn);
@@ -159,20 +159,6 @@ fn heading_error(
     let turned = turn * period + turn * turn.abs() / (2.0 * model.max_turn_acceleration);
     let to: Vector2<f64> = aim - at;
     wrap(libm::atan2(to.y, to.x) - turned).abs()
-}
-
-/// Points of the scan within `reach` of the robot now, robot frame now.
-fn points_within(
-    points: &Points,
-    robot_at_scan_from_robot: &Pose2,
-    reach: f64,
-) -> Vec<Point2<f64>> {
-    let robot_from_scan = robot_at_scan_from_robot.inverse();
-    let ends = points
-        .hits()
-        .map(|beam| robot_from_scan * beam.end_in_robot);
-    ends.filter(|p| p.coords.norm_squared() < reach * reach)
-        .collect()
 }
 
 /// How far a disc of `radius` moves forward on the arc of the speeds until it touches one of the points, m; at most `most`. A point within

@@ -1,5 +1,7 @@
 //! Names for cells, blocks and what a cell may be.
 
+use nalgebra::Point2;
+
 /// Column and row of a grid cell; cell (0, 0) has its lower left corner at the map's origin. Columns grow with x,
 /// rows with y.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -28,7 +30,46 @@ pub struct CellRect {
     pub max: CellIndex,
 }
 
+impl CellIndex {
+    /// The cell that holds a point given in cells; far-away and non-finite points saturate.
+    #[inline]
+    #[must_use]
+    pub fn holding(point: Point2<f64>) -> Self {
+        Self {
+            col: point.x.floor() as i32,
+            row: point.y.floor() as i32,
+        }
+    }
+}
+
 impl CellRect {
+    /// One cell.
+    #[must_use]
+    pub fn of(cell: CellIndex) -> Self {
+        Self {
+            min: cell,
+            max: CellIndex {
+                col: cell.col.saturating_add(1),
+                row: cell.row.saturating_add(1),
+            },
+        }
+    }
+
+    /// The same with so many cells more on each side.
+    #[must_use]
+    pub fn grown(self, by: i32) -> Self {
+        Self {
+            min: CellIndex {
+                col: self.min.col.saturating_sub(by),
+                row: self.min.row.saturating_sub(by),
+            },
+            max: CellIndex {
+                col: self.max.col.saturating_add(by),
+                row: self.max.row.saturating_add(by),
+            },
+        }
+    }
+
     /// Number of columns.
     #[must_use]
     pub fn width(&self) -> usize {

@@ -119,10 +119,7 @@ impl Grid {
     #[must_use]
     pub fn cell_at(&self, point: Point2<f64>) -> CellIndex {
         let scale = 1.0 / self.config.resolution;
-        CellIndex {
-            col: (point.x * scale).floor() as i32,
-            row: (point.y * scale).floor() as i32,
-        }
+        CellIndex::holding(point * scale)
     }
 
     /// Centre of a cell.
@@ -180,11 +177,7 @@ impl Grid {
         let scale = 1.0 / self.config.resolution;
         let in_cells = |p: Point2<f64>| Point2::from((*map_from_robot * p).coords * scale);
         for hit in &evidence.hits {
-            let end = in_cells(*hit);
-            let (index, offset) = split(CellIndex {
-                col: end.x.floor() as i32,
-                row: end.y.floor() as i32,
-            });
+            let (index, offset) = split(CellIndex::holding(in_cells(*hit)));
             if let Some(marks) = self.marks_of(index) {
                 self.marks[marks].hits[offset / BLOCK_CELLS] |= 1 << (offset % BLOCK_CELLS);
             }

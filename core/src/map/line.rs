@@ -23,7 +23,7 @@
 use nalgebra::Point2;
 
 use super::CellIndex;
-use super::ray::{are_in_reach, cell_of};
+use super::ray::are_in_reach;
 
 /// Binary digits after the point.
 pub(super) const FRACTION: u32 = 44;
@@ -88,7 +88,7 @@ impl Line {
     /// The cells of Bresenham's line from the cell of `start` to that of `end`. `None` where an end is not finite or they are too far
     /// apart.
     pub(super) fn bresenham(start: Point2<f64>, end: Point2<f64>) -> Option<Self> {
-        let cells = [start, end].map(cell_of);
+        let cells = [start, end].map(CellIndex::holding);
         let cols = i64::from(cells[1].col) - i64::from(cells[0].col);
         let rows = i64::from(cells[1].row) - i64::from(cells[0].row);
         let is_flat = cols.abs() >= rows.abs();
@@ -178,7 +178,7 @@ fn in_order(ends: [Point2<f64>; 2], is_flat: bool) -> ([Point2<f64>; 2], bool) {
 }
 
 fn cell_in(place: Point2<f64>) -> [i32; 2] {
-    let CellIndex { col, row } = cell_of(place);
+    let CellIndex { col, row } = CellIndex::holding(place);
     [col, row]
 }
 

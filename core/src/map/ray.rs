@@ -15,8 +15,8 @@ pub fn cells_on_ray(start: Point2<f64>, end: Point2<f64>, mut visit: impl FnMut(
     if !are_in_reach(start, end) {
         return;
     }
-    let mut cell = cell_of(start);
-    let last = cell_of(end);
+    let mut cell = CellIndex::holding(start);
+    let last = CellIndex::holding(end);
     let steps = (last.col - cell.col).unsigned_abs() + (last.row - cell.row).unsigned_abs();
     let delta = end - start;
     let (step_col, mut t_col, dt_col) = axis(start.x, delta.x);
@@ -40,13 +40,6 @@ pub fn cells_on_ray(start: Point2<f64>, end: Point2<f64>, mut visit: impl FnMut(
 pub(super) fn are_in_reach(start: Point2<f64>, end: Point2<f64>) -> bool {
     let mut coordinates = start.coords.iter().chain(end.coords.iter());
     coordinates.all(|c| c.is_finite() && c.abs() < 1e9)
-}
-
-pub(super) fn cell_of(point: Point2<f64>) -> CellIndex {
-    CellIndex {
-        col: point.x.floor() as i32,
-        row: point.y.floor() as i32,
-    }
 }
 
 /// Direction of the step, line parameter of the first border, and parameter between borders.

@@ -215,10 +215,7 @@ impl Topology {
     /// Number of the region of a point of the map, m.
     #[must_use]
     pub fn region_at(&self, point: Point2<f64>) -> Option<usize> {
-        self.region_of(CellIndex {
-            col: (point.x / self.resolution).floor() as i32,
-            row: (point.y / self.resolution).floor() as i32,
-        })
+        self.region_of(CellIndex::holding(point / self.resolution))
     }
 
     /// The region of each cell of [`Topology::rect`], in rows from the lower left one.

@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use crate::geom::{Footprint, Segment};
-use crate::map::{CellIndex, CellRect, Grid};
+use crate::map::{CellRect, Grid};
 use crate::plan::{ConfigSpace, GridSpace, Path, Unknown, follows};
 
 /// Whether a wall stands in the next `reach` metres of a path. The first decimetres do not count: the robot stands
@@ -78,26 +78,8 @@ fn beginning(path: &Path, length: f64) -> Vec<Point2<f64>> {
 fn cells_around(grid: &Grid, points: &[Point2<f64>], spare: f64) -> Option<CellRect> {
     let spare = (spare / grid.resolution()).ceil() as i32 + 2;
     let cells = points.iter().map(|point| grid.cell_at(*point));
-    let around = |cell: CellIndex| CellRect {
-        min: CellIndex {
-            col: cell.col - spare,
-            row: cell.row - spare,
-        },
-        max: CellIndex {
-            col: cell.col + spare + 1,
-            row: cell.row + spare + 1,
-        },
-    };
-    cells.map(around).reduce(|all, one| CellRect {
-        min: CellIndex {
-            col: all.min.col.min(one.min.col),
-            row: all.min.row.min(one.min.row),
-        },
-        max: CellIndex {
-            col: all.max.col.max(one.max.col),
-            row: all.max.row.max(one.max.row),
-        },
-    })
+    let around = cells.map(CellRect::of).reduce(CellRect::around);
+    around.map(|rect| rect.grown(spare))
 }
 
 #[cfg(test)]

@@ -80,15 +80,6 @@ pub struct ContestBody {
     pub outline: Option<Footprint>,
 }
 
-impl From<f64> for ContestBody {
-    fn from(keep: f64) -> Self {
-        Self {
-            keep,
-            outline: None,
-        }
-    }
-}
-
 /// Why there is no contest.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -130,7 +121,7 @@ impl Contest {
     /// # Errors    [`ContestError`]: walls or distance that cannot be, start or goal that is not free.
     pub fn among_walls(
         walls: Vec<Segment>,
-        body: impl Into<ContestBody>,
+        body: ContestBody,
         query: Query,
         config: ContestConfig,
     ) -> Result<Self, ContestError> {
@@ -138,7 +129,7 @@ impl Contest {
         let (low, high) = ends.fold((query.start, query.start), |(low, high), end| {
             (low.inf(&end), high.sup(&end))
         });
-        let ContestBody { keep, outline } = body.into();
+        let ContestBody { keep, outline } = body;
         let space = SegmentSpace::new(walls, keep, (low, high))?;
         let outline = outline.map(|outline| {
             let within = space.with_keep(outline.radius_within());
@@ -152,7 +143,7 @@ impl Contest {
     /// # Errors    [`ContestError::Query`]: start or goal that is not free, or is far off the grid.
     pub fn on_grid(
         grid: &Grid,
-        body: impl Into<ContestBody>,
+        body: ContestBody,
         unknown: Unknown,
         query: Query,
         config: ContestConfig,
@@ -162,7 +153,7 @@ impl Contest {
         let (x, y) = (query.goal.x, query.goal.y);
         let rect =
             rect_around(grid, &ends, SPARE_CELLS, farthest).ok_or(NoPath::GoalBlocked { x, y })?;
-        let ContestBody { keep, outline } = body.into();
+        let ContestBody { keep, outline } = body;
         let space = GridSpace::new(grid, rect, keep, unknown);
         let outline = outline.map(|outline| {
             let within = space.clone().with_keep(outline.radius_within());

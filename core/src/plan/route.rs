@@ -230,29 +230,24 @@ fn plan_in(
         start: free_start,
         goal: aim.point,
     };
-    let found = find(space, &wave, query, config, rng);
+    let search = find(space, &wave, query, config, rng);
+    let iterations = search.as_ref().map_or(0, Search::iterations);
+    let tree = search.as_ref().map_or(vec![], Search::tree);
+    let found = search.and_then(|search| Some((search.path()?, search.planner())));
     let way = || {
         let mut path = wave.path_to(space, aim.cell?)?;
         join_ends(&mut path, space, free_start, aim.point);
         Some(path)
     };
-    let (raw, by) = match found.path {
-        Some(path) => (path, found.by),
-        None => match way() {
-            Some(path) => (path, Planner::Wavefront),
-            None => {
-                return Err(RouteFailure {
-                    reason: NoPath::BudgetSpent {
-                        iterations: found.iterations,
-                    },
-                    iterations: found.iterations,
-                    tree: found.tree,
-                });
-            }
-        },
+    let by_wave = || Some((way()?, Planner::Wavefront));
+    let Some((mut raw, by)) = found.or_else(by_wave) else {
+        return Err(RouteFailure {
+            reason: NoPath::BudgetSpent { iterations },
+            iterations,
+            tree,
+        });
     };
     let mut path = config.shortening.apply(&raw, space);
-    let mut raw = raw;
     if free_start != start {
         path.points.insert(0, start);
         raw.points.insert(0, start);
@@ -261,9 +256,9 @@ fn plan_in(
         path,
         pieces: vec![],
         raw,
-        tree: found.tree,
+        tree,
         by,
-        iterations: found.iterations,
+        iterations,
         margin: 0.0,
     })
 }
@@ -318,22 +313,14 @@ fn aim_at(
     }
 }
 
-/// What the configured planner found.
-struct Found {
-    path: Option<Path>,
-    by: Planner,
-    iterations: usize,
-    tree: Vec<Segment>,
-}
-
-/// Asks the configured planner; trees draw from the cells that the wavefront reached.
+/// What the configured planner finds; trees draw from the cells that the wavefront reached. `None` where it is not offered here.
 fn find(
     space: &GridSpace,
     wave: &Wavefront,
     query: Query,
     config: &RouteConfig,
     rng: &mut dyn Rng,
-) -> Found {
+) -> Option<Search> {
     let sampler = || {
         let reached = wave.reached();
         let mut centres: Vec<_> = reached.iter().map(|&c| space.centre_of(c)).collect();
@@ -345,27 +332,14 @@ fn find(
             side: space.resolution(),
         }
     };
-    // A planner that is not offered here leaves the wavefront's path.
-    let Ok(mut search) = Search::new(config.planner, space, query, config.rrt, sampler) else {
-        return Found {
-            path: None,
-            by: config.planner,
-            iterations: 0,
-            tree: vec![],
-        };
-    };
+    let mut search = Search::new(config.planner, space, query, config.rrt, sampler).ok()?;
     let budget = match config.planner {
         // They end by themselves, when all cells are expanded.
         Planner::AStar | Planner::ThetaStar | Planner::Rooms => usize::MAX,
         _ => config.rrt.max_iterations,
     };
     search.step(space, rng, budget);
-    Found {
-        path: search.path(),
-        by: search.planner(),
-        iterations: search.iterations(),
-        tree: search.tree(),
-    }
+    Some(search)
 }
 
 /// Puts the true ends on a path over cell centres.

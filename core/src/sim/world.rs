@@ -141,6 +141,13 @@ impl World {
         })
     }
 
+    /// Sets a task: to go there.
+    #[must_use]
+    pub fn with_goal(mut self, (x, y): (f64, f64)) -> Self {
+        self.goal = Some(Point2::new(x, y));
+        self
+    }
+
     /// Adds a solid opaque box between two opposite corners.
     #[must_use]
     pub fn with_box(self, (x0, y0): (f64, f64), (x1, y1): (f64, f64)) -> Self {

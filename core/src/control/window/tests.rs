@@ -2,6 +2,7 @@ use proptest::prelude::*;
 
 use super::super::strip::free_distance;
 use super::*;
+use crate::geom::Pose2;
 use crate::points::fixture::scan_of_hits;
 
 fn seen(at: &[(f64, f64)]) -> Points {

@@ -29,15 +29,10 @@ impl Grid {
                 .enumerate()
                 .filter(|(_, odds)| is_meant(**odds));
             for (offset, _) in meant {
-                let col = block.col * BLOCK + (offset % BLOCK_CELLS) as i32;
-                let row = block.row * BLOCK + (offset / BLOCK_CELLS) as i32;
-                let cell = CellRect {
-                    min: CellIndex { col, row },
-                    max: CellIndex {
-                        col: col + 1,
-                        row: row + 1,
-                    },
-                };
+                let cell = CellRect::of(CellIndex {
+                    col: block.col * BLOCK + (offset % BLOCK_CELLS) as i32,
+                    row: block.row * BLOCK + (offset / BLOCK_CELLS) as i32,
+                });
                 found = Some(found.map_or(cell, |rect| rect.around(cell)));
             }
         }

@@ -5,7 +5,7 @@
 use nalgebra::{Point2, Vector2};
 
 use super::TopologyConfig;
-use crate::map::{CellIndex, CellRect, CellState, DistanceField, spread, without_stripes};
+use crate::map::{CellRect, CellState, DistanceField, spread, without_stripes};
 
 /// A raster with a rim of one cell, so that every cell within has eight neighbours.
 pub(super) struct Floor {
@@ -27,16 +27,7 @@ impl Floor {
         states: &[CellState],
         config: &TopologyConfig,
     ) -> Self {
-        let rect = CellRect {
-            min: CellIndex {
-                col: rect.min.col.saturating_sub(1),
-                row: rect.min.row.saturating_sub(1),
-            },
-            max: CellIndex {
-                col: rect.max.col.saturating_add(1),
-                row: rect.max.row.saturating_add(1),
-            },
-        };
+        let rect = rect.grown(1);
         let width = rect.width();
         let states = with_rim(width, rect.height(), states);
         let seen = without_stripes(&states, width);

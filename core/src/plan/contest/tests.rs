@@ -12,6 +12,13 @@ const QUERY: Query = Query {
     goal: Point2::new(3.0, 1.0),
 };
 
+fn disc(keep: f64) -> ContestBody {
+    ContestBody {
+        keep,
+        outline: None,
+    }
+}
+
 fn wall(x0: f64, y0: f64, x1: f64, y1: f64) -> Segment {
     Segment::new(Point2::new(x0, y0), Point2::new(x1, y1))
 }
@@ -83,12 +90,12 @@ fn on_grid(walls: &[Segment]) -> Result<Contest, ContestError> {
     for _ in 0..5 {
         grid.draw(&evidence, &Pose2::identity());
     }
-    Contest::on_grid(&grid, KEEP, Unknown::Free, QUERY, short())
+    Contest::on_grid(&grid, disc(KEEP), Unknown::Free, QUERY, short())
 }
 
 #[test]
 fn all_find_the_way_and_the_graph_the_shortest() {
-    let mut contest = Contest::among_walls(with_tip(), KEEP, QUERY, short()).unwrap();
+    let mut contest = Contest::among_walls(with_tip(), disc(KEEP), QUERY, short()).unwrap();
     run(&mut contest);
     let shortest = contest.shortest().unwrap();
     let truth = optimum_over_tip();
@@ -114,7 +121,7 @@ fn all_find_the_way_and_the_graph_the_shortest() {
 fn who_improves_uses_all_its_time_and_its_length_only_falls() {
     let mut config = short();
     config.rrt.is_seeded = false;
-    let mut contest = Contest::among_walls(with_tip(), KEEP, QUERY, config).unwrap();
+    let mut contest = Contest::among_walls(with_tip(), disc(KEEP), QUERY, config).unwrap();
     run(&mut contest);
     let standings = contest.standings();
     for planner in [Planner::RrtStar, Planner::InformedRrtStar] {
@@ -131,7 +138,7 @@ fn who_improves_uses_all_its_time_and_its_length_only_falls() {
 
 #[test]
 fn each_finds_what_it_finds_alone() {
-    let mut contest = Contest::among_walls(with_tip(), KEEP, QUERY, short()).unwrap();
+    let mut contest = Contest::among_walls(with_tip(), disc(KEEP), QUERY, short()).unwrap();
     run(&mut contest);
     let (low, high) = (Point2::origin(), Point2::new(4.0, 3.0));
     let space = SegmentSpace::new(with_tip(), KEEP, (low, high)).unwrap();
@@ -145,7 +152,7 @@ fn each_finds_what_it_finds_alone() {
 
 #[test]
 fn a_closed_door_is_proved_for_all_of_them() {
-    let mut among_walls = Contest::among_walls(closed_off(), KEEP, QUERY, short()).unwrap();
+    let mut among_walls = Contest::among_walls(closed_off(), disc(KEEP), QUERY, short()).unwrap();
     let mut on_grid = on_grid(&closed_off()).unwrap();
     for contest in [&mut among_walls, &mut on_grid] {
         run(contest);
@@ -178,7 +185,7 @@ fn over_a_grid_lengths_are_held_against_the_shortest_found() {
 
 #[test]
 fn a_slow_planner_holds_up_no_other() {
-    let mut contest = Contest::among_walls(with_tip(), KEEP, QUERY, short()).unwrap();
+    let mut contest = Contest::among_walls(with_tip(), disc(KEEP), QUERY, short()).unwrap();
     let mut others = 0;
     while contest.standings()[0].seconds < 0.05 && contest.step() {
         // The tree of the source is said to need 25 ms for each turn.
@@ -196,7 +203,7 @@ fn ends_inside_of_walls_are_refused() {
         goal: Point2::new(2.05, 1.0),
         ..QUERY
     };
-    let refused = Contest::among_walls(with_tip(), KEEP, blocked, short());
+    let refused = Contest::among_walls(with_tip(), disc(KEEP), blocked, short());
     assert!(matches!(
         refused,
         Err(ContestError::Query(NoPath::GoalBlocked { .. }))
@@ -205,8 +212,8 @@ fn ends_inside_of_walls_are_refused() {
         start: Point2::new(f64::NAN, 1.0),
         ..QUERY
     };
-    assert!(Contest::among_walls(with_tip(), KEEP, outside, short()).is_err());
-    assert!(Contest::among_walls(with_tip(), -1.0, QUERY, short()).is_err());
+    assert!(Contest::among_walls(with_tip(), disc(KEEP), outside, short()).is_err());
+    assert!(Contest::among_walls(with_tip(), disc(-1.0), QUERY, short()).is_err());
 }
 
 #[test]
@@ -215,7 +222,7 @@ fn nothing_in_the_way_is_said_so() {
         goal: Point2::new(1.5, 1.5),
         ..QUERY
     };
-    let mut contest = Contest::among_walls(with_tip(), KEEP, near, short()).unwrap();
+    let mut contest = Contest::among_walls(with_tip(), disc(KEEP), near, short()).unwrap();
     run(&mut contest);
     for standing in contest.standings() {
         assert!(standing.is_straight, "{standing:?}");
@@ -279,5 +286,5 @@ fn start_where_only_the_outline_fits_is_no_start_for_discs_alone() {
         let is_said = matches!(standing.reason, Some(NoPath::StartBlocked { .. }));
         assert_ne!(is_said, standing.length.is_some(), "{standing:?}");
     }
-    assert!(Contest::among_walls(corridor, 0.3, QUERY, short()).is_err());
+    assert!(Contest::among_walls(corridor, disc(0.3), QUERY, short()).is_err());
 }

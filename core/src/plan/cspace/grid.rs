@@ -121,11 +121,7 @@ impl GridSpace {
     /// The cell under a point, if it is covered.
     #[must_use]
     pub fn index_at(&self, point: Point2<f64>) -> Option<usize> {
-        let cell = CellIndex {
-            col: (point.x / self.resolution).floor() as i32,
-            row: (point.y / self.resolution).floor() as i32,
-        };
-        self.index_of(cell)
+        self.index_of(CellIndex::holding(point / self.resolution))
     }
 
     /// Centre of the cell with the given number.
@@ -190,10 +186,7 @@ impl GridSpace {
     #[must_use]
     pub fn free_cells_near(&self, point: Point2<f64>, reach: f64) -> Vec<Point2<f64>> {
         let cells = (reach / self.resolution).ceil() as i32;
-        let (col, row) = (
-            (point.x / self.resolution).floor() as i32,
-            (point.y / self.resolution).floor() as i32,
-        );
+        let CellIndex { col, row } = CellIndex::holding(point / self.resolution);
         let mut found = vec![];
         for dr in -cells..=cells {
             for dc in -cells..=cells {
@@ -273,10 +266,7 @@ impl ConfigSpace for GridSpace {
 
     fn bounds(&self) -> (Point2<f64>, Point2<f64>) {
         let corner = |cell: CellIndex| {
-            Point2::new(
-                f64::from(cell.col) * self.resolution,
-                f64::from(cell.row) * self.resolution,
-            )
+            Point2::new(f64::from(cell.col), f64::from(cell.row)) * self.resolution
         };
         (corner(self.rect.min), corner(self.rect.max))
     }

@@ -82,26 +82,23 @@ impl SegmentSpace {
         if !(keep >= 0.0 && keep.is_finite()) {
             return Err(SpaceError::Keep { keep });
         }
-        Ok(Self {
+        Ok(Self::of(segments, keep, bounds))
+    }
+
+    fn of(segments: Vec<Segment>, keep: f64, bounds: (Point2<f64>, Point2<f64>)) -> Self {
+        Self {
             capsules: segments.iter().map(|s| Capsule::new(s, keep)).collect(),
             raster: Raster::new(&segments, keep, bounds),
             segments,
             keep,
             bounds,
-        })
+        }
     }
 
     /// The same walls and bounds for a robot whose centre keeps another distance, m; not negative.
     #[must_use]
     pub fn with_keep(&self, keep: f64) -> Self {
-        let keep = keep.max(0.0);
-        Self {
-            capsules: (self.segments.iter().map(|s| Capsule::new(s, keep))).collect(),
-            raster: Raster::new(&self.segments, keep, self.bounds),
-            segments: self.segments.clone(),
-            keep,
-            bounds: self.bounds,
-        }
+        Self::of(self.segments.clone(), keep.max(0.0), self.bounds)
     }
 
     /// The walls.
@@ -137,14 +134,10 @@ impl SegmentSpace {
     /// How far a leg may go before it leaves the bounds, m.
     fn to_border(&self, origin: Point2<f64>, direction: Vector2<f64>) -> f64 {
         let (low, high) = self.bounds;
-        let to = |at: f64, along: f64, low: f64, high: f64| {
-            if along > 0.0 {
-                (high - at) / along
-            } else if along < 0.0 {
-                (low - at) / along
-            } else {
-                f64::INFINITY
-            }
+        let to = |at: f64, along: f64, low: f64, high: f64| match along {
+            0.0 => f64::INFINITY,
+            _ if along > 0.0 => (high - at) / along,
+            _ => (low - at) / along,
         };
         to(origin.x, direction.x, low.x, high.x).min(to(origin.y, direction.y, low.y, high.y))
     }

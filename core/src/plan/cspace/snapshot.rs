@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 
-use crate::map::{CellIndex, CellRect, Grid};
+use crate::map::{CellRect, Grid};
 
 /// The rectangle of everything the grid holds and of all `points`, with `spare` cells around; `None` where a point is
 /// not finite or lies more than `farthest` cells off.
@@ -30,19 +30,7 @@ pub fn rect_around(
         if off(cell.col, held.min.col, held.max.col) || off(cell.row, held.min.row, held.max.row) {
             return None;
         }
-        rect.min.col = rect.min.col.min(cell.col);
-        rect.min.row = rect.min.row.min(cell.row);
-        rect.max.col = rect.max.col.max(cell.col.saturating_add(1));
-        rect.max.row = rect.max.row.max(cell.row.saturating_add(1));
+        rect = rect.around(CellRect::of(cell));
     }
-    Some(CellRect {
-        min: CellIndex {
-            col: rect.min.col.saturating_sub(spare),
-            row: rect.min.row.saturating_sub(spare),
-        },
-        max: CellIndex {
-            col: rect.max.col.saturating_add(spare),
-            row: rect.max.row.saturating_add(spare),
-        },
-    })
+    Some(rect.grown(spare))
 }

@@ -20,8 +20,8 @@ use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{partition_along_x, partition_along_y};
-use crate::geom::{Pose2, sin_cos};
+use super::{hall, partition_along_x, partition_along_y};
+use crate::geom::sin_cos;
 use crate::sim::{Material, Shape, World};
 
 /// Walls in all.
@@ -43,8 +43,8 @@ const DOOR: f64 = 1.0;
 
 pub(super) fn world() -> World {
     let (width, height) = (PLOTS.0 as f64 * PLOT.0, PLOTS.1 as f64 * PLOT.1);
-    let outline = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)];
-    let mut world = World::new("campus", Pose2::new(1.5, 1.5, 0.0)).with_room(&outline);
+    // The goal is at the eastern end of the first corridor.
+    let mut world = hall("campus", (1.5, 1.5), (width, height)).with_goal((28.5, 12.0));
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let plots = PLOTS.0 * PLOTS.1;
     for plot in 0..plots {
@@ -56,8 +56,6 @@ pub(super) fn world() -> World {
         let walls = WALLS * (plot + 1) / plots;
         world = furnish(world, corner, walls, &mut rng);
     }
-    // At the eastern end of the first corridor.
-    world.goal = Some(Point2::new(28.5, 12.0));
     world
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 
-use crate::geom::Pose2;
+use super::hall;
 use crate::sim::{Mover, World};
 
 /// Way of a person: corners, whether it is a round, speed (m/s), rest at each corner (s).
@@ -35,8 +35,8 @@ const WAYS: [Way; 10] = [
 ];
 
 pub(super) fn world() -> World {
-    let mut world = World::new("crowd", Pose2::new(1.0, 1.0, 0.0))
-        .with_room(&[(0.0, 0.0), (14.0, 0.0), (14.0, 10.0), (0.0, 10.0)])
+    let mut world = hall("crowd", (1.0, 1.0), (14.0, 10.0))
+        .with_goal((12.4, 8.6))
         .with_pillar((4.7, 4.9), 0.3)
         .with_pillar((9.3, 5.1), 0.3)
         .with_box((5.2, 0.0), (6.6, 0.5))
@@ -44,7 +44,6 @@ pub(super) fn world() -> World {
         .with_turned_box((9.4, 9.7), (1.6, 0.6), 0.0)
         .with_box((13.6, 4.6), (14.0, 5.8));
     world.movers = WAYS.iter().map(person).collect();
-    world.goal = Some(Point2::new(12.4, 8.6));
     world
 }
 

@@ -1,19 +1,12 @@
 //! `doors`, 8 x 6 m: four rooms whose partitions stand in line with one another across the door gaps. Each gap has a door, open
 //! until somebody shuts it.
 
-use nalgebra::Point2;
-
-use super::{partition_along_x, partition_along_y};
-use crate::geom::{Pose2, Segment};
+use super::{hall, partition_along_x, partition_along_y};
+use crate::geom::Segment;
 use crate::sim::{Door, World};
 
 pub(super) fn world() -> World {
-    let world = World::new("doors", Pose2::new(1.0, 1.0, 0.0)).with_room(&[
-        (0.0, 0.0),
-        (8.0, 0.0),
-        (8.0, 6.0),
-        (0.0, 6.0),
-    ]);
+    let world = hall("doors", (1.0, 1.0), (8.0, 6.0)).with_goal((7.3, 4.1));
     let world = partition_along_y(world, 3.2, 0.0, 6.0, &[(1.0, 1.9), (4.1, 5.0)]);
     let world = partition_along_x(world, 3.0, 0.0, 3.15, &[(1.2, 2.1)]);
     let world = partition_along_x(world, 3.4, 3.25, 8.0, &[(5.4, 6.3)]);
@@ -33,6 +26,5 @@ pub(super) fn world() -> World {
         door([1.2, 3.0], [2.1, 3.0]),
         door([5.4, 3.4], [6.3, 3.4]),
     ];
-    world.goal = Some(Point2::new(7.3, 4.1));
     world
 }

@@ -13,26 +13,16 @@
 //! The wall between laboratory and office (`:`) is glass, and so is the screen around the robot cell; the cupboards of the
 //! corridor are dark.
 
-use nalgebra::Point2;
-
-use super::{glazing_along_y, partition_along_x, partition_along_y};
-use crate::geom::Pose2;
+use super::{glazing_along_y, hall, partition_along_x, partition_along_y};
 use crate::sim::{Material, World};
 
 pub(super) fn world() -> World {
-    let world = World::new("lab", Pose2::new(1.0, 1.1, 0.0)).with_room(&[
-        (0.0, 0.0),
-        (20.0, 0.0),
-        (20.0, 10.2),
-        (0.0, 10.2),
-    ]);
+    let world = hall("lab", (1.0, 1.1), (20.0, 10.2)).with_goal((18.6, 8.8));
     let gaps = [(2.0, 3.0), (9.6, 10.8), (16.0, 17.0)];
     let world = partition_along_x(world, 2.2, 0.0, 20.0, &gaps);
     let world = partition_along_y(world, 13.0, 2.25, 4.0, &[]);
     let world = glazing_along_y(world, 13.0, 4.05, 10.15);
-    let mut world = office(laboratory(corridor(world)));
-    world.goal = Some(Point2::new(18.6, 8.8));
-    world
+    office(laboratory(corridor(world)))
 }
 
 fn corridor(world: World) -> World {

@@ -1,7 +1,5 @@
 //! `maze`, 11.7 x 9.1 m: passages 1.2 m wide that all look alike, dead ends, and five loops. The far corner is the goal.
 
-use nalgebra::Point2;
-
 use super::{PARTITION, partition_along_x, partition_along_y};
 use crate::geom::Pose2;
 use crate::sim::World;
@@ -36,7 +34,8 @@ pub(super) fn world() -> World {
     let outline = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)];
     let middle = |cell: usize| (cell as f64 + 0.5) * PITCH;
     let start = Pose2::new(middle(0), middle(0), std::f64::consts::FRAC_PI_2);
-    let mut world = World::new("maze", start).with_room(&outline);
+    let goal = (middle(COLS - 1), middle(ROWS - 1));
+    let mut world = (World::new("maze", start).with_room(&outline)).with_goal(goal);
     for row in 1..ROWS {
         let y = PITCH * row as f64;
         for (from, to) in runs(COLS, |col| is_wall(2 * (ROWS - row), 3 * col + 1)) {
@@ -51,7 +50,6 @@ pub(super) fn world() -> World {
             world = partition_along_y(world, x, first, last, &[]);
         }
     }
-    world.goal = Some(Point2::new(middle(COLS - 1), middle(ROWS - 1)));
     world
 }
 

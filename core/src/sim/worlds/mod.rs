@@ -29,6 +29,7 @@ mod tests;
 mod warehouse;
 
 use super::{Material, World};
+use crate::geom::Pose2;
 
 /// The name of a world, and what builds it.
 type Entry = (&'static str, fn() -> World);
@@ -68,6 +69,12 @@ const PARTITION: f64 = 0.10;
 pub fn builtin(name: &str) -> Option<World> {
     let (_, world) = BUILTIN.iter().find(|(known, _)| *known == name)?;
     Some(world())
+}
+
+/// An empty hall from (0, 0) to an opposite corner; the robot starts at `start` and looks along x.
+fn hall(name: &str, start: (f64, f64), (width, height): (f64, f64)) -> World {
+    let corners = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)];
+    World::new(name, Pose2::new(start.0, start.1, 0.0)).with_room(&corners)
 }
 
 /// Adds a partition along x at `y`, from `x0` to `x1`, with gaps (from, to) in ascending order.

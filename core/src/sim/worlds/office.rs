@@ -11,22 +11,12 @@
 //!     x 0       4.2      8        12      16
 //! ```
 
-use nalgebra::Point2;
-
-use super::{partition_along_x, partition_along_y};
-use crate::geom::Pose2;
+use super::{hall, partition_along_x, partition_along_y};
 use crate::sim::World;
 
 pub(super) fn world() -> World {
-    let world = World::new("office", Pose2::new(1.0, 6.0, 0.0)).with_room(&[
-        (0.0, 0.0),
-        (16.0, 0.0),
-        (16.0, 12.0),
-        (0.0, 12.0),
-    ]);
-    let mut world = furniture(partitions(world));
-    world.goal = Some(Point2::new(14.0, 10.0));
-    world
+    let world = hall("office", (1.0, 6.0), (16.0, 12.0)).with_goal((14.0, 10.0));
+    furniture(partitions(world))
 }
 
 fn partitions(world: World) -> World {

@@ -3,9 +3,7 @@
 //! Every rack is six pallets between seven posts; the gaps beside a post are 0.15 m, for light but not for a robot. Some
 //! pallets are wrapped in black film, and a showcase has a front of glass.
 
-use nalgebra::Point2;
-
-use crate::geom::Pose2;
+use super::hall;
 use crate::sim::{Material, World};
 
 const RACK_ROWS: usize = 9;
@@ -20,21 +18,14 @@ const BAY: f64 = 2.7;
 const BLACK_EVERY: usize = 7;
 
 pub(super) fn world() -> World {
-    let mut world = World::new("warehouse", Pose2::new(1.0, 1.2, 0.0)).with_room(&[
-        (0.0, 0.0),
-        (40.0, 0.0),
-        (40.0, 30.0),
-        (0.0, 30.0),
-    ]);
+    let mut world = hall("warehouse", (1.0, 1.2), (40.0, 30.0)).with_goal((39.0, 25.0));
     for row in 0..RACK_ROWS {
         let y = 2.4 + 2.9 * row as f64;
         for (half, x) in [2.0, 20.7].into_iter().enumerate() {
             world = rack(world, (x, y), (2 * row + half) * BAYS);
         }
     }
-    let mut world = hall(world);
-    world.goal = Some(Point2::new(39.0, 25.0));
-    world
+    along_the_walls(world)
 }
 
 /// One rack from its lower left corner; its pallets are counted on from `first`.
@@ -59,7 +50,7 @@ fn rack(world: World, (x, y): (f64, f64), first: usize) -> World {
 }
 
 /// Packing tables, chargers, pillars and the office along the northern and the southern wall.
-fn hall(world: World) -> World {
+fn along_the_walls(world: World) -> World {
     world
         // The office in the corner.
         .with_box((6.0, 27.9), (6.1, 30.0))
