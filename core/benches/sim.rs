@@ -7,14 +7,16 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use nalgebra::{Point2, Vector2};
 use slamlab_core::robot::{Command, RobotModel};
-use slamlab_core::sim::{Caster, SensorModel, Simulation, reachable_area, worlds};
+use slamlab_core::sim::{Caster, Fan, SensorModel, Simulation, reachable_area, worlds};
 
-/// Scans of 360 beams from ten places of `campus`.
+/// Scans of 360 beams from ten places of `campus`, each ray alone and all at once.
 fn campus(c: &mut Criterion) {
-    let Some(world) = worlds::builtin("campus") else {
+    let Some((caster, mut fan)) = worlds::builtin("campus")
+        .map(|w| Caster::new(w.walls()))
+        .zip(Fan::new(360, 0.0, TAU / 360.0))
+    else {
         return;
     };
-    let caster = Caster::new(world.walls());
     let places: Vec<_> = (0..10)
         .map(|k| Point2::new(30.0 * f64::from(k) + 8.0, 24.0 * f64::from(k) + 12.0))
         .collect();
@@ -32,6 +34,14 @@ fn campus(c: &mut Criterion) {
                 }
             }
             sum
+        });
+    });
+    group.bench_function("fan", |b| {
+        b.iter(|| {
+            for place in &places {
+                caster.cast_fan(*place, 0.0, 12.0, &mut fan);
+                black_box(fan.distances());
+            }
         });
     });
     group.finish();

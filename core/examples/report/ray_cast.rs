@@ -1,7 +1,7 @@
 //! `ray-cast`: how fast rays are cast in `campus`, and how the cost of a ray grows with the number of walls. About 10 s.
 //!
 //! 1. Rays from random places in random directions, 12 m long, the worst case for a cache; and scans of 360 beams from random
-//!    places. The requirement is on both.
+//!    places, each ray alone and all at once as a fan. The requirement is on the slower two: every ray alone.
 //! 2. Buildings of 100 to 50 000 walls, all alike but for their size; scans of 360 beams. The cost of a beam is fitted by
 //!    a + b ln n, and by c nᵖ: an exponent near 0 is what log n looks like, 1 would be trying every wall.
 //! 3. Every distance of 20 000 random rays against all walls tried one by one.
@@ -11,13 +11,13 @@
 use std::f64::consts::TAU;
 use std::hint::black_box;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use nalgebra::{Point2, Vector2};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 use slamlab_core::geom::{Segment, sin_cos};
-use slamlab_core::sim::{Caster, Material, Wall};
+use slamlab_core::sim::{Caster, Fan, Material, Wall};
 
 use super::{Args, Outcome};
 use crate::clock::least_seconds;
@@ -53,6 +53,8 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
         per_second(time_scans(&caster, &places)),
         1e6,
     );
+    let fan = per_second(time_fans(&caster, &places)?);
+    outcome.figure("campus_fan_beams_per_second", fan);
     let wrong = unlike_brute_force(&caster, random.iter().take(2_000))
         + unlike_brute_force(
             &Caster::new(building(1_000).0),
@@ -62,33 +64,35 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     outcome.require(wrong == 0, || {
         format!("{wrong} rays differ from trying every wall")
     });
-    growth(&mut outcome);
+    growth(&mut outcome)?;
     Ok(outcome)
 }
 
 /// The cost of a beam against the number of walls.
-fn growth(outcome: &mut Outcome) {
+fn growth(outcome: &mut Outcome) -> Result<()> {
     let mut table = Vec::new();
     for walls in WALLS {
         let (walls, side) = building(walls);
         let mut rng = ChaCha8Rng::seed_from_u64(4);
         let places = places(Point2::new(side, side), &mut rng);
         let caster = Caster::new(walls);
-        let nanoseconds = 1e9 * time_scans(&caster, &places);
-        table.push((caster.walls().len() as f64, nanoseconds));
+        let alone = 1e9 * time_scans(&caster, &places);
+        let fan = 1e9 * time_fans(&caster, &places)?;
+        table.push((caster.walls().len() as f64, alone, fan));
     }
     let rows: Vec<_> = table
         .iter()
-        .map(|(n, ns)| json!({ "walls": n, "ns_per_beam": ns }))
+        .map(|(n, alone, fan)| json!({ "walls": n, "ns_per_beam": alone, "fan_ns_per_beam": fan }))
         .collect();
     outcome.figure("growth", rows);
-    let logs: Vec<_> = table.iter().map(|(n, ns)| (n.ln(), *ns)).collect();
+    let logs: Vec<_> = table.iter().map(|(n, ns, _)| (n.ln(), *ns)).collect();
     let (at_one, per_e_fold, off) = fit_line(&logs);
     outcome.figure("log_fit_ns_at_1_wall", at_one);
     outcome.figure("log_fit_ns_per_factor_e", per_e_fold);
     outcome.figure("log_fit_rms_ns", off);
-    let powers: Vec<_> = table.iter().map(|(n, ns)| (n.ln(), ns.ln())).collect();
+    let powers: Vec<_> = table.iter().map(|(n, ns, _)| (n.ln(), ns.ln())).collect();
     outcome.at_most("power_fit_exponent", fit_line(&powers).1, MOST_EXPONENT);
+    Ok(())
 }
 
 /// Seconds for each ray.
@@ -100,7 +104,7 @@ fn time_rays(caster: &Caster, rays: &[Ray]) -> f64 {
     least_seconds(cast) / rays.len() as f64
 }
 
-/// Seconds for each beam of scans, their directions counted in.
+/// Seconds for each beam of scans whose beams are cast one by one, their directions counted in.
 fn time_scans(caster: &Caster, places: &[Point2<f64>]) -> f64 {
     let cast = || {
         let mut sum = 0.0;
@@ -114,6 +118,24 @@ fn time_scans(caster: &Caster, places: &[Point2<f64>]) -> f64 {
         black_box(sum);
     };
     least_seconds(cast) / (places.len() * BEAMS) as f64
+}
+
+/// Seconds for each beam of scans whose beams are cast at once.
+fn time_fans(caster: &Caster, places: &[Point2<f64>]) -> Result<f64> {
+    let mut fan = Fan::new(BEAMS, 0.0, TAU / BEAMS as f64).context("more than a round")?;
+    let cast = || {
+        let mut sum = 0.0;
+        for place in places {
+            caster.cast_fan(*place, 0.0, RANGE, &mut fan);
+            sum += fan
+                .distances()
+                .iter()
+                .filter(|d| d.is_finite())
+                .sum::<f64>();
+        }
+        black_box(sum);
+    };
+    Ok(least_seconds(cast) / (places.len() * BEAMS) as f64)
 }
 
 fn unlike_brute_force<'a>(caster: &Caster, rays: impl Iterator<Item = &'a Ray>) -> usize {

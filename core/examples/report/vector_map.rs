@@ -11,13 +11,13 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use anyhow::{Result, ensure};
-use nalgebra::{Point2, Vector2};
+use anyhow::{Context, Result, ensure};
+use nalgebra::Point2;
 use serde_json::json;
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
-use slamlab_core::geom::{Segment, sin_cos};
+use slamlab_core::geom::Segment;
 use slamlab_core::pilot::Mode;
-use slamlab_core::sim::SensorKind;
+use slamlab_core::sim::{Fan, SensorKind};
 
 use super::{Args, Outcome};
 use crate::ride::world_named;
@@ -140,7 +140,7 @@ fn go(experiment: &mut Experiment, goal: Point2<f64>, witness: &mut Witness) -> 
         experiment.step()?;
         steps += 1;
         if steps % 10 == 0 {
-            witness.cast_beams(experiment);
+            witness.cast_beams(experiment)?;
         }
     }
     Ok(())
@@ -175,23 +175,23 @@ struct Witness {
 }
 
 impl Witness {
-    fn cast_beams(&mut self, experiment: &Experiment) {
+    fn cast_beams(&mut self, experiment: &Experiment) -> Result<()> {
         let pose = experiment.sim().truth();
         let caster = experiment.sim().caster();
+        let mut fan = Fan::new(360, -PI, PI / 180.0).context("no fan of beams")?;
+        caster.cast_fan(pose.position(), pose.heading(), RANGE, &mut fan);
         for beam in 0..360 {
-            let (sin, cos) = sin_cos(pose.heading() + f64::from(beam) * PI / 180.0);
-            let direction = Vector2::new(cos, sin);
-            let Some(met) = caster.cast(pose.position(), direction, RANGE) else {
+            let (Some(wall), Some(direction)) = (fan.surface(beam), fan.direction(beam)) else {
                 continue;
             };
-            let wall = met.surface;
             let Some(segment) = caster.walls().get(wall).map(|wall| wall.segment) else {
                 continue;
             };
-            let hit = pose.position() + direction * met.distance;
+            let hit = pose.position() + direction * fan.distances()[beam];
             let part = ((hit - segment.a).norm() / PART) as usize;
             *self.met.entry((wall, part)).or_insert(0) += 1;
         }
+        Ok(())
     }
 
     fn segments(&self, walls: &[Segment]) -> Vec<Segment> {

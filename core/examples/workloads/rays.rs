@@ -1,13 +1,14 @@
 //! `rays`: 1000 beams from each of 1000 places, against the 100 walls of `world_office.csv`; up to 30 m.
 //!
-//! Each ray is cast by itself, with its own sine and cosine, as the peers do.
+//! The beams of a place are a full circle of even steps, so [`Caster::cast_fan`] does a place at once; each ray by itself, with its
+//! own sine and cosine as the peers take them, stands beside it.
 
 use std::f64::consts::TAU;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use nalgebra::{Point2, Vector2};
 use slamlab_core::geom::{Segment, sin_cos};
-use slamlab_core::sim::{Caster, Material, Wall};
+use slamlab_core::sim::{Caster, Fan, Material, Wall};
 
 use crate::inputs::Inputs;
 use crate::timing::{emit, median_ms};
@@ -25,6 +26,7 @@ pub(crate) fn run(inputs: &Inputs) -> Result<()> {
         material: Material::Opaque,
     });
     let caster = Caster::new(walls.collect());
+    fans(&caster, &places)?;
     single_rays(&caster, &places)
 }
 
@@ -45,6 +47,23 @@ impl Sum {
         let mean = self.ranges / self.hits as f64;
         format!("mean_range={mean:.4} hits={}", self.hits)
     }
+}
+
+fn fans(caster: &Caster, places: &[[f64; 3]]) -> Result<()> {
+    let fan = Fan::new(BEAMS, 0.0, TAU / BEAMS as f64);
+    let mut fan = fan.context("a full circle is a fan")?;
+    let mut sum = Sum::default();
+    let ms = median_ms(REPEATS, || {
+        sum = Sum::default();
+        for [x, y, heading] in places {
+            caster.cast_fan(Point2::new(*x, *y), *heading, MAX_RANGE, &mut fan);
+            let ranges = fan.distances().iter().filter(|d| d.is_finite());
+            ranges.for_each(|range| sum.add(*range));
+        }
+        Ok(())
+    })?;
+    emit("slamlab(fans)", WORKLOAD, ms, &sum.text());
+    Ok(())
 }
 
 fn single_rays(caster: &Caster, places: &[[f64; 3]]) -> Result<()> {

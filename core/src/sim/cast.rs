@@ -13,12 +13,15 @@
 //! Why not a tree: rooms are thin lines around much empty room, so a leap crosses a room in a few steps whatever the
 //! number of walls, and there is no stack. The bench `sim` compares it with trying every wall.
 
+mod fan;
 #[cfg(test)]
 mod tests;
 
 use nalgebra::{Point2, Vector2};
 
 use super::{Material, Wall};
+
+pub use self::fan::Fan;
 
 /// Cells for each wall. More of them trade walls tried for cells visited, and memory. Nanoseconds for each beam of a scan:
 ///

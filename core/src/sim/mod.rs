@@ -5,7 +5,7 @@
 //! |---|---|
 //! | `world` | what stands in the building, where the robot starts |
 //! | `worlds/` | the built-in worlds, one file each |
-//! | `cast` | rays and distances to walls through a grid |
+//! | `cast` | rays, fans of rays and distances to walls through a grid |
 //! | `drive` | from commands to track motion: wished speeds within limits, the controller, the motors |
 //! | `motor` | a motor that turns: inertia, current, dry friction |
 //! | `response` | how motors and controller answer a step or a load, in time series |
@@ -37,7 +37,7 @@ mod world;
 pub mod worlds;
 
 pub use battery::BatteryModel;
-pub use cast::{Caster, Hit};
+pub use cast::{Caster, Fan, Hit};
 pub use contact::Contacts;
 pub use doors::NoDoor;
 pub use motor::Motor;

@@ -14,8 +14,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Point2, Vector2};
 
-use super::{Caster, Material, Wall, World};
-use crate::geom::sin_cos;
+use super::{Caster, Fan, Material, Wall, World};
 
 /// Rays from each look-out.
 const RAYS: usize = 360;
@@ -55,7 +54,7 @@ pub fn reachable_area(world: &World, robot_radius: f64, resolution: f64) -> Reac
     let caster = caster_of(world);
     let mut area = ReachableArea::empty(world, resolution);
     area.flood(world.start.position(), robot_radius, &caster);
-    area.add_what_is_seen(&caster);
+    area.look_round(&caster);
     area.leave_out_walls(&caster);
     area
 }
@@ -147,40 +146,38 @@ impl ReachableArea {
         self.cells.clone_from(&self.standing);
     }
 
-    fn add_what_is_seen(&mut self, caster: &Caster) {
+    fn look_round(&mut self, caster: &Caster) {
         // As many rows and columns as make no more look-outs than there may be.
         let bound = (self.cells.len() as f64 / MOST_LOOKOUTS).sqrt().ceil();
         let spacing = ((LOOKOUT_SPACING / self.resolution).max(bound) as usize).max(1);
-        let directions: Vec<Vector2<f64>> = (0..RAYS)
-            .map(|ray| {
-                let (sin, cos) = sin_cos(TAU / RAYS as f64 * ray as f64);
-                Vector2::new(cos, sin)
-            })
-            .collect();
+        let Some(mut fan) = Fan::new(RAYS, 0.0, TAU / RAYS as f64) else {
+            return;
+        };
         for row in (0..self.rows).step_by(spacing) {
             for col in (0..self.cols).step_by(spacing) {
                 let index = row * self.cols + col;
                 if self.standing.get(index) == Some(&true) {
-                    for direction in &directions {
-                        self.add_ray(self.centre(index), *direction, caster);
-                    }
+                    caster.cast_fan(self.centre(index), 0.0, FARTHEST_WALL, &mut fan);
+                    self.look_from(self.centre(index), &fan);
                 }
             }
         }
     }
 
-    fn add_ray(&mut self, eye: Point2<f64>, direction: Vector2<f64>, caster: &Caster) {
-        // No wall, no floor: outside of the building nothing counts.
-        let Some(hit) = caster.cast(eye, direction, FARTHEST_WALL) else {
-            return;
-        };
-        // In cells, once: a step is then two sums. Walls end the way before the rim does.
-        let from = (eye - self.low) / self.resolution;
-        for step in 1..(hit.distance.min(SIGHT) / self.resolution) as usize {
-            let at = from + direction * step as f64;
-            let index = at.y as usize * self.cols + at.x as usize;
-            if let Some(cell) = self.cells.get_mut(index) {
-                *cell = true;
+    fn look_from(&mut self, eye: Point2<f64>, fan: &Fan) {
+        for (beam, distance) in fan.distances().iter().enumerate() {
+            // No wall, no floor: outside of the building nothing counts.
+            let Some(direction) = fan.direction(beam).filter(|_| distance.is_finite()) else {
+                continue;
+            };
+            // In cells, once: a step is then two sums. Walls end the way before the rim does.
+            let from = (eye - self.low) / self.resolution;
+            for step in 1..(distance.min(SIGHT) / self.resolution) as usize {
+                let at = from + direction * step as f64;
+                let index = at.y as usize * self.cols + at.x as usize;
+                if let Some(cell) = self.cells.get_mut(index) {
+                    *cell = true;
+                }
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Rays and clearances against all walls tried one by one.
+//! Rays, fans and clearances against all walls tried one by one.
 
 use proptest::prelude::*;
 
@@ -63,6 +63,24 @@ proptest! {
         walls in walls(60), x in -30.0..30.0_f64, y in -30.0..30.0_f64, angle in -3.2..3.2_f64, range in 0.1..60.0_f64,
     ) {
         check(&walls, Point2::new(x, y), angle, range);
+    }
+
+    #[test]
+    fn fans_find_what_single_rays_find_to_the_bit(
+        walls in walls(60), x in -30.0..30.0_f64, y in -30.0..30.0_f64, heading in -9.0..9.0_f64, range in 0.1..60.0_f64,
+        beams in 1..80_usize, first in -4.0..4.0_f64, part in 0.05..1.0_f64,
+    ) {
+        let caster = Caster::new(walls);
+        let mut fan = Fan::new(beams, first, part * std::f64::consts::TAU / beams as f64).unwrap();
+        let origin = Point2::new(x, y);
+        // Twice from elsewhere: nothing of the first cast may be left.
+        caster.cast_fan(Point2::new(y, x), 1.0, 50.0, &mut fan);
+        caster.cast_fan(origin, heading, range, &mut fan);
+        for beam in 0..beams {
+            let alone = caster.cast(origin, fan.direction(beam).unwrap(), range);
+            prop_assert_eq!(fan.distances()[beam], alone.map_or(f64::INFINITY, |hit| hit.distance));
+            prop_assert_eq!(fan.surface(beam), alone.map(|hit| hit.surface));
+        }
     }
 
     #[test]
@@ -136,6 +154,38 @@ fn rays_that_are_not_finite_hit_nothing() {
         None
     );
     assert_eq!(Caster::new(vec![]).cast(Point2::origin(), ahead, 5.0), None);
+}
+
+#[test]
+fn fans_begin_on_walls_and_corners_and_outside_of_the_building() {
+    let walls = vec![
+        wall(0.0, 0.0, 4.0, 0.0),
+        wall(4.0, 0.0, 4.0, 3.0),
+        wall(4.0, 3.0, 0.0, 3.0),
+        wall(0.0, 3.0, 0.0, 0.0),
+        wall(1.0, 1.0, 3.0, 2.0),
+    ];
+    let caster = Caster::new(walls);
+    let mut fan = Fan::new(97, -3.0, std::f64::consts::TAU / 97.0).unwrap();
+    for (x, y) in [
+        (2.0, 1.5),
+        (4.0, 3.0),
+        (2.0, 0.0),
+        (-1e6, 1.0),
+        (900.0, -900.0),
+        (f64::NAN, 0.0),
+    ] {
+        let origin = Point2::new(x, y);
+        caster.cast_fan(origin, 0.3, 1e7, &mut fan);
+        for beam in 0..97 {
+            let alone = caster.cast(origin, fan.direction(beam).unwrap(), 1e7);
+            let alone = alone.map_or(f64::INFINITY, |hit| hit.distance);
+            assert_eq!(fan.distances()[beam], alone, "beam {beam} from {origin}");
+        }
+    }
+    assert!(Fan::new(361, 0.0, 0.0175).is_none());
+    assert!(Fan::new(4, f64::NAN, 0.1).is_none());
+    assert!(Fan::new(4, 0.0, -0.1).is_none());
 }
 
 #[test]
