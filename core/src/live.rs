@@ -9,7 +9,7 @@
 //! 2. [`Live::receive`] takes a message, [`Live::tick`] lets the pilot decide; both say what to send by
 //!    [`Live::take_outgoing`]. Time is µs of the caller's clock.
 //! 3. The pilot's commands go out only while this client has the lease and the robot is armed. Whatever disarms it also ends
-//!    the pilot's errand: nothing goes on by itself when the robot is armed again.
+//!    the pilot's task: nothing goes on by itself when the robot is armed again.
 
 #[cfg(test)]
 mod tests;
@@ -78,7 +78,8 @@ pub struct Live {
     bumpers: Bumpers,
     /// Standing was commanded already.
     is_halted: bool,
-    /// How often estimate and map began: with the first hello of a bridge, and with one that names another robot.
+    /// How often estimate and map began: with the first hello of a bridge, and with one that names
+    /// another robot.
     pub begun: u32,
     notes: Vec<Note>,
     /// Robot and sensors, as last reported.
@@ -102,7 +103,8 @@ impl Live {
         &self.client
     }
 
-    /// What robot and sensors reported so far, and what is intended; of an unknown robot, the figures of a Pioneer.
+    /// What robot and sensors reported so far, and what is intended; of an unknown robot, the
+    /// figures of a Pioneer.
     #[must_use]
     pub fn session(&self) -> &Session {
         &self.session
@@ -135,7 +137,7 @@ impl Live {
     /// The connection ended and another begins: map and pose stay, the right to drive does not.
     pub fn reconnect(&mut self) {
         self.client = Client::new(&self.config.name, self.config.token.as_deref());
-        self.end_errand();
+        self.end_task();
     }
 
     /// Takes one binary message of the bridge that came at `now`.
@@ -146,7 +148,7 @@ impl Live {
         let (header, message) = self.client.receive(now, bytes)?;
         self.take_in(now, header.micros, message);
         if was_armed && !self.client.is_armed() {
-            self.end_errand();
+            self.end_task();
         }
         Ok(())
     }
@@ -244,7 +246,7 @@ impl Live {
     }
 
     /// Nothing is under way any more, an arming that waits for its lease neither: it would come after the Stop.
-    fn end_errand(&mut self) {
+    fn end_task(&mut self) {
         self.wants_to_arm = false;
         self.session.stop();
         self.is_halted = false;
@@ -299,7 +301,7 @@ impl Live {
 
     /// Gives the right to drive back; the robot stops.
     pub fn leave_wheel(&mut self, now: u64) {
-        self.end_errand();
+        self.end_task();
         self.client.release(now);
     }
 
@@ -319,13 +321,13 @@ impl Live {
 
     /// Stops the robot and disarms it, whoever drives it.
     pub fn stop(&mut self, now: u64) {
-        self.end_errand();
+        self.end_task();
         self.client.stop(now);
     }
 
     /// Cuts the motors off, whoever drives.
     pub fn emergency_stop(&mut self, now: u64) {
-        self.end_errand();
+        self.end_task();
         self.client.emergency_stop(now);
     }
 

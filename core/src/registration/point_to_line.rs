@@ -3,7 +3,7 @@
 //! In: oriented points, a [`Target`], a start and what is believed of it. Out: a [`Registration`].
 //!
 //! 1. Each point looks up the surfel nearest to where it would lie. It takes part if the two
-//!    surfaces look the same way.
+//!    surfaces face the same way.
 //! 2. Its residual is the distance to the surfel's line; far ones are doubted by a Cauchy kernel
 //!    whose scale shrinks from iteration to iteration, so that a bad start is pulled in and
 //!    outliers end without a say.
@@ -11,7 +11,7 @@
 //! 4. A direction of which the points say next to nothing is the prior's alone, in each iteration:
 //!    what little they seem to say along a corridor comes of noisy normals, and pulls towards where
 //!    the map was seen from.
-//! 5. The covariance is the inverse of what the points and the prior say. The verdict looks at the
+//! 5. The covariance is the inverse of what the points and the prior say. The verdict is about the
 //!    points alone: a corridor says nothing about the way along it, and the verdict says so.
 //!
 //! Source: Censi (2008), "An ICP variant using a point-to-line metric"; the Cauchy kernel's scale
@@ -20,13 +20,15 @@
 
 use nalgebra::{Matrix2, Matrix3, SymmetricEigen, Vector2, Vector3};
 
-use super::{Prior, Registration, Target, Verdict};
+use super::{Prior, Registration, RegistrationMethod, Target, Verdict};
 use crate::geom::{Pose2, PoseEstimate, symmetrize, wrap};
 use crate::points::OrientedPoint;
 
 /// How to match.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MatchConfig {
+    /// By which method. Default point to line.
+    pub method: RegistrationMethod,
     /// Most iterations. Default 20.
     pub max_iterations: usize,
     /// Scale of the kernel at the first iteration, m. Default 0.15.
@@ -65,6 +67,7 @@ pub struct MatchConfig {
 impl Default for MatchConfig {
     fn default() -> Self {
         Self {
+            method: RegistrationMethod::PointToLine,
             max_iterations: 20,
             first_kernel: 0.15,
             last_kernel: 0.03,
@@ -96,8 +99,7 @@ struct Sums {
 }
 
 /// Matches `points` to `map`, from `start`.
-#[must_use]
-pub fn register<T: Target>(
+pub(super) fn register<T: Target>(
     points: &[OrientedPoint],
     map: &T,
     start: &Pose2,
