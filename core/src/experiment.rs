@@ -9,7 +9,6 @@
 
 mod config;
 mod figures;
-mod known_map;
 #[cfg(test)]
 mod tests;
 
@@ -65,7 +64,7 @@ impl Experiment {
     /// # Errors    [`ExperimentError`] naming what cannot be.
     pub fn new(config: ExperimentConfig) -> Result<Self, ExperimentError> {
         let map_from_world = config.world.start.inverse();
-        let slam = known_map::settings(&config);
+        let slam = config.slam_with_walls();
         let mut sim = Simulation::new(config.world, config.robot, config.sensor, config.seed)?;
         if let Some(sonars) = &config.sonars_beside {
             sim.put_sonars_beside(sonars, config.seed)?;
@@ -233,7 +232,7 @@ impl Experiment {
         self.session.set_mode(mode);
     }
 
-    /// Drives by hand with these speeds, m/s and rad/s, until told otherwise.
+    /// Drives by hand with these speeds, m/s and rad/s, until commanded otherwise.
     pub fn drive(&mut self, forward: f64, turn: f64) {
         self.session.drive(forward, turn);
     }

@@ -81,7 +81,8 @@ pub struct Live {
     bumpers: Bumpers,
     /// Standing was commanded already.
     is_halted: bool,
-    /// How often estimate and map began: with the first hello of a bridge, and with one that names another robot.
+    /// How often estimate and map began: with the first hello of a bridge, and with one that names
+    /// another robot.
     pub begun: u32,
     notes: Vec<Note>,
     /// Robot and sensors, as last reported.
@@ -105,7 +106,8 @@ impl Live {
         &self.client
     }
 
-    /// What robot and sensors reported so far, and what is intended; of an unknown robot, the figures of a Pioneer.
+    /// What robot and sensors reported so far, and what is intended; of an unknown robot, the
+    /// figures of a Pioneer.
     #[must_use]
     pub fn session(&self) -> &Session {
         &self.session
@@ -138,7 +140,7 @@ impl Live {
     /// The connection ended and another begins: map and pose stay, the right to drive does not.
     pub fn reconnect(&mut self) {
         self.client = Client::new(&self.config.name, self.config.token.as_deref());
-        self.end_errand();
+        self.end_task();
     }
 
     /// Takes one binary message of the bridge that came at `now`.
@@ -149,7 +151,7 @@ impl Live {
         let (header, message) = self.client.receive(now, bytes)?;
         self.take_in(now, header.micros, message);
         if was_armed && !self.client.is_armed() {
-            self.end_errand();
+            self.end_task();
         }
         Ok(())
     }
@@ -247,7 +249,7 @@ impl Live {
     }
 
     /// Nothing is under way any more, an arming that waits for its lease neither: it would come after the Stop.
-    fn end_errand(&mut self) {
+    fn end_task(&mut self) {
         self.wants_to_arm = false;
         self.session.stop();
         self.is_halted = false;
@@ -297,7 +299,7 @@ impl Live {
     pub fn take_wheel(&mut self, now: u64, force: bool) {
         if !self.client.is_armed() {
             // A task that was chosen while the robot was disarmed must not begin by itself.
-            self.end_errand();
+            self.end_task();
         }
         if self.client.has_lease() {
             self.client.arm(now);
@@ -310,7 +312,7 @@ impl Live {
 
     /// Gives the right to drive back; the robot stops.
     pub fn leave_wheel(&mut self, now: u64) {
-        self.end_errand();
+        self.end_task();
         self.client.release(now);
     }
 
@@ -361,13 +363,13 @@ impl Live {
 
     /// Stops the robot and disarms it, whoever drives it.
     pub fn stop(&mut self, now: u64) {
-        self.end_errand();
+        self.end_task();
         self.client.stop(now);
     }
 
     /// Cuts the motors off, whoever drives.
     pub fn emergency_stop(&mut self, now: u64) {
-        self.end_errand();
+        self.end_task();
         self.client.emergency_stop(now);
     }
 

@@ -188,7 +188,7 @@ impl Session {
         self.pilot.set_mode(mode);
     }
 
-    /// Drives by hand with these speeds, m/s and rad/s, until told otherwise.
+    /// Drives by hand with these speeds, m/s and rad/s, until commanded otherwise.
     pub fn drive(&mut self, forward: f64, turn: f64) {
         self.pilot.drive(forward, turn);
     }
@@ -198,7 +198,8 @@ impl Session {
         self.pilot.stop();
     }
 
-    /// From here on the sensor scans only when told to, or all the time; what the robot was doing begins anew.
+    /// From here on the sensor scans only on command, or all the time; what the robot was doing
+    /// begins anew.
     pub fn set_scans_on_command(&mut self, scans_on_command: bool) {
         self.scans_on_command = scans_on_command;
         self.pilot.set_mode(self.pilot.mode());
@@ -226,7 +227,7 @@ impl Session {
         &self.robot
     }
 
-    /// Whether the sensor scans only when told to, the robot standing: then it drives by the cycle.
+    /// Whether the sensor scans only on command, the robot standing: then it drives by the cycle.
     #[must_use]
     pub fn scans_on_command(&self) -> bool {
         self.scans_on_command

@@ -194,7 +194,7 @@ impl Settings {
     /// The number of a setting; `None` where this sensor or rule has none such.
     #[must_use]
     pub fn get(&self, setting: &Setting) -> Option<f64> {
-        setting.number_in(self)
+        (setting.field.get)(self)
     }
 }
 

@@ -141,7 +141,7 @@ impl Slam {
         Ok(())
     }
 
-    /// Without readings that look far and are near, and by sectors where that is set.
+    /// Without readings that seem far and are near, and by sectors where that is set.
     fn readable<'a>(&self, scan: &'a Scan) -> Cow<'a, Scan> {
         let scan = self
             .blind_zone
@@ -209,7 +209,7 @@ impl Slam {
         self.estimator.finish();
     }
 
-    /// Nobody is driven by what is seen: from here on nobody is looked for who walks about, and
+    /// Nobody is driven by what is seen: from here on walkers are not searched for, and
     /// [`Self::partial_scan`] does nothing.
     pub fn leave_walkers_out(&mut self) {
         self.walkers = None;

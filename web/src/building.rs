@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
-use slamlab_core::format::building::{BuildingFile, KnownWalls};
+use slamlab_core::format::building::{BuildingFile, PriorWalls};
 use slamlab_core::format::map_server::{MapMode, OccupancyMap};
 use slamlab_core::format::world;
 use slamlab_core::geom::{Pose2, Segment};
@@ -93,12 +93,12 @@ fn read(files: &[Ts<GivenFile>]) -> Result<BuildingFile, WebError> {
 
 impl KnownFile {
     fn of(name: &str, file: &BuildingFile) -> Result<Self, WebError> {
-        let KnownWalls {
+        let PriorWalls {
             faces,
             sigma,
             start,
             skipped,
-        } = file.known_walls()?;
+        } = file.prior_walls()?;
         let flat = |Segment { a, b }: &Segment| [a.x, a.y, b.x, b.y];
         let known = KnownMap {
             name: name.to_owned(),

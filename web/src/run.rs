@@ -190,8 +190,8 @@ impl WebRun {
 
     /// x1 y1 x2 y2 of the walls of the prior map, m; empty for other methods.
     #[must_use]
-    pub fn known_walls(&self) -> Vec<f32> {
-        view::known_walls(self.slam())
+    pub fn prior_walls(&self) -> Vec<f32> {
+        view::prior_walls(self.slam())
     }
 
     /// A map to be found in, made of the grid as it is. A real robot is not put back to where the map began: it begins where it is.

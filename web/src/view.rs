@@ -201,7 +201,7 @@ pub(crate) fn segments<'a>(
 }
 
 /// x1 y1 x2 y2 of the walls of the known map; empty for methods without.
-pub(crate) fn known_walls(slam: &Slam) -> Vec<f32> {
+pub(crate) fn prior_walls(slam: &Slam) -> Vec<f32> {
     let lines = match slam.view().prior_map_fit {
         Some(_) => slam.config().prior_map.lines.as_slice(),
         None => &[],

@@ -1,13 +1,14 @@
 //! `ekf-cost`: what does a line cost the filter, and how does that grow with the map?
 //!
-//! 1. A whole update with one match at 1 000 landmarks against one pass over as many numbers that reads, changes and writes each:
-//!    memory gives no more.
-//! 2. A step of ten lines at 100, 200 and 500 landmarks, association included, line by line and with joint compatibility. What
-//!    peers need for such steps is measured by the example `workloads`.
+//! 1. A whole update with one match at 1 000 landmarks against one pass over as many numbers that
+//!    reads, changes and writes each: memory gives no more.
+//! 2. A step of ten lines at 100, 200 and 500 landmarks, association included, line by line and
+//!    with joint compatibility. What peers need for such steps is measured by the example
+//!    `workloads`.
 //! 3. Allocations in updates that add no landmark, after some to warm up: none.
 //!
-//! Times are the fastest tenth's slowest (point 1: the best of 20 such, by turns): what other programs take of the machine only ever
-//! adds. About 10 s.
+//! Times are the fastest tenth's slowest (point 1: the best of 20 such, by turns): what other
+//! programs take of the machine only ever adds. About 10 s.
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -15,7 +15,7 @@ use slamlab_core::slam::PriorMap;
 /// the beginning.
 pub(crate) fn known_map(path: &Path, svg_unit: Option<f64>, start: &Pose2) -> Result<PriorMap> {
     let walls = load(path, svg_unit)?
-        .known_walls()
+        .prior_walls()
         .with_context(|| format!("{} is no map", path.display()))?;
     for what in &walls.skipped {
         eprintln!("{}: skipped {what}", path.display());

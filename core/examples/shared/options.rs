@@ -13,12 +13,12 @@ use slamlab_core::slam::Slam;
 /// Settings other than their defaults.
 #[derive(clap::Args)]
 pub(crate) struct Changes {
-    /// A setting other than its default, `KEY=NUMBER`; as often as wanted. Keys are those of `core::settings`. One that has
-    /// no effect on the run is refused.
+    /// A setting other than its default, `KEY=NUMBER`; as often as wanted. Keys are those of
+    /// `core::settings`. One that has no effect on the run is refused.
     #[arg(long = "set", value_name = "KEY=NUMBER", value_parser = setting)]
     settings: Vec<(String, f64)>,
-    /// Settings from a preset file, as `evaluate --fit` writes one; `--set` overrules it. Those that have no effect on the
-    /// run are named and left out.
+    /// Settings from a preset file, as `evaluate --fit` writes one; `--set` overrules it. Those
+    /// that have no effect on the run are named and left out.
     #[arg(long, value_name = "FILE")]
     pub(crate) preset: Option<PathBuf>,
 }
@@ -59,7 +59,8 @@ pub(crate) struct Outputs {
     /// Write where the robot was at each scan, as it believes at the end, as a TUM trajectory.
     #[arg(long, value_name = "FILE")]
     tum: Option<PathBuf>,
-    /// Write the grid for ROS map_server: PGM, or PNG where the name ends in .png, and a YAML beside it.
+    /// Write the grid for ROS map_server: PGM, or PNG where the name ends in .png, and a YAML
+    /// beside it.
     #[arg(long, value_name = "FILE")]
     map: Option<PathBuf>,
     /// What the greys of --map mean: trinary, scale (PNG only) or raw.
@@ -123,7 +124,8 @@ impl Outputs {
     }
 }
 
-/// Refuses what cannot be written, and what is written over another file of the run; before the run, which may take minutes.
+/// Refuses what cannot be written, and what is written over another file of the run; before the
+/// run, which may take minutes.
 pub(crate) fn check(
     read: Vec<(&'static str, PathBuf)>,
     written: Vec<(&'static str, PathBuf)>,

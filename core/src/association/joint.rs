@@ -54,7 +54,7 @@ pub struct JointSearch {
     /// Where the pairings of each sighting end.
     ends: Vec<usize>,
     set: Members,
-    /// Of the set looked at and of the best one: for each sighting its pairing.
+    /// Of the set being tried and of the best one: for each sighting its pairing.
     chosen: Vec<Option<usize>>,
     best: Vec<Option<usize>>,
     best_size: usize,
@@ -241,7 +241,7 @@ impl JointSearch {
         Some(d2)
     }
 
-    /// Makes the best set the one looked at, without the pairing of one sighting; gives its distance.
+    /// Makes the best set the current one, without the pairing of one sighting; gives its distance.
     fn rebuild(&mut self, without: Option<usize>, cross: &impl Cross) -> f64 {
         self.set.clear();
         let mut d2 = 0.0;

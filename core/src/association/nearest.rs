@@ -8,7 +8,7 @@
 //! 4. Outside of the gate but not far outside, it is dropped too. Only what is far from everything is new.
 //!
 //! Why so cautious: an EKF cannot undo a wrong match, while a lost sighting costs next to nothing, for the next scan shows
-//! the wall again. Joint compatibility (`joint`) looks at all lines of a scan together.
+//! the wall again. Joint compatibility (`joint`) considers all lines of a scan together.
 
 use super::Paired;
 use crate::bounds::{Bounds, NOT_NEGATIVE, OutOfBounds, POSITIVE, check, or_no_limit};
@@ -53,8 +53,8 @@ pub struct AssociationConfig {
     pub max_gap: f64,
     /// Candidates closer than this (m, and rad) to each other are the same place: then no ambiguity. Default 0.03.
     pub same_place: f64,
-    /// Matched together: sets tried before the best one so far is taken, since the worst case grows exponentially. Default
-    /// 5 000: a few milliseconds.
+    /// Matched together: sets tried before the best one so far is taken, since the worst case grows
+    /// exponentially. Default 5 000: a few milliseconds.
     pub most_sets: usize,
 }
 

@@ -36,7 +36,7 @@ pub struct PriorLine {
 }
 
 impl PriorLine {
-    /// The face of `segment` that looks to the left of the way from `a` to `b`; `None` for one
+    /// The face of `segment` that faces the left of the way from `a` to `b`; `None` for one
     /// without length.
     #[must_use]
     pub fn left_face(segment: &Segment) -> Option<Self> {

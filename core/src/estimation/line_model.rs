@@ -1,4 +1,4 @@
-//! How a line in the map looks to the robot, and back, with Jacobians.
+//! How a line in the map appears to the robot, and back, with Jacobians.
 //!
 //! Lines are oriented (see `association::gate`): r is signed, so neither function has a jump and
 //! the sign never flips.

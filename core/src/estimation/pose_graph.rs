@@ -89,8 +89,8 @@ impl PoseGraph {
         self.edges.iter().map(|edge| self.chi2_of(edge)).sum()
     }
 
-    /// Moves the poses to the least cost, in at most `max_iterations` steps. Returns whether the last
-    /// step no longer mattered.
+    /// Moves the poses to the least cost, in at most `max_iterations` steps. Returns whether the
+    /// last step no longer mattered.
     pub fn optimize(&mut self, max_iterations: usize) -> bool {
         if self.poses.len() < 2 || self.edges.is_empty() {
             return true;

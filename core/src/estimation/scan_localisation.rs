@@ -87,7 +87,8 @@ impl ScanLocaliser {
     /// way from `a` to `b`; odometry is as good as `prior` says (standard deviations).
     ///
     /// # Errors   [`EkfError::Bounds`] where start or prior are no numbers or a figure is out of
-    /// range, [`EkfError::PriorMap`] where the walls are longer or lie farther off than can be held.
+    /// range, [`EkfError::PriorMap`] where the walls are longer or lie farther off than can be
+    /// held.
     pub fn new(
         faces: impl IntoIterator<Item = Segment>,
         start: &PoseEstimate,

@@ -2,7 +2,7 @@
 //!
 //! In: odometry and scans. Out: the pose with its covariance, the trajectory, the grid.
 //!
-//! 1. Odometry since the last scan says where to look; the scan's oriented points are located in
+//! 1. Odometry since the last scan says where to search; the scan's oriented points are located in
 //!    the running submap ([`locate`]), with odometry's own covariance as the prior. Along a
 //!    direction that the scan says nothing of, a corridor's, odometry stands alone, and its
 //!    covariance gathers until a scan fixes the direction again.

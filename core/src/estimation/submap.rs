@@ -7,7 +7,7 @@
 //!    matched to the other at once; else the whole window of three standard deviations is searched
 //!    first ([`search_and_match`]).
 //! 2. The match must hold both ways: surfaces of one must lie on surfaces of the other, and must
-//!    not stand where the other looked through. What the other never saw says nothing.
+//!    not stand where the other saw through. What the other never saw says nothing.
 //! 3. A window wide enough to need a search must end in a pose that is fixed in all directions: a
 //!    corridor fits itself anywhere.
 
@@ -105,7 +105,7 @@ impl Default for ClosureConfig {
 }
 
 impl ClosureConfig {
-    /// Where to look for a submap whose relative pose is known as well as this.
+    /// Where to search for a submap whose relative pose is this certain.
     pub(super) fn window(&self, doubt: &Doubt) -> SearchWindow {
         SearchWindow {
             shift: (self.doubt_sigmas * doubt.shift).min(self.max_shift),
@@ -181,7 +181,7 @@ impl ClosedSubmap {
         }
     }
 
-    /// Looks for the new submap `other` in this one; `guess` is `self_from_other`.
+    /// Searches for the new submap `other` in this one; `guess` is `self_from_other`.
     pub(super) fn find(
         &self,
         other: &Self,

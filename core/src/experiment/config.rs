@@ -1,5 +1,6 @@
 //! What makes a run.
 
+use crate::estimation::PriorLine;
 use crate::pilot::{Mode, PilotConfig};
 use crate::robot::{OdometryCalibration, RobotModel, TrackWear};
 use crate::settings::Settings;
@@ -66,5 +67,15 @@ impl ExperimentConfig {
             slam: settings.slam.clone(),
             pilot: settings.pilot.clone(),
         }
+    }
+
+    /// The settings of estimation; for a prior map without one of its own, the walls of the world.
+    pub(super) fn slam_with_walls(&self) -> SlamConfig {
+        let mut slam = self.slam.clone();
+        if self.method == Method::PriorMap && slam.prior_map.lines.is_empty() {
+            let walls: Vec<_> = self.world.walls().iter().map(|w| w.segment).collect();
+            slam.prior_map.lines = PriorLine::of_walls(&walls, &self.world.start.inverse());
+        }
+        slam
     }
 }

@@ -48,7 +48,7 @@ impl Default for SplitRule {
 /// What counts as a straight piece of wall.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LineConfig {
-    /// How points are grouped before lines are looked for.
+    /// How points are grouped before lines are extracted.
     pub segmentation: SegmentationConfig,
     /// How groups are split into lines. Default [`NoiseAware`].
     pub split: SplitRule,
@@ -282,7 +282,7 @@ impl LineConfig {
     }
 }
 
-/// Why no lines can be looked for.
+/// Why no lines can be extracted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LineError {

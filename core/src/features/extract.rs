@@ -3,7 +3,7 @@
 //! 1. Runs of neighbouring beams ([`segment`]).
 //! 2. Split, by the chosen [`SplitRule`].
 //! 3. Merge ([`super::merge`]).
-//! 4. Fit with covariance, and a look at each line ([`super::accept`]).
+//! 4. Fit with covariance, and a test of each line ([`super::accept`]).
 //!
 //! Lines and tests of sub-ranges come from prefix sums, so a split costs one pass over its points.
 

@@ -35,7 +35,7 @@ use crate::sim::{Shape, World};
 use room::Room;
 
 pub use self::error::{BuildingError, SvgError};
-pub use self::file::{BuildingFile, BuildingFileError, KnownWalls};
+pub use self::file::{BuildingFile, BuildingFileError, PriorWalls};
 pub use self::svg::of_svg;
 
 /// Cells of a map above this percentage are walls.

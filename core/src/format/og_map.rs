@@ -67,7 +67,8 @@ pub enum OgMapError {
         /// Rows.
         height: usize,
     },
-    /// A number that cannot be, or a line or a file with another number of them than the first line says.
+    /// A number that cannot be, or a line or a file with another number of them than the first line
+    /// says.
     #[error(transparent)]
     Field(#[from] FieldError),
 }

@@ -31,7 +31,7 @@ pub struct PresetFile {
     pub settings: Vec<(String, f64)>,
 }
 
-/// A parameter as it is told to people.
+/// A parameter as it is shown to people.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FittedLine {
     /// Its name.

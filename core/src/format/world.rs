@@ -154,7 +154,8 @@ const PLAIN: [(&str, &str); 4] = [
     ),
 ];
 
-/// The part of the world in question, and what is wrong with it; line and column are said elsewhere.
+/// The part of the world in question, and what is wrong with it; line and column are said
+/// elsewhere.
 fn in_words(error: &serde_path_to_error::Error<serde_json::Error>) -> String {
     let (inner, part) = (error.inner(), error.path().to_string());
     let text = inner.to_string();

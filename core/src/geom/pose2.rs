@@ -110,7 +110,8 @@ impl Pose2 {
         Matrix3::new(cos, -sin, self.y(), sin, cos, -self.x(), 0.0, 0.0, 1.0)
     }
 
-    /// The rotation of (x, y, θ) from the frame of this pose into that which it is given in; θ stays.
+    /// The rotation of (x, y, θ) from the frame of this pose into that which it is given in; θ
+    /// stays.
     #[must_use]
     pub fn rotation(&self) -> Matrix3<f64> {
         let (cos, sin) = self.cos_sin();

@@ -24,8 +24,8 @@ struct Bridge {
     /// Sequence of the errand under way.
     errand: Option<u32>,
     said: Vec<ToBridge>,
-    /// What it told, and when.
-    told: Vec<(u64, FromBridge)>,
+    /// What it reported, and when.
+    reported: Vec<(u64, FromBridge)>,
 }
 
 impl Bridge {
@@ -39,7 +39,7 @@ impl Bridge {
             driven: f64::NEG_INFINITY,
             errand: None,
             said: vec![],
-            told: vec![],
+            reported: vec![],
         }
     }
 
@@ -56,7 +56,7 @@ impl Bridge {
         };
         let bytes = encode(header, message, Format::Binary).unwrap();
         live.receive(self.micros(), &bytes).unwrap();
-        self.told.push((self.micros(), message.clone()));
+        self.reported.push((self.micros(), message.clone()));
     }
 
     fn greet(&mut self, live: &mut Live) {
@@ -172,9 +172,9 @@ fn truth(bridge: &Bridge) -> Pose2 {
     bridge.robot.world().start.inverse() * bridge.robot.truth()
 }
 
-/// What the bridge told, recorded and mapped again.
-fn replayed(told: &[(u64, FromBridge)]) -> Replay {
-    let recording = Recording::parse(&fixture::write(told)).unwrap();
+/// What the bridge reported, recorded and mapped again.
+fn replayed(reported: &[(u64, FromBridge)]) -> Replay {
+    let recording = Recording::parse(&fixture::write(reported)).unwrap();
     let log = Log::from(recording);
     let settings = log.settings();
     let mut replay = Replay::new(log, Method::LineEkf, &settings).unwrap();
@@ -226,7 +226,7 @@ fn a_robot_behind_a_bridge_is_driven_to_a_goal_and_mapped() {
     assert!(live.session().scans() > 20 && live.session().slam().view().landmarks.len() >= 4);
     assert_eq!(live.dropped, 0);
 
-    let mut replay = replayed(&bridge.told);
+    let mut replay = replayed(&bridge.reported);
     assert_eq!(replay.take_notes(), [""; 0]);
     assert_eq!(
         (replay.progress(), replay.session().robot().name),
@@ -398,7 +398,7 @@ fn a_robot_that_drives_by_the_cycle_behind_a_bridge_shows_it_as_a_simulated_one(
 #[test]
 fn a_recording_of_sweeps_is_mapped_as_it_was_live() {
     let (bridge, live) = drive_to(Point2::new(0.8, 0.3), SensorModel::rangers());
-    let replay = replayed(&bridge.told);
+    let replay = replayed(&bridge.reported);
     assert!(replay.log().scans_on_command());
     assert_eq!(
         replay.session().slam().trajectory(),
@@ -410,9 +410,9 @@ fn a_recording_of_sweeps_is_mapped_as_it_was_live() {
 fn a_recording_without_the_robots_name_has_its_odometry_all_the_same() {
     let (mut bridge, _) = drive_to(Point2::new(0.5, 0.0), SensorModel::lidar());
     bridge
-        .told
+        .reported
         .retain(|(_, message)| !matches!(message, FromBridge::Hello(_)));
-    let replay = replayed(&bridge.told);
+    let replay = replayed(&bridge.reported);
     assert_eq!(
         (replay.session().robot().name, replay.log().robot().name),
         ("pioneer", "pioneer")

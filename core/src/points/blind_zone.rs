@@ -7,12 +7,12 @@
 //! 1. Remembered points are moved into the robot's present frame by odometry.
 //! 2. A point is forgotten when a beam in its direction ends clearly behind it (it has gone), or
 //!    not behind it (it is seen again), and when the robot has left it behind. A beam without a
-//!    reading says nothing: that is what blindness looks like.
+//!    reading says nothing: so does a blind sensor.
 //! 3. Hits nearer than [`BlindZoneConfig::reach`] are remembered for the next scan, and so is who
 //!    came since ([`BlindZone::came`]).
 //!
 //! A sensor whose readings fold back (an infra-red ranger before its peak) does worse than see
-//! nothing: a wall nearer than [`BlindZoneConfig::blind`] looks far, and nothing in the reading
+//! nothing: a wall nearer than [`BlindZoneConfig::blind`] reads far, and nothing in the reading
 //! shows it. Before such a scan is used, [`BlindZone::without_folded`] makes those readings invalid
 //! that look where something was remembered so near.
 //!
@@ -40,7 +40,7 @@ pub struct BlindZoneConfig {
     /// Beams in this direction of a point speak of it, as a part of the angle between two beams.
     /// Default 1.5.
     pub beams: f64,
-    /// What is nearer to the sensor than this may look far, m. Default 0: nothing does. Growing:
+    /// What is nearer to the sensor than this may read far, m. Default 0: nothing does. Growing:
     /// more readings are taken for folded ones.
     pub blind: f64,
 }

@@ -165,8 +165,8 @@ impl SigmaFit {
     }
 }
 
-/// Estimates σ(ρ) from stretches of scans. In each, a sensor that did not move took one scan after the other; between two
-/// stretches it may have moved.
+/// Estimates σ(ρ) from stretches of scans. In each, a sensor that did not move took one scan after
+/// the other; between two stretches it may have moved.
 ///
 /// # Errors    [`SigmaError`]: scans of different sensors in one stretch, too few readings, a setting out of range.
 pub fn estimate_sigma(stretches: &[&[Scan]], config: &SigmaConfig) -> Result<SigmaFit, SigmaError> {

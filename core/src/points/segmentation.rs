@@ -85,7 +85,7 @@ pub fn segment(points: &Points, config: &SegmentationConfig, runs: &mut Vec<Run>
     }
 }
 
-/// Beams looked at together.
+/// Beams examined together.
 const CHUNK: usize = 64;
 
 /// Steps 1 to 3 by one rule.

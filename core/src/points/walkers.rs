@@ -1,4 +1,4 @@
-//! Walkers: something stands where a moment ago there was free space.
+//! Walkers: something stands where there was free space just before.
 //!
 //! In: each scan's points and the motion since the previous scan. Out: those points of the newest scan that belong to a
 //! walker, or to one who stopped a few seconds ago and may walk on.
@@ -37,7 +37,8 @@ use crate::robot::Stamp;
 /// What counts as a walker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WalkerConfig {
-    /// How far away walkers are looked for, m. Default 4: a robot must know of them there to stop in time.
+    /// How far away walkers are searched for, m. Default 4: a robot must know of them there to stop
+    /// in time.
     pub reach: f64,
     /// How far an older beam has to go on behind a hit, m. Default 0.08: eight times a lidar's noise. Growing: slow walkers are
     /// seen later.

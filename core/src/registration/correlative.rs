@@ -16,7 +16,7 @@ use nalgebra::Point2;
 use crate::geom::Pose2;
 use crate::map::LikelihoodPyramid;
 
-/// Where to look.
+/// Where to search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchWindow {
     /// How far to either side of the start, m.
@@ -53,8 +53,8 @@ pub fn search(
     let cell = map.cell();
     let farthest = points.iter().map(|p| p.coords.norm()).fold(cell, f64::max);
     // The turn that moves the farthest point by one cell; the arc cosine of Hess et al. agrees to 1
-    // %. Wider where that would make too many turns: a coarse look at the whole window finds what a
-    // fine one at its middle misses.
+    // %. Wider where that would make too many turns: a coarse search of the whole window finds what
+    // a fine one at its middle misses.
     let step = (cell / farthest).max(window.turn / f64::from(MAX_TURNS));
     let turns = ((window.turn / step).ceil() as i32).clamp(0, MAX_TURNS);
     let reach = (window.shift / cell).ceil().clamp(0.0, 1e4) as i32;

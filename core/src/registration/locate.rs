@@ -14,7 +14,7 @@
 //!    fits by chance.
 //! 4. Else the scan is **lost**: the first match stands for what it is worth.
 //!
-//! Scan matching, loop closure and localisation in a prior map all look for points in this way,
+//! Scan matching, loop closure and localisation in a prior map all search for points in this way,
 //! each with its own figures.
 
 use nalgebra::{Matrix3, Point2};
@@ -227,8 +227,8 @@ pub enum Located {
     Matched(Registration),
     /// Elsewhere in the window that was searched; what was believed of the pose was wrong.
     Found(Registration),
-    /// Too few of them lie on the map, here and wherever else was looked: the match from where they
-    /// were believed to be.
+    /// Too few of them lie on the map, here and wherever else was searched: the match from where
+    /// they were believed to be.
     Lost(Registration),
 }
 

@@ -1,4 +1,4 @@
-//! A recorded log of either kind, told apart by its first bytes.
+//! A recorded log of either kind, recognised by its first bytes.
 
 use crate::format::carmen::{CarmenError, CarmenLog, CarmenReader};
 use crate::robot::RobotModel;

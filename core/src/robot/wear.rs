@@ -123,8 +123,8 @@ mod tests {
             left: 1.0,
             right: 1.0,
         };
-        let told = OdometryCalibration { wear, noise: None };
-        let moved = told.corrected(&counted(straight, &model), model.track_width);
+        let calibration = OdometryCalibration { wear, noise: None };
+        let moved = calibration.corrected(&counted(straight, &model), model.track_width);
         // Δθ = (1.03 - 0.99) / (1.05 b), Δs = 1.01.
         assert!((moved.motion.heading() - 0.04 / (1.05 * model.track_width)).abs() < 1e-12);
         assert!((moved.motion.position().coords.norm() - 1.01).abs() < 1e-12);
@@ -140,21 +140,27 @@ mod tests {
             },
             &model,
         );
-        let mut told = OdometryCalibration::default();
-        assert_eq!(told.corrected(&odometry, model.track_width), odometry);
+        let mut calibration = OdometryCalibration::default();
+        assert_eq!(
+            calibration.corrected(&odometry, model.track_width),
+            odometry
+        );
         let twice = crate::robot::OdometryNoise {
             per_metre: 2.0 * model.odometry_noise.per_metre,
             lateral_per_metre: 2.0 * model.odometry_noise.lateral_per_metre,
             heading_per_radian: 2.0 * model.odometry_noise.heading_per_radian,
         };
-        told.noise = Some(TrackNoise::Proportional(twice));
-        let unsure = told.corrected(&odometry, model.track_width);
+        calibration.noise = Some(TrackNoise::Proportional(twice));
+        let unsure = calibration.corrected(&odometry, model.track_width);
         assert!((unsure.cov - 2.0 * odometry.cov).norm() < 1e-15);
         let unwatched = Odometry {
             motion: Pose2::identity(),
             cov: nalgebra::Matrix3::identity(),
             ..odometry
         };
-        assert_eq!(told.corrected(&unwatched, model.track_width), unwatched);
+        assert_eq!(
+            calibration.corrected(&unwatched, model.track_width),
+            unwatched
+        );
     }
 }

@@ -10,7 +10,7 @@ use crate::slam::{Method, SlamConfig};
 pub struct SessionConfig {
     /// The robot's figures.
     pub robot: RobotModel,
-    /// Whether its sensor scans only when told to, the robot standing.
+    /// Whether its sensor scans only on command, the robot standing.
     pub scans_on_command: bool,
     /// Whether somebody drives it by what is seen; nobody does in a recording, and people who walk about are not looked for.
     pub is_driven: bool,

@@ -98,7 +98,7 @@ impl Settings {
             setting.check(value)?;
             match next.idle(setting, scope) {
                 Some(why) => idle.push(why),
-                None => setting.put(&mut next, value),
+                None => (setting.field.set)(&mut next, value),
             }
         }
         *self = next;

@@ -31,7 +31,7 @@ pub struct Setting {
     pub is_basic: bool,
     /// When a change acts.
     pub acts: Acts,
-    field: Field,
+    pub(super) field: Field,
 }
 
 /// What the number of a setting is.
@@ -270,14 +270,6 @@ impl Setting {
     pub(super) const fn needs_more_than_zero(mut self, key: &'static str) -> Self {
         self.needs = Needs::MoreThanZero(key);
         self
-    }
-
-    pub(super) fn number_in(&self, settings: &Settings) -> Option<f64> {
-        (self.field.get)(settings)
-    }
-
-    pub(super) fn put(&self, settings: &mut Settings, number: f64) {
-        (self.field.set)(settings, number);
     }
 
     /// The values of a choice, `off` and `on` of a switch; nothing for a number.

@@ -28,7 +28,7 @@ impl Settings {
         match self.unmet(setting) {
             Some(idle) => Err(idle.to_string()),
             None => {
-                setting.put(self, value);
+                (setting.field.set)(self, value);
                 Ok(())
             }
         }
@@ -127,7 +127,7 @@ fn a_configuration_allows_just_what_the_table_does() {
         for before in with_needs(key) {
             for value in [low, high] {
                 let mut at_end = before.clone();
-                setting.put(&mut at_end, value);
+                (setting.field.set)(&mut at_end, value);
                 assert_eq!(validated(&at_end), Ok(()), "{key} = {value}");
             }
             let is_number = matches!(setting.kind, Kind::Real | Kind::Whole);
@@ -140,7 +140,7 @@ fn a_configuration_allows_just_what_the_table_does() {
             };
             for value in beyond {
                 let mut outside = before.clone();
-                setting.put(&mut outside, value);
+                (setting.field.set)(&mut outside, value);
                 assert!(validated(&outside).is_err(), "{key} = {value} is allowed");
             }
         }

@@ -19,7 +19,7 @@ use crate::points::Points;
 const JUDGED_SCANS: usize = 30;
 /// Fewer hits in them say nothing.
 const JUDGED_HITS: usize = 300;
-/// One hit in so many is looked at.
+/// One hit in so many is compared.
 const EVERY: usize = 6;
 /// A hit belongs to a wall up to here, m, and three times what is not known of map and reading:
 /// what stands at a wall hides it.
@@ -126,7 +126,7 @@ impl PriorMap {
 /// How much of what was hit lately is a wall of the prior map.
 #[derive(Clone, Debug, Default)]
 pub struct PriorMapFit {
-    /// Of each of the last scans: hits that were looked at, and those on walls.
+    /// Of each of the last scans: hits that were compared, and those on walls.
     scans: VecDeque<[usize; 2]>,
 }
 

@@ -72,7 +72,7 @@ fn a_map_that_was_saved_is_a_map_to_be_found_in() {
     let map = OccupancyMap::of_grid(first.session().slam().grid(), MapMode::Trinary).unwrap();
     let files = map_server::write(&map, MapMode::Trinary, MapImage::Png, "map.png").unwrap();
     let map = map_server::read(files.yaml.as_bytes(), &files.image).unwrap();
-    let walls = BuildingFile::Map(map).known_walls().unwrap();
+    let walls = BuildingFile::Map(map).prior_walls().unwrap();
     let known = PriorMap::of_faces(&walls.faces, walls.sigma, &Pose2::identity());
     let (error, wheels, _) = drive(known, 120.0);
     // Cells are 5 cm, and the greatest error is that of a moment in which few walls are in sight.

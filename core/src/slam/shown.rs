@@ -59,7 +59,7 @@ impl Slam {
         self.obstacles.as_ref()
     }
 
-    /// Points of those who walk about, or did so a moment ago; in the robot frame when the last
+    /// Points of those who walk about, or did so just before; in the robot frame when the last
     /// scan came.
     #[must_use]
     pub fn walkers(&self) -> &[Point2<f64>] {

@@ -10,7 +10,7 @@ use crate::map::{Evidence, EvidenceConfig, Grid, GridConfig, Layer, Layers};
 use crate::points::Points;
 use crate::robot::Scan;
 
-/// What sonars beside the main sensor draw, and which map is looked at.
+/// What sonars beside the main sensor draw, and which map is shown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SonarsConfig {
     /// How their echoes change their grid. Default: hit 0.6, miss 0.45, for an echo says less than
@@ -18,7 +18,7 @@ pub struct SonarsConfig {
     pub grid: GridConfig,
     /// Their cones. Default: half an opening of 15°.
     pub evidence: EvidenceConfig,
-    /// Which map is looked at. Default the main one.
+    /// Which map is shown. Default the main one.
     pub shown: Layer,
 }
 
@@ -62,7 +62,7 @@ impl Slam {
         Ok(())
     }
 
-    /// The grids, and which of them is looked at.
+    /// The grids, and which of them is shown.
     #[must_use]
     pub fn layers(&self) -> Layers<'_> {
         Layers {
@@ -72,11 +72,11 @@ impl Slam {
         }
     }
 
-    /// Changes where what is looked at was drawn anew, or is another map than before.
+    /// Changes where what is shown was drawn anew, or is another map than before.
     #[must_use]
     pub fn shown_version(&self) -> u64 {
         let count = Layer::ALL.len() as u64;
-        // Before the sonars were heard there is the main map to look at.
+        // Before the sonars were heard only the main map can be shown.
         let shown = (self.sonar_grid.as_ref()).map_or(Layer::Main, |_| self.config.sonars.shown);
         let at = Layer::ALL.iter().position(|(_, layer, _)| *layer == shown);
         self.grid_version() * count + at.unwrap_or(0) as u64

@@ -90,8 +90,8 @@ fn a_twin_with_the_robots_figures_stays_within_chance() {
     let mut alike = vec![];
     let mut ends = vec![];
     for seed in 0..40 {
-        let told = OdometryCalibration { wear: WEAR, noise };
-        let mut twin = Twin::new(told, model.track_width, Pose2::identity());
+        let calibration = OdometryCalibration { wear: WEAR, noise };
+        let mut twin = Twin::new(calibration, model.track_width, Pose2::identity());
         drive(seed, 60, |odometry, scan| {
             twin.odometry(odometry);
             if let Some((_, truth)) = scan {
@@ -121,8 +121,8 @@ fn a_twin_with_other_figures_goes_another_way() {
         ..Odometry::standing(crate::robot::Stamp(0))
     };
     let headings = [WEAR, TrackWear::default()].map(|wear| {
-        let told = OdometryCalibration { wear, noise: None };
-        let mut twin = Twin::new(told, width, Pose2::identity());
+        let calibration = OdometryCalibration { wear, noise: None };
+        let mut twin = Twin::new(calibration, width, Pose2::identity());
         twin.odometry(&ahead);
         twin.pose().heading()
     });

@@ -86,8 +86,8 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// Takes a message of odometry or a scan that arrived at bridge time `arrived`, µs; `None` for any other message. `has_robot`
-    /// as for [`Self::scan`].
+    /// Takes a message of odometry or a scan that arrived at bridge time `arrived`, µs; `None` for
+    /// any other message. `has_robot` as for [`Self::scan`].
     ///
     /// # Errors    A sentence on a reading that cannot be.
     pub fn message(

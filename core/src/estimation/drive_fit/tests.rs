@@ -80,14 +80,14 @@ fn settings_of(fit: &DriveFit, model: &RobotModel) -> Settings {
 fn settings_of_a_drive_turn_what_was_counted_into_what_was_driven() {
     let model = RobotModel::rp6();
     let settings = settings_of(&fit_of_worn_tracks(&model), &model);
-    let told = settings.odometry.calibration(&model);
+    let fitted = settings.odometry.calibration(&model);
     let mut truth = Pose2::identity();
     let (mut raw, mut corrected) = (truth, truth);
     for counted in counted() {
         let reading = reading(&counted, &model);
         truth = truth * WEAR.ran(&counted).motion(WEAR.width(model.track_width));
         raw = raw * reading.motion;
-        corrected = corrected * told.corrected(&reading, model.track_width).motion;
+        corrected = corrected * fitted.corrected(&reading, model.track_width).motion;
     }
     let off = |pose: &Pose2| (pose.position() - truth.position()).norm();
     assert!(off(&raw) > 0.3, "{}", off(&raw));

@@ -71,7 +71,7 @@ pub struct EkfConfig {
     /// A line is not compared with a landmark whose direction differs by more, rad. Default 0.8:
     /// more than a robot turns unnoticed; smaller is quicker and loses a robot that did.
     pub max_turn: f64,
-    /// A landmark is not looked at closer if its r alone is further off than this many times the
+    /// A landmark is not compared closer if its r alone is further off than this many times the
     /// gate for new walls. Default 4; larger is slower.
     pub far_gates: f64,
     /// The known ends of a wall are as wide as so many standard deviations of the robot's position

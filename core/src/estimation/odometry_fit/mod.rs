@@ -15,7 +15,7 @@
 //!    counted anew with what was found, for the width enters by its reciprocal, until nothing
 //!    changes (`maximum`).
 //! 4. Legs that the model cannot explain (a push, tracks that spun against a wall) are left out,
-//!    and told.
+//!    and counted.
 //! 5. Weak knowledge beforehand ([`PRIOR`] for each part) stands for what the drive does not show.
 //!    A parameter of which the drive knows not twice as much is said to be unknown, and why.
 //!
@@ -106,7 +106,7 @@ pub enum OdometryFitError {
     NoMaximum,
 }
 
-/// Legs from which noise can be told at all.
+/// Legs from which noise can be estimated at all.
 const LEAST_LEGS: usize = 20;
 
 impl OdometryFit {

@@ -66,9 +66,9 @@ fn a_start_that_is_roughly_known_becomes_exact() {
 
 #[test]
 fn a_robot_carried_off_is_found_again() {
-    let told = Pose2::new(0.0, 0.0, 0.0);
-    let mut localiser = begun_at(told, [0.01, 0.01, 0.01]);
-    localiser.update(&seen_from(&told, &faces()), 0.0);
+    let claimed = Pose2::new(0.0, 0.0, 0.0);
+    let mut localiser = begun_at(claimed, [0.01, 0.01, 0.01]);
+    localiser.update(&seen_from(&claimed, &faces()), 0.0);
     let truth = Pose2::new(1.1, 0.9, 0.4);
     let mut scans = 0;
     while off(&localiser, &truth)[0] > 0.01 {

@@ -76,19 +76,19 @@ impl Scatter {
     pub(super) fn of(columns: &Columns, piece: &Piece) -> Self {
         let w = piece.moments.w;
         let mean = Vector2::new(piece.moments.x, piece.moments.y) / w;
-        let sums = run(ScatterSums {
+        let [count, xx, xy, yy] = run(ScatterSums {
             columns,
             range: &piece.range(),
             mean: &mean,
             per_total: 1.0 / w,
         });
         Self {
-            n_points: sums.count as usize,
+            n_points: count as usize,
             w,
             mean,
-            xx: sums.xx,
-            xy: sums.xy,
-            yy: sums.yy,
+            xx,
+            xy,
+            yy,
         }
     }
 
@@ -126,19 +126,12 @@ struct ScatterSums<'a> {
     per_total: f64,
 }
 
-/// What [`ScatterSums`] gives.
-struct ScatterTotals {
-    count: f64,
-    xx: f64,
-    xy: f64,
-    yy: f64,
-}
-
 impl Kernel for ScatterSums<'_> {
-    type Output = ScatterTotals;
+    /// Number of points, then the scatter xx, xy, yy.
+    type Output = [f64; 4];
 
     #[inline(always)]
-    fn run<L: Lanes>(self, machine: L::Machine) -> ScatterTotals {
+    fn run<L: Lanes>(self, machine: L::Machine) -> [f64; 4] {
         let splat = |value| L::splat(machine, value);
         let (mx, my) = (splat(self.mean.x), splat(self.mean.y));
         let per_total = splat(self.per_total);
@@ -166,12 +159,7 @@ impl Kernel for ScatterSums<'_> {
                 yy -= vy * b.ux;
             }
         }
-        ScatterTotals {
-            count: total(count),
-            xx: total(xx),
-            xy: total(xy),
-            yy: total(yy),
-        }
+        [total(count), total(xx), total(xy), total(yy)]
     }
 }
 

@@ -30,7 +30,7 @@ pub enum BuildingFile {
 
 /// What of a file a robot can be found by, in the frame of the file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct KnownWalls {
+pub struct PriorWalls {
     /// Faces of the walls: what is free lies to the left of the way from `a` to `b`.
     pub faces: Vec<Segment>,
     /// How far they may be off, m: standard deviation.
@@ -111,15 +111,15 @@ impl BuildingFile {
     /// The walls to find a robot by.
     ///
     /// # Errors    [`BuildingError`]: too many cells, no wall.
-    pub fn known_walls(&self) -> Result<KnownWalls, BuildingError> {
+    pub fn prior_walls(&self) -> Result<PriorWalls, BuildingError> {
         match self {
-            Self::Map(map) => Ok(KnownWalls {
+            Self::Map(map) => Ok(PriorWalls {
                 faces: sides(&walls_of_map(map)?).collect(),
                 sigma: GRID_SIGMA * map.resolution,
                 start: start_in_map(map)?,
                 skipped: vec![],
             }),
-            Self::Plan(plan) => Ok(KnownWalls {
+            Self::Plan(plan) => Ok(PriorWalls {
                 skipped: plan.skipped.clone(),
                 ..of_thin_walls(&plan.world, FENCE_SIDES)?
             }),
@@ -129,14 +129,14 @@ impl BuildingFile {
 }
 
 /// Both faces of all walls but the last.
-fn of_thin_walls(world: &World, last: usize) -> Result<KnownWalls, BuildingError> {
+fn of_thin_walls(world: &World, last: usize) -> Result<PriorWalls, BuildingError> {
     let mut walls = world.walls();
     walls.truncate(walls.len().saturating_sub(last));
     if walls.is_empty() {
         return Err(BuildingError::NoWalls);
     }
     let both = |Segment { a, b }: Segment| [Segment::new(a, b), Segment::new(b, a)];
-    Ok(KnownWalls {
+    Ok(PriorWalls {
         faces: walls.iter().flat_map(|wall| both(wall.segment)).collect(),
         sigma: DRAWN_SIGMA,
         start: world.start,

@@ -51,7 +51,7 @@ fn every_format_shows_the_same_walls_to_drive_in_and_to_be_found_by() {
     for files in formats() {
         let (name, _) = files[0];
         let building = read(&files).unwrap();
-        let known = building.known_walls().unwrap();
+        let known = building.prior_walls().unwrap();
         let length: f64 = known.faces.iter().map(Segment::length).sum();
         let whole: f64 = doors.walls().iter().map(|w| w.segment.length()).sum();
         assert!(
@@ -77,7 +77,7 @@ fn the_fence_around_a_plan_is_no_wall_to_be_found_by() {
         panic!("four formats")
     };
     let plan = read(svg).unwrap();
-    let known = plan.known_walls().unwrap().faces.len();
+    let known = plan.prior_walls().unwrap().faces.len();
     let walls = plan.into_world("").unwrap().world.walls().len();
     assert_eq!(known, 2 * (walls - FENCE_SIDES));
 }
@@ -93,6 +93,6 @@ fn what_shows_no_building_is_named() {
     let cut = vec![("OGmap.txt", all[1][0].1[..2000].to_vec())];
     assert!(error(&cut).starts_with("line "), "{}", error(&cut));
     let nothing = vec![("OGmap.txt", b"2 2 0.05 0 0\n0.1 0.1\n0.1 0.1\n".to_vec())];
-    let error = read(&nothing).unwrap().known_walls().unwrap_err();
+    let error = read(&nothing).unwrap().prior_walls().unwrap_err();
     assert_eq!(error, BuildingError::NoWalls);
 }

@@ -4,7 +4,8 @@
 //!
 //! 1. Units that keep every number near one: counts for angles, counts in a period for speeds, amperes for currents, volts
 //!    for voltages. A load is the current that holds it; the integral of ΔΨ is taken in 64 counts x periods.
-//! 2. States have 16 bits behind the point, so that small corrections add up instead of getting lost.
+//! 2. States have 16 bits behind the point, so that small corrections add up instead of getting
+//!    lost.
 //! 3. Coefficients are 16-bit numbers: with [`OBSERVER_BITS`] behind the point in the observers, [`FEEDBACK_BITS`] where
 //!    volts come out. One that does not fit is an error: it would wrap round in silence on the processor.
 //!

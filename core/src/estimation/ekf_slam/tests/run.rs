@@ -181,7 +181,7 @@ pub(super) fn polygon(points: &[(f64, f64)]) -> Vec<Segment> {
 }
 
 /// A ring corridor 2 m wide, centre line 2 * (w + h), around the origin of the world; with niches
-/// so that it can be told where along it one is.
+/// so that one can tell where along it the robot is.
 pub(super) fn ring(w: f64, h: f64) -> Vec<Segment> {
     let (x, y) = (0.5 * w, 0.5 * h);
     let mut walls = polygon(&[
