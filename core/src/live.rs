@@ -254,7 +254,7 @@ impl Live {
         self.wants_to_arm = false;
         self.session.stop();
         self.is_halted = false;
-        self.client.give_up_errand();
+        self.client.give_up_manoeuvre();
     }
 
     /// Due every [`TICK_PERIOD`]: heartbeats, and the pilot's decision where this client drives.
@@ -312,7 +312,7 @@ impl Live {
     /// Gives the robot something else to do. It moves while armed only.
     pub fn set_mode(&mut self, mode: Mode) {
         self.session.set_mode(mode);
-        self.client.give_up_errand();
+        self.client.give_up_manoeuvre();
     }
 
     /// By hand, with these parts of the robot's highest speeds, -1 to 1.
@@ -320,7 +320,7 @@ impl Live {
         let robot = self.session.robot();
         let (forward, turn) = (forward * robot.max_speed, turn * robot.max_turn_rate);
         self.session.drive(forward, turn);
-        self.client.give_up_errand();
+        self.client.give_up_manoeuvre();
     }
 
     /// Stops the robot and disarms it, whoever drives it.

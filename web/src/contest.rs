@@ -28,7 +28,7 @@ pub enum AskError {
 /// What all planners are asked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct ContestAsk {
-    /// Where they look.
+    /// Where they search.
     pub ground: Ground,
     /// x y of the start, of the goal, map frame, m.
     pub ends: [f64; 4],
@@ -74,7 +74,7 @@ pub struct Entrant {
     pub ratio: f64,
     /// Time taken.
     pub seconds: f64,
-    /// Points drawn, cells expanded, legs looked at.
+    /// Points drawn, cells expanded, legs checked.
     pub iterations: f64,
     /// Legs of trees, steps over cells, legs of the graph.
     pub tried: f64,
@@ -106,7 +106,7 @@ impl From<NoPath> for NoPathReason {
     }
 }
 
-/// Planners that look for the same path; map frame, m and s.
+/// Planners that search the same path; map frame, m and s.
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct WebContest {
@@ -182,7 +182,7 @@ impl WebContest {
     }
 }
 
-/// Where the planners look: the true walls with the motion into the map's frame, where there are any, or the map.
+/// Where the planners search: the true walls with the motion into the map's frame, where there are any, or the map.
 pub(crate) struct Field<'a> {
     pub(crate) slam: &'a Slam,
     pub(crate) walls: Option<(Vec<Segment>, Pose2)>,

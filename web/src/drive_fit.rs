@@ -12,12 +12,12 @@ use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{SettingValues, TwinRow, Typed, WebError, flat, typed};
 
-/// What a drive told of its robot.
+/// What was estimated of a robot from a drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(hashmap_as_object)]
 pub struct DriveFit {
-    /// What could be told.
+    /// What could be estimated.
     pub parameters: Vec<FittedParameter>,
     /// What could not be fitted at all, in words.
     pub reasons: Vec<String>,
@@ -29,7 +29,7 @@ pub struct DriveFit {
     pub left_out: u32,
 }
 
-/// A parameter that a drive told.
+/// A parameter as fitted to a drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct FittedParameter {
     /// For people.
@@ -85,7 +85,7 @@ pub struct PresetFile {
     pub settings: SettingValues,
 }
 
-/// Reads a preset file; its keys and ranges are looked at before anything takes them.
+/// Reads a preset file; its keys and ranges are checked here.
 ///
 /// # Errors    A sentence on what is wrong, with its place.
 #[wasm_bindgen]

@@ -42,7 +42,7 @@ impl WebLogReader {
     #[wasm_bindgen(constructor)]
     pub fn new(setup: &Ts<ReplaySetup>) -> Result<Self, WebError> {
         let setup = setup.to_rust()?;
-        // What cannot be set is told before a long log is read.
+        // A setting that cannot be is reported before a long log is read.
         let mut settings = Settings::of(SensorModel::lidar(), &RobotModel::pioneer());
         setup.settings.apply_to(&mut settings)?;
         Ok(Self {

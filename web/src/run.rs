@@ -147,7 +147,7 @@ impl WebRun {
         }
     }
 
-    /// The numbers of the moment.
+    /// The present numbers.
     ///
     /// # Errors    None that a page can cause.
     pub fn status(&self) -> Typed<RunStatus> {
@@ -306,7 +306,7 @@ impl WebRun {
     /// σ(ρ) of the sensor: of a simulated one from scans of a twin that stands where the robot is, of a recording from the
     /// stretches in which the robot stood.
     ///
-    /// # Errors    A sentence on why it cannot be told.
+    /// # Errors    A sentence on why it cannot be estimated.
     pub fn estimate_sigma(&self, growth: &Ts<GrowthName>) -> Typed<SigmaCurve> {
         let growth = growth.to_rust()?;
         typed(&match &self.source {
