@@ -11,6 +11,7 @@ use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{SettingValues, TwinRow, Typed, WebError, flat, typed};
+use crate::run::{Source, WebRun};
 
 /// What was estimated of a robot from a drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
@@ -44,6 +45,49 @@ pub struct FittedParameter {
     pub model: f64,
     /// Why the drive does not tell it; empty where it does.
     pub unknown: String,
+}
+
+#[wasm_bindgen]
+impl WebRun {
+    /// A twin with what is known of the odometry runs beside the robot from here on, or no longer.
+    pub fn set_twin(&mut self, on: bool) {
+        let calibration = on.then(|| *self.session().calibration());
+        match &mut self.source {
+            Source::Simulation(sim) => sim.experiment.set_twin(calibration),
+            Source::Recording(replay) => replay.set_twin(calibration),
+            Source::Live(behind) => behind.live.set_twin(calibration),
+        }
+    }
+
+    /// What the drive so far tells of the robot; nothing of a simulated one, whose figures are settings.
+    ///
+    /// # Errors    None that a page can cause.
+    pub fn fit(&self) -> Result<Option<Ts<DriveFit>>, WebError> {
+        let fit = match &self.source {
+            Source::Simulation(_) => None,
+            Source::Recording(replay) => Some(replay.fit()),
+            Source::Live(behind) => Some(behind.live.session().fit()),
+        };
+        fit.map(|fit| typed(&fit.into())).transpose()
+    }
+
+    /// Samples of the twin from number `from` on, see `TWIN`.
+    #[must_use]
+    pub fn twin_since(&self, from: u32) -> Vec<f64> {
+        let samples = self.session().twin().map_or(&[][..], Twin::samples);
+        let row = |s: &TwinSample| TwinRow {
+            time: s.seconds,
+            x: s.twin.x(),
+            y: s.twin.y(),
+            heading: s.twin.heading(),
+            position_off: s.position,
+            position_sigma3: s.position_sigma3,
+            heading_off: s.heading,
+            heading_sigma3: s.heading_sigma3,
+            ranges: s.ranges.unwrap_or(f64::NAN),
+        };
+        flat(samples.iter().skip(from as usize).map(row))
+    }
 }
 
 impl From<&CoreParameter> for FittedParameter {
@@ -115,21 +159,4 @@ pub fn write_preset(name: &str, fit: &Ts<DriveFit>) -> Result<String, WebError> 
     };
     let lines: Vec<_> = fit.parameters.into_iter().map(line).collect();
     Ok(preset::write(&file, &lines))
-}
-
-/// Samples of the twin from number `from` on, see `TWIN`.
-pub(crate) fn samples_since(twin: Option<&Twin>, from: u32) -> Vec<f64> {
-    let samples = twin.map_or(&[][..], Twin::samples);
-    let row = |s: &TwinSample| TwinRow {
-        time: s.seconds,
-        x: s.twin.x(),
-        y: s.twin.y(),
-        heading: s.twin.heading(),
-        position_off: s.position,
-        position_sigma3: s.position_sigma3,
-        heading_off: s.heading,
-        heading_sigma3: s.heading_sigma3,
-        ranges: s.ranges.unwrap_or(f64::NAN),
-    };
-    flat(samples.iter().skip(from as usize).map(row))
 }
