@@ -8,7 +8,7 @@ use slamlab_core::wire::message::close;
 /// Why a connection ends: with this code, or without a word where the client is gone.
 pub(crate) type End = Option<u16>;
 
-/// A client that was told to go may take so long to take it in.
+/// How long a client may take to read why its connection ends.
 pub(crate) const FAREWELL: Duration = Duration::from_secs(1);
 
 /// RFC 6455 §7.4.1.

@@ -13,7 +13,7 @@ use slamlab_bridge::settings::{Settings, SourceSettings, Tls};
 use slamlab_bridge::source::{Source, SourceName};
 use slamlab_bridge::tls::Identity;
 use slamlab_bridge::token::{self, Token};
-use slamlab_bridge::udp::{self, UdpConfig};
+use slamlab_bridge::udp;
 use slamlab_bridge::{Config, Page, address, doctor, run};
 
 mod flags;
@@ -22,7 +22,6 @@ mod open;
 use flags::{Command, Flags, RecordFlags, ServeFlags, TokenFlags};
 use slamlab_core::slam::Method;
 use slamlab_core::wire::message::Watching;
-use slamlab_core::wire::pilch::server::ServerConfig;
 
 #[tokio::main]
 async fn main() -> ExitCode {
@@ -216,18 +215,8 @@ async fn serve_udp(paths: Vec<String>, listen: SocketAddr, client_port: u16) -> 
         "a lidar is at UDP {} (Ctrl+C stops it)",
         socket.local_addr()?
     );
-    let server = ServerConfig {
-        paths,
-        ..ServerConfig::default()
-    };
     let stop = stop_signal();
-    let _server = udp::start(
-        socket,
-        UdpConfig {
-            server,
-            client_port,
-        },
-    )?;
+    let _server = udp::start(socket, paths, client_port)?;
     stop.await;
     Ok(())
 }

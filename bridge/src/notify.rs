@@ -4,38 +4,25 @@
 
 /// The bridge serves.
 pub(crate) fn ready() {
-    tell(Word::Ready);
+    tell("READY=1");
 }
 
 /// The hub lives. Called each second.
 pub(crate) fn alive() {
-    tell(Word::Alive);
+    tell("WATCHDOG=1");
 }
 
 /// The bridge ends.
 pub(crate) fn stopping() {
-    tell(Word::Stopping);
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Word {
-    Ready,
-    Alive,
-    Stopping,
+    tell("STOPPING=1");
 }
 
 #[cfg(target_os = "linux")]
-fn tell(word: Word) {
-    use sd_notify::NotifyState;
-    let state = match word {
-        Word::Ready => NotifyState::Ready,
-        Word::Alive => NotifyState::Watchdog,
-        Word::Stopping => NotifyState::Stopping,
-    };
-    if let Err(error) = sd_notify::notify(&[state]) {
-        tracing::debug!("systemd was not told {word:?}: {error}");
+fn tell(state: &str) {
+    if let Err(error) = sd_notify::notify(&[sd_notify::NotifyState::Custom(state)]) {
+        tracing::debug!("systemd did not take {state}: {error}");
     }
 }
 
 #[cfg(not(target_os = "linux"))]
-fn tell(_: Word) {}
+fn tell(_: &str) {}

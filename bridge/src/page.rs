@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::embedded;
 
-/// Where a program without a page in it looks for one: the repository's root is where one works on the page.
+/// The folder that a program without a page serves, seen from the root of the repository.
 const WORKSHOP: &str = "www/dist";
 
 /// There is no page.
@@ -14,7 +14,7 @@ const WORKSHOP: &str = "www/dist";
      `cargo xtask package` makes a program with the page in it"
 )]
 pub struct PageError {
-    /// What was looked into.
+    /// Where it was searched.
     place: String,
 }
 

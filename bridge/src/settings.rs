@@ -1,4 +1,4 @@
-//! What `serve` can be told: by the command line, and by a file, `bridge.toml`. Both say the same things.
+//! The settings of `serve`: on the command line, and in a file, `bridge.toml`. Both have the same.
 //!
 //! In: the text of the file, and what the command line says. Out: complete [`Settings`].
 //!

@@ -139,7 +139,7 @@ impl Port {
         }
     }
 
-    /// Waits for an order, up to `timeout`; zero only looks.
+    /// Waits for an order, up to `timeout`; zero does not wait.
     #[must_use]
     pub fn wait(&self, timeout: Duration) -> Waited {
         self.orders.take(timeout)

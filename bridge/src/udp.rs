@@ -23,8 +23,7 @@ use slamlab_core::device::Kind;
 use slamlab_core::geom::Pose2;
 use slamlab_core::robot::{Scan, Stamp};
 use slamlab_core::wire::message::DeviceState;
-use slamlab_core::wire::pilch;
-use slamlab_core::wire::pilch::server::{Server, ServerConfig, ServerEvent};
+use slamlab_core::wire::pilch::server::{Server, ServerEvent};
 use slamlab_core::wire::rplidar::express;
 use slamlab_core::wire::rplidar::node::Node;
 use tokio::sync::mpsc;
@@ -41,34 +40,21 @@ const TURN: Duration = Duration::from_millis(10);
 /// Events of the lidar that may wait.
 const MOST_WAITING: usize = 64;
 
-/// How the server works.
-#[derive(Clone, Debug)]
-pub struct UdpConfig {
-    /// What is allowed.
-    pub server: ServerConfig,
-    /// Port at which the client listens. Default 20000.
-    pub client_port: u16,
-}
-
-impl Default for UdpConfig {
-    fn default() -> Self {
-        Self {
-            server: ServerConfig::default(),
-            client_port: pilch::CLIENT_PORT,
-        }
-    }
-}
-
-/// Serves until `stop` is set; then, and whenever the client is gone, the lidar is stopped.
+/// Serves lidars at these paths to a client that listens at `client_port`, until `stop` is set; then, and whenever the client is gone, the lidar is stopped.
 ///
 /// # Errors    Where the socket does not work any more.
-pub fn serve(socket: &UdpSocket, config: UdpConfig, stop: &AtomicBool) -> io::Result<()> {
+fn serve(
+    socket: &UdpSocket,
+    paths: Vec<String>,
+    client_port: u16,
+    stop: &AtomicBool,
+) -> io::Result<()> {
     socket.set_read_timeout(Some(TURN))?;
     let (sender, events) = mpsc::channel(MOST_WAITING);
     let mut desk = Desk {
         socket,
-        client_port: config.client_port,
-        server: Server::new(config.server),
+        client_port,
+        server: Server::new(paths),
         lidar: None,
         is_measuring: false,
         sender,
@@ -94,16 +80,16 @@ pub fn serve(socket: &UdpSocket, config: UdpConfig, stop: &AtomicBool) -> io::Re
     Ok(())
 }
 
-/// Starts [`serve`] on a thread of its own.
+/// Serves lidars at these paths of this machine to a client that listens at `client_port`, on a thread of its own.
 ///
 /// # Errors    Where the system has no thread left.
-pub fn start(socket: UdpSocket, config: UdpConfig) -> io::Result<UdpServer> {
+pub fn start(socket: UdpSocket, paths: Vec<String>, client_port: u16) -> io::Result<UdpServer> {
     let stop = Arc::new(AtomicBool::new(false));
     let for_thread = Arc::clone(&stop);
     let thread = std::thread::Builder::new()
         .name("udp".into())
         .spawn(move || {
-            if let Err(error) = serve(&socket, config, &for_thread) {
+            if let Err(error) = serve(&socket, paths, client_port, &for_thread) {
                 tracing::error!("the UDP server ended: {error}");
             }
         })?;

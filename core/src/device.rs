@@ -39,13 +39,13 @@ use ld06::Ld06;
 use lidar::revolution::RevolutionConfig;
 use rplidar::{Rplidar, ScanMode};
 
-/// The devices that there are. Whoever opens, lists, looks for or explains devices goes through this
-/// table; a device that stands here is everywhere.
+/// The devices that there are. Everything that opens, lists, finds or explains devices goes
+/// through this table; a device that stands here is everywhere.
 pub const KINDS: [Kind; 4] = [
     Kind {
         name: "rp6",
         title: "RP6",
-        about: "The robot, with the firmware of this project: it drives, counts and looks with its rangers.",
+        about: "The robot, with the firmware of this project: it drives, counts and sees with its rangers.",
         role: Role::Robot,
         baud_rate: Rp6::BAUD_RATE,
         probe: Probe::Ask,

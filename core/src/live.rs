@@ -253,7 +253,7 @@ impl Live {
         self.wants_to_arm = false;
         self.session.stop();
         self.is_halted = false;
-        self.client.give_up_errand();
+        self.client.give_up_manoeuvre();
     }
 
     /// Due every 50 ms: heartbeats, and the pilot's decision where this client drives.
@@ -320,7 +320,7 @@ impl Live {
     pub fn set_mode(&mut self, mode: Mode) {
         self.choose_driving(mode);
         self.session.set_mode(mode);
-        self.client.give_up_errand();
+        self.client.give_up_manoeuvre();
     }
 
     /// By hand, with these parts of the robot's highest speeds, -1 to 1.
@@ -329,14 +329,14 @@ impl Live {
         let (forward, turn) = (forward * robot.max_speed, turn * robot.max_turn_rate);
         self.choose_driving(Mode::Manual);
         self.session.drive(forward, turn);
-        self.client.give_up_errand();
+        self.client.give_up_manoeuvre();
     }
 
     /// Has the robot drive by the cycle, or as continuously as its sensor allows; its task starts again.
     pub fn set_cycle(&mut self, cycle: bool) {
         self.config.cycle = cycle;
         self.choose_driving(self.session.pilot().mode());
-        self.client.give_up_errand();
+        self.client.give_up_manoeuvre();
     }
 
     /// By the cycle or continuously. By hand always continuously where the sensor allows it: what stands in the way is seen at

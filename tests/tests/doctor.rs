@@ -31,7 +31,7 @@ fn assert_names(finding: &Finding, kind: Option<&str>, words: &[&str]) {
     assert_eq!(finding.problems.len(), 1, "{finding}");
     for word in words {
         assert!(
-            finding.problems[0].0.contains(word),
+            finding.problems[0].contains(word),
             "no {word:?} in: {finding}"
         );
     }

@@ -8,10 +8,9 @@ use std::net::{SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
 use slamlab_bridge::source::{self, Running, SourceEvent, SourceName};
-use slamlab_bridge::udp::{UdpAddress, UdpConfig, UdpServer, start};
+use slamlab_bridge::udp::{UdpAddress, UdpServer, start};
 use slamlab_core::sim::worlds;
 use slamlab_core::wire::message::DeviceState;
-use slamlab_core::wire::pilch::server::ServerConfig;
 use slamlab_tests::calm::on_a_calm_machine;
 use slamlab_tests::devices::{Rplidar, Socket, View};
 use tokio::sync::mpsc;
@@ -53,14 +52,9 @@ fn server(path: &str) -> (UdpServer, Client) {
     socket
         .set_read_timeout(Some(Duration::from_millis(100)))
         .unwrap();
-    let config = UdpConfig {
-        server: ServerConfig {
-            paths: vec![path.into()],
-            ..ServerConfig::default()
-        },
-        client_port: socket.local_addr().unwrap().port(),
-    };
-    (start(ours, config).unwrap(), Client { socket, server })
+    let client_port = socket.local_addr().unwrap().port();
+    let running = start(ours, vec![path.into()], client_port).unwrap();
+    (running, Client { socket, server })
 }
 
 fn connect(path: &str) -> Vec<u8> {
@@ -151,18 +145,7 @@ fn free_port() -> u16 {
 
 fn serve(path: &str, port: u16, client_port: u16) -> UdpServer {
     let socket = UdpSocket::bind(("127.0.0.1", port)).unwrap();
-    let server = ServerConfig {
-        paths: vec![path.into()],
-        ..ServerConfig::default()
-    };
-    start(
-        socket,
-        UdpConfig {
-            server,
-            client_port,
-        },
-    )
-    .unwrap()
+    start(socket, vec![path.into()], client_port).unwrap()
 }
 
 /// The bridge's own client at work.

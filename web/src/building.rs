@@ -11,6 +11,7 @@ use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{Float64Array, Typed, Uint8Array, WebError, typed};
+use crate::run::{Source, WebRun};
 
 /// How far off a person may place a robot in a map, m and rad: standard deviations.
 const PLACED_SIGMAS: [f64; 2] = [0.1, 0.05];
@@ -83,6 +84,21 @@ pub fn read_building(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<Building> {
 )]
 pub fn read_known(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<KnownFile> {
     typed(&KnownFile::of(name, &read(&files)?)?)
+}
+
+#[wasm_bindgen]
+impl WebRun {
+    /// A map to be found in, made of the grid as it is. A real robot is not put back to where the map began: it begins where it is.
+    ///
+    /// # Errors    A sentence on what is missing in it.
+    pub fn as_known(&self, name: &str) -> Typed<KnownFile> {
+        let mut file = KnownFile::of_grid(name, self.slam())?;
+        if let Source::Live(_) = self.source {
+            let pose = self.slam().estimate().pose;
+            file.known.start = [pose.x(), pose.y(), pose.heading()];
+        }
+        typed(&file)
+    }
 }
 
 fn read(files: &[Ts<GivenFile>]) -> Result<BuildingFile, WebError> {

@@ -6,14 +6,13 @@ use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::plan::{
     Contest, ContestBody, ContestConfig, NoPath, Planner, Query, RouteConfig, Standing, Unknown,
 };
-use slamlab_core::robot::RobotModel;
-use slamlab_core::slam::Slam;
-use tsify::Tsify;
+use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{
     Float32Array, Float64Array, Ground, NoPathKind, PlannerName, Typed, WebError, typed,
 };
+use crate::run::{Source, WebRun};
 use crate::view;
 
 /// Why a contest cannot be asked for.
@@ -28,7 +27,7 @@ pub enum AskError {
 /// What all planners are asked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct ContestAsk {
-    /// Where they look.
+    /// Where they search.
     pub ground: Ground,
     /// x y of the start, of the goal, map frame, m.
     pub ends: [f64; 4],
@@ -76,7 +75,7 @@ pub struct Entrant {
     pub ratio: f64,
     /// Time taken.
     pub seconds: f64,
-    /// Points drawn, cells expanded, legs looked at.
+    /// Points drawn, cells expanded, legs checked.
     pub iterations: f64,
     /// Legs of trees, steps over cells, legs of the graph.
     pub tried: f64,
@@ -108,7 +107,7 @@ impl From<NoPath> for NoPathReason {
     }
 }
 
-/// Planners that look for the same path; map frame, m and s.
+/// Planners that search the same path; map frame, m and s.
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct WebContest {
@@ -185,16 +184,13 @@ impl WebContest {
     }
 }
 
-/// Where the planners look: the true walls with the motion into the map's frame, where there are any, or the map.
-pub(crate) struct Field<'a> {
-    pub(crate) slam: &'a Slam,
-    pub(crate) walls: Option<(Vec<Segment>, Pose2)>,
-    pub(crate) robot: &'a RobotModel,
-}
-
-impl WebContest {
-    /// On such a field.
-    pub(crate) fn on(field: Field<'_>, ask: ContestAsk) -> Result<Self, WebError> {
+#[wasm_bindgen]
+impl WebRun {
+    /// All planners on one query.
+    ///
+    /// # Errors    A sentence on start, goal or ground that cannot be.
+    pub fn contest(&self, ask: &Ts<ContestAsk>) -> Result<WebContest, WebError> {
+        let ask = ask.to_rust()?;
         let [x0, y0, x1, y1] = ask.ends;
         let query = Query {
             start: Point2::new(x0, y0),
@@ -206,22 +202,29 @@ impl WebContest {
         };
         let margin = RouteConfig::default().narrowest();
         let body = ContestBody {
-            keep: field.robot.radius() + margin,
-            outline: field.robot.outline(margin),
+            keep: self.robot().radius() + margin,
+            outline: self.robot().outline(margin),
         };
-        let grid = field.slam.grid();
+        let grid = self.slam().grid();
         let contest = match ask.ground {
-            Ground::Truth => {
-                let (walls, map_from_world) = field.walls.ok_or(AskError::NoTruth)?;
-                let into_map =
-                    |w: &Segment| Segment::new(map_from_world * w.a, map_from_world * w.b);
-                let walls = walls.iter().map(into_map).collect();
-                Contest::among_walls(walls, body, query, config)?
-            }
+            Ground::Truth => Contest::among_walls(self.true_walls()?, body, query, config)?,
             Ground::Map => Contest::on_grid(grid, body, Unknown::Free, query, config)?,
             Ground::Known => Contest::on_grid(grid, body, Unknown::Blocked, query, config)?,
         };
-        let disc = 2.0 * field.robot.radius();
-        Ok(Self { contest, ask, disc })
+        let disc = 2.0 * self.robot().radius();
+        Ok(WebContest { contest, ask, disc })
+    }
+}
+
+impl WebRun {
+    /// The true walls, doors as they are now, in the map frame.
+    fn true_walls(&self) -> Result<Vec<Segment>, AskError> {
+        let Source::Simulation(sim) = &self.source else {
+            return Err(AskError::NoTruth);
+        };
+        let map_from_world = sim.experiment.map_from_world();
+        let walls = sim.experiment.sim().caster().walls().iter();
+        let into_map = |w: &Segment| Segment::new(map_from_world * w.a, map_from_world * w.b);
+        Ok(walls.map(|wall| into_map(&wall.segment)).collect())
     }
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::{self, FittedParameter as CoreParameter};
 use slamlab_core::format::preset::{self, FittedLine, PresetFile as CoreFile};
 use slamlab_core::robot::RobotModel;
-use slamlab_core::settings::{Settings, Source};
+use slamlab_core::settings::{self, Settings};
 use slamlab_core::sim::SensorModel;
 use slamlab_core::slam::Method;
 use slamlab_core::twin::{Twin, TwinSample};
@@ -12,13 +12,14 @@ use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{SettingValues, TwinRow, Typed, WebError, flat, typed};
+use crate::run::{Source, WebRun};
 
-/// What a drive told of its robot.
+/// What was estimated of a robot from a drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(hashmap_as_object)]
 pub struct DriveFit {
-    /// What could be told.
+    /// What could be estimated.
     pub parameters: Vec<FittedParameter>,
     /// What could not be fitted at all, in words.
     pub reasons: Vec<String>,
@@ -30,7 +31,7 @@ pub struct DriveFit {
     pub left_out: u32,
 }
 
-/// A parameter that a drive told.
+/// A parameter as fitted to a drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct FittedParameter {
     /// For people.
@@ -45,6 +46,49 @@ pub struct FittedParameter {
     pub model: f64,
     /// Why the drive does not tell it; empty where it does.
     pub unknown: String,
+}
+
+#[wasm_bindgen]
+impl WebRun {
+    /// A twin with what is known of the odometry runs beside the robot from here on, or no longer.
+    pub fn set_twin(&mut self, on: bool) {
+        let calibration = on.then(|| *self.session().calibration());
+        match &mut self.source {
+            Source::Simulation(sim) => sim.experiment.set_twin(calibration),
+            Source::Recording(replay) => replay.set_twin(calibration),
+            Source::Live(behind) => behind.live.set_twin(calibration),
+        }
+    }
+
+    /// What the drive so far tells of the robot; nothing of a simulated one, whose figures are settings.
+    ///
+    /// # Errors    None that a page can cause.
+    pub fn fit(&self) -> Result<Option<Ts<DriveFit>>, WebError> {
+        let fit = match &self.source {
+            Source::Simulation(_) => None,
+            Source::Recording(replay) => Some(replay.fit()),
+            Source::Live(behind) => Some(behind.live.session().fit()),
+        };
+        fit.map(|fit| typed(&fit.into())).transpose()
+    }
+
+    /// Samples of the twin from number `from` on, see `TWIN`.
+    #[must_use]
+    pub fn twin_since(&self, from: u32) -> Vec<f64> {
+        let samples = self.session().twin().map_or(&[][..], Twin::samples);
+        let row = |s: &TwinSample| TwinRow {
+            time: s.seconds,
+            x: s.twin.x(),
+            y: s.twin.y(),
+            heading: s.twin.heading(),
+            position_off: s.position,
+            position_sigma3: s.position_sigma3,
+            heading_off: s.heading,
+            heading_sigma3: s.heading_sigma3,
+            ranges: s.ranges.unwrap_or(f64::NAN),
+        };
+        flat(samples.iter().skip(from as usize).map(row))
+    }
 }
 
 impl From<&CoreParameter> for FittedParameter {
@@ -86,7 +130,7 @@ pub struct PresetFile {
     pub settings: SettingValues,
 }
 
-/// Reads a preset file; its keys and ranges are looked at before anything takes them.
+/// Reads a preset file; its keys and ranges are checked here.
 ///
 /// # Errors    A sentence on what is wrong, with its place.
 #[wasm_bindgen]
@@ -95,7 +139,7 @@ pub fn read_preset(bytes: &[u8]) -> Typed<PresetFile> {
     let settings: SettingValues = settings.into_iter().collect();
     // Its keys and ranges are checked, whatever the run that will take them.
     let mut checked = Settings::of(SensorModel::lidar(), &RobotModel::rp6());
-    settings.apply_to(&mut checked, Source::Simulation, Method::LineEkf)?;
+    settings.apply_to(&mut checked, settings::Source::Simulation, Method::LineEkf)?;
     typed(&PresetFile { name, settings })
 }
 
@@ -118,21 +162,4 @@ pub fn write_preset(name: &str, fit: &Ts<DriveFit>) -> Result<String, WebError> 
     };
     let lines: Vec<_> = fit.parameters.into_iter().map(line).collect();
     Ok(preset::write(&file, &lines))
-}
-
-/// Samples of the twin from number `from` on, see `TWIN`.
-pub(crate) fn samples_since(twin: Option<&Twin>, from: u32) -> Vec<f64> {
-    let samples = twin.map_or(&[][..], Twin::samples);
-    let row = |s: &TwinSample| TwinRow {
-        time: s.seconds,
-        x: s.twin.x(),
-        y: s.twin.y(),
-        heading: s.twin.heading(),
-        position_off: s.position,
-        position_sigma3: s.position_sigma3,
-        heading_off: s.heading,
-        heading_sigma3: s.heading_sigma3,
-        ranges: s.ranges.unwrap_or(f64::NAN),
-    };
-    flat(samples.iter().skip(from as usize).map(row))
 }

@@ -6,10 +6,13 @@ use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
 use slamlab_core::format::{floor_plan, og_map, rooms, tum};
 use slamlab_core::geom::Pose2;
 use slamlab_core::map::{Topology, TopologyConfig};
+use slamlab_core::robot::Stamp;
 use slamlab_core::slam::Slam;
-use tsify::Tsify;
+use tsify::{Ts, Tsify};
+use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::border::{Uint8Array, WebError};
+use crate::border::{SavedKind, Uint8Array, WebError, typed};
+use crate::run::{Source, WebRun};
 
 /// Why something cannot be saved.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -37,6 +40,31 @@ pub struct SavedFile {
     pub bytes: Uint8Array,
 }
 
+#[wasm_bindgen]
+impl WebRun {
+    /// Files to save, named after `stem`.
+    ///
+    /// # Errors    A sentence on why there is no such file.
+    pub fn export(&self, what: &Ts<SavedKind>, stem: &str) -> Result<Vec<Ts<SavedFile>>, WebError> {
+        let slam = self.slam();
+        let files = match what.to_rust()? {
+            SavedKind::Map => map(slam, MapMode::Trinary, MapImage::Pgm, stem),
+            SavedKind::MapScale => map(slam, MapMode::Scale, MapImage::Png, &format!("{stem}-map")),
+            SavedKind::MapRaw => map(slam, MapMode::Raw, MapImage::Pgm, &format!("{stem}-raw")),
+            SavedKind::OgMap => og_map(slam),
+            SavedKind::Plan => plan(slam, stem),
+            SavedKind::Rooms => rooms(slam, stem),
+            SavedKind::Tum => trajectory(&self.trajectory(), stem),
+            SavedKind::Carmen => match &self.source {
+                Source::Simulation(sim) => carmen(sim.experiment.log(), stem),
+                Source::Recording(replay) => carmen(&replay.carmen_log(), stem),
+                Source::Live(_) => Err(ExportError::Recorded.into()),
+            },
+        };
+        files?.iter().map(typed).collect()
+    }
+}
+
 impl SavedFile {
     fn new(name: impl Into<String>, mime: &str, bytes: impl Into<Vec<u8>>) -> Self {
         Self {
@@ -50,18 +78,19 @@ impl SavedFile {
 /// The grid as files of map_server.
 ///
 /// # Errors    An empty map.
-pub(crate) fn map(
+fn map(
     slam: &Slam,
     mode: MapMode,
     image: MapImage,
-    name: &str,
+    stem: &str,
 ) -> Result<Vec<SavedFile>, WebError> {
     let map = OccupancyMap::of_grid(slam.grid(), mode)?;
-    let files = map_server::write(&map, mode, image, name)?;
-    let (stem, mime) = match image {
-        MapImage::Png => (name.trim_end_matches(".png"), "image/png"),
-        _ => (name.trim_end_matches(".pgm"), "image/x-portable-graymap"),
+    let (ending, mime) = match image {
+        MapImage::Png => ("png", "image/png"),
+        _ => ("pgm", "image/x-portable-graymap"),
     };
+    let name = format!("{stem}.{ending}");
+    let files = map_server::write(&map, mode, image, &name)?;
     Ok(vec![
         SavedFile::new(name, mime, files.image),
         SavedFile::new(format!("{stem}.yaml"), "application/yaml", files.yaml),
@@ -71,7 +100,7 @@ pub(crate) fn map(
 /// The grid as text.
 ///
 /// # Errors    An empty map.
-pub(crate) fn og_map(slam: &Slam) -> Result<Vec<SavedFile>, WebError> {
+fn og_map(slam: &Slam) -> Result<Vec<SavedFile>, WebError> {
     let text = og_map::write(&og_map::of_grid(slam.grid())?);
     Ok(vec![SavedFile::new("OGmap.txt", "text/plain", text)])
 }
@@ -79,7 +108,7 @@ pub(crate) fn og_map(slam: &Slam) -> Result<Vec<SavedFile>, WebError> {
 /// The walls as a floor plan.
 ///
 /// # Errors    No walls.
-pub(crate) fn plan(slam: &Slam, stem: &str) -> Result<Vec<SavedFile>, WebError> {
+fn plan(slam: &Slam, stem: &str) -> Result<Vec<SavedFile>, WebError> {
     let walls = slam.vector_map().walls();
     let began = slam.trajectory().first().map(|(_, pose)| pose.position());
     let svg = floor_plan::svg(&walls, began)?;
@@ -95,7 +124,7 @@ pub(crate) fn plan(slam: &Slam, stem: &str) -> Result<Vec<SavedFile>, WebError> 
 /// Rooms and doors.
 ///
 /// # Errors    No rooms.
-pub(crate) fn rooms(slam: &Slam, stem: &str) -> Result<Vec<SavedFile>, WebError> {
+fn rooms(slam: &Slam, stem: &str) -> Result<Vec<SavedFile>, WebError> {
     let rooms = Topology::of_grid(slam.grid(), &TopologyConfig::default());
     let text = rooms::geojson(&rooms)?;
     let name = format!("{stem}-rooms.geojson");
@@ -105,7 +134,7 @@ pub(crate) fn rooms(slam: &Slam, stem: &str) -> Result<Vec<SavedFile>, WebError>
 /// Where the robot was, as far as is known now: a TUM trajectory.
 ///
 /// # Errors    [`ExportError::NoScans`].
-pub(crate) fn trajectory(poses: &[(f64, Pose2)], stem: &str) -> Result<Vec<SavedFile>, WebError> {
+fn trajectory(poses: &[(f64, Pose2)], stem: &str) -> Result<Vec<SavedFile>, WebError> {
     if poses.is_empty() {
         return Err(ExportError::NoScans.into());
     }
@@ -120,7 +149,7 @@ pub(crate) fn trajectory(poses: &[(f64, Pose2)], stem: &str) -> Result<Vec<Saved
 /// The scans with their odometry: a CARMEN log.
 ///
 /// # Errors    [`ExportError::NoScans`].
-pub(crate) fn carmen(log: &CarmenLog, stem: &str) -> Result<Vec<SavedFile>, WebError> {
+fn carmen(log: &CarmenLog, stem: &str) -> Result<Vec<SavedFile>, WebError> {
     if log.is_empty() {
         return Err(ExportError::NoScans.into());
     }
@@ -128,11 +157,13 @@ pub(crate) fn carmen(log: &CarmenLog, stem: &str) -> Result<Vec<SavedFile>, WebE
     Ok(vec![SavedFile::new(name, "text/plain", log.write())])
 }
 
-/// Seconds instead of stamps.
-pub(crate) fn trajectory_of(slam: &Slam) -> Vec<(f64, Pose2)> {
-    let poses = slam.trajectory();
-    poses
-        .into_iter()
-        .map(|(stamp, pose)| (stamp.seconds(), pose))
-        .collect()
+impl WebRun {
+    /// Seconds and poses.
+    fn trajectory(&self) -> Vec<(f64, Pose2)> {
+        let seconds = |(stamp, pose): (Stamp, Pose2)| (stamp.seconds(), pose);
+        match &self.source {
+            Source::Recording(replay) => replay.trajectory(),
+            _ => self.slam().trajectory().into_iter().map(seconds).collect(),
+        }
+    }
 }

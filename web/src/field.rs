@@ -4,9 +4,11 @@ use serde::{Deserialize, Serialize};
 use slamlab_core::map::Field;
 use slamlab_core::plan::RouteConfig;
 use slamlab_core::slam::Slam;
-use tsify::Tsify;
+use tsify::{Ts, Tsify};
+use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::border::FieldName;
+use crate::border::{FieldName, Typed, typed};
+use crate::run::WebRun;
 use crate::view::GridChange;
 
 /// How far surfaces are off in the likelihood field, m: as in the search for closed loops.
@@ -26,6 +28,24 @@ pub struct FieldChange {
     pub step: f64,
     /// Blocks that may have changed.
     pub grid: Option<GridChange>,
+}
+
+#[wasm_bindgen]
+impl WebRun {
+    /// A field of the grid that the pose's sensor draws, in the blocks in which it may have changed since `revision` of
+    /// `generation`.
+    ///
+    /// # Errors    None that a page can cause.
+    pub fn field(
+        &self,
+        name: &Ts<FieldName>,
+        generation: u32,
+        revision: f64,
+    ) -> Typed<FieldChange> {
+        let (radius, name) = (self.robot().radius(), name.to_rust()?);
+        let field = FieldChange::since(self.slam(), radius, name, generation, revision);
+        typed(&field)
+    }
 }
 
 impl FieldChange {

@@ -5,11 +5,14 @@ use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::{Considered, Correlations, Explanation, Verdict as CoreVerdict};
 use slamlab_core::pilot::Stage;
 use slamlab_core::session::Session;
-use tsify::Tsify;
+use tsify::{Ts, Tsify};
+use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{
-    CandidateRow, Float32Array, Float64Array, Gate, SightingRow, Uint32Array, Verdict, flat,
+    CandidateRow, Float32Array, Float64Array, Gate, SightingRow, Uint32Array, Verdict, WebError,
+    flat, typed,
 };
+use crate::run::WebRun;
 use crate::view::map_from_robot_at_scan;
 
 /// The line filter after the last scan.
@@ -48,6 +51,18 @@ pub struct LearnedOdometry {
     pub curvature_sigma: f64,
     /// σ of the turn scale.
     pub turn_scale_sigma: f64,
+}
+
+#[wasm_bindgen]
+impl WebRun {
+    /// Why the last scan's lines were matched, and, with `matrix`, how errors hang together; nothing for methods without a line
+    /// map.
+    ///
+    /// # Errors    None that a page can cause.
+    pub fn inspect(&self, matrix: bool) -> Result<Option<Ts<Inspection>>, WebError> {
+        let inside = Inspection::of(self.session(), matrix);
+        inside.as_ref().map(typed).transpose()
+    }
 }
 
 impl Inspection {

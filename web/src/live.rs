@@ -73,7 +73,7 @@ pub struct BridgeStatus {
 /// A device at a line of the bridge.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct DeviceStatus {
-    /// As the bridge was told of it: `rplidar:/dev/ttyUSB0`.
+    /// As it was named to the bridge: `rplidar:/dev/ttyUSB0`.
     pub name: String,
     /// What it is; empty until it said so.
     pub model: String,

@@ -42,7 +42,7 @@ impl WebLogReader {
     #[wasm_bindgen(constructor)]
     pub fn new(setup: &Ts<ReplaySetup>) -> Result<Self, WebError> {
         let setup = setup.to_rust()?;
-        // What cannot be set is told before a long log is read.
+        // A setting that cannot be is reported before a long log is read.
         let mut settings = Settings::of(SensorModel::lidar(), &RobotModel::pioneer());
         setup
             .settings
@@ -83,6 +83,24 @@ impl WebLogReader {
 
 #[wasm_bindgen]
 impl WebRun {
+    /// For each scan of a recording so far: NaN NaN (no truth), odometry x y, estimate x y. Of others the page follows the poses.
+    #[must_use]
+    pub fn trail(&self) -> Vec<f32> {
+        let Source::Recording(replay) = &self.source else {
+            return vec![];
+        };
+        let odometry = replay.odometry_trajectory();
+        let poses = odometry.zip(replay.trajectory());
+        flat(poses.map(|(odometry, (_, pose))| TrailRow {
+            truth_x: f32::NAN,
+            truth_y: f32::NAN,
+            odometry_x: odometry.x() as f32,
+            odometry_y: odometry.y() as f32,
+            x: pose.x() as f32,
+            y: pose.y() as f32,
+        }))
+    }
+
     /// What the log holds, in words; empty without one.
     #[must_use]
     pub fn summary(&self) -> String {
@@ -103,18 +121,4 @@ impl WebRun {
             }
         }
     }
-}
-
-/// For each scan so far, see `TRAIL`.
-pub(crate) fn trail(replay: &Replay) -> Vec<f32> {
-    let odometry = replay.odometry_trajectory();
-    let poses = odometry.zip(replay.trajectory());
-    flat(poses.map(|(odometry, (_, pose))| TrailRow {
-        truth_x: f32::NAN,
-        truth_y: f32::NAN,
-        odometry_x: odometry.x() as f32,
-        odometry_y: odometry.y() as f32,
-        x: pose.x() as f32,
-        y: pose.y() as f32,
-    }))
 }

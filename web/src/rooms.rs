@@ -3,11 +3,14 @@
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 use slamlab_core::map::{Door, Grid, Region, Topology, TopologyConfig};
-use tsify::Tsify;
+use tsify::{Ts, Tsify};
+use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{
-    DoorwayRow, Float32Array, Float64Array, RegionName, RegionRow, Uint32Array, flat,
+    DoorwayRow, Float32Array, Float64Array, RegionName, RegionRow, Uint32Array, WebError, flat,
+    typed,
 };
+use crate::run::WebRun;
 use crate::view::flag;
 
 /// The topological map: rooms, corridors and doors, the largest region first; map frame, m.
@@ -25,6 +28,20 @@ pub struct Rooms {
     pub generation: u32,
     /// Its revision.
     pub revision: f64,
+}
+
+#[wasm_bindgen]
+impl WebRun {
+    /// Rooms, corridors and doors of the map, if the grid that the pose's sensor draws has changed since `revision` of
+    /// `generation`. Costs more than a step.
+    ///
+    /// # Errors    None that a page can cause.
+    pub fn rooms(&self, generation: u32, revision: f64) -> Result<Option<Ts<Rooms>>, WebError> {
+        let (grid, now) = (self.slam().grid(), self.slam().grid_version() as u32);
+        let is_known = now == generation && grid.revision() == revision as u64;
+        let rooms = (!is_known).then(|| Rooms::of(grid, now));
+        rooms.as_ref().map(typed).transpose()
+    }
 }
 
 impl Rooms {

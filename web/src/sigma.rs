@@ -3,10 +3,15 @@
 use serde::{Deserialize, Serialize};
 use slamlab_core::points::{SigmaBin as Bin, SigmaConfig, SigmaError, estimate_sigma};
 use slamlab_core::robot::Scan;
-use tsify::Tsify;
+use slamlab_core::sim::SensorModel;
+use tsify::{Ts, Tsify};
+use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::border::{Float64Array, GrowthName};
+use crate::border::{Float64Array, GrowthName, Typed, typed};
+use crate::run::{RunError, Source, WebRun};
 
+/// Scans of a standing twin from which σ(ρ) is estimated.
+const STANDING_SCANS: usize = 120;
 /// Points of the curve that the page draws.
 const CURVE: u32 = 60;
 
@@ -57,6 +62,34 @@ pub struct SigmaBin {
     pub used: u32,
     /// Readings left out.
     pub clipped: u32,
+}
+
+#[wasm_bindgen]
+impl WebRun {
+    /// σ(ρ) of the sensor: of a simulated one from scans of a twin that stands where the robot is, of a recording from the
+    /// stretches in which the robot stood.
+    ///
+    /// # Errors    A sentence on why it cannot be estimated.
+    pub fn estimate_sigma(&self, growth: &Ts<GrowthName>) -> Typed<SigmaCurve> {
+        let growth = growth.to_rust()?;
+        typed(&match &self.source {
+            Source::Simulation(sim) => {
+                let scans = sim.experiment.standing_scans(STANDING_SCANS);
+                let truth = match sim.experiment.sim().sensor() {
+                    SensorModel::Lidar(model) => Some((model.sigma, model.sigma_per_metre)),
+                    SensorModel::Sonar(model) => Some((model.sigma, model.sigma_per_metre)),
+                    SensorModel::Rangers(_) => None,
+                };
+                SigmaCurve::of(&[&scans], growth, truth)?
+            }
+            Source::Recording(replay) => {
+                let stretches = replay.standing_stretches();
+                let stretches: Vec<&[Scan]> = stretches.iter().map(Vec::as_slice).collect();
+                SigmaCurve::of(&stretches, growth, None)?
+            }
+            Source::Live(_) => return Err(RunError::NotRecorded.into()),
+        })
+    }
 }
 
 impl From<&Bin> for SigmaBin {

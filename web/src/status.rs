@@ -1,4 +1,4 @@
-//! The numbers of the moment, the same for every source.
+//! The present numbers of a run, the same for every source.
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::Figure;
@@ -10,7 +10,7 @@ use tsify::Tsify;
 
 use crate::border::{DiagnosisName, Level, Mode, TaskState};
 
-/// The numbers of the moment; poses in the map frame, m and rad. NaN where the source knows none.
+/// The present numbers; poses in the map frame, m and rad. NaN where the source knows none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]

@@ -9,8 +9,12 @@ use slamlab_core::points::{Beam, Points};
 use slamlab_core::session::Session;
 use slamlab_core::slam::Slam;
 use tsify::Tsify;
+use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::border::{BeamRow, Float32Array, Float64Array, Int32Array, LineRow, Uint8Array, flat};
+use crate::border::{
+    BeamRow, Float32Array, Float64Array, Int32Array, LineRow, Typed, Uint8Array, flat, typed,
+};
+use crate::run::WebRun;
 
 /// Cells along one side of a block of the grid.
 const BLOCK_CELLS: u32 = 64;
@@ -28,6 +32,45 @@ pub struct GridChange {
     /// Cells of each block in rows from the lower left: 0 unknown, else 1 + 254 p, p the probability of an obstacle; of a field
     /// 1 + the value in steps, 255 for all that is more.
     pub cells: Uint8Array,
+}
+
+#[wasm_bindgen]
+impl WebRun {
+    /// The map since `revision` of `generation`, and the last scan.
+    ///
+    /// # Errors    None that a page can cause.
+    pub fn view(&self, generation: u32, revision: f64) -> Typed<SlamView> {
+        typed(&SlamView::since(self.session(), generation, revision))
+    }
+
+    /// Walls that the last scan showed to be parts of others: the one that stays and the one that goes, pair by pair.
+    #[must_use]
+    pub fn merged(&self) -> Vec<u32> {
+        let update = self.slam().view().update;
+        let merged = update.into_iter().flat_map(|report| &report.merged);
+        merged.flat_map(|m| [m.kept.0, m.gone.0]).collect()
+    }
+
+    /// x1 y1 x2 y2 of the walls of the prior map, m; empty for other methods.
+    #[must_use]
+    pub fn known_walls(&self) -> Vec<f32> {
+        let slam = self.slam();
+        let lines = match slam.view().prior_map_fit {
+            Some(_) => slam.config().prior_map.lines.as_slice(),
+            None => &[],
+        };
+        let ends = lines.iter().flat_map(|line| line.ends);
+        ends.flat_map(pair).collect()
+    }
+
+    /// Area known to be free, m². Costs more than a step.
+    #[must_use]
+    pub fn known_area(&self) -> f64 {
+        let grid = self.slam().grid();
+        let cells = grid.blocks_since(0).flat_map(|(_, cells)| cells);
+        let free = cells.filter(|&&l| grid.state_of(l) == CellState::Free);
+        free.count() as f64 * grid.resolution() * grid.resolution()
+    }
 }
 
 impl GridChange {
@@ -106,17 +149,6 @@ fn tone(log_odds: f32) -> u8 {
     1 + (254.0 * p).round() as u8
 }
 
-/// Area known to be free, m².
-pub(crate) fn free_area(slam: &Slam) -> f64 {
-    let grid = slam.grid();
-    let free = grid
-        .blocks_since(0)
-        .flat_map(|(_, cells)| cells)
-        .filter(|&&l| grid.state_of(l) == CellState::Free)
-        .count();
-    free as f64 * grid.resolution() * grid.resolution()
-}
-
 fn hits(session: &Session) -> Float32Array {
     let map_from_robot = map_from_robot_at_scan(session);
     let ends = hits_of(session.slam()).map(|beam| pair(map_from_robot * beam.end_in_robot));
@@ -153,16 +185,6 @@ fn found(session: &Session) -> Float32Array {
     ends.flat_map(|end| pair(map_from_robot * end)).collect()
 }
 
-/// Names of the walls that the last scan merged, the one that stays before the one that goes.
-pub(crate) fn merged(slam: &Slam) -> Vec<u32> {
-    let merged = slam
-        .view()
-        .update
-        .into_iter()
-        .flat_map(|report| &report.merged);
-    merged.flat_map(|m| [m.kept.0, m.gone.0]).collect()
-}
-
 /// A number for yes or no.
 pub(crate) fn flag(yes: bool) -> f64 {
     f64::from(u8::from(yes))
@@ -197,19 +219,6 @@ pub(crate) fn segments<'a>(
     segments
         .flat_map(|s| [pair(*map_from * s.a), pair(*map_from * s.b)])
         .flatten()
-        .collect()
-}
-
-/// x1 y1 x2 y2 of the walls of the known map; empty for methods without.
-pub(crate) fn prior_walls(slam: &Slam) -> Vec<f32> {
-    let lines = match slam.view().prior_map_fit {
-        Some(_) => slam.config().prior_map.lines.as_slice(),
-        None => &[],
-    };
-    lines
-        .iter()
-        .flat_map(|line| line.ends)
-        .flat_map(pair)
         .collect()
 }
 

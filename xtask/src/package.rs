@@ -4,7 +4,7 @@
 //!    one file that needs nothing of the system it comes to.
 //! 2. `deb` puts it together with settings, systemd unit, udev rules and guide, by `dpkg-deb`.
 //! 3. `smoke` unpacks the package and runs its program: natively, or by qemu's emulation of the other processor.
-//! 4. `systemd-analyze` and `lintian` look at the rest, where they are installed.
+//! 4. `systemd-analyze` and `lintian` check the rest, where they are installed.
 //!
 //! A step whose tool is missing is skipped by name; the package is made all the same.
 

@@ -67,7 +67,7 @@ pub fn check_types_of_last_build() -> Result<()> {
 /// # Errors
 /// If a tool is missing or a type is wrong.
 pub fn check_types_of_tests() -> Result<()> {
-    // They name types of the page, which name those of its packages.
+    // They use types of the page, which use those of its packages.
     install(&tools::root().join("www"))?;
     let folder = tools::root().join("tests/page");
     install(&folder)?;

@@ -131,12 +131,12 @@ mod tests {
     #[test]
     fn what_is_missing_is_named_with_the_command_to_type() {
         if !cfg!(target_os = "macos") {
-            let told = by_hand(&["chromium", "make"]);
+            let text = by_hand(&["chromium", "make"]);
             assert!(
-                told.contains("sudo apt-get install chromium make"),
-                "{told}"
+                text.contains("sudo apt-get install chromium make"),
+                "{text}"
             );
-            assert!(told.contains("playwright install chromium"), "{told}");
+            assert!(text.contains("playwright install chromium"), "{text}");
         }
     }
 }

@@ -234,7 +234,7 @@ pub fn run(command: &mut Command) -> Result<()> {
 /// Runs a command and returns what it prints on standard output.
 ///
 /// # Errors
-/// If it cannot be started or fails; what it printed is told then.
+/// If it cannot be started or fails; the error has what it printed.
 pub fn output(command: &mut Command) -> Result<String> {
     let shown = shown(command);
     eprintln!("$ {shown}");

@@ -1,15 +1,8 @@
-//! What was found at a port, and how it is told.
+//! What was found at a port, and how it is printed.
 
 use std::fmt;
 
 use slamlab_core::device::{Kind, UsbAdapter};
-
-/// What is wrong, why, and what helps.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Problem(
-    /// A sentence.
-    pub String,
-);
 
 /// What came of a device while it was watched.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,7 +24,7 @@ pub struct Measured {
 }
 
 /// What was found at a port.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Finding {
     /// The port.
     pub path: String,
@@ -43,8 +36,8 @@ pub struct Finding {
     pub model: String,
     /// How it works.
     pub measured: Measured,
-    /// What is wrong; empty where all is well.
-    pub problems: Vec<Problem>,
+    /// What is wrong, why, and what helps, each a sentence; empty where all is well.
+    pub problems: Vec<String>,
 }
 
 impl Finding {
@@ -104,7 +97,7 @@ impl fmt::Display for Finding {
                 m.damaged, m.skipped, m.seconds
             )?;
         }
-        for Problem(sentence) in &self.problems {
+        for sentence in &self.problems {
             write!(f, "\n  PROBLEM {sentence}")?;
         }
         if let (true, Some(source)) = (self.is_well(), self.source()) {
@@ -143,7 +136,7 @@ mod tests {
             "/dev/ttyUSB0: RPLIDAR A1M8\n  5.5 scans/s of 360 beams\n  0 damaged frames, 0 stray bytes in 2.0 s\n  well; \
              use it with: slamlab-bridge serve --source rplidar:/dev/ttyUSB0"
         );
-        finding.problems.push(Problem("weak power".into()));
+        finding.problems.push("weak power".into());
         assert!(finding.to_string().ends_with("PROBLEM weak power") && !finding.is_well());
     }
 

@@ -19,7 +19,7 @@ use slamlab_core::device::{KINDS, Kind, Probe, Role, UsbAdapter};
 use slamlab_core::geom::Pose2;
 use slamlab_core::wire::message::DeviceState;
 
-pub use finding::{Finding, Measured, Problem};
+pub use finding::{Finding, Measured};
 
 use crate::serial::OpenError;
 use visit::{Visit, visit};
@@ -35,10 +35,8 @@ const TO_WORK: Duration = Duration::from_secs(6);
 ///
 /// # Errors    Where the system does not tell.
 pub fn ports() -> Result<Vec<String>, serialport::Error> {
-    let mut names: Vec<String> = serialport::available_ports()?
-        .into_iter()
-        .map(|port| port.port_name)
-        .collect();
+    let ports = serialport::available_ports()?.into_iter();
+    let mut names: Vec<String> = ports.map(|port| port.port_name).collect();
     names.sort();
     Ok(names)
 }
@@ -89,43 +87,37 @@ fn adapter(path: &str) -> Option<UsbAdapter> {
 fn closed(path: &str, error: &OpenError) -> Finding {
     Finding {
         path: path.into(),
-        kind: None,
-        adapter: None,
-        model: String::new(),
-        measured: Measured::default(),
-        problems: vec![Problem(error.to_string())],
+        problems: vec![error.to_string()],
+        ..Finding::default()
     }
 }
 
 /// A device that said what it is.
 fn met(path: &str, kind: &'static Kind, seen: &Visit) -> Finding {
-    let mut problems = vec![];
-    if let Some(error) = &seen.broken {
-        problems.push(Problem(error.clone()));
-    }
+    let mut problems: Vec<String> = seen.broken.iter().cloned().collect();
     if seen.state == DeviceState::Fault || !seen.detail.is_empty() {
-        problems.push(Problem(seen.detail.clone()));
+        problems.push(seen.detail.clone());
     }
     let measured = seen.measured();
     problems.extend(noise(&measured));
     if problems.is_empty() && measured.scans == 0 && measured.odometries == 0 {
-        problems.push(Problem(words::SENDS_NOTHING.into()));
+        problems.push(words::SENDS_NOTHING.into());
     }
     Finding {
         path: path.into(),
         kind: Some(kind),
-        adapter: None,
         model: seen.model.clone(),
         measured,
         problems,
+        ..Finding::default()
     }
 }
 
 /// More damage than a good line does.
-fn noise(measured: &Measured) -> Option<Problem> {
+fn noise(measured: &Measured) -> Option<String> {
     // Up to a whole frame is lost where one began to listen in its middle.
     let is_noisy = measured.damaged > 2 && measured.skipped > 200;
-    is_noisy.then(|| Problem(words::noisy(measured)))
+    is_noisy.then(|| words::noisy(measured))
 }
 
 /// What came of a port on which nothing said what it is.
@@ -166,10 +158,8 @@ impl Others {
         Finding {
             path: path.into(),
             kind,
-            adapter: None,
-            model: String::new(),
-            measured: Measured::default(),
-            problems: vec![Problem(problem)],
+            problems: vec![problem],
+            ..Finding::default()
         }
     }
 }

@@ -16,7 +16,7 @@ const ENOUGH_SCANS: u64 = 10;
 const ENOUGH_ODOMETRIES: u64 = 100;
 /// First bytes that are kept, to see whether they are text.
 const MOST_KEPT: usize = 256;
-/// Bytes of text that are enough to know it for text, and the longest piece of it that is told.
+/// Bytes of text that are enough to know it for text, and the longest piece of it that is shown.
 const ENOUGH_TEXT: usize = 16;
 const LONGEST_TEXT: usize = 60;
 /// For a stop to go out before the port closes.

@@ -14,7 +14,7 @@ use std::time::Duration;
 use mcap::McapError;
 use slamlab_core::replay::{Log, Replay, ReplayError};
 use slamlab_core::slam::Method;
-use slamlab_core::wire::recording::{Recorded, Recording, RecordingError, Said};
+use slamlab_core::wire::recording::{Recorded, Recording, RecordingError};
 
 use super::ros::{self, Topic};
 use super::thread::{Entry, Layout, Writer};
@@ -197,19 +197,10 @@ impl Export {
     }
 }
 
-fn entry(
-    Recorded {
-        nanos,
-        header,
-        said,
-    }: Recorded,
-) -> Entry {
-    let (at, time) = (
-        Duration::from_micros(header.micros),
-        Duration::from_nanos(nanos),
-    );
-    match said {
-        Said::ByBridge(message) => Entry::sent(message, at, time),
-        Said::ToRobot(order) => Entry::ordered(order, at, time),
+fn entry(recorded: Recorded) -> Entry {
+    Entry {
+        said: recorded.said,
+        at: Duration::from_micros(recorded.header.micros),
+        time_of_day: Duration::from_nanos(recorded.nanos),
     }
 }

@@ -1,6 +1,6 @@
 //! Recording to MCAP: whatever the clients could see, and every order to the robot.
 //!
-//! In: messages and orders, as they happen. Out: a file that survives the end of the program at any moment.
+//! In: messages and orders, as they happen. Out: a file that survives the end of the program at any time.
 //!
 //! 1. The hub never waits for the disk: a thread writes, behind a bounded queue. What finds no room is counted as lost.
 //! 2. The thread takes what waits, up to a bounded number of messages, and gives it to the system in one write (`journal`). Then, and not before, these
@@ -34,6 +34,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use slamlab_core::wire::message::{DriveBody, FromBridge, Motion, RecordingBody, ToBridge};
+use slamlab_core::wire::recording::Said;
 
 use crate::clock::Clock;
 use crate::source::Order;
@@ -114,11 +115,7 @@ impl Recorder {
     pub fn message(&self, message: &FromBridge, now: Duration) {
         // How the recording goes is of no use in the recording.
         if !matches!(message, FromBridge::Recording(_) | FromBridge::Heartbeat(_)) {
-            self.put(Entry::sent(
-                message.clone(),
-                now,
-                self.clock.time_of_day(now),
-            ));
+            self.put(Said::ByBridge(message.clone()), now);
         }
     }
 
@@ -134,10 +131,15 @@ impl Recorder {
             Order::EmergencyStop => ToBridge::EmergencyStop,
             Order::ResetEmergencyStop => ToBridge::ResetEmergencyStop { epoch: 0 },
         };
-        self.put(Entry::ordered(message, now, self.clock.time_of_day(now)));
+        self.put(Said::ToRobot(message), now);
     }
 
-    fn put(&self, entry: Entry) {
+    fn put(&self, said: Said, at: Duration) {
+        let entry = Entry {
+            said,
+            at,
+            time_of_day: self.clock.time_of_day(at),
+        };
         let taken = self
             .entries
             .as_ref()

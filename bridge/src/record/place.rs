@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use super::RecordError;
 
-/// Recordings of one second that are told apart by a number: a computer without a battery-backed clock starts at the same
+/// Recordings of one second that are distinguished by a number: a computer without a battery-backed clock starts at the same
 /// time of day each time.
 const MOST_OF_A_SECOND: u32 = 10_000;
 

@@ -66,7 +66,11 @@ fn battery(stamp: u64) -> FromBridge {
 
 fn entry(stamp: u64) -> Entry {
     let at = Duration::from_millis(stamp);
-    Entry::sent(battery(stamp), at, at)
+    Entry {
+        said: Said::ByBridge(battery(stamp)),
+        at,
+        time_of_day: at,
+    }
 }
 
 /// Stamps of the messages that can be read of these bytes.

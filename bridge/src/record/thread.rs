@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions};
-use slamlab_core::wire::message::{Format, FromBridge, Header, PROTOCOL, SCHEMA, ToBridge, encode};
-use slamlab_core::wire::recording::{CHANNEL, ENCODING};
+use slamlab_core::wire::message::{Format, Header, PROTOCOL, SCHEMA, encode};
+use slamlab_core::wire::recording::{CHANNEL, ENCODING, Said};
 
 use super::journal::{Journal, Storage};
 use super::ros::{self, Messages, Topic};
@@ -23,37 +23,11 @@ pub(super) const MOST_AT_ONCE: usize = 256;
 /// What waits to be written.
 #[derive(Debug)]
 pub(super) struct Entry {
-    message: Message,
+    pub(super) said: Said,
     /// Since the bridge started.
-    at: Duration,
+    pub(super) at: Duration,
     /// Since 1970.
-    time_of_day: Duration,
-}
-
-#[derive(Debug)]
-enum Message {
-    Said(FromBridge),
-    Ordered(ToBridge),
-}
-
-impl Entry {
-    pub(super) fn sent(message: FromBridge, at: Duration, time_of_day: Duration) -> Self {
-        let message = Message::Said(message);
-        Self {
-            message,
-            at,
-            time_of_day,
-        }
-    }
-
-    pub(super) fn ordered(message: ToBridge, at: Duration, time_of_day: Duration) -> Self {
-        let message = Message::Ordered(message);
-        Self {
-            message,
-            at,
-            time_of_day,
-        }
-    }
+    pub(super) time_of_day: Duration,
 }
 
 /// How far the thread has come; the hub reads it.
@@ -202,12 +176,12 @@ impl<S: Storage> Writer<S> {
             sequence: self.sequence,
             micros: entry.at.as_micros() as u64,
         };
-        let (bytes, ros) = match &entry.message {
-            Message::Said(message) => (
+        let (bytes, ros) = match &entry.said {
+            Said::ByBridge(message) => (
                 encode(header, message, Format::Binary),
                 ros::messages_of(&mut self.odom, message, entry.time_of_day),
             ),
-            Message::Ordered(message) => (
+            Said::ToRobot(message) => (
                 encode(header, message, Format::Binary),
                 ros::ordered(message),
             ),

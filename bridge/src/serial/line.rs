@@ -19,7 +19,7 @@ const MOST_PIECES: usize = 256;
 const MOST_WRITES: usize = 32;
 /// Largest piece, bytes.
 const PIECE: usize = 1024;
-/// How often the writer looks whether the line is closed.
+/// How often the writer checks whether the line is closed.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// An open serial port. Dropping it closes it, once what was handed over is written.

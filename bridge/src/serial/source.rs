@@ -154,7 +154,8 @@ impl Life {
                 Received::Nothing => (),
                 Received::Broken(error) => return Left::Broken(error),
             }
-            // What it says of the time before an order must be told before the order is taken: it is told after which order it was said.
+            // What the device reports of the time before an order goes out before the order is taken: each report
+            // says after which order it was made.
             self.device.tick(self.now());
             if let Err(left) = self.fulfil(line) {
                 return left;

@@ -10,8 +10,6 @@ use slamlab_core::wire::pilch;
 use super::is_pause;
 use crate::serial::{Channel, LineError, Received};
 
-/// Path of the lidar at the server, where none was named: what the source's server has.
-const PATH: &str = "/dev/ttyUSB0";
 /// The longest datagram.
 const LONGEST: usize = 65_507;
 
@@ -63,7 +61,7 @@ impl UdpAddress {
         let form = || UdpAddressError::Form(text.to_owned());
         let (server, path) = match text.find('/') {
             Some(at) => text.split_at(at),
-            None => (text, PATH),
+            None => (text, pilch::DEFAULT_PATH),
         };
         // The colons of an IPv6 address stand between brackets.
         let after_host = server.find(']').map_or(0, |at| at + 1);

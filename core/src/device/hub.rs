@@ -343,10 +343,10 @@ fn sentence(reason: DisarmReason) -> &'static str {
         }
         DisarmReason::Battery => "The battery is nearly empty: the robot was stopped. Charge it.",
         DisarmReason::Stall => {
-            "The robot was told to run and does not move: it was stopped. Look whether something blocks its tracks."
+            "The robot was commanded to run and does not move: it was stopped. Look whether something blocks its tracks."
         }
         DisarmReason::Runaway => {
-            "The robot moves without being told to: its motors were cut off. Reset the emergency stop when it is safe."
+            "The robot moves without a command: its motors were cut off. Reset the emergency stop when it is safe."
         }
         DisarmReason::Silence => {
             "The robot has said nothing for half a second: it was stopped. Look at its link."

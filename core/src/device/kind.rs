@@ -43,7 +43,7 @@ pub enum Probe {
     Listen,
     /// It answers when it is asked.
     Ask,
-    /// It is the device of another row, measuring in another way: it cannot be told from that one, and
+    /// It is the device of another row, measuring in another way: it cannot be distinguished from that one, and
     /// is only had by name.
     ByName,
 }
@@ -80,7 +80,7 @@ impl Kind {
         super::KINDS.iter().find(|kind| kind.name == name)
     }
 
-    /// Kinds that can be told from one another, in the order in which a port is to be tried: robots first, for
+    /// Kinds that can be distinguished, in the order in which a port is to be tried: robots first, for
     /// opening may have reset one, and its boot loader must hear nothing foreign; then those that need
     /// not be asked.
     #[must_use]

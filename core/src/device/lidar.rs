@@ -175,7 +175,7 @@ impl Output {
         self.wants.push_back(Want::Reopen);
     }
 
-    /// The sensor said what it is; it is told with the next change.
+    /// The sensor said what it is; reported with the next change.
     pub(super) fn set_model(&mut self, model: String) {
         self.report.model = model;
     }
@@ -187,7 +187,7 @@ impl Output {
         self.tell();
     }
 
-    /// Why the sensor is brought up anew; it is told with the next change.
+    /// Why the sensor is brought up anew; reported with the next change.
     pub(super) fn set_detail(&mut self, detail: String) {
         self.report.detail = detail;
     }

@@ -55,7 +55,7 @@ pub enum Want {
 /// How much a note of a device matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weight {
-    /// To one who looks for an error.
+    /// For somebody who searches for an error.
     Detail,
     /// Good to know.
     Info,

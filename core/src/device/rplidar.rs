@@ -16,7 +16,7 @@
 //!
 //! Instants: the last reading of a piece of bytes was taken when the piece came, those before it each a
 //! sample time earlier. So pieces should be handed over as soon as they come; what a USB bridge holds
-//! back makes a scan look later.
+//! back dates a scan later than it was taken.
 //!
 //! Source: SLAMTEC interface protocol, "Protection stop" and "Health"; Pilch 2016 fig. 2.6.
 

@@ -15,7 +15,7 @@
 //!
 //! Instants: readings carry none. The last of a datagram counts as taken when it came, those before it each a
 //! sample time of an RPLIDAR A1 earlier; what server and network hold back (some 30 ms with our own server)
-//! makes a scan look later.
+//! dates a scan later than it was taken.
 
 use crate::device::lidar::{LidarProtocol, Output};
 use crate::device::line::Weight;

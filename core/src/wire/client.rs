@@ -6,7 +6,7 @@
 //! 2. [`Client::tick`], at least ten times a second, sends heartbeats and probes, renews the lease, and notices silence.
 //! 3. [`Client::drive`] and [`Client::hold`] say what the bridge wants of a driving message: the lease's epoch, and the newest
 //!    bridge time that was seen. Nothing is sent while the robot is not armed by this client.
-//! 4. An errand (a way, a turn, a sweep) is under way from the message that gives it until the bridge says that it is over, or
+//! 4. A manoeuvre (a leg, a turn, a sweep) is under way from the message that gives it until the bridge says that it is over, or
 //!    until the robot is disarmed or somebody else's.
 //!
 //! Time is µs of the client's own clock; the connection begins at 0 of nothing in particular.
@@ -93,8 +93,8 @@ pub struct Client {
     next_heartbeat: u64,
     lease: Option<Lease>,
     safety: Option<SafetyBody>,
-    /// Sequence of the message that gave the errand under way.
-    errand: Option<u32>,
+    /// Sequence of the message that gave the manoeuvre under way.
+    manoeuvre: Option<u32>,
     delays: Option<Delays>,
 }
 
@@ -113,7 +113,7 @@ impl Client {
             next_heartbeat: 0,
             lease: None,
             safety: None,
-            errand: None,
+            manoeuvre: None,
             delays: None,
         }
     }
@@ -170,16 +170,16 @@ impl Client {
                     self.lease = None;
                 }
                 if self.lease.is_none() || !safety.armed {
-                    self.errand = None;
+                    self.manoeuvre = None;
                 }
                 self.safety = Some(safety.clone());
             }
-            FromBridge::Manoeuvre(errand)
-                if !errand.busy
-                    && self.number() == Some(errand.client)
-                    && self.errand == Some(errand.sequence) =>
+            FromBridge::Manoeuvre(ended)
+                if !ended.busy
+                    && self.number() == Some(ended.client)
+                    && self.manoeuvre == Some(ended.sequence) =>
             {
-                self.errand = None;
+                self.manoeuvre = None;
             }
             FromBridge::Probe(answer) => self.delays = Some(self.measure(now, answer)),
             _ => (),
@@ -237,7 +237,7 @@ impl Client {
         }
     }
 
-    /// A driving command; tells whether it went out, for nothing does unless this client has the lease and the robot is armed.
+    /// A driving command; returns whether it went out: nothing does unless this client has the lease and the robot is armed.
     pub fn drive(&mut self, now: u64, motion: Motion) -> bool {
         let Some(epoch) = self.armed_epoch() else {
             return false;
@@ -252,19 +252,19 @@ impl Client {
                 motion,
             }),
         );
-        self.errand = motion.is_manoeuvre().then_some(self.sequence);
+        self.manoeuvre = motion.is_manoeuvre().then_some(self.sequence);
         true
     }
 
-    /// Whether an errand of this client is under way.
+    /// Whether a manoeuvre of this client is under way.
     #[must_use]
     pub fn is_busy(&self) -> bool {
-        self.errand.is_some()
+        self.manoeuvre.is_some()
     }
 
-    /// Waits no longer for the errand under way: what is told next takes its place.
-    pub fn give_up_errand(&mut self) {
-        self.errand = None;
+    /// Waits no longer for the manoeuvre under way: the next command takes its place.
+    pub fn give_up_manoeuvre(&mut self) {
+        self.manoeuvre = None;
     }
 
     /// What is under way may go on.
@@ -355,7 +355,7 @@ impl Client {
         self.armed_epoch().is_some()
     }
 
-    /// Who drives and whether the robot may move, as last told.
+    /// Who drives and whether the robot may move, as last reported.
     #[must_use]
     pub fn safety(&self) -> Option<&SafetyBody> {
         self.safety.as_ref()

@@ -29,6 +29,8 @@ pub mod server;
 pub const SERVER_PORT: u16 = 5000;
 /// Port of the client.
 pub const CLIENT_PORT: u16 = 20_000;
+/// Path of the lidar at the source's server.
+pub const DEFAULT_PATH: &str = "/dev/ttyUSB0";
 /// The text of a first datagram.
 pub const HELLO: &str = "HELLO";
 /// Seconds between two heartbeats.
@@ -41,15 +43,6 @@ pub const MOST_READINGS: usize = (65_507 - 6) / Node::LEN;
 const SERVER: u8 = 0xFF;
 /// Address of the lidar, in datagrams and in the list of devices.
 pub const LIDAR: u8 = 0x01;
-
-/// States by their numbers on the wire: the source's list.
-const STATES: [DeviceState; 5] = [
-    DeviceState::Waiting,
-    DeviceState::Connected,
-    DeviceState::Measuring,
-    DeviceState::Sending,
-    DeviceState::Fault,
-];
 
 /// What a client says.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -202,7 +195,7 @@ impl Reply {
                     .collect();
                 [&[SERVER, 1], pairs.join("##").as_bytes()].concat()
             }
-            Self::State(state) => vec![LIDAR, 4, number_of(*state)],
+            Self::State(state) => vec![LIDAR, 4, *state as u8],
             Self::Readings(nodes) => {
                 let count = nodes.len().min(MOST_READINGS);
                 let mut bytes = vec![LIDAR, 3];
@@ -213,7 +206,7 @@ impl Reply {
         }
     }
 
-    /// Reads a server's datagram. Check bits of readings are not looked at: UDP has a sum of its own, and the source's
+    /// Reads a server's datagram. Check bits of readings are ignored: UDP has a sum of its own, and the source's
     /// server may not set them.
     ///
     /// # Errors    [`DatagramError`]
@@ -228,7 +221,8 @@ impl Reply {
                 ))
             }
             [LIDAR, 3, ..] => Err(length_error(datagram, 6)),
-            [LIDAR, 4, state] => STATES
+            // The messages of the bridge number the states as the source does.
+            [LIDAR, 4, state] => DeviceState::ALL
                 .get(usize::from(*state))
                 .copied()
                 .map(Self::State)
@@ -236,16 +230,6 @@ impl Reply {
             [LIDAR, 4, ..] => Err(length_error(datagram, 3)),
             _ => Err(unknown(datagram)),
         }
-    }
-}
-
-fn number_of(state: DeviceState) -> u8 {
-    match state {
-        DeviceState::Waiting => 0,
-        DeviceState::Connected => 1,
-        DeviceState::Measuring => 2,
-        DeviceState::Sending => 3,
-        DeviceState::Fault => 4,
     }
 }
 

@@ -1,4 +1,4 @@
-//! One clock for what several devices say, and nothing missed without being told.
+//! One clock for what several devices say, and no gap without a report of it.
 //!
 //! In: odometry and scans as they arrive, with the bridge's time. Out: the same in an order that SLAM can take: motion that
 //! follows on motion, and each scan once the motion up to its last beam is known. A live bridge and a recording of one pass

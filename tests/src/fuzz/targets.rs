@@ -239,7 +239,7 @@ fn pilch_run(input: &[u8]) -> Result<u64, String> {
         )?;
     }
     let reply = pilch::Reply::decode(input);
-    let mut server = pilch::server::Server::new(pilch::server::ServerConfig::default());
+    let mut server = pilch::server::Server::new(vec![pilch::DEFAULT_PATH.into()]);
     server.receive(1, b"\xFF\x00HELLO", Stamp(0));
     server.receive(1, input, Stamp(1000));
     server.tick(Stamp(2000));

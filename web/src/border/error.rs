@@ -31,7 +31,7 @@ impl From<WebError> for JsValue {
     fn from(error: WebError) -> Self {
         let thrown = Error::new(&error.text);
         let kind = error.kind.name();
-        // A new object takes any property; if it ever did not, the sentence would still be told.
+        // A new object takes any property; if it ever did not, the sentence would still be there.
         let _ = Reflect::set(&thrown, &"kind".into(), &kind.into());
         thrown.into()
     }

@@ -73,7 +73,7 @@ names! {
         StartBlocked = "start-blocked", GoalBlocked = "goal-blocked", Unreachable = "unreachable",
         Exhausted = "exhausted", NotOffered = "not-offered", BudgetSpent = "budget-spent",
     }
-    /// Where planners look: among the true walls, on the map with the unknown taken to be free, or only where it is known.
+    /// Where planners search: among the true walls, on the map with the unknown taken to be free, or only where it is known.
     Ground { Truth = "truth", Map = "map", Known = "known" }
     /// What the filter's consistency says.
     DiagnosisName of slamlab_core::estimation::Diagnosis {

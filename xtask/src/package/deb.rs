@@ -80,7 +80,7 @@ fn write(to: &Path, text: &str) -> Result<()> {
     fs::write(to, text).with_context(|| format!("cannot write {}", to.display()))
 }
 
-/// Folders that anybody may look into, whatever the umask of whoever packs.
+/// Folders that anybody may read, whatever the umask of whoever packs.
 fn make_place(file: &Path) -> Result<()> {
     let Some(folder) = file.parent() else {
         return Ok(());

@@ -146,7 +146,7 @@ impl Running {
         tools::run(Command::new("kill").args(["-TERM", &id]))?;
         let status = self.0.wait()?;
         if !status.success() {
-            bail!("it ended with {status} when it was told to stop");
+            bail!("it ended with {status} at SIGTERM");
         }
         Ok(())
     }

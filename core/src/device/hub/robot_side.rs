@@ -6,7 +6,7 @@ use crate::control::SafeMode;
 use crate::robot::{Command, Stamp};
 use crate::wire::message::{DisarmReason, LinkState};
 
-use crate::device::safety::plausible::{Plausible, PlausibleConfig};
+use crate::device::safety::plausible::Plausible;
 use crate::device::source::{self, Order, Profile, SourceEvent};
 
 /// What is known of the robot that takes commands: the first source that has one.
@@ -47,7 +47,7 @@ impl RobotSide {
             source,
             safe_mode: fresh.clone(),
             fresh,
-            plausible: Plausible::new(PlausibleConfig::default()),
+            plausible: Plausible::default(),
             newest: (Stamp::default(), Duration::ZERO),
             is_up: false,
         }
@@ -138,7 +138,7 @@ impl RobotSide {
     /// A robot that came back may have been carried away, and its clock begins at 0.
     fn begin_anew(&mut self) {
         self.safe_mode = self.fresh.clone();
-        self.plausible = Plausible::new(PlausibleConfig::default());
+        self.plausible = Plausible::default();
         self.newest.0 = Stamp::default();
     }
 }

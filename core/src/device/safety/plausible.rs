@@ -15,43 +15,24 @@ use crate::wire::message::DisarmReason;
 
 use crate::device::source::Order;
 
-/// The limits.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlausibleConfig {
-    /// A battery below it is nearly empty, V. Default 6.0: 1.0 V for each of the RP6's six cells.
-    pub low_volts: f32,
-    /// How long it must stay there. Default 2 s.
-    pub low_for: Duration,
-    /// No odometry for so long is silence. Default 500 ms.
-    pub silence: Duration,
-    /// Ordered to run and standing for so long is a stall. Default 1.5 s.
-    pub stall: Duration,
-    /// Ordered to stand and running after so long is a runaway. Default 1 s: from full speed it needs half of that.
-    pub runaway: Duration,
-    /// Slower than this is standing, m/s and rad/s. Default 0.02 and 0.1.
-    pub standing: (f64, f64),
-}
-
-impl Default for PlausibleConfig {
-    fn default() -> Self {
-        Self {
-            low_volts: 6.0,
-            low_for: Duration::from_secs(2),
-            silence: Duration::from_millis(500),
-            stall: Duration::from_millis(1500),
-            runaway: Duration::from_secs(1),
-            standing: (0.02, 0.1),
-        }
-    }
-}
-
+/// A battery below it is nearly empty, V: 1.0 V for each of the RP6's six cells.
+const LOW_VOLTS: f32 = 6.0;
+/// How long it must stay there.
+const LOW_FOR: Duration = Duration::from_secs(2);
+/// No odometry for so long is silence.
+const SILENCE: Duration = Duration::from_millis(500);
+/// Ordered to run and standing for so long is a stall.
+const STALL: Duration = Duration::from_millis(1500);
+/// Ordered to stand and running after so long is a runaway: from full speed it needs half of that.
+const RUNAWAY: Duration = Duration::from_secs(1);
+/// Slower than this is standing, m/s and rad/s.
+const STANDING: (f64, f64) = (0.02, 0.1);
 /// Speeds are means over at least so many seconds of odometry: single readings are a few encoder counts.
 const WINDOW: f64 = 0.2;
 
 /// Remembers orders and readings.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Plausible {
-    config: PlausibleConfig,
     ordered: Ordered,
     bumpers: [bool; 2],
     low_since: Option<Duration>,
@@ -61,8 +42,9 @@ pub struct Plausible {
     odd_since: Option<Duration>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Ordered {
+    #[default]
     Stand,
     Run,
     /// A leg, a turn, a sweep.
@@ -70,23 +52,9 @@ enum Ordered {
 }
 
 impl Plausible {
-    /// Before any order and any reading.
-    #[must_use]
-    pub fn new(config: PlausibleConfig) -> Self {
-        Self {
-            config,
-            ordered: Ordered::Stand,
-            bumpers: [false; 2],
-            low_since: None,
-            heard: None,
-            window: None,
-            odd_since: None,
-        }
-    }
-
     /// Takes an order to the robot.
     pub fn ordered(&mut self, order: &Order) {
-        let (least, least_turn) = self.config.standing;
+        let (least, least_turn) = STANDING;
         let ordered = match order {
             Order::Command(Command::Velocity { forward, turn }) => {
                 // Twice what counts as standing: in between, nothing can be said.
@@ -123,16 +91,13 @@ impl Plausible {
         self.window = None;
         let speed = joined.motion.position().coords.norm() / seconds;
         let turn = joined.motion.heading().abs() / seconds;
-        self.judge(
-            now,
-            speed < self.config.standing.0 && turn < self.config.standing.1,
-        )
+        self.judge(now, speed < STANDING.0 && turn < STANDING.1)
     }
 
     fn judge(&mut self, now: Duration, stands: bool) -> Option<DisarmReason> {
         let (is_odd, patience, reason) = match self.ordered {
-            Ordered::Run => (stands, self.config.stall, DisarmReason::Stall),
-            Ordered::Stand => (!stands, self.config.runaway, DisarmReason::Runaway),
+            Ordered::Run => (stands, STALL, DisarmReason::Stall),
+            Ordered::Stand => (!stands, RUNAWAY, DisarmReason::Runaway),
             Ordered::Manoeuvre => (false, Duration::ZERO, DisarmReason::Stall),
         };
         if !is_odd {
@@ -159,18 +124,18 @@ impl Plausible {
 
     /// Takes the volts of the battery.
     pub fn battery(&mut self, now: Duration, volts: f32) -> Option<DisarmReason> {
-        if volts >= self.config.low_volts {
+        if volts >= LOW_VOLTS {
             self.low_since = None;
             return None;
         }
         let since = *self.low_since.get_or_insert(now);
-        (now.saturating_sub(since) >= self.config.low_for).then_some(DisarmReason::Battery)
+        (now.saturating_sub(since) >= LOW_FOR).then_some(DisarmReason::Battery)
     }
 
     /// Whether the robot has said too long nothing; once, until it speaks again.
     pub fn silence(&mut self, now: Duration) -> Option<DisarmReason> {
         let heard = self.heard?;
-        if now.saturating_sub(heard) < self.config.silence {
+        if now.saturating_sub(heard) < SILENCE {
             return None;
         }
         self.heard = None;
@@ -180,7 +145,7 @@ impl Plausible {
     /// When the silence will have lasted too long, if nothing is said until then.
     #[must_use]
     pub fn deadline(&self) -> Option<Duration> {
-        self.heard.map(|heard| heard + self.config.silence)
+        self.heard.map(|heard| heard + SILENCE)
     }
 }
 
@@ -216,7 +181,7 @@ mod tests {
     }
 
     fn ordered(forward: f64) -> Plausible {
-        let mut plausible = Plausible::new(PlausibleConfig::default());
+        let mut plausible = Plausible::default();
         plausible.ordered(&Order::Command(Command::Velocity { forward, turn: 0.0 }));
         plausible
     }
@@ -247,7 +212,7 @@ mod tests {
 
     #[test]
     fn a_leg_is_not_judged() {
-        let mut plausible = Plausible::new(PlausibleConfig::default());
+        let mut plausible = Plausible::default();
         plausible.ordered(&Order::Command(Command::Forward(1.0)));
         assert_eq!(run(&mut plausible, 0.0, 0, 5000), None);
         assert_eq!(run(&mut plausible, 0.3, 5000, 9000), None);
@@ -255,7 +220,7 @@ mod tests {
 
     #[test]
     fn a_bumper_counts_when_it_begins_to_be_pressed() {
-        let mut plausible = Plausible::new(PlausibleConfig::default());
+        let mut plausible = Plausible::default();
         let bumper = Some(DisarmReason::Bumper);
         for (pressed, expect) in [
             ([false, false], None),
@@ -271,7 +236,7 @@ mod tests {
 
     #[test]
     fn a_battery_counts_as_empty_when_it_stays_so() {
-        let mut plausible = Plausible::new(PlausibleConfig::default());
+        let mut plausible = Plausible::default();
         assert_eq!(plausible.battery(at(0), 5.5), None);
         assert_eq!(plausible.battery(at(1000), 6.5), None);
         assert_eq!(plausible.battery(at(1500), 5.9), None);

@@ -7,7 +7,8 @@ use crate::device::lidar::Lidar;
 use crate::device::lidar::revolution::RevolutionConfig;
 use crate::device::source::SourceEvent;
 use crate::device::{Device, Want};
-use crate::wire::pilch::server::{Server, ServerConfig, ServerEvent};
+use crate::wire::pilch::DEFAULT_PATH;
+use crate::wire::pilch::server::{Server, ServerEvent};
 
 /// A server with a lidar in a round room of 2 m, 5 turns a second and 400 readings a turn, and its client.
 struct Network {
@@ -27,7 +28,7 @@ impl Network {
         let mut client = Lidar::new("udp:test", UdpLidar::new(path), RevolutionConfig::rplidar());
         client.opened(Stamp(0));
         Self {
-            server: Some(Server::new(ServerConfig::default())),
+            server: Some(Server::new(vec![DEFAULT_PATH.into()])),
             client,
             is_open: false,
             is_measuring: false,
@@ -151,7 +152,7 @@ fn a_network_that_goes_for_a_while_is_mended_when_it_comes_back() {
 fn a_server_that_starts_anew_is_greeted_anew() {
     let mut network = Network::new(PATH);
     network.run(3.0);
-    network.server = Some(Server::new(ServerConfig::default()));
+    network.server = Some(Server::new(vec![DEFAULT_PATH.into()]));
     network.is_measuring = false;
     network.run(8.0);
     assert_eq!(network.last(), WELL);

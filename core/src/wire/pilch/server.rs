@@ -4,7 +4,7 @@
 //!
 //! 1. The first `HELLO` makes its sender the client. Nobody else is heard until it leaves or is silent for
 //!    [`PATIENCE`] seconds; then the lidar is stopped.
-//! 2. Of the client more than [`ServerConfig::most_per_second`] datagrams a second are dropped; so are greetings of all
+//! 2. Of the client more than `MOST_PER_SECOND` datagrams a second are dropped; so are greetings of all
 //!    others together.
 //! 3. A path that is not in the list is refused, and state 4 says so.
 //! 4. Readings are kept in order, the newest [`MOST_READINGS`]; every interval that the client asked for as many as it
@@ -20,29 +20,12 @@ use crate::robot::Stamp;
 use crate::wire::message::DeviceState;
 use crate::wire::rplidar::node::Node;
 
-/// What a server allows.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ServerConfig {
-    /// Name of the lidar in the list of devices. Default "LIDAR".
-    pub name: String,
-    /// Paths that a client may have opened. Default "/dev/ttyUSB0".
-    pub paths: Vec<String>,
-    /// Datagrams that are heard in a second. Default 100; less refuses a flood earlier.
-    pub most_per_second: u32,
-    /// Shortest interval of readings, ms. Default 20; shorter ones are made this.
-    pub shortest_interval: u32,
-}
-
-impl Default for ServerConfig {
-    fn default() -> Self {
-        Self {
-            name: "LIDAR".into(),
-            paths: vec!["/dev/ttyUSB0".into()],
-            most_per_second: 100,
-            shortest_interval: 20,
-        }
-    }
-}
+/// Name of the lidar in the list of devices.
+const NAME: &str = "LIDAR";
+/// Datagrams that are heard in a second; less would refuse a flood earlier.
+const MOST_PER_SECOND: u32 = 100;
+/// Shortest interval of readings, ms; shorter ones are made this.
+const SHORTEST_INTERVAL: u32 = 20;
 
 /// What the server wants done.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -70,7 +53,8 @@ pub enum ServerEvent<A> {
 /// The server's end.
 #[derive(Clone, Debug)]
 pub struct Server<A> {
-    config: ServerConfig,
+    /// Paths that a client may have opened.
+    paths: Vec<String>,
     client: Option<Client<A>>,
     state: DeviceState,
     readings: VecDeque<Node>,
@@ -95,11 +79,11 @@ struct Sending {
 }
 
 impl<A: Clone + PartialEq> Server<A> {
-    /// A server without a client.
+    /// A server without a client, which may have these paths opened.
     #[must_use]
-    pub fn new(config: ServerConfig) -> Self {
+    pub fn new(paths: Vec<String>) -> Self {
         Self {
-            config,
+            paths,
             client: None,
             state: DeviceState::Waiting,
             readings: VecDeque::new(),
@@ -155,7 +139,7 @@ impl<A: Clone + PartialEq> Server<A> {
         self.reply(&Reply::Readings(nodes));
     }
 
-    /// The lidar's state changed: the client is told.
+    /// The lidar's state changed: the client learns it.
     pub fn set_state(&mut self, state: DeviceState) {
         self.state = match state {
             DeviceState::Measuring if self.is_sending() => DeviceState::Sending,
@@ -194,7 +178,7 @@ impl<A: Clone + PartialEq> Server<A> {
             (self.second, self.heard) = (second, 0);
         }
         self.heard = self.heard.saturating_add(1);
-        self.heard <= self.config.most_per_second
+        self.heard <= MOST_PER_SECOND
     }
 
     fn greet(&mut self, from: A, now: Stamp) {
@@ -203,14 +187,14 @@ impl<A: Clone + PartialEq> Server<A> {
             last_heard: now,
             sending: None,
         });
-        let name = self.config.name.clone();
+        let name = NAME.to_owned();
         self.reply(&Reply::Devices(vec![Device { id: LIDAR, name }]));
     }
 
     fn obey(&mut self, request: Request, now: Stamp) {
         match request {
             Request::Hello(_) | Request::Heartbeat => (),
-            Request::Connect { baud, path } if self.config.paths.contains(&path) => {
+            Request::Connect { baud, path } if self.paths.contains(&path) => {
                 self.events.push_back(ServerEvent::Connect { baud, path });
             }
             Request::Connect { .. } => self.reply(&Reply::State(DeviceState::Fault)),
@@ -221,7 +205,7 @@ impl<A: Clone + PartialEq> Server<A> {
                 self.events.push_back(ServerEvent::Stop);
             }
             Request::Send { samples, interval } => {
-                let interval = interval.max(self.config.shortest_interval);
+                let interval = interval.max(SHORTEST_INTERVAL);
                 let sending = Sending {
                     samples: (samples as usize).min(MOST_READINGS),
                     interval: f64::from(interval) * 1e-3,

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::server::{Server, ServerConfig, ServerEvent};
+use super::server::{Server, ServerEvent};
 use super::*;
 use crate::robot::Stamp;
 
@@ -79,7 +79,8 @@ fn replies_are_those_of_the_source() {
 
 #[test]
 fn states_have_the_numbers_of_the_source() {
-    for (number, state) in (0..).zip(STATES) {
+    use DeviceState::{Connected, Fault, Measuring, Sending, Waiting};
+    for (number, state) in (0..).zip([Waiting, Connected, Measuring, Sending, Fault]) {
         assert_eq!(Reply::State(state).encode(), [1, 4, number]);
         assert_eq!(Reply::decode(&[1, 4, number]), Ok(Reply::State(state)));
     }
@@ -115,7 +116,7 @@ fn say(server: &mut Server<&'static str>, from: &'static str, request: &Request,
 }
 
 fn greeted() -> Server<&'static str> {
-    let mut server = Server::new(ServerConfig::default());
+    let mut server = Server::new(vec![DEFAULT_PATH.into()]);
     say(&mut server, "pi", &Request::Hello(HELLO.into()), 0.0);
     events(&mut server);
     server
@@ -123,7 +124,7 @@ fn greeted() -> Server<&'static str> {
 
 #[test]
 fn there_is_one_client_until_it_is_silent() {
-    let mut server = Server::new(ServerConfig::default());
+    let mut server = Server::new(vec![DEFAULT_PATH.into()]);
     let hello = Request::Hello(HELLO.into());
     say(&mut server, "pi", &hello, 0.0);
     let list = Reply::Devices(vec![Device {
@@ -149,7 +150,7 @@ fn there_is_one_client_until_it_is_silent() {
 
 #[test]
 fn without_a_greeting_nobody_is_heard() {
-    let mut server = Server::new(ServerConfig::default());
+    let mut server = Server::new(vec![DEFAULT_PATH.into()]);
     say(&mut server, "eve", &Request::Start, 0.0);
     server.receive("eve", &[9, 9, 9], at(0.0));
     assert_eq!(events(&mut server), []);

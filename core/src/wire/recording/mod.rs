@@ -132,7 +132,7 @@ impl Recording {
         self.of_kind(SCAN_KIND).count()
     }
 
-    /// Whether a robot told of its motion.
+    /// Whether a robot reported its motion.
     #[must_use]
     pub fn has_odometry(&self) -> bool {
         self.of_kind(ODOMETRY_KIND).next().is_some()

@@ -199,7 +199,7 @@ impl RecordingReader {
         Some(is_known && is_plausible(kind, length))
     }
 
-    /// The record that begins here makes no sense: what does is looked for behind its first byte.
+    /// The record that begins here makes no sense: the search for one that does begins behind its first byte.
     fn lose(&mut self, what: String) -> Option<usize> {
         self.phase = Phase::Lost(self.at, what);
         Some(1)
@@ -250,7 +250,7 @@ impl RecordingReader {
         }
     }
 
-    /// The records inside of a chunk; one that is damaged is told as a whole from there on.
+    /// The records inside of a chunk; one that is damaged is reported as damage from there to its end.
     fn chunk(
         &mut self,
         header: &mcap::records::ChunkHeader,

@@ -43,7 +43,7 @@ pub enum Answer {
         /// Whether nothing was lost since the one before it, so that this one's angle completes that one.
         follows: bool,
     },
-    /// It has started anew, by power or by reset: whatever it was told is forgotten.
+    /// It has started anew, by power or by reset: it has forgotten all earlier requests.
     Restarted,
 }
 
