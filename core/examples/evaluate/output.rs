@@ -106,7 +106,7 @@ pub(super) fn save(
     Ok(())
 }
 
-/// The parameters as they are told to people.
+/// The parameters as people read them.
 pub(super) fn fitted_lines(fit: &DriveFit) -> Vec<FittedLine> {
     let line = |p: FittedParameter| FittedLine {
         name: p.name.to_owned(),

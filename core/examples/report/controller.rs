@@ -1,4 +1,4 @@
-//! `controller`: motors that are not what the controller was told, loads, steps, and the cost of it all. About 10 s.
+//! `controller`: motors that are not what the controller was designed for, loads, steps, and the cost of it all. About 10 s.
 //!
 //! 1. The right motor's magnet 30 % stronger, then weaker; 5 m straight on at 0.25 m/s: how far the heading gets from
 //!    straight, closed loop and open loop.

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | `noise_aware` | TDK 2016 §4.2, k = 3 |
 //! | `classic` | end-point line, threshold 0.1 m whatever the noise |
-//! | `classic_3_sigma` | the same with a threshold of 3 σ: it is told the noise |
+//! | `classic_3_sigma` | the same with a threshold of 3 σ: it is given the noise |
 //! | `pilch` | Pilch 2016 §3.5.1 |
 //! | `noise_aware_gated` | the first with the gates that SLAM uses: two points off each end, bent and unsure lines refused |
 //!
