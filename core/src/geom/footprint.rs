@@ -111,8 +111,7 @@ impl Footprint {
     /// Whether the robot can drive a leg, looking along it.
     #[must_use]
     pub fn drives(&self, leg: &Segment, walls: &[Segment]) -> bool {
-        let along = leg.vector();
-        let heading = libm::atan2(along.y, along.x);
+        let heading = leg.heading();
         let mut swept = self.at(&Pose2::new(leg.a.x, leg.a.y, heading));
         swept.extend(self.at(&Pose2::new(leg.b.x, leg.b.y, heading)));
         let swept = hull(swept);
@@ -149,7 +148,7 @@ impl Footprint {
         let mut heading = heading;
         let mut legs = legs.into_iter().filter(|leg| leg.length() > 0.0);
         legs.all(|leg| {
-            let next = libm::atan2(leg.vector().y, leg.vector().x);
+            let next = leg.heading();
             let pose = Pose2::new(leg.a.x, leg.a.y, heading);
             let turn = wrap(next - heading);
             heading = next;
