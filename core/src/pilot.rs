@@ -68,7 +68,7 @@ pub struct Situation<'a> {
     pub bumpers: Bumpers,
     /// Whether the robot is still at the last command (a turn, a leg, a sweep).
     pub robot_is_busy: bool,
-    /// Whether the sensor scans only when told to, the robot standing.
+    /// Whether the sensor scans only on command, the robot standing.
     pub scans_on_command: bool,
 }
 
@@ -135,7 +135,7 @@ impl Pilot {
         self.config = config;
     }
 
-    /// By hand: drive with these speeds (m/s, rad/s) until told otherwise. Takes over from any errand.
+    /// By hand: drive with these speeds (m/s, rad/s) until the next command. Takes over from any errand.
     pub fn drive(&mut self, forward: f64, turn: f64) {
         if self.mode != Mode::Manual {
             self.set_mode(Mode::Manual);
@@ -304,7 +304,7 @@ impl Pilot {
             commanded: self.commanded,
             runs: now.speeds,
             since_scan: now.motion_since_scan,
-            // A scan that was ordered is as old as it is; who came since is told by looks.
+            // The age of a commanded scan does not matter: partial scans show who has come since.
             scan_age: match now.scans_on_command {
                 true => 0.0,
                 false => now.stamp.since(points.stamp),
@@ -348,7 +348,7 @@ impl Pilot {
         &self.errand.tree
     }
 
-    /// Frontiers at the last look, best first.
+    /// Frontiers when they were last searched for, best first.
     #[must_use]
     pub fn frontiers(&self) -> &[Frontier] {
         &self.errand.explorer.frontiers

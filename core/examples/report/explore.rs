@@ -6,7 +6,7 @@
 //! 2. Where the four rangers are enough ([`RANGER_WORLDS`]): the same by them, with a scan at each stand.
 //! 3. A run ends by itself, or after an hour of simulated time, with the rangers three, which is a failure. Explored is the part of the area that a robot
 //!    of its size could see from where it could stand; the way is the true one.
-//! 4. Contacts are with what the robot drove into. People who walk into a robot that stands are told apart, and are no fault of it.
+//! 4. Contacts are with what the robot drove into. People who walk into a robot that stands are counted apart, and are no fault of it.
 
 use std::collections::{BTreeMap, BTreeSet};
 

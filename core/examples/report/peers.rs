@@ -1,8 +1,7 @@
 //! In: a file of lines `peer workload median_ms extra`, as the peers' programs and the example `workloads` print them. Out: our time
 //! in that of a peer.
 //!
-//! A peer's name may be given by its beginning, for its version stands in it; of several lines the
-//! last counts.
+//! The beginning of a peer's name is enough, for its version stands in it; of several lines the last counts.
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! `planners`: every planner on the same random queries in every built-in world; where it is goes to standard error.
 //!
 //! 1. The robot is a disc of the world's robot and 2 cm; walls are those of the world, exact. 1000 queries in each world (or
-//!    as many as `--queries` says): start and goal anywhere that is free. Whether a query can be solved at all is told by the
+//!    as many as `--queries` says): start and goal anywhere that is free. Whether a query can be solved at all is decided by the
 //!    visibility graph, and by a flood that knows nothing of it: where the two differ, the report says so. Among the 50 000 walls of
 //!    `campus` one graph takes minutes: there, as many queries as `ASKING` seconds hold, and those that take longer than
 //!    `OPTIMUM` seconds are `undecided` and skipped.

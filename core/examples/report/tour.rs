@@ -199,7 +199,7 @@ pub(crate) fn drive(tour: &Tour, seed: u64, configs: &[EkfConfig]) -> Result<Vec
     Ok(drive.finish())
 }
 
-/// A filter for each of the settings, and what will be told of it.
+/// A filter for each of the settings, and what is recorded of it.
 fn listeners(configs: &[EkfConfig], seed: u64) -> Result<Vec<(EkfSlam, Listener)>> {
     let with = |config: &EkfConfig| {
         let listener = Listener {

@@ -58,7 +58,7 @@ pub(crate) fn run(inputs: &Inputs) -> Result<()> {
     Ok(())
 }
 
-/// What a scan says, every beam believed to its end; no range is given as -1.
+/// What a scan says, every beam believed to its end; -1 means no range.
 fn evidence(ranges: &[f64], directions: &[Vector2<f64>]) -> Evidence {
     let mut evidence = Evidence::default();
     for (&range, direction) in ranges.iter().zip(directions) {

@@ -9,7 +9,7 @@
 //! 4. A sensor that scans all the time and was not heard for half a second lets nothing move but a turn on the spot, and stops what
 //!    is under way. One
 //!    that scans on command only limits legs by its last scan, as old as that is; so does its pilot.
-//! 5. Its looks on the move tell who came since: speeds are limited by that, a leg ends where it is no longer safe ([`leg_is_safe`]).
+//! 5. Its partial scans on the move show who came since: speeds are limited by that, a leg ends where it is no longer safe ([`leg_is_safe`]).
 //!
 //! Source: Celej §5.
 
@@ -97,12 +97,12 @@ impl SafeMode {
         self.again()
     }
 
-    /// Takes a look: a few readings on the move, of a sensor that scans on command. Says what to tell the robot now, where that is no
+    /// Takes a partial scan: a few readings on the move, of a sensor that scans on command. Says what to tell the robot now, where that is no
     /// longer what it was.
-    pub fn look(&mut self, look: &Scan) -> Option<Command> {
+    pub fn partial_scan(&mut self, scan: &Scan) -> Option<Command> {
         let moved = self.motion_since_scan;
-        let look = self.near.without_folded(look, &moved);
-        let points = Points::from_rolling_scan(&look, &self.history, &PointConfig::default());
+        let scan = self.near.without_folded(scan, &moved);
+        let points = Points::from_rolling_scan(&scan, &self.history, &PointConfig::default());
         for at in self.walkers.partial_scan(&points, &moved) {
             self.near.came(at);
         }
@@ -126,7 +126,7 @@ impl SafeMode {
         (self.wish, self.commanded, self.leg) = (Command::Stop, (0.0, 0.0), 0.0);
     }
 
-    /// Looks again at what is under way.
+    /// Checks again what is under way.
     fn again(&mut self) -> Option<Command> {
         match self.wish {
             Command::Velocity { .. } => {
@@ -192,7 +192,7 @@ impl SafeMode {
             commanded: self.commanded,
             runs: self.history.speeds(RUNS),
             since_scan: self.motion_since_scan,
-            // A scan that was ordered is no older than the robot's place; looks are new.
+            // A scan that was ordered is no older than the robot's place; partial scans are new.
             scan_age: match self.scans_on_command {
                 true => 0.0,
                 false => self.scan_age(),

@@ -22,56 +22,20 @@ pub struct Footprint {
     corners: Vec<Point2<f64>>,
 }
 
-/// Why an outline is none.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum FootprintError {
-    /// Fewer than three corners.
-    #[error("an outline of {count} corners, expected at least 3")]
-    TooFew {
-        /// How many there are.
-        count: usize,
-    },
-    /// The outline does not turn left here around the centre.
-    #[error("corner {index} of the outline does not turn left around the robot's centre")]
-    NotConvex {
-        /// Number of the corner.
-        index: usize,
-    },
-}
-
 impl Footprint {
-    /// From corners in the robot's frame, m, counter-clockwise.
-    ///
-    /// # Errors    [`FootprintError`]: fewer than three corners, an outline that is not convex, or a centre that is not inside.
-    pub fn new(corners: Vec<Point2<f64>>) -> Result<Self, FootprintError> {
-        let count = corners.len();
-        if count < 3 {
-            return Err(FootprintError::TooFew { count });
-        }
-        for index in 0..count {
-            let [a, b, c] = [0, 1, 2].map(|i| corners[(index + i) % count]);
-            let turns = (b - a).perp(&(c - b));
-            let around = a.coords.perp(&b.coords);
-            // No number compares as greater.
-            if !(turns > 0.0 && around > 0.0) {
-                return Err(FootprintError::NotConvex { index });
-            }
-        }
-        Ok(Self { corners })
-    }
-
-    /// A rectangle about the centre.
-    ///
-    /// # Errors    [`FootprintError::NotConvex`] where a side is not positive.
-    pub fn rectangle(length: f64, width: f64) -> Result<Self, FootprintError> {
+    /// A rectangle about the centre; `None` where a side is not positive.
+    #[must_use]
+    pub fn rectangle(length: f64, width: f64) -> Option<Self> {
         let corner = |x: f64, y: f64| Point2::new(0.5 * length * x, 0.5 * width * y);
-        Self::new(vec![
-            corner(1.0, -1.0),
-            corner(1.0, 1.0),
-            corner(-1.0, 1.0),
-            corner(-1.0, -1.0),
-        ])
+        let corners = || {
+            vec![
+                corner(1.0, -1.0),
+                corner(1.0, 1.0),
+                corner(-1.0, 1.0),
+                corner(-1.0, -1.0),
+            ]
+        };
+        (length > 0.0 && width > 0.0).then(|| Self { corners: corners() })
     }
 
     /// Radius of the largest disc about the centre within it, m.
@@ -147,8 +111,7 @@ impl Footprint {
     /// Whether the robot can drive a leg, looking along it.
     #[must_use]
     pub fn drives(&self, leg: &Segment, walls: &[Segment]) -> bool {
-        let along = leg.vector();
-        let heading = libm::atan2(along.y, along.x);
+        let heading = leg.heading();
         let mut swept = self.at(&Pose2::new(leg.a.x, leg.a.y, heading));
         swept.extend(self.at(&Pose2::new(leg.b.x, leg.b.y, heading)));
         let swept = hull(swept);
@@ -185,7 +148,7 @@ impl Footprint {
         let mut heading = heading;
         let mut legs = legs.into_iter().filter(|leg| leg.length() > 0.0);
         legs.all(|leg| {
-            let next = libm::atan2(leg.vector().y, leg.vector().x);
+            let next = leg.heading();
             let pose = Pose2::new(leg.a.x, leg.a.y, heading);
             let turn = wrap(next - heading);
             heading = next;

@@ -24,6 +24,13 @@ impl Segment {
         self.b - self.a
     }
 
+    /// Direction from `a` to `b`, rad.
+    #[must_use]
+    pub fn heading(&self) -> f64 {
+        let along = self.vector();
+        libm::atan2(along.y, along.x)
+    }
+
     /// Length, m.
     #[must_use]
     pub fn length(&self) -> f64 {

@@ -25,7 +25,7 @@ pub use layers::{Layer, Layers};
 pub use likelihood::LikelihoodPyramid;
 pub use outline::outlines;
 pub use ray::cells_on_ray;
-pub(crate) use spread::{Rings, spread};
+pub(crate) use spread::{Rings, cells_around, spread};
 pub use surfels::{Surfel, SurfelConfig, SurfelMap};
 pub use topology::{Door, Region, RegionKind, Topology, TopologyConfig};
 pub use vector::{Sighting, VectorConfig, VectorMap, Wall};

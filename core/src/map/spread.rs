@@ -2,6 +2,19 @@
 //!
 //! In: a cell, what lies around each, and which are meant. Out: all that can be reached from it, ring by ring.
 
+/// The cells of a raster that are no more than `reach` columns and rows from a cell, itself included; row by row.
+pub(crate) fn cells_around(
+    cell: usize,
+    reach: usize,
+    width: usize,
+    height: usize,
+) -> impl Iterator<Item = usize> {
+    let (col, row) = (cell % width, cell / width);
+    let cols = col.saturating_sub(reach)..(col + reach + 1).min(width);
+    let rows = row.saturating_sub(reach)..(row + reach + 1).min(height);
+    rows.flat_map(move |row| cols.clone().map(move |col| row * width + col))
+}
+
 /// Cells in the order in which they were reached.
 pub(crate) struct Rings {
     cells: Vec<u32>,

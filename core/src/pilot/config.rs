@@ -30,13 +30,13 @@ pub struct PilotConfig {
     pub back_off: f64,
     /// How often it backs off on the way to one goal. Default 3.
     pub attempts: usize,
-    /// Looks without a frontier, a review period apart, before exploration is over. Default 3.
-    pub last_looks: usize,
-    /// How long a frontier is looked at from its goal before it is given up, s. Default 1: five revolutions of a lidar.
-    pub look: f64,
-    /// How many looks at one frontier may show nothing new (less than a tenth of what it promised) before it is given up.
+    /// Scans without a frontier, a review period apart, before exploration is over. Default 3.
+    pub last_scans: usize,
+    /// How long a frontier is scanned from its goal before it is given up, s. Default 1: five revolutions of a lidar.
+    pub dwell: f64,
+    /// How many scans of one frontier may show nothing new (less than a tenth of what it promised) before it is given up.
     /// Default 4.
-    pub looks: usize,
+    pub scans_per_frontier: usize,
     /// Longest leg between two scans of a sensor that scans on command, m. Default 0.7.
     pub longest_leg: f64,
     /// How uncertain odometry may make the heading between two scans of a sensor that scans on command, rad. Default
@@ -64,9 +64,9 @@ impl Default for PilotConfig {
             patience: 3.0,
             back_off: 1.0,
             attempts: 3,
-            last_looks: 3,
-            look: 1.0,
-            looks: 4,
+            last_scans: 3,
+            dwell: 1.0,
+            scans_per_frontier: 4,
             longest_leg: 0.7,
             leg_heading_sigma: 0.05,
             legs_by_estimate: false,
@@ -76,13 +76,13 @@ impl Default for PilotConfig {
 
 impl PilotConfig {
     /// For a sensor that scans on command and sees little: frontiers creep on by decimetres, so that one place is the
-    /// goal more often before it is known, and the border of what it knows is looked at in pieces of a metre. Its ranges err by
+    /// goal more often before it is known, and the border of what is known is scanned in pieces of a metre. Its ranges err by
     /// centimetres, so it keeps that much more from what it saw.
     #[must_use]
     pub fn short_range() -> Self {
         let default = Self::default();
         Self {
-            looks: 8,
+            scans_per_frontier: 8,
             frontier: FrontierConfig {
                 longest: 1.0,
                 ..default.frontier

@@ -5,8 +5,8 @@
 //!    a metre, and the next scan has to find walls where the filter's first order still holds. A turn that uses all of
 //!    that up is followed by a scan, then by the leg. With [`super::PilotConfig::legs_by_estimate`] the estimate says on the way when
 //!    that is; a leg that is longer than the model would have it needs so much more room beside it as the robot may stray.
-//! 3. A leg ends early where a bumper is pressed, and where a look on the move shows that somebody came whom the robot could not stand
-//!    before at its speed ([`leg_is_safe`]); then it looks round again. After such a look while it turned the leg is not begun.
+//! 3. A leg ends early where a bumper is pressed, and where a partial scan on the move shows that somebody came whom the robot could not stand
+//!    before at its speed ([`leg_is_safe`]); then it scans again. After such a partial scan while it turned the leg is not begun.
 //!
 //! Source: TDK 2016 §6.3: scan, plan, truncate the path to what has been seen (first turn and first leg, the leg no
 //! longer than the sensor sees), command, repeat. Steps 2 and 3 are ours.
@@ -23,17 +23,17 @@ use crate::robot::{Command, RobotModel, Stamp, Tracks};
 /// Where the cycle stands.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) enum Phase {
-    /// To look before anything else.
+    /// To scan before anything else.
     #[default]
-    Look,
+    Scan,
     /// A scan was asked for at this time.
-    Looking(Stamp),
+    Scanning(Stamp),
     /// To plan; whether the scan before followed a turn on the spot.
     Plan { has_turned: bool },
     /// To cut the plan to one leg.
     Truncate { leg: Segment, has_turned: bool },
     /// To turn by this angle, and to scan then.
-    TurnAndLook(f64),
+    TurnAndScan(f64),
     /// To drive to this point.
     Leg(Leg),
     /// A leg was begun here.
@@ -41,10 +41,10 @@ pub(super) enum Phase {
     /// A turn was begun that is to be followed by a scan.
     Turning,
     /// That scan was asked for at this time.
-    LookingAfterTurn(Stamp),
+    ScanningAfterTurn(Stamp),
 }
 
-/// What is left to do of a leg.
+/// What remains to do of a leg.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leg {
     to: Point2<f64>,
@@ -97,11 +97,11 @@ impl Pilot {
         }
         if self.somebody_came(now.speeds.0, now) {
             // It ends for no fault of the way: nothing to back off from.
-            self.phase = Phase::Look;
+            self.phase = Phase::Scan;
             return Some(Command::Stop);
         }
         if matches!(self.phase, Phase::Going(_)) && self.is_lost(now) {
-            self.phase = Phase::Look;
+            self.phase = Phase::Scan;
             return Some(Command::Stop);
         }
         None
@@ -124,25 +124,25 @@ impl Pilot {
     /// One stage of the cycle.
     pub(super) fn stage(&mut self, now: &Situation) -> Next {
         match self.phase {
-            Phase::Look => {
-                self.phase = Phase::Looking(now.stamp);
-                self.look(now)
+            Phase::Scan => {
+                self.phase = Phase::Scanning(now.stamp);
+                self.command_scan(now)
             }
             Phase::Turning => {
-                self.phase = Phase::LookingAfterTurn(now.stamp);
-                self.look(now)
+                self.phase = Phase::ScanningAfterTurn(now.stamp);
+                self.command_scan(now)
             }
-            Phase::Looking(since) | Phase::LookingAfterTurn(since) => self.await_scan(since, now),
+            Phase::Scanning(since) | Phase::ScanningAfterTurn(since) => self.await_scan(since, now),
             Phase::Plan { has_turned } => self.plan_leg(has_turned, now),
             Phase::Truncate { leg, has_turned } => self.truncate(&leg, has_turned, now),
-            Phase::TurnAndLook(angle) => {
+            Phase::TurnAndScan(angle) => {
                 self.phase = Phase::Turning;
                 self.stages.record(StageReport::Turn { angle });
                 Next::Tell(Command::Turn(angle))
             }
             Phase::Leg(leg) => self.begin_leg(&leg, now),
             Phase::Going(from) => {
-                self.phase = Phase::Look;
+                self.phase = Phase::Scan;
                 if (now.estimate.pose.position() - from).norm() < 0.5 * SHORT_LEG {
                     self.get_unstuck(now);
                     let length = -self.free_way(-1.0, SHORT_LEG, now);
@@ -156,7 +156,7 @@ impl Pilot {
         }
     }
 
-    fn look(&mut self, now: &Situation) -> Next {
+    fn command_scan(&mut self, now: &Situation) -> Next {
         self.status = Status::Scanning;
         if self.stages.now().is_none() {
             let estimate = *now.estimate;
@@ -167,20 +167,20 @@ impl Pilot {
     }
 
     fn await_scan(&mut self, since: Stamp, now: &Situation) -> Next {
-        let has_turned = matches!(self.phase, Phase::LookingAfterTurn(_));
+        let has_turned = matches!(self.phase, Phase::ScanningAfterTurn(_));
         if now.points.is_some_and(|points| points.stamp > since) {
             self.phase = Phase::Plan { has_turned };
             return Next::Stage;
         }
         if now.stamp.since(since) > SCAN_TIMEOUT {
-            self.phase = Phase::Look;
+            self.phase = Phase::Scan;
         }
         Next::Wait
     }
 
     /// Plans anew after each scan and takes the first leg.
     fn plan_leg(&mut self, has_turned: bool, now: &Situation) -> Next {
-        self.phase = Phase::Look;
+        self.phase = Phase::Scan;
         self.errand.next_review = now.stamp;
         self.errand.follower = None;
         if !self.has_way(now) {
@@ -225,7 +225,7 @@ impl Pilot {
         let is_led = self.config.legs_by_estimate;
         if trusted < 2.0 * SHORT_LEG && !has_turned && !is_led {
             self.tell_cut(0.0, leg, Cut::TurnFirst);
-            self.phase = Phase::TurnAndLook(turn);
+            self.phase = Phase::TurnAndScan(turn);
             return Next::Stage;
         }
         let whole = leg.length();
@@ -282,7 +282,7 @@ impl Pilot {
             return Next::Tell(Command::Turn(angle));
         }
         if self.somebody_came(self.model.max_speed, now) {
-            self.phase = Phase::Look;
+            self.phase = Phase::Scan;
             return Next::Wait;
         }
         self.phase = Phase::Going(pose.position());
@@ -371,7 +371,7 @@ pub(super) struct HandScan {
 }
 
 impl HandScan {
-    /// Whether it is time to look.
+    /// Whether it is time to scan.
     pub(super) fn is_due(&mut self, now: &Situation) -> bool {
         let moved = now.points.is_none() || has_moved(&now.motion_since_scan);
         let asked_lately = self.asked.is_some_and(|at| now.stamp.since(at) < 1.0);

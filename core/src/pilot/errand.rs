@@ -33,21 +33,21 @@ pub(super) struct Errand {
     next_choice: Stamp,
     /// Standing at an exploration goal since.
     pub(super) arrived: Option<Stamp>,
-    /// What was found, to be told once it is home again.
-    homeward: Option<Left>,
-    empty_looks: usize,
+    /// What stays unknown, reported once the robot is home again.
+    homeward: Option<Remaining>,
+    empty_scans: usize,
     failed_plans: usize,
-    last_look: Option<Stamp>,
+    last_scan: Option<Stamp>,
 }
 
 /// Centres of what stays unknown when an exploration ends, m.
 #[derive(Clone, Debug, PartialEq)]
-struct Left {
+struct Remaining {
     unreached: Vec<Point2<f64>>,
     fruitless: Vec<Point2<f64>>,
 }
 
-impl Left {
+impl Remaining {
     fn finish(self, homecoming: Homecoming) -> Status {
         Status::Finished(Finish::Explored {
             unreached: self.unreached,
@@ -141,7 +141,7 @@ impl Pilot {
             return;
         }
         self.errand.next_choice = now.stamp.plus(CHOICE_PERIOD);
-        let Ok(found) = self.look_for_frontiers(now) else {
+        let Ok(found) = self.find_open_frontiers(now) else {
             return;
         };
         let first = found.iter().find(|f| self.errand.explorer.is_open(f));
@@ -163,8 +163,8 @@ impl Pilot {
                 self.status = Status::Finished(Finish::GoalReached { off });
             }
             Mode::Explore => {
-                if let Some(left) = self.errand.homeward.take() {
-                    self.status = left.finish(Homecoming::Home);
+                if let Some(remaining) = self.errand.homeward.take() {
+                    self.status = remaining.finish(Homecoming::Home);
                     return;
                 }
                 self.status = Status::Scanning;
@@ -201,7 +201,7 @@ impl Pilot {
     /// Whoever has explored all and cannot come home has explored all none the less.
     fn give_up_errand(&mut self, why: Failure) {
         self.status = match self.errand.homeward.take() {
-            Some(left) => left.finish(Homecoming::Failed(why)),
+            Some(remaining) => remaining.finish(Homecoming::Failed(why)),
             None => Status::Failed(why),
         };
     }
@@ -213,10 +213,10 @@ impl Pilot {
         }
         self.status = Status::Scanning;
         if let Some(since) = self.errand.arrived {
-            if now.stamp.since(since) < self.config.look {
+            if now.stamp.since(since) < self.config.dwell {
                 return false;
             }
-            // Looked at from the best place, and it is still there.
+            // Scanned from the best place, and it is still there.
             self.errand.arrived = None;
             self.errand.explorer.give_up(Reason::NoGain);
         }
@@ -228,7 +228,7 @@ impl Pilot {
         {
             return true;
         }
-        let found = match self.look_for_frontiers(now) {
+        let found = match self.find_open_frontiers(now) {
             Ok(found) => found,
             Err(reason) => {
                 self.wriggle_free(reason, now);
@@ -241,11 +241,15 @@ impl Pilot {
             } else {
                 std::mem::take(&mut self.errand.explorer.frontiers)
             };
-            let Some(goal) = self.errand.explorer.choose(known, self.config.looks) else {
+            let Some(goal) = self
+                .errand
+                .explorer
+                .choose(known, self.config.scans_per_frontier)
+            else {
                 self.end_exploration(now);
                 return false;
             };
-            self.errand.empty_looks = 0;
+            self.errand.empty_scans = 0;
             match self.route_to(goal, Unknown::Blocked, now) {
                 Ok(()) => return true,
                 Err(reason @ NoPath::StartBlocked { .. }) => {
@@ -270,7 +274,7 @@ impl Pilot {
     }
 
     /// # Errors    [`NoPath::StartBlocked`] where the robot is enclosed.
-    fn look_for_frontiers(&self, now: &Situation) -> Result<Vec<Frontier>, NoPath> {
+    fn find_open_frontiers(&self, now: &Situation) -> Result<Vec<Frontier>, NoPath> {
         let here = now.estimate.pose.position();
         let keep = self.model.radius() + self.config.route.narrowest();
         let Some(rect) = rect_around(now.grid, &[here], 2, i32::MAX) else {
@@ -278,7 +282,7 @@ impl Pilot {
         };
         let space = GridSpace::new(now.grid, rect, keep, Unknown::Blocked);
         let reach = keep + self.config.route.escape_reach;
-        // Before the first scans have told anything everything is unknown: that is no wall around the robot.
+        // Before the first scan everything is unknown: that is no wall around the robot.
         let is_blank = !space.states().contains(&CellState::Free);
         let Some(start) = space.escape(here, reach) else {
             let (x, y) = (here.x, here.y);
@@ -299,24 +303,24 @@ impl Pilot {
 
     /// Exploration is over when several scans in a row show nothing new.
     fn end_exploration(&mut self, now: &Situation) {
-        let look = now.points.map(|points| points.stamp);
-        let is_news = look.is_some() && look != self.errand.last_look;
-        self.errand.last_look = look;
-        self.errand.empty_looks += usize::from(is_news);
-        if self.errand.empty_looks >= self.config.last_looks {
+        let scan = now.points.map(|points| points.stamp);
+        let is_news = scan.is_some() && scan != self.errand.last_scan;
+        self.errand.last_scan = scan;
+        self.errand.empty_scans += usize::from(is_news);
+        if self.errand.empty_scans >= self.config.last_scans {
             let explorer = &self.errand.explorer;
-            let left = Left {
-                unreached: explorer.left(Reason::NoWay),
-                fruitless: explorer.left(Reason::NoGain),
+            let remaining = Remaining {
+                unreached: explorer.remaining(Reason::NoWay),
+                fruitless: explorer.remaining(Reason::NoGain),
             };
             let away = now.estimate.pose.position() - HOME;
             if !self.config.return_home {
-                self.status = left.finish(Homecoming::NotAsked);
+                self.status = remaining.finish(Homecoming::NotAsked);
             } else if away.norm() > HOME_IS_NEAR {
-                self.errand.homeward = Some(left);
+                self.errand.homeward = Some(remaining);
                 (self.errand.failed_plans, self.errand.stuck) = (0, 0);
             } else {
-                self.status = left.finish(Homecoming::Home);
+                self.status = remaining.finish(Homecoming::Home);
             }
         }
     }

@@ -1,8 +1,8 @@
-//! Memory of an exploration: which frontier is looked at, and which were given up.
+//! Memory of an exploration: which frontier is being explored, and which were given up.
 //!
-//! A frontier is done with when no way leads there, when it is still there after a look from its goal, or when `looks` looks
-//! at its place (the robot came near its goal) took less than a tenth of what it promised: lack of gain. What was only
-//! seen from afar is not given up for that, or only after many more times. One that grew by half is worth another look.
+//! A frontier is done with when no way leads there, when it is still there after a scan from its goal, or when `scans_per_frontier`
+//! scans of its place (the robot came near its goal) took less than a tenth of what it promised: lack of gain. What was only
+//! seen from afar is not given up for that, or only after many more times. One that grew by half is worth another scan.
 
 use nalgebra::Point2;
 
@@ -13,19 +13,19 @@ use crate::plan::Frontier;
 const SAME_PLACE: f64 = 0.4;
 /// A target has vanished when less than this part of its cells is still a frontier.
 const STILL_THERE: f64 = 0.25;
-/// From so near to its goal a frontier has been looked at, m.
-const LOOKED_AT: f64 = 0.5;
-/// A look was worth it when it took this part of what the frontier promised.
+/// From so near to its goal a frontier has been scanned, m.
+const SCANNED_FROM: f64 = 0.5;
+/// A scan was worth it when it took this part of what the frontier promised.
 const WORTH: f64 = 0.1;
-/// How many more targets than looks a place may be: some vanish from afar, and are there again.
-const TARGETS_PER_LOOK: usize = 5;
+/// How many more targets than scans a place may have: some vanish from afar, and are there again.
+const TARGETS_PER_SCAN: usize = 5;
 
 /// Chooses frontiers and remembers how that went.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Explorer {
-    /// All frontiers at the last look, best first.
+    /// All frontiers when they were last searched for, best first.
     pub(super) frontiers: Vec<Frontier>,
-    /// The one that is being looked at.
+    /// The one that is being explored.
     pub(super) target: Option<Frontier>,
     given_up: Vec<GivenUp>,
     places: Vec<Place>,
@@ -52,17 +52,18 @@ struct Place {
     at: Point2<f64>,
     /// The least that was promised there, m².
     gain: f64,
-    is_looked_at: bool,
-    looks: usize,
+    is_scanned: bool,
+    scans: usize,
     targets: usize,
 }
 
 impl Explorer {
-    /// Takes what was found, and picks the best frontier that was not given up. One that `most_looks` looks told nothing of is.
+    /// Takes what was found, and picks the best frontier that was not given up. One that `most_scans` standing scans
+    /// showed nothing of is given up.
     pub(super) fn choose(
         &mut self,
         found: Vec<Frontier>,
-        most_looks: usize,
+        most_scans: usize,
     ) -> Option<Point2<f64>> {
         self.frontiers = found;
         self.target = None;
@@ -74,7 +75,7 @@ impl Explorer {
                 continue;
             };
             self.target = Some(candidate);
-            if self.is_worth_another_look(most_looks) {
+            if self.is_worth_another_scan(most_scans) {
                 return Some(goal);
             }
             self.give_up(Reason::NoGain);
@@ -82,7 +83,7 @@ impl Explorer {
         None
     }
 
-    /// The target cannot be reached, or did not vanish when looked at.
+    /// The target cannot be reached, or did not vanish when scanned.
     pub(super) fn give_up(&mut self, reason: Reason) {
         let target = self.target.take();
         self.given_up
@@ -94,26 +95,26 @@ impl Explorer {
         let Some(target) = &self.target else {
             return true;
         };
-        let left = target.cells.iter().filter(|&&c| is_frontier(grid, c));
-        (left.count() as f64) < STILL_THERE * target.cells.len() as f64
+        let remaining = target.cells.iter().filter(|&&c| is_frontier(grid, c));
+        (remaining.count() as f64) < STILL_THERE * target.cells.len() as f64
     }
 
     /// The robot is here, on its way to the target.
     pub(super) fn pass(&mut self, here: Point2<f64>) {
         let Some(target) = &self.target else { return };
-        let is_near = |goal: Point2<f64>| (goal - here).norm() < LOOKED_AT;
+        let is_near = |goal: Point2<f64>| (goal - here).norm() < SCANNED_FROM;
         if target.goal.is_some_and(is_near)
             && let Some(place) = place_of(&mut self.places, target)
         {
-            place.is_looked_at = true;
+            place.is_scanned = true;
         }
     }
 
-    /// Centres of what is unknown and stays so for this reason; where no way was ever looked for, there is none.
-    pub(super) fn left(&self, reason: Reason) -> Vec<Point2<f64>> {
+    /// Centres of what is unknown and stays so for this reason; where no way was ever searched for, there is none.
+    pub(super) fn remaining(&self, reason: Reason) -> Vec<Point2<f64>> {
         let why = |f: &&Frontier| self.why_not(f).unwrap_or(Reason::NoWay) == reason;
-        let left = self.frontiers.iter().filter(why);
-        left.map(|f| f.centre).collect()
+        let remaining = self.frontiers.iter().filter(why);
+        remaining.map(|f| f.centre).collect()
     }
 
     /// Whether a frontier was not given up.
@@ -121,7 +122,7 @@ impl Explorer {
         self.why_not(frontier).is_none()
     }
 
-    /// Why a frontier was given up; one that grew is worth another look.
+    /// Why a frontier was given up; one that grew is worth another scan.
     fn why_not(&self, frontier: &Frontier) -> Option<Reason> {
         let is_it = |old: &&GivenUp| {
             (old.frontier.centre - frontier.centre).norm() < SAME_PLACE
@@ -130,9 +131,9 @@ impl Explorer {
         self.given_up.iter().find(is_it).map(|old| old.reason)
     }
 
-    /// Counts the target, and the look at it if there was one since the last time; from the start where the last look was
+    /// Counts the target, and the scan of it if there was one since the last time; from the start where the last scan was
     /// worth it. Promises fall by a part each time and places have a size, so that exploration ends.
-    fn is_worth_another_look(&mut self, most_looks: usize) -> bool {
+    fn is_worth_another_scan(&mut self, most_scans: usize) -> bool {
         let Some(target) = &self.target else {
             return false;
         };
@@ -140,25 +141,25 @@ impl Explorer {
             self.places.push(Place {
                 at: target.centre,
                 gain: target.gain,
-                is_looked_at: false,
-                looks: 0,
+                is_scanned: false,
+                scans: 0,
                 targets: 0,
             });
             return true;
         };
         if target.gain < (1.0 - WORTH) * place.gain {
             place.gain = target.gain;
-            (place.looks, place.targets) = (0, 0);
+            (place.scans, place.targets) = (0, 0);
         } else {
-            place.looks += usize::from(place.is_looked_at);
+            place.scans += usize::from(place.is_scanned);
             place.targets += 1;
         }
-        place.is_looked_at = false;
-        let is_worth = place.looks < most_looks && place.targets < TARGETS_PER_LOOK * most_looks;
+        place.is_scanned = false;
+        let is_worth = place.scans < most_scans && place.targets < TARGETS_PER_SCAN * most_scans;
         if !is_worth {
             // Should it grow, it begins anew.
             place.gain = target.gain;
-            (place.looks, place.targets) = (0, 0);
+            (place.scans, place.targets) = (0, 0);
         }
         is_worth
     }
@@ -210,11 +211,11 @@ mod tests {
     }
 
     #[test]
-    fn looks_that_show_nothing_end_a_frontier_and_growth_opens_it_again() {
+    fn scans_that_show_nothing_end_a_frontier_and_growth_opens_it_again() {
         let mut explorer = Explorer::default();
         let goal = Point2::new(4.0, 0.3);
         assert_eq!(times_chosen(&mut explorer, 1.0, goal), LOOKS);
-        assert_eq!(explorer.left(Reason::NoGain), [Point2::new(5.0, 0.0)]);
+        assert_eq!(explorer.remaining(Reason::NoGain), [Point2::new(5.0, 0.0)]);
         assert_eq!(times_chosen(&mut explorer, 1.4, goal), 0);
         assert_eq!(times_chosen(&mut explorer, 1.6, goal), LOOKS);
         assert_eq!(times_chosen(&mut explorer, 1.6, goal), 0);
@@ -223,11 +224,11 @@ mod tests {
     #[test]
     fn from_afar_a_frontier_is_chosen_many_more_times_but_not_for_ever() {
         let times = times_chosen(&mut Explorer::default(), 1.0, Point2::origin());
-        assert_eq!(times, TARGETS_PER_LOOK * LOOKS);
+        assert_eq!(times, TARGETS_PER_SCAN * LOOKS);
     }
 
     #[test]
-    fn looks_that_show_something_do_not_count() {
+    fn scans_that_show_something_do_not_count() {
         let mut explorer = Explorer::default();
         let mut gain = 8.0;
         while gain > 0.06 {
@@ -237,7 +238,7 @@ mod tests {
             }
             gain *= 0.89;
         }
-        assert!(explorer.left(Reason::NoGain).is_empty());
+        assert!(explorer.remaining(Reason::NoGain).is_empty());
     }
 
     #[test]
@@ -249,7 +250,7 @@ mod tests {
         assert_eq!(explorer.choose(found.clone(), LOOKS), found[1].goal);
         explorer.give_up(Reason::NoGain);
         assert_eq!(explorer.choose(found.clone(), LOOKS), None);
-        assert_eq!(explorer.left(Reason::NoWay), [found[0].centre]);
-        assert_eq!(explorer.left(Reason::NoGain), [found[1].centre]);
+        assert_eq!(explorer.remaining(Reason::NoWay), [found[0].centre]);
+        assert_eq!(explorer.remaining(Reason::NoGain), [found[1].centre]);
     }
 }

@@ -65,7 +65,7 @@ pub enum StageReport {
         /// Pose with its doubts, map frame.
         estimate: PoseEstimate,
     },
-    /// The sensor was told to look round.
+    /// A standing scan was commanded.
     LooksRound,
     /// A scan is complete.
     Scan {
@@ -207,12 +207,12 @@ impl fmt::Display for StageReport {
                 legs,
                 by,
             } => {
-                let by = by.title();
                 let (x, y) = (goal.x, goal.y);
-                write!(
-                    f,
-                    "{length:.2} m in {legs} legs to ({x:.2}, {y:.2}) m, by {by}"
-                )
+                write!(f, "{length:.2} m in {legs} legs to ({x:.2}, {y:.2}) m, ")?;
+                match by {
+                    Planner::Straight => f.write_str("the straight line is free"),
+                    _ => write!(f, "found by {}", by.title()),
+                }
             }
             Self::NoPath { why } => write!(f, "no path: {why}"),
             Self::Truncate { length, leg, cut } => {

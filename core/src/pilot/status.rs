@@ -10,7 +10,7 @@ const AT_GOAL: f64 = 0.1;
 /// What the pilot is to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mode {
-    /// Drive as told by [`super::Pilot::drive`], in safe mode.
+    /// Drive as commanded by [`super::Pilot::drive`], in safe mode.
     Manual,
     /// Go to this point of the map, m.
     GoTo(Point2<f64>),

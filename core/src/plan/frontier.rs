@@ -26,7 +26,9 @@ use nalgebra::Point2;
 use super::cspace::GridSpace;
 use super::view::view_gain;
 use super::wavefront::Wavefront;
-use crate::map::{CellIndex, CellState, RegionKind, Rings, Topology, TopologyConfig, spread};
+use crate::map::{
+    CellIndex, CellState, RegionKind, Rings, Topology, TopologyConfig, cells_around, spread,
+};
 
 /// Which of the frontiers is the best.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -259,8 +261,8 @@ fn cut(survey: &Survey, cells: Vec<usize>, longest: usize) -> Vec<Vec<usize>> {
         return vec![cells];
     }
     let spread_from = |seed: usize| {
-        let mut left: BTreeSet<usize> = cells.iter().copied().collect();
-        spread_over(survey, seed, &mut left)
+        let mut rest: BTreeSet<usize> = cells.iter().copied().collect();
+        spread_over(survey, seed, &mut rest)
     };
     let end = spread_from(cells[0]).cells().last().unwrap_or(cells[0]);
     let bands = spread_from(end);
@@ -280,13 +282,13 @@ fn components(survey: &Survey, mut cells: BTreeSet<usize>) -> Vec<Vec<usize>> {
     components
 }
 
-/// Takes out of `left` what is connected with `seed`.
-fn spread_over(survey: &Survey, seed: usize, left: &mut BTreeSet<usize>) -> Rings {
-    left.remove(&seed);
+/// Takes out of `rest` what is connected with `seed`.
+fn spread_over(survey: &Survey, seed: usize, rest: &mut BTreeSet<usize>) -> Rings {
+    rest.remove(&seed);
     spread(
         seed,
         |cell| survey.neighbours_8(cell),
-        |to| left.remove(&to),
+        |to| rest.remove(&to),
     )
 }
 
@@ -314,12 +316,8 @@ impl<'a> Survey<'a> {
     }
 
     fn neighbours_8(&self, at: usize) -> impl Iterator<Item = usize> + '_ {
-        let (col, row) = (at % self.width, at / self.width);
         let height = self.states.len() / self.width;
-        let cols = col.saturating_sub(1)..(col + 2).min(self.width);
-        (row.saturating_sub(1)..(row + 2).min(height))
-            .flat_map(move |r| cols.clone().map(move |c| r * self.width + c))
-            .filter(move |&n| n != at)
+        cells_around(at, 1, self.width, height).filter(move |&n| n != at)
     }
 }
 

@@ -201,7 +201,7 @@ impl OutlineSearch {
             return true;
         }
         let pose = Pose2::new(place.point.x, place.point.y, heading);
-        let turn = wrap(heading_of(leg) - heading);
+        let turn = wrap(leg.heading() - heading);
         self.outline.drives(leg, &place.near) && self.outline.turns(&pose, turn, &place.near)
     }
 
@@ -218,7 +218,7 @@ impl OutlineSearch {
             return;
         };
         let leg = Segment::new(place.point, next.point);
-        let heading = heading_of(&leg);
+        let heading = leg.heading();
         let turn = wrap(heading - state.heading).abs();
         let way = state.way + leg.length() + TURNING * turn;
         let number = self.numbers.get(&(at, step)).copied();
@@ -291,11 +291,6 @@ impl Planning for OutlineSearch {
         let is_driven = |state: &&State| self.states[state.from].at != state.at;
         self.states.iter().filter(is_driven).count()
     }
-}
-
-fn heading_of(leg: &Segment) -> f64 {
-    let along = leg.vector();
-    libm::atan2(along.y, along.x)
 }
 
 fn heading_of_step(step: &(i32, i32)) -> f64 {

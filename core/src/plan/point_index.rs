@@ -8,6 +8,21 @@
 
 use nalgebra::Point2;
 
+/// The cells of a raster of so many columns and rows that lie on a square ring of cells around one of them; row by row.
+pub(super) fn ring_around(
+    (col, row): (i32, i32),
+    ring: i32,
+    (cols, rows): (i32, i32),
+) -> impl Iterator<Item = (i32, i32)> {
+    ((row - ring).max(0)..=(row + ring).min(rows - 1)).flat_map(move |r| {
+        let is_full_row = (r - row).abs() == ring;
+        let step = if is_full_row { 1 } else { (2 * ring).max(1) };
+        let all = (col - ring..=col + ring).step_by(step as usize);
+        all.filter(move |c| (0..cols).contains(c))
+            .map(move |c| (c, r))
+    })
+}
+
 const NONE: u32 = u32::MAX;
 /// Cells along the longer side, at first.
 const FIRST_CELLS: f64 = 8.0;
@@ -139,23 +154,16 @@ impl PointIndex {
         let inside = to_border(at.x, col).min(to_border(at.y, row)).min(0.5);
         let mut best: Option<(usize, f64)> = None;
         for ring in 0..self.cols.max(self.rows) {
-            for r in (row - ring).max(0)..=(row + ring).min(self.rows - 1) {
-                let is_full_row = (r - row).abs() == ring;
-                let step = if is_full_row { 1 } else { (2 * ring).max(1) };
-                for c in (col - ring..=col + ring).step_by(step as usize) {
-                    if !(0..self.cols).contains(&c) {
-                        continue;
-                    }
-                    self.each_in(c, r, |number, other| {
-                        let squared = (other - point).norm_squared();
-                        let is_nearer = best.is_none_or(|(n, least)| {
-                            squared < least || (squared == least && number < n)
-                        });
-                        if is_nearer {
-                            best = Some((number, squared));
-                        }
+            for (c, r) in ring_around((col, row), ring, (self.cols, self.rows)) {
+                self.each_in(c, r, |number, other| {
+                    let squared = (other - point).norm_squared();
+                    let is_nearer = best.is_none_or(|(n, least)| {
+                        squared < least || (squared == least && number < n)
                     });
-                }
+                    if is_nearer {
+                        best = Some((number, squared));
+                    }
+                });
             }
             let covered = ((f64::from(ring) + inside) * self.side).max(0.0);
             if best.is_some_and(|(_, squared)| squared < covered * covered) {

@@ -22,10 +22,10 @@
 use nalgebra::Point2;
 
 use super::cspace::GridSpace;
+use crate::map::cells_around;
 
 /// Whether a continuous path from `start` to `goal`, both free, may exist. `false` is a proof.
-#[must_use]
-pub fn may_reach(space: &GridSpace, start: Point2<f64>, goal: Point2<f64>) -> bool {
+pub(super) fn may_reach(space: &GridSpace, start: Point2<f64>, goal: Point2<f64>) -> bool {
     let (Some(at_start), Some(at_goal)) = (space.index_at(start), space.index_at(goal)) else {
         return false;
     };
@@ -73,19 +73,17 @@ impl<'a> Flood<'a> {
                 return true;
             }
             let (col, row) = (at % self.width, at / self.width);
-            for r in row.saturating_sub(1)..(row + 2).min(self.height) {
-                for c in col.saturating_sub(1)..(col + 2).min(self.width) {
-                    let next = r * self.width + c;
-                    if seen[next] || self.room(next) < 0.0 {
-                        continue;
-                    }
-                    let beside = [row * self.width + c, r * self.width + col];
-                    let [one, other] = beside.map(|cell| self.room(cell));
-                    let is_across = r != row && c != col && one < 0.0 && other < 0.0;
-                    if !is_across || crosses([self.room(at), one, other, self.room(next)]) {
-                        seen[next] = true;
-                        todo.push(next);
-                    }
+            for next in cells_around(at, 1, self.width, self.height) {
+                if seen[next] || self.room(next) < 0.0 {
+                    continue;
+                }
+                let (c, r) = (next % self.width, next / self.width);
+                let beside = [row * self.width + c, r * self.width + col];
+                let [one, other] = beside.map(|cell| self.room(cell));
+                let is_across = r != row && c != col && one < 0.0 && other < 0.0;
+                if !is_across || crosses([self.room(at), one, other, self.room(next)]) {
+                    seen[next] = true;
+                    todo.push(next);
                 }
             }
         }

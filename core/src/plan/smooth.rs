@@ -145,14 +145,10 @@ struct Corner {
 
 impl Corner {
     fn of(before: &Segment, after: &Segment) -> Self {
-        let heading = |leg: &Segment| {
-            let along = leg.vector();
-            libm::atan2(along.y, along.x)
-        };
         Self {
             at: before.b,
-            heading: heading(before),
-            turn: wrap(heading(after) - heading(before)),
+            heading: before.heading(),
+            turn: wrap(after.heading() - before.heading()),
         }
     }
 

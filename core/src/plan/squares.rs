@@ -12,14 +12,19 @@ use std::collections::VecDeque;
 use nalgebra::{Point2, Vector2};
 
 use super::cspace::ConfigSpace;
+use crate::map::cells_around;
 
 /// More squares than this are not laid out: they become larger, and prove less.
 const MOST_SQUARES: f64 = 1.6e7;
 
 /// Whether floods over squares of the given side prove that no path joins two places. `false` proves nothing: gaps that are too narrow
 /// by less than two squares may count as open.
-#[must_use]
-pub fn floods_apart(space: &dyn ConfigSpace, a: Point2<f64>, b: Point2<f64>, side: f64) -> bool {
+pub(super) fn floods_apart(
+    space: &dyn ConfigSpace,
+    a: Point2<f64>,
+    b: Point2<f64>,
+    side: f64,
+) -> bool {
     let mut squares = Squares::new(space, side);
     let mut floods = [squares.flood_from(a, A), squares.flood_from(b, B)];
     if squares.square_at(a) == squares.square_at(b) {
@@ -126,18 +131,14 @@ impl Squares {
         let Some(at) = flood.todo.pop_front() else {
             return Spread::Over;
         };
-        let (col, row) = (at % self.cols, at / self.cols);
-        for r in row.saturating_sub(1)..(row + 2).min(self.rows) {
-            for c in col.saturating_sub(1)..(col + 2).min(self.cols) {
-                let next = r * self.cols + c;
-                if self.seen[next] == UNSEEN {
-                    if space.room(self.middle(next)) + self.side >= 0.0 {
-                        self.seen[next] = flood.mark;
-                        flood.todo.push_back(next);
-                    }
-                } else if self.seen[next] != flood.mark {
-                    return Spread::Met;
+        for next in cells_around(at, 1, self.cols, self.rows) {
+            if self.seen[next] == UNSEEN {
+                if space.room(self.middle(next)) + self.side >= 0.0 {
+                    self.seen[next] = flood.mark;
+                    flood.todo.push_back(next);
                 }
+            } else if self.seen[next] != flood.mark {
+                return Spread::Met;
             }
         }
         Spread::Goes

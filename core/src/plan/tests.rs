@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use super::reach::may_reach;
 use super::*;
 use crate::geom::{Pose2, Segment};
 use crate::map::{CellIndex, CellRect, CellState, Grid, GridConfig};

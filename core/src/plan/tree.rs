@@ -10,6 +10,7 @@
 use nalgebra::Point2;
 
 use super::cspace::ConfigSpace;
+use super::point_index::ring_around;
 use crate::geom::Segment;
 use crate::map::cells_on_ray;
 
@@ -250,20 +251,12 @@ impl Raster {
             if least <= covered {
                 return;
             }
-            for r in (row - ring).max(0)..=(row + ring).min(self.rows - 1) {
-                let is_full_row = (r - row).abs() == ring;
-                let step = if is_full_row { 1 } else { (2 * ring).max(1) };
-                let mut c = col - ring;
-                while c <= col + ring {
-                    if (0..self.cols).contains(&c) {
-                        let mut at = self.heads[(r * self.cols + c) as usize];
-                        while at != NONE {
-                            let (edge, before) = self.entries[at as usize];
-                            least = visit(edge as usize);
-                            at = before;
-                        }
-                    }
-                    c += step;
+            for (c, r) in ring_around((col, row), ring, (self.cols, self.rows)) {
+                let mut at = self.heads[(r * self.cols + c) as usize];
+                while at != NONE {
+                    let (edge, before) = self.entries[at as usize];
+                    least = visit(edge as usize);
+                    at = before;
                 }
             }
         }

@@ -147,11 +147,11 @@ impl RobotModel {
     /// The body's outline, wider by `margin` m on every side; `None` where it is a disc, or nothing of the outline remains.
     #[must_use]
     pub fn outline(&self, margin: f64) -> Option<Footprint> {
-        let rectangle =
-            || Footprint::rectangle(self.length + 2.0 * margin, self.width + 2.0 * margin);
         match self.shape {
             BodyShape::Disc => None,
-            BodyShape::Rectangle => rectangle().ok(),
+            BodyShape::Rectangle => {
+                Footprint::rectangle(self.length + 2.0 * margin, self.width + 2.0 * margin)
+            }
         }
     }
 

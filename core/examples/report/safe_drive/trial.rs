@@ -190,7 +190,7 @@ impl Trial {
 }
 
 impl Guard {
-    /// What the robot is told when the stick says `wish`.
+    /// The command for the robot when the stick says `wish`.
     fn limit(&mut self, wish: (f64, f64), sim: &Simulation) -> Option<Command> {
         match self {
             Self::Bridge(safe) => {
@@ -218,7 +218,7 @@ impl Guard {
         }
     }
 
-    /// What is told of the robot; gives what it is to do now, where that has changed.
+    /// Takes what the robot reports; gives its next command, where that has changed.
     fn take(&mut self, odometry: &Odometry, scan: Option<&Scan>) -> Result<Option<Command>> {
         match self {
             Self::Bridge(safe) => {

@@ -103,7 +103,8 @@ impl RobotSide {
         match event {
             SourceEvent::PartialScan(scan) => {
                 let safe_mode = self.safe_mode.as_mut();
-                consequence.correction = safe_mode.and_then(|safe_mode| safe_mode.look(scan));
+                consequence.correction =
+                    safe_mode.and_then(|safe_mode| safe_mode.partial_scan(scan));
             }
             SourceEvent::Odometry(odometry) => {
                 if odometry.from < self.newest.0 {

@@ -8,7 +8,7 @@ use super::NONE;
 use super::flood::Basins;
 use super::floor::Floor;
 use crate::geom::Segment;
-use crate::map::{CellState, spread};
+use crate::map::{CellState, cells_around, spread};
 
 /// Cells of two basins that touch.
 pub(super) struct Gap {
@@ -109,24 +109,15 @@ fn gap(floor: &Floor, basins: [u32; 2], cells: &[usize]) -> Option<Gap> {
 /// Bounding cells about as near to a cell as its clearance.
 fn bounding_near(floor: &Floor, cell: usize) -> Vec<usize> {
     let reach = (f64::from(floor.clearance[cell]) / floor.resolution()).ceil() as usize + 3;
-    let (col, row) = (cell % floor.width, cell / floor.width);
     let height = floor.bounds.len() / floor.width;
-    let cols = col.saturating_sub(reach)..(col + reach + 1).min(floor.width);
-    let rows = row.saturating_sub(reach)..(row + reach + 1).min(height);
-    rows.flat_map(|row| cols.clone().map(move |col| row * floor.width + col))
+    cells_around(cell, reach, floor.width, height)
         .filter(|&cell| floor.bounds[cell])
         .collect()
 }
 
 fn is_wall_near(floor: &Floor, post: usize) -> bool {
-    let (col, row) = (post % floor.width, post / floor.width);
-    let within = (SEEN_WITHIN / floor.resolution()).ceil() as isize;
-    (-within..=within)
-        .filter_map(|by| row.checked_add_signed(by))
-        .any(|row| {
-            (-within..=within)
-                .filter_map(|by| col.checked_add_signed(by))
-                .filter(|&col| col < floor.width)
-                .any(|col| floor.states.get(row * floor.width + col) == Some(&CellState::Occupied))
-        })
+    let within = (SEEN_WITHIN / floor.resolution()).ceil() as usize;
+    let height = floor.states.len() / floor.width;
+    cells_around(post, within, floor.width, height)
+        .any(|cell| floor.states[cell] == CellState::Occupied)
 }

@@ -54,7 +54,7 @@ impl Entry {
         let mut entry = Self {
             id,
             anchor: seen.a + along * 0.5,
-            direction: libm::atan2(along.y, along.x),
+            direction: seen.heading(),
             offset: 0.0,
             cov: noise_of(sighting),
             extent: [-half, half],
@@ -97,7 +97,7 @@ impl Entry {
         let seen = sighting.ordered();
         let along = seen.vector();
         let noise = noise_of(sighting);
-        let turn = wrap(libm::atan2(along.y, along.x) - self.direction);
+        let turn = wrap(seen.heading() - self.direction);
         if turn.abs() > LARGEST_TURN + 2.0 * noise[(0, 0)].sqrt() {
             return None;
         }

@@ -235,7 +235,7 @@ fn through_a_door_that_the_disc_does_not_pass_only_the_outline_finds_a_way() {
     let door = |low: f64, high: f64| vec![wall(2.0, 0.0, 2.0, low), wall(2.0, high, 2.0, 3.0)];
     let body = || ContestBody {
         keep: 0.3,
-        outline: Footprint::rectangle(0.5, 0.3).ok(),
+        outline: Footprint::rectangle(0.5, 0.3),
     };
     let mut config = short();
     config.seconds = 2.0;
@@ -278,7 +278,7 @@ fn start_where_only_the_outline_fits_is_no_start_for_discs_alone() {
     .concat();
     let body = ContestBody {
         keep: 0.3,
-        outline: Footprint::rectangle(0.5, 0.3).ok(),
+        outline: Footprint::rectangle(0.5, 0.3),
     };
     let mut contest = Contest::among_walls(corridor.clone(), body, QUERY, short()).unwrap();
     run(&mut contest);

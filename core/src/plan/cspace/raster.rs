@@ -6,6 +6,7 @@
 use nalgebra::{Point2, Vector2};
 
 use crate::geom::{Segment, sides_of};
+use crate::plan::point_index::ring_around;
 
 /// Cells for each wall: more make lists short and walks long.
 const CELLS_PER_WALL: f64 = 8.0;
@@ -153,14 +154,8 @@ impl Raster {
         for ring in 0..self.cols.max(self.rows) {
             let covered = (f64::from(ring) + to_border) * self.side;
             let mut goes_on = true;
-            for r in (row - ring).max(0)..=(row + ring).min(self.rows - 1) {
-                let is_full_row = (r - row).abs() == ring;
-                let step = if is_full_row { 1 } else { (2 * ring).max(1) };
-                for c in (col - ring..=col + ring).step_by(step as usize) {
-                    if (0..self.cols).contains(&c) {
-                        goes_on = visit(self.list(c, r), covered);
-                    }
-                }
+            for (c, r) in ring_around((col, row), ring, (self.cols, self.rows)) {
+                goes_on = visit(self.list(c, r), covered);
             }
             if !goes_on {
                 return;

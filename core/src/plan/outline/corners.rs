@@ -2,7 +2,6 @@
 
 use nalgebra::Point2;
 
-use super::heading_of;
 use crate::geom::{Footprint, Segment};
 use crate::plan::cspace::ConfigSpace;
 use crate::plan::path::Path;
@@ -19,10 +18,7 @@ pub(super) fn drop_corners(
     while at + 1 < path.points.len() {
         let before = match at {
             1 => heading,
-            _ => Some(heading_of(&Segment::new(
-                path.points[at - 2],
-                path.points[at - 1],
-            ))),
+            _ => Some(Segment::new(path.points[at - 2], path.points[at - 1]).heading()),
         };
         let mut around = vec![path.points[at - 1]];
         around.extend(path.points.iter().skip(at + 1).take(2));
@@ -55,7 +51,7 @@ pub fn follows(
         if leg.length() == 0.0 {
             return true;
         }
-        let along = heading_of(&leg);
+        let along = leg.heading();
         let from = heading.replace(along).unwrap_or(along);
         outline.follows([leg], from, &space.walls_near(middle, reach))
     })

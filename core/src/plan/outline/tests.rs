@@ -52,7 +52,7 @@ fn deepest(path: &Path, heading: f64, walls: &[Segment]) -> f64 {
     let mut worst = f64::NEG_INFINITY;
     let mut heading = heading;
     for leg in path.legs() {
-        let turn = wrap(heading_of(&leg) - heading);
+        let turn = wrap(leg.heading() - heading);
         let turns = (turn.abs().to_degrees()).ceil() as i32;
         for i in 0..=turns {
             let part = f64::from(i) / f64::from(turns.max(1));

@@ -82,7 +82,7 @@ rows! { EXPLORATION = OF_EXPLORATION;
         "Beyond, a hall is no better than a room round the corner. Growing: large unknown areas come first.";
     "explore.cost_decay", "Preference for near frontiers", real([0.0, 5.0], si("1/m")), [pilot.frontier.cost_decay].needs(CHOICE, &["gain-over-cost", "next-best-view", "room-by-room"]),
         "How fast a gain loses worth with the way to it. Growing: near frontiers come first.";
-    "explore.looks", "Scans at one frontier", whole([1.0, 50.0], NUMBER), [pilot.looks],
+    "explore.looks", "Scans at one frontier", whole([1.0, 50.0], NUMBER), [pilot.scans_per_frontier],
         "After so many that show nothing new it is given up. Growing: more patience with glass and narrow places.";
     "explore.return_home", "Comes home", switch(), [pilot.return_home].basic(),
         "Drives back to where it began when all is explored.";

@@ -1,5 +1,6 @@
 //! Why a simulation cannot begin.
 
+use crate::bounds::{OutOfBounds, POSITIVE, check};
 use crate::robot::RobotModel;
 use crate::robot::controller::DesignError;
 use crate::sim::WorldError;
@@ -23,32 +24,24 @@ pub enum SimError {
     /// The robot's motors cannot be used, or not controlled.
     #[error("robot: {0}")]
     Drive(#[from] DesignError),
-    /// The robot cannot be used.
-    #[error("robot: {field} is {value}, expected more than 0 and finite")]
-    Robot {
-        /// The figure.
-        field: &'static str,
-        /// What stands there.
-        value: f64,
-    },
+    /// A figure of the robot out of its bounds.
+    #[error("robot: {0}")]
+    Robot(#[from] OutOfBounds),
 }
 
 pub(super) fn check_robot(robot: &RobotModel) -> Result<(), SimError> {
-    let figures = [
-        ("length", robot.length),
-        ("width", robot.width),
-        ("track_width", robot.track_width),
-        ("metres_per_tick", robot.metres_per_tick),
-        ("max_speed", robot.max_speed),
-        ("max_turn_rate", robot.max_turn_rate),
-        ("max_acceleration", robot.max_acceleration),
-        ("max_turn_acceleration", robot.max_turn_acceleration),
-    ];
-    match figures
-        .into_iter()
-        .find(|(_, value)| !(*value > 0.0 && value.is_finite()))
-    {
-        None => Ok(()),
-        Some((field, value)) => Err(SimError::Robot { field, value }),
-    }
+    Ok(check(&[
+        ("length", robot.length, POSITIVE),
+        ("width", robot.width, POSITIVE),
+        ("track_width", robot.track_width, POSITIVE),
+        ("metres_per_tick", robot.metres_per_tick, POSITIVE),
+        ("max_speed", robot.max_speed, POSITIVE),
+        ("max_turn_rate", robot.max_turn_rate, POSITIVE),
+        ("max_acceleration", robot.max_acceleration, POSITIVE),
+        (
+            "max_turn_acceleration",
+            robot.max_turn_acceleration,
+            POSITIVE,
+        ),
+    ])?)
 }
