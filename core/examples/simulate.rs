@@ -9,10 +9,10 @@
     reason = "an example reads files and the clock; the core does not"
 )]
 
-#[path = "shared/known.rs"]
-mod known;
 #[path = "shared/options.rs"]
 mod options;
+#[path = "shared/prior_map.rs"]
+mod prior_map;
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -30,7 +30,7 @@ use slamlab_core::settings::{Scope, Settings, Source};
 use slamlab_core::sim::{SensorKind, World, reachable_area, worlds};
 use slamlab_core::slam::Method;
 
-use known::{known_map, load};
+use prior_map::load;
 
 /// A robot in a simulated world: it maps, finds itself, plans and drives.
 #[derive(Parser)]
@@ -54,15 +54,15 @@ struct Args {
     /// Goal of `--mode goto` in the world, as `x,y` in metres; the world's own goal by default.
     #[arg(long, allow_hyphen_values = true)]
     goal: Option<String>,
-    /// How the robot estimates its pose: odometry, line-ekf, scan-matching or known-map.
+    /// How the robot estimates its pose: odometry, line-ekf, scan-matching or prior-map.
     #[arg(long, default_value = "line-ekf")]
     method: String,
-    /// The map that `--method known-map` finds the robot in: YAML of ROS map_server, OGmap.txt, floor plan (.svg) or world (.json). By
+    /// The map that `--method prior-map` finds the robot in: YAML of ROS map_server, OGmap.txt, floor plan (.svg) or world (.json). By
     /// default the walls of the world.
     #[arg(long, value_name = "FILE")]
-    known: Option<PathBuf>,
+    prior_map: Option<PathBuf>,
     /// Where the robot begins in that map, as `x,y,heading` in metres and degrees; by default where it begins in the world.
-    #[arg(long, value_name = "X,Y,DEGREES", value_parser = known::pose, requires = "known", allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,DEGREES", value_parser = prior_map::pose, requires = "prior_map", allow_hyphen_values = true)]
     start: Option<Pose2>,
     /// Simulated seconds after which the run is given up.
     #[arg(long, default_value = "3600", value_parser = duration, allow_hyphen_values = true)]
@@ -106,7 +106,7 @@ fn main() -> ExitCode {
 fn run(args: &Args) -> Result<()> {
     let method: Method = args.method.parse().context("--method")?;
     let given = |option, path: &Option<PathBuf>| path.clone().map(|path| (option, path));
-    let read = given("--known", &args.known).into_iter();
+    let read = given("--prior-map", &args.prior_map).into_iter();
     let read = read
         .chain(given("--preset", &args.changes.preset))
         .collect();
@@ -138,9 +138,9 @@ fn run(args: &Args) -> Result<()> {
         mode,
         ..ExperimentConfig::of(&settings, world, robot, setup.seed)
     };
-    if let Some(path) = &args.known {
+    if let Some(path) = &args.prior_map {
         let start = args.start.unwrap_or(config.world.start);
-        config.slam.prior_map = known_map(path, args.svg_unit, &start)?;
+        config.slam.prior_map = prior_map::read(path, args.svg_unit, &start)?;
     }
     let mut experiment = Experiment::new(config)?;
     let begin = Instant::now();

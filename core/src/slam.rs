@@ -60,7 +60,7 @@ pub enum SlamError {
     #[error(transparent)]
     Matcher(#[from] ScanMatcherError),
     /// A method that needs a map, and none is there.
-    #[error("known-map needs a prior map with walls to find the robot in; none was given")]
+    #[error("prior-map needs a prior map with walls to find the robot in; none was given")]
     NoPriorMap,
 }
 

@@ -65,7 +65,7 @@ test('bad maps are refused in words, as a world and as a map to be found in, and
   await lab.show('run');
   const before = await lab.state();
   for (const [what, text, image, says] of MAPS) {
-    for (const input of ['file', 'known-file']) {
+    for (const input of ['file', 'prior-map-file']) {
       await test.step(`${what}, ${input}`, async () => {
         await lab.at(input).setInputFiles([
           { name: 'hall.yaml', mimeType: 'text/yaml', buffer: Buffer.from(text) },
@@ -116,7 +116,7 @@ test('files written for other programs are recognised, and files that are no bui
     [['office.yaml', 'other.yaml'], /These are 2 files/],
   ];
   for (const [names, says] of cases) {
-    for (const input of ['file', 'known-file']) {
+    for (const input of ['file', 'prior-map-file']) {
       await lab.at(input).setInputFiles(names.map(file));
       await expect(lab.at('toast'), `${names.join()}, ${input}`).toHaveText(says);
       await page.getByRole('button', { name: 'Close the message' }).click();

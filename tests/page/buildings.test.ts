@@ -15,8 +15,8 @@ test('a floor plan is a world, and a prior map for the robot in it', async ({ la
   await lab.at('file').setInputFiles({ name: 'flat.svg', mimeType: 'image/svg+xml', buffer: Buffer.from(plan) });
   await expect.poll(async () => (await lab.state()).title).toBe('flat.svg');
   await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(0.5);
-  await lab.at('method').selectOption('known-map');
-  await expect.poll(async () => (await lab.state()).method).toBe('known-map');
+  await lab.at('method').selectOption('prior-map');
+  await expect.poll(async () => (await lab.state()).method).toBe('prior-map');
   await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(0.5);
   expect((await lab.status()).positionError).toBeLessThan(0.1);
 });
@@ -56,10 +56,10 @@ test('walls that were saved are a map and a world again, in which the robot begi
   await expect.poll(() => downloads.length).toBe(3);
   const drawing = downloads.find((d) => d.suggestedFilename().endsWith('.svg'))!;
   const plan = { name: 'walls.svg', mimeType: 'image/svg+xml', buffer: await readFile(await drawing.path()) };
-  await lab.at('known-file').setInputFiles(plan);
-  await expect(lab.at('known-name')).toContainText('walls.svg');
-  for (const name of ['x', 'y']) expect(Math.abs(Number(await lab.at(`known-${name}`).inputValue())), name).toBeLessThan(0.02);
-  await expect(lab.at('known-fit')).toContainText('The map fits', { timeout: 60_000 });
+  await lab.at('prior-map-file').setInputFiles(plan);
+  await expect(lab.at('prior-map-name')).toContainText('walls.svg');
+  for (const name of ['x', 'y']) expect(Math.abs(Number(await lab.at(`prior-map-${name}`).inputValue())), name).toBeLessThan(0.02);
+  await expect(lab.at('prior-map-fit')).toContainText('The map fits', { timeout: 60_000 });
   await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(0.5);
   expect((await lab.status()).positionError, 'its place is the true one').toBeLessThan(0.15);
   await lab.at('file').setInputFiles(plan);

@@ -37,7 +37,7 @@ pub struct Building {
 
 /// A map to be found in, in the frame of its file; m and rad.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
-pub struct KnownMap {
+pub struct PriorMapSetup {
     /// For people.
     pub name: String,
     /// x1 y1 x2 y2 of each face; what is free lies to its left.
@@ -51,9 +51,9 @@ pub struct KnownMap {
 /// A map to be found in as its file shows it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
-pub struct KnownFile {
+pub struct PriorMapFile {
     /// The map.
-    pub known: KnownMap,
+    pub prior_map: PriorMapSetup,
     /// What of the file is not in it, in words.
     pub skipped: Vec<String>,
 }
@@ -82,8 +82,8 @@ pub fn read_building(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<Building> {
     clippy::needless_pass_by_value,
     reason = "lists cross the border by value only"
 )]
-pub fn read_known(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<KnownFile> {
-    typed(&KnownFile::of(name, &read(&files)?)?)
+pub fn read_prior_map(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<PriorMapFile> {
+    typed(&PriorMapFile::of(name, &read(&files)?)?)
 }
 
 #[wasm_bindgen]
@@ -91,11 +91,11 @@ impl WebRun {
     /// A map to be found in, made of the grid as it is. A real robot is not put back to where the map began: it begins where it is.
     ///
     /// # Errors    A sentence on what is missing in it.
-    pub fn as_known(&self, name: &str) -> Typed<KnownFile> {
-        let mut file = KnownFile::of_grid(name, self.slam())?;
+    pub fn as_prior_map(&self, name: &str) -> Typed<PriorMapFile> {
+        let mut file = PriorMapFile::of_grid(name, self.slam())?;
         if let Source::Live(_) = self.source {
             let pose = self.slam().estimate().pose;
-            file.known.start = [pose.x(), pose.y(), pose.heading()];
+            file.prior_map.start = [pose.x(), pose.y(), pose.heading()];
         }
         typed(&file)
     }
@@ -107,7 +107,7 @@ fn read(files: &[Ts<GivenFile>]) -> Result<BuildingFile, WebError> {
     Ok(BuildingFile::read(&files, None)?)
 }
 
-impl KnownFile {
+impl PriorMapFile {
     fn of(name: &str, file: &BuildingFile) -> Result<Self, WebError> {
         let PriorWalls {
             faces,
@@ -116,13 +116,13 @@ impl KnownFile {
             skipped,
         } = file.prior_walls()?;
         let flat = |Segment { a, b }: &Segment| [a.x, a.y, b.x, b.y];
-        let known = KnownMap {
+        let prior_map = PriorMapSetup {
             name: name.to_owned(),
             faces: faces.iter().flat_map(flat).collect(),
             sigma,
             start: [start.x(), start.y(), start.heading()],
         };
-        Ok(Self { known, skipped })
+        Ok(Self { prior_map, skipped })
     }
 
     /// What was mapped, as a map to be found in: as if it had been saved for ROS and opened again.
@@ -132,17 +132,17 @@ impl KnownFile {
     }
 }
 
-impl From<&KnownMap> for PriorMap {
+impl From<&PriorMapSetup> for PriorMap {
     /// What is no number makes no line.
-    fn from(known: &KnownMap) -> Self {
+    fn from(prior_map: &PriorMapSetup) -> Self {
         let point = |x, y| Point2::new(x, y);
         let face = |c: &[f64; 4]| Segment::new(point(c[0], c[1]), point(c[2], c[3]));
-        let (faces, _) = known.faces.as_chunks::<4>();
+        let (faces, _) = prior_map.faces.as_chunks::<4>();
         let faces: Vec<Segment> = faces.iter().map(face).collect();
-        let [x, y, heading] = known.start;
+        let [x, y, heading] = prior_map.start;
         Self {
             start_sigmas: PLACED_SIGMAS,
-            ..Self::of_faces(&faces, known.sigma, &Pose2::new(x, y, heading))
+            ..Self::of_faces(&faces, prior_map.sigma, &Pose2::new(x, y, heading))
         }
     }
 }

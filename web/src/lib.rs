@@ -28,7 +28,9 @@ mod view;
 
 pub use bench::{BenchResponse, BenchTrial};
 pub use border::*;
-pub use building::{Building, GivenFile, KnownFile, KnownMap, read_building, read_known};
+pub use building::{
+    Building, GivenFile, PriorMapFile, PriorMapSetup, read_building, read_prior_map,
+};
 pub use calibration::{Calibration, Pairs, calibrate};
 pub use contest::{AskError, ContestAsk, ContestState, Entrant, NoPathReason, WebContest};
 pub use drive_fit::{DriveFit, FittedParameter, PresetFile, read_preset, write_preset};

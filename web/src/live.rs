@@ -12,11 +12,12 @@ use wasm_bindgen::prelude::wasm_bindgen;
 use crate::border::{
     DeviceStateName, DisarmReasonName, Level, MethodName, SettingValues, Typed, WebError, typed,
 };
-use crate::building::KnownMap;
+use crate::building::PriorMapSetup;
 use crate::run::{Behind, Notice, Source, WebRun};
 
 /// Who talks to a bridge.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct LiveSetup {
     /// How others see this page.
@@ -25,8 +26,8 @@ pub struct LiveSetup {
     pub token: String,
     /// How it maps and finds itself.
     pub method: MethodName,
-    /// The map that the method `known-map` finds the robot in, placed by where the robot is now.
-    pub known: Option<KnownMap>,
+    /// The map that the method `prior-map` finds the robot in, placed by where the robot is now.
+    pub prior_map: Option<PriorMapSetup>,
     /// Whether it drives by the cycle also where its sensor scans all the time.
     pub cycle: bool,
     /// Settings that differ from their defaults.
@@ -105,7 +106,7 @@ impl WebRun {
             name: setup.name,
             token: Some(setup.token).filter(|token| !token.is_empty()),
             method: setup.method.0,
-            prior_map: setup.known.as_ref().map(Into::into),
+            prior_map: setup.prior_map.as_ref().map(Into::into),
             cycle: setup.cycle,
             settings: setup.settings.0.into_iter().collect(),
             seed: u64::from(setup.seed),

@@ -9,11 +9,12 @@ use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{MethodName, SettingValues, TrailRow, WebError, flat};
-use crate::building::KnownMap;
+use crate::building::PriorMapSetup;
 use crate::run::{Source, WebRun};
 
 /// How a log is to be mapped.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct ReplaySetup {
     /// How it maps and finds itself.
@@ -22,8 +23,8 @@ pub struct ReplaySetup {
     pub settings: SettingValues,
     /// A twin with the odometry's settings runs beside the robot.
     pub twin: bool,
-    /// The map that the method `known-map` finds the robot in.
-    pub known: Option<KnownMap>,
+    /// The map that the method `prior-map` finds the robot in.
+    pub prior_map: Option<PriorMapSetup>,
 }
 
 /// A log that is being read.
@@ -71,8 +72,8 @@ impl WebLogReader {
             .settings
             .apply_to(&mut settings, settings::Source::Recording, method)?;
         let calibration = settings.odometry.calibration(&log.robot());
-        if let Some(known) = &setup.known {
-            settings.slam.prior_map = known.into();
+        if let Some(map) = &setup.prior_map {
+            settings.slam.prior_map = map.into();
         }
         let mut replay = Replay::new(log, setup.method.0, &settings)?;
         replay.set_twin(setup.twin.then_some(calibration));

@@ -9,7 +9,7 @@ use slamlab_core::sim::{SensorKind, SensorModel, World, worlds};
 use tsify::Tsify;
 
 use crate::border::{MethodName, Mode, SettingValues, WebError};
-use crate::building::KnownMap;
+use crate::building::PriorMapSetup;
 use crate::calibration::Pairs;
 
 /// Why a setup names something that does not exist.
@@ -50,8 +50,8 @@ pub struct Setup {
     pub settings: SettingValues,
     /// Calibration of the rangers; null for that of the data sheet.
     pub calibration: Option<Pairs>,
-    /// The map that the method `known-map` finds the robot in; null for the walls of the world.
-    pub known: Option<KnownMap>,
+    /// The map that the method `prior-map` finds the robot in; null for the walls of the world.
+    pub prior_map: Option<PriorMapSetup>,
 }
 
 impl Setup {
@@ -82,8 +82,8 @@ impl Setup {
             Mode::GoTo => return Err(SetupError::Goal.into()),
         };
         config.cycle = self.cycle;
-        if let Some(known) = &self.known {
-            config.slam.prior_map = known.into();
+        if let Some(map) = &self.prior_map {
+            config.slam.prior_map = map.into();
         }
         Ok((config, defaults))
     }

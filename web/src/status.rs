@@ -72,9 +72,9 @@ pub struct RunStatus {
     /// Loops closed so far.
     pub loop_closures: u32,
     /// Of what the sensor hit lately, the part that stands in the prior map, 0 to 1; NaN without one, or before enough was seen.
-    pub known_part: f64,
+    pub prior_map_overlap: f64,
     /// That is so little that it is another map, or the robot begins elsewhere in it.
-    pub known_misfit: bool,
+    pub prior_map_misfit: bool,
     /// Something was seen that the grid has no room for.
     pub map_full: bool,
     /// Who decides where to go.
@@ -170,8 +170,8 @@ impl RunStatus {
             nis_high,
             diagnosis: (&consistency.diagnosis()).into(),
             loop_closures: slam.view().loop_closures as u32,
-            known_part: fit.and_then(PriorMapFit::part).unwrap_or(f64::NAN),
-            known_misfit: fit.is_some_and(PriorMapFit::is_misfit),
+            prior_map_overlap: fit.and_then(PriorMapFit::part).unwrap_or(f64::NAN),
+            prior_map_misfit: fit.is_some_and(PriorMapFit::is_misfit),
             map_full: slam.grid().is_whole().is_err(),
             mode: (&pilot.mode()).into(),
             task: is_driven.then(|| Task::of(pilot)),

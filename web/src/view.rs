@@ -53,7 +53,7 @@ impl WebRun {
 
     /// x1 y1 x2 y2 of the walls of the prior map, m; empty for other methods.
     #[must_use]
-    pub fn known_walls(&self) -> Vec<f32> {
+    pub fn prior_map_walls(&self) -> Vec<f32> {
         let slam = self.slam();
         let lines = match slam.view().prior_map_fit {
             Some(_) => slam.config().prior_map.lines.as_slice(),

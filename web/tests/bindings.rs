@@ -39,7 +39,7 @@ fn setup(world: &str, json: Option<&str>) -> Setup {
         cycle: false,
         settings: SettingValues::default(),
         calibration: None,
-        known: None,
+        prior_map: None,
     }
 }
 
@@ -365,7 +365,7 @@ fn read(bytes: &[u8], chunk: usize) -> Result<WebRun, String> {
         method: MethodName(Method::ScanMatching),
         settings: SettingValues::default(),
         twin: false,
-        known: None,
+        prior_map: None,
     }))
     .map_err(words)?;
     for part in bytes.chunks(chunk) {

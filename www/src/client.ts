@@ -4,7 +4,7 @@ import { bridgeAddress, tokenOf } from "./bridge_address.js";
 import { chosen } from "./chosen.js";
 import type { Answer, Command, LiveSetup, GivenBytes } from "./protocol.js";
 import type { DeviceKind } from "./protocol/module.js";
-import type { KnownMap, MethodName, SettingValues, Setup, SourceKind } from "./protocol/module.js";
+import type { PriorMapSetup, MethodName, SettingValues, Setup, SourceKind } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
@@ -153,8 +153,8 @@ export class Client {
 
   /** How a robot is mapped: a bridge has no map to hand out, so that without one its robot draws its own. */
   #liveSetup(method: MethodName): LiveSetup {
-    const { setup: { known, cycle, settings }, tuning: { twin } } = this.#store;
-    return { method: method === "known-map" && !known ? "line-ekf" : method, known, cycle, settings, twin };
+    const { setup: { priorMap, cycle, settings }, tuning: { twin } } = this.#store;
+    return { method: method === "prior-map" && !priorMap ? "line-ekf" : method, priorMap, cycle, settings, twin };
   }
 
   /** Takes the right to drive, or gives it back. */
@@ -267,15 +267,15 @@ export class Client {
   }
 
   /** The map as it was drawn so far, to be found in. */
-  knowThis(): void {
-    this.send({ kind: "know", name: `map of ${this.#store.title}`, files: [] });
+  localiseInThisMap(): void {
+    this.send({ kind: "read-prior-map", name: `map of ${this.#store.title}`, files: [] });
   }
 
   /** The robot is to be found in this map from here on; none: among the walls of the world. */
-  findIn(known: KnownMap | null): void {
+  localiseIn(priorMap: PriorMapSetup | null): void {
     const store = this.#store;
-    store.set("run", { setup: { ...store.setup, known } });
-    this.again("known-map");
+    store.set("run", { setup: { ...store.setup, priorMap } });
+    this.again("prior-map");
   }
 
   async #build(name: string, files: readonly File[], kind: "build" | "know" = "build"): Promise<void> {
@@ -300,7 +300,7 @@ export class Client {
         else this.start({ world: file.name, worldJson, mode: "explore" });
       } else {
         store.set("run", { reading: { name: file.name, done: 0 } });
-        this.send({ kind: "replay", name: file.name, bytes, method, settings: store.setup.settings, twin: store.tuning.twin, known: store.setup.known }, [bytes]);
+        this.send({ kind: "replay", name: file.name, bytes, method, settings: store.setup.settings, twin: store.tuning.twin, priorMap: store.setup.priorMap }, [bytes]);
         this.#opening = file;
       }
     } catch (error) {
@@ -402,9 +402,9 @@ export class Client {
         this.#skipped = skipped.length > 0 ? `${name}: left out ${skipped.join(", ")}.` : "";
         break;
       }
-      case "known":
-        this.findIn(answer.known);
-        this.#skipped = answer.skipped.length > 0 ? `${answer.known.name}: left out ${answer.skipped.join(", ")}.` : "";
+      case "prior-map":
+        this.localiseIn(answer.priorMap);
+        this.#skipped = answer.skipped.length > 0 ? `${answer.priorMap.name}: left out ${answer.skipped.join(", ")}.` : "";
         break;
       case "saved":
         downloadAll(answer.files);

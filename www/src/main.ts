@@ -22,7 +22,7 @@ import "./ui/fit.js";
 import "./ui/header.js";
 import { SlamHelp } from "./ui/help.js";
 import { SlamLegend } from "./ui/legend.js";
-import "./ui/known.js";
+import "./ui/prior_map.js";
 import "./ui/log.js";
 import "./ui/matches.js";
 import "./ui/plots.js";
@@ -61,7 +61,7 @@ const map = place<SlamMap>("slam-map");
 const transport = place<SlamTransport>("slam-transport");
 const cycle = place<SlamCycle>("slam-cycle");
 const help = place<SlamHelp>("slam-help");
-for (const tag of ["slam-header", "slam-bridge", "slam-setup", "slam-known", "slam-doors", "slam-cable", "slam-status", "slam-rooms", "slam-plots", "slam-twin", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-contest", "slam-settings", "slam-calibration", "slam-fit", "slam-sigma", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
+for (const tag of ["slam-header", "slam-bridge", "slam-setup", "slam-prior-map", "slam-doors", "slam-cable", "slam-status", "slam-rooms", "slam-plots", "slam-twin", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-contest", "slam-settings", "slam-calibration", "slam-fit", "slam-sigma", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
   place(tag);
 }
 

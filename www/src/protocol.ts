@@ -6,7 +6,7 @@
 
 import type { BridgeState } from "./protocol/devices.js";
 import type { Frame } from "./protocol/frame.js";
-import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, KnownFile, KnownMap, Level, MethodName, Offer, Pairs, PresetFile, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind } from "./protocol/module.js";
+import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, PriorMapFile, PriorMapSetup, Level, MethodName, Offer, Pairs, PresetFile, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind } from "./protocol/module.js";
 
 /** A file as it was dropped or chosen. */
 export interface GivenBytes {
@@ -17,7 +17,7 @@ export interface GivenBytes {
 /** How a live robot is mapped and driven. */
 export interface LiveSetup {
   method: MethodName;
-  known: KnownMap | null;
+  priorMap: PriorMapSetup | null;
   cycle: boolean;
   settings: SettingValues;
   twin: boolean;
@@ -27,9 +27,9 @@ export type Command =
   | { kind: "start"; setup: Setup; play: boolean }
   /** A building to drive in from files of others: a floor plan (.svg), OGmap.txt, or the YAML and the image of a map of ROS. It is answered by `built`. */
   | { kind: "build"; name: string; files: readonly GivenBytes[] }
-  /** The same, or a world, as a map to be found in; without files the map as the present run has drawn it. It is answered by `known`. */
-  | { kind: "know"; name: string; files: readonly GivenBytes[] }
-  | { kind: "replay"; name: string; bytes: ArrayBuffer; method: MethodName; settings: SettingValues; twin: boolean; known: KnownMap | null }
+  /** The same, or a world, as a map to be found in; without files the map as the present run has drawn it. It is answered by `prior-map`. */
+  | { kind: "read-prior-map"; name: string; files: readonly GivenBytes[] }
+  | { kind: "replay"; name: string; bytes: ArrayBuffer; method: MethodName; settings: SettingValues; twin: boolean; priorMap: PriorMapSetup | null }
   | { kind: "play" }
   | { kind: "pause" }
   /** Advances to the next scan and pauses. */
@@ -116,7 +116,7 @@ export type Answer =
   /** A building that was asked for, as the text of a world file, and what of the file is not in it. */
   | ({ kind: "built"; name: string } & Building)
   /** A map to be found in that was asked for. */
-  | ({ kind: "known" } & KnownFile)
+  | ({ kind: "prior-map" } & PriorMapFile)
   | { kind: "hash"; run: number; text: string }
   /** What happened; with `alert` it is shown at once, not only in the log. */
   | { kind: "event"; run: number; time: number; level: Level; text: string; topic?: string; alert?: boolean }

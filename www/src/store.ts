@@ -72,7 +72,7 @@ export class Store {
   speed = 4;
   /** What can be chosen; empty until the module is there. */
   offer: Offer = { worlds: [], sensors: [], methods: [], devices: [], presets: [], dataSheet: "" };
-  setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore", cycle: false, settings: {}, calibration: null, known: null };
+  setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore", cycle: false, settings: {}, calibration: null, priorMap: null };
   /** What the present run was started from: settings that wait for a restart differ. */
   started: Setup = this.setup;
   /** All settings, with what each is in this run. */

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p slamlab-core --example evaluate -- --log FILE [--relations FILE] [--method NAME]
 //! [--tum OUT] [--map OUT.pgm|OUT.png] [--map-mode MODE] [--og-map OUT] [--carmen OUT] [--preset FILE]
-//! [--fit OUT.json] [--set KEY=NUMBER] [--known MAP.yaml [--start X,Y,DEGREES]] [--json]`
+//! [--fit OUT.json] [--set KEY=NUMBER] [--prior-map MAP.yaml [--start X,Y,DEGREES]] [--json]`
 //!
 //! The core has no files and no clock; this program does the reading, the writing and the timing.
 #![allow(
@@ -10,10 +10,10 @@
     reason = "the edge: files and the clock are here and nowhere below"
 )]
 
-#[path = "../shared/known.rs"]
-mod known;
 #[path = "../shared/options.rs"]
 mod options;
+#[path = "../shared/prior_map.rs"]
+mod prior_map;
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -43,19 +43,19 @@ struct Arguments {
     /// Reference relations (.relations).
     #[arg(long)]
     relations: Option<PathBuf>,
-    /// odometry, line-ekf, scan-matching or known-map.
+    /// odometry, line-ekf, scan-matching or prior-map.
     #[arg(long, default_value = "scan-matching")]
     method: String,
-    /// The map that `--method known-map` finds the robot in: YAML of ROS map_server, OGmap.txt, floor plan (.svg) or
+    /// The map that `--method prior-map` finds the robot in: YAML of ROS map_server, OGmap.txt, floor plan (.svg) or
     /// world (.json).
     #[arg(long)]
-    known: Option<PathBuf>,
+    prior_map: Option<PathBuf>,
     /// Metres in a unit of a floor plan; by default what the drawing says of itself.
     #[arg(long, value_name = "METRES")]
     svg_unit: Option<f64>,
     /// Where the log begins in that map, as `x,y,heading` in metres and degrees. The default is where a map begins that was made of
     /// the same log.
-    #[arg(long, default_value = "0,0,0", value_name = "X,Y,DEGREES", value_parser = known::pose, allow_hyphen_values = true)]
+    #[arg(long, default_value = "0,0,0", value_name = "X,Y,DEGREES", value_parser = prior_map::pose, allow_hyphen_values = true)]
     start: Pose2,
     #[command(flatten)]
     changes: options::Changes,
@@ -96,12 +96,15 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
         method: log.method(method),
     };
     arguments.changes.apply_to(&mut settings, &scope)?;
-    match (&arguments.known, method) {
+    match (&arguments.prior_map, method) {
         (Some(path), Method::PriorMap) => {
-            settings.slam.prior_map = known::known_map(path, arguments.svg_unit, &arguments.start)?;
+            settings.slam.prior_map = prior_map::read(path, arguments.svg_unit, &arguments.start)?;
         }
-        (None, Method::PriorMap) => bail!("--method known-map needs a map: --known FILE"),
-        (Some(_), _) => bail!("--known needs --method known-map, not {}", method.name()),
+        (None, Method::PriorMap) => bail!("--method prior-map needs a map: --prior-map FILE"),
+        (Some(_), _) => bail!(
+            "--prior-map needs --method prior-map, not {}",
+            method.name()
+        ),
         (None, _) => {}
     }
     let mut replay = Replay::new(log, method, &settings)?;
@@ -120,11 +123,11 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     let fits = replay.session().slam().view().prior_map_fit;
     if fits.is_some_and(PriorMapFit::is_misfit) {
         eprintln!(
-            "{}: at its end, what is seen does not stand in the known map",
+            "{}: at its end, what is seen does not stand in the prior map",
             arguments.log.display()
         );
     }
-    let known_part = fits.and_then(PriorMapFit::part);
+    let prior_map_overlap = fits.and_then(PriorMapFit::part);
     let wall_seconds = start.elapsed().as_secs_f64();
     let trajectory = replay.trajectory();
     let relations = truth
@@ -142,7 +145,7 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
         "scan_ms": { "median": quantile(&mut scan_ms, 0.5), "p99": quantile(&mut scan_ms, 0.99) },
         "peak_memory_mb": peak_memory_mb(),
         "loop_closures": replay.session().slam().view().loop_closures,
-        "known_part": known_part,
+        "prior_map_overlap": prior_map_overlap,
         "relations": relations,
         "fit": fit.as_ref().map(fitted),
         "state_hash": format!("{:016x}", replay.state_hash()),

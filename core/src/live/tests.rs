@@ -243,7 +243,7 @@ fn a_robot_behind_a_bridge_is_driven_to_a_goal_and_mapped() {
 }
 
 #[test]
-fn a_robot_behind_a_bridge_finds_itself_in_a_known_map_and_fits_another_building_worse() {
+fn a_robot_behind_a_bridge_finds_itself_in_a_prior_map_and_fits_another_building_worse() {
     let goal = Point2::new(0.7, 0.0);
     let known_to = |name: &str| {
         let world = worlds::builtin(name).unwrap();

@@ -75,7 +75,7 @@ pub(super) enum Next {
 impl Pilot {
     /// Whether the next scan belongs to the cycle; those of a leg or a turn under way do not.
     pub(crate) fn awaits_scan(&self) -> bool {
-        let is_awaited = matches!(self.phase, Phase::Looking(_) | Phase::LookingAfterTurn(_));
+        let is_awaited = matches!(self.phase, Phase::Scanning(_) | Phase::ScanningAfterTurn(_));
         is_awaited || self.mode == Mode::Manual
     }
 

@@ -83,7 +83,7 @@ methods! {
         "A Kalman filter over the pose and all walls seen so far (TDK 2016 §3.4).";
     ScanMatching, "scan-matching", "Scan matching", scan_matching::begin,
         "Whole scans matched to submaps; loops are closed in a pose graph.";
-    PriorMap, "known-map", "Prior map", prior_map::begin,
+    PriorMap, "prior-map", "Prior map", prior_map::begin,
         "Localisation in a map that is given before the run (TDK 2016 §3.2).";
 }
 

@@ -109,7 +109,7 @@ mod tests {
 
     #[test]
     fn the_page_knows_every_name_of_the_core() {
-        let names = " | \"odometry\" | \"line-ekf\" | \"scan-matching\" | \"known-map\"";
+        let names = " | \"odometry\" | \"line-ekf\" | \"scan-matching\" | \"prior-map\"";
         assert_eq!(
             MethodName::UNION,
             format!("export type MethodName ={names};")

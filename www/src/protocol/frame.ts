@@ -59,7 +59,7 @@ export interface Change {
   /** What each of them is made of: places in MATERIALS. */
   materials: Uint8Array | null;
   /** x1 y1 x2 y2 of the walls of the prior map; empty for other methods. */
-  known: Float32Array | null;
+  priorMap: Float32Array | null;
   /** x y radius of what walks about. */
   movers: Float32Array | null;
   /** x y of the legs still to drive. */

@@ -80,7 +80,7 @@ export class Changes {
       lines,
       cycle: reported ? module.cycle() : null,
       inCycle: module.in_cycle(),
-      known: whole ? module.known_walls() : null,
+      priorMap: whole ? module.prior_map_walls() : null,
       truth: whole ? module.truth() : null,
       materials: whole ? module.materials() : null,
       // Doors move by their own times too, so they are compared rather than remembered.

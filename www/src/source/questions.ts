@@ -1,13 +1,13 @@
 // What is asked beside the run: settings, calibration, σ(ρ), the fit of a drive, a trial of the controller, planners, maps, files to save.
 
-import { calibrate, read_building, read_known, read_preset, write_preset } from "../../pkg/slamlab_web.js";
+import { calibrate, read_building, read_prior_map, read_preset, write_preset } from "../../pkg/slamlab_web.js";
 import { attempt, fail, post } from "../answer.js";
 import type { GivenBytes, Handlers } from "../protocol.js";
 import type { DriveFit, GivenFile, SavedFile } from "../protocol/module.js";
 import { ContestRunner } from "./contest.js";
 import type { Player } from "./player.js";
 
-type Questions = Pick<Handlers, "settings" | "calibrate" | "sigma" | "fit" | "preset" | "bench" | "save" | "build" | "know" | "contest" | "contest-watch" | "contest-stop">;
+type Questions = Pick<Handlers, "settings" | "calibrate" | "sigma" | "fit" | "preset" | "bench" | "save" | "build" | "read-prior-map" | "contest" | "contest-watch" | "contest-stop">;
 
 export function questions(player: Player): Questions {
   const contest = new ContestRunner();
@@ -41,9 +41,9 @@ export function questions(player: Player): Questions {
     },
     save: ({ what }) => given("", () => post({ kind: "saved", files: filesOf(what) })),
     build: ({ name, files }) => given(name, () => post({ kind: "built", name, ...read_building(name, files.map(fileOf)) })),
-    know: ({ name, files }) => given(name, () => {
-      const map = files.length > 0 ? read_known(name, files.map(fileOf)) : player.run?.asKnown(name);
-      if (map) post({ kind: "known", ...map });
+    "read-prior-map": ({ name, files }) => given(name, () => {
+      const map = files.length > 0 ? read_prior_map(name, files.map(fileOf)) : player.run?.asPriorMap(name);
+      if (map) post({ kind: "prior-map", ...map });
     }),
     contest: ({ ask, watched }) => {
       const { run } = player;

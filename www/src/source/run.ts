@@ -1,7 +1,7 @@
 // One run, whatever feeds it: a simulation and a recording are stepped, a live robot is fed by its link.
 
 import type { Change, Requested, Status } from "../protocol/frame.js";
-import type { BenchResponse, BenchTrial, ContestAsk, DriveFit, FieldName, GrowthName, Inspection, KnownFile, MethodName, Rooms, RunStatus, SavedFile, SavedKind, SettingInfo, SettingValues, SigmaCurve, SourceKind, WebContest, WebRun } from "../protocol/module.js";
+import type { BenchResponse, BenchTrial, ContestAsk, DriveFit, FieldName, GrowthName, Inspection, PriorMapFile, MethodName, Rooms, RunStatus, SavedFile, SavedKind, SettingInfo, SettingValues, SigmaCurve, SourceKind, WebContest, WebRun } from "../protocol/module.js";
 import { sampleOf, turnBetween } from "../protocol/sample.js";
 import { Changes } from "./changes.js";
 import { Slow } from "./feeds.js";
@@ -188,8 +188,8 @@ export class Run implements RunFacts {
     return this.module.contest(ask);
   }
 
-  asKnown(name: string): KnownFile {
-    return this.module.as_known(name);
+  asPriorMap(name: string): PriorMapFile {
+    return this.module.as_prior_map(name);
   }
 
   export(what: SavedKind): SavedFile[] {

@@ -71,9 +71,9 @@ export class Story {
     for (let i = 0; i + 1 < merged.length; i += 2) {
       this.note("info", `Wall ${merged[i + 1]} turned out to be a part of wall ${merged[i]}: one wall from now on`, "merged");
     }
-    if (s.knownMisfit && !this.#misfitNoted) {
+    if (s.priorMapMisfit && !this.#misfitNoted) {
       this.#misfitNoted = true;
-      this.#alert(`The known map does not fit: only ${Math.round(100 * s.knownPart)} % of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it: mend that under Run, Known map.`);
+      this.#alert(`The prior map does not fit: only ${Math.round(100 * s.priorMapOverlap)} % of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it: mend that under Run, Prior map.`);
     }
     if (s.mapFull && !this.#fullTold) {
       this.#fullTold = true;

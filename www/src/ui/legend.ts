@@ -17,7 +17,7 @@ interface Entry {
   /** Of a real or a recorded robot only. */
   realOnly?: boolean;
   /** Of a robot that is to be found in a map only. */
-  knownOnly?: boolean;
+  priorMapOnly?: boolean;
 }
 
 const stroke = (colour: string, dash = "", width = 2.5): TemplateResult<2> =>
@@ -45,7 +45,7 @@ const ENTRIES: readonly Entry[] = [
   { name: "tree", label: "Search tree", meaning: "All that the planner (RRT) tried.",
     sign: svg`<path d="M3 14 9 9l5 4m-5-4 4-6m0 0 6 3m-6-3 4 7 7 2" stroke="var(--map-tree)" stroke-width="1.6"/>`, simOnly: true },
   { name: "twin", label: "Twin", meaning: "Where a simulated robot would be after the same motion of the wheels; switched on in Settings.", sign: stroke("twin", "7 2 1.5 2", 2), realOnly: true },
-  { name: "known", label: "Known map", meaning: "The walls of the map that the robot finds itself in. Where what it sees does not lie on them, map or place is wrong.", sign: stroke("known", "", 2), knownOnly: true },
+  { name: "priorMap", label: "Prior map", meaning: "The walls of the map that the robot finds itself in. Where what it sees does not lie on them, map or place is wrong.", sign: stroke("prior", "", 2), priorMapOnly: true },
   { name: "truth", label: "Truth", meaning: "The real walls and the real pose. Only the simulator knows them.", sign: stroke("truth", "5 4", 2), simOnly: true },
 ];
 
@@ -118,7 +118,7 @@ export class SlamLegend extends SlamElement {
     return html`
       <h2>Layers</h2>
       <ul>
-        ${ENTRIES.filter((e) => !e.knownOnly || store.method === "known-map").filter((e) => (store.source === "sim" ? !e.realOnly : !e.simOnly)).map(
+        ${ENTRIES.filter((e) => !e.priorMapOnly || store.method === "prior-map").filter((e) => (store.source === "sim" ? !e.realOnly : !e.simOnly)).map(
           (e) => html`<li><label class=${store.layers[e.name] ? "" : "off"} title=${e.meaning}>
             <svg viewBox="0 0 28 18" aria-hidden="true">${e.sign}</svg><span>${e.label}</span>
             <input type="checkbox" role="switch" data-testid="layer-${e.name}" aria-label=${e.label} aria-description=${e.meaning} .checked=${store.layers[e.name]} @change=${() => this.toggle(e.name)}>

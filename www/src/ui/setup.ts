@@ -83,7 +83,7 @@ export class SlamSetup extends SlamElement {
         </label>
         <label>Method
           <select data-testid="method" @change=${(e: Event) => this.client.again(value(e) as MethodName)}>
-            ${methods.filter(({ name }) => name !== "known-map" || source === "sim" || setup.known).map(({ name, title, meaning }) => html`<option value=${name} title=${meaning} .selected=${method === name}>${title}</option>`)}
+            ${methods.filter(({ name }) => name !== "prior-map" || source === "sim" || setup.priorMap).map(({ name, title, meaning }) => html`<option value=${name} title=${meaning} .selected=${method === name}>${title}</option>`)}
           </select>
         </label>
         ${recorded ? "" : html`<p class="wide about" data-testid="about-sensor">${SENSOR_WORDS[setup.sensor] ?? ""}${setup.calibration && setup.sensor === "rangers" ? html` <b>Own calibration.</b>` : ""}</p>`}

@@ -7,7 +7,7 @@ import * as found from "./layers/found.js";
 import * as frontiers from "./layers/frontiers.js";
 import * as grid from "./layers/grid.js";
 import type { Brush } from "./layers/layer.js";
-import * as known from "./layers/known.js";
+import * as priorMap from "./layers/prior_map.js";
 import * as lines from "./layers/lines.js";
 import * as path from "./layers/path.js";
 import * as robot from "./layers/robot.js";
@@ -38,7 +38,7 @@ const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
   ["rooms", rooms.draw],
   ["truth", truth.drawMovers],
   ["truth", doors.draw],
-  ["known", known.draw],
+  ["priorMap", priorMap.draw],
   ["frontiers", frontiers.draw],
   ["lines", lines.draw],
   ["walls", walls.draw],

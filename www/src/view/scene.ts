@@ -6,7 +6,7 @@ import type { Box } from "./camera.js";
 import { Motion } from "./motion.js";
 import { Tiles } from "./tiles.js";
 
-export const LAYERS = ["grid", "rooms", "truth", "known", "walls", "lines", "scan", "found", "frontiers", "tree", "rawPath", "path", "trails", "twin", "robot"] as const;
+export const LAYERS = ["grid", "rooms", "truth", "priorMap", "walls", "lines", "scan", "found", "frontiers", "tree", "rawPath", "path", "trails", "twin", "robot"] as const;
 export type LayerName = (typeof LAYERS)[number];
 
 const EMPTY = new Float32Array(0);
@@ -25,7 +25,7 @@ export class Scene {
   /** Material of each true wall: 0 opaque, 1 glass, 2 dark. */
   materials: Uint8Array = new Uint8Array(0);
   /** Walls of the map that the robot is to be found in, x1 y1 x2 y2. */
-  known: Float32Array = EMPTY;
+  priorMap: Float32Array = EMPTY;
   movers: Float32Array = EMPTY;
   /** See DOOR. */
   doors: Float32Array = EMPTY;
@@ -51,7 +51,7 @@ export class Scene {
     this.status = null;
     this.#motion.clear();
     this.materials = new Uint8Array(0);
-    this.scan = this.beams = this.doors = this.found = this.truth = this.known = this.movers = this.path = this.rawPath = this.tree = this.frontiers = EMPTY;
+    this.scan = this.beams = this.doors = this.found = this.truth = this.priorMap = this.movers = this.path = this.rawPath = this.tree = this.frontiers = EMPTY;
     this.lines = new Float64Array(0);
     this.trailLength = 0;
     this.twin = [];
@@ -76,7 +76,7 @@ export class Scene {
     this.lines = frame.lines ?? this.lines;
     this.materials = frame.materials ?? this.materials;
     this.truth = frame.truth ?? this.truth;
-    this.known = frame.known ?? this.known;
+    this.priorMap = frame.priorMap ?? this.priorMap;
     this.path = frame.path ?? this.path;
     this.rawPath = frame.rawPath ?? this.rawPath;
     this.tree = frame.tree ?? this.tree;
@@ -106,7 +106,7 @@ export class Scene {
         : { minX: Math.min(box.minX, x), minY: Math.min(box.minY, y), maxX: Math.max(box.maxX, x), maxY: Math.max(box.maxY, y) };
     };
     if (withTruth) for (let i = 0; i + 1 < this.truth.length; i += 2) grow(this.truth[i] ?? NaN, this.truth[i + 1] ?? NaN);
-    for (let i = 0; i + 1 < this.known.length; i += 2) grow(this.known[i] ?? NaN, this.known[i + 1] ?? NaN);
+    for (let i = 0; i + 1 < this.priorMap.length; i += 2) grow(this.priorMap[i] ?? NaN, this.priorMap[i + 1] ?? NaN);
     for (let i = 0; i + 5 < this.trailLength; i += TRAIL_STRIDE) grow(this.trail[i + 4] ?? NaN, this.trail[i + 5] ?? NaN);
     return box;
   }

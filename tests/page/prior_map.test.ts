@@ -19,7 +19,7 @@ const hall = Buffer.from(`<svg xmlns="http://www.w3.org/2000/svg" data-metres-pe
     <polygon points="5,0 11,0 15.2,4.2 15.2,10.2 11,14.4 5,14.4 .8,10.2 .8,4.2" fill="none" stroke="black"/>
     <circle id="start" cx="8" cy="7" r=".1"/></svg>`);
 const file = (name: string, buffer: Buffer) => ({ name, mimeType: '', buffer });
-const fit = 'known-fit';
+const fit = 'prior-map-fit';
 
 test('a robot localises itself in another map than its world, given its start there', async ({ lab, page }) => {
   test.setTimeout(150_000);
@@ -27,22 +27,22 @@ test('a robot localises itself in another map than its world, given its start th
   await lab.show('run');
   await lab.at('file').setInputFiles(file('flat.svg', flat(0)));
   await expect.poll(async () => (await lab.state()).title).toBe('flat.svg');
-  await lab.at('known-file').setInputFiles(file('moved.svg', flat(7)));
-  await expect.poll(async () => (await lab.state()).method).toBe('known-map');
-  await expect(lab.at('known-name')).toContainText('moved.svg');
+  await lab.at('prior-map-file').setInputFiles(file('moved.svg', flat(7)));
+  await expect.poll(async () => (await lab.state()).method).toBe('prior-map');
+  await expect(lab.at('prior-map-name')).toContainText('moved.svg');
   expect((await lab.state()).title, 'the world stays').toBe('flat.svg');
-  await expect(lab.at('known-x'), 'where the drawing says').toHaveValue('8');
+  await expect(lab.at('prior-map-x'), 'where the drawing says').toHaveValue('8');
   await lab.speed('20');
   await expect(lab.at(fit)).toContainText('The map fits', { timeout: 60_000 });
   await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(0.5);
   expect((await lab.status()).positionError).toBeLessThan(0.15);
   // Told of another building, it says that this cannot be.
-  await lab.at('known-file').setInputFiles(file('hall.svg', hall));
-  await expect(lab.at('known-name')).toContainText('hall.svg');
+  await lab.at('prior-map-file').setInputFiles(file('hall.svg', hall));
+  await expect(lab.at('prior-map-name')).toContainText('hall.svg');
   await expect(lab.at(fit)).toContainText('does not fit', { timeout: 60_000 });
-  await expect(lab.at('toast')).toContainText('The known map does not fit');
-  await lab.at('known-world').click();
-  await expect(lab.at('known-name')).toContainText('true walls');
+  await expect(lab.at('toast')).toContainText('The prior map does not fit');
+  await lab.at('prior-map-world').click();
+  await expect(lab.at('prior-map-name')).toContainText('true walls');
   await expect(lab.at(fit)).toContainText('The map fits', { timeout: 60_000 });
   expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
 });
@@ -53,13 +53,13 @@ test('what was mapped is a map to be found in; what is no map leaves the run as 
   await lab.enter('arena', '20');
   await lab.watch((s) => s.explored, 'most is known', 90_000).toBeGreaterThan(0.9);
   await lab.show('run');
-  await lab.at('known-file').setInputFiles(file('OGmap.txt', Buffer.from('3 2 0.05 0 0\n0.5 0.5 0.5\n0.5 7 0.5\n')));
+  await lab.at('prior-map-file').setInputFiles(file('OGmap.txt', Buffer.from('3 2 0.05 0 0\n0.5 0.5 0.5\n0.5 7 0.5\n')));
   await expect(lab.at('toast')).toContainText('line 3: field 2 is `7`, expected a number from 0 to 1');
-  await lab.at('known-file').setInputFiles(file('half.yaml', Buffer.from('image: half.pgm\n')));
+  await lab.at('prior-map-file').setInputFiles(file('half.yaml', Buffer.from('image: half.pgm\n')));
   await expect(lab.at('toast')).toContainText('one half of a map');
   expect((await lab.state()).method, 'the run goes on').toBe('line-ekf');
-  await lab.at('known-this').click();
-  await expect(lab.at('known-name')).toContainText('map of arena');
+  await lab.at('prior-map-this').click();
+  await expect(lab.at('prior-map-name')).toContainText('map of arena');
   await expect(lab.at(fit)).toContainText('The map fits', { timeout: 60_000 });
 });
 
@@ -90,8 +90,8 @@ test('a recording is found in the map that was made of it', async ({ lab, page }
   await expect.poll(async () => (await lab.state()).source, 'the recording is shown').toBe('replay');
   await lab.watch((s) => s.finished, 'the recording ends').toBe(true);
   const map = await savedMap(lab);
-  await lab.at('known-file').setInputFiles(map);
-  await expect.poll(async () => (await lab.state()).method, 'it begins again').toBe('known-map');
+  await lab.at('prior-map-file').setInputFiles(map);
+  await expect.poll(async () => (await lab.state()).method, 'it begins again').toBe('prior-map');
   await lab.watch((s) => s.finished, 'and ends again').toBe(true);
   await lab.show('run');
   await expect(lab.at(fit)).toContainText('The map fits');
@@ -106,14 +106,14 @@ test('a robot at a bridge is found in a map that was saved before', async ({ lab
   await expect.poll(async () => (await lab.state()).source).toBe('bridge');
   await lab.watch((s) => s.scans, 'it scans').toBeGreaterThan(30);
   const map = await savedMap(lab);
-  await lab.at('known-file').setInputFiles(map);
-  await expect.poll(async () => (await lab.state()).method, 'the bridge is asked again').toBe('known-map');
-  await expect(lab.at('known-name')).toContainText('.yaml');
+  await lab.at('prior-map-file').setInputFiles(map);
+  await expect.poll(async () => (await lab.state()).method, 'the bridge is asked again').toBe('prior-map');
+  await expect(lab.at('prior-map-name')).toContainText('.yaml');
   await expect(lab.at(fit)).toContainText('The map fits', { timeout: 60_000 });
   expect(Math.hypot((await lab.status()).x, (await lab.status()).y), 'the robot has not moved').toBeLessThan(0.1);
   // Told that it stands elsewhere, farther off than it looks for itself (4 m), it says that this cannot be.
-  await lab.at('known-x').fill('9.3');
-  await lab.at('known-x').press('Enter');
+  await lab.at('prior-map-x').fill('9.3');
+  await lab.at('prior-map-x').press('Enter');
   await expect(lab.at(fit)).toContainText('does not fit', { timeout: 60_000 });
   await lab.at('method').selectOption('line-ekf');
   await lab.watch((s) => s.features, 'without the map it draws its own').toBeGreaterThan(2);

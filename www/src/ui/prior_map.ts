@@ -1,7 +1,7 @@
 // The map that a robot is to be found in: where it comes from, where the robot begins in it, and whether it fits.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import type { KnownMap } from "../protocol/module.js";
+import type { PriorMapSetup } from "../protocol/module.js";
 import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { percent } from "./format.js";
@@ -11,7 +11,7 @@ import { shared } from "./style.js";
 /** Numbers of the start: name, what a person reads, and units of the page in one of the module. */
 const START = [["x", "x, m", 1], ["y", "y, m", 1], ["heading", "heading, °", 180 / Math.PI]] as const;
 
-export class SlamKnown extends SlamElement {
+export class SlamPriorMap extends SlamElement {
   static override styles = [
     shared,
     css`
@@ -35,56 +35,56 @@ export class SlamKnown extends SlamElement {
 
   override render(): TemplateResult {
     const { source, method, setup } = this.store;
-    const { known } = setup;
-    const isUsed = method === "known-map";
+    const { priorMap } = setup;
+    const isUsed = method === "prior-map";
     return html`
-      <h2 id="known">Known map</h2>
-      ${isUsed ? this.#used(known) : html`<p>Give the robot a map, and it only has to find itself in it: a map of ROS, OGmap.txt, a floor plan (.svg), a world (.json), or what it has mapped so far. It may be of this world or of another.</p>`}
+      <h2 id="prior-map">Prior map</h2>
+      ${isUsed ? this.#used(priorMap) : html`<p>Give the robot a map, and it only has to find itself in it: a map of ROS, OGmap.txt, a floor plan (.svg), a world (.json), or what it has mapped so far. It may be of this world or of another.</p>`}
       <div class="two">
         <label>
-          <input type="file" accept=".yaml,.yml,.pgm,.png,.txt,.svg,.json" multiple data-testid="known-file" aria-label="Open a map to be found in: YAML with its image, OGmap.txt, SVG or a world" @change=${this.#open}>
+          <input type="file" accept=".yaml,.yml,.pgm,.png,.txt,.svg,.json" multiple data-testid="prior-map-file" aria-label="Open a map to be found in: YAML with its image, OGmap.txt, SVG or a world" @change=${this.#open}>
           <span class="button">${icons.open} Open map…</span>
         </label>
-        <button data-testid="known-this" title="Begin again, and find yourself in the map drawn so far" @click=${() => this.client.knowThis()}>${icons.again} Map so far</button>
+        <button data-testid="prior-map-this" title="Begin again, and find yourself in the map drawn so far" @click=${() => this.client.localiseInThisMap()}>${icons.again} Map so far</button>
       </div>
-      ${isUsed && known && source === "sim" ? html`<button data-testid="known-world" @click=${() => this.client.findIn(null)}>Use the walls of the world instead</button>` : nothing}
+      ${isUsed && priorMap && source === "sim" ? html`<button data-testid="prior-map-world" @click=${() => this.client.localiseIn(null)}>Use the walls of the world instead</button>` : nothing}
     `;
   }
 
-  #used(known: KnownMap | null): TemplateResult {
+  #used(priorMap: PriorMapSetup | null): TemplateResult {
     return html`
-      <p data-testid="known-name">The robot finds itself ${known ? html`in <b>${known.name}</b>, drawn on the map as the layer Known map.` : "among the true walls of its world."}</p>
+      <p data-testid="prior-map-name">The robot finds itself ${priorMap ? html`in <b>${priorMap.name}</b>, drawn on the map as the layer Prior map.` : "among the true walls of its world."}</p>
       ${this.#fit()}
-      ${known && this.store.source === "bridge" ? html`<p>Where the robot stood when it was given the map, in the frame of its file. Whoever changes that says where it stands now: leave it standing meanwhile.</p>` : nothing}
-      ${known ? html`<div class="three" role="group" aria-label="Where the robot begins in the known map, in the frame of its file">
+      ${priorMap && this.store.source === "bridge" ? html`<p>Where the robot stood when it was given the map, in the frame of its file. Whoever changes that says where it stands now: leave it standing meanwhile.</p>` : nothing}
+      ${priorMap ? html`<div class="three" role="group" aria-label="Where the robot begins in the prior map, in the frame of its file">
         ${START.map(([name, words, unit], i) => html`<label>${i === 0 ? (this.store.source === "bridge" ? "Stands at " : "Begins at ") : ""}${words}
-          <input type="number" inputmode="decimal" step="any" data-testid="known-${name}" .value=${String(Number(((known.start[i] ?? 0) * unit).toFixed(3)))}
-            @change=${(e: Event) => this.#place(known, i, unit, e.target as HTMLInputElement)}></label>`)}
+          <input type="number" inputmode="decimal" step="any" data-testid="prior-map-${name}" .value=${String(Number(((priorMap.start[i] ?? 0) * unit).toFixed(3)))}
+            @change=${(e: Event) => this.#place(priorMap, i, unit, e.target as HTMLInputElement)}></label>`)}
       </div>` : nothing}`;
   }
 
   #fit(): TemplateResult {
     const { status } = this.store;
-    const isJudged = status !== null && Number.isFinite(status.knownPart);
-    const part = percent(status?.knownPart ?? NaN);
-    const misfit = status?.knownMisfit ?? false;
+    const isJudged = status !== null && Number.isFinite(status.priorMapOverlap);
+    const part = percent(status?.priorMapOverlap ?? NaN);
+    const misfit = status?.priorMapMisfit ?? false;
     const words = !isJudged ? "Whether the map fits shows after some scans."
       : misfit ? `The map does not fit: only ${part} of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it.`
       : `The map fits: ${part} of what the sensor hits is a wall of it.`;
-    return html`<p class=${misfit ? "bad" : ""} data-testid="known-fit">${words}</p>`;
+    return html`<p class=${misfit ? "bad" : ""} data-testid="prior-map-fit">${words}</p>`;
   }
 
-  #place(known: KnownMap, index: number, unit: number, input: HTMLInputElement): void {
+  #place(priorMap: PriorMapSetup, index: number, unit: number, input: HTMLInputElement): void {
     const value = Number(input.value || NaN) / unit;
     if (Number.isFinite(value)) {
-      const [x, y, heading] = known.start;
+      const [x, y, heading] = priorMap.start;
       const start = [x, y, heading] as [number, number, number];
       start[index] = value;
-      this.client.findIn({ ...known, start });
+      this.client.localiseIn({ ...priorMap, start });
       return;
     }
     // The field says again where the robot began.
-    input.value = String(Number(((known.start[index] ?? 0) * unit).toFixed(3)));
+    input.value = String(Number(((priorMap.start[index] ?? 0) * unit).toFixed(3)));
   }
 
   #open(event: Event): void {
@@ -94,4 +94,4 @@ export class SlamKnown extends SlamElement {
   }
 }
 
-customElements.define("slam-known", SlamKnown);
+customElements.define("slam-prior-map", SlamPriorMap);
