@@ -1,4 +1,4 @@
-//! Takes connections, no more than there may be, and none that dawdles.
+//! Accepts connections, with a limit on their number and timeouts.
 //!
 //! In: the listening socket. Out: HTTP connections that are served, each on a task of its own.
 //!

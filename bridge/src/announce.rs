@@ -10,7 +10,7 @@ use mdns_sd::{IfKind, ServiceDaemon, ServiceInfo};
 
 use crate::address;
 
-/// The kind of service, for whoever browses.
+/// The kind of service, for browsers of the network.
 pub const SERVICE: &str = "_slamlab._tcp.local.";
 /// For the goodbye to go out.
 const FAREWELL: Duration = Duration::from_millis(500);

@@ -54,7 +54,7 @@ fn reason(code: u16) -> &'static str {
         close::HEARTBEAT => "no heartbeat",
         close::TAKEN_OVER => "another client took over",
         close::OTHER_SCHEMA => {
-            "the bridge speaks another schema: load the page anew from the bridge, or update what is older"
+            "the bridge speaks another schema: reload the page from the bridge, or update what is older"
         }
         _ => "",
     }

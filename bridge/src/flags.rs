@@ -32,7 +32,7 @@ pub(crate) enum Command {
         #[command(flatten)]
         serve: ServeFlags,
     },
-    /// Map a recording, and write it anew with /map, /pose and the transform from map to odom, for Foxglove, Rerun and ROS 2
+    /// Map a recording, and write it again with /map, /pose and the transform from map to odom, for Foxglove, Rerun and ROS 2
     Export {
         /// MCAP file made by `record` or `--record`
         file: PathBuf,

@@ -1,6 +1,6 @@
 //! Tells systemd how the bridge does, where it was started by it (`Type=notify`, `WatchdogSec=`); else nothing happens.
 //!
-//! The sign of life comes from the hub, which has the robot: a bridge whose hub hangs is started anew.
+//! The sign of life comes from the hub, which has the robot: a bridge whose hub hangs is restarted.
 
 /// The bridge serves.
 pub(crate) fn ready() {

@@ -1,4 +1,4 @@
-//! One client's connection: shows who it is, then messages both ways until one side ends.
+//! One client's connection: authenticates, then passes messages both ways until one side ends.
 //!
 //! In: a WebSocket. Out: what the client says, to the hub; what the hub has for it, to the client.
 //!

@@ -52,7 +52,7 @@ pub trait Source: Send + 'static {
     /// What it is.
     fn profile(&self) -> Profile;
 
-    /// Its life, on a thread of its own.
+    /// Its main loop, on a thread of its own.
     fn run(self: Box<Self>, port: Port);
 }
 

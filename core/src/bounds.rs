@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-/// Smallest and largest value of a figure; both may be.
+/// Smallest and largest value of a figure, both inclusive.
 pub type Bounds = [f64; 2];
 
 /// Any finite number that is not negative.

@@ -97,7 +97,7 @@ impl Experiment {
 
     /// One control period: the pilot decides, the robot moves, odometry and scans are taken in. Tells whether a scan was.
     ///
-    /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors make none such.
+    /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never produce one.
     pub fn step(&mut self) -> Result<bool, SlamError> {
         self.decide();
         self.advance()
@@ -122,7 +122,7 @@ impl Experiment {
 
     /// The second half of a step: the robot moves, odometry and scans are taken in. Tells whether a scan was.
     ///
-    /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors make none such.
+    /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never produce one.
     pub fn advance(&mut self) -> Result<bool, SlamError> {
         self.session.show_all_stages();
         self.sense()
@@ -155,7 +155,7 @@ impl Experiment {
             self.log.push(scan.stamp.seconds(), &odometry, &scan);
         }
         let truth = self.truth();
-        self.session.scan_where(&scan, Some(&truth))?;
+        self.session.scan_with_truth(&scan, Some(&truth))?;
         self.record.push(Sample {
             stamp: self.sim.stamp(),
             truth,
@@ -169,7 +169,7 @@ impl Experiment {
     /// or there is none. It steps through the record of the stages; the run itself goes on, to the next decision, only
     /// where that is used up, so that its bits are those of [`Self::step`].
     ///
-    /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors make none such.
+    /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never produce one.
     pub fn next_stage(&mut self) -> Result<Option<Stage>, SlamError> {
         for _ in 0..2 * MOST_PERIODS {
             let session = &mut self.session;
@@ -194,7 +194,7 @@ impl Experiment {
     }
 
     /// `count` scans of a robot that is just like this one and stands where it stands, for [`crate::points::estimate_sigma`];
-    /// fewer where they would take more than ten minutes. The run itself goes on as if nothing had been.
+    /// fewer where they would take more than ten minutes. The run itself is not affected.
     #[must_use]
     pub fn standing_scans(&self, count: usize) -> Vec<Scan> {
         let mut sim = self.sim.clone();
@@ -220,7 +220,7 @@ impl Experiment {
         scans
     }
 
-    /// Has the robot drive by the cycle, or as continuously as its sensor allows; what it was doing begins anew.
+    /// Has the robot drive by the cycle, or as continuously as its sensor allows; what it was doing starts again.
     pub fn set_cycle(&mut self, cycle: bool) {
         self.sim.set_on_command(cycle);
         self.session
@@ -267,7 +267,7 @@ impl Experiment {
         &self.session
     }
 
-    /// What was so far.
+    /// What was recorded so far.
     #[must_use]
     pub fn record(&self) -> &Record {
         &self.record

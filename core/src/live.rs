@@ -28,7 +28,7 @@ use crate::wire::timeline::{Reading, Timeline, explain_gap};
 /// Something for a person to read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Note {
-    /// How grave it is.
+    /// Its severity.
     pub severity: Severity,
     /// In a sentence.
     pub text: String,
@@ -75,11 +75,11 @@ pub struct Live {
     client: Client,
     /// The robot that the bridge named.
     figures: Option<RobotFigures>,
-    /// Begins anew with each robot that is named, as all of the readings' past does.
+    /// Begins again with each robot that is named, as all of the readings' past does.
     session: Session,
     timeline: Timeline,
     bumpers: Bumpers,
-    /// Standing was commanded already.
+    /// Standing still was commanded already.
     is_halted: bool,
     /// How often estimate and map began: with the first hello of a bridge, and with one that names
     /// another robot.
@@ -361,13 +361,13 @@ impl Live {
         figures.is_some_and(|figures| figures.scans_on_command)
     }
 
-    /// Stops the robot and disarms it, whoever drives it.
+    /// Stops the robot and disarms it, no matter who drives it.
     pub fn stop(&mut self, now: u64) {
         self.end_task();
         self.client.stop(now);
     }
 
-    /// Cuts the motors off, whoever drives.
+    /// Cuts the motors off, no matter who drives.
     pub fn emergency_stop(&mut self, now: u64) {
         self.end_task();
         self.client.emergency_stop(now);

@@ -1,4 +1,4 @@
-//! The second story: from a map and a pose to commands.
+//! Decisions: from a map and a pose to commands.
 //!
 //! In: a [`Situation`] at every tick. Out: a [`Command`], or `None` where the robot should carry on with the last one.
 //!
@@ -8,7 +8,7 @@
 //!    On the way to a goal that was given, a robot that is no disc may also take a way that only its outline passes; it is then kept
 //!    safe by the outline. All else is for the disc around it.
 //! 4. Continuous sensors: follow the legs by turn-and-go, or go around people by the dynamic window, every speed made safe. The way is compared with the map twice
-//!    a second, and planned anew when something stands in it or the frontier has vanished. A sensor on a servo: scan,
+//!    a second, and planned again when something stands in it or the frontier has vanished. A sensor on a servo: scan,
 //!    plan, one turn and one leg over what has been seen, again.
 //! 5. A robot that does not get on, or whose bumpers say that it stands against something no scan shows, backs off, tries
 //!    again, and in the end says that it is stuck.

@@ -61,7 +61,7 @@ impl Session {
     pub fn new(config: SessionConfig) -> Result<Self, SlamError> {
         let mut slam = Slam::new(config.method, config.slam)?;
         if !config.is_driven {
-            slam.leave_walkers_out();
+            slam.disable_walkers();
         }
         Ok(Self {
             robot: config.robot,
@@ -100,11 +100,11 @@ impl Session {
     ///
     /// # Errors    [`SlamError`] for a scan that cannot be used; it does not count then.
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
-        self.scan_where(scan, None)
+        self.scan_with_truth(scan, None)
     }
 
     /// The same where the true pose is known, map frame: the filter is judged by that too.
-    pub(crate) fn scan_where(
+    pub(crate) fn scan_with_truth(
         &mut self,
         scan: &Scan,
         truth: Option<&Pose2>,
@@ -199,7 +199,7 @@ impl Session {
     }
 
     /// From here on the sensor scans only on command, or all the time; what the robot was doing
-    /// begins anew.
+    /// starts again.
     pub fn set_scans_on_command(&mut self, scans_on_command: bool) {
         self.scans_on_command = scans_on_command;
         self.pilot.set_mode(self.pilot.mode());
@@ -233,13 +233,13 @@ impl Session {
         self.scans_on_command
     }
 
-    /// What the robot believes.
+    /// Pose and map.
     #[must_use]
     pub fn slam(&self) -> &Slam {
         &self.slam
     }
 
-    /// Where it believes to be, map frame.
+    /// The estimated pose, map frame.
     #[must_use]
     pub fn estimate(&self) -> PoseEstimate {
         self.slam.estimate()
@@ -264,7 +264,7 @@ impl Session {
         self.pilot.status()
     }
 
-    /// What the stages of the cycle gave; empty for a robot that drives while its sensor looks round.
+    /// What the stages of the cycle gave; empty for a robot that drives while its sensor scans.
     #[must_use]
     pub fn stages(&self) -> &StageRecord {
         self.pilot.stages()
@@ -282,7 +282,7 @@ impl Session {
         self.twin.as_ref()
     }
 
-    /// Whether the filter was honest in the last scans; empty for methods without a line map.
+    /// The filter's consistency (NEES, NIS) over the last scans; empty for methods without a line map.
     #[must_use]
     pub fn consistency(&self) -> &ConsistencyWindow {
         &self.consistency
@@ -294,7 +294,7 @@ impl Session {
         self.dead_reckoning
     }
 
-    /// Way driven by odometry, m.
+    /// Distance travelled by odometry, m.
     #[must_use]
     pub fn distance(&self) -> f64 {
         self.distance

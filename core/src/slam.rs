@@ -1,4 +1,4 @@
-//! The first story: from odometry and scans to a pose and a map.
+//! Estimation: from odometry and scans to a pose and a map.
 //!
 //! ```text
 //!   odometry ─────────────> predict ─┐
@@ -211,7 +211,7 @@ impl Slam {
 
     /// Nobody is driven by what is seen: from here on walkers are not searched for, and
     /// [`Self::partial_scan`] does nothing.
-    pub fn leave_walkers_out(&mut self) {
+    pub fn disable_walkers(&mut self) {
         self.walkers = None;
     }
 }

@@ -236,7 +236,7 @@ test('Stop reaches the robot while whoever maps is busy', async ({ lab, page }) 
   });
 });
 
-test('rules that need long to load drive the robot, and rules that fail leave it standing until they begin anew', async ({ lab, page, problems }) => {
+test('rules that need long to load drive the robot, and rules that fail leave it standing until they start again', async ({ lab, page, problems }) => {
   test.setTimeout(240_000);
   const robot = await WiredRobot.start('wired_robot', 'arena');
   const serial = await fakeSerial(page, [robot.ports.rp6!]);
@@ -258,7 +258,7 @@ test('rules that need long to load drive the robot, and rules that fail leave it
     expect(problems.join()).toContain('toaster');
     problems.length = 0;
     await page.keyboard.press('r');
-    await expect.poll(async () => (await bridgeState(lab))?.connection, { ...PATIENCE, message: 'the run begins anew' }).toBe('open');
+    await expect.poll(async () => (await bridgeState(lab))?.connection, { ...PATIENCE, message: 'the run starts again' }).toBe('open');
     await turnByHand(lab, robot);
     await page.keyboard.up('ArrowLeft');
     await serial.end();
@@ -276,9 +276,9 @@ test('the rules for devices are there before one is plugged: at a robot there ma
     await plugHere(lab);
     await turnByHand(lab, robot);
     await page.keyboard.up('ArrowLeft');
-    // A run that begins anew has the same rules.
+    // A run that starts again has the same rules.
     await page.keyboard.press('r');
-    await expect.poll(async () => (await bridgeState(lab))?.connection, { ...PATIENCE, message: 'the run begins anew' }).toBe('open');
+    await expect.poll(async () => (await bridgeState(lab))?.connection, { ...PATIENCE, message: 'the run starts again' }).toBe('open');
     await serial.end();
   });
   problems.length = 0;

@@ -21,7 +21,7 @@ test('wheels that err are fitted, and a twin with their figures stays with the r
   await lab.at('twin').check();
   const twin = (): Promise<number[]> => page.evaluate(() => (window as unknown as { slamlab: { twin: number[] } }).slamlab.twin);
   const ended = async (): Promise<void> => {
-    await expect.poll(async () => (await lab.status()).finished && (await lab.status()).scans === 420 && Number.isFinite((await twin())[4]), { message: 'mapped anew with a twin', timeout: 60_000 }).toBe(true);
+    await expect.poll(async () => (await lab.status()).finished && (await lab.status()).scans === 420 && Number.isFinite((await twin())[4]), { message: 'mapped again with a twin', timeout: 60_000 }).toBe(true);
   };
   await ended();
   const [, , , , nominal = 0] = await twin();

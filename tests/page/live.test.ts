@@ -87,7 +87,7 @@ test('a bridge that is killed is found again, and the map stays', async ({ lab, 
   const flags = [...SOURCE, '--token-file', join(folder, 'token')];
   const first = await Bridge.start(flags);
   await lab.open(first.url);
-  await lab.watch((s) => s.scans, 'it looks around').toBeGreaterThan(10);
+  await lab.watch((s) => s.scans, 'it scans').toBeGreaterThan(10);
   const { blocks } = await lab.state();
   await first.stop('SIGKILL');
   await expect.poll(async () => (await state())?.connection).not.toBe('open');

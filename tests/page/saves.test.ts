@@ -70,7 +70,7 @@ test('the map is saved as a picture', async ({ lab, page }) => {
 test('the walls are saved as a drawing, for drawing programs and as data', async ({ lab, page }) => {
   await lab.open();
   // Walls are there when they were seen three times.
-  await lab.watch((s) => s.scans, 'the robot looks around').toBeGreaterThan(10);
+  await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(10);
   await lab.pause();
   await lab.show('run');
   const downloads: Download[] = [];
@@ -90,7 +90,7 @@ test('the walls are saved as a drawing, for drawing programs and as data', async
 
 test('everything that can be saved is saved, and says so', { tag: '@phone' }, async ({ lab, page }) => {
   await lab.open();
-  await lab.watch((s) => s.scans, 'the robot looks around').toBeGreaterThan(10);
+  await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(10);
   await lab.pause();
   await lab.show('run');
   const save = async (what: string, count: number): Promise<Map<string, Buffer>> => {

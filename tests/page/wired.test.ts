@@ -1,7 +1,7 @@
 // End to end: the page in a browser - WebSocket - bridge - pseudo-terminal - robot. Once with a robot that speaks the protocol, once
 // with the real firmware in a simulated microcontroller; both carry a lidar. The robot explores, somebody pulls the cables, nothing moves
 // until somebody drives again, exploration goes on to its end, and the map is compared with the truth. Once more without the lidar: then the
-// real firmware looks around with its rangers.
+// real firmware scans with its rangers.
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { existsSync } from 'node:fs';
 import { tmpdir } from 'node:os';

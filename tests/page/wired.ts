@@ -142,7 +142,7 @@ export async function arm(lab: Lab, robot: WiredRobot): Promise<void> {
   }).toPass(PATIENCE);
 }
 
-/** Turns by hand: the key is held from here on. Where the robot does not turn yet, its driver is armed and the key pressed anew, as a person would. */
+/** Turns by hand: the key is held from here on. Where the robot does not turn yet, its driver is armed and the key pressed again, as a person would. */
 export async function turnByHand(lab: Lab, robot: WiredRobot): Promise<void> {
   const press = async () => {
     await lab.page.keyboard.up('ArrowLeft');

@@ -1,4 +1,4 @@
-//! Tests with sockets, serial lines and files, in one program: each would be linked with core and bridge anew.
+//! Tests with sockets, serial lines and files, in one program: each would be linked with core and bridge again.
 #![cfg(not(target_family = "wasm"))]
 #![allow(missing_docs)] // a test binary has no public interface
 

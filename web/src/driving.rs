@@ -41,7 +41,7 @@ impl WebRun {
         self.set_mode(pilot::Mode::Explore);
     }
 
-    /// Wait for the hand.
+    /// Switch to manual driving.
     pub fn manual(&mut self) {
         self.set_mode(pilot::Mode::Manual);
     }
@@ -64,7 +64,7 @@ impl WebRun {
         }
     }
 
-    /// Stop at once, at a time of the page's clock, µs. A real robot is disarmed too, whoever drives it.
+    /// Stop at once, at a time of the page's clock, µs. A real robot is disarmed too, no matter who drives it.
     pub fn stop(&mut self, now: f64) {
         match &mut self.source {
             Source::Simulation(sim) => sim.experiment.stop(),

@@ -19,7 +19,7 @@ use crate::run::{Source, WebRun};
 #[non_exhaustive]
 pub enum ExportError {
     /// No scan yet.
-    #[error("there is no scan yet: let the robot look around first")]
+    #[error("there is no scan yet: let the robot scan first")]
     NoScans,
     /// A robot's scans are not kept here.
     #[error(

@@ -20,7 +20,7 @@ const LIKELIHOOD_SIGMA: f64 = 0.1;
 pub struct FieldChange {
     /// Which one.
     pub name: FieldName,
-    /// Changes when the grid was drawn anew and old blocks are worth nothing.
+    /// Changes when the grid was redrawn and old blocks are worth nothing.
     pub generation: u32,
     /// With `generation`, hand it in next time to get what changed since.
     pub revision: f64,

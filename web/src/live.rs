@@ -32,7 +32,7 @@ pub struct LiveSetup {
     pub cycle: bool,
     /// Settings that differ from their defaults.
     pub settings: SettingValues,
-    /// Of the planner's draws.
+    /// Seed of the planner's random numbers.
     pub seed: u32,
 }
 
@@ -152,14 +152,14 @@ impl WebRun {
         waiting.pop_front().unwrap_or_default()
     }
 
-    /// Whether the bridge let this page in.
+    /// Whether the bridge accepted this page.
     #[must_use]
     pub fn is_in(&self) -> bool {
         self.behind()
             .is_ok_and(|behind| behind.live.client().is_in())
     }
 
-    /// How often estimate and map began anew.
+    /// How often estimate and map restarted.
     #[must_use]
     pub fn begun(&self) -> u32 {
         self.behind().map_or(0, |behind| behind.live.begun)
@@ -181,7 +181,7 @@ impl WebRun {
         Ok(())
     }
 
-    /// Cuts the motors off, whoever drives.
+    /// Cuts the motors off, no matter who drives.
     ///
     /// # Errors    No robot behind a bridge.
     pub fn emergency_stop(&mut self, now: f64) -> Result<(), WebError> {

@@ -56,7 +56,7 @@ impl WebLocalBridge {
         self.bridge.baud_rate(line as usize).unwrap_or(0)
     }
 
-    /// Says hello to the page, which begins or begins anew.
+    /// Says hello to the page, which begins or starts again.
     pub fn begin(&mut self, now: f64) {
         self.bridge.begin(micros(now));
     }

@@ -74,7 +74,7 @@ pub(crate) struct Behind {
 /// What a person should read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct Notice {
-    /// How grave it is.
+    /// Its severity.
     pub level: Level,
     /// The sentence.
     pub text: String,

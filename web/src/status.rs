@@ -73,7 +73,7 @@ pub struct RunStatus {
     pub loop_closures: u32,
     /// Of what the sensor hit lately, the part that stands in the prior map, 0 to 1; NaN without one, or before enough was seen.
     pub prior_map_overlap: f64,
-    /// That is so little that it is another map, or the robot begins elsewhere in it.
+    /// So little that this is probably another map, or another start in it.
     pub prior_map_misfit: bool,
     /// Something was seen that the grid has no room for.
     pub map_full: bool,

@@ -90,7 +90,7 @@ impl GridChange {
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct SlamView {
-    /// Changes when the grid was drawn anew and old blocks are worth nothing.
+    /// Changes when the grid was redrawn and old blocks are worth nothing.
     pub generation: u32,
     /// With `generation`, hand it in next time to get what changed since.
     pub revision: f64,

@@ -7,7 +7,7 @@ export function post(answer: Answer, transfer: Transferable[] = []): void {
   (self as unknown as { postMessage(message: Answer, transfer: Transferable[]): void }).postMessage(answer, transfer);
 }
 
-/** A result under its name, or in words why there is none: what was given is the giver's to mend. */
+/** A result under its name, or the reason why there is none: errors are returned, not thrown. */
 export function attempt<Name extends string, T>(name: Name, work: () => T): { [key in Name]: T | null } & { error: string } {
   let [result, error] = [null as T | null, ""];
   try {

@@ -29,7 +29,7 @@ export class Client {
   #bridge: { url: string; token: string } | null = null;
   #askedWheelAt = -Infinity;
   readonly #ports = new SerialPorts((text) => {
-    // What the mapper heard of the robot is the last of it.
+    // The mapper gets no more readings.
     this.send({ kind: "unplug" });
     this.#warn(text);
   });

@@ -142,7 +142,7 @@ async function savePicture(): Promise<void> {
   else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot scan first." } });
 }
 
-/** The latest numbers, for tests and for the curious at the console. */
+/** The latest figures, for tests and the console. */
 Object.defineProperty(window, "slamlab", {
   value: Object.freeze({
     get status() { return store.status; },

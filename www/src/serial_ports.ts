@@ -208,7 +208,7 @@ export class SerialPorts {
       });
     } else if (want === "dtr") {
       line.port.setSignals({ dataTerminalReady: on }).catch(() => {
-        // A plain line without DTR is none the worse.
+        // A plain line without DTR is not affected.
       });
     } else if (want === "close") {
       void this.#close(line);

@@ -49,7 +49,7 @@ enum Command {
     },
     /// Measures what is promised: JSON, and success only if it holds
     Report(measure::Measurement),
-    /// Measures figures anew and writes them into RESULTS.md, with command, date, machine and commit
+    /// Measures figures again and writes them into RESULTS.md, with command, date, machine and commit
     Results(results::Choice),
 }
 

@@ -22,7 +22,7 @@ const FILE: &str = "RESULTS.md";
 
 const HEAD: &str = "# Results\n\n\
     Every figure here was measured by the command above it, on the day, machine and commit beside it, and\n\
-    `cargo xtask results NAME` measures it anew. `cargo xtask check` names those that are older than the\n\
+    `cargo xtask results NAME` measures it again. `cargo xtask check` names those that are older than the\n\
     code that they measure. `holds` says whether each requirement of the report is met.\n";
 
 /// Which results are meant, and whether to measure them.

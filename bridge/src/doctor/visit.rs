@@ -1,4 +1,4 @@
-//! A while with a device on its port.
+//! Probes a device on its port for a few seconds.
 
 use std::time::{Duration, Instant};
 

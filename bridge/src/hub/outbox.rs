@@ -254,7 +254,7 @@ mod tests {
         let [x, y, _] = body.motion;
         assert!((x - 1.0).abs() < 1e-12 && (y - 0.5).abs() < 1e-12);
         assert_eq!(outbox.dropped(), 0);
-        // A robot that began anew cannot be joined.
+        // A robot that restarted cannot be joined.
         outbox.put(&odometry(30, 40, [0.0; 3]));
         outbox.put(&odometry(0, 5, [0.0; 3]));
         assert_eq!(outbox.dropped(), 1);

@@ -1,4 +1,4 @@
-//! A recording written anew with what SLAM makes of it, for tools that show ROS 2 messages.
+//! A recording written again with what SLAM makes of it, for tools that show ROS 2 messages.
 //!
 //! In: a recording. Out: another in chunks, with the same messages, and beside them `/map`, `/pose` and the transform from `map` to
 //! `odom`.

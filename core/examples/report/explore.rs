@@ -24,7 +24,7 @@ use crate::statistics::median;
 
 const SEEDS: u64 = 20;
 const SKIPPED: &str = "campus";
-/// Worlds whose halls a ranger of 1.5 m can follow, and where nobody walks: whoever comes stops a robot that can look round only standing.
+/// Worlds whose halls a ranger of 1.5 m can follow, and where nobody walks: whoever comes stops a robot that can scan only standing.
 const RANGER_WORLDS: [&str; 6] = ["arena", "doors", "office", "corridor", "loop", "maze"];
 const CELL: f64 = 0.05;
 /// So much of the reachable area has to be seen, in the median of each world.

@@ -4,7 +4,7 @@
 //! the same place. The core's own filter maps lines and finds its matches by itself: `report -- ekf-cost` measures that.
 //!
 //! 1. Move: x by the odometry, P by F and the odometry's noise turned into the map.
-//! 2. Each observation corrects the state by P Hᵀ L⁻ᵀ with Z = L Lᵀ, linearised anew; what P loses waits.
+//! 2. Each observation corrects the state by P Hᵀ L⁻ᵀ with Z = L Lᵀ, linearised again; what P loses waits.
 //! 3. At the end of the step all of it is written in one pass.
 
 use std::f64::consts::PI;

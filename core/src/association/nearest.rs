@@ -39,9 +39,9 @@ impl AssociationMethod {
 pub struct AssociationConfig {
     /// One by one or together. Default [`AssociationMethod::Joint`].
     pub method: AssociationMethod,
-    /// Largest d² of a match. Default 9.21, 99 % of χ² with 2 degrees of freedom. Growing: more matches, more wrong ones.
+    /// Largest d² of a match. Default 9.21, 99 % of χ² with 2 degrees of freedom. Larger: more matches, more wrong ones.
     pub gate: f64,
-    /// Smallest d² to every landmark of a new one. Default 25. Growing: fewer duplicates, new walls found later. Below
+    /// Smallest d² to every landmark of a new one. Default 25. Larger: fewer duplicates, new walls found later. Below
     /// [`Self::gate`] it counts as that.
     pub new_gate: f64,
     /// Matched together: largest d² of a line from where all other lines of its scan expect it. Default 13.82, 99.9 %. Growing:

@@ -5,7 +5,7 @@
 //! 1. A scan becomes points in the robot's frame, de-skewed by the odometry of its sweep; the motion since is kept, and so is what has
 //!    come too near to be seen.
 //! 2. Speeds: [`limit_speed`], and [`limit_among_walkers`] where somebody walks. A leg: no longer than what is free on it.
-//! 3. A speed that is under way is limited anew with each scan: somebody may have stepped in the way.
+//! 3. A speed that is under way is limited again with each scan: somebody may have stepped in the way.
 //! 4. A sensor that scans all the time and was not heard for half a second lets nothing move but a turn on the spot, and stops what
 //!    is under way. One
 //!    that scans on command only limits legs by its last scan, as old as that is; so does its pilot.
@@ -26,7 +26,7 @@ use crate::robot::{Command, Odometry, RobotModel, Scan};
 /// Seconds of odometry that are kept: the slowest sweep is that of rangers on a servo.
 const HISTORY: f64 = 5.0;
 
-/// Speeds are means over so long, s.
+/// Speeds are averaged over so long, s.
 const RUNS: f64 = 0.1;
 
 /// Knows what is around the robot.

@@ -8,7 +8,7 @@
 //!    gives the free distance, and speed follows from that as for the disc.
 //! 3. Both with the gap around the outline; where that leaves nothing, creeping with a centimetre around it, for points of door posts
 //!    scatter. A point that is nearer than that already may come nearer by a little, but to within 5 mm of the body only: a bound that
-//!    is taken anew at each tick would let the robot creep into a wall, tick by tick.
+//!    is taken again at each tick would let the robot creep into a wall, tick by tick.
 
 use nalgebra::Point2;
 

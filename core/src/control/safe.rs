@@ -35,7 +35,7 @@ pub struct SafeConfig {
     /// How much wider than the disc the swept strip becomes, for each metre ahead. Default 0. Larger slows the robot before what
     /// it would only just pass: where that will be is not known to the centimetre.
     pub spread: f64,
-    /// How fast people walk, m/s. Default 1.2. Growing: the robot slows down farther from them, and they have to be farther away for it
+    /// How fast people walk, m/s. Default 1.2. Larger: the robot slows down farther from them, and they have to be farther away for it
     /// to go on. 0 takes them for things.
     pub walking: f64,
     /// Oldest scan that is still trusted, s. Default 0.5.

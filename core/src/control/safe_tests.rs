@@ -54,7 +54,7 @@ impl Chance {
     }
 }
 
-/// Ticks of `stick` (forward, turn) from a pose; it looks round every fourth tick.
+/// Ticks of `stick` (forward, turn) from a pose; it scans every fourth tick.
 fn under_stick(
     mut pose: Pose2,
     walls: &[Segment],

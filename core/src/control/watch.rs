@@ -14,7 +14,7 @@ const MOVED: f64 = 0.04;
 const TURNED: f64 = 0.3;
 
 impl ProgressWatch {
-    /// Begins anew: the robot got another command.
+    /// Begins again: the robot got another command.
     pub fn reset(&mut self) {
         self.anchor = None;
     }

@@ -28,7 +28,7 @@ use crate::robot::RobotModel;
 /// What the pilot does about people in its way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Avoidance {
-    /// Keeps to its way, slows down, waits, and plans anew.
+    /// Keeps to its way, slows down, waits, and plans again.
     #[default]
     KeepsToWay,
     /// The same, but leaves its way by the dynamic window while somebody who walks about holds it up.
@@ -46,13 +46,13 @@ impl Avoidance {
 /// How the dynamic window weighs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindowConfig {
-    /// Time after which the speeds that are chosen hold, s. Default 0.25, as in the paper. Growing: a wider window.
+    /// Time after which the speeds that are chosen hold, s. Default 0.25, as in the paper. Larger: a wider window.
     pub period: f64,
-    /// α: of looking at the point on the way. Default 2, as in the paper. Growing: it stays nearer to its way.
+    /// α: of looking at the point on the way. Default 2, as in the paper. Larger: it stays nearer to its way.
     pub heading: f64,
-    /// β: of a free arc. Default 0.2. Growing: it makes wider turns around people.
+    /// β: of a free arc. Default 0.2. Larger: it makes wider turns around people.
     pub distance: f64,
-    /// γ: of speed. Default 0.2. Growing: it would rather go past than wait.
+    /// γ: of speed. Default 0.2. Larger: it would rather go past than wait.
     pub speed: f64,
     /// What is free for so long a way is free, m. Default 2.
     pub far: f64,

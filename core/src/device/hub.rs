@@ -122,7 +122,7 @@ impl Hub {
         (due.into_iter().flatten()).fold(self.next_heartbeat, Duration::min)
     }
 
-    /// Sees the time.
+    /// Processes what is due at this time.
     pub fn tick(&mut self, now: Duration) {
         self.rule(now, Input::Tick);
         if let Some(reason) = self.robot.silence(now) {

@@ -48,7 +48,7 @@ pub enum Probe {
     ByName,
 }
 
-/// A chip that makes a serial port of a USB socket.
+/// A USB-to-serial chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UsbAdapter {
     /// Vendor's number.

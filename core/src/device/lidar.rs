@@ -170,7 +170,7 @@ impl Output {
         self.wants.push_back(Want::Note(weight, text));
     }
 
-    /// Has the line closed and opened anew.
+    /// Has the line closed and opened again.
     pub(super) fn reopen(&mut self) {
         self.wants.push_back(Want::Reopen);
     }
@@ -187,7 +187,7 @@ impl Output {
         self.tell();
     }
 
-    /// Why the sensor is brought up anew; reported with the next change.
+    /// Why the sensor is brought up again; reported with the next change.
     pub(super) fn set_detail(&mut self, detail: String) {
         self.report.detail = detail;
     }

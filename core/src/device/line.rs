@@ -40,15 +40,15 @@ pub trait Device: Send + 'static {
 pub enum Want {
     /// Write these bytes.
     Write(Vec<u8>),
-    /// Set (true) or clear DTR. A line without it (a plain UART) is none the worse.
+    /// Set (true) or clear DTR. A line without it (a plain UART) is not affected.
     Dtr(bool),
     /// Report this to the bridge.
     Report(SourceEvent),
     /// All is well: the next time that the line breaks, it is tried again soon.
     Well,
-    /// Close the line and begin anew after a pause.
+    /// Close the line and start again after a pause.
     Reopen,
-    /// Write this in the log of whoever has the line.
+    /// Write this in the log.
     Note(Weight, String),
 }
 

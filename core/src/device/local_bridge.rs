@@ -102,7 +102,7 @@ impl LocalBridge {
         self.lines.get(line).map(|line| line.device.baud_rate())
     }
 
-    /// Says hello to a client that begins, or begins anew.
+    /// Says hello to a client that begins, or starts again.
     pub fn begin(&mut self, now: Duration) {
         self.now = now;
         if let Some(client) = self.client.take() {

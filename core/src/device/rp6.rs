@@ -3,7 +3,7 @@
 //! 1. The link comes up disarmed, and the source arms it when an order to move comes; but not one that was already being
 //!    repeated when the robot came back: orders to move must have ceased for 0.3 seconds once.
 //! 2. While the robot is under way, a sign of life goes to it ten times a second, for its own watchdog. Speeds are given
-//!    anew all the time by whoever drives; where none came for a quarter of a second the source itself stops the robot.
+//!    again all the time by whoever drives; where none came for a quarter of a second the source itself stops the robot.
 //! 3. The robot's stamps are put on the bridge's clock ([`crate::wire::ClockMap`]), on which the scans of other devices are.
 //! 4. Each sweep of its rangers becomes a scan, on that clock too.
 //!    A robot that drives makes partial scans meanwhile (`partial_scans`).
@@ -35,7 +35,7 @@ use sweeps::{Sweeps, Swept};
 
 /// Seconds between two signs of life.
 const ALIVE: f64 = 0.1;
-/// Seconds after which a speed that is not given anew is forgotten, and the robot stopped.
+/// Seconds after which a speed that is not given again is forgotten, and the robot stopped.
 const FORGOTTEN: f64 = 0.25;
 /// Seconds between two reports of what does not change.
 const NOW_AND_THEN: f64 = 1.0;
@@ -387,7 +387,7 @@ impl Device for Rp6 {
     fn broken(&mut self, why: String) {
         self.wants.clear();
         self.robot = None;
-        // It would go on to be up until it had been silent for long enough; a line that is opened begins anew.
+        // It would go on to be up until it had been silent for long enough; a line that is opened starts again.
         self.link = Link::new(LinkConfig::default(), Stamp(0), self.nonce);
         self.wants.extend(self.report.broken(why).map(Want::Report));
     }

@@ -40,7 +40,7 @@ pub(super) const RATE_OF_A1: Rate = Rate {
     standard_micros: 500,
     express_micros: 250,
 };
-/// Times that the sensor may fall silent or start anew without a whole turn in between.
+/// Times that the sensor may fall silent or start again without a whole turn in between.
 pub const MOST_RESTARTS: u32 = 3;
 /// Tries of each request.
 const TRIES: u32 = 3;
@@ -188,7 +188,7 @@ impl Rplidar {
         if self.restarts > MOST_RESTARTS {
             self.give_up(fault, output, now);
         } else {
-            output.note(Weight::Warning, format!("{fault}; it is brought up anew"));
+            output.note(Weight::Warning, format!("{fault}; it is brought up again"));
             output.set_detail(fault.to_string());
             self.bring_up(output, now);
         }

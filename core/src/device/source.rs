@@ -24,7 +24,7 @@ pub enum SourceEvent {
     Battery(BatteryBody),
     /// Currents of the motors.
     Currents(CurrentsBody),
-    /// How the wire does: at each change, and each second.
+    /// The state of the link: at each change, and each second.
     Link(LinkBody),
     /// Whether the robot is in a manoeuvre ([`Command::Forward`], [`Command::Turn`], [`Command::Scan`]): after each order, at each
     /// change, and each second; after the readings that belong to it.

@@ -10,7 +10,7 @@
 //! 1. Each second something goes to the server: a greeting until it answers; then a heartbeat, and while no
 //!    readings come once more all that was asked for, for datagrams may be lost.
 //! 2. The server answers no client while it has another. One that was left in the middle, or is greeted by a
-//!    client that started anew, drops the old one after 5 s, so a greeting has 7.
+//!    client that restarted, drops the old one after 5 s, so a greeting has 7.
 //! 3. A server that says that its lidar is in fault does not say which: its own log does.
 //!
 //! Instants: readings carry none. The last of a datagram counts as taken when it came, those before it each a

@@ -22,7 +22,7 @@
 //!    re-linearised for each match (TDK 2016 §3.2 says why).
 //! 4. **Augment** with lines that are far from everything known: block rows by eq. (3.31), (3.32).
 //! 5. **Merge** landmarks that are surely one wall: parts of it first seen far apart, or a wall
-//!    seen anew before a loop closed.
+//!    seen again before a loop closed.
 //! 6. **Forget** lines that were not seen again soon: their rows and columns are deleted, which is
 //!    the marginal of a Gaussian.
 //!

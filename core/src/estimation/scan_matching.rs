@@ -14,7 +14,7 @@
 //! 4. A closed submap is compared with earlier ones that may show the same place, one at each scan.
 //!    Those that do are joined by an edge, and the poses of all submaps are optimised
 //!    ([`PoseGraph`]).
-//! 5. Where the map moved, it is drawn anew beside the old one, some keyframes at each scan, and
+//! 5. Where the map moved, it is redrawn beside the old one, some keyframes at each scan, and
 //!    takes its place when it is complete: no scan has to wait for it.
 
 mod canvas;
@@ -212,7 +212,7 @@ impl ScanMatcher {
         self.closures
     }
 
-    /// Grows by one whenever the grid was drawn anew: what was shown of the old one is void then.
+    /// Grows by one whenever the grid was redrawn: what was shown of the old one is void then.
     #[must_use]
     pub fn grid_version(&self) -> u64 {
         self.grid_version

@@ -1,4 +1,4 @@
-//! The cycle: the same bits stage by stage, every stage in its turn, and every sensor that can look round gets to its goal.
+//! The cycle: the same bits stage by stage, every stage in its turn, and every sensor that can scan gets to its goal.
 
 mod beside;
 mod outline;

@@ -16,7 +16,7 @@ use crate::lanes::run;
 /// When points are one line, by a fixed distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Classic {
-    /// Farthest that a point may be from its line, m. Default 0.1. Growing: fewer walls torn by noise, fewer shallow corners found.
+    /// Farthest that a point may be from its line, m. Default 0.1. Larger: fewer walls torn by noise, fewer shallow corners found.
     pub threshold: f64,
 }
 

@@ -84,7 +84,7 @@ impl Default for MergeConfig {
 pub struct AcceptConfig {
     /// Points given up at either end of a piece. Default 2: 1 gives longer lines and a less honest map.
     pub trim: usize,
-    /// Fewest points of a line. Default 7. Growing: fewer, safer lines.
+    /// Fewest points of a line. Default 7. Larger: fewer, safer lines.
     pub min_points: usize,
     /// Shortest line, m. Default 0.5: people and most pillars are narrower.
     pub min_length: f64,

@@ -19,7 +19,7 @@ use crate::lanes::{Kernel, Lanes, greatest, run, total};
 /// When points are one line, by what is known of their noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseAware {
-    /// k of the split test. Default 3. Growing: fewer true walls are split, shallower corners stay undetected. A true wall of
+    /// k of the split test. Default 3. Larger: fewer true walls are split, shallower corners stay undetected. A true wall of
     /// 10 to 100 points is split once in 8 (k = 1), 60 (k = 2), 800 (k = 3) times, as the test measures; 3 is where splits no longer
     /// show among the lines that other gates refuse (1 in 20).
     pub split_k: f64,

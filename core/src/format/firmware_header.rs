@@ -144,7 +144,7 @@ mod tests {
         let fresh = write(&RobotModel::rp6(), &ControllerConfig::default()).unwrap();
         assert_eq!(
             committed, fresh,
-            "make it anew: cargo run -p slamlab-core --example firmware_gains > bridge/firmware/gains.h"
+            "make it again: cargo run -p slamlab-core --example firmware_gains > bridge/firmware/gains.h"
         );
     }
 

@@ -40,7 +40,7 @@ pub struct FittedLine {
     pub unit: String,
     /// What was found.
     pub value: f64,
-    /// Its standard error; none where there is none.
+    /// Its standard error, if it has one.
     pub sigma: Option<f64>,
     /// Why it is not known; empty where it is.
     pub unknown: String,

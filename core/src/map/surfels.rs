@@ -92,7 +92,7 @@ impl SurfelMap {
         }
     }
 
-    /// The index laid anew over surfels that were kept.
+    /// The index laid again over surfels that were kept.
     #[must_use]
     pub fn from_surfels(config: SurfelConfig, surfels: Vec<Surfel>) -> Self {
         let mut map = Self::new(config);

@@ -178,7 +178,7 @@ impl Pilot {
         Next::Wait
     }
 
-    /// Plans anew after each scan and takes the first leg.
+    /// Plans again after each scan and takes the first leg.
     fn plan_leg(&mut self, has_turned: bool, now: &Situation) -> Next {
         self.phase = Phase::Scan;
         self.errand.next_review = now.stamp;

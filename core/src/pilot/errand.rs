@@ -198,7 +198,7 @@ impl Pilot {
         }
     }
 
-    /// Whoever has explored all and cannot come home has explored all none the less.
+    /// Whoever has explored all and cannot come home has explored all nevertheless.
     fn give_up_errand(&mut self, why: Failure) {
         self.status = match self.errand.homeward.take() {
             Some(remaining) => remaining.finish(Homecoming::Failed(why)),
@@ -325,7 +325,7 @@ impl Pilot {
         }
     }
 
-    /// Whether a goal was given to a robot that is no disc and looks round as it drives.
+    /// Whether a goal was given to a robot that is no disc and scans as it drives.
     pub(super) fn goes_by_outline(&self, now: &Situation) -> bool {
         let is_disc = self.model.shape == BodyShape::Disc;
         matches!(self.mode, Mode::GoTo(_)) && !is_disc && !now.scans_on_command

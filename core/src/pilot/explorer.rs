@@ -157,7 +157,7 @@ impl Explorer {
         place.is_scanned = false;
         let is_worth = place.scans < most_scans && place.targets < TARGETS_PER_SCAN * most_scans;
         if !is_worth {
-            // Should it grow, it begins anew.
+            // Should it grow, it starts again.
             place.gain = target.gain;
             (place.scans, place.targets) = (0, 0);
         }

@@ -18,7 +18,7 @@ use crate::plan::Planner;
 pub enum Stage {
     /// The errand begins; at the very first the pose is known.
     Init,
-    /// The sensor looks round, the robot standing.
+    /// The sensor scans while the robot stands.
     Scan,
     /// Lines are found in the scan.
     Lines,
@@ -177,7 +177,7 @@ impl fmt::Display for StageReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Init { estimate } => write!(f, "at {}", Pose(estimate)),
-            Self::LooksRound => f.write_str("stands and looks round"),
+            Self::LooksRound => f.write_str("stands and scans"),
             Self::Scan { readings, hits } => {
                 write!(f, "{readings} readings, {hits} on something")
             }

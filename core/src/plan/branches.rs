@@ -1,4 +1,4 @@
-//! Who hangs on whom in a tree that is wired anew, and how long the way from the root is.
+//! Who hangs on whom in a tree that is wired again, and how long the way from the root is.
 //!
 //! In: new vertices, and new parents for old ones. Out: parents, and the length of the way to every vertex, kept up to date.
 

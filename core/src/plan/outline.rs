@@ -54,7 +54,7 @@ const STEPS: [(i32, i32); 16] = [
     (1, -1),
     (2, -1),
 ];
-/// The goal is tried from places so many sides away, or nearer.
+/// The goal is tried from places within so many cell sides of it.
 const NEAR: f64 = 3.0;
 
 /// A place on the raster.

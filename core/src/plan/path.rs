@@ -36,7 +36,7 @@ pub enum Planner {
     Rrt,
     /// Two trees that grow towards each other (Kuffner & LaValle 2000).
     RrtConnect,
-    /// One tree that is wired anew where that shortens it (Karaman & Frazzoli 2011).
+    /// One tree that is wired again where that shortens it (Karaman & Frazzoli 2011).
     RrtStar,
     /// The same, drawing only where the path can still be shortened (Gammell et al. 2014).
     InformedRrtStar,

@@ -3,7 +3,7 @@
 //! In: points, one by one. Out: the nearest one to a place, and all within a distance of it.
 //!
 //! A raster whose cells hold two points on average: when there are more, the cells are halved and all points registered
-//! anew, which costs each point a constant on average. Points of a tree come evenly spread, which suits a raster; a k-d tree
+//! again, which costs each point a constant on average. Points of a tree come evenly spread, which suits a raster; a k-d tree
 //! would have to be kept balanced while it grows.
 
 use nalgebra::Point2;

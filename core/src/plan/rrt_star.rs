@@ -1,4 +1,4 @@
-//! RRT* and Informed RRT*: one tree that is wired anew wherever that makes a branch shorter.
+//! RRT* and Informed RRT*: one tree that is wired again wherever that makes a branch shorter.
 //!
 //! In: a configuration space, start and goal, a seeded generator, iteration by iteration. Out: a path that gets shorter with
 //! every step, towards the shortest one there is, and the tree.

@@ -31,7 +31,7 @@ use crate::robot::Scan;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlindZoneConfig {
     /// Hits nearer to the sensor than this are remembered, m. Default 0.3: more than a lidar is
-    /// blind for, and what the robot drives in a scan. Growing: walls that were seen too near by an
+    /// blind for, and what the robot drives in a scan. Larger: walls that were seen too near by an
     /// error stay longer.
     pub reach: f64,
     /// A beam that ends this far behind a point says that it has gone, m. Default 0.05: five times

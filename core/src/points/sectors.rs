@@ -37,7 +37,7 @@ impl SectorRange {
 /// How a scan is reduced to sectors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectorConfig {
-    /// Width of a sector, rad; it is made a little less, so that a whole number goes round. Default 10°, Celej's least. Growing: fewer,
+    /// Width of a sector, rad; it is made a little less, so that a whole number goes round. Default 10°, Celej's least. Larger: fewer,
     /// surer readings.
     pub width: f64,
     /// So many no-returns in a sector are errors; more say that nothing is there. Default 3.

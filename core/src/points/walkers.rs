@@ -40,7 +40,7 @@ pub struct WalkerConfig {
     /// How far away walkers are searched for, m. Default 4: a robot must know of them there to stop
     /// in time.
     pub reach: f64,
-    /// How far an older beam has to go on behind a hit, m. Default 0.08: eight times a lidar's noise. Growing: slow walkers are
+    /// How far an older beam has to go on behind a hit, m. Default 0.08: eight times a lidar's noise. Larger: slow walkers are
     /// seen later.
     pub behind: f64,
     /// Hits this near to a place where somebody walked belong to that walker, m. Default 0.3: about the radius of a person.

@@ -153,7 +153,7 @@ fn nobody_is_looked_for_in_a_log() {
         slam.scan(&log.scan(scan)).unwrap();
     }
     assert!(!slam.walkers().is_empty(), "somebody is there to be seen");
-    slam.leave_walkers_out();
+    slam.disable_walkers();
     for scan in &log.scans {
         slam.partial_scan(&log.scan(scan)).unwrap();
         assert_eq!(slam.walkers(), []);

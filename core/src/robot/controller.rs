@@ -207,7 +207,7 @@ impl DriveController {
             self.difference_integral += h * error[0];
         }
         let is_free = cut_in_common * error[1] >= 0.0;
-        // Wishing what is done leaves the integral as it is.
+        // A reference that equals the output freezes the integral (anti-windup).
         self.wished.left += h * if is_free {
             left
         } else {

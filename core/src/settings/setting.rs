@@ -117,7 +117,7 @@ pub enum Needs {
 pub enum Acts {
     /// From the next scan or tick on.
     AtOnce,
-    /// When the run begins anew.
+    /// When the run starts again.
     OnRestart,
 }
 

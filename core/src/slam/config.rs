@@ -19,7 +19,7 @@ pub struct SlamConfig {
     pub lines: LineConfig,
     /// The filter over lines.
     pub ekf: EkfConfig,
-    /// The scan matcher, with the grid that it draws anew after closing a loop.
+    /// The scan matcher, with the grid that it redraws after closing a loop.
     pub matcher: ScanMatcherConfig,
     /// The grid of the other methods.
     pub grid: GridConfig,

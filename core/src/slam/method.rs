@@ -78,7 +78,7 @@ macro_rules! methods {
 
 methods! {
     Odometry, "odometry", "Odometry", odometry::begin,
-        "Odometry alone: the yardstick for all others.";
+        "Odometry alone: the baseline for all others.";
     LineEkf, "line-ekf", "Line EKF-SLAM", line_ekf::begin,
         "A Kalman filter over the pose and all walls seen so far (TDK 2016 §3.4).";
     ScanMatching, "scan-matching", "Scan matching", scan_matching::begin,

@@ -93,7 +93,7 @@ impl Slam {
         own.map_or_else(|| self.track.clone(), OwnMap::trajectory)
     }
 
-    /// Grows by one whenever the grid was drawn anew: what was shown of the old one is void then.
+    /// Grows by one whenever the grid was redrawn: what was shown of the old one is void then.
     #[must_use]
     pub fn grid_version(&self) -> u64 {
         self.view().map.map_or(0, OwnMap::version)

@@ -3,7 +3,7 @@
 //!
 //! Their scans change nothing of the pose. Each is moved into the robot's frame by odometry and
 //! drawn as cones at the pose that is believed just then; the map of a scan matcher that is drawn
-//! anew after a loop is not followed.
+//! again after a loop is not followed.
 
 use super::{Slam, SlamError};
 use crate::map::{Evidence, EvidenceConfig, Grid, GridConfig, Layer, Layers};
@@ -72,7 +72,7 @@ impl Slam {
         }
     }
 
-    /// Changes where what is shown was drawn anew, or is another map than before.
+    /// Changes where what is shown was redrawn, or is another map than before.
     #[must_use]
     pub fn shown_version(&self) -> u64 {
         let count = Layer::ALL.len() as u64;

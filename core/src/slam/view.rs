@@ -53,7 +53,7 @@ pub trait OwnMap: Debug {
     /// The map.
     fn grid(&self) -> &Grid;
 
-    /// Grows by one whenever the map was drawn anew: what was shown of the old one is void then.
+    /// Grows by one whenever the map was redrawn: what was shown of the old one is void then.
     fn version(&self) -> u64;
 
     /// The pose at each scan, as known now.

@@ -8,7 +8,7 @@ use crate::geom::{Line, Pose2, PoseEstimate, Segment, sin_cos};
 use crate::map::{Sighting, VectorMap};
 use crate::points::Points;
 
-/// One beam in so many is asked whether it goes through walls; all of them say the same.
+/// One beam in so many is checked for passing through walls: neighbours give the same answer.
 const EVERY: usize = 3;
 
 /// Hands the last scan of a method with a line map to the vector map. A feature that was recognised

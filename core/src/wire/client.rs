@@ -9,7 +9,7 @@
 //! 4. A manoeuvre (a leg, a turn, a sweep) is under way from the message that gives it until the bridge says that it is over, or
 //!    until the robot is disarmed or somebody else's.
 //!
-//! Time is µs of the client's own clock; the connection begins at 0 of nothing in particular.
+//! Time is µs of the client's own clock; its zero is arbitrary.
 
 #[cfg(test)]
 mod tests;
@@ -30,10 +30,10 @@ const TTL_MILLIS: u16 = 400;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ClientError {
-    /// What came is no message.
+    /// What came is not a message.
     #[error("the bridge sent something that is no message: {0}")]
     Message(#[from] MessageError),
-    /// Both speak of other things by the same names.
+    /// The two schemas differ.
     #[error(
         "the bridge is of version {version} and speaks another schema ({theirs:016x}, here {SCHEMA:016x}): reload the page from the bridge"
     )]
@@ -188,7 +188,7 @@ impl Client {
 
     fn measure(&self, now: u64, answer: &ProbeAnswer) -> Delays {
         let micros = |n: u64| n as f64 * 1e-6;
-        // The bridge's own time between question and answer is none of the network's.
+        // The time that the bridge itself took is not the network's.
         let inside = self.seen.saturating_sub(answer.came_micros);
         let outside = now.saturating_sub(answer.token).saturating_sub(inside);
         Delays {
@@ -282,12 +282,12 @@ impl Client {
         }
     }
 
-    /// Stands still and disarms, whoever drives.
+    /// Stands still and disarms, no matter who drives.
     pub fn stop(&mut self, now: u64) {
         self.say(now, &ToBridge::Stop);
     }
 
-    /// Cuts the motors off, whoever drives.
+    /// Cuts the motors off, no matter who drives.
     pub fn emergency_stop(&mut self, now: u64) {
         self.say(now, &ToBridge::EmergencyStop);
     }

@@ -43,7 +43,7 @@ impl ClockMap {
 
     /// A message that the device stamped `said` came at `came` by the host's clock.
     ///
-    /// `said` must not fall: a device that started anew takes a new map.
+    /// `said` must not fall: a device that restarted takes a new map.
     pub fn observe(&mut self, said: Stamp, came: Stamp) {
         let (said, came) = (said.seconds(), came.seconds());
         let offset = came - said - self.known_delay;

@@ -7,7 +7,7 @@
 //! 1. The robot's clock rules. A bridge puts the devices at its ports on one clock. A source of another kind has its own: the
 //!    difference of two clocks is that of their offsets from the bridge's ([`ClockMap`]). A small difference is one of delays,
 //!    not of clocks (`SAME_CLOCK`).
-//! 2. A robot whose clock begins anew was reset, and time that is missing was not watched: in both cases it may have been
+//! 2. A robot whose clock starts again was reset, and time that is missing was not watched: in both cases it may have been
 //!    moved meanwhile. That is a motion of zero, and not at all sure (`GAP_SIGMA`).
 //! 3. Without a robot, motion between two scans is zero and unsure as a hand or a foot may move a sensor.
 
@@ -41,7 +41,7 @@ pub enum Reading {
     Scan(Scan),
     /// Motion was missed before this.
     Gap {
-        /// For so long, s; 0 where the robot's clock began anew.
+        /// For so long, s; 0 where the robot's clock restarted.
         seconds: f64,
     },
 }
@@ -52,7 +52,7 @@ pub fn explain_gap(seconds: f64) -> String {
     if seconds > 0.0 {
         format!("{seconds:.1} s of the robot's motion were missed: the pose is less sure now")
     } else {
-        "The robot or its sensor was started anew: it may stand elsewhere now".to_owned()
+        "The robot or its sensor was restarted: it may stand elsewhere now".to_owned()
     }
 }
 
@@ -79,7 +79,7 @@ pub struct Timeline {
     robot: Option<u8>,
     /// Each source's clock on the bridge's.
     clocks: BTreeMap<u8, SourceClock>,
-    /// Added to the robot's stamps: what its clock lost when it began anew, µs.
+    /// Added to the robot's stamps: what its clock lost when it restarted, µs.
     shift: u64,
     newest: Option<Stamp>,
     waiting: VecDeque<Scan>,

@@ -65,7 +65,7 @@ unsafe extern "C" fn on_servo(_: *mut avr::avr_irq_t, value: u32, watched: *mut 
     if value & 1 == 1 {
         watched.rose = watched.rose.or(Some(cycle));
     } else if let Some(rose) = watched.rose.take() {
-        // A reset in between begins to count anew: that is no pulse.
+        // A reset in between begins to count again: that is no pulse.
         watched.pulse = cycle.checked_sub(rose);
     }
 }
@@ -184,7 +184,7 @@ impl Chip {
         Ok(())
     }
 
-    /// Pulls the reset line: the program begins anew.
+    /// Pulls the reset line: the program starts again.
     pub fn reset(&mut self) {
         let before = self.cycle_of_life();
         // SAFETY: `avr` is valid, and does not run now.

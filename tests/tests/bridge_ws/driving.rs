@@ -18,7 +18,7 @@ use super::robot::{Memory, is_motion, with_robot, with_robot_in};
 /// From the last command to the order to stop, as the specification wants it.
 const WATCHDOG: Duration = Duration::from_millis(250);
 
-/// A robot on the move, whoever drives it, and what it remembers.
+/// A robot on the move, no matter who drives it, and what it remembers.
 async fn driven() -> (Bridge, Client, Memory) {
     let (config, memory) = with_robot();
     let bridge = Bridge::start(config).await;
@@ -68,7 +68,7 @@ fn a_driver_whose_connection_breaks_is_no_driver_any_more() {
         let gone =
             |message: &FromBridge| reason(message).filter(|r| *r == DisarmReason::DriverGone);
         watcher.wait(gone).await;
-        // Who comes back begins anew.
+        // Who comes back starts again.
         let mut again = bridge.driver().await;
         again.take(false).await;
         memory.forget();

@@ -41,7 +41,7 @@ fn a_client_of_another_schema_is_refused_with_its_own_code_and_words() {
             let (code, words) = farewell(client).await;
             assert_eq!(code, close::OTHER_SCHEMA);
             assert!(
-                words.contains("another schema") && words.contains("load the page anew"),
+                words.contains("another schema") && words.contains("reload the page"),
                 "{words}"
             );
         }

@@ -66,7 +66,7 @@ names! {
         Init = "init", Scan = "scan", Lines = "lines", Localise = "localise", Map = "map", Plan = "plan",
         Truncate = "truncate", Turn = "turn", Go = "go",
     }
-    /// How grave a notice is: `good` is what somebody waited for.
+    /// The severity of a notice: `good` is what somebody waited for.
     Level { Info = "info", Good = "good", Warn = "warn" }
     /// Why there is no path.
     NoPathKind of slamlab_core::plan::NoPath {

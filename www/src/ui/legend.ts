@@ -24,7 +24,7 @@ const stroke = (colour: string, dash = "", width = 2.5): TemplateResult<2> =>
   svg`<path d="M2 9h24" stroke="var(--map-${colour})" stroke-width=${width} stroke-dasharray=${dash}/>`;
 
 const ENTRIES: readonly Entry[] = [
-  { name: "robot", label: "Robot", meaning: "Where it believes to be. It is inside the ellipse with 95 % probability; the wedge is its heading.",
+  { name: "robot", label: "Robot", meaning: "The estimated pose. The robot is inside the ellipse with 95 % probability; the wedge is its heading.",
     sign: svg`<ellipse cx="14" cy="9" rx="11" ry="7" fill="var(--map-estimate)" fill-opacity=".25" stroke="var(--map-estimate)" stroke-width="1.5"/><path d="m20 9-9 4 2-4-2-4z" fill="var(--map-robot)" stroke="none"/>` },
   { name: "trails", label: "Trails", meaning: "Solid: the estimate. Dashed: the truth. Dotted: the wheels alone, drifting away.",
     sign: svg`<path d="M2 4h24" stroke="var(--map-estimate)" stroke-width="2.2"/><path d="M2 9h24" stroke="var(--map-truth)" stroke-width="2.2" stroke-dasharray="5 4"/><path d="M2 14h24" stroke="var(--map-odometry)" stroke-width="2" stroke-dasharray=".5 4"/>` },

@@ -5,7 +5,7 @@ import { type Curve, SlamCharts } from "./charts.js";
 
 export class SlamPlots extends SlamCharts {
   protected override readonly curves: readonly Curve[] = [
-    { title: "Position error", meaning: "Distance between where the robot believes to be and where it is, with what the filter claims", unit: "m",
+    { title: "Position error", meaning: "Distance between the estimated and the true position, with what the filter claims", unit: "m",
       value: SAMPLE.positionError, bounds: [SAMPLE.positionSigma3], key: "3σ", digits: 3, colour: "estimate" },
     { title: "Heading error", meaning: "How far its heading is off, with what the filter claims", unit: "°",
       value: SAMPLE.headingError, bounds: [SAMPLE.headingSigma3], key: "3σ", digits: 2, colour: "truth" },

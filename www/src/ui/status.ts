@@ -47,7 +47,7 @@ export class SlamStatus extends SlamElement {
           : sim
           ? html`<div title="Part of the reachable area that the map knows"><b data-testid="explored">${whole(s?.explored)}<small>%</small></b><span>explored</span>
               <meter max="1" .value=${finite(s?.explored)} aria-label="explored"></meter></div>
-            <div title="Distance between where the robot believes to be and where it is"><b data-testid="position-error">${error.value}<small>${error.unit}</small></b><span>position error</span><br><span>wheels alone ${wheels.value} ${wheels.unit}</span></div>`
+            <div title="Distance between the estimated and the true position"><b data-testid="position-error">${error.value}<small>${error.unit}</small></b><span>position error</span><br><span>wheels alone ${wheels.value} ${wheels.unit}</span></div>`
           : html`<div><b data-testid="progress-percent">${whole(s?.progress)}<small>%</small></b><span>of the recording</span><meter max="1" .value=${finite(s?.progress)} aria-label="progress"></meter></div>
             <div><b data-testid="scans">${s?.scans ?? DASH}</b><span>scans mapped</span></div>`}
       </div>

@@ -1,4 +1,4 @@
-// One hint for the first visit; gone at the first deed, and for good.
+// One hint for the first visit, dismissed for good by the first action.
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import type { Topic } from "../store.js";

@@ -17,7 +17,7 @@ pub fn cause_and_cure(why: Down) -> String {
             "the RP6 does not acknowledge commands: its receive line (RX) is loose or noisy".into()
         }
         Down::Restarted => {
-            "the RP6 started anew: reset, or its battery is weak; it is greeted again".into()
+            "the RP6 restarted: reset, or its battery is weak; it is greeted again".into()
         }
         Down::EmergencyShutdown => {
             "the RP6 has shut down because a motor is blocked: free the tracks and press \

@@ -29,7 +29,7 @@ pub enum RplidarFault {
     /// It protects itself, also after a reset.
     #[error(
         "the lidar has stopped itself (health 2, error {error:#06x}), also after a reset: mostly weak power, a thin \
-         cable or a blocked head; give it 5 V with 1 A, turn the head by hand, plug it in anew; else it is broken"
+         cable or a blocked head; give it 5 V with 1 A, turn the head by hand, plug it in again; else it is broken"
     )]
     Protection {
         /// The maker's code.
@@ -50,9 +50,9 @@ pub enum RplidarFault {
         "the lidar sends readings but no whole turn: its head is blocked or its belt off; turn it by hand"
     )]
     DoesNotTurn,
-    /// It started anew by itself.
+    /// It restarted by itself.
     #[error(
-        "the lidar started anew while measuring: its voltage drops; use a stronger supply or a shorter cable"
+        "the lidar restarted while measuring: its voltage drops; use a stronger supply or a shorter cable"
     )]
     LostPower,
 }

@@ -179,7 +179,7 @@ fn assert_fault(wants: &[Want], fault: &RplidarFault) {
     assert_eq!(wants.last(), Some(&Want::Reopen));
 }
 
-/// How often it was brought up anew for this reason.
+/// How often it was brought up again for this reason.
 fn restarts(wants: &[Want], fault: &RplidarFault) -> usize {
     let words = fault.to_string();
     let is_it = |want: &&Want| matches!(want, Want::Note(_, text) if text.starts_with(&words));

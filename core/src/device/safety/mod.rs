@@ -79,7 +79,7 @@ pub enum Input {
 pub enum Asked {
     /// The lease.
     Take {
-        /// From whoever has it.
+        /// Also from its current holder.
         force: bool,
     },
     /// To keep it.

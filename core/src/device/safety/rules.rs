@@ -88,7 +88,7 @@ impl Safety {
                 self.end_lease(DisarmReason::TakenOver, out);
                 out.push(Output::Close(holder, close::TAKEN_OVER));
             }
-            // Whoever asks twice begins anew, as if it had come back.
+            // Whoever asks twice starts again, as if it had come back.
             Some(_) => self.end_lease(DisarmReason::Released, out),
             None => (),
         }

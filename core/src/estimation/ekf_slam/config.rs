@@ -27,7 +27,7 @@ impl Consistency {
 pub struct MergeConfig {
     /// Largest d² of their difference. Default 13.82, 99.9 % of χ² with 2 degrees of freedom: parts
     /// of a wall that was seen for the last time are compared with the same error for ever; at 95 %
-    /// one pair in twenty stayed apart. Growing: more wrong merges.
+    /// one pair in twenty stayed apart. Larger: more wrong merges.
     pub gate: f64,
     /// The difference and two standard deviations of it must not be greater than this, rad. Default
     /// 0.05.

@@ -16,7 +16,7 @@ use super::{EkfSlam, ROBOT};
 use crate::association::{Candidate, ExpectedLine, JointSearch, Paired, Pairing, plausible};
 use crate::features::LineFeature;
 
-/// What the search keeps from scan to scan, so that none of it is allocated anew.
+/// What the search keeps from scan to scan, so that none of it is allocated again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct JointScratch {
     /// What each line is, where all of a scan are matched together.

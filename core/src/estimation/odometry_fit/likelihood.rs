@@ -139,7 +139,7 @@ impl Innovation {
     }
 }
 
-/// `legs`: none begins anew. `wear`: about which they were linearised. None where a covariance is
+/// `legs`: none starts again. `wear`: about which they were linearised. None where a covariance is
 /// singular.
 pub(super) fn likeliest(
     legs: &[Option<LinearLeg>],

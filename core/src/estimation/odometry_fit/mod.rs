@@ -12,7 +12,7 @@
 //!    A Kalman filter over it gives the likelihood of all poses; what the tracks err always enters
 //!    it linearly, and follows by least squares (`likelihood`).
 //! 3. The logarithms of the coefficients of chance follow by Newton's method; then motions are
-//!    counted anew with what was found, for the width enters by its reciprocal, until nothing
+//!    counted again with what was found, for the width enters by its reciprocal, until nothing
 //!    changes (`maximum`).
 //! 4. Legs that the model cannot explain (a push, tracks that spun against a wall) are left out,
 //!    and counted.

@@ -1,4 +1,4 @@
-//! The map that is shown: keyframes drawn into the grid, and drawn anew where a closed loop has
+//! The map that is shown: keyframes drawn into the grid, and redrawn where a closed loop has
 //! moved them.
 //!
 //! In: scans that became keyframes, and the poses of the submaps. Out: the grid. A new grid is made
@@ -34,7 +34,7 @@ pub(super) struct Keyframe {
 }
 
 impl ScanMatcher {
-    /// Begins to draw the map anew if the submaps have moved since it was drawn.
+    /// Begins to draw the map again if the submaps have moved since it was drawn.
     pub(super) fn begin_redraw(&mut self, shift: f64) {
         let turn = self.config.redraw_turn * shift;
         let moved = self

@@ -39,18 +39,18 @@ pub struct ScanMatcherConfig {
     pub closure: ClosureConfig,
     /// Whether loops are closed. Default true.
     pub close_loops: bool,
-    /// Keyframes that are drawn anew at each scan after a loop closure, at least. Default 3.
+    /// Keyframes that are redrawn at each scan after a loop closure, at least. Default 3.
     pub redraw_keyframes: usize,
-    /// A long map is drawn anew within so many scans, however many keyframes each of them has to
+    /// A long map is redrawn within so many scans, however many keyframes each of them has to
     /// draw then. Default 500.
     pub redraw_scans: usize,
-    /// The map is drawn anew when a submap has moved by this, m. Default 0.1; larger shows closed
+    /// The map is redrawn when a submap has moved by this, m. Default 0.1; larger shows closed
     /// loops later.
     pub redraw_shift: f64,
     /// The same for a turn, rad for each metre of `redraw_shift`. Default 0.1: as far as walls 10 m
     /// away move.
     pub redraw_turn: f64,
-    /// At the end of a run, what has moved by this part of both is drawn anew. Default 0.2.
+    /// At the end of a run, what has moved by this part of both is redrawn. Default 0.2.
     pub last_redraw: f64,
     /// How far a beam without a return is believed to be free, m. Default 5: glass and black walls
     /// return nothing either.

@@ -260,7 +260,7 @@ fn pairs(points: &[Point2<f64>]) -> Vec<[f64; 2]> {
 }
 
 impl WorldFile {
-    /// The world, or the number of the obstacle that is none and why.
+    /// The world, or the number of the first invalid obstacle and why.
     pub(super) fn into_world(self) -> Result<World, (usize, String)> {
         let mover = |m: MoverFile| Mover {
             waypoints: points(&m.waypoints),

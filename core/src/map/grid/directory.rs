@@ -6,7 +6,7 @@ use super::BLOCK_CELLS;
 use super::block::{Block, Cells};
 use crate::map::BlockIndex;
 
-/// Dense rectangle of block pointers that is laid anew, twice as large, when a block falls outside.
+/// Dense rectangle of block pointers that is laid again, twice as large, when a block falls outside.
 #[derive(Clone, Debug)]
 pub(super) struct Directory {
     origin: BlockIndex,
@@ -69,7 +69,7 @@ impl Directory {
         Some(slot)
     }
 
-    /// Lays the directory anew so that it holds `index`, with room to spare on the side that grew.
+    /// Lays the directory again so that it holds `index`, with room to spare on the side that grew.
     fn grow(&mut self, index: BlockIndex, max_blocks: usize) -> Option<()> {
         let span = |origin: i32, len: i32, at: i32| {
             let (low, high) = if len == 0 {

@@ -8,7 +8,7 @@ use crate::geom::{Segment, sin_cos, symmetrize, wrap};
 
 /// What a sighting errs beyond its own covariance, for the pose errs too: rad and m.
 const LEAST_SIGMA: [f64; 2] = [0.004, 0.005];
-/// What a wall's direction and offset may have been off by more at each sighting: what is seen anew counts, also after a
+/// What a wall's direction and offset may have been off by more at each sighting: what is seen again counts, also after a
 /// correction of the pose. rad and m.
 const DRIFT: [f64; 2] = [0.0004, 0.0007];
 /// Pieces that go another way by more than this and two of their standard deviations do not belong to a wall, rad.

@@ -25,7 +25,7 @@ pub enum BreakRule {
     ///
     /// Source: Borges & Aldon (2004), "Line extraction in 2D range images for mobile robotics", eq. (3).
     Adaptive {
-        /// Grazing angle λ below which a surface is not followed, rad. Default 0.17 (10°). Growing: more breaks on walls
+        /// Grazing angle λ below which a surface is not followed, rad. Default 0.17 (10°). Larger: more breaks on walls
         /// seen at a flat angle, fewer walls joined across a depth step.
         grazing_angle: f64,
         /// Noise allowed on top, in standard deviations of the difference of two ranges. Default 3.
@@ -36,7 +36,7 @@ pub enum BreakRule {
     ///
     /// Source: TDK 2016 §4.2, d > ν d̄ with ν from 4 to 5.
     MeanRatio {
-        /// ν. Growing: fewer breaks.
+        /// ν. Larger: fewer breaks.
         ratio: f64,
     },
     /// Farther apart than `ratio` times the sensor's spacing at the mean of both ranges.
@@ -45,7 +45,7 @@ pub enum BreakRule {
     Spacing {
         /// k(ρ), fitted per sensor.
         spacing: SpacingModel,
-        /// How many times k. Growing: fewer breaks, flatter angles at which a wall is still followed.
+        /// How many times k. Larger: fewer breaks, flatter angles at which a wall is still followed.
         ratio: f64,
     },
 }
@@ -249,7 +249,7 @@ impl Kernel for SureJoins<'_> {
             let (dx, dy) = (b.x - a.x, b.y - a.y);
             let bound = sin_grazing * a.range.or_greater(b.range);
             let reach = (dx * dx + dy * dy) * bound * bound;
-            // A number that is none is greater than nothing.
+            // Comparisons with NaN are false.
             let ahead = cos.where_greater(zero, one, zero);
             let near = (sin_max * a.range * b.range).where_greater(sin, ahead, zero);
             *surely = (sin * sin).where_greater(reach, near, zero).to_array();

@@ -23,27 +23,27 @@ rows! { FILTER = OF_FILTER;
     "ekf.consistency", "Jacobians at", one_of::<Consistency>(), [slam.ekf.consistency].basic(),
         "At the newest estimates the filter believes to learn a heading that nothing measures.";
     "ekf.gate", "Gate of a match", real(AssociationConfig::GATE, D2), [slam.ekf.association.gate].methods(BY_LINES).basic(),
-        "9.21 is 99 % of χ². Growing: more matches, more wrong ones.";
+        "9.21 is 99 % of χ². Larger: more matches, more wrong ones.";
     "ekf.new_gate", "Gate of a new wall", real(AssociationConfig::NEW_GATE, D2), [slam.ekf.association.new_gate].methods(BY_LINES),
-        "A line nearer than this to a known wall is no new one. Growing: fewer duplicates, new walls found later.";
+        "A line nearer than this to a known wall is no new one. Larger: fewer duplicates, new walls found later.";
     "ekf.ambiguity", "Second best is worse by", real(AssociationConfig::AMBIGUITY, D2), [slam.ekf.association.ambiguity].methods(BY_LINES),
-        "Less clear matches are not used. Growing: fewer, safer matches.";
+        "Less clear matches are not used. Larger: fewer, safer matches.";
     "ekf.max_gap", "Gap within one wall", real(AssociationConfig::MAX_GAP, METRES), [slam.ekf.association.max_gap].methods(BY_LINES),
-        "Farther along the same line begins another wall: less than a door. Growing: longer, fewer walls.";
+        "Farther along the same line begins another wall: less than a door. Larger: longer, fewer walls.";
     "ekf.confirm_sightings", "Sightings of a wall", whole(EkfConfig::CONFIRM_SIGHTINGS, NUMBER), [slam.ekf.confirm_sightings],
-        "After so many a line counts as a wall. Growing: fewer false walls, later.";
+        "After so many a line counts as a wall. Larger: fewer false walls, later.";
     "ekf.patience", "Forgotten after", whole(EkfConfig::PATIENCE, si("scans")), [slam.ekf.patience],
-        "A line that was not confirmed by then is forgotten. Growing: more false candidates are carried along.";
+        "A line that was not confirmed by then is forgotten. Larger: more false candidates are carried along.";
     "ekf.alpha_sigma", "Unknown of the direction", real(EkfConfig::ALPHA_SIGMA, DEGREES), [slam.ekf.alpha_sigma],
-        "Added to what each fit says of α. Growing: more cautious.";
+        "Added to what each fit says of α. Larger: more cautious.";
     "ekf.r_sigma", "Unknown of the distance", real(EkfConfig::R_SIGMA, CENTIMETRES), [slam.ekf.r_sigma],
-        "Added to what each fit says of r. Growing: more cautious.";
+        "Added to what each fit says of r. Larger: more cautious.";
     "ekf.prior_curvature", "Straight drives bend by", real(EkfConfig::PRIOR_CURVATURE, DEGREES_PER_METRE), [slam.ekf.odometry_prior.curvature].methods(BY_LINES).on_restart(),
-        "How much a straight drive may always bend; the filter learns it. Growing: learnt sooner, trusted less. 0: not at all.";
+        "How much a straight drive may always bend; the filter learns it. Larger: learnt sooner, trusted less. 0: not at all.";
     "ekf.prior_turn", "Turns are wrong by", real(EkfConfig::PRIOR_TURN_SCALE, PERCENT), [slam.ekf.odometry_prior.turn_scale].methods(BY_LINES).on_restart(),
-        "Part by which turns may always be wrong; the filter learns it. Growing: learnt sooner, trusted less. 0: not at all.";
+        "Part by which turns may always be wrong; the filter learns it. Larger: learnt sooner, trusted less. 0: not at all.";
     "ekf.merge_gate", "Gate of a merger", real(EkfConfig::MERGE_GATE, D2), [slam.ekf.merge.gate],
-        "Two walls that differ less become one. Growing: fewer duplicates, more wrong mergers.";
+        "Two walls that differ less become one. Larger: fewer duplicates, more wrong mergers.";
 }
 
 const OF_SCAN_MATCHING: Group = Group {
@@ -57,19 +57,19 @@ rows! { SCAN_MATCHING = OF_SCAN_MATCHING;
     "match.by", "Scans are matched by", one_of::<RegistrationMethod>(), [slam.matcher.locate.matching.method],
         "What is made as small as possible: distances to lines, which let points slide along a wall, or to points, the first ICP, which needs many more iterations.";
     "match.keyframe_distance", "Distance between keyframes", real(ScanMatcherConfig::KEYFRAME_DISTANCE, METRES), [slam.matcher.keyframe_distance].basic(),
-        "A scan is kept after this way. Growing: less work, a coarser map.";
+        "A scan is kept after this way. Larger: less work, a coarser map.";
     "match.keyframe_turn", "Turn between keyframes", real(ScanMatcherConfig::KEYFRAME_TURN, DEGREES), [slam.matcher.keyframe_turn],
-        "A scan is kept after this turn. Growing: less work, a coarser map.";
+        "A scan is kept after this turn. Larger: less work, a coarser map.";
     "match.submap_keyframes", "Keyframes of a submap", whole(ScanMatcherConfig::SUBMAP_KEYFRAMES, NUMBER), [slam.matcher.submap_keyframes],
-        "Growing: more drift inside of a submap, less work.";
+        "Larger: more drift inside of a submap, less work.";
     "match.close_loops", "Loops are closed", switch(), [slam.matcher.close_loops].basic(),
         "Whether a place seen again corrects the trajectory.";
     "match.max_shift", "Search for a loop", real(ClosureConfig::MAX_SHIFT, METRES), [slam.matcher.closure.max_shift].needs("match.close_loops", &["on"]),
-        "How far off the map may be when a loop closes. Growing: longer loops close, more work.";
+        "How far off the map may be when a loop closes. Larger: longer loops close, more work.";
     "match.min_agreement", "Agreement of a loop", real(ClosureConfig::MIN_AGREEMENT, PERCENT), [slam.matcher.closure.min_agreement].needs("match.close_loops", &["on"]),
-        "Part of the surfaces that must agree. Growing: fewer, safer closures.";
+        "Part of the surfaces that must agree. Larger: fewer, safer closures.";
     "match.no_return_clears", "No return clears up to", real([0.0, 50.0], METRES), [slam.matcher.no_return_clears],
-        "How far a beam without a return is believed to be free. Growing: more is known to be free, glass too.";
+        "How far a beam without a return is believed to be free. Larger: more is known to be free, glass too.";
     "known.by", "Finds itself by", one_of::<PriorMapMatching>(), [slam.prior_map_matching].methods(&[Method::PriorMap]).basic(),
         "What of a scan is found in a prior map: each straight wall, by the filter, or all that was hit at once, which a map of cells with furniture in it asks for.";
 }

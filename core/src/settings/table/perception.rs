@@ -55,51 +55,51 @@ rows! { LINES = OF_LINES;
     "lines.rule", "Split-and-merge", one_of::<SplitRule>(), [slam.lines.split].basic(),
         "When a run of points is split into two lines: beyond what noise explains, beyond a fixed distance, or where a regression gets worse.";
     "lines.split_k", "Split at k standard deviations", real(LineConfig::SPLIT_K, SIGMAS), [SplitRule::NoiseAware(rule) = slam.lines.split => rule.split_k].needs(SPLIT, &["noise-aware"]),
-        "A point farther off splits. Growing: fewer true walls are torn, shallow corners stay undetected.";
+        "A point farther off splits. Larger: fewer true walls are torn, shallow corners stay undetected.";
     "lines.max_residual", "Point left out beyond", real(LineConfig::MAX_RESIDUAL, SIGMAS), [SplitRule::NoiseAware(rule) = slam.lines.split => rule.max_residual].needs(SPLIT, &["noise-aware"]),
-        "A point so far off its line does not count for it. Growing: outliers bend lines.";
+        "A point so far off its line does not count for it. Larger: outliers bend lines.";
     "lines.threshold", "Split beyond", real(LineConfig::THRESHOLD, CENTIMETRES), [SplitRule::Classic(rule) = slam.lines.split => rule.threshold].needs(SPLIT, &["classic"]),
-        "A point farther from its line splits. Growing: fewer walls torn by noise, fewer shallow corners.";
+        "A point farther from its line splits. Larger: fewer walls torn by noise, fewer shallow corners.";
     "lines.max_error", "Largest error of a line", real(LineConfig::MAX_ERROR, SQUARE_METRES), [SplitRule::Pilch(rule) = slam.lines.split => rule.max_error].needs(SPLIT, &["explained"]),
-        "Sum of squared distances at which a growing line ends. Growing: longer lines, also around corners.";
+        "Sum of squared distances at which a growing line ends. Larger: longer lines, also around corners.";
     "lines.min_r2", "Least explained scatter", real(LineConfig::MIN_R2, PERCENT), [SplitRule::Pilch(rule) = slam.lines.split => rule.min_r2].needs(SPLIT, &["explained"]),
-        "Part of the scatter (r²) that a line explains. Growing: straighter lines, in more pieces.";
+        "Part of the scatter (r²) that a line explains. Larger: straighter lines, in more pieces.";
     "lines.start_points", "Points that begin a line", whole([2.0, 50.0], NUMBER), [SplitRule::Pilch(rule) = slam.lines.split => rule.min_points].needs(SPLIT, &["explained"]),
-        "So many neighbours in a row begin a line that grows. Growing: fewer, surer lines.";
+        "So many neighbours in a row begin a line that grows. Larger: fewer, surer lines.";
     "lines.breaks", "Neighbours belong together", one_of::<BreakRule>(), [slam.lines.segmentation.rule],
         "When two neighbouring points may lie on one wall: by what a wall seen at a flat angle would give, by ν times the mean distance, or by the sensor's own spacing.";
     "lines.grazing_angle", "Flattest view of a wall", real(LineConfig::GRAZING_ANGLE, DEGREES), [BreakRule::Adaptive { grazing_angle, .. } = slam.lines.segmentation.rule => grazing_angle].needs(BREAKS, &["adaptive"]),
-        "A wall seen at a flatter angle is not followed. Growing: more breaks on long walls, fewer walls joined across a depth step.";
+        "A wall seen at a flatter angle is not followed. Larger: more breaks on long walls, fewer walls joined across a depth step.";
     "lines.break_sigmas", "Noise between neighbours", real(LineConfig::BREAK_SIGMAS, SIGMAS), [BreakRule::Adaptive { n_sigmas, .. } = slam.lines.segmentation.rule => n_sigmas].needs(BREAKS, &["adaptive"]),
-        "Allowed on top, of the difference of two ranges. Growing: fewer breaks.";
+        "Allowed on top, of the difference of two ranges. Larger: fewer breaks.";
     "lines.break_ratio", "Break beyond", real(LineConfig::BREAK_RATIO, si("×")), [BreakRule::MeanRatio { ratio } | BreakRule::Spacing { ratio, .. } = slam.lines.segmentation.rule => ratio].needs(BREAKS, &["mean-ratio", "spacing"]),
-        "ν: times the mean distance of neighbours (TDK 2016: 4 to 5), or times the sensor's spacing (Pilch 2016: 2). Growing: fewer breaks.";
+        "ν: times the mean distance of neighbours (TDK 2016: 4 to 5), or times the sensor's spacing (Pilch 2016: 2). Larger: fewer breaks.";
     "lines.spacing_slope", "Spacing of the beams", real(LineConfig::SPACING_SLOPE, DEGREES), [BreakRule::Spacing { spacing, .. } = slam.lines.segmentation.rule => spacing.slope].needs(BREAKS, &["spacing"]),
-        "Angle between two beams of the sensor. Growing: fewer breaks.";
+        "Angle between two beams of the sensor. Larger: fewer breaks.";
     "lines.spacing_offset", "Spacing at zero range", real(LineConfig::SPACING_OFFSET, CENTIMETRES), [BreakRule::Spacing { spacing, .. } = slam.lines.segmentation.rule => spacing.offset].needs(BREAKS, &["spacing"]),
-        "Added to the distance that the angle gives. Growing: fewer breaks near the robot.";
+        "Added to the distance that the angle gives. Larger: fewer breaks near the robot.";
     "lines.max_step", "Largest step in bearing", real(LineConfig::MAX_STEP, DEGREES), [slam.lines.segmentation.max_step],
-        "Points farther apart in bearing are not of one wall. Growing: lines go on over lost beams.";
+        "Points farther apart in bearing are not of one wall. Larger: lines go on over lost beams.";
     "lines.gap_points", "Points between merged lines", whole([0.0, 50.0], NUMBER), [slam.lines.merge.gap_points],
-        "Two lines become one over at most so many points of neither. Growing: longer lines, over things that stand in front.";
+        "Two lines become one over at most so many points of neither. Larger: longer lines, over things that stand in front.";
     "lines.gap", "Gap between merged lines", real(LineConfig::GAP, CENTIMETRES), [slam.lines.merge.gap],
-        "Two lines become one over at most this distance: less than a door. Growing: longer lines.";
+        "Two lines become one over at most this distance: less than a door. Larger: longer lines.";
     "lines.across_runs", "Merge across gaps", switch(), [slam.lines.merge.across_runs],
         "On: two lines become one also where the points between do not belong together, as behind a pillar.";
     "lines.trim", "Points given up at the ends", whole([0.0, 10.0], NUMBER), [slam.lines.accept.trim],
-        "Growing: shorter lines and a more honest map.";
+        "Larger: shorter lines and a more honest map.";
     "lines.min_points", "Fewest points", whole([3.0, 100.0], NUMBER), [slam.lines.accept.min_points],
-        "Growing: fewer, safer lines.";
+        "Larger: fewer, safer lines.";
     "lines.min_length", "Shortest line", real(LineConfig::MIN_LENGTH, METRES), [slam.lines.accept.min_length].basic(),
-        "Shorter ones are people and pillars more often than walls. Growing: fewer, safer lines.";
+        "Shorter ones are people and pillars more often than walls. Larger: fewer, safer lines.";
     "lines.max_alpha_sigma", "Largest σ of the direction", real(LineConfig::MAX_ALPHA_SIGMA, DEGREES), [slam.lines.accept.max_alpha_sigma],
-        "Less certain lines are left out: what is linear at 2° is not at 6°. Growing: more lines, a less honest filter.";
+        "Less certain lines are left out: what is linear at 2° is not at 6°. Larger: more lines, a less honest filter.";
     "lines.max_chi2_sigmas", "Largest misfit", real(LineConfig::MAX_SIGMAS, SIGMAS), [slam.lines.accept.max_chi2_sigmas],
-        "χ² of the residuals above its mean, in standard deviations. Growing: lines across corners are kept.";
+        "χ² of the residuals above its mean, in standard deviations. Larger: lines across corners are kept.";
     "lines.max_bend_sigmas", "Largest bend", real(LineConfig::MAX_SIGMAS, SIGMAS), [slam.lines.accept.max_bend_sigmas],
-        "More bent ones are pillars. Growing: round things become lines.";
+        "More bent ones are pillars. Larger: round things become lines.";
     "lines.surface_sigma", "Roughness of walls", real(LineConfig::SURFACE_SIGMA, CENTIMETRES), [slam.lines.accept.surface_sigma],
-        "How far from flat a wall may be, one standard deviation. Growing: lines are trusted less.";
+        "How far from flat a wall may be, one standard deviation. Larger: lines are trusted less.";
 }
 
 const OF_BLIND_ZONE: Group = Group {
@@ -109,13 +109,13 @@ const OF_BLIND_ZONE: Group = Group {
 
 rows! { BLIND_ZONE = OF_BLIND_ZONE;
     "near.reach", "Remembered up to", real([0.0, 5.0], CENTIMETRES), [slam.blind_zone.reach],
-        "Hits nearer than this are remembered from scan to scan, so that the robot does not drive into what it no longer sees. Growing: false hits stay longer.";
+        "Hits nearer than this are remembered from scan to scan, so that the robot does not drive into what it no longer sees. Larger: false hits stay longer.";
     "near.blind", "Looks far below", real([0.0, 1.0], CENTIMETRES), [slam.blind_zone.blind],
-        "A wall nearer than the peak of an IR ranger's curve looks far: readings towards a remembered wall nearer than this are not used. 0 for a lidar. Growing: more readings are dropped.";
+        "A wall nearer than the peak of an IR ranger's curve looks far: readings towards a remembered wall nearer than this are not used. 0 for a lidar. Larger: more readings are dropped.";
     "near.behind", "Gone if seen behind by", real([0.0, 1.0], CENTIMETRES), [slam.blind_zone.behind],
-        "A beam that ends this far behind a remembered point says that it has gone. Growing: what has gone is remembered longer.";
+        "A beam that ends this far behind a remembered point says that it has gone. Larger: what has gone is remembered longer.";
     "near.beams", "Beams that speak of a point", real([0.0, 20.0], si("beams")), [slam.blind_zone.beams],
-        "How far beside a remembered point a beam may pass and still say that it has gone, in angles between two beams. Growing: more is forgotten.";
+        "How far beside a remembered point a beam may pass and still say that it has gone, in angles between two beams. Larger: more is forgotten.";
 }
 
 fn growth(settings: &Settings) -> Option<f64> {

@@ -160,7 +160,7 @@ fn dead_reckoning_is_honest_about_its_error() {
             let mut sim = Simulation::new(office, robot, SensorModel::rangers(), seed).unwrap();
             let mut odometry = TrackOdometry::new(sim.robot());
             sim.command(Command::Velocity { forward, turn });
-            // Up to speed first; then the odometry starts anew.
+            // Up to speed first; then the odometry restarts.
             sim.advance(0.7);
             odometry.update(sim.stamp(), sim.ticks());
             let before = sim.truth();

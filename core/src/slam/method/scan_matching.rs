@@ -1,4 +1,4 @@
-//! Scan matching. It keeps keyframes, and draws the map anew where a closed loop moves them, so
+//! Scan matching. It keeps keyframes, and redraws the map where a closed loop moves them, so
 //! that map and trajectory are its own.
 
 use super::{Estimator, PreparedScan, SlamConfig, SlamError, View};

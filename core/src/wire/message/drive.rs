@@ -137,7 +137,7 @@ named! {
         TakenOver = "taken-over",
         /// The driver's connection ended.
         DriverGone = "driver-gone",
-        /// The link to the robot was lost, or began anew.
+        /// The link to the robot was lost, or restarted.
         Link = "link",
         /// The robot says nothing any more.
         Silence = "silence",

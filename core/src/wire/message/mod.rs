@@ -28,7 +28,7 @@
 //!    does another schema than the bridge's ([`close::OTHER_SCHEMA`]).
 //! 4. Streams follow, newest first: a slow client gets fewer scans and readings, and learns how many it missed
 //!    ([`FromBridge::Heartbeat`]). Odometry is never dropped but joined: a later message then covers a longer time. If its
-//!    `from` is not the `to` before, the robot's clock began anew.
+//!    `from` is not the `to` before, the robot's clock restarted.
 //! 5. Each side sends a heartbeat every second. After 5 s without any message the bridge ends the connection
 //!    ([`close::HEARTBEAT`]); a client should do likewise.
 //! 6. To drive: [`ToBridge::Take`], answered by [`FromBridge::Granted`] with an epoch; then [`ToBridge::Arm`]; then, as long
@@ -138,7 +138,7 @@ pub enum ToBridge {
     },
     /// Asks for the lease.
     Take {
-        /// Take it from whoever has it.
+        /// Take it from its current holder too.
         force: bool,
     },
     /// Keeps the lease while not driving.
@@ -185,7 +185,7 @@ pub struct BridgeHello {
     pub version: String,
     /// Its [`SCHEMA`].
     pub schema: u64,
-    /// Drawn anew for each connection; a proof for one is of no use on another.
+    /// Drawn again for each connection; a proof for one is of no use on another.
     pub challenge: [u8; CHALLENGE_BYTES],
     /// Whether watching needs a token.
     pub watching: Watching,
@@ -244,14 +244,14 @@ pub struct ProbeAnswer {
 /// Something that a person should read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Notice {
-    /// How grave it is.
+    /// Its severity.
     pub severity: Severity,
     /// One sentence: what, and what to do.
     pub text: String,
 }
 
 named! {
-    /// How grave a notice is.
+    /// The severity of a notice.
     pub enum Severity {
         /// Good to know.
         Info = "info",

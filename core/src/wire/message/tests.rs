@@ -60,7 +60,7 @@ fn the_samples_hold_every_kind_in_order() {
 }
 
 /// Where this fails, a message has changed: was that meant, and does it only grow at its end? Then write the new number
-/// into [`SCHEMA`], so that a page of yesterday learns that it must be loaded anew.
+/// into [`SCHEMA`], so that a page of yesterday learns that it must be reloaded.
 #[test]
 fn the_schema_changes_with_the_messages() {
     let mut all = Vec::new();

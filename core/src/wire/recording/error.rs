@@ -21,7 +21,7 @@ pub enum RecordingError {
     },
     /// Another tool compressed it.
     #[error(
-        "byte {offset}: the chunk here is compressed by {how}; write the file anew without, for instance by \
+        "byte {offset}: the chunk here is compressed by {how}; rewrite the file without, for instance by \
          `mcap compress --compression none`"
     )]
     Compressed {

@@ -147,7 +147,7 @@ impl Odometer {
     }
 
     /// The motion since the last telemetry, in the robot's own time, which goes on where its clock wraps; the first
-    /// stands still. `None` for telemetry that is not later than the last: it came twice, or the robot started anew, which
+    /// stands still. `None` for telemetry that is not later than the last: it came twice, or the robot restarted, which
     /// takes an odometer of its own.
     pub fn update(&mut self, telemetry: &Telemetry) -> Option<Odometry> {
         let Some(last) = self.last else {

@@ -251,7 +251,7 @@ impl Link {
     fn take_hello(&mut self, hello: Hello, now: Stamp) {
         if hello.protocol != super::PROTOCOL {
             self.lose(Down::OtherProtocol(hello.protocol));
-            // Entered anew it would be greeted at once, and answer at once.
+            // Entered again it would be greeted at once, and answer at once.
             if self.phase != Phase::ResetNeeded {
                 self.enter(Phase::ResetNeeded, now);
             }

@@ -6,7 +6,7 @@
 //! 1. A message is `kind, sequence, payload`. Numbers are little-endian, signed ones in two's complement.
 //! 2. A CRC-16 over all that is appended, low byte first.
 //! 3. COBS (Cheshire & Baker 1999) takes the zero bytes out, at the cost of one byte.
-//! 4. A zero byte before and one behind mark the frame. After noise the next zero is a place to begin anew.
+//! 4. A zero byte before and one behind mark the frame. After noise the next zero is a place to start again.
 //!
 //! ```text
 //! 00 | COBS( kind | sequence | payload … | CRC low | CRC high ) | 00

@@ -7,7 +7,7 @@
 //! 3. A node has three check bits only. While in step, one is enough; out of step, [`NODES_TO_LOCK`] in a row whose angles
 //!    follow one another must fit before the first counts.
 //! 4. A capsule has a sum of 8 bits; out of step its marks are searched byte by byte.
-//! 5. Everywhere, the banner of a sensor that starts anew is noticed among what is thrown away.
+//! 5. Everywhere, the banner of a sensor that restarts is noticed among what is thrown away.
 
 use super::answer::{Descriptor, Health, Info, Rate};
 use super::express::{Capsule, has_marks};
@@ -43,7 +43,7 @@ pub enum Answer {
         /// Whether nothing was lost since the one before it, so that this one's angle completes that one.
         follows: bool,
     },
-    /// It has started anew, by power or by reset: it has forgotten all earlier requests.
+    /// It has restarted, by power or by reset: it has forgotten all earlier requests.
     Restarted,
 }
 

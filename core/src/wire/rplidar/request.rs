@@ -12,7 +12,7 @@ const HAS_PAYLOAD: u8 = 0x80;
 pub enum Request {
     /// Stop scanning.
     Stop,
-    /// Start anew, as from power on.
+    /// Restart, as from power on.
     Reset,
     /// Scan, one node a reading.
     Scan,

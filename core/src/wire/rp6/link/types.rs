@@ -58,7 +58,7 @@ pub enum Down {
     Silence,
     /// A command was not acknowledged, however often it was sent.
     Unanswered,
-    /// The robot started anew.
+    /// The robot restarted.
     Restarted,
     /// The vendor's firmware shut down because a motor is blocked, and waits for a reset.
     EmergencyShutdown,
