@@ -1,6 +1,8 @@
-//! Puts the built page into the program where `SLAMLAB_PAGE` names its folder; `cargo xtask package` does.
+//! Puts the built page into the program where `SLAMLAB_PAGE` names its folder;
+//! `cargo xtask package` does.
 //!
-//! Without the variable the program holds no page and serves a folder, which is what one wants while working on the page.
+//! Without the variable the program holds no page and serves a folder, which is what one wants
+//! while working on the page.
 
 use std::path::Path;
 use std::process::ExitCode;

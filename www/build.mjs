@@ -1,5 +1,6 @@
-// Bundles the page into dist/: main.js, worker.js, local_bridge.js, style.css, fonts, the wasm module and index.html.
-// `node build.mjs` once; `node build.mjs --watch` again at every change. The module must stand in pkg/ (cargo xtask run makes it).
+// Bundles the page into dist/: main.js, worker.js, local_bridge.js, style.css, fonts, the wasm
+// module and index.html. `node build.mjs` once; `node build.mjs --watch` again at every change. The
+// module must stand in pkg/ (cargo xtask run makes it).
 
 import { copyFile, mkdir, readFile, rm, stat } from "node:fs/promises";
 import * as esbuild from "esbuild";

@@ -1,4 +1,5 @@
-// Writes pkg/layout.ts: which number stands where in the module's flat arrays, as the module itself tells.
+// Writes pkg/layout.ts: which number stands where in the module's flat arrays, as the module itself
+// tells.
 
 import { readFileSync, writeFileSync } from "node:fs";
 import { initSync, layout } from "./pkg/slamlab_web.js";

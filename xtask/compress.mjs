@@ -1,5 +1,6 @@
-// Puts name.br and name.gz beside each file of a folder that shrinks by it, skips those that are up to date, and
-// removes those whose file has gone. The bridge sends them to browsers that accept them.
+// Puts name.br and name.gz beside each file of a folder that shrinks by it, skips those that are up
+// to date, and removes those whose file has gone. The bridge sends them to browsers that accept
+// them.
 import { readFileSync, readdirSync, rmSync, statSync, existsSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { brotliCompressSync, constants, gzipSync } from 'node:zlib';

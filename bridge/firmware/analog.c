@@ -12,7 +12,8 @@ void analog_init(void) {
 
 uint16_t analog_read(uint8_t channel) {
   ADMUX = (1 << REFS0) | channel; /* reference: the supply */
-  /* The first conversion after a change of channel may still sample the old one: it is thrown away. */
+  /* The first conversion after a change of channel may still sample the old one: it is thrown
+     away. */
   for (uint8_t i = 0; i < 2; i++) {
     ADCSRA |= 1 << ADSC;
     while (ADCSRA & (1 << ADSC)) {

@@ -17,7 +17,8 @@ void clock_init(void) {
   TIMSK |= 1 << OCIE0;
 }
 
-/* Switching the motors off here, and not in the main loop, keeps the promise when the main loop is busy or stuck. */
+/* Switching the motors off here, and not in the main loop, keeps the promise when the main loop is
+   busy or stuck. */
 ISR(TIMER0_COMP_vect) {
   milliseconds++;
   if (silent_ms < SILENCE_MS) {

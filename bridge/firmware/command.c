@@ -100,7 +100,8 @@ static uint8_t judge(uint8_t kind, uint8_t sequence, const uint8_t *payload) {
   last_sequence = sequence;
   has_sequence = 1;
   if (moves(kind) && motor_is_latched()) return VERDICT_LATCHED;
-  /* Silence has switched the motors off, and the loop may not have seen it yet: a sign of life must not let go on what was ended. */
+  /* Silence has switched the motors off, and the loop may not have seen it yet: a sign of life must
+     not let go on what was ended. */
   if (guard_is_silent()) drive_abort();
   /* Before it runs: silence from before this command must not switch off what it starts. */
   guard_feed();

@@ -6,7 +6,8 @@
 
 #include "frame.h"
 
-/* Does what a frame asks for, and acknowledges it. `cause` is why the robot started, for its hello. */
+/* Does what a frame asks for, and acknowledges it. `cause` is why the robot started, for its
+   hello. */
 void command_take(const frame_t *frame, uint8_t cause);
 
 /* Time from one telemetry to the next, ms. */

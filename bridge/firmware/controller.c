@@ -21,8 +21,8 @@ static int32_t left_error;       /* observed less wished angle of the left track
 static int32_t difference_error; /* the same of left less right */
 static int32_t integral;         /* of the difference's error, in INTEGRAL_UNIT counts x periods */
 
-/* state x coefficient, less `bits`. 32 x 16 bits by two 16 x 16 products: the full product in 64 bits would take ten times as
- * long on this processor. */
+/* state x coefficient, less `bits`. 32 x 16 bits by two 16 x 16 products: the full product in 64
+ * bits would take ten times as long on this processor. */
 static int32_t times(int32_t state, int16_t coefficient, uint8_t bits) {
   int32_t high = (int32_t)(int16_t)(state >> 16) * coefficient;
   int32_t low = (int32_t)(uint32_t)(uint16_t)state * coefficient;
@@ -40,7 +40,8 @@ static int32_t clamp(int32_t value, int32_t most) {
 
 static int32_t size(int32_t value) { return value < 0 ? -value : value; }
 
-/* Predicts by the motor's model, corrects by what was counted. Returns how far the angle came, Q16. */
+/* Predicts by the motor's model, corrects by what was counted. Returns how far the angle came,
+   Q16. */
 static int32_t observe(uint8_t side, int16_t counts) {
   observer_t *o = &observers[side];
   int32_t predicted[3];
@@ -69,7 +70,8 @@ void controller_rest(void) {
   left_error = difference_error = integral = 0;
 }
 
-/* Cuts what both want in common before what they want apart: a weak battery makes the robot slow, not crooked. */
+/* Cuts what both want in common before what they want apart: a weak battery makes the robot slow,
+   not crooked. */
 static void within_battery(const int32_t wanted[2], int32_t voltages[2]) {
   int32_t common = (wanted[LEFT] + wanted[RIGHT]) / 2;
   int32_t apart = clamp((wanted[LEFT] - wanted[RIGHT]) / 2, BATTERY_Q16);
@@ -78,7 +80,8 @@ static void within_battery(const int32_t wanted[2], int32_t voltages[2]) {
   voltages[RIGHT] = common - apart;
 }
 
-/* Whether an integrator may go on: nothing is cut off (but what halving rounds away), or the error has the sign of what is. */
+/* Whether an integrator may go on: nothing is cut off (but what halving rounds away), or the error
+   has the sign of what is. */
 static uint8_t may_integrate(int32_t cut, int32_t error) { return size(cut) <= 4 || error == 0 || (cut < 0) == (error < 0); }
 
 void controller_step(const int16_t counts[2], const wish_t wishes[2], int32_t voltages[2]) {
@@ -107,7 +110,8 @@ void controller_step(const int16_t counts[2], const wish_t wishes[2], int32_t vo
   }
   within_battery(wanted, voltages);
 
-  /* Integrators go on, unless that would ask for more of what is cut off. More error makes less voltage. */
+  /* Integrators go on, unless that would ask for more of what is cut off. More error makes less
+     voltage. */
   int32_t cut[2] = {wanted[LEFT] - voltages[LEFT], wanted[RIGHT] - voltages[RIGHT]};
   if (may_integrate(cut[LEFT] - cut[RIGHT], difference_error)) {
     integral = clamp(integral + difference_error / INTEGRAL_UNIT, MOST_ERROR);

@@ -1,8 +1,9 @@
 /* The controller of the two motors, in integers.
  *
- * State feedback with an observer for each motor and an integrator on both outputs: the same controller that the
- * simulated robot has, core/src/robot/controller.rs, with its gains from gains.h. Numbers are "Q16": 16 bits behind the point. Angles are
- * in counts, speeds in counts in a period, currents in A, voltages in V. */
+ * State feedback with an observer for each motor and an integrator on both outputs: the same
+ * controller that the simulated robot has, core/src/robot/controller.rs, with its gains from
+ * gains.h. Numbers are "Q16": 16 bits behind the point. Angles are in counts, speeds in counts
+ * in a period, currents in A, voltages in V. */
 #ifndef CONTROLLER_H
 #define CONTROLLER_H
 

@@ -1,9 +1,12 @@
-/* 1. Forward speed and turn rate (half the difference of the tracks) follow what is asked for, within their accelerations.
+/* 1. Forward speed and turn rate (half the difference of the tracks) follow what is asked for,
+ *    within their accelerations.
  * 2. A way is a trapezoid: the speed from which the rest is just enough to stop.
- * 3. The encoders do not tell the direction. A track counts in the direction that is wished of it; it is wished the other
- *    way only once it stands. And once it is slow, no voltage may drive it against the direction in which it is counted:
- *    a step back would be counted as one ahead, and the controller would run away from its own error.
- * 4. Driven hard without a count for a second: the encoder or the motor is at fault, and the motors go off. */
+ * 3. The encoders do not tell the direction. A track counts in the direction that is wished of
+ *    it; it is wished the other way only once it stands. And once it is slow, no voltage may
+ *    drive it against the direction in which it is counted: a step back would be counted as one
+ *    ahead, and the controller would run away from its own error.
+ * 4. Driven hard without a count for a second: the encoder or the motor is at fault, and the
+ *    motors go off. */
 #include "drive.h"
 
 #include "board.h"
@@ -12,7 +15,8 @@
 #include "gains.h"
 #include "motor.h"
 
-/* Periods without a count after which a track stands, a way is done, and a driven track is at fault. */
+/* Periods without a count after which a track stands, a way is done, and a driven track is at
+   fault. */
 #define STILL 4
 #define LONGEST_SETTLING 60
 #define STALLED 100
@@ -64,7 +68,8 @@ uint8_t drive_velocity(int16_t forward_mm_s, int16_t turn_mrad_s) {
   if (size(forward_mm_s) > MOST_MM_S || size(turn_mrad_s) > MOST_MRAD_S) return 0;
   int32_t f = clamp((int32_t)forward_mm_s * SPEED_Q16_PER_MM_S_Q8 / 256, MAX_SPEED_Q16);
   int32_t t = clamp((int32_t)turn_mrad_s * TURN_Q16_PER_MRAD_S_Q8 / 256, MAX_TURN_Q16);
-  /* Where the outer track could not follow, both give way by the same factor: the curve stays the curve. */
+  /* Where the outer track could not follow, both give way by the same factor: the curve stays the
+     curve. */
   int32_t outer = size(f) + size(t);
   if (outer > MAX_SPEED_Q16) {
     f = (int64_t)f * MAX_SPEED_Q16 / outer;
@@ -117,7 +122,8 @@ static uint16_t square_root(uint32_t of) {
   return root;
 }
 
-/* The highest speed v, Q16, at which after one more period the rest of the way is enough to stop: v + v2/(2 a) = left. */
+/* The highest speed v, Q16, at which after one more period the rest of the way is enough to stop:
+   v + v2/(2 a) = left. */
 static int32_t stopping_speed(int32_t left, int32_t acceleration) {
   uint32_t a = acceleration >> 4; /* Q12, as the way */
   uint32_t way = size(left);

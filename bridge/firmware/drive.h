@@ -1,4 +1,5 @@
-/* From commands to motors: speeds that change no faster than they may, and ways that end where they should. */
+/* From commands to motors: speeds that change no faster than they may, and ways that end where they
+   should. */
 #ifndef DRIVE_H
 #define DRIVE_H
 

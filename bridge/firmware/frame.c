@@ -4,15 +4,16 @@
 
 #include "uart.h"
 
-/* CRC-16/MCRF4XX: start FFFF, reflected polynomial 8408: what avr-libc computes as _crc_ccitt_update. */
+/* CRC-16/MCRF4XX: start FFFF, reflected polynomial 8408: what avr-libc computes as
+   _crc_ccitt_update. */
 static uint16_t checksum(const uint8_t *bytes, uint8_t length) {
   uint16_t crc = 0xFFFF;
   for (uint8_t i = 0; i < length; i++) crc = _crc_ccitt_update(crc, bytes[i]);
   return crc;
 }
 
-/* COBS: a byte tells how far it is to the next zero, and stands in its place. Takes that out again, in place; returns the
- * length, or 0 where a step leads beyond the end. */
+/* COBS: a byte tells how far it is to the next zero, and stands in its place. Takes that out
+ * again, in place; returns the length, or 0 where a step leads beyond the end. */
 static uint8_t unstuff(uint8_t *bytes, uint8_t length) {
   uint8_t from = 0, to = 0;
   while (from < length) {

@@ -1,5 +1,5 @@
-/* Frames: 00 | COBS( kind, sequence, payload, CRC low, CRC high ) | 00. The table of the messages stands in
- * core/src/wire/rp6/mod.rs; the host has the very same bytes from there. */
+/* Frames: 00 | COBS( kind, sequence, payload, CRC low, CRC high ) | 00. The table of the
+ * messages stands in core/src/wire/rp6/mod.rs; the host has the very same bytes from there. */
 #ifndef FRAME_H
 #define FRAME_H
 

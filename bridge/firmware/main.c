@@ -1,11 +1,14 @@
-/* Firmware of the RP6: drives by commands from the serial line, sweeps four rangers, and stops when in doubt.
+/* Firmware of the RP6: drives by commands from the serial line, sweeps four rangers, and stops
+ * when in doubt.
  *
  * Three guards, none of which needs the others:
  *   - the timer interrupt switches the motors off when no command came for 400 ms (clock.c);
  *   - an emergency stop writes the motors' registers at once and is latched (motor.c);
- *   - the hardware watchdog resets the controller when this loop hangs; after a reset the motor pins are off.
+ *   - the hardware watchdog resets the controller when this loop hangs; after a reset the motor
+ *     pins are off.
  *
- * Written from the data sheet of the ATmega32 and the manual of the RP6; nothing of the vendor's library is used. */
+ * Written from the data sheet of the ATmega32 and the manual of the RP6; nothing of the vendor's
+ * library is used. */
 #include <avr/interrupt.h>
 #include <avr/io.h>
 #include <avr/wdt.h>
@@ -62,7 +65,8 @@ static void send_telemetry(uint32_t now, uint8_t was_silenced) {
   report_telemetry(&t);
 }
 
-/* Once in a period. Returns whether silence has stopped the robot; a command that comes clears that. */
+/* Once in a period. Returns whether silence has stopped the robot; a command that comes clears
+   that. */
 static uint8_t control(uint8_t was_silenced) {
   uint8_t is_silent = guard_is_silent();
   if (is_silent && drive_is_driven()) {

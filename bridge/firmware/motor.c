@@ -9,7 +9,8 @@
 static volatile uint8_t is_latched;
 
 void motor_init(void) {
-  /* Phase-correct PWM with ICR1 as top (mode 10); pins high while the counter is below the compare register. */
+  /* Phase-correct PWM with ICR1 as top (mode 10); pins high while the counter is below the compare
+     register. */
   OCR1A = 0;
   OCR1B = 0;
   ICR1 = DUTY_TOP;
@@ -24,8 +25,8 @@ void motor_set(uint8_t side, int16_t duty) {
   uint16_t size = is_backwards ? -duty : duty;
   if (size > DUTY_TOP) size = DUTY_TOP;
   uint8_t pin = side == LEFT ? DIRECTION_LEFT_PIN : DIRECTION_RIGHT_PIN;
-  /* The 16-bit registers share one buffer byte with whatever an interrupt writes: not to be parted. And the latch must be
-   * looked at in the same moment. */
+  /* The 16-bit registers share one buffer byte with whatever an interrupt writes: not to be
+   * parted. And the latch must be looked at in the same moment. */
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
     if (is_latched) size = 0;
     if (is_backwards) {

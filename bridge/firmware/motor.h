@@ -9,7 +9,8 @@
 
 void motor_init(void);
 
-/* Duty from -DUTY_TOP to DUTY_TOP; negative drives backwards. Does nothing while the motors are latched. */
+/* Duty from -DUTY_TOP to DUTY_TOP; negative drives backwards. Does nothing while the motors are
+   latched. */
 void motor_set(uint8_t side, int16_t duty);
 
 /* Duty 0 at once, by writing the compare registers. For interrupts too. */

@@ -32,7 +32,8 @@ static void put32(payload_t *p, uint32_t value) {
 }
 
 uint8_t report_hello(uint8_t nonce, uint8_t cause) {
-  /* Where the rangers look, counter-clockwise from where the servo points: ahead, left, back, right. */
+  /* Where the rangers look, counter-clockwise from where the servo points: ahead, left, back,
+     right. */
   static const int16_t angles[RANGERS] = {0, 1571, 3142, -1571};
   payload_t p = {0, {0}};
   put8(&p, PROTOCOL);

@@ -6,8 +6,9 @@
 
 #include "board.h"
 
-/* Timer 2 counts in steps of 1 us and holds 256 of them. A pulse or a pause is made of pieces of at most PIECE steps, and
- * none is shorter than half of that, so that there is time to set the next one: 5000 interrupts a second, 4 % of the time. */
+/* Timer 2 counts in steps of 1 us and holds 256 of them. A pulse or a pause is made of pieces of
+ * at most PIECE steps, and none is shorter than half of that, so that there is time to set the
+ * next one: 5000 interrupts a second, 4 % of the time. */
 #define STEPS_PER_MS 1000
 #define PERIOD_STEPS (20 * STEPS_PER_MS)
 #define PIECE 200

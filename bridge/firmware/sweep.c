@@ -5,8 +5,9 @@
 #include "report.h"
 #include "servo.h"
 
-/* A new angle reaches the servo with its next pulse, 20 ms later at most, and takes it a millisecond for each degree; a ranger
- * measures once in 38.3 +- 9.6 ms and holds its output meanwhile. After this long, and the way, what it says was measured there. */
+/* A new angle reaches the servo with its next pulse, 20 ms later at most, and takes it a
+ * millisecond for each degree; a ranger measures once in 38.3 +- 9.6 ms and holds its output
+ * meanwhile. After this long, and the way, what it says was measured there. */
 #define DWELL_MS 68
 #define MRAD_PER_MS 17
 

@@ -3,10 +3,11 @@
 //! In: the listening socket. Out: HTTP connections that are served, each on a task of its own.
 //!
 //! 1. Beyond the limit a connection gets 503 and is closed: the limit counts WebSockets too.
-//! 2. A request whose header is not there in time ends its connection (slowloris), and so does one that is open for too long
-//!    without becoming a WebSocket.
-//! 3. Where TLS is spoken, the first byte says whether the other side does too; who speaks HTTP in the clear is sent to the
-//!    right address. The handshake must be over in the time that a header may take.
+//! 2. A request whose header is not there in time ends its connection (slowloris), and so does one
+//!    that is open for too long without becoming a WebSocket.
+//! 3. Where TLS is spoken, the first byte says whether the other side does too; who speaks HTTP in
+//!    the clear is sent to the right address. The handshake must be over in the time that a header
+//!    may take.
 //! 4. At the end, connections may finish what they are at.
 
 use std::convert::Infallible;

@@ -11,7 +11,8 @@ pub fn host_name() -> Option<String> {
     (is_label && name != "localhost").then_some(name)
 }
 
-/// The machine's own addresses, but for those that count on this machine only. None where the system does not tell.
+/// The machine's own addresses, but for those that count on this machine only. None where the
+/// system does not tell.
 #[must_use]
 pub fn of_this_machine() -> Vec<IpAddr> {
     let is_ours = |ip: &IpAddr| match ip {
@@ -30,7 +31,8 @@ pub fn of_this_machine() -> Vec<IpAddr> {
     ours
 }
 
-/// The page's addresses, for one to be typed: on this machine first, then as others on the network reach it.
+/// The page's addresses, for one to be typed: on this machine first, then as others on the network
+/// reach it.
 ///
 /// # Example
 /// ```

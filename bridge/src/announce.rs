@@ -1,7 +1,8 @@
-//! Announces the bridge in the local network, so that programs find it without its address (RFC 6762, RFC 6763).
+//! Announces the bridge in the local network, so that programs find it without its address (RFC
+//! 6762, RFC 6763).
 //!
-//! In: where the bridge listens. Out: `INSTANCE._slamlab._tcp.local` with port, `NAME.local`, and a text record: `version`,
-//! `tls` (0 or 1) and `path`. It says goodbye when it is dropped.
+//! In: where the bridge listens. Out: `INSTANCE._slamlab._tcp.local` with port, `NAME.local`, and a
+//! text record: `version`, `tls` (0 or 1) and `path`. It says goodbye when it is dropped.
 
 use std::net::SocketAddr;
 use std::time::Duration;

@@ -1,4 +1,5 @@
-//! The bridge's clock: counts from the start of the program, and never jumps when somebody sets the time of day.
+//! The bridge's clock: counts from the start of the program, and never jumps when somebody sets the
+//! time of day.
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -31,7 +32,8 @@ impl Clock {
         self.start.elapsed()
     }
 
-    /// The time of day that is `at` after the start, since 1970; setting the time of day does not change it.
+    /// The time of day that is `at` after the start, since 1970; setting the time of day does not
+    /// change it.
     #[must_use]
     pub fn time_of_day(&self, at: Duration) -> Duration {
         self.start_of_day + at

@@ -2,9 +2,11 @@
 //!
 //! In: the path of a request, and what the browser can take. Out: the file, its type and its mark.
 //!
-//! 1. `/` is `index.html`. Files that were compressed when the page was built stand beside the others, as `NAME.br` and
-//!    `NAME.gz`; a browser that takes one of them gets the smallest. Browsers take brotli over TLS and on this machine only.
-//! 2. The mark (`ETag`) is the content's hash: an unchanged file costs a 304, whatever the program's own age.
+//! 1. `/` is `index.html`. Files that were compressed when the page was built stand beside the
+//!    others, as `NAME.br` and `NAME.gz`; a browser that takes one of them gets the smallest.
+//!    Browsers take brotli over TLS and on this machine only.
+//! 2. The mark (`ETag`) is the content's hash: an unchanged file costs a 304, whatever the
+//!    program's own age.
 //! 3. Source maps stay out of the program: they are as large as all the rest.
 
 use axum::body::Body;

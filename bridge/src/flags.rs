@@ -32,7 +32,8 @@ pub(crate) enum Command {
         #[command(flatten)]
         serve: ServeFlags,
     },
-    /// Map a recording, and write it again with /map, /pose and the transform from map to odom, for Foxglove, Rerun and ROS 2
+    /// Map a recording, and write it again with /map, /pose and the transform from map to odom, for
+    /// Foxglove, Rerun and ROS 2
     Export {
         /// MCAP file made by `record` or `--record`
         file: PathBuf,
@@ -44,9 +45,11 @@ pub(crate) enum Command {
     },
     /// Print the settings that `serve` would use, from file, flags and defaults
     Config(ServeFlags),
-    /// Show the address with which one may drive, by the settings of `serve`; makes a token if there is none
+    /// Show the address with which one may drive, by the settings of `serve`; makes a token if
+    /// there is none
     Token(TokenFlags),
-    /// Serve an RPLIDAR by the UDP protocol of Pilch's server; anyone who reaches the address may use it
+    /// Serve an RPLIDAR by the UDP protocol of Pilch's server; anyone who reaches the address may
+    /// use it
     Udp {
         /// Ports that a client may have opened
         #[arg(value_name = "PORT", required = true)]

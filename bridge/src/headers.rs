@@ -3,14 +3,14 @@
 use axum::http::HeaderMap;
 use axum::http::header::{self, HeaderName, HeaderValue};
 
-/// The page loads everything from here and nothing from elsewhere; scripts and styles stand in files, never inline.
-/// `wasm-unsafe-eval` allows compiling WebAssembly, not evaluating strings.
+/// The page loads everything from here and nothing from elsewhere; scripts and styles stand in
+/// files, never inline. `wasm-unsafe-eval` allows compiling WebAssembly, not evaluating strings.
 pub const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; \
     worker-src 'self'; connect-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; \
     manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// Same for every answer, errors too. Opener and embedder policy make the page cross-origin isolated, which gives its
-/// clocks their full resolution.
+/// Same for every answer, errors too. Opener and embedder policy make the page cross-origin
+/// isolated, which gives its clocks their full resolution.
 const FENCE: [(HeaderName, &str); 7] = [
     (header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY),
     (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
@@ -41,7 +41,8 @@ pub(crate) fn add(headers: &mut HeaderMap, path: &str, success: bool) {
     let caching = match (success, has_content_hash(path)) {
         (false, _) => "no-store",
         (true, true) => "public, max-age=31536000, immutable",
-        // Kept, but asked about at each load: a rebuilt page is seen at once, an unchanged one costs a 304.
+        // Kept, but asked about at each load: a rebuilt page is seen at once, an unchanged one
+        // costs a 304.
         (true, false) => "no-cache",
     };
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static(caching));

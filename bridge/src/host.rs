@@ -1,12 +1,14 @@
 //! Which names a browser may call this server by.
 //!
-//! A foreign page can point its own domain name at this machine's address (DNS rebinding) and would then count as the
-//! same origin. Its requests carry its own name in `Host`, so only names that no foreign server can own are served:
-//! IP literals, `localhost`, and `.local` names, which are resolved on the local network alone (RFC 6762).
+//! A foreign page can point its own domain name at this machine's address (DNS rebinding) and would
+//! then count as the same origin. Its requests carry its own name in `Host`, so only names that no
+//! foreign server can own are served: IP literals, `localhost`, and `.local` names, which are
+//! resolved on the local network alone (RFC 6762).
 
 use std::net::{Ipv4Addr, Ipv6Addr};
 
-/// Whether `authority`, a `Host` header such as `127.0.0.1:8080`, `[::1]` or `robot.local`, is one of ours.
+/// Whether `authority`, a `Host` header such as `127.0.0.1:8080`, `[::1]` or `robot.local`, is one
+/// of ours.
 ///
 /// # Example
 /// ```
@@ -29,9 +31,10 @@ pub fn is_ours(authority: &str) -> bool {
     name.parse::<Ipv4Addr>().is_ok() || name == "localhost" || is_mdns_name(&name)
 }
 
-/// Whether a page of this `Origin` may connect to a server that was called by this `Host`: the page that the server itself
-/// sent, or one that was allowed by name. Without an origin it is no browser, and no page can have made it connect. A server
-/// that speaks TLS sent no page by `http`; one that does not may stand behind another that does.
+/// Whether a page of this `Origin` may connect to a server that was called by this `Host`: the page
+/// that the server itself sent, or one that was allowed by name. Without an origin it is no
+/// browser, and no page can have made it connect. A server that speaks TLS sent no page by `http`;
+/// one that does not may stand behind another that does.
 #[must_use]
 pub fn is_allowed_origin(
     origin: Option<&str>,

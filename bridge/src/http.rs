@@ -1,4 +1,5 @@
-//! Answers requests: foreign hosts are refused, files are found, headers are added; the WebSocket begins here.
+//! Answers requests: foreign hosts are refused, files are found, headers are added; the WebSocket
+//! begins here.
 
 use std::sync::Arc;
 
@@ -49,7 +50,8 @@ pub(crate) fn router(shared: &Arc<Shared>) -> Router {
         .with_state(Arc::clone(shared))
 }
 
-/// Whoever typed `http` to a bridge that speaks TLS is sent to the right address; nothing else is said in the clear.
+/// Whoever typed `http` to a bridge that speaks TLS is sent to the right address; nothing else is
+/// said in the clear.
 pub(crate) fn redirector() -> Router {
     let redirect = async |request: Request| {
         let host = request.headers().get(header::HOST);
@@ -80,7 +82,8 @@ struct Wishes {
     fmt: Option<String>,
 }
 
-/// A page of another origin must not use the robot through the browser of somebody who may (cross-site WebSocket hijacking).
+/// A page of another origin must not use the robot through the browser of somebody who may
+/// (cross-site WebSocket hijacking).
 async fn own_pages_only(
     State(shared): State<Arc<Shared>>,
     request: Request,
@@ -180,7 +183,8 @@ async fn fence(request: Request, next: Next) -> Response {
     response
 }
 
-/// Both places that can name a host must name one of ours: the `Host` header, and the target if it is absolute.
+/// Both places that can name a host must name one of ours: the `Host` header, and the target if it
+/// is absolute.
 fn is_for_us(request: &Request) -> bool {
     let mut hosts = request.headers().get_all(header::HOST).iter();
     let header = hosts.next().and_then(|host| host.to_str().ok());

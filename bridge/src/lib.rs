@@ -1,8 +1,10 @@
-//! The bridge: serves the page to a browser on this machine or on the same network, relays robot and sensors to it, and
-//! keeps the robot safe when anything between the person and the motors fails.
+//! The bridge: serves the page to a browser on this machine or on the same network, relays robot
+//! and sensors to it, and keeps the robot safe when anything between the person and the motors
+//! fails.
 //!
-//! In comes a listening socket, a [`Config`] and a future that ends when the program should stop; out go HTTP answers and
-//! WebSocket messages ([`slamlab_core::wire::message`]), and orders to the robot.
+//! In comes a listening socket, a [`Config`] and a future that ends when the program should stop;
+//! out go HTTP answers and WebSocket messages ([`slamlab_core::wire::message`]), and orders to the
+//! robot.
 //!
 //! ```text
 //!   sources ── events ──> hub ── messages ──> outboxes ──> sessions ──> clients
@@ -11,17 +13,20 @@
 //! ```
 //!
 //! 1. [`bind`] opens the socket, and says in a sentence what to do when the port is taken.
-//! 2. [`run`] starts the sources ([`source`]), each on a thread, and the hub, one task that owns all state.
-//! 3. `accept` limits connections; `http` refuses requests whose `Host` is a foreign name ([`host`]), finds files, adds the
-//!    headers that fence the page in ([`headers`]); `session` talks to one client, behind its [`token`].
-//!    `foxglove` and `rosbridge` speak the protocols of other tools, where that is asked for.
+//! 2. [`run`] starts the sources ([`source`]), each on a thread, and the hub, one task that owns
+//!    all state.
+//! 3. `accept` limits connections; `http` refuses requests whose `Host` is a foreign name
+//!    ([`host`]), finds files, adds the headers that fence the page in ([`headers`]); `session`
+//!    talks to one client, behind its [`token`]. `foxglove` and `rosbridge` speak the protocols of
+//!    other tools, where that is asked for.
 //! 4. [`safety`] holds the rules, apart from all this: whether the robot may move, and by whom.
 //! 5. [`serial`] holds the sources at serial ports; [`doctor`] says what is wrong with them.
-//! 6. [`settings`] reads `bridge.toml`; [`tls`] holds the certificate; [`announce`] tells the network that the bridge is here.
+//! 6. [`settings`] reads `bridge.toml`; [`tls`] holds the certificate; [`announce`] tells the
+//!    network that the bridge is here.
 //! 7. [`record`] writes down what was said, so that nothing acknowledged is lost.
 //!
-//! The page is inside the program (`cargo xtask package`), or in a folder that is read at each request, so that a rebuilt
-//! page needs a reload and not a restart ([`Page`]).
+//! The page is inside the program (`cargo xtask package`), or in a folder that is read at each
+//! request, so that a rebuilt page needs a reload and not a restart ([`Page`]).
 
 mod accept;
 mod adapter;

@@ -5,8 +5,8 @@ use std::net::SocketAddr;
 
 use tokio::net::{TcpListener, TcpSocket};
 
-/// What lies in the system's buffer of a slow client is old by the time it arrives; the bridge keeps the newest itself.
-/// Accepted sockets take it over, bytes.
+/// What lies in the system's buffer of a slow client is old by the time it arrives; the bridge
+/// keeps the newest itself. Accepted sockets take it over, bytes.
 const SEND_BUFFER: u32 = 32 * 1024;
 /// Connections that the system keeps until the bridge takes them.
 const WAITING: u32 = 1024;
@@ -71,7 +71,8 @@ fn open(address: SocketAddr) -> io::Result<TcpListener> {
         SocketAddr::V4(_) => TcpSocket::new_v4()?,
         SocketAddr::V6(_) => TcpSocket::new_v6()?,
     };
-    // As the standard library does: a restarted bridge gets its port back at once. On Windows it would mean something else.
+    // As the standard library does: a restarted bridge gets its port back at once. On Windows it
+    // would mean something else.
     #[cfg(unix)]
     socket.set_reuseaddr(true)?;
     socket.set_send_buffer_size(SEND_BUFFER)?;

@@ -150,7 +150,8 @@ fn show_config(flags: ServeFlags) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Records without serving anything to anybody: the listener takes a port of this machine that nobody knows.
+/// Records without serving anything to anybody: the listener takes a port of this machine that
+/// nobody knows.
 async fn record(flags: RecordFlags) -> anyhow::Result<()> {
     let sources = open_all(&flags.source)?;
     let listener = slamlab_bridge::bind(SocketAddr::from(([127, 0, 0, 1], 0))).await?;
@@ -266,8 +267,8 @@ fn open_all(names: &[SourceName]) -> anyhow::Result<Vec<Box<dyn Source>>> {
     names.iter().map(|name| Ok(name.open(None)?)).collect()
 }
 
-/// Ends at Ctrl+C, and on Unix at SIGTERM. From this call on, not from the first wait: whoever reads the address may stop
-/// the bridge at once.
+/// Ends at Ctrl+C, and on Unix at SIGTERM. From this call on, not from the first wait: whoever
+/// reads the address may stop the bridge at once.
 #[cfg(unix)]
 fn stop_signal() -> impl Future<Output = ()> + Send + 'static {
     use tokio::signal::unix::{SignalKind, signal};

@@ -1,4 +1,5 @@
-//! Tells systemd how the bridge does, where it was started by it (`Type=notify`, `WatchdogSec=`); else nothing happens.
+//! Tells systemd how the bridge does, where it was started by it (`Type=notify`, `WatchdogSec=`);
+//! else nothing happens.
 //!
 //! The sign of life comes from the hub, which has the robot: a bridge whose hub hangs is restarted.
 

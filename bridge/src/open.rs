@@ -2,7 +2,8 @@
 
 use std::process::{Command, Stdio};
 
-/// Asks the system to show `url`; if it cannot, a warning names `plain`, which holds no token, and the bridge goes on.
+/// Asks the system to show `url`; if it cannot, a warning names `plain`, which holds no token, and
+/// the bridge goes on.
 pub(crate) fn in_browser(url: &str, plain: &str) {
     let mut command = if cfg!(target_os = "macos") {
         Command::new("open")

@@ -50,7 +50,8 @@ pub(crate) fn read(path: &Path) -> Result<String, SecretFileError> {
     }
 }
 
-/// Writes a new file beside it, then renames it: at no time half a secret, or a readable one, has the name.
+/// Writes a new file beside it, then renames it: at no time half a secret, or a readable one, has
+/// the name.
 pub(crate) fn write(path: &Path, text: &str) -> Result<(), SecretFileError> {
     let beside = path.with_extension(format!("new-{}", std::process::id()));
     let mut options = OpenOptions::new();

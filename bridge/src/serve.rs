@@ -40,8 +40,8 @@ pub struct Config {
     pub token: Option<Token>,
     /// Whether watching needs the token.
     pub watching: Option<Watching>,
-    /// Origins of other pages that may connect, exactly as a browser writes them: `https://lab.example`. The page that the
-    /// bridge serves needs no entry.
+    /// Origins of other pages that may connect, exactly as a browser writes them:
+    /// `https://lab.example`. The page that the bridge serves needs no entry.
     pub origins: Vec<String>,
     /// Whether Foxglove may watch, where anyone may.
     pub foxglove: bool,
@@ -94,8 +94,8 @@ pub enum RunError {
     Record(#[from] RecordError),
 }
 
-/// Serves on `listener` until `shutdown` ends; then the robot is stopped, the recording finished, and open requests may end
-/// within two seconds.
+/// Serves on `listener` until `shutdown` ends; then the robot is stopped, the recording finished,
+/// and open requests may end within two seconds.
 ///
 /// # Errors
 /// [`RunError`] at once if something of `config` cannot be had.

@@ -2,10 +2,12 @@
 //!
 //! In: a WebSocket. Out: what the client says, to the hub; what the hub has for it, to the client.
 //!
-//! 1. The bridge says hello with a challenge; the client answers in time, with a proof or as a watcher.
-//! 2. Reading and writing run side by side: a client that does not read may still send, and one that is silent still receives.
-//! 3. The first of these ends it: malformed, too large or too many messages; silence; a close from either side.
-//!    However it ends, the hub learns it, and a robot that was driven by it stops.
+//! 1. The bridge says hello with a challenge; the client answers in time, with a proof or as a
+//!    watcher.
+//! 2. Reading and writing run side by side: a client that does not read may still send, and one
+//!    that is silent still receives.
+//! 3. The first of these ends it: malformed, too large or too many messages; silence; a close from
+//!    either side. However it ends, the hub learns it, and a robot that was driven by it stops.
 
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};

@@ -2,11 +2,13 @@
 //!
 //! In: the text of the file, and what the command line says. Out: complete [`Settings`].
 //!
-//! 1. [`Settings::read`] reads a file; a key that is unknown, or a value that cannot be, is named with its line.
+//! 1. [`Settings::read`] reads a file; a key that is unknown, or a value that cannot be, is named
+//!    with its line.
 //! 2. [`Settings::over`] lays one above another: what the command line says wins, key by key.
 //! 3. [`Settings::complete`] fills in the defaults. `slamlab-bridge config` prints that.
 //!
-//! `bridge/deploy/bridge.toml` is the file that the package installs: every key stands in it, with its meaning.
+//! `bridge/deploy/bridge.toml` is the file that the package installs: every key stands in it, with
+//! its meaning.
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
@@ -50,7 +52,8 @@ pub struct Settings {
     /// Origin of another page that may connect, as a browser writes it; may stand more than once
     #[arg(long, value_name = "ORIGIN")]
     pub allow_origin: Option<Vec<String>>,
-    /// Let Foxglove and Lichtblick watch, at ws://HOST:PORT/foxglove; their web pages need an --allow-origin too
+    /// Let Foxglove and Lichtblick watch, at ws://HOST:PORT/foxglove; their web pages need an
+    /// --allow-origin too
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
     pub foxglove: Option<bool>,
     /// Speak rosbridge, at ws://HOST:PORT/rosbridge
@@ -170,7 +173,8 @@ pub enum Tls {
 impl Settings {
     /// Reads a file.
     ///
-    /// # Errors    [`SettingsError`]: it cannot be read, or what stands in which line of it is no setting.
+    /// # Errors    [`SettingsError`]: it cannot be read, or what stands in which line of it is no
+    /// setting.
     pub fn read(path: &Path) -> Result<Self, SettingsError> {
         let text = std::fs::read_to_string(path).map_err(|source| SettingsError::Io {
             path: path.to_owned(),
@@ -182,7 +186,8 @@ impl Settings {
         })
     }
 
-    /// These settings, and those of `below` where these say nothing. `listen` also hides a `port` below it.
+    /// These settings, and those of `below` where these say nothing. `listen` also hides a `port`
+    /// below it.
     #[must_use]
     pub fn over(self, below: Self) -> Self {
         let port_below = below.port.filter(|_| self.listen.is_none());

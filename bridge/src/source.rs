@@ -2,15 +2,16 @@
 //!
 //! In: a [`Source`]. Out: its [`SourceEvent`]s, in order; and a way to give it [`Order`]s.
 //!
-//! 1. [`start`] gives the source a thread of its own, for serial ports block. Several sources run side by side, each with a
-//!    number; the hub joins what they say.
-//! 2. The thread sends events through its [`Port`]. The queue is bounded and never waited for: a source must go on
-//!    serving its robot when the hub is late. What found no room is counted.
-//! 3. Orders are not queued: the newest waits until the source takes it, and an emergency stop waits until it is taken,
-//!    whatever comes after. So nothing stale runs after a delay.
-//! 4. [`Waited::Closed`] tells the source that the bridge ends: it stops its robot, and returns. It does the same after a
-//!    fault that it cannot mend; faults that it can (a pulled cable) it mends by itself, and says so by
-//!    [`SourceEvent::Link`]. Whoever drives has to arm again after any link that was not up.
+//! 1. [`start`] gives the source a thread of its own, for serial ports block. Several sources run
+//!    side by side, each with a number; the hub joins what they say.
+//! 2. The thread sends events through its [`Port`]. The queue is bounded and never waited for: a
+//!    source must go on serving its robot when the hub is late. What found no room is counted.
+//! 3. Orders are not queued: the newest waits until the source takes it, and an emergency stop
+//!    waits until it is taken, whatever comes after. So nothing stale runs after a delay.
+//! 4. [`Waited::Closed`] tells the source that the bridge ends: it stops its robot, and returns. It
+//!    does the same after a fault that it cannot mend; faults that it can (a pulled cable) it mends
+//!    by itself, and says so by [`SourceEvent::Link`]. Whoever drives has to arm again after any
+//!    link that was not up.
 
 mod named;
 mod orders;
@@ -56,7 +57,8 @@ pub trait Source: Send + 'static {
     fn run(self: Box<Self>, port: Port);
 }
 
-/// A running source, as the hub holds it. Dropping it closes the source and waits until it has stopped its robot.
+/// A running source, as the hub holds it. Dropping it closes the source and waits until it has
+/// stopped its robot.
 #[derive(Debug)]
 pub struct Running {
     /// What it is.
@@ -95,8 +97,8 @@ pub fn start(
 }
 
 impl Running {
-    /// Gives order number `number`; one that was not taken yet is forgotten, but for an emergency stop.
-    /// [`SourceEvent::Busy`] refers to the number.
+    /// Gives order number `number`; one that was not taken yet is forgotten, but for an emergency
+    /// stop. [`SourceEvent::Busy`] refers to the number.
     pub fn order(&self, number: u64, order: Order) {
         self.orders.put(number, order);
     }

@@ -1,10 +1,13 @@
 //! TLS: for a network in which others could listen.
 //!
-//! In: a certificate and its key, or a folder in which the bridge keeps its own. Out: an [`Identity`] to serve with.
+//! In: a certificate and its key, or a folder in which the bridge keeps its own. Out: an
+//! [`Identity`] to serve with.
 //!
-//! 1. No public authority certifies a robot in a local network. Its own certificate names this machine: `localhost`, `NAME.local`, and the
-//!    addresses that it has at the time. The browser warns once; a person compares the fingerprint that the bridge prints.
-//! 2. Key and certificate lie beside the token, the key readable by its owner only. Both stay until they are deleted.
+//! 1. No public authority certifies a robot in a local network. Its own certificate names this
+//!    machine: `localhost`, `NAME.local`, and the addresses that it has at the time. The browser
+//!    warns once; a person compares the fingerprint that the bridge prints.
+//! 2. Key and certificate lie beside the token, the key readable by its owner only. Both stay until
+//!    they are deleted.
 //! 3. The provider is `ring`; TLS 1.2 and 1.3, HTTP/1.1.
 
 use std::fs;

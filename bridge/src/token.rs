@@ -1,8 +1,8 @@
 //! The token: who has it may drive.
 //!
-//! 256 random bits in hexadecimal, in a file that only its owner can read. It is shown to a person in the address of the
-//! page, behind `#`, where no browser sends it to any server; over the network goes only a proof made with it
-//! ([`slamlab_core::wire::message::proof`]).
+//! 256 random bits in hexadecimal, in a file that only its owner can read. It is shown to a person
+//! in the address of the page, behind `#`, where no browser sends it to any server; over the
+//! network goes only a proof made with it ([`slamlab_core::wire::message::proof`]).
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -63,7 +63,8 @@ impl Token {
 
     /// Reads the file, or makes it with a new token where there is none.
     ///
-    /// # Errors    [`TokenError`]: it cannot be read or made, others can read it, or what it holds can be guessed.
+    /// # Errors    [`TokenError`]: it cannot be read or made, others can read it, or what it holds
+    /// can be guessed.
     pub fn load_or_create(path: &Path) -> Result<Self, TokenError> {
         match secret_file::read(path) {
             Ok(text) => Self::checked(path, text.trim()),

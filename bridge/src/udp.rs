@@ -1,13 +1,15 @@
-//! A lidar served by the UDP protocol of Pilch's server, so that his application, another bridge (`--source
-//! udp:HOST`) or any script can use it.
+//! A lidar served by the UDP protocol of Pilch's server, so that his application, another bridge
+//! (`--source udp:HOST`) or any script can use it.
 //!
-//! In: datagrams. Out: datagrams. The rules (one client, its heartbeat, paths of a list, rates) are those of
-//! [`pilch::server`]; here are the socket and the lidar.
+//! In: datagrams. Out: datagrams. The rules (one client, its heartbeat, paths of a list, rates) are
+//! those of [`pilch::server`]; here are the socket and the lidar.
 //!
-//! 1. Answers go to the address of the client, but to the port that the source fixes: it listens at another than it sends from.
-//! 2. An order to connect opens the lidar at its path; it is brought up, watched and reopened as in `serve`.
-//! 3. Readings come from whole scans: beams that hit something, in the order in which they were taken. Those of
-//!    a scan without qualities have that of an express scan.
+//! 1. Answers go to the address of the client, but to the port that the source fixes: it listens at
+//!    another than it sends from.
+//! 2. An order to connect opens the lidar at its path; it is brought up, watched and reopened as in
+//!    `serve`.
+//! 3. Readings come from whole scans: beams that hit something, in the order in which they were
+//!    taken. Those of a scan without qualities have that of an express scan.
 //!
 //! The protocol has neither encryption nor authentication: it is off unless asked for.
 
@@ -40,7 +42,8 @@ const TURN: Duration = Duration::from_millis(10);
 /// Events of the lidar that may wait.
 const MOST_WAITING: usize = 64;
 
-/// Serves lidars at these paths to a client that listens at `client_port`, until `stop` is set; then, and whenever the client is gone, the lidar is stopped.
+/// Serves lidars at these paths to a client that listens at `client_port`, until `stop` is set;
+/// then, and whenever the client is gone, the lidar is stopped.
 ///
 /// # Errors    Where the socket does not work any more.
 fn serve(
@@ -80,7 +83,8 @@ fn serve(
     Ok(())
 }
 
-/// Serves lidars at these paths of this machine to a client that listens at `client_port`, on a thread of its own.
+/// Serves lidars at these paths of this machine to a client that listens at `client_port`, on a
+/// thread of its own.
 ///
 /// # Errors    Where the system has no thread left.
 pub fn start(socket: UdpSocket, paths: Vec<String>, client_port: u16) -> io::Result<UdpServer> {

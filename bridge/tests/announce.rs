@@ -1,5 +1,5 @@
-//! The bridge is found in the network by whoever browses for it, and says goodbye. On loopback, at a port of the test's own:
-//! nothing of it leaves the machine.
+//! The bridge is found in the network by whoever browses for it, and says goodbye. On loopback, at
+//! a port of the test's own: nothing of it leaves the machine.
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
 #![cfg(target_os = "linux")] // elsewhere loopback may have no multicast

@@ -1,4 +1,5 @@
-//! One period of the drive controller, of which a robot has a thousand in a second, and the design of its gains.
+//! One period of the drive controller, of which a robot has a thousand in a second, and the design
+//! of its gains.
 
 use std::f64::consts::TAU;
 use std::hint::black_box;
@@ -26,7 +27,8 @@ fn controller(c: &mut Criterion) {
     let mut seconds = 0.0;
     c.bench_function("controller/step", |b| {
         b.iter(|| {
-            // The shafts follow the command: an encoder's counts, so that no observer comes to rest.
+            // The shafts follow the command: an encoder's counts, so that no observer comes to
+            // rest.
             seconds += PERIOD;
             let count = (wish.speed * seconds / RADIANS_PER_COUNT) as i64;
             controller.step(black_box([count, count]), [wish, wish])

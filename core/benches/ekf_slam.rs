@@ -1,4 +1,5 @@
-//! The line filter by the number of walls it knows: move, correct by one match, add a wall, and whole scans of eight lines.
+//! The line filter by the number of walls it knows: move, correct by one match, add a wall, and
+//! whole scans of eight lines.
 
 #[path = "../examples/shared/mapped_filter.rs"]
 mod mapped_filter;

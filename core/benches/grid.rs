@@ -1,4 +1,5 @@
-//! Drawing scans into the occupancy grid: 1000 scans of 360 beams over a map of 100 m x 100 m at 5 cm.
+//! Drawing scans into the occupancy grid: 1000 scans of 360 beams over a map of 100 m x 100 m at 5
+//! cm.
 #![allow(missing_docs, reason = "criterion's macros")]
 
 use std::f64::consts::TAU;

@@ -1,5 +1,5 @@
-//! How fast worlds are seen and driven through: scans of `campus`, and simulated seconds. How the cost of a ray grows
-//! with the number of walls is a claim of its own: `report -- ray-cast`.
+//! How fast worlds are seen and driven through: scans of `campus`, and simulated seconds. How the
+//! cost of a ray grows with the number of walls is a claim of its own: `report -- ray-cast`.
 
 use std::f64::consts::TAU;
 use std::hint::black_box;

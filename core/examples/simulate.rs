@@ -35,8 +35,8 @@ use prior_map::load;
 /// A robot in a simulated world: it maps, finds itself, plans and drives.
 #[derive(Parser)]
 struct Args {
-    /// A built-in world, or the path of a world file (.json), of a map of ROS map_server (.yaml), of an OGmap.txt or of a floor plan
-    /// (.svg).
+    /// A built-in world, or the path of a world file (.json), of a map of ROS map_server (.yaml),
+    /// of an OGmap.txt or of a floor plan (.svg).
     #[arg(long, default_value = "office")]
     world: String,
     /// Metres in a unit of a floor plan; by default what the drawing says of itself.
@@ -57,11 +57,12 @@ struct Args {
     /// How the robot estimates its pose: odometry, line-ekf, scan-matching or prior-map.
     #[arg(long, default_value = "line-ekf")]
     method: String,
-    /// The map that `--method prior-map` finds the robot in: YAML of ROS map_server, OGmap.txt, floor plan (.svg) or world (.json). By
-    /// default the walls of the world.
+    /// The map that `--method prior-map` finds the robot in: YAML of ROS map_server, OGmap.txt,
+    /// floor plan (.svg) or world (.json). By default the walls of the world.
     #[arg(long, value_name = "FILE")]
     prior_map: Option<PathBuf>,
-    /// Where the robot begins in that map, as `x,y,heading` in metres and degrees; by default where it begins in the world.
+    /// Where the robot begins in that map, as `x,y,heading` in metres and degrees; by default where
+    /// it begins in the world.
     #[arg(long, value_name = "X,Y,DEGREES", value_parser = prior_map::pose, requires = "prior_map", allow_hyphen_values = true)]
     start: Option<Pose2>,
     /// Simulated seconds after which the run is given up.

@@ -1,5 +1,5 @@
-//! What a figure of a configuration may be, said once: a configuration's `validate` and the table of settings take it from the
-//! same constant.
+//! What a figure of a configuration may be, said once: a configuration's `validate` and the table
+//! of settings take it from the same constant.
 
 use std::fmt;
 
@@ -55,7 +55,8 @@ pub fn check(figures: &[(&'static str, f64, Bounds)]) -> Result<(), OutOfBounds>
     }
 }
 
-/// A limit that may also be infinite, which stands for no limit: then the largest that it may be otherwise.
+/// A limit that may also be infinite, which stands for no limit: then the largest that it may be
+/// otherwise.
 #[must_use]
 pub fn or_no_limit(value: f64, bounds: Bounds) -> f64 {
     match value == f64::INFINITY {

@@ -1,7 +1,7 @@
 //! Devices on lines, and the rules that keep a robot safe, without I/O, thread or clock.
 //!
-//! In: bytes of a line, what somebody who drives asks for, and the time. Out: bytes for the line, and
-//! what robot and sensors say.
+//! In: bytes of a line, what somebody who drives asks for, and the time. Out: bytes for the line,
+//! and what robot and sensors say.
 //!
 //! | module | what it holds |
 //! |---|---|

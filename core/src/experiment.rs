@@ -1,11 +1,12 @@
-//! A simulated robot as the source of a [`Session`], in one deterministic loop; and what only a simulation knows: the truth, and
-//! with it how large the errors are.
+//! A simulated robot as the source of a [`Session`], in one deterministic loop; and what only a
+//! simulation knows: the truth, and with it how large the errors are.
 //!
 //! ```text
 //!   Simulation ── odometry, scans ──> Session ── command ──> Simulation
 //! ```
 //!
-//! The same configuration gives the same bits natively and in the browser; [`Experiment::state_hash`] shows it.
+//! The same configuration gives the same bits natively and in the browser;
+//! [`Experiment::state_hash`] shows it.
 
 mod config;
 mod figures;
@@ -26,11 +27,14 @@ pub use figures::{Figures, Record, Sample};
 
 /// Simulated time of one step, s: how often the pilot decides.
 pub const CONTROL_PERIOD: f64 = 0.05;
-/// Control periods that one stage of the cycle, or scans of a standing robot, may take: ten minutes.
+/// Control periods that one stage of the cycle, or scans of a standing robot, may take: ten
+/// minutes.
 const MOST_PERIODS: usize = 12_000;
-/// Readings that are kept for a log: 40 MB, three quarters of an hour of a lidar with 360 beams at 10 Hz.
+/// Readings that are kept for a log: 40 MB, three quarters of an hour of a lidar with 360 beams at
+/// 10 Hz.
 const MOST_LOGGED: usize = 10_000_000;
-/// Odometry readings in one step. A turning sensor is de-skewed by them, so they come faster than decisions.
+/// Odometry readings in one step. A turning sensor is de-skewed by them, so they come faster than
+/// decisions.
 const READINGS: u32 = 5;
 
 /// Why an experiment cannot begin.
@@ -78,7 +82,8 @@ impl Experiment {
             scans_on_command: sim.scans_on_command(),
             is_driven: true,
             method: config.method,
-            // The pilot draws its own numbers: what it decides must not change the noise of the sensors.
+            // The pilot draws its own numbers: what it decides must not change the noise of the
+            // sensors.
             seed: config.seed ^ 0x9E37_79B9_7F4A_7C15,
             slam,
             pilot: config.pilot,
@@ -95,16 +100,18 @@ impl Experiment {
         })
     }
 
-    /// One control period: the pilot decides, the robot moves, odometry and scans are taken in. Tells whether a scan was.
+    /// One control period: the pilot decides, the robot moves, odometry and scans are taken in.
+    /// Tells whether a scan was.
     ///
-    /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never produce one.
+    /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never
+    /// produce one.
     pub fn step(&mut self) -> Result<bool, SlamError> {
         self.decide();
         self.advance()
     }
 
-    /// The first half of a step: the pilot looks at the map and tells the robot what to do. Does nothing where it has
-    /// decided already, as [`Self::next_stage`] may leave it.
+    /// The first half of a step: the pilot looks at the map and tells the robot what to do. Does
+    /// nothing where it has decided already, as [`Self::next_stage`] may leave it.
     pub fn decide(&mut self) {
         self.session.show_all_stages();
         self.steer();
@@ -120,9 +127,11 @@ impl Experiment {
         }
     }
 
-    /// The second half of a step: the robot moves, odometry and scans are taken in. Tells whether a scan was.
+    /// The second half of a step: the robot moves, odometry and scans are taken in. Tells whether a
+    /// scan was.
     ///
-    /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never produce one.
+    /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never
+    /// produce one.
     pub fn advance(&mut self) -> Result<bool, SlamError> {
         self.session.show_all_stages();
         self.sense()
@@ -137,7 +146,8 @@ impl Experiment {
         Ok(has_scanned)
     }
 
-    /// One reading of the odometry, and what the sensors measured meanwhile. Tells whether it was a scan.
+    /// One reading of the odometry, and what the sensors measured meanwhile. Tells whether it was a
+    /// scan.
     fn read(&mut self) -> Result<bool, SlamError> {
         self.sim.advance(CONTROL_PERIOD / f64::from(READINGS));
         self.session.odometry(&self.sim.odometry())?;
@@ -165,11 +175,13 @@ impl Experiment {
         Ok(true)
     }
 
-    /// Goes on to the next stage of the cycle that was not shown yet, and tells which it is; `None` where the errand is over
-    /// or there is none. It steps through the record of the stages; the run itself goes on, to the next decision, only
-    /// where that is used up, so that its bits are those of [`Self::step`].
+    /// Goes on to the next stage of the cycle that was not shown yet, and tells which it is; `None`
+    /// where the errand is over or there is none. It steps through the record of the stages; the
+    /// run itself goes on, to the next decision, only where that is used up, so that its bits are
+    /// those of [`Self::step`].
     ///
-    /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never produce one.
+    /// # Errors    [`SlamError`] for a scan that cannot be used; the simulated sensors never
+    /// produce one.
     pub fn next_stage(&mut self) -> Result<Option<Stage>, SlamError> {
         for _ in 0..2 * MOST_PERIODS {
             let session = &mut self.session;
@@ -193,8 +205,9 @@ impl Experiment {
         self.session.reconfigure(settings)
     }
 
-    /// `count` scans of a robot that is just like this one and stands where it stands, for [`crate::points::estimate_sigma`];
-    /// fewer where they would take more than ten minutes. The run itself is not affected.
+    /// `count` scans of a robot that is just like this one and stands where it stands, for
+    /// [`crate::points::estimate_sigma`]; fewer where they would take more than ten minutes. The
+    /// run itself is not affected.
     #[must_use]
     pub fn standing_scans(&self, count: usize) -> Vec<Scan> {
         let mut sim = self.sim.clone();
@@ -207,7 +220,8 @@ impl Experiment {
             }
             sim.advance(CONTROL_PERIOD);
             let came = sim.take_scan();
-            // What was seen before it stood, and during the sweep in which it came to stand, does not count.
+            // What was seen before it stood, and during the sweep in which it came to stand, does
+            // not count.
             if stands {
                 scans.extend(came);
             } else {
@@ -220,7 +234,8 @@ impl Experiment {
         scans
     }
 
-    /// Has the robot drive by the cycle, or as continuously as its sensor allows; what it was doing starts again.
+    /// Has the robot drive by the cycle, or as continuously as its sensor allows; what it was doing
+    /// starts again.
     pub fn set_cycle(&mut self, cycle: bool) {
         self.sim.set_on_command(cycle);
         self.session
@@ -273,8 +288,8 @@ impl Experiment {
         &self.record
     }
 
-    /// The scans so far with the odometry at which they were taken: what an estimator needs, without the truth. Of a run that is very
-    /// long the first ten million readings.
+    /// The scans so far with the odometry at which they were taken: what an estimator needs,
+    /// without the truth. Of a run that is very long the first ten million readings.
     #[must_use]
     pub fn log(&self) -> &CarmenLog {
         &self.log

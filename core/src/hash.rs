@@ -58,7 +58,8 @@ impl StateHash {
     }
 
     fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
-        // `Hasher::write` takes the bytes as they are; `write_u64` would depend on the machine's byte order.
+        // `Hasher::write` takes the bytes as they are; `write_u64` would depend on the machine's
+        // byte order.
         std::hash::Hasher::write(&mut self.0, bytes);
         self
     }

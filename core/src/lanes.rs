@@ -1,10 +1,11 @@
 //! Four numbers worked on at a time, by the widest instructions of the machine.
 //!
-//! 1. [`Lanes`] is what the sums need of four numbers. Each operation is that of IEEE 754, lane by lane, rounded by itself (no fused
-//!    multiply-add): the same bits on every machine.
-//! 2. `wide::f64x4` is the form that every target has: two instructions of 128 bits where the compiler knows of no wider ones,
-//!    as in the browser and in the usual build for x86-64.
-//! 3. `Avx` is one instruction of 256 bits, for machines that turn out to have them when the program runs.
+//! 1. [`Lanes`] is what the sums need of four numbers. Each operation is that of IEEE 754, lane by
+//!    lane, rounded by itself (no fused multiply-add): the same bits on every machine.
+//! 2. `wide::f64x4` is the form that every target has: two instructions of 128 bits where the
+//!    compiler knows of no wider ones, as in the browser and in the usual build for x86-64.
+//! 3. `Avx` is one instruction of 256 bits, for machines that turn out to have them when the
+//!    program runs.
 //! 4. A [`Kernel`] is a loop written once for both; [`run`] picks.
 
 use std::ops::{Add, AddAssign, Div, Mul, Sub, SubAssign};
@@ -51,7 +52,8 @@ pub(crate) trait Lanes:
     /// `yes` where `self` is greater than `other`, else `no`.
     fn where_greater(self, other: Self, yes: Self, no: Self) -> Self;
 
-    /// Adds `by` to those of eight numbers whose bit is set, and lifts all to `least`. Tells which are `least` then.
+    /// Adds `by` to those of eight numbers whose bit is set, and lifts all to `least`. Tells which
+    /// are `least` then.
     fn add_where(
         machine: Self::Machine,
         numbers: &mut [f32; 8],
@@ -69,7 +71,8 @@ pub(crate) trait Kernel {
     /// What comes out.
     type Output;
 
-    /// The loop itself; to be `#[inline(always)]`, or it is not compiled for the wider instructions.
+    /// The loop itself; to be `#[inline(always)]`, or it is not compiled for the wider
+    /// instructions.
     fn run<L: Lanes>(self, machine: L::Machine) -> Self::Output;
 }
 
@@ -83,7 +86,8 @@ pub(crate) fn run<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<f64x4>(())
 }
 
-/// Runs what the compiler is to make wider by itself, with the widest instructions that the machine has.
+/// Runs what the compiler is to make wider by itself, with the widest instructions that the machine
+/// has.
 #[inline(always)]
 pub(crate) fn widened<F: pulp::NullaryFnOnce>(work: F) -> F::Output {
     if cfg!(feature = "narrow") {

@@ -1,15 +1,18 @@
-//! A robot behind a bridge as the source of a [`Session`]: what robot and sensors say feeds it, and what it decides goes back.
+//! A robot behind a bridge as the source of a [`Session`]: what robot and sensors say feeds it, and
+//! what it decides goes back.
 //!
 //! ```text
 //!   bridge ── messages ──> Client ── odometry, scans ──> Timeline ──> Session ──┐
 //!          <── messages ──        <─────────────── commands ───────────────────┘
 //! ```
 //!
-//! 1. The bridge's hello names the robot; estimate and map begin with it. A robot in a new connection goes on in the old map.
-//! 2. [`Live::receive`] takes a message, [`Live::tick`] lets the pilot decide; both say what to send by
-//!    [`Live::take_outgoing`]. Time is µs of the caller's clock.
-//! 3. The pilot's commands go out only while this client has the lease and the robot is armed. Whatever disarms it also ends
-//!    the pilot's task, and so does asking for the right to drive: nothing begins or goes on by itself when the robot is armed.
+//! 1. The bridge's hello names the robot; estimate and map begin with it. A robot in a new
+//!    connection goes on in the old map.
+//! 2. [`Live::receive`] takes a message, [`Live::tick`] lets the pilot decide; both say what to
+//!    send by [`Live::take_outgoing`]. Time is µs of the caller's clock.
+//! 3. The pilot's commands go out only while this client has the lease and the robot is armed.
+//!    Whatever disarms it also ends the pilot's task, and so does asking for the right to drive:
+//!    nothing begins or goes on by itself when the robot is armed.
 
 #[cfg(test)]
 mod tests;
@@ -43,14 +46,14 @@ pub struct LiveConfig {
     pub token: Option<String>,
     /// How the pose is estimated.
     pub method: Method,
-    /// The map that [`Method::PriorMap`] finds the robot in, placed by where the robot is when the bridge names it; without one the
-    /// line filter draws its own.
+    /// The map that [`Method::PriorMap`] finds the robot in, placed by where the robot is when the
+    /// bridge names it; without one the line filter draws its own.
     pub prior_map: Option<PriorMap>,
-    /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg) also where its sensor scans all
-    /// the time.
+    /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg)
+    /// also where its sensor scans all the time.
     pub cycle: bool,
-    /// Settings that differ from the defaults of the robot that the bridge names ([`Settings::of_robot`]); those of simulated
-    /// sensors and bodies do not matter.
+    /// Settings that differ from the defaults of the robot that the bridge names
+    /// ([`Settings::of_robot`]); those of simulated sensors and bodies do not matter.
     pub settings: Vec<(String, f64)>,
     /// Of the planner's random numbers.
     pub seed: u64,
@@ -248,7 +251,8 @@ impl Live {
         self.notes.push(Note { severity, text });
     }
 
-    /// Nothing is under way any more, an arming that waits for its lease neither: it would come after the Stop.
+    /// Nothing is under way any more, an arming that waits for its lease neither: it would come
+    /// after the Stop.
     fn end_task(&mut self) {
         self.wants_to_arm = false;
         self.session.stop();
@@ -294,8 +298,8 @@ impl Live {
         std::mem::take(&mut self.notes)
     }
 
-    /// Asks for the right to drive, and arms the robot with it, but where its motors are cut off: then the right to undo that is wanted.
-    /// With `force` also from somebody else.
+    /// Asks for the right to drive, and arms the robot with it, but where its motors are cut off:
+    /// then the right to undo that is wanted. With `force` also from somebody else.
     pub fn take_wheel(&mut self, now: u64, force: bool) {
         if !self.client.is_armed() {
             // A task that was chosen while the robot was disarmed must not begin by itself.
@@ -332,15 +336,16 @@ impl Live {
         self.client.give_up_manoeuvre();
     }
 
-    /// Has the robot drive by the cycle, or as continuously as its sensor allows; its task starts again.
+    /// Has the robot drive by the cycle, or as continuously as its sensor allows; its task starts
+    /// again.
     pub fn set_cycle(&mut self, cycle: bool) {
         self.config.cycle = cycle;
         self.choose_driving(self.session.pilot().mode());
         self.client.give_up_manoeuvre();
     }
 
-    /// By the cycle or continuously. By hand always continuously where the sensor allows it: what stands in the way is seen at
-    /// once then, and a sensor that falls silent is noticed.
+    /// By the cycle or continuously. By hand always continuously where the sensor allows it: what
+    /// stands in the way is seen at once then, and a sensor that falls silent is noticed.
     fn choose_driving(&mut self, mode: Mode) {
         let by_cycle = self.config.cycle && mode != Mode::Manual;
         let on_command = self.waits_for_command() || by_cycle;
@@ -378,8 +383,8 @@ impl Live {
         self.client.reset_emergency_stop(now);
     }
 
-    /// Other settings than the defaults from here on, for this robot and for those that the bridge may name later; see
-    /// [`Session::reconfigure`].
+    /// Other settings than the defaults from here on, for this robot and for those that the bridge
+    /// may name later; see [`Session::reconfigure`].
     ///
     /// # Errors    [`LiveError`] naming the first setting that cannot be; then the old ones stay.
     pub fn reconfigure(&mut self, changes: Vec<(String, f64)>) -> Result<(), LiveError> {
@@ -411,7 +416,8 @@ fn settings_of(
     Ok(settings)
 }
 
-/// The session with the robot that the bridge named, if it named one, and why it has another method than was asked for.
+/// The session with the robot that the bridge named, if it named one, and why it has another method
+/// than was asked for.
 fn session_for(
     config: &LiveConfig,
     figures: Option<&RobotFigures>,

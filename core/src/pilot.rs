@@ -1,18 +1,21 @@
 //! Decisions: from a map and a pose to commands.
 //!
-//! In: a [`Situation`] at every tick. Out: a [`Command`], or `None` where the robot should carry on with the last one.
+//! In: a [`Situation`] at every tick. Out: a [`Command`], or `None` where the robot should carry on
+//! with the last one.
 //!
 //! 1. By hand: the wished speeds, made safe.
 //! 2. Else a goal: the one that was given, or the frontier that promises most for its way.
 //! 3. A way to it: straight, by trees, or over cells; shortened to straight legs.
-//!    On the way to a goal that was given, a robot that is no disc may also take a way that only its outline passes; it is then kept
-//!    safe by the outline. All else is for the disc around it.
-//! 4. Continuous sensors: follow the legs by turn-and-go, or go around people by the dynamic window, every speed made safe. The way is compared with the map twice
-//!    a second, and planned again when something stands in it or the frontier has vanished. A sensor on a servo: scan,
+//!    On the way to a goal that was given, a robot that is no disc may also take a way that only
+//!    its outline passes; it is then kept safe by the outline. All else is for the disc around it.
+//! 4. Continuous sensors: follow the legs by turn-and-go, or go around people by the dynamic
+//!    window, every speed made safe. The way is compared with the map twice a second, and planned
+//!    again when something stands in it or the frontier has vanished. A sensor on a servo: scan,
 //!    plan, one turn and one leg over what has been seen, again.
-//! 5. A robot that does not get on, or whose bumpers say that it stands against something no scan shows, backs off, tries
-//!    again, and in the end says that it is stuck.
-//! 6. While a continuous sensor is silent the robot stands and says so; it goes on with the next scan.
+//! 5. A robot that does not get on, or whose bumpers say that it stands against something no scan
+//!    shows, backs off, tries again, and in the end says that it is stuck.
+//! 6. While a continuous sensor is silent the robot stands and says so; it goes on with the next
+//!    scan.
 //!
 //! Planning happens on these events only, never at the rate of the ticks.
 
@@ -53,8 +56,8 @@ pub struct Situation<'a> {
     pub estimate: &'a PoseEstimate,
     /// The map.
     pub grid: &'a Grid,
-    /// What stands around, robot frame at the stamp of the last scan: its points, and what is too near to be seen
-    /// ([`crate::slam::Slam::obstacles`]).
+    /// What stands around, robot frame at the stamp of the last scan: its points, and what is too
+    /// near to be seen ([`crate::slam::Slam::obstacles`]).
     pub points: Option<&'a Points>,
     /// Those of the points that walk about ([`crate::slam::Slam::walkers`]).
     pub walkers: &'a [Point2<f64>],
@@ -135,7 +138,8 @@ impl Pilot {
         self.config = config;
     }
 
-    /// By hand: drive with these speeds (m/s, rad/s) until the next command. Takes over from any errand.
+    /// By hand: drive with these speeds (m/s, rad/s) until the next command. Takes over from any
+    /// errand.
     pub fn drive(&mut self, forward: f64, turn: f64) {
         if self.mode != Mode::Manual {
             self.set_mode(Mode::Manual);
@@ -205,7 +209,8 @@ impl Pilot {
             return Command::Stop;
         }
         if self.errand.watch.idle_for(now.stamp, &now.estimate.pose) > self.config.patience {
-            // People go away, or become things that the next plan goes around: no reason to give a goal up. Of frontiers there are others.
+            // People go away, or become things that the next plan goes around: no reason to give a
+            // goal up. Of frontiers there are others.
             if self.has_one_goal() && people_are_near(now) {
                 self.errand.stuck = 0;
             }
@@ -256,7 +261,8 @@ impl Pilot {
         Command::Stop
     }
 
-    /// The wished speeds, as far as the last scan and the bumpers allow; standing where a continuous sensor has fallen silent.
+    /// The wished speeds, as far as the last scan and the bumpers allow; standing where a
+    /// continuous sensor has fallen silent.
     fn safely(&mut self, wish: (f64, f64), now: &Situation, config: SafeConfig) -> Command {
         if self.is_blind(now) {
             return self.wait_for_scan();

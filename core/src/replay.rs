@@ -1,10 +1,13 @@
 //! A recorded log as the source of a [`Session`]: the same SLAM that drives a robot.
 //!
-//! In: a [`Log`]: a CARMEN log, or a recording of the bridge. Out: scan by scan, the pose, the trajectory and the map.
+//! In: a [`Log`]: a CARMEN log, or a recording of the bridge. Out: scan by scan, the pose, the
+//! trajectory and the map.
 //!
-//! 1. A CARMEN log holds odometry in each laser message. It is turned into motions between scans, with the noise of a Pioneer.
-//! 2. A recording holds what the bridge heard. It goes through the timeline that a live robot goes through
-//!    ([`crate::wire::timeline`]), so that a recorded drive is mapped as it would have been live.
+//! 1. A CARMEN log holds odometry in each laser message. It is turned into motions between scans,
+//!    with the noise of a Pioneer.
+//! 2. A recording holds what the bridge heard. It goes through the timeline that a live robot goes
+//!    through ([`crate::wire::timeline`]), so that a recorded drive is mapped as it would have been
+//!    live.
 
 mod feed;
 mod log;
@@ -55,7 +58,8 @@ pub struct Replay {
     session: Session,
 }
 
-/// A scan that was used: its time as the log counts it, s, and the pose by odometry alone, map frame.
+/// A scan that was used: its time as the log counts it, s, and the pose by odometry alone, map
+/// frame.
 #[derive(Clone, Copy, Debug)]
 struct Used {
     seconds: f64,
@@ -63,12 +67,13 @@ struct Used {
 }
 
 impl Replay {
-    /// Begins at the first scan, with settings for the log's robot ([`Log::settings`]); those of a simulated sensor and body and of driving
-    /// do not matter. A recording without a robot is mapped by scan matching, whatever the method: lines alone do not tell how
-    /// far along a corridor a sensor was carried.
+    /// Begins at the first scan, with settings for the log's robot ([`Log::settings`]); those of a
+    /// simulated sensor and body and of driving do not matter. A recording without a robot is
+    /// mapped by scan matching, whatever the method: lines alone do not tell how far along a
+    /// corridor a sensor was carried.
     ///
-    /// # Errors   [`ReplayError`]: a setting out of range, a prior map for a log that cannot be found in one, or none where the
-    /// method needs one.
+    /// # Errors   [`ReplayError`]: a setting out of range, a prior map for a log that cannot be
+    /// found in one, or none where the method needs one.
     pub fn new(
         log: impl Into<Log>,
         method: Method,
@@ -111,7 +116,8 @@ impl Replay {
         self.session.set_twin(calibration);
     }
 
-    /// Takes the next scan; `false` when there is none left, and then all work that was put off is done.
+    /// Takes the next scan; `false` when there is none left, and then all work that was put off is
+    /// done.
     ///
     /// # Errors   [`SlamError`] for a scan that cannot be used; it is passed over by the next call.
     pub fn step(&mut self) -> Result<bool, SlamError> {
@@ -147,7 +153,8 @@ impl Replay {
         self.feed.progress(&self.log)
     }
 
-    /// Messages of a recording taken so far, those that came with the last scan included; scans of a CARMEN log.
+    /// Messages of a recording taken so far, those that came with the last scan included; scans of
+    /// a CARMEN log.
     #[must_use]
     pub fn messages_done(&self) -> usize {
         self.feed.position()
@@ -207,7 +214,8 @@ impl Replay {
         stretches
     }
 
-    /// What the drive so far tells of the robot ([`Session::fit`]), and the whole log of its sensor.
+    /// What the drive so far tells of the robot ([`Session::fit`]), and the whole log of its
+    /// sensor.
     #[must_use]
     pub fn fit(&self) -> DriveFit {
         let stretches = self.standing_stretches();
@@ -224,8 +232,8 @@ impl Replay {
         self.used.iter().map(|used| used.dead_reckoning)
     }
 
-    /// The pose of the robot's base at each scan used so far, as known now, with the scan's time: `ipc_timestamp` of a CARMEN
-    /// log, the robot's clock in a recording.
+    /// The pose of the robot's base at each scan used so far, as known now, with the scan's time:
+    /// `ipc_timestamp` of a CARMEN log, the robot's clock in a recording.
     #[must_use]
     pub fn trajectory(&self) -> Vec<(f64, Pose2)> {
         let used = self.used.iter();
@@ -234,7 +242,8 @@ impl Replay {
             .collect()
     }
 
-    /// All scans of the log with their odometry, those too that were not taken yet, as a CARMEN log.
+    /// All scans of the log with their odometry, those too that were not taken yet, as a CARMEN
+    /// log.
     #[must_use]
     pub fn carmen_log(&self) -> CarmenLog {
         let recording = match &self.log {

@@ -1,4 +1,5 @@
-//! The whole loop on one robot, the same for every source: SLAM, pilot, and what people want to know of both.
+//! The whole loop on one robot, the same for every source: SLAM, pilot, and what people want to
+//! know of both.
 //!
 //! ```text
 //!                     ┌────────────────── Session ───────────────────┐
@@ -7,9 +8,10 @@
 //!                     └──────────────────────────────────────────────┘
 //! ```
 //!
-//! A source feeds it and hands it out by `session()`: [`crate::experiment::Experiment`] a simulated robot,
-//! [`crate::replay::Replay`] a recording, [`crate::live::Live`] a robot behind a bridge. What a source adds is its own
-//! (truth, progress, the right to drive); everything else is asked of the session.
+//! A source feeds it and hands it out by `session()`: [`crate::experiment::Experiment`] a simulated
+//! robot, [`crate::replay::Replay`] a recording, [`crate::live::Live`] a robot behind a bridge.
+//! What a source adds is its own (truth, progress, the right to drive); everything else is asked of
+//! the session.
 //!
 //! | verb | when |
 //! |---|---|
@@ -130,7 +132,8 @@ impl Session {
         Ok(())
     }
 
-    /// Takes a few readings on the move, of a sensor that scans only standing; see [`Slam::partial_scan`].
+    /// Takes a few readings on the move, of a sensor that scans only standing; see
+    /// [`Slam::partial_scan`].
     ///
     /// # Errors    [`SlamError::Scan`].
     pub fn partial_scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
@@ -154,8 +157,8 @@ impl Session {
         self.slam.finish();
     }
 
-    /// What to tell the robot now, with these bumpers pressed and the last command still under way or not; `None`: nothing
-    /// new, it carries on.
+    /// What to tell the robot now, with these bumpers pressed and the last command still under way
+    /// or not; `None`: nothing new, it carries on.
     pub fn decide(&mut self, bumpers: Bumpers, robot_is_busy: bool) -> Option<Command> {
         self.pilot.steer(&Situation {
             stamp: self.now,
@@ -172,8 +175,8 @@ impl Session {
         })
     }
 
-    /// Other settings from the next scan and the next decision on, as far as they can be changed during a run (see
-    /// [`Slam::reconfigure`]).
+    /// Other settings from the next scan and the next decision on, as far as they can be changed
+    /// during a run (see [`Slam::reconfigure`]).
     ///
     /// # Errors    [`SlamError`] naming the first setting out of range; then the old ones stay.
     pub fn reconfigure(&mut self, settings: &Settings) -> Result<(), SlamError> {
@@ -211,7 +214,8 @@ impl Session {
         self.twin = calibration.map(|calibration| Twin::new(calibration, width, at));
     }
 
-    /// Shows the next stage of the cycle that is recorded and was not shown, if any; see [`StageRecord`].
+    /// Shows the next stage of the cycle that is recorded and was not shown, if any; see
+    /// [`StageRecord`].
     pub fn step_stage(&mut self) -> Option<Stage> {
         self.pilot.stages_mut().step()
     }
@@ -245,7 +249,8 @@ impl Session {
         self.slam.estimate()
     }
 
-    /// The estimate to show: the newest, or the one before a correction that waits to be shown ([`Session::step_stage`]).
+    /// The estimate to show: the newest, or the one before a correction that waits to be shown
+    /// ([`Session::step_stage`]).
     #[must_use]
     pub fn shown_estimate(&self) -> PoseEstimate {
         let held = self.stages().held_estimate();
@@ -282,7 +287,8 @@ impl Session {
         self.twin.as_ref()
     }
 
-    /// The filter's consistency (NEES, NIS) over the last scans; empty for methods without a line map.
+    /// The filter's consistency (NEES, NIS) over the last scans; empty for methods without a line
+    /// map.
     #[must_use]
     pub fn consistency(&self) -> &ConsistencyWindow {
         &self.consistency
@@ -312,9 +318,10 @@ impl Session {
         self.now
     }
 
-    /// What the drive so far tells of the odometry, with the poses of this run as the truth. Scans are not kept, so that it tells
-    /// nothing of the ranges. Its settings turn the odometry as counted into that of the robot as it is: they are no changes
-    /// to those that this session runs with.
+    /// What the drive so far tells of the odometry, with the poses of this run as the truth. Scans
+    /// are not kept, so that it tells nothing of the ranges. Its settings turn the odometry as
+    /// counted into that of the robot as it is: they are no changes to those that this session runs
+    /// with.
     #[must_use]
     pub fn fit(&self) -> DriveFit {
         let trajectory = self.slam.trajectory();

@@ -1,8 +1,9 @@
-//! Every setting of a run in one table: name, meaning, range, units, what it belongs to, and how to read and write it.
+//! Every setting of a run in one table: name, meaning, range, units, what it belongs to, and how to
+//! read and write it.
 //!
-//! In: a key and a number. Out: other [`Settings`], or a sentence on why not. Whoever shows settings to people (page, command
-//! line) reads the table and types nothing twice. Defaults are those of the configurations themselves, and so are the ranges
-//! that a configuration checks.
+//! In: a key and a number. Out: other [`Settings`], or a sentence on why not. Whoever shows
+//! settings to people (page, command line) reads the table and types nothing twice. Defaults are
+//! those of the configurations themselves, and so are the ranges that a configuration checks.
 //!
 //! | file | subject |
 //! |---|---|
@@ -98,7 +99,8 @@ impl SimulatedWear {
     }
 }
 
-/// What is assumed of the errors of the odometry: how the tracks differ from the model, and by which of two models of noise.
+/// What is assumed of the errors of the odometry: how the tracks differ from the model, and by
+/// which of two models of noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometrySettings {
     /// How the tracks are known to differ from the model.
@@ -112,7 +114,8 @@ pub struct OdometrySettings {
 }
 
 impl OdometrySettings {
-    /// Of this robot; the constant Q is what the other model gives at full speed, 100 readings a second.
+    /// Of this robot; the constant Q is what the other model gives at full speed, 100 readings a
+    /// second.
     #[must_use]
     pub fn of(robot: &RobotModel) -> Self {
         Self {
@@ -123,7 +126,8 @@ impl OdometrySettings {
         }
     }
 
-    /// The calibration of this robot: its own word on noise stands where nothing else was set than the defaults of its model.
+    /// The calibration of this robot: its own word on noise stands where nothing else was set than
+    /// the defaults of its model.
     #[must_use]
     pub fn calibration(&self, robot: &RobotModel) -> OdometryCalibration {
         let noise = |of: &Self| (of.is_constant, of.constant, of.proportional);
@@ -205,8 +209,9 @@ fn find(key: &str) -> Result<&'static Setting, SettingError> {
 
 /// The defaults of estimation and driving for a sensor.
 ///
-/// A sensor that scans only on command sees each cell a few times at most, little of each wall, and from afar in terms
-/// of odometry: it takes Celej's quicker grid, and the `short_range` figures of lines, filter and pilot.
+/// A sensor that scans only on command sees each cell a few times at most, little of each wall, and
+/// from afar in terms of odometry: it takes Celej's quicker grid, and the `short_range` figures of
+/// lines, filter and pilot.
 fn estimation_and_driving(sensor: &SensorModel) -> (SlamConfig, PilotConfig) {
     if let SensorModel::Sonar(sonar) = sensor {
         let slam = SlamConfig {

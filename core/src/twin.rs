@@ -1,14 +1,18 @@
-//! A simulated twin beside a real or a recorded robot: the same counts of the tracks, without chance.
+//! A simulated twin beside a real or a recorded robot: the same counts of the tracks, without
+//! chance.
 //!
-//! In: the odometry as the robot counts it, and at each scan the pose that SLAM estimates, the points and the grid. Out: where a robot with
-//! the given figures would be, and how far that is from the estimate ([`TwinSample`]): position, heading, ranges, with what chance allows.
+//! In: the odometry as the robot counts it, and at each scan the pose that SLAM estimates, the
+//! points and the grid. Out: where a robot with the given figures would be, and how far that is
+//! from the estimate ([`TwinSample`]): position, heading, ranges, with what chance allows.
 //!
-//! 1. The twin begins where the robot is believed to be. Each motion moves it as [`OdometryCalibration`] says: by the model that the simulated robot
-//!    follows ([`crate::sim`]), its chance left out. What chance does meanwhile grows as its covariance.
-//! 2. At each scan the ranges that the twin would measure are those to the first occupied cell of the map in the direction of each beam. Cells
-//!    are as large as they are: an exact twin still differs by half a cell.
-//! 3. A twin that stays within three standard deviations has the figures of the robot. One that leaves them at once has not: fit them
-//!    ([`crate::estimation::OdometryFit`]).
+//! 1. The twin begins where the robot is believed to be. Each motion moves it as
+//!    [`OdometryCalibration`] says: by the model that the simulated robot follows ([`crate::sim`]),
+//!    its chance left out. What chance does meanwhile grows as its covariance.
+//! 2. At each scan the ranges that the twin would measure are those to the first occupied cell of
+//!    the map in the direction of each beam. Cells are as large as they are: an exact twin still
+//!    differs by half a cell.
+//! 3. A twin that stays within three standard deviations has the figures of the robot. One that
+//!    leaves them at once has not: fit them ([`crate::estimation::OdometryFit`]).
 
 use nalgebra::{Matrix3, Point2, Vector2};
 
@@ -42,19 +46,21 @@ pub struct TwinSample {
     pub twin: Pose2,
     /// Distance from the twin to where the robot is believed to be, m.
     pub position: f64,
-    /// Three standard deviations of it along its most uncertain direction: chance, and the estimate's own doubt.
+    /// Three standard deviations of it along its most uncertain direction: chance, and the
+    /// estimate's own doubt.
     pub position_sigma3: f64,
     /// From the twin's heading to the robot's, rad.
     pub heading: f64,
     /// Three standard deviations of it.
     pub heading_sigma3: f64,
-    /// Median of the differences between the ranges that were measured and those that the twin would measure in the map, m, not negative;
-    /// none where too few beams meet the map.
+    /// Median of the differences between the ranges that were measured and those that the twin
+    /// would measure in the map, m, not negative; none where too few beams meet the map.
     pub ranges: Option<f64>,
 }
 
 impl Twin {
-    /// A twin with these figures of a robot whose model says `track_width`, beginning at `map_from_robot`.
+    /// A twin with these figures of a robot whose model says `track_width`, beginning at
+    /// `map_from_robot`.
     #[must_use]
     pub fn new(calibration: OdometryCalibration, track_width: f64, map_from_robot: Pose2) -> Self {
         Self {
@@ -113,7 +119,8 @@ fn median_off(points: &Points, grid: &Grid, map_from_twin: &Pose2) -> Option<f64
             let origin = *map_from_twin * beam.origin_in_robot;
             let towards = map_from_twin.rotate(beam.end_in_robot - beam.origin_in_robot);
             let bearing = libm::atan2(towards.y, towards.x);
-            // Something nearer by than a metre beyond what was measured is looked for; else the twin sees another room.
+            // Something nearer by than a metre beyond what was measured is looked for; else the
+            // twin sees another room.
             range_in(grid, origin, bearing, beam.range + 1.0)
                 .map(|range| (range - beam.range).abs())
         })

@@ -1,4 +1,5 @@
-//! The topology of the built-in worlds, drawn exactly: how many rooms, corridors and doors they have is known by looking.
+//! The topology of the built-in worlds, drawn exactly: how many rooms, corridors and doors they
+//! have is known by looking.
 #![allow(clippy::unwrap_used)] // Helpers of tests may panic as tests do.
 #![allow(missing_docs, reason = "a test binary has no public interface")]
 
@@ -9,7 +10,8 @@ use slamlab_core::sim::{Caster, World, worlds};
 
 const CELL: f64 = 0.05;
 
-/// The world as a grid turned by `turn` holds it: walls, the floor that a flood from the start comes to, the rest unknown.
+/// The world as a grid turned by `turn` holds it: walls, the floor that a flood from the start
+/// comes to, the rest unknown.
 fn drawn(world: &World, turn: f64) -> (CellRect, Vec<CellState>) {
     let (low, high) = world.bounds();
     // Off by less than a cell, so that no wall stands on the border between two cells.

@@ -1,7 +1,8 @@
 //! Fuzzes every decoder, and what other tools say to a bridge: [`slamlab_tests::fuzz`].
 //!
-//! `cargo xtask report fuzz --minutes 10`, or `... --example fuzz -- MINUTES [TARGET...]`; minutes are those of each target. Goes on where
-//! the last run ended; prints JSON, and exits with 0 only if nothing crashed. A crash is saved under `tests/crashes`.
+//! `cargo xtask report fuzz --minutes 10`, or `... --example fuzz -- MINUTES [TARGET...]`; minutes
+//! are those of each target. Goes on where the last run ended; prints JSON, and exits with 0 only
+//! if nothing crashed. A crash is saved under `tests/crashes`.
 #![allow(missing_docs, clippy::unwrap_used)] // a harness: failing is how it reports
 
 #[cfg(unix)]

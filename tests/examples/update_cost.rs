@@ -1,4 +1,5 @@
-//! Prints what an update of the line filter costs natively; `cargo xtask report browser-cost` compares it with the browser.
+//! Prints what an update of the line filter costs natively; `cargo xtask report browser-cost`
+//! compares it with the browser.
 
 #[cfg(not(target_family = "wasm"))]
 fn main() -> Result<(), slamlab_core::estimation::EkfError> {

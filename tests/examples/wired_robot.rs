@@ -1,6 +1,8 @@
-//! A simulated RP6 with an RPLIDAR, each on a pseudo-terminal: the bridge finds there, byte for byte, what real ones say.
+//! A simulated RP6 with an RPLIDAR, each on a pseudo-terminal: the bridge finds there, byte for
+//! byte, what real ones say.
 //!
-//! In: the name of a built-in world (default `arena`), then commands of [`slamlab_tests::console`]. Out: its answers.
+//! In: the name of a built-in world (default `arena`), then commands of [`slamlab_tests::console`].
+//! Out: its answers.
 //!
 //!     cargo run -p slamlab-tests --example wired_robot -- arena
 #![allow(missing_docs)] // a program has no public interface

@@ -9,7 +9,8 @@ import { fileURLToPath } from 'node:url';
 
 const root = fileURLToPath(new URL('../..', import.meta.url));
 
-/** Starts it with these flags; `{ port, token, stop }`. Needs a built bridge: cargo build -p slamlab-bridge. */
+/** Starts it with these flags; `{ port, token, stop }`. Needs a built bridge: cargo build -p
+    slamlab-bridge. */
 export async function startBridge(flags) {
   const folder = await mkdtemp(join(tmpdir(), 'slamlab-interop-'));
   const program = process.env.SLAMLAB_BRIDGE ?? `${root}/target/debug/slamlab-bridge`;

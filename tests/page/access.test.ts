@@ -1,4 +1,5 @@
-// For everyone: by keyboard alone, with assistive technology, in both themes, on the narrowest phone.
+// For everyone: by keyboard alone, with assistive technology, in both themes, on the narrowest
+// phone.
 import { AxeBuilder } from '@axe-core/playwright';
 import { expect, test } from './fixture.ts';
 

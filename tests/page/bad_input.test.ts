@@ -1,4 +1,5 @@
-// What cannot be read is refused with a sentence that says what and where, and the page keeps what it shows.
+// What cannot be read is refused with a sentence that says what and where, and the page keeps what
+// it shows.
 import { expect, test } from './fixture.ts';
 import { drop } from './lab.ts';
 import { record } from './recording.ts';

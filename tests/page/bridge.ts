@@ -1,5 +1,5 @@
-// Starts the bridge on a free port before the tests, tells them its address, and stops that very process after them. Tests of
-// a robot behind a bridge start one more of their own.
+// Starts the bridge on a free port before the tests, tells them its address, and stops that very
+// process after them. Tests of a robot behind a bridge start one more of their own.
 import { spawn, type ChildProcess } from 'node:child_process';
 import { once } from 'node:events';
 import { createInterface } from 'node:readline';
@@ -32,7 +32,8 @@ export class Bridge {
     return bridge;
   }
 
-  /** Ends what a test that failed left behind: its bridge would look for its robot's port for ever, which is soon that of the next test. */
+  /** Ends what a test that failed left behind: its bridge would look for its robot's port for ever,
+      which is soon that of the next test. */
   static async stopAll(): Promise<void> {
     await Promise.all(this.#started.splice(0).map((bridge) => bridge.stop('SIGKILL')));
   }

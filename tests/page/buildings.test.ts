@@ -1,4 +1,5 @@
-// Buildings from files: a floor plan, a map of ROS, and what was saved here, become worlds to drive in and maps to be found in.
+// Buildings from files: a floor plan, a map of ROS, and what was saved here, become worlds to drive
+// in and maps to be found in.
 import { readFile } from 'node:fs/promises';
 import type { Download } from '@playwright/test';
 import { expect, test } from './fixture.ts';

@@ -1,5 +1,6 @@
-// Web Serial: a robot and a lidar at ports of this very computer, without a bridge. The browser's ports are fakes whose bytes go to the
-// simulated devices on pseudo-terminals, byte for byte; the page drives, maps, and stops.
+// Web Serial: a robot and a lidar at ports of this very computer, without a bridge. The browser's
+// ports are fakes whose bytes go to the simulated devices on pseudo-terminals, byte for byte; the
+// page drives, maps, and stops.
 import { execFile } from 'node:child_process';
 import { constants, type FileHandle, open } from 'node:fs/promises';
 import { promisify } from 'node:util';
@@ -185,7 +186,8 @@ test('an adapter that is put in again is found, and its robot moves only after i
     await robot.plug();
     await serial.regain(0);
     await expect(page.getByLabel('Devices')).toContainText('sending', { timeout: 60_000 });
-    // Long enough for an order that outlived the cut: the page sends 20 a second, and the key is held.
+    // Long enough for an order that outlived the cut: the page sends 20 a second, and the key is
+    // held.
     for await (const facts of robot.during(2)) expect(facts.moves, 'nothing moves before somebody arms it').toBe(false);
     await turnByHand(lab, robot);
     await page.keyboard.up('ArrowLeft');

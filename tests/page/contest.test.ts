@@ -1,4 +1,5 @@
-// The planners side by side: the same way asked of all, the table says what came of it, and a tree is drawn.
+// The planners side by side: the same way asked of all, the table says what came of it, and a tree
+// is drawn.
 import type { Page } from '@playwright/test';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
@@ -23,7 +24,8 @@ async function ask(lab: Lab, page: Page, isTouch: boolean): Promise<void> {
   await lab.at('contest-seconds').selectOption('0.2');
   const box = await lab.at('map').boundingBox();
   expect(box).not.toBeNull();
-  // In the next room to the north-east of the start of `office`; the map's frame begins at (1, 6) of the world.
+  // In the next room to the north-east of the start of `office`; the map's frame begins at (1, 6)
+  // of the world.
   await lab.pointAt(4.4, 2.6, isTouch);
   await expect(lab.at('contest-table')).toBeVisible();
   await over(lab);

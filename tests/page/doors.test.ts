@@ -1,4 +1,5 @@
-// Doors of a world: a button each, one for all, and a click on the map; what the robot then sees is up to the robot.
+// Doors of a world: a button each, one for all, and a click on the map; what the robot then sees is
+// up to the robot.
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 

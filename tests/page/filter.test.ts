@@ -1,4 +1,5 @@
-// Looking into the filter: the matrix, the walls on the map and the matches tell the same story, and the figures are judged.
+// Looking into the filter: the matrix, the walls on the map and the matches tell the same story,
+// and the figures are judged.
 import type { Page } from '@playwright/test';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
@@ -17,7 +18,8 @@ async function lookInside(lab: Lab): Promise<void> {
   await expect(lab.at('correlations')).toHaveAttribute('data-rows', /^[1-9]/);
 }
 
-/** Tone of a cell of the matrix, the greatest difference between its colours: 0 is no correlation. */
+/** Tone of a cell of the matrix, the greatest difference between its colours: 0 is no
+    correlation. */
 const tones = (page: Page) => page.evaluate(() => {
   const canvas = document.querySelector('slam-correlations')!.shadowRoot!.querySelector('canvas')!;
   const n = canvas.width;

@@ -1,10 +1,12 @@
-// A drive tells of its robot: wheels whose errors are known are fitted, used as a preset, saved and opened; a twin shows the difference.
+// A drive tells of its robot: wheels whose errors are known are fitted, used as a preset, saved and
+// opened; a twin shows the difference.
 import { readFile } from 'node:fs/promises';
 import { expect, test } from './fixture.ts';
 import { drop } from './lab.ts';
 import { record } from './recording.ts';
 
-/** The wheels of `record` count each way 3 % too long and veer by 0.012 rad a metre; track width of a Pioneer. */
+/** The wheels of `record` count each way 3 % too long and veer by 0.012 rad a metre; track width of
+    a Pioneer. */
 const COUNTED = 1.03;
 const VEER = 0.012;
 const WIDTH = 0.33;

@@ -1,7 +1,7 @@
 // What every test of the page gets: a page that fails the test when anything went wrong inside it.
 //
-// Errors on the console, uncaught exceptions, failed requests and refusals by the content security policy all count;
-// a test that provokes one on purpose empties `problems` before it ends.
+// Errors on the console, uncaught exceptions, failed requests and refusals by the content security
+// policy all count; a test that provokes one on purpose empties `problems` before it ends.
 import { test as base, expect } from '@playwright/test';
 import { Bridge } from './bridge.ts';
 import { Lab } from './lab.ts';

@@ -1,5 +1,6 @@
-// A browser that is killed while its person drives: a real process, with SIGKILL, so that nothing of the page can say farewell. The robot
-// (the real firmware, by the registers of its motors) stands within the bounds, and the recording holds all that was reported.
+// A browser that is killed while its person drives: a real process, with SIGKILL, so that nothing
+// of the page can say farewell. The robot (the real firmware, by the registers of its motors)
+// stands within the bounds, and the recording holds all that was reported.
 import { existsSync } from 'node:fs';
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
@@ -10,9 +11,11 @@ import { expect, test } from './fixture.ts';
 import { Lab } from './lab.ts';
 import { bridgeState, PATIENCE, together, turnByHand, WiredRobot, withRobot } from './wired.ts';
 
-/** The bridge's watchdog on driving, and the firmware's own, s: the worst is one after the other. */
+/** The bridge's watchdog on driving, and the firmware's own, s: the worst is one after the
+    other. */
 const BOUND = 0.25 + 0.4;
-/** Where the machine keeps the bridge waiting, an order may be so old as its driver allows, s, before the firmware's own watchdog begins. */
+/** Where the machine keeps the bridge waiting, an order may be so old as its driver allows, s,
+    before the firmware's own watchdog begins. */
 const BOUND_OF_A_STARVED_BRIDGE = 0.4 + 0.4;
 
 test('a browser that is killed while it drives stops the robot, and the recording holds all', async ({ page }, info) => {
@@ -62,8 +65,9 @@ test('a browser that is killed while it drives stops the robot, and the recordin
   expect(page.isClosed(), 'the browser of these tests is another').toBe(false);
 });
 
-/** The bridge's own messages in a whole MCAP file, those for other programs left out. Format by mcap.dev/spec: magic, records of a kind (4: a channel,
-    5: a message), a length and a content, magic. */
+/** The bridge's own messages in a whole MCAP file, those for other programs left out. Format by
+    mcap.dev/spec: magic, records of a kind (4: a channel, 5: a message), a length and a content,
+    magic. */
 function messagesIn(file: Buffer): number {
   const magic = Buffer.from('\x89MCAP0\r\n', 'latin1');
   expect(file.subarray(0, 8)).toEqual(magic);

@@ -1,6 +1,7 @@
 // The page in a user's hands: what the tests do and see, in the user's words.
 //
-// What the page shows is asserted where a user sees it; `window.slamlab` tells the numbers to wait for.
+// What the page shows is asserted where a user sees it; `window.slamlab` tells the numbers to wait
+// for.
 import { expect, type Locator, type Page } from '@playwright/test';
 import type { Status } from '../../www/src/protocol/frame.ts';
 import type { Setup } from '../../www/src/protocol/module.ts';

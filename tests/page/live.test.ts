@@ -1,4 +1,5 @@
-// A robot behind a bridge: the page finds it by itself, watches without the token, drives with it, and outlives the bridge.
+// A robot behind a bridge: the page finds it by itself, watches without the token, drives with it,
+// and outlives the bridge.
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';

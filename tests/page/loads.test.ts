@@ -1,4 +1,5 @@
-// The page comes up whole, fenced in, and fits the screen. What can be done with it is tested beside this file.
+// The page comes up whole, fenced in, and fits the screen. What can be done with it is tested
+// beside this file.
 import { expect, test } from './fixture.ts';
 
 test('the page loads without an error and names itself', { tag: '@phone' }, async ({ page, problems }) => {

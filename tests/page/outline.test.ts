@@ -2,7 +2,8 @@
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 
-/** In `doors`, whose doors are 0.9 m wide, a robot of 1.1 m by 0.5 m: the disc around it is 1.21 m wide. */
+/** In `doors`, whose doors are 0.9 m wide, a robot of 1.1 m by 0.5 m: the disc around it is 1.21 m
+    wide. */
 async function longRobot(lab: Lab): Promise<void> {
   await lab.open();
   await lab.enter('doors', '4');

@@ -1,5 +1,6 @@
-// The page as a user uses it: the built page, served by the real bridge, in an installed Chromium. `cargo xtask test page`
-// builds both and sets CHROME and SLAMLAB_BRIDGE; no browser is ever downloaded.
+// The page as a user uses it: the built page, served by the real bridge, in an installed Chromium.
+// `cargo xtask test page` builds both and sets CHROME and SLAMLAB_BRIDGE; no browser is ever
+// downloaded.
 //
 // | tag of a test | where it runs |
 // |---|---|
@@ -18,7 +19,8 @@ export default defineConfig({
   outputDir: 'results',
   globalSetup: './bridge.ts',
   forbidOnly: !!process.env.CI,
-  // A busy CI machine may starve a browser once; a test that needs its second try is reported as flaky, not hidden.
+  // A busy CI machine may starve a browser once; a test that needs its second try is reported as
+  // flaky, not hidden.
   retries: process.env.CI ? 1 : 0,
   // Two cores: two pages that simulate at once would starve each other and make times meaningless.
   workers: 1,

@@ -1,4 +1,5 @@
-// A map to be found in: of the world in another frame, of another building, or the one drawn so far.
+// A map to be found in: of the world in another frame, of another building, or the one drawn so
+// far.
 import { readFile } from 'node:fs/promises';
 import { Bridge } from './bridge.ts';
 import { expect, test } from './fixture.ts';
@@ -111,7 +112,8 @@ test('a robot at a bridge is found in a map that was saved before', async ({ lab
   await expect(lab.at('prior-map-name')).toContainText('.yaml');
   await expect(lab.at(fit)).toContainText('The map fits', { timeout: 60_000 });
   expect(Math.hypot((await lab.status()).x, (await lab.status()).y), 'the robot has not moved').toBeLessThan(0.1);
-  // Told that it stands elsewhere, farther off than it looks for itself (4 m), it says that this cannot be.
+  // Told that it stands elsewhere, farther off than it looks for itself (4 m), it says that this
+  // cannot be.
   await lab.at('prior-map-x').fill('9.3');
   await lab.at('prior-map-x').press('Enter');
   await expect(lab.at(fit)).toContainText('does not fit', { timeout: 60_000 });

@@ -1,4 +1,5 @@
-// A CARMEN log with known truth: a robot drives laps in a room of 8 x 6 m with two boxes, and its wheels err.
+// A CARMEN log with known truth: a robot drives laps in a room of 8 x 6 m with two boxes, and its
+// wheels err.
 
 interface Pose {
   x: number;

@@ -1,4 +1,5 @@
-// A recorded log becomes a map: dropped, chosen, cancelled; and a real building where its recording is at hand.
+// A recorded log becomes a map: dropped, chosen, cancelled; and a real building where its recording
+// is at hand.
 import { existsSync } from 'node:fs';
 import { fileURLToPath } from 'node:url';
 import { expect, test } from './fixture.ts';
@@ -19,7 +20,8 @@ test('a dropped log becomes the map of its room', async ({ lab, page }) => {
   const { end, wheelsEnd } = recording;
   expect(Math.hypot(wheelsEnd.x - end.x, wheelsEnd.y - end.y), 'the wheels alone err').toBeGreaterThan(0.4);
   expect(Math.hypot(status.x - end.x, status.y - end.y), 'the estimate does not').toBeLessThan(0.1);
-  // The free floor that a half circle of beams sees on these laps: the room of 48 m² less its boxes.
+  // The free floor that a half circle of beams sees on these laps: the room of 48 m² less its
+  // boxes.
   expect(status.knownArea).toBeGreaterThan(40);
   expect(status.knownArea).toBeLessThan(48);
 

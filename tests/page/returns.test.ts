@@ -1,4 +1,5 @@
-// Home again after an exploration: on its way it says so, and home is where the robot began, also in a map whose frame is another.
+// Home again after an exploration: on its way it says so, and home is where the robot began, also
+// in a map whose frame is another.
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 

@@ -1,4 +1,5 @@
-// Rooms: a layer that is off until somebody wants it, a list that says what each is, and a click that chooses one.
+// Rooms: a layer that is off until somebody wants it, a list that says what each is, and a click
+// that chooses one.
 import { numbered } from '../../www/src/room_numbers.ts';
 import { expect, test } from './fixture.ts';
 

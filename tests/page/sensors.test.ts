@@ -1,4 +1,5 @@
-// Sensors described honestly and measured: calibration of the rangers, σ(ρ) of a standing robot and of a log, cones, materials.
+// Sensors described honestly and measured: calibration of the rangers, σ(ρ) of a standing robot and
+// of a log, cones, materials.
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 import { record } from './recording.ts';
@@ -35,7 +36,8 @@ test('pairs that cannot be are named by line and field; a bend is reported', asy
   await lab.at('pairs').fill(PAIRS.replace('30;0.90', '30;1.9'));
   await expect(lab.at('calibration-error')).toContainText('calibration, line 4:');
   await expect(lab.at('apply-calibration')).toBeDisabled();
-  // Volts that hardly change, then fall off: a polynomial of the fifth degree rises and falls between.
+  // Volts that hardly change, then fall off: a polynomial of the fifth degree rises and falls
+  // between.
   await lab.at('pairs').fill('range_m,volts\n0.1,3.00\n0.11,2.99\n0.12,2.98\n0.9,2.97\n1.0,1.0\n1.1,0.99\n1.2,0.5\n1.5,0.1\n');
   await lab.at('variable').selectOption('volts');
   await expect(lab.at('not-monotonic')).toContainText(/Not monotonic: from [\d.]+ V on/);

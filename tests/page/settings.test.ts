@@ -1,4 +1,5 @@
-// Every setting with its unit, range and meaning; changed at once or on restart; found by search; out of range refused in words.
+// Every setting with its unit, range and meaning; changed at once or on restart; found by search;
+// out of range refused in words.
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 

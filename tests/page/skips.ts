@@ -1,4 +1,5 @@
-// Tells `cargo xtask test` which tests did not run and why: lines `WHAT` tab `WHY` (xtask/src/skips.rs).
+// Tells `cargo xtask test` which tests did not run and why: lines `WHAT` tab `WHY`
+// (xtask/src/skips.rs).
 import { appendFileSync } from 'node:fs';
 import type { Reporter, TestCase, TestResult } from '@playwright/test/reporter';
 

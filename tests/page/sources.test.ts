@@ -1,4 +1,5 @@
-// Settings act for every source: a live robot obeys them while it drives, a recording is mapped by them from the next scan on.
+// Settings act for every source: a live robot obeys them while it drives, a recording is mapped by
+// them from the next scan on.
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';

@@ -1,7 +1,8 @@
-// End to end: the page in a browser - WebSocket - bridge - pseudo-terminal - robot. Once with a robot that speaks the protocol, once
-// with the real firmware in a simulated microcontroller; both carry a lidar. The robot explores, somebody pulls the cables, nothing moves
-// until somebody drives again, exploration goes on to its end, and the map is compared with the truth. Once more without the lidar: then the
-// real firmware scans with its rangers.
+// End to end: the page in a browser - WebSocket - bridge - pseudo-terminal - robot. Once with a
+// robot that speaks the protocol, once with the real firmware in a simulated microcontroller; both
+// carry a lidar. The robot explores, somebody pulls the cables, nothing moves until somebody drives
+// again, exploration goes on to its end, and the map is compared with the truth. Once more without
+// the lidar: then the real firmware scans with its rangers.
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { existsSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -44,8 +45,9 @@ async function open({ robot, lab, folder }: Run): Promise<Bridge> {
   return bridge;
 }
 
-/** Pulls the cables of a robot that drives: it stops by itself, and stays where it is when they are back. Gives after what time its registers
-    were 0, s; null where they were already, undefined where it has none. */
+/** Pulls the cables of a robot that drives: it stops by itself, and stays where it is when they are
+    back. Gives after what time its registers were 0, s; null where they were already, undefined
+    where it has none. */
 async function pullTheCables({ robot, lab }: Run): Promise<number | null | undefined> {
   const disarmed = async () => (await bridgeState(lab))?.armed === false;
   await robot.pull();

@@ -1,4 +1,5 @@
-// A robot on a pseudo-terminal, in a program of its own: its cable can be pulled, and it tells what is true. And who takes its wheel.
+// A robot on a pseudo-terminal, in a program of its own: its cable can be pulled, and it tells what
+// is true. And who takes its wheel.
 import { spawn, type ChildProcess } from 'node:child_process';
 import { once } from 'node:events';
 import { createInterface } from 'node:readline';
@@ -17,11 +18,13 @@ export interface Facts {
   /** Whether its motors are driven: for the real firmware, by the chip's compare registers. */
   moves: boolean;
   contacts: number;
-  /** Real time that its own and its lidar's have lost, because the machine let them wait for the processor, s. */
+  /** Real time that its own and its lidar's have lost, because the machine let them wait for the
+      processor, s. */
   lost: number;
   /** Its own time, s: where the machine starves it, less passes than outside. */
   seconds: number;
-  /** Real firmware: s of its own time from the pull of the cable, or a mark, until the registers were 0. */
+  /** Real firmware: s of its own time from the pull of the cable, or a mark, until the registers
+      were 0. */
   stopped_after?: number | null;
   /** Real firmware: the real time that it lost, s. */
   behind?: number;
@@ -52,7 +55,8 @@ export class WiredRobot {
     this.#lines = createInterface({ input: process.stdout! })[Symbol.asyncIterator]();
   }
 
-  /** `wired_robot` speaks the protocol and carries a lidar; `rp6_sim` runs the real firmware, and carries one where `lidar` follows the world. */
+  /** `wired_robot` speaks the protocol and carries a lidar; `rp6_sim` runs the real firmware, and
+      carries one where `lidar` follows the world. */
   static async start(program: 'wired_robot' | 'rp6_sim', world: string, ...more: string[]): Promise<WiredRobot> {
     const known = { wired_robot: process.env.SLAMLAB_WIRED_ROBOT, rp6_sim: process.env.SLAMLAB_RP6_SIM };
     const built = { wired_robot: 'examples/wired_robot', rp6_sim: 'rp6_sim' };
@@ -124,8 +128,9 @@ export function bridgeState({ page }: Lab): Promise<BridgeState | null> {
   return page.evaluate(() => (window as unknown as { slamlab: { bridge: BridgeState | null } }).slamlab.bridge);
 }
 
-/** All devices send, and have for a while: a robot whose link has just come up takes no order to move before none came for 0.3 s
-    (core/src/device/rp6.rs). Whoever drives at once and goes on would be waited for in vain. */
+/** All devices send, and have for a while: a robot whose link has just come up takes no order to
+    move before none came for 0.3 s (core/src/device/rp6.rs). Whoever drives at once and goes on
+    would be waited for in vain. */
 async function settled(lab: Lab, robot: WiredRobot): Promise<void> {
   const devices = async () => (await bridgeState(lab))?.devices.map((device) => device.state).join();
   await expect.poll(devices, { ...PATIENCE, message: 'all devices send' }).toMatch(/^sending(,sending)*$/);
@@ -142,7 +147,8 @@ export async function arm(lab: Lab, robot: WiredRobot): Promise<void> {
   }).toPass(PATIENCE);
 }
 
-/** Turns by hand: the key is held from here on. Where the robot does not turn yet, its driver is armed and the key pressed again, as a person would. */
+/** Turns by hand: the key is held from here on. Where the robot does not turn yet, its driver is
+    armed and the key pressed again, as a person would. */
 export async function turnByHand(lab: Lab, robot: WiredRobot): Promise<void> {
   const press = async () => {
     await lab.page.keyboard.up('ArrowLeft');
@@ -159,7 +165,8 @@ export async function turnByHand(lab: Lab, robot: WiredRobot): Promise<void> {
   await expect.poll(turns, { ...PATIENCE, intervals: [500, 2_000], message: 'it turns while the key is held' }).toBe(true);
 }
 
-/** Reasons for which a robot may stand before it was armed, or on a machine that starves it, its bridge or the page. */
+/** Reasons for which a robot may stand before it was armed, or on a machine that starves it, its
+    bridge or the page. */
 const UNARMED = ['', 'start', 'silence', 'link', 'lease-expired', 'driver-gone'];
 
 /** Sends it exploring. */
@@ -168,8 +175,9 @@ async function explore(lab: Lab, robot: WiredRobot): Promise<void> {
   await lab.at('mode-explore').click();
 }
 
-/** Explores until something is so. A machine that starves the robot looks to its rules like a robot that fell silent: it is armed again.
-    Whatever else disarms it is a fault, but for the reasons `others`. */
+/** Explores until something is so. A machine that starves the robot looks to its rules like a robot
+    that fell silent: it is armed again. Whatever else disarms it is a fault, but for the reasons
+    `others`. */
 export async function exploreUntil(lab: Lab, robot: WiredRobot, message: string, done: (status: Status) => boolean | Promise<boolean>, others: readonly string[] = []): Promise<void> {
   const reasons: string[] = [];
   const look = async () => {
@@ -188,8 +196,9 @@ export async function exploreUntil(lab: Lab, robot: WiredRobot, message: string,
   expect(reasons, `${message}: nothing but a slow machine disarms it`).toEqual([]);
 }
 
-/** Judges what depends on several programs being in time: what robot and lidar measured, when a bridge stopped its robot. Where the machine kept
-    robot or lidar waiting meanwhile, their times went apart (tests/src/devices/socket.rs), and what they saw is not of one world: a failure
+/** Judges what depends on several programs being in time: what robot and lidar measured, when a
+    bridge stopped its robot. Where the machine kept robot or lidar waiting meanwhile, their times
+    went apart (tests/src/devices/socket.rs), and what they saw is not of one world: a failure
     proves nothing then. `lost` is what they had lost when it began. */
 export async function together(robot: WiredRobot, { lost: before }: Pick<Facts, 'lost'>, body: () => Promise<void>): Promise<void> {
   try {
@@ -203,8 +212,9 @@ export async function together(robot: WiredRobot, { lost: before }: Pick<Facts, 
   }
 }
 
-/** Runs it, and ends the robot after it. What a starved machine left unproved makes a test whose other claims all hold a skipped one; in CI,
-    where nothing may be skipped, it is tried once more. */
+/** Runs it, and ends the robot after it. What a starved machine left unproved makes a test whose
+    other claims all hold a skipped one; in CI, where nothing may be skipped, it is tried once
+    more. */
 export async function withRobot(robot: WiredRobot, body: () => Promise<void>): Promise<void> {
   try {
     await body();

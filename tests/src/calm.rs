@@ -1,7 +1,7 @@
 //! Tests that run in real time, on machines that may have other things to do.
 //!
-//! What such a test asks ("the key is held down all the while") is only put to the bridge where the test's own threads run
-//! in time. So:
+//! What such a test asks ("the key is held down all the while") is only put to the bridge where the
+//! test's own threads run in time. So:
 //!
 //! 1. A watch beside the test measures how late a thread wakes.
 //! 2. A test that fails while the watch woke in time has failed.
@@ -16,13 +16,15 @@ use std::time::{Duration, Instant};
 /// How often a test may run until the machine lets it.
 pub const ATTEMPTS: u32 = 6;
 
-/// Lateness that a test must bear: less than half of the shortest time out, the 250 ms of the bridge's watchdog.
+/// Lateness that a test must bear: less than half of the shortest time out, the 250 ms of the
+/// bridge's watchdog.
 const BEARABLE: Duration = Duration::from_millis(100);
 
 /// From one look at the clock to the next.
 const BEAT: Duration = Duration::from_millis(5);
 
-/// Runs a test in real time; where it fails, and the machine let its threads wait meanwhile, once more.
+/// Runs a test in real time; where it fails, and the machine let its threads wait meanwhile, once
+/// more.
 ///
 /// # Panics    As `test`, where the machine was calm, or has been loaded [`ATTEMPTS`] times.
 pub fn on_a_calm_machine(test: impl Fn()) {

@@ -12,7 +12,8 @@ pub mod fuzz;
 pub mod map_truth;
 pub mod update_cost;
 
-/// Numbers in [0, 1) without any crate, the same everywhere: a 64-bit linear congruential generator (Knuth, MMIX).
+/// Numbers in [0, 1) without any crate, the same everywhere: a 64-bit linear congruential generator
+/// (Knuth, MMIX).
 pub fn numbers() -> impl Iterator<Item = f64> {
     let mut state = 1_u64;
     std::iter::repeat_with(move || {

@@ -1,9 +1,11 @@
 //! How true a saved map is: the picture that the page hands out, against the walls of the world.
 //!
-//! In: a world, PGM and YAML as `format::map_server` writes them; the map's frame begins where the robot did. Out: [`MapTruth`].
+//! In: a world, PGM and YAML as `format::map_server` writes them; the map's frame begins where the
+//! robot did. Out: [`MapTruth`].
 //!
 //! 1. Each occupied cell: how far its middle is from the nearest true wall.
-//! 2. Each true wall that can be seen from where the robot can be, every 5 cm: whether an occupied cell is near.
+//! 2. Each true wall that can be seen from where the robot can be, every 5 cm: whether an occupied
+//!    cell is near.
 //! 3. Of the floor that can be reached or seen: how much of it the map knows.
 
 use nalgebra::{Point2, Vector2};

@@ -1,4 +1,5 @@
-//! What an update of the line filter costs, by a clock that is handed in: the same code natively and in the browser.
+//! What an update of the line filter costs, by a clock that is handed in: the same code natively
+//! and in the browser.
 
 #[path = "../../core/examples/shared/mapped_filter.rs"]
 mod mapped_filter;
@@ -10,13 +11,13 @@ use mapped_filter::{mapped, observe, wall};
 
 /// Landmarks in the map.
 pub const SIZES: [usize; 3] = [100, 300, 1000];
-/// Milliseconds of one measurement, or a little more: less than what a busy system grants at a time, many times the grain of a browser's
-/// clock (0.1 ms at most).
+/// Milliseconds of one measurement, or a little more: less than what a busy system grants at a
+/// time, many times the grain of a browser's clock (0.1 ms at most).
 const MEASUREMENT_MS: f64 = 3.0;
 const MEASUREMENTS: usize = 200;
 
-/// Milliseconds of an update with one match for each of [`SIZES`]: of some measurements the shortest, for what other programs take of
-/// the machine only ever adds.
+/// Milliseconds of an update with one match for each of [`SIZES`]: of some measurements the
+/// shortest, for what other programs take of the machine only ever adds.
 ///
 /// # Errors    Of the filter.
 pub fn update_ms(now_ms: impl Fn() -> f64) -> Result<[f64; SIZES.len()], EkfError> {

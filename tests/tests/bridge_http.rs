@@ -1,4 +1,5 @@
-//! The bridge as a browser meets it: files, their types, what fences the page in, and what is refused.
+//! The bridge as a browser meets it: files, their types, what fences the page in, and what is
+//! refused.
 #![cfg(not(target_family = "wasm"))] // opens sockets
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
@@ -57,7 +58,8 @@ impl Bridge {
         }
     }
 
-    /// Sends `request` as it stands, with a Host header and a closing one added, and reads the whole answer.
+    /// Sends `request` as it stands, with a Host header and a closing one added, and reads the
+    /// whole answer.
     async fn ask(&self, request: &str) -> Answer {
         self.raw(&format!(
             "{request}\r\nHost: {}\r\nConnection: close\r\n\r\n",

@@ -7,7 +7,8 @@ use slamlab_core::pilot::Mode;
 use slamlab_core::robot::RobotModel;
 use slamlab_core::sim::{SensorModel, worlds};
 
-/// Explores for so many steps, then drives by hand, straight and in curves, at full speed and for long.
+/// Explores for so many steps, then drives by hand, straight and in curves, at full speed and for
+/// long.
 fn contacts_by_hand(world: &str, explored_steps: usize) -> u32 {
     let world = worlds::builtin(world).expect("a built-in world");
     let robot = RobotModel::rp6();

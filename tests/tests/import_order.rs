@@ -1,4 +1,5 @@
-//! Inside `core`, data flows one way and imports follow: each module imports only what the table allows.
+//! Inside `core`, data flows one way and imports follow: each module imports only what the table
+//! allows.
 #![cfg(not(target_family = "wasm"))] // reads the sources
 #![allow(missing_docs)] // a test binary has no public interface
 
@@ -13,8 +14,9 @@ enum Imports {
 }
 use Imports::{AllBefore, These};
 
-/// The modules of `core`, each after those that it may import. `sim` and `format` are sources and sinks that no stage
-/// imports, so a real robot, the simulator and a recording can stand in for each other.
+/// The modules of `core`, each after those that it may import. `sim` and `format` are sources and
+/// sinks that no stage imports, so a real robot, the simulator and a recording can stand in for
+/// each other.
 const MAY_IMPORT: [(&str, Imports); 25] = [
     ("geom", These(&[])),
     ("hash", These(&["geom"])),
@@ -102,7 +104,8 @@ fn modules_of_core_import_only_what_stands_before_them() {
     );
 }
 
-/// `file:line: a imports b` for each import that the table does not allow, tests and doc comments aside.
+/// `file:line: a imports b` for each import that the table does not allow, tests and doc comments
+/// aside.
 fn violations(src: &Path, file: &Path) -> Vec<String> {
     let shown = file.strip_prefix(src).unwrap_or(file);
     let importer = shown
@@ -131,7 +134,8 @@ fn violations(src: &Path, file: &Path) -> Vec<String> {
         .collect()
 }
 
-/// The modules of this crate that the code names, with their lines: `crate::x`, and each x of `crate::{x::…, y}`.
+/// The modules of this crate that the code names, with their lines: `crate::x`, and each x of
+/// `crate::{x::…, y}`.
 fn imports(text: &str) -> Vec<(usize, &str)> {
     let tests = test_items(text);
     let mut found = Vec::new();
@@ -148,8 +152,8 @@ fn imports(text: &str) -> Vec<(usize, &str)> {
     found
 }
 
-/// Where the items stand that are for tests only; those may use what comes later, for instance to make scans. An item
-/// ends at its semicolon or with its outermost braces.
+/// Where the items stand that are for tests only; those may use what comes later, for instance to
+/// make scans. An item ends at its semicolon or with its outermost braces.
 fn test_items(text: &str) -> Vec<Range<usize>> {
     text.match_indices("#[cfg(test)]")
         .map(|(start, _)| {

@@ -1,5 +1,5 @@
-//! A robot at a port of the program that drives it: rules, device and driver in one, in simulated time, against a robot that speaks the
-//! protocol. What the bridge promises holds here too.
+//! A robot at a port of the program that drives it: rules, device and driver in one, in simulated
+//! time, against a robot that speaks the protocol. What the bridge promises holds here too.
 #![cfg(not(target_family = "wasm"))] // the device at the other end is native
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests

@@ -1,4 +1,5 @@
-//! Tests with sockets, serial lines and files, in one program: each would be linked with core and bridge again.
+//! Tests with sockets, serial lines and files, in one program: each would be linked with core and
+//! bridge again.
 #![cfg(not(target_family = "wasm"))]
 #![allow(missing_docs)] // a test binary has no public interface
 
@@ -29,6 +30,6 @@ fn every_file_of_tests_belongs_to_a_program() {
         let is_code = path.is_dir() || path.extension().is_some_and(|ending| ending == "rs");
         let named = [format!("mod {name};"), format!("\"{name}\"")];
         let is_listed = |list: &&str| named.iter().any(|named| list.contains(named));
-        assert!(!is_code || lists.iter().any(|l| is_listed(l)), "{name}");
+        assert!(!is_code || lists.iter().any(is_listed), "{name}");
     }
 }

@@ -1,5 +1,6 @@
-//! The UDP server of Pilch's protocol as a plain script meets it: bytes written by hand after the published layout, no code
-//! shared with the server. And the bridge's own client (`--source udp:HOST`) at that server.
+//! The UDP server of Pilch's protocol as a plain script meets it: bytes written by hand after the
+//! published layout, no code shared with the server. And the bridge's own client
+//! (`--source udp:HOST`) at that server.
 #![cfg(unix)]
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests

@@ -1,7 +1,8 @@
 //! The same run gives the same bits natively and in the browser: this file runs in both.
 //!
-//! Each run is held to one number: the hash of all the state it ends in. When the algorithms change, so do the numbers.
-//! `tests/same_run.sh` writes the new ones, as found natively, into `same_run.txt`; the browser must then agree.
+//! Each run is held to one number: the hash of all the state it ends in. When the algorithms
+//! change, so do the numbers. `tests/same_run.sh` writes the new ones, as found natively, into
+//! `same_run.txt`; the browser must then agree.
 #![allow(missing_docs, clippy::unwrap_used)] // a test binary has no public interface, and failing is its trade
 
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
@@ -78,7 +79,8 @@ fn a_recording_of_a_loop_gives_the_same_way_and_map_everywhere() {
     check("recorded-loop", hash.finish());
 }
 
-/// A CARMEN log of one lap and a bit in the ring corridor, with odometry that drifts and a laser that is a little noisy.
+/// A CARMEN log of one lap and a bit in the ring corridor, with odometry that drifts and a laser
+/// that is a little noisy.
 fn recording() -> String {
     let corners: [(f64, f64); 4] = [(1.0, 1.0), (20.0, 1.0), (20.0, 14.0), (1.0, 14.0)];
     let caster = Caster::new(worlds::builtin("loop").unwrap().walls());

@@ -1,5 +1,5 @@
-//! Lidars on pseudo-terminals, through the bridge's own threads: scans equal to what the world gives, and every way in
-//! which a line goes wrong.
+//! Lidars on pseudo-terminals, through the bridge's own threads: scans equal to what the world
+//! gives, and every way in which a line goes wrong.
 #![cfg(unix)]
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
@@ -32,7 +32,8 @@ fn view() -> View {
     View::from_start(&worlds::builtin("arena").unwrap())
 }
 
-/// How long anything may take, s: the machine may be loaded. How long it does take is for the reports.
+/// How long anything may take, s: the machine may be loaded. How long it does take is for the
+/// reports.
 const PATIENCE: u64 = 60;
 
 /// A source at work, and what it said.
@@ -101,7 +102,8 @@ impl Ear {
         })
     }
 
-    /// Waits for a report with this state, in these words. On a loaded machine a device may stutter before.
+    /// Waits for a report with this state, in these words. On a loaded machine a device may stutter
+    /// before.
     fn expect(&mut self, wanted: DeviceState, words: &[&str]) {
         self.wait(PATIENCE, |event| match event {
             SourceEvent::Device { state, detail, .. } if *state == wanted => words
@@ -129,7 +131,8 @@ fn brief(event: &SourceEvent) -> String {
     }
 }
 
-/// Every beam that hit something is what the world gives in its direction, to the resolution of the wire.
+/// Every beam that hit something is what the world gives in its direction, to the resolution of the
+/// wire.
 fn assert_equals_world(scan: &Scan, view: &View, resolution: f64) {
     scan.validate().unwrap();
     let mut hits = 0;

@@ -1,5 +1,5 @@
-//! An RP6 on a pseudo-terminal, through the bridge's own threads: odometry against truth, and above all that it stands
-//! whenever something between the driver and the motors fails.
+//! An RP6 on a pseudo-terminal, through the bridge's own threads: odometry against truth, and above
+//! all that it stands whenever something between the driver and the motors fails.
 #![cfg(unix)]
 #![allow(missing_docs)] // a test binary has no public interface
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not count as tests
@@ -31,7 +31,8 @@ fn robot() -> devices::Rp6 {
     devices::Rp6::new(worlds::builtin("arena").unwrap()).unwrap()
 }
 
-/// How long anything may take, s: the machine may be loaded. How long it does take is for the reports.
+/// How long anything may take, s: the machine may be loaded. How long it does take is for the
+/// reports.
 const PATIENCE: f64 = 60.0;
 
 /// A source at work, and what it said.
@@ -158,7 +159,8 @@ fn odometry_is_that_of_the_robots_own_counts() {
         let track_width = (model.track_width * 1e3).round() * 1e-3;
         let turned = (right - left) as f64 * model.metres_per_tick / track_width;
         assert!(driver.pose.x() > 0.1, "{:?}", driver.pose);
-        // Between the last telemetry and the look at its counts the robot may still settle by a count or two.
+        // Between the last telemetry and the look at its counts the robot may still settle by a
+        // count or two.
         let settling = 3.0 * model.metres_per_tick / track_width;
         assert!(
             (driver.pose.heading() - turned).abs() < settling,
@@ -201,7 +203,8 @@ fn robot_and_lidar_are_on_one_clock() {
                 Err(_) => std::thread::sleep(Duration::from_millis(2)),
             }
         }
-        // As they came at the same time, they were taken at about the same: a period of telemetry, and a stutter.
+        // As they came at the same time, they were taken at about the same: a period of telemetry,
+        // and a stutter.
         apart.sort_by(f64::total_cmp);
         let median = apart[apart.len() / 2];
         assert!(
@@ -272,7 +275,8 @@ fn it_stands_when_the_driver_falls_silent() {
         driver.up();
         driver.hold(FORWARD, 0.8);
         assert!(is_moving(&socket));
-        // No further order: the source's own stop, for signs of life would keep the firmware's watchdog content.
+        // No further order: the source's own stop, for signs of life would keep the firmware's
+        // watchdog content.
         let stood = time_to_stand(&socket);
         assert!(stood < 1.0, "{stood} s");
     });

@@ -59,15 +59,15 @@ fn lidar_explores_rooms_with_doors_to_their_end() {
     lidar_explores("doors", 1);
 }
 
-/// Walls 2 m apart, seen at flat angles from 12 m: while each sweep was placed by odometry alone they leaked, new frontiers
-/// came up for ever, and the robot still drove to and fro after an hour.
+/// Walls 2 m apart, seen at flat angles from 12 m: while each sweep was placed by odometry alone
+/// they leaked, new frontiers came up for ever, and the robot still drove to and fro after an hour.
 #[test]
 fn lidar_explores_a_bare_corridor_to_its_end() {
     lidar_explores("corridor", 1);
 }
 
-/// As in the corridor; and later the exploration ended with half of the ring unknown, because a frontier behind a corner
-/// had been the target too often before the robot came to see it.
+/// As in the corridor; and later the exploration ended with half of the ring unknown, because a
+/// frontier behind a corner had been the target too often before the robot came to see it.
 #[test]
 fn lidar_explores_a_ring_to_its_end() {
     lidar_explores("loop", 7);
@@ -89,7 +89,8 @@ fn rangers_bring_the_robot_near_its_goal() {
             matches!(experiment.session().status(), Status::Finished(_)),
             "{said}"
         );
-        // Of 120 errands the worst ended 0.37 m off; what the robot says of that is held by the NEES.
+        // Of 120 errands the worst ended 0.37 m off; what the robot says of that is held by the
+        // NEES.
         assert!(off < 0.40, "{said}");
         assert_eq!(figures.contacts.total(), 0, "{said}");
         nees.extend(figures.nees_mean);

@@ -1,4 +1,5 @@
-//! The drive controller on a bench, for the page: a step and a load, with the controller and without.
+//! The drive controller on a bench, for the page: a step and a load, with the controller and
+//! without.
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::robot::RobotModel;
@@ -33,7 +34,8 @@ pub struct BenchResponse {
     pub seconds: Float64Array,
     /// Wished speed of the tracks, m/s.
     pub wished: Float64Array,
-    /// Speeds of left and right track with the controller, then without, m/s: four series one after the other.
+    /// Speeds of left and right track with the controller, then without, m/s: four series one after
+    /// the other.
     pub speeds: Float64Array,
     /// Heading less the wished one with the controller, then without, rad.
     pub headings: Float64Array,

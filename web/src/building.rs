@@ -58,7 +58,8 @@ pub struct PriorMapFile {
     pub skipped: Vec<String>,
 }
 
-/// A building to drive in, from files that show it: a floor plan, a world, an `OGmap.txt`, or the YAML and the image of a map of ROS.
+/// A building to drive in, from files that show it: a floor plan, a world, an `OGmap.txt`, or the
+/// YAML and the image of a map of ROS.
 ///
 /// # Errors    A sentence on what stands where and what was expected.
 #[wasm_bindgen]
@@ -88,7 +89,8 @@ pub fn read_prior_map(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<PriorMapFi
 
 #[wasm_bindgen]
 impl WebRun {
-    /// A map to be found in, made of the grid as it is. A real robot is not put back to where the map began: it begins where it is.
+    /// A map to be found in, made of the grid as it is. A real robot is not put back to where the
+    /// map began: it begins where it is.
     ///
     /// # Errors    A sentence on what is missing in it.
     pub fn as_prior_map(&self, name: &str) -> Typed<PriorMapFile> {

@@ -60,7 +60,8 @@ impl WebRun {
         }
     }
 
-    /// What the drive so far tells of the robot; nothing of a simulated one, whose figures are settings.
+    /// What the drive so far tells of the robot; nothing of a simulated one, whose figures are
+    /// settings.
     ///
     /// # Errors    None that a page can cause.
     pub fn fit(&self) -> Result<Option<Ts<DriveFit>>, WebError> {

@@ -1,4 +1,5 @@
-//! Driving, for the page: by hand, to a goal, exploring, and by the cycle; and what the pilot plans.
+//! Driving, for the page: by hand, to a goal, exploring, and by the cycle; and what the pilot
+//! plans.
 
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
@@ -64,7 +65,8 @@ impl WebRun {
         }
     }
 
-    /// Stop at once, at a time of the page's clock, µs. A real robot is disarmed too, no matter who drives it.
+    /// Stop at once, at a time of the page's clock, µs. A real robot is disarmed too, no matter who
+    /// drives it.
     pub fn stop(&mut self, now: f64) {
         match &mut self.source {
             Source::Simulation(sim) => sim.experiment.stop(),
@@ -111,7 +113,8 @@ impl WebRun {
         self.session().scans_on_command()
     }
 
-    /// Has a robot that is driven from here drive by the cycle, or as continuously as its sensor allows.
+    /// Has a robot that is driven from here drive by the cycle, or as continuously as its sensor
+    /// allows.
     ///
     /// # Errors    A recording.
     pub fn set_cycle(&mut self, cycle: bool) -> Result<(), WebError> {

@@ -1,4 +1,5 @@
-//! What a person takes away from a run: the map, the walls, the way, the scans, as files of other programs.
+//! What a person takes away from a run: the map, the walls, the way, the scans, as files of other
+//! programs.
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::format::carmen::CarmenLog;

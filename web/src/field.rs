@@ -32,8 +32,8 @@ pub struct FieldChange {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// A field of the grid that the pose's sensor draws, in the blocks in which it may have changed since `revision` of
-    /// `generation`.
+    /// A field of the grid that the pose's sensor draws, in the blocks in which it may have changed
+    /// since `revision` of `generation`.
     ///
     /// # Errors    None that a page can cause.
     pub fn field(
@@ -49,7 +49,8 @@ impl WebRun {
 }
 
 impl FieldChange {
-    /// A field for someone who knows it up to `revision` of `generation`, around a robot of this radius (m).
+    /// A field for someone who knows it up to `revision` of `generation`, around a robot of this
+    /// radius (m).
     pub(crate) fn since(
         slam: &Slam,
         radius: f64,

@@ -1,4 +1,5 @@
-//! The filter's inside, flattened for the page: how errors hang together, and why each line was matched.
+//! The filter's inside, flattened for the page: how errors hang together, and why each line was
+//! matched.
 
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
@@ -55,8 +56,8 @@ pub struct LearnedOdometry {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// Why the last scan's lines were matched, and, with `matrix`, how errors hang together; nothing for methods without a line
-    /// map.
+    /// Why the last scan's lines were matched, and, with `matrix`, how errors hang together;
+    /// nothing for methods without a line map.
     ///
     /// # Errors    None that a page can cause.
     pub fn inspect(&self, matrix: bool) -> Result<Option<Ts<Inspection>>, WebError> {
@@ -66,8 +67,8 @@ impl WebRun {
 }
 
 impl Inspection {
-    /// `None` for methods without a line map, and while lines were found that are not yet compared with it. Without `matrix` the
-    /// coefficients are left out: they are many.
+    /// `None` for methods without a line map, and while lines were found that are not yet compared
+    /// with it. Without `matrix` the coefficients are left out: they are many.
     pub(crate) fn of(session: &Session, matrix: bool) -> Option<Self> {
         if session.stages().awaits(Stage::Localise) {
             return None;

@@ -1,7 +1,8 @@
 //! Bindings of the core for the page: they convert, call, and convert. Nothing is decided here.
 //!
-//! `border` holds the schema: objects of which the page knows the types, bulk data as typed arrays in the map frame (m, rad),
-//! errors with a kind and the core's own sentence. A panic becomes a thrown string.
+//! `border` holds the schema: objects of which the page knows the types, bulk data as typed arrays
+//! in the map frame (m, rad), errors with a kind and the core's own sentence. A panic becomes a
+//! thrown string.
 
 mod bench;
 mod border;
@@ -50,7 +51,8 @@ pub use sigma::{SigmaBin, SigmaCurve};
 pub use status::{RunStatus, Task};
 pub use view::{GridChange, SlamView};
 
-/// A panic is thrown with its text, so that the page can say what happened instead of "unreachable executed".
+/// A panic is thrown with its text, so that the page can say what happened instead of "unreachable
+/// executed".
 #[cfg(target_arch = "wasm32")]
 #[wasm_bindgen::prelude::wasm_bindgen(start)]
 fn start() {

@@ -1,5 +1,5 @@
-//! What only a robot behind a bridge has: a connection, the right to drive, devices. Bytes of the WebSocket come in and go out
-//! here; times are µs of the page's clock.
+//! What only a robot behind a bridge has: a connection, the right to drive, devices. Bytes of the
+//! WebSocket come in and go out here; times are µs of the page's clock.
 
 use std::collections::VecDeque;
 

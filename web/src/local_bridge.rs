@@ -12,7 +12,8 @@ use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 #[error("there is no device `{0}`; expected one of {names}", names = KINDS.map(|kind| kind.name).join(", "))]
 pub struct DeviceKindError(String);
 
-/// Devices at ports of the page. Times are µs of the page's clock; the messages are those of a bridge.
+/// Devices at ports of the page. Times are µs of the page's clock; the messages are those of a
+/// bridge.
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct WebLocalBridge {

@@ -1,4 +1,5 @@
-//! What a person can choose from: worlds, sensors, methods, devices and presets, as the core's tables have them.
+//! What a person can choose from: worlds, sensors, methods, devices and presets, as the core's
+//! tables have them.
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::device::Kind;

@@ -19,7 +19,8 @@ use crate::run::{Source, WebRun};
 pub struct ReplaySetup {
     /// How it maps and finds itself.
     pub method: MethodName,
-    /// Settings that differ from their defaults; those of a sensor and of driving do not matter to a log.
+    /// Settings that differ from their defaults; those of a sensor and of driving do not matter to
+    /// a log.
     pub settings: SettingValues,
     /// A twin with the odometry's settings runs beside the robot.
     pub twin: bool,
@@ -84,7 +85,8 @@ impl WebLogReader {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// For each scan of a recording so far: NaN NaN (no truth), odometry x y, estimate x y. Of others the page follows the poses.
+    /// For each scan of a recording so far: NaN NaN (no truth), odometry x y, estimate x y. Of
+    /// others the page follows the poses.
     #[must_use]
     pub fn trail(&self) -> Vec<f32> {
         let Source::Recording(replay) = &self.source else {

@@ -32,8 +32,8 @@ pub struct Rooms {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// Rooms, corridors and doors of the map, if the grid that the pose's sensor draws has changed since `revision` of
-    /// `generation`. Costs more than a step.
+    /// Rooms, corridors and doors of the map, if the grid that the pose's sensor draws has changed
+    /// since `revision` of `generation`. Costs more than a step.
     ///
     /// # Errors    None that a page can cause.
     pub fn rooms(&self, generation: u32, revision: f64) -> Result<Option<Ts<Rooms>>, WebError> {

@@ -1,4 +1,5 @@
-//! One run, for the page: SLAM and pilot with what feeds them, a simulation, a recording or a live robot.
+//! One run, for the page: SLAM and pilot with what feeds them, a simulation, a recording or a live
+//! robot.
 
 use std::cell::OnceCell;
 use std::collections::VecDeque;
@@ -96,8 +97,8 @@ impl WebRun {
         }
     }
 
-    /// The smallest step: a control period's second half of a simulation, the next scan of a recording; false when there is none
-    /// left. A live robot goes at its own pace.
+    /// The smallest step: a control period's second half of a simulation, the next scan of a
+    /// recording; false when there is none left. A live robot goes at its own pace.
     ///
     /// # Errors    A scan that cannot be used.
     pub fn advance(&mut self) -> Result<bool, WebError> {
@@ -159,8 +160,8 @@ impl WebRun {
         notices.iter().map(typed).collect()
     }
 
-    /// Fingerprint of the whole state of a simulation, the trajectory of a recording, pose and map of a live robot: 16
-    /// hexadecimal digits.
+    /// Fingerprint of the whole state of a simulation, the trajectory of a recording, pose and map
+    /// of a live robot: 16 hexadecimal digits.
     #[must_use]
     pub fn state_hash(&self) -> String {
         let hash = match &self.source {

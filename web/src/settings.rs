@@ -10,7 +10,8 @@ use wasm_bindgen::prelude::wasm_bindgen;
 use crate::border::{SettingKind, SettingValues, WebError, typed};
 use crate::run::{Source, WebRun};
 
-/// One setting of a run; see `Setting` of the core. Numbers are as stored: what a person reads is `scale` times as much, in `unit`.
+/// One setting of a run; see `Setting` of the core. Numbers are as stored: what a person reads is
+/// `scale` times as much, in `unit`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[expect(missing_docs, reason = "names and units as in `Setting` of the core")]
@@ -59,7 +60,8 @@ impl From<&Preset> for PresetInfo {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// All settings of this run, changed as given. Their defaults are those of its robot and sensor.
+    /// All settings of this run, changed as given. Their defaults are those of its robot and
+    /// sensor.
     ///
     /// # Errors    A sentence on a setting that does not exist or cannot be so.
     pub fn settings(&self, changes: &Ts<SettingValues>) -> Result<Vec<Ts<SettingInfo>>, WebError> {

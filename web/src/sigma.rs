@@ -66,8 +66,8 @@ pub struct SigmaBin {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// σ(ρ) of the sensor: of a simulated one from scans of a twin that stands where the robot is, of a recording from the
-    /// stretches in which the robot stood.
+    /// σ(ρ) of the sensor: of a simulated one from scans of a twin that stands where the robot is,
+    /// of a recording from the stretches in which the robot stood.
     ///
     /// # Errors    A sentence on why it cannot be estimated.
     pub fn estimate_sigma(&self, growth: &Ts<GrowthName>) -> Typed<SigmaCurve> {

@@ -38,8 +38,8 @@ impl WebRun {
         stage.map(|stage| typed(&Stage::from(&stage))).transpose()
     }
 
-    /// Part of the reachable area that is known, 0 to 1; NaN where nobody knows the truth. Costs more than a step, and at first as
-    /// much as the world's floor is large.
+    /// Part of the reachable area that is known, 0 to 1; NaN where nobody knows the truth. Costs
+    /// more than a step, and at first as much as the world's floor is large.
     #[must_use]
     pub fn explored(&self) -> f64 {
         self.simulated().map_or(

@@ -71,7 +71,8 @@ pub struct RunStatus {
     pub diagnosis: DiagnosisName,
     /// Loops closed so far.
     pub loop_closures: u32,
-    /// Of what the sensor hit lately, the part that stands in the prior map, 0 to 1; NaN without one, or before enough was seen.
+    /// Of what the sensor hit lately, the part that stands in the prior map, 0 to 1; NaN without
+    /// one, or before enough was seen.
     pub prior_map_overlap: f64,
     /// So little that this is probably another map, or another start in it.
     pub prior_map_misfit: bool,

@@ -29,8 +29,8 @@ pub struct GridChange {
     pub block_cells: u32,
     /// Column and row of each block, in blocks.
     pub index: Int32Array,
-    /// Cells of each block in rows from the lower left: 0 unknown, else 1 + 254 p, p the probability of an obstacle; of a field
-    /// 1 + the value in steps, 255 for all that is more.
+    /// Cells of each block in rows from the lower left: 0 unknown, else 1 + 254 p, p the
+    /// probability of an obstacle; of a field 1 + the value in steps, 255 for all that is more.
     pub cells: Uint8Array,
 }
 
@@ -43,7 +43,8 @@ impl WebRun {
         typed(&SlamView::since(self.session(), generation, revision))
     }
 
-    /// Walls that the last scan showed to be parts of others: the one that stays and the one that goes, pair by pair.
+    /// Walls that the last scan showed to be parts of others: the one that stays and the one that
+    /// goes, pair by pair.
     #[must_use]
     pub fn merged(&self) -> Vec<u32> {
         let update = self.slam().view().update;
@@ -107,8 +108,8 @@ pub struct SlamView {
 }
 
 impl SlamView {
-    /// The view of someone who knows the grid up to `revision` of `generation`. Somebody who follows the cycle stage by stage
-    /// sees what each stage changed when that stage is shown.
+    /// The view of someone who knows the grid up to `revision` of `generation`. Somebody who
+    /// follows the cycle stage by stage sees what each stage changed when that stage is shown.
     pub(crate) fn since(session: &Session, generation: u32, revision: f64) -> Self {
         let slam = session.slam();
         let (layers, now) = (slam.layers(), slam.shown_version() as u32);

@@ -18,7 +18,8 @@ export function attempt<Name extends string, T>(name: Name, work: () => T): { [k
   return { [name]: result, error } as { [key in Name]: T | null } & { error: string };
 }
 
-/** Something could not be done. A fault of the program is an error; else what was given, by its name if it has one, cannot be used. */
+/** Something could not be done. A fault of the program is an error; else what was given, by its
+    name if it has one, cannot be used. */
 export function fail(error: unknown, name = ""): void {
   const { about, text } = faultOf(error);
   if (about === "internal") console.error(error);
@@ -26,7 +27,8 @@ export function fail(error: unknown, name = ""): void {
   post({ kind: "failed", about, text: `${name === "" ? "" : `${name}: `}${text}` });
 }
 
-/** An error of the module names its kind; anything else that is thrown is a fault of the program. */
+/** An error of the module names its kind; anything else that is thrown is a fault of the
+    program. */
 export function faultOf(error: unknown): { about: ErrorKind; text: string } {
   if (!(error instanceof Error)) return { about: "internal", text: String(error) };
   const { kind = "internal" } = error as Error & { kind?: ErrorKind };

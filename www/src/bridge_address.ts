@@ -2,7 +2,8 @@
 
 const TOKEN_KEY = "slamlab-token";
 
-/** Address of the WebSocket of the bridge that serves this page; null where none does, or nothing is behind it. */
+/** Address of the WebSocket of the bridge that serves this page; null where none does, or nothing
+    is behind it. */
 export async function bridgeAddress(where: Location): Promise<string | null> {
   try {
     const answer = await fetch("bridge.json", { cache: "no-store" });
@@ -17,7 +18,8 @@ export async function bridgeAddress(where: Location): Promise<string | null> {
   }
 }
 
-/** The token stands behind the `#` of the address, which no server ever sees; it is removed from there. */
+/** The token stands behind the `#` of the address, which no server ever sees; it is removed from
+    there. */
 export function tokenOf(where: Location): string {
   const given = new URLSearchParams(where.hash.slice(1)).get("token");
   try {

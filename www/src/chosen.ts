@@ -1,4 +1,5 @@
-// Sorts files that were dropped or chosen together: a building, something else to open, or nothing that can be opened.
+// Sorts files that were dropped or chosen together: a building, something else to open, or nothing
+// that can be opened.
 
 export type Chosen =
   | { kind: "nothing" }
@@ -8,7 +9,8 @@ export type Chosen =
   | { kind: "file"; file: File }
   | { kind: "refused"; text: string };
 
-/** What the page writes for other programs, and where the same is to be had in a form that it reads. */
+/** What the page writes for other programs, and where the same is to be had in a form that it
+    reads. */
 const WRITTEN_ONLY: Readonly<Record<string, string>> = {
   dxf: "The floor plan that was saved with it (.svg) holds the same walls.",
   geojson: "Walls are in the floor plan that was saved with them (.svg), rooms are detected again in every map.",

@@ -90,7 +90,8 @@ export class Client {
     this.send({ kind: "settings", settings: this.#store.setup.settings });
   }
 
-  /** Uses the settings fitted to a drive in place of earlier ones; null: the robot's own calibration again. A recording is mapped again. */
+  /** Uses the settings fitted to a drive in place of earlier ones; null: the robot's own
+      calibration again. A recording is mapped again. */
   usePreset(preset: Tuning["preset"]): void {
     const store = this.#store;
     const before = Object.keys(store.tuning.preset?.settings ?? {});
@@ -100,7 +101,8 @@ export class Client {
     this.#fromTheBeginning();
   }
 
-  /** A simulated twin beside the robot, or none. A recording is mapped again, because its twin starts where it does. */
+  /** A simulated twin beside the robot, or none. A recording is mapped again, because its twin
+      starts where it does. */
   setTwin(twin: boolean): void {
     const store = this.#store;
     store.set("fit", { tuning: { ...store.tuning, twin } });
@@ -114,7 +116,8 @@ export class Client {
     this.#store.notify("run");
   }
 
-  /** Connects to the page's own server if it is a bridge with a robot; otherwise starts the simulation. */
+  /** Connects to the page's own server if it is a bridge with a robot; otherwise starts the
+      simulation. */
   async begin(): Promise<void> {
     const token = tokenOf(location);
     const url = await bridgeAddress(location);
@@ -127,7 +130,8 @@ export class Client {
     return this.#ports.kinds;
   }
 
-  /** One more device at a serial port, which the browser asks the person for: among those behind its usual adapters, or among all. */
+  /** One more device at a serial port, which the browser asks the person for: among those behind
+      its usual adapters, or among all. */
   async plug(kind: DeviceKind, ofAll: boolean): Promise<void> {
     try {
       await this.#ports.choose(kind, ofAll);
@@ -151,7 +155,8 @@ export class Client {
     this.send({ kind: "connect", url, token, ...this.#liveSetup(method) });
   }
 
-  /** How a robot is mapped: a bridge has no map to hand out, so that without one its robot draws its own. */
+  /** How a robot is mapped: a bridge has no map to hand out, so that without one its robot draws
+      its own. */
   #liveSetup(method: MethodName): LiveSetup {
     const { setup: { priorMap, cycle, settings }, tuning: { twin } } = this.#store;
     return { method: method === "prior-map" && !priorMap ? "line-ekf" : method, priorMap, cycle, settings, twin };
@@ -164,7 +169,8 @@ export class Client {
     this.send({ kind: "wheel", take, force: driver !== "" });
   }
 
-  /** Whether this page drives a real robot, or is about to: the answer to Drive may be on its way. */
+  /** Whether this page drives a real robot, or is about to: the answer to Drive may be on its
+      way. */
   get mayBeDriving(): boolean {
     const { source, bridge } = this.#store;
     const isAsked = performance.now() - this.#askedWheelAt < WHEEL_MILLIS;

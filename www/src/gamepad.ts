@@ -1,4 +1,5 @@
-// A gamepad: its left stick drives, its right trigger button and B stop. Read once a frame while one is connected and the page is in sight.
+// A gamepad: its left stick drives, its right trigger button and B stop. Read once a frame while
+// one is connected and the page is in sight.
 
 export interface GamepadActions {
   drive(forward: number, turn: number): void;
@@ -36,7 +37,8 @@ export function startGamepad(actions: GamepadActions): void {
       actions.stop();
     }
     stopping = stop;
-    // Up and left are negative on a gamepad. While a stop is pressed, or another window is in use, the stick says nothing.
+    // Up and left are negative on a gamepad. While a stop is pressed, or another window is in use,
+    // the stick says nothing.
     if (!document.hasFocus()) release();
     else if (!stop) send(-axis(1) || 0, -axis(0) || 0);
   };

@@ -1,4 +1,5 @@
-// Samples of the run for the plots: columns that thin themselves out, so that an hour costs no more than a minute.
+// Samples of the run for the plots: columns that thin themselves out, so that an hour costs no more
+// than a minute.
 
 import { SAMPLE_STRIDE } from "./protocol/sample.js";
 

@@ -3,7 +3,8 @@
 export interface KeyActions {
   drive(forward: number, turn: number): void;
   stop(): void;
-  /** Whether there is a robot to steer; otherwise the letters of driving are free for what acts once. */
+  /** Whether there is a robot to steer; otherwise the letters of driving are free for what acts
+      once. */
   steers(): boolean;
   /** Keys that act once, by the lower-case key. */
   once: Readonly<Record<string, () => void>>;

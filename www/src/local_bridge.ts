@@ -1,7 +1,9 @@
-// The local bridge: devices at serial ports of this page, and the rules of a bridge, in a worker of their own, so that no plan and no fit
-// keeps them waiting. The page has the ports, and its Stop comes straight here.
+// The local bridge: devices at serial ports of this page, and the rules of a bridge, in a worker of
+// their own, so that no plan and no fit keeps them waiting. The page has the ports, and its Stop
+// comes straight here.
 //
-// The client, which maps and drives, exchanges the messages of a bridge with it over a message port; `null` is its farewell.
+// The client, which maps and drives, exchanges the messages of a bridge with it over a message
+// port; `null` is its farewell.
 
 import init, { WebLocalBridge } from "../pkg/slamlab_web.js";
 import type { LineEvent, LineWish, LocalBridgeAnswer, LocalBridgeCommand } from "./protocol/devices.js";
@@ -50,7 +52,8 @@ class Lines {
     this.flush();
   }
 
-  /** Stops the robot, and has the lines closed: also where the rules themselves have failed and cannot say anything more. */
+  /** Stops the robot, and has the lines closed: also where the rules themselves have failed and
+      cannot say anything more. */
   close(): void {
     clearInterval(this.#ticker);
     try {

@@ -67,7 +67,8 @@ for (const tag of ["slam-header", "slam-bridge", "slam-setup", "slam-prior-map",
 
 client.onStart = () => map.restart();
 
-/** The worker sends the filter's state only while its tab is open, and the matrix only while it is visible. */
+/** The worker sends the filter's state only while its tab is open, and the matrix only while it is
+    visible. */
 let matrixInSight = false;
 const requestInspection = (): void => client.send({ kind: "inspect", on: store.tab === "filter", matrix: matrixInSight });
 const matrix = document.querySelector("slam-correlations");

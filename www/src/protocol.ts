@@ -1,8 +1,9 @@
 // Every message between the page and the worker, named once for both sides.
 //
-// Page -> worker: `Command`. Worker -> page: `Answer`. Bulk data crosses as transferable typed arrays inside of `Frame`, at
-// most one frame for each picture drawn: the page answers a frame with `drawn`, and only then the next one is sent.
-// All geometry is in the map frame (m, rad, x forward and y left of the robot's start pose), also the truth.
+// Page -> worker: `Command`. Worker -> page: `Answer`. Bulk data crosses as transferable typed
+// arrays inside of `Frame`, at most one frame for each picture drawn: the page answers a frame with
+// `drawn`, and only then the next one is sent. All geometry is in the map frame (m, rad, x forward
+// and y left of the robot's start pose), also the truth.
 
 import type { BridgeState } from "./protocol/devices.js";
 import type { Frame } from "./protocol/frame.js";
@@ -25,9 +26,11 @@ export interface LiveSetup {
 
 export type Command =
   | { kind: "start"; setup: Setup; play: boolean }
-  /** A building to drive in from files of others: a floor plan (.svg), OGmap.txt, or the YAML and the image of a map of ROS. It is answered by `built`. */
+  /** A building to drive in from files of others: a floor plan (.svg), OGmap.txt, or the YAML and
+      the image of a map of ROS. It is answered by `built`. */
   | { kind: "build"; name: string; files: readonly GivenBytes[] }
-  /** The same, or a world, as a map to be found in; without files the map as the present run has drawn it. It is answered by `prior-map`. */
+  /** The same, or a world, as a map to be found in; without files the map as the present run has
+      drawn it. It is answered by `prior-map`. */
   | { kind: "read-prior-map"; name: string; files: readonly GivenBytes[] }
   | { kind: "replay"; name: string; bytes: ArrayBuffer; method: MethodName; settings: SettingValues; twin: boolean; priorMap: PriorMapSetup | null }
   | { kind: "play" }
@@ -45,7 +48,8 @@ export type Command =
   | { kind: "stop" }
   /** Ends reading a log, and a replay where it stands; what was mapped stays. */
   | { kind: "cancel" }
-  /** Whether frames carry what goes on inside the filter, and whether with the matrix, which is long. */
+  /** Whether frames carry what goes on inside the filter, and whether with the matrix, which is
+      long. */
   | { kind: "inspect"; on: boolean; matrix: boolean }
   /** Whether frames carry rooms and doors. */
   | { kind: "rooms"; on: boolean }
@@ -74,7 +78,8 @@ export type Command =
   | { kind: "contest-stop" }
   /** A trial of the simulated robot's drive controller. */
   | { kind: "bench"; trial: BenchTrial }
-  /** A robot behind a bridge, at the address of its WebSocket; with an empty token this page only watches. */
+  /** A robot behind a bridge, at the address of its WebSocket; with an empty token this page only
+      watches. */
   | ({ kind: "connect"; url: string; token: string } & LiveSetup)
   /** Devices at serial ports of the page, whose rules are at the other end of this wire. */
   | ({ kind: "cable"; wire: MessagePort } & LiveSetup)
@@ -86,7 +91,8 @@ export type Command =
   | { kind: "door"; index: number; open: boolean }
   /** Cuts its motors off, or unlatches that. */
   | { kind: "emergency"; on: boolean }
-  /** The grid, the walls as a floor plan, the trajectory, the log, or what was fitted last as a preset. */
+  /** The grid, the walls as a floor plan, the trajectory, the log, or what was fitted last as a
+      preset. */
   | { kind: "save"; what: SavedKind | "fit" }
   | { kind: "drawn" };
 
@@ -110,10 +116,12 @@ export type Answer =
   | ({ kind: "ready" } & Offer)
   | { kind: "started"; run: number; source: SourceKind; title: string; method: MethodName; setup: Setup | null; playing: boolean }
   | Frame
-  /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands still meanwhile. */
+  /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands
+      still meanwhile. */
   | { kind: "reading"; name: string; done: number | null }
   | { kind: "playing"; playing: boolean }
-  /** A building that was asked for, as the text of a world file, and what of the file is not in it. */
+  /** A building that was asked for, as the text of a world file, and what of the file is not in
+      it. */
   | ({ kind: "built"; name: string } & Building)
   /** A map to be found in that was asked for. */
   | ({ kind: "prior-map" } & PriorMapFile)

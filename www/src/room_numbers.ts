@@ -1,4 +1,5 @@
-// Numbers of rooms that stay the same while the map grows, though the list of rooms is sorted by size.
+// Numbers of rooms that stay the same while the map grows, though the list of rooms is sorted by
+// size.
 
 import { REGION, REGION_STRIDE, type Rooms } from "./protocol/module.js";
 import { roomAt } from "./view/layers/rooms.js";
@@ -6,7 +7,8 @@ import { roomAt } from "./view/layers/rooms.js";
 /** What identifies rooms from one map to the next. */
 type Areas = Pick<Rooms, "regions" | "corners" | "rings">;
 
-/** The number of each room: that of the room before that had its middle in it, else the first that is free. */
+/** The number of each room: that of the room before that had its middle in it, else the first that
+    is free. */
 export function numbered(now: Areas, before: Areas | null, numbers: readonly number[]): number[] {
   const count = now.regions.length / REGION_STRIDE;
   const found = new Array<number>(count).fill(0);

@@ -3,7 +3,8 @@
 import type { SavedFile } from "./protocol/module.js";
 import type { Tiles } from "./view/tiles.js";
 
-/** Wall milliseconds between two downloads: browsers give up the first when the second comes at once. */
+/** Wall milliseconds between two downloads: browsers give up the first when the second comes at
+    once. */
 const SPACING = 250;
 
 export function downloadAll(files: readonly SavedFile[]): void {

@@ -1,5 +1,6 @@
-// Serial ports of this computer, by Web Serial: the person chooses them, bytes go to and fro here. What they mean, and when a line
-// is opened again, is decided by the local bridge, in a worker of its own (local_bridge.ts).
+// Serial ports of this computer, by Web Serial: the person chooses them, bytes go to and fro here.
+// What they mean, and when a line is opened again, is decided by the local bridge, in a worker of
+// its own (local_bridge.ts).
 
 import type { LineWish, LocalBridgeAnswer, LocalBridgeCommand } from "./protocol/devices.js";
 import type { DeviceKind } from "./protocol/module.js";
@@ -24,7 +25,8 @@ interface Serial extends EventTarget {
   getPorts(): Promise<Port[]>;
 }
 
-/** Web Serial, where the browser has it: Chrome, Edge and Opera on a computer, from an address that is this computer's or `https`. */
+/** Web Serial, where the browser has it: Chrome, Edge and Opera on a computer, from an address that
+    is this computer's or `https`. */
 export function webSerial(): Serial | null {
   return (navigator as Navigator & { serial?: Serial }).serial ?? null;
 }
@@ -53,7 +55,8 @@ class Line {
     return new Line(this.kind, this.port, this.wasOpen);
   }
 
-  /** Whether this port may be the same adapter, put in again: it is then a new port to the browser. */
+  /** Whether this port may be the same adapter, put in again: it is then a new port to the
+      browser. */
   isLike(port: Port): boolean {
     const [ours, theirs] = [this.port.getInfo(), port.getInfo()];
     return ours.usbVendorId !== undefined && ours.usbVendorId === theirs.usbVendorId && ours.usbProductId === theirs.usbProductId;
@@ -80,7 +83,8 @@ export class SerialPorts {
     this.#keep(rulesWorker());
   }
 
-  /** Loads the rules ahead of the next run. If that fails, plugging in a device tries again and shows the reason. */
+  /** Loads the rules ahead of the next run. If that fails, plugging in a device tries again and
+      shows the reason. */
   #keep(spare: Worker): void {
     const drop = () => {
       if (this.#spare !== spare) return;
@@ -99,7 +103,8 @@ export class SerialPorts {
     return this.#lines.map((line) => line.kind);
   }
 
-  /** Asks the person for the port of one more device: of those behind its usual adapters, or of all. */
+  /** Asks the person for the port of one more device: of those behind its usual adapters, or of
+      all. */
   async choose({ name: kind, adapters }: DeviceKind, ofAll: boolean): Promise<void> {
     const port = await webSerial()?.requestPort(ofAll ? {} : { filters: adapters });
     if (!port) throw new Error("This browser has no Web Serial.");
@@ -120,7 +125,8 @@ export class SerialPorts {
     this.#lines = [];
   }
 
-  /** Devices and rules begin, and open the lines. Returns the wire for the worker that maps and drives. */
+  /** Devices and rules begin, and open the lines. Returns the wire for the worker that maps and
+      drives. */
   begin(): MessagePort {
     this.#endRules();
     const { port1: driver, port2: wire } = new MessageChannel();
@@ -142,7 +148,8 @@ export class SerialPorts {
     this.#send({ kind: "stop", cutOff });
   }
 
-  /** The run that uses the lines ends: its robot is stopped first, then they are closed. A second call waits for the same end. */
+  /** The run that uses the lines ends: its robot is stopped first, then they are closed. A second
+      call waits for the same end. */
   leave(): Promise<void> {
     this.#leaving ??= this.#leave().finally(() => (this.#leaving = null));
     return this.#leaving;
@@ -248,7 +255,8 @@ export class SerialPorts {
     }
   }
 
-  /** Reports that a line broke, if there is a reason to report, and tries it again after a while. */
+  /** Reports that a line broke, if there is a reason to report, and tries it again after a
+      while. */
   async #broke(number: number, line: Line, why: string | null): Promise<void> {
     if (line.isLeft || line.isBroken) return;
     line.isBroken = true;
@@ -275,7 +283,8 @@ async function within(millis: number, act: Promise<unknown>): Promise<boolean> {
   return ended;
 }
 
-/** Ends reading and writing, and closes the port; what is broken already is closed too, and what hangs is given up. */
+/** Ends reading and writing, and closes the port; what is broken already is closed too, and what
+    hangs is given up. */
 async function shut({ port, reader, writer, retry }: Pick<Line, "port" | "reader" | "writer" | "retry">): Promise<void> {
   if (retry !== null) clearTimeout(retry);
   // A device that takes nothing keeps a write waiting for ever.

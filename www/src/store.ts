@@ -1,4 +1,5 @@
-// The state of the page, and its listeners. Components read it and send commands; nothing is computed here.
+// The state of the page, and its listeners. Components read it and send commands; nothing is
+// computed here.
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
 import { type BenchResponse, type Calibration, type ContestState, type Cycle, type DriveFit, type Ground, type Inspection, type MethodName, type Rooms, type Setup, type SigmaCurve, type SourceKind, TWIN_STRIDE, type Level } from "./protocol/module.js";
@@ -186,7 +187,8 @@ export class Store {
   }
 }
 
-/** The matrix that was there before goes with its own landmarks: without a new one there is none. */
+/** The matrix that was there before goes with its own landmarks: without a new one there is
+    none. */
 function withMatrix(next: Inspection, before: Inspection | null): Inspection {
   if (next.coefficients.length > 0 || !before) return next;
   const { robotRows, landmarks, coefficients } = before;

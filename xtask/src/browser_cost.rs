@@ -1,7 +1,7 @@
 //! `browser-cost`: what does the browser add to an update of the line filter?
 //!
-//! In: a machine with Chromium. Out: one JSON object with the milliseconds of an update with one match at 100, 300 and 1 000
-//! landmarks, one build right after the other:
+//! In: a machine with Chromium. Out: one JSON object with the milliseconds of an update with one
+//! match at 100, 300 and 1 000 landmarks, one build right after the other:
 //!
 //! | build | vector instructions |
 //! |---|---|
@@ -9,8 +9,9 @@
 //! | `narrow` | the same with the feature `narrow`: 128 bits, as every x86-64 has |
 //! | `browser` | profile `wasm`: 128 bits, as `.cargo/config.toml` says; WebAssembly has no wider ones |
 //!
-//! An error where the browser takes more than `MOST` times as long as `narrow`: that is what the browser adds. What it lacks, the wider
-//! instructions, is the ratio to `native`, which stands beside it.
+//! An error where the browser takes more than `MOST` times as long as `narrow`: that is what the
+//! browser adds. What it lacks, the wider instructions, is the ratio to `native`, which stands
+//! beside it.
 
 use std::process::Command;
 
@@ -18,7 +19,8 @@ use anyhow::{Context, Result, bail};
 
 use crate::tools;
 
-/// How many times as long as natively, with instructions as wide, an update may take in the browser.
+/// How many times as long as natively, with instructions as wide, an update may take in the
+/// browser.
 const MOST: f64 = 1.5;
 const SIZES: [usize; 3] = [100, 300, 1000];
 

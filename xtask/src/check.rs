@@ -5,7 +5,8 @@ use anyhow::Result;
 use crate::report::Report;
 use crate::{page, results, rules, tools};
 
-/// House rules, formatting, lints natively and for wasm32, documentation, TypeScript types, and which results have grown old.
+/// House rules, formatting, lints natively and for wasm32, documentation, TypeScript types, and
+/// which results have grown old.
 ///
 /// # Errors
 /// If one of them fails; the others run all the same.

@@ -8,7 +8,8 @@ use anyhow::Result;
 use crate::suites::Suite;
 use crate::{setup, skips, tools};
 
-/// Compiles the firmware and runs its tests, where everything they need is there; else says what is missing, and passes.
+/// Compiles the firmware and runs its tests, where everything they need is there; else says what is
+/// missing, and passes.
 ///
 /// # Errors
 /// If the firmware does not compile without warnings, or a test fails.
@@ -19,7 +20,8 @@ pub fn test() -> Result<()> {
     tools::run(cargo("test").arg("--no-fail-fast"))
 }
 
-/// Compiles the real firmware's robot on a pseudo-terminal; `None`, and a sentence, where what it needs is not there.
+/// Compiles the real firmware's robot on a pseudo-terminal; `None`, and a sentence, where what it
+/// needs is not there.
 ///
 /// # Errors
 /// If it does not compile.

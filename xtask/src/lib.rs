@@ -3,11 +3,12 @@
 //! 1. [`wasm`] compiles `web` for wasm32 and makes the JavaScript bindings, in `www/pkg`.
 //! 2. [`page`] installs the locked npm packages and bundles the page into `www/dist`.
 //! 3. [`serve`] builds the bridge and becomes it.
-//! 4. [`check`] and [`suites`] run every check and every test, and end with a table of what passed ([`report`]) and a list
-//!    of what did not run ([`skips`]). [`setup`] installs what tests lack, [`rules`] are those of the house.
+//! 4. [`check`] and [`suites`] run every check and every test, and end with a table of what passed
+//!    ([`report`]) and a list of what did not run ([`skips`]). [`setup`] installs what tests lack,
+//!    [`rules`] are those of the house.
 //! 5. [`package`] makes what one installs on the robot's computer.
-//! 6. [`measure`] prints figures that the bridge promises, and whether they hold; [`browser_cost`] what the browser adds to
-//!    the filter's work. [`results`] gathers all figures in `RESULTS.md`.
+//! 6. [`measure`] prints figures that the bridge promises, and whether they hold; [`browser_cost`]
+//!    what the browser adds to the filter's work. [`results`] gathers all figures in `RESULTS.md`.
 //!
 //! [`tools`] finds the programs all this needs, and says how to install a missing one.
 

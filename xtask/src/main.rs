@@ -39,9 +39,11 @@ enum Command {
         #[arg(long, value_enum, default_value_t = xtask::package::Target::this_machine())]
         target: xtask::package::Target,
     },
-    /// House rules, formatting, lints for native and wasm32, documentation, TypeScript types, age of RESULTS.md
+    /// House rules, formatting, lints for native and wasm32, documentation, TypeScript types, age
+    /// of RESULTS.md
     Check,
-    /// Native tests, tests in headless Chromium, and the page as a user uses it; sets up what they lack
+    /// Native tests, tests in headless Chromium, and the page as a user uses it; sets up what they
+    /// lack
     Test {
         /// Only these suites; all but `quick`, which is part of them, if none is named
         #[arg(value_enum)]
@@ -49,7 +51,8 @@ enum Command {
     },
     /// Measures what is promised: JSON, and success only if it holds
     Report(measure::Measurement),
-    /// Measures figures again and writes them into RESULTS.md, with command, date, machine and commit
+    /// Measures figures again and writes them into RESULTS.md, with command, date, machine and
+    /// commit
     Results(results::Choice),
 }
 

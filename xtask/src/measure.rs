@@ -22,7 +22,8 @@ pub struct Measurement {
 /// What can be measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Promise {
-    /// From a fault to motors without voltage, by the registers of the real firmware, and to the order to stop
+    /// From a fault to motors without voltage, by the registers of the real firmware, and to the
+    /// order to stop
     Faults,
     /// From the robot to a client, alone and beside 50 watchers
     Latency,
@@ -32,7 +33,8 @@ pub enum Promise {
     Soak,
     /// No decoder crashes on changed input
     Fuzz,
-    /// An update of the line filter in headless Chromium takes at most 1.5 times as long as natively
+    /// An update of the line filter in headless Chromium takes at most 1.5 times as long as
+    /// natively
     BrowserCost,
 }
 

@@ -1,9 +1,11 @@
-//! A package that one installs on the robot's computer: page in the program, program in a `.deb`, and a proof that it works.
+//! A package that one installs on the robot's computer: page in the program, program in a `.deb`,
+//! and a proof that it works.
 //!
-//! 1. The page is built and compressed, then the bridge with the page in it (`SLAMLAB_PAGE`), linked statically against musl:
-//!    one file that needs nothing of the system it comes to.
+//! 1. The page is built and compressed, then the bridge with the page in it (`SLAMLAB_PAGE`),
+//!    linked statically against musl: one file that needs nothing of the system it comes to.
 //! 2. `deb` puts it together with settings, systemd unit, udev rules and guide, by `dpkg-deb`.
-//! 3. `smoke` unpacks the package and runs its program: natively, or by qemu's emulation of the other processor.
+//! 3. `smoke` unpacks the package and runs its program: natively, or by qemu's emulation of the
+//!    other processor.
 //! 4. `systemd-analyze` and `lintian` check the rest, where they are installed.
 //!
 //! A step whose tool is missing is skipped by name; the package is made all the same.
@@ -147,8 +149,8 @@ fn verify_unit() -> Result<()> {
     Ok(())
 }
 
-/// What lintian does not like and is meant: one static file that runs anywhere, `--help` for a manual, scripts without debhelper,
-/// and a project without a mail address.
+/// What lintian does not like and is meant: one static file that runs anywhere, `--help` for a
+/// manual, scripts without debhelper, and a project without a mail address.
 const MEANT: [&str; 5] = [
     "statically-linked-binary",
     "no-manual-page",

@@ -1,4 +1,5 @@
-//! From `www`, in TypeScript, and the module in `www/pkg`, to `www/dist`: the page as a browser loads it.
+//! From `www`, in TypeScript, and the module in `www/pkg`, to `www/dist`: the page as a browser
+//! loads it.
 //!
 //! What does not wait for each other runs side by side: the module and the programs of this machine
 //! have build folders of their own, and npm has nothing to do with either.
@@ -49,7 +50,8 @@ pub fn check_types() -> Result<()> {
     check_types_of_last_build()
 }
 
-/// Type-checks the page against the bindings that the last build left, and makes them quickly where there are none.
+/// Type-checks the page against the bindings that the last build left, and makes them quickly where
+/// there are none.
 ///
 /// # Errors
 /// If a tool is missing or a type is wrong.
@@ -91,7 +93,8 @@ fn joined<T>(thread: ScopedJoinHandle<'_, Result<T>>) -> Result<T> {
     thread.join().unwrap_or_else(panicked)
 }
 
-/// Installs the packages that `folder`'s lock file names, unless they are there. Browsers are never downloaded.
+/// Installs the packages that `folder`'s lock file names, unless they are there. Browsers are never
+/// downloaded.
 ///
 /// # Errors
 /// If npm is missing or cannot install.
@@ -111,7 +114,8 @@ pub fn install(folder: &Path) -> Result<()> {
     fs::write(&installed, lock).with_context(|| format!("cannot write {}", installed.display()))
 }
 
-/// Puts `.br` and `.gz` beside each file that shrinks by it; the bridge sends those. Node has both codecs built in.
+/// Puts `.br` and `.gz` beside each file that shrinks by it; the bridge sends those. Node has both
+/// codecs built in.
 fn compress(dist: &Path) -> Result<()> {
     let script = tools::root().join("xtask/compress.mjs");
     tools::run(tools::node(dist)?.arg(script).arg("."))

@@ -1,4 +1,5 @@
-//! Runs steps to the end even when one fails, and closes with a table of what passed and a list of what was skipped.
+//! Runs steps to the end even when one fails, and closes with a table of what passed and a list of
+//! what was skipped.
 
 use std::time::Instant;
 

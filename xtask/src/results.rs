@@ -1,9 +1,13 @@
-//! `RESULTS.md`: every measured figure with its command, date, machine and commit, and whether it is older than what it measures.
+//! `RESULTS.md`: every measured figure with its command, date, machine and commit, and whether it
+//! is older than what it measures.
 //!
-//! 1. `table` names each result: what is claimed, the command, and the folders whose code it measures.
-//! 2. [`measure`] runs the command and puts its section into the file, in the order of the table. A folder must be as it
-//!    was committed: git's hash of each stands in the section, and nothing else says what was measured.
-//! 3. [`name_stale`] compares those hashes with the commit that is checked out. A section whose result has left the table goes.
+//! 1. `table` names each result: what is claimed, the command, and the folders whose code it
+//!    measures.
+//! 2. [`measure`] runs the command and puts its section into the file, in the order of the table. A
+//!    folder must be as it was committed: git's hash of each stands in the section, and nothing
+//!    else says what was measured.
+//! 3. [`name_stale`] compares those hashes with the commit that is checked out. A section whose
+//!    result has left the table goes.
 
 mod section;
 mod table;
@@ -41,10 +45,12 @@ pub struct Choice {
     list: bool,
 }
 
-/// Measures the chosen results, one after the other, and writes each into the file as soon as it is there; or only lists them.
+/// Measures the chosen results, one after the other, and writes each into the file as soon as it is
+/// there; or only lists them.
 ///
 /// # Errors
-/// If a name is unknown, code that is to be measured is not committed, or a command measures nothing.
+/// If a name is unknown, code that is to be measured is not committed, or a command measures
+/// nothing.
 pub fn run(choice: &Choice) -> Result<()> {
     let entries = chosen(choice)?;
     if choice.list {
@@ -72,7 +78,8 @@ fn list(entries: &[&Entry]) -> Result<()> {
     Ok(())
 }
 
-/// Names the results that are older than what they measure, on standard error. They are no failure: measuring them takes days.
+/// Names the results that are older than what they measure, on standard error. They are no failure:
+/// measuring them takes days.
 ///
 /// # Errors
 /// If the file or git cannot be read.

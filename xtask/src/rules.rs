@@ -1,5 +1,5 @@
-//! Rules of the house that no compiler holds: how wide comments are, how long the README is, and that no text names a
-//! folder of somebody's machine.
+//! Rules of the house that no compiler holds: how wide comments are, how long the README is, and
+//! that no text names a folder of somebody's machine.
 
 use std::path::Path;
 use std::process::Command;
@@ -12,9 +12,6 @@ use crate::tools;
 const COLUMNS: usize = 100;
 /// How many lines a stranger reads.
 const README_LINES: usize = 120;
-
-/// Whether comments are held to [`COLUMNS`]; on as soon as they are wrapped.
-const COMMENTS_ARE_WRAPPED: bool = false;
 
 /// Folders of a machine, in pieces: this file names none either.
 const OF_A_MACHINE: [&[&str]; 4] = [
@@ -81,11 +78,7 @@ fn complaints(name: &str, text: &str) -> Vec<String> {
             found.push(format!("{}: names {folder}, a folder of one machine", at()));
         }
         let columns = line.chars().count();
-        if COMMENTS_ARE_WRAPPED
-            && !is_fenced
-            && columns > COLUMNS
-            && language.is_some_and(|l| l.wraps(line))
-        {
+        if !is_fenced && columns > COLUMNS && language.is_some_and(|l| l.wraps(line)) {
             found.push(format!(
                 "{}: a comment of {columns} columns, expected at most {COLUMNS}",
                 at()
@@ -126,7 +119,8 @@ impl Language {
         }
     }
 
-    /// Whether a line is a comment that could be wrapped: not a table's row, nor a single word such as an address.
+    /// Whether a line is a comment that could be wrapped: not a table's row, nor a single word such
+    /// as an address.
     fn wraps(self, line: &str) -> bool {
         let line = line.trim_start();
         let words = match self {

@@ -22,7 +22,8 @@ pub fn serve(bridge: &Path, port: u16, open: bool) -> Result<()> {
     become_program(&mut bridge)
 }
 
-/// Compiles the bridge by a profile of cargo's whose folder is `debug`, `dev` or `test`, and returns its program.
+/// Compiles the bridge by a profile of cargo's whose folder is `debug`, `dev` or `test`, and
+/// returns its program.
 ///
 /// # Errors
 /// If it does not compile.

@@ -1,4 +1,5 @@
-//! What tests need beside Rust and Node: installed where that may be done, else named with the command to type.
+//! What tests need beside Rust and Node: installed where that may be done, else named with the
+//! command to type.
 //!
 //! | machine | what happens |
 //! |---|---|
@@ -17,8 +18,10 @@ const IN_A_BROWSER: &[Suite] = &[Suite::Wasm, Suite::Page];
 /// The page is tried with the real firmware, too.
 const WITH_FIRMWARE: &[Suite] = &[Suite::Page, Suite::Firmware];
 
-/// Packages of Debian: which suites need each, and whether what they want of it is there.
-const PACKAGES: [(&str, &[Suite], fn() -> bool); 10] = [
+/// A package of Debian: its name, which suites need it, and whether what they want of it is there.
+type Package = (&'static str, &'static [Suite], fn() -> bool);
+
+const PACKAGES: [Package; 10] = [
     ("chromium", IN_A_BROWSER, || tools::find_chrome().is_some()),
     ("chromium-driver", &[Suite::Wasm], || {
         tools::find_chromedriver().is_some()
@@ -55,7 +58,8 @@ pub fn missing(suites: &[Suite]) -> Vec<&'static str> {
     .collect()
 }
 
-/// Installs what is missing, where that may be done; else says what to type, and suites that can do without it run all the same.
+/// Installs what is missing, where that may be done; else says what to type, and suites that can do
+/// without it run all the same.
 ///
 /// # Errors
 /// If an installation fails.

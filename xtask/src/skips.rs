@@ -1,7 +1,8 @@
 //! What was not tested, and why: one list for Rust, the page and these commands.
 //!
 //! Whoever leaves a test out writes a line, `WHAT` tab `WHY`, to the end of the file that the
-//! variable `SLAMLAB_SKIPPED` names. [`crate::tools`] names the same one to every cargo and npm that it starts.
+//! variable `SLAMLAB_SKIPPED` names. [`crate::tools`] names the same one to every cargo and npm
+//! that it starts.
 
 use std::fs::{self, OpenOptions};
 use std::io::Write;
@@ -21,7 +22,8 @@ pub struct Skip {
 }
 
 impl Skip {
-    /// Whether it is fine where nobody watches: only what asks for recorded data on a machine that has none.
+    /// Whether it is fine where nobody watches: only what asks for recorded data on a machine that
+    /// has none.
     #[must_use]
     pub fn is_fine_in_ci(&self) -> bool {
         self.why.starts_with("recorded data") && !tools::data_folder().is_dir()

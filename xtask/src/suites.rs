@@ -12,7 +12,8 @@ use crate::{firmware, page, rules, setup, skips, tools};
 /// A group of tests that runs by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Suite {
-    /// What one runs between edits: the core's unit tests but for the slow ones, order of imports, house rules, types
+    /// What one runs between edits: the core's unit tests but for the slow ones, order of imports,
+    /// house rules, types
     Quick,
     /// Unit, integration, property and documentation tests, compiled for this machine
     Native,
@@ -20,18 +21,20 @@ pub enum Suite {
     Wasm,
     /// The page in headless Chromium, served by the bridge; on a phone what is different there
     Page,
-    /// The robot's firmware in a simulated microcontroller; skipped where avr-gcc or what simavr is built from is missing
+    /// The robot's firmware in a simulated microcontroller; skipped where avr-gcc or what simavr is
+    /// built from is missing
     Firmware,
 }
 
 /// All but [`Suite::Quick`], which is part of them.
 const ALL: [Suite; 4] = [Suite::Native, Suite::Wasm, Suite::Page, Suite::Firmware];
 
-/// Cargo's profile of the programs that the page's tests start: what the native tests stand on is compiled already.
+/// Cargo's profile of the programs that the page's tests start: what the native tests stand on is
+/// compiled already.
 const TEST: &str = "test";
 
-/// Parts of the names of those unit tests of `core` that take seconds: nine tenths of the time of all. [`Suite::Quick`] leaves
-/// them out, and says how many.
+/// Parts of the names of those unit tests of `core` that take seconds: nine tenths of the time of
+/// all. [`Suite::Quick`] leaves them out, and says how many.
 const SLOW: &[&str] = &[
     // Whole runs.
     "pilot::tests::",
@@ -102,8 +105,8 @@ fn quick(report: &mut Report) {
 }
 
 fn native() -> Result<()> {
-    // Examples are compiled by `cargo xtask check`. xtask is apart: together, cargo would join their features and compile
-    // the wasm-bindgen tool once more.
+    // Examples are compiled by `cargo xtask check`. xtask is apart: together, cargo would join
+    // their features and compile the wasm-bindgen tool once more.
     let most = "test --workspace --exclude xtask --no-fail-fast";
     let steps = [
         tools::run_cargo(&format!("{most} --lib --bins --tests")),

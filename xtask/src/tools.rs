@@ -1,4 +1,5 @@
-//! Finds the programs that the commands need, runs them in the repository, and says how to install a missing one.
+//! Finds the programs that the commands need, runs them in the repository, and says how to install
+//! a missing one.
 
 use std::env;
 use std::ffi::OsString;
@@ -95,7 +96,8 @@ pub fn npm(folder: &Path) -> Result<Command> {
 const NODE: &str = "install Node 20 or later: `sudo apt-get install nodejs npm`, `brew install node`, or \
                     `winget install OpenJS.NodeJS.LTS`";
 
-/// Chromium or Chrome: the one that the variable `CHROME` names, one in the path, or the one that Playwright has brought.
+/// Chromium or Chrome: the one that the variable `CHROME` names, one in the path, or the one that
+/// Playwright has brought.
 ///
 /// # Errors
 /// If none is installed.

@@ -1,4 +1,5 @@
-//! From `web`, in Rust, to `www/pkg`: the WebAssembly module, its JavaScript bindings and their types.
+//! From `web`, in Rust, to `www/pkg`: the WebAssembly module, its JavaScript bindings and their
+//! types.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -50,7 +51,8 @@ pub fn build_binder() -> Result<PathBuf> {
     Ok(tools::built("debug/make-bindings"))
 }
 
-/// Writes `slamlab_web.js`, `slamlab_web.d.ts` and `slamlab_web_bg.wasm` into `www/pkg`, unless they were made from this very module.
+/// Writes `slamlab_web.js`, `slamlab_web.d.ts` and `slamlab_web_bg.wasm` into `www/pkg`, unless
+/// they were made from this very module.
 ///
 /// # Errors
 /// If the bindings cannot be made.

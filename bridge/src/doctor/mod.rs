@@ -1,11 +1,14 @@
-//! Looks at serial ports and says what is there, how well it works, and what to do where it does not.
+//! Looks at serial ports and says what is there, how well it works, and what to do where it does
+//! not.
 //!
 //! In: ports by name, or all of the machine. Out: a [`Finding`] for each, to be printed.
 //!
-//! 1. Each port is opened at the rate of each device that is known, the robot first: opening may have reset it, and its boot
-//!    loader must hear nothing foreign. What answers as itself is that device.
-//! 2. The very same code as in `serve` then brings the device up and runs it for some seconds; faults it names with their
-//!    cures, and what came is counted: scans, odometry, damaged frames, bytes that belong to none.
+//! 1. Each port is opened at the rate of each device that is known, the robot first: opening may
+//!    have reset it, and its boot loader must hear nothing foreign. What answers as itself is that
+//!    device.
+//! 2. The very same code as in `serve` then brings the device up and runs it for some seconds;
+//!    faults it names with their cures, and what came is counted: scans, odometry, damaged frames,
+//!    bytes that belong to none.
 //! 3. The device is stopped and the port closed.
 
 mod finding;

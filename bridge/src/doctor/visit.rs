@@ -41,12 +41,13 @@ pub(super) struct Visit {
     scans: Vec<(Stamp, usize)>,
     odometries: u64,
     damage: [u64; 2],
-    /// Damage when data began to come: what is heard in the middle of a frame is not the line's fault.
+    /// Damage when data began to come: what is heard in the middle of a frame is not the line's
+    /// fault.
     damage_before: [u64; 2],
 }
 
-/// Opens the device's line and lets it work: up to `to_answer` until it says something of itself, then up to `to_work` until enough
-/// came or it is in fault.
+/// Opens the device's line and lets it work: up to `to_answer` until it says something of itself,
+/// then up to `to_work` until enough came or it is in fault.
 ///
 /// # Errors    Why the port does not open.
 pub(super) fn visit(

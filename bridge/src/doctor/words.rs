@@ -1,5 +1,5 @@
-//! What the doctor itself says, beside what ports and devices say of themselves: each with its cure. All of it stands in
-//! `bridge/GUIDE.md`, and the test below holds that.
+//! What the doctor itself says, beside what ports and devices say of themselves: each with its
+//! cure. All of it stands in `bridge/GUIDE.md`, and the test below holds that.
 
 use slamlab_core::device::{Kind, Probe};
 

@@ -1,13 +1,18 @@
-//! A read-only endpoint for Foxglove and whoever speaks its WebSocket protocol (Lichtblick, the Foxglove SDK).
+//! A read-only endpoint for Foxglove and whoever speaks its WebSocket protocol (Lichtblick, the
+//! Foxglove SDK).
 //!
-//! In: what every watcher gets. Out: `/scan`, `/points`, `/odom` and `/tf` as ROS 2 messages, to those who asked for them.
+//! In: what every watcher gets. Out: `/scan`, `/points`, `/odom` and `/tf` as ROS 2 messages, to
+//! those who asked for them.
 //!
-//! 1. It stands on the bridge's own port, at [`PATH`], behind the same gates: host, origin, number and size. It is off by default. Where watching needs the token there is none, for this protocol has no place for a proof.
-//! 2. To the hub its client is a watcher like any other, which can never drive: newest readings first, odometry joined.
+//! 1. It stands on the bridge's own port, at [`PATH`], behind the same gates: host, origin, number
+//!    and size. It is off by default. Where watching needs the token there is none, for this
+//!    protocol has no place for a proof.
+//! 2. To the hub its client is a watcher like any other, which can never drive: newest readings
+//!    first, odometry joined.
 //! 3. What a client asks for beyond watching is answered by a status message, and has no effect.
 //!
-//! Source: Foxglove WebSocket protocol v1 (github.com/foxglove/ws-protocol, docs/spec.md); `foxglove.sdk.v1` is the name under
-//! which newer clients ask for the same.
+//! Source: Foxglove WebSocket protocol v1 (github.com/foxglove/ws-protocol, docs/spec.md);
+//! `foxglove.sdk.v1` is the name under which newer clients ask for the same.
 
 mod message;
 

@@ -1,7 +1,9 @@
-//! The task that has the hub ([`slamlab_core::device::hub`]): it brings events, messages and time in, and does what comes out.
+//! The task that has the hub ([`slamlab_core::device::hub`]): it brings events, messages and time
+//! in, and does what comes out.
 //!
-//! In: events of the sources, messages of the clients. Out: orders to the robot's source, messages into the clients' outboxes and
-//! to the recorder. One task owns everything, so there is nothing to lock and one order of things. No rule stands here.
+//! In: events of the sources, messages of the clients. Out: orders to the robot's source, messages
+//! into the clients' outboxes and to the recorder. One task owns everything, so there is nothing to
+//! lock and one order of things. No rule stands here.
 
 pub(crate) mod outbox;
 
@@ -220,7 +222,8 @@ impl Task {
         }
     }
 
-    /// The robot first, the rest later: dropping the sources waits until they have stopped their robots.
+    /// The robot first, the rest later: dropping the sources waits until they have stopped their
+    /// robots.
     fn shut_down(mut self) {
         self.hub.shut_down(self.clock.now());
         self.act();

@@ -1,12 +1,17 @@
-//! What waits to be sent to one client: the newest of each stream, and in order what must not be lost.
+//! What waits to be sent to one client: the newest of each stream, and in order what must not be
+//! lost.
 //!
-//! In: messages from the hub, at the speed of the robot. Out: messages to the socket, at the speed of the client.
+//! In: messages from the hub, at the speed of the robot. Out: messages to the socket, at the speed
+//! of the client.
 //!
-//! 1. Readings and scans have one slot for each stream and source; a newer one replaces the older, which is counted.
+//! 1. Readings and scans have one slot for each stream and source; a newer one replaces the older,
+//!    which is counted.
 //! 2. Odometry is joined instead: the motion of what was not sent yet, followed by the new one.
-//! 3. Everything else is queued in order. A client that lets the queue grow full is too slow, and is disconnected.
-//! 4. What is queued goes first; then the slots take turns, so that a quick stream does not starve the others. A scan takes
-//!    the odometry that waits with it, which goes before: it never comes before the motion that led to it.
+//! 3. Everything else is queued in order. A client that lets the queue grow full is too slow, and
+//!    is disconnected.
+//! 4. What is queued goes first; then the slots take turns, so that a quick stream does not starve
+//!    the others. A scan takes the odometry that waits with it, which goes before: it never comes
+//!    before the motion that led to it.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Bound;
@@ -91,7 +96,8 @@ impl Outbox {
         self.lock().dropped
     }
 
-    /// Waits for what comes next. A connection that ends sends what is queued, and no readings any more.
+    /// Waits for what comes next. A connection that ends sends what is queued, and no readings any
+    /// more.
     pub(crate) async fn next(&self) -> Next {
         loop {
             let filled = self.filled.notified();
@@ -102,7 +108,8 @@ impl Outbox {
         }
     }
 
-    /// A thread that panicked holding the lock leaves nothing half done that matters to another client.
+    /// A thread that panicked holding the lock leaves nothing half done that matters to another
+    /// client.
     fn lock(&self) -> MutexGuard<'_, Waiting> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -142,7 +149,8 @@ impl Waiting {
         self.queue.pop_front().map(Next::Message)
     }
 
-    /// The end of a manoeuvre waits for the scan that belongs to it, but for one only: else a slow client would never learn of it.
+    /// The end of a manoeuvre waits for the scan that belongs to it, but for one only: else a slow
+    /// client would never learn of it.
     fn after_its_scan(&self, slot: Slot) -> Slot {
         let was_scan = self.last.is_some_and(|last| last.0 == Stream::Scan);
         let mut scans = self.slots.keys().filter(|slot| slot.0 == Stream::Scan);
@@ -260,7 +268,8 @@ mod tests {
         assert_eq!(outbox.dropped(), 1);
     }
 
-    /// A quick stream that is always there again must not keep the scans back, nor be overtaken by them.
+    /// A quick stream that is always there again must not keep the scans back, nor be overtaken by
+    /// them.
     #[tokio::test]
     async fn a_scan_gets_its_turn_behind_the_odometry_that_led_to_it() {
         let scan = |stamp| {

@@ -1,4 +1,5 @@
-//! CDR, the encoding of ROS 2 messages: values one after the other, each aligned to its own size, little-endian.
+//! CDR, the encoding of ROS 2 messages: values one after the other, each aligned to its own size,
+//! little-endian.
 //!
 //! Source: OMG, DDSI-RTPS 2.5, §10 (encapsulation), and CORBA 3.4 part 2, §9.3 (CDR).
 

@@ -1,11 +1,11 @@
 //! A recording written again with what SLAM makes of it, for tools that show ROS 2 messages.
 //!
-//! In: a recording. Out: another in chunks, with the same messages, and beside them `/map`, `/pose` and the transform from `map` to
-//! `odom`.
+//! In: a recording. Out: another in chunks, with the same messages, and beside them `/map`, `/pose`
+//! and the transform from `map` to `odom`.
 //!
-//! The bridge itself does not estimate anything: it must keep up with its robot on the smallest computer. So this is done
-//! afterwards, by the replay that `evaluate` and the page run. A map stands in the file every [`MAP_EVERY`] s, as it was known
-//! then.
+//! The bridge itself does not estimate anything: it must keep up with its robot on the smallest
+//! computer. So this is done afterwards, by the replay that `evaluate` and the page run. A map
+//! stands in the file every [`MAP_EVERY`] s, as it was known then.
 
 use std::io;
 use std::path::{Path, PathBuf};

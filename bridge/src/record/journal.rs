@@ -1,6 +1,7 @@
 //! A file that is whole up to what was acknowledged, whatever fails.
 //!
-//! In: bytes of one or more records. Out: after [`Journal::commit`], these bytes stand in the file, or none of them.
+//! In: bytes of one or more records. Out: after [`Journal::commit`], these bytes stand in the file,
+//! or none of them.
 
 use std::cell::RefCell;
 use std::fs::File;
@@ -29,8 +30,8 @@ impl Storage for File {
     }
 }
 
-/// Collects what the format's writer writes, and gives it to the file as a whole. Clones share the same file: the format's
-/// writer has one, its owner another.
+/// Collects what the format's writer writes, and gives it to the file as a whole. Clones share the
+/// same file: the format's writer has one, its owner another.
 #[derive(Debug)]
 pub(super) struct Journal<S>(Rc<RefCell<State<S>>>);
 
@@ -60,7 +61,8 @@ impl<S: Storage> Journal<S> {
 
     /// Gives to the file what waits.
     ///
-    /// # Errors    What the system said; the file then ends where it did before, and takes nothing more.
+    /// # Errors    What the system said; the file then ends where it did before, and takes nothing
+    /// more.
     pub(super) fn commit(&self) -> io::Result<()> {
         let state = &mut *self.0.borrow_mut();
         let result = state.storage.write_all(&state.waiting);

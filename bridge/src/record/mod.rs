@@ -1,20 +1,25 @@
 //! Recording to MCAP: whatever the clients could see, and every order to the robot.
 //!
-//! In: messages and orders, as they happen. Out: a file that survives the end of the program at any time.
+//! In: messages and orders, as they happen. Out: a file that survives the end of the program at any
+//! time.
 //!
-//! 1. The hub never waits for the disk: a thread writes, behind a bounded queue. What finds no room is counted as lost.
-//! 2. The thread takes what waits, up to a bounded number of messages, and gives it to the system in one write (`journal`). Then, and not before, these
-//!    messages count as acknowledged. They survive the end of the program, by whatever signal; each second they are
-//!    forced to the disk, and survive the end of the power.
-//! 3. A write that fails (the disk is full) is undone: the file ends behind the last acknowledged message. Nothing more is
-//!    written, everybody learns why, and the robot drives on.
-//! 4. At a regular end the summary is added, which lets readers jump. A file without it reads just as well from its start.
+//! 1. The hub never waits for the disk: a thread writes, behind a bounded queue. What finds no room
+//!    is counted as lost.
+//! 2. The thread takes what waits, up to a bounded number of messages, and gives it to the system
+//!    in one write (`journal`). Then, and not before, these messages count as acknowledged. They
+//!    survive the end of the program, by whatever signal; each second they are forced to the disk,
+//!    and survive the end of the power.
+//! 3. A write that fails (the disk is full) is undone: the file ends behind the last acknowledged
+//!    message. Nothing more is written, everybody learns why, and the robot drives on.
+//! 4. At a regular end the summary is added, which lets readers jump. A file without it reads just
+//!    as well from its start.
 //!
-//! Chunks are not used, for a chunk under way is lost with the program; [`export()`] uses them, afterwards. Channel `slamlab` holds every message as it
-//! crossed the wire ([`slamlab_core::wire::message`]), from the bridge's hello on, which names the robot;
-//! [`slamlab_core::wire::recording`] reads it, and [`crate::source::replay`] plays it back. `/scan`,
-//! `/points`, `/odom`, `/tf` and `/cmd_vel` hold the same for other tools, as ROS 2 messages (`ros`); [`export()`] adds `/map`
-//! and `/pose`.
+//! Chunks are not used, for a chunk under way is lost with the program; [`export()`] uses them,
+//! afterwards. Channel `slamlab` holds every message as it crossed the wire
+//! ([`slamlab_core::wire::message`]), from the bridge's hello on, which names the robot;
+//! [`slamlab_core::wire::recording`] reads it, and [`crate::source::replay`] plays it back.
+//! `/scan`, `/points`, `/odom`, `/tf` and `/cmd_vel` hold the same for other tools, as ROS 2
+//! messages (`ros`); [`export()`] adds `/map` and `/pose`.
 //!
 //! Source: the MCAP format specification, mcap.dev/spec; OMG CDR for the ROS 2 messages.
 
@@ -77,7 +82,8 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a recording in a new file: `path`, or, where that is a folder, one named by the time of day in there.
+    /// Begins a recording in a new file: `path`, or, where that is a folder, one named by the time
+    /// of day in there.
     ///
     /// # Errors    [`RecordError`]: the file is there already, or cannot be written.
     pub fn start(path: &Path, clock: Clock) -> Result<Self, RecordError> {

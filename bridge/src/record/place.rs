@@ -1,7 +1,7 @@
 //! Where a recording goes: the file that was named, or a new one in the folder that was named.
 //!
-//! A service starts again and again with the same settings, and a recording is never written over: a folder takes every
-//! start's recording, named by the time of day in UTC.
+//! A service starts again and again with the same settings, and a recording is never written over:
+//! a folder takes every start's recording, named by the time of day in UTC.
 
 use std::fs::{File, OpenOptions, create_dir_all};
 use std::io;
@@ -10,13 +10,14 @@ use std::time::Duration;
 
 use super::RecordError;
 
-/// Recordings of one second that are distinguished by a number: a computer without a battery-backed clock starts at the same
-/// time of day each time.
+/// Recordings of one second that are distinguished by a number: a computer without a battery-backed
+/// clock starts at the same time of day each time.
 const MOST_OF_A_SECOND: u32 = 10_000;
 
 /// Opens the new file of a recording that starts at `time_of_day`, since 1970, and says its path.
 ///
-/// A path that ends in a separator, or that is a folder, gets a file of its own in there; a missing folder is made.
+/// A path that ends in a separator, or that is a folder, gets a file of its own in there; a missing
+/// folder is made.
 pub(super) fn create(path: &Path, time_of_day: Duration) -> Result<(File, PathBuf), RecordError> {
     if !is_folder(path) {
         return create_file(path.to_owned());
@@ -40,7 +41,8 @@ fn is_folder(path: &Path) -> bool {
     path.is_dir() || path.to_string_lossy().ends_with(['/', MAIN_SEPARATOR])
 }
 
-/// `slamlab-2026-11-21T09-05-07Z`: sorted by name is sorted by second, and every file system takes it.
+/// `slamlab-2026-11-21T09-05-07Z`: sorted by name is sorted by second, and every file system takes
+/// it.
 fn stem(time_of_day: Duration) -> String {
     let t = time::OffsetDateTime::UNIX_EPOCH + time_of_day;
     let (year, month, day) = t.to_calendar_date();

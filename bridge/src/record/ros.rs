@@ -1,14 +1,18 @@
 //! What is recorded, once more as ROS 2 messages, so that other tools can open a recording.
 //!
-//! Frames by REP-105: `odom`, in which the odometry is added up since the recording began, `base_link`, and `laser`. Stamps
-//! are the time of day at which a message passed the bridge; the robot's own clock stands in channel `slamlab`.
+//! Frames by REP-105: `odom`, in which the odometry is added up since the recording began,
+//! `base_link`, and `laser`. Stamps are the time of day at which a message passed the bridge; the
+//! robot's own clock stands in channel `slamlab`.
 //!
-//! A `LaserScan` has equal angles between its beams and knows no others. Bearings are put in order, counter-clockwise; each
-//! beam gets the nearest range within half a step of it, or NaN. The `PointCloud2` beside it has every hit where it was.
+//! A `LaserScan` has equal angles between its beams and knows no others. Bearings are put in order,
+//! counter-clockwise; each beam gets the nearest range within half a step of it, or NaN. The
+//! `PointCloud2` beside it has every hit where it was.
 //!
-//! Covariances are those of the robot's own model, added up; where it has none they are 0, which stands for unknown.
+//! Covariances are those of the robot's own model, added up; where it has none they are 0, which
+//! stands for unknown.
 //!
-//! Source: ROS 2 common_interfaces (sensor_msgs, nav_msgs, geometry_msgs) and geometry2 (tf2_msgs), as of ROS 2 Humble.
+//! Source: ROS 2 common_interfaces (sensor_msgs, nav_msgs, geometry_msgs) and geometry2 (tf2_msgs),
+//! as of ROS 2 Humble.
 
 mod messages;
 mod odom;

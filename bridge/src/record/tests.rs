@@ -89,7 +89,8 @@ fn stamps(bytes: &[u8]) -> Vec<u64> {
         .collect()
 }
 
-/// Records 200 messages on a disk of this size; what is on it, and how many were acknowledged and lost.
+/// Records 200 messages on a disk of this size; what is on it, and how many were acknowledged and
+/// lost.
 fn record(size: usize) -> (Vec<u8>, u64, u64, Option<String>) {
     let disk = SmallDisk::new(size);
     let (entries, waiting) = sync_channel(4);
@@ -148,7 +149,8 @@ fn a_full_disk_loses_nothing_that_was_acknowledged() {
     assert!(partly > 10, "{partly}");
 }
 
-/// The end of the program leaves a beginning of the file: of any length it reads up to its last whole message.
+/// The end of the program leaves a beginning of the file: of any length it reads up to its last
+/// whole message.
 #[test]
 fn a_recording_that_is_cut_off_anywhere_reads_up_to_there() {
     let (whole, ..) = record(usize::MAX);
@@ -162,7 +164,8 @@ fn a_recording_that_is_cut_off_anywhere_reads_up_to_there() {
     assert!(most >= 199, "{most}");
 }
 
-/// What the disk is given at once is bounded, however much waits: the thread could be kept collecting for ever.
+/// What the disk is given at once is bounded, however much waits: the thread could be kept
+/// collecting for ever.
 #[test]
 fn what_waits_is_written_in_parts() {
     struct Counting(Rc<RefCell<Vec<usize>>>);

@@ -106,8 +106,8 @@ pub(super) fn run<S: Storage>(
 pub(super) struct Layout {
     /// What it holds beside every message as it is.
     pub(super) topics: &'static [Topic],
-    /// In chunks, which readers can jump between, and some read nothing else (Rerun). A chunk under way is lost with the
-    /// program.
+    /// In chunks, which readers can jump between, and some read nothing else (Rerun). A chunk under
+    /// way is lost with the program.
     pub(super) in_chunks: bool,
 }
 

@@ -10,7 +10,8 @@ use slamlab_core::wire::message::{FromBridge, ScanBody};
 
 use crate::record::ros::{Moved, Odom, in_space, intensities, placed};
 
-/// What a client sends. Fields that only tune how it is answered (queues, compression, types) are passed over.
+/// What a client sends. Fields that only tune how it is answered (queues, compression, types) are
+/// passed over.
 #[derive(Debug, PartialEq, Deserialize)]
 #[serde(tag = "op", rename_all = "snake_case")]
 pub(super) enum Request {

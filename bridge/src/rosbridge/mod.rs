@@ -1,18 +1,23 @@
 //! A subset of rosbridge v2, for scripts that know roslibjs or roslibpy.
 //!
-//! In: JSON of such a client. Out: `/scan`, `/odom` and `/tf` to those who subscribed; `/cmd_vel` to the robot, from whoever has the
-//! token, the lease, and armed.
+//! In: JSON of such a client. Out: `/scan`, `/odom` and `/tf` to those who subscribed; `/cmd_vel`
+//! to the robot, from whoever has the token, the lease, and armed.
 //!
 //! 1. It stands on the bridge's own port, at [`PATH`], behind the same gates; it is off by default.
-//! 2. rosbridge has no place for a token. Services stand in: `/slamlab/challenge` gives a challenge, `/slamlab/enter` takes the
-//!    proof made of it ([`slamlab_core::wire::message::proof`]), `/slamlab/take` the lease, `/slamlab/arm` arms. Anyone may call
-//!    `/slamlab/stop`, but where watching needs the token: there the proof must come in time. Then `/cmd_vel` drives, at 10 Hz or faster: the rules are those of every client ([`crate::safety`]).
-//! 3. There is no `/map`: whoever watches draws its own, and the bridge none, for it must keep up with its robot on the smallest computer.
-//!    `export` draws it from a recording.
-//! 4. A driving message must show how old it is at most, and rosbridge's do not say. So a driver is pinged ten times a second
-//!    with the bridge's time; WebSocket answers in order, so what follows on an answer was sent after its ping was seen.
+//! 2. rosbridge has no place for a token. Services stand in: `/slamlab/challenge` gives a
+//!    challenge, `/slamlab/enter` takes the proof made of it
+//!    ([`slamlab_core::wire::message::proof`]), `/slamlab/take` the lease, `/slamlab/arm` arms.
+//!    Anyone may call `/slamlab/stop`, but where watching needs the token: there the proof must
+//!    come in time. Then `/cmd_vel` drives, at 10 Hz or faster: the rules are those of every client
+//!    ([`crate::safety`]).
+//! 3. There is no `/map`: whoever watches draws its own, and the bridge none, for it must keep up
+//!    with its robot on the smallest computer. `export` draws it from a recording.
+//! 4. A driving message must show how old it is at most, and rosbridge's do not say. So a driver is
+//!    pinged ten times a second with the bridge's time; WebSocket answers in order, so what follows
+//!    on an answer was sent after its ping was seen.
 //!
-//! Source: rosbridge v2 protocol specification (github.com/RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md).
+//! Source: rosbridge v2 protocol specification (github.com/RobotWebTools/rosbridge_suite,
+//! ROSBRIDGE_PROTOCOL.md).
 
 mod message;
 mod services;

@@ -71,7 +71,8 @@ impl Services {
     }
 }
 
-/// Whether a call of the service can be refused so; other refusals are of commands that were under way before it.
+/// Whether a call of the service can be refused so; other refusals are of commands that were under
+/// way before it.
 fn is_of(service: &str, reason: RefusalReason) -> bool {
     use RefusalReason::{Emergency, Held, NoRight, NoRobot, StaleEpoch};
     match service {

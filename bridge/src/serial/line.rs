@@ -13,7 +13,8 @@ use serialport::SerialPort;
 
 use super::open::{OpenError, PortSettings};
 
-/// Pieces that wait to be taken: at 230400 baud, whatever their size, a quarter of a second at least.
+/// Pieces that wait to be taken: at 230400 baud, whatever their size, a quarter of a second at
+/// least.
 const MOST_PIECES: usize = 256;
 /// Writes that wait: more means that the port does not take bytes any more.
 const MOST_WRITES: usize = 32;
@@ -164,7 +165,8 @@ impl Line {
 
 impl Drop for Line {
     fn drop(&mut self) {
-        // The writer ends once it has written what waits; the reader sees the mark at its next timeout.
+        // The writer ends once it has written what waits; the reader sees the mark at its next
+        // timeout.
         self.writes = None;
         self.shared.is_closed.store(true, Ordering::Relaxed);
         for thread in self.threads.drain(..) {

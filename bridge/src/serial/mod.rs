@@ -1,12 +1,16 @@
 //! Devices on serial ports, and behind UDP: opened, watched, closed and opened again.
 //!
-//! In: the path of a port, or the address of a lidar server, and the [`Device`] at its other end. Out: a [`Source`](crate::source::Source).
+//! In: the path of a port, or the address of a lidar server, and the [`Device`] at its other end.
+//! Out: a [`Source`](crate::source::Source).
 //!
-//! 1. [`Line`] reads and writes on two threads of its own, for serial ports block; the queues between are bounded.
-//! 2. [`DeviceSource`] lets the device, which has no I/O, see bytes, time and orders, and does what it wants done.
-//! 3. Any error of the port, and a read that gives nothing (a cable that was pulled), closes it. It is tried again after
-//!    0.25 s, then 0.5, 1, 2, 2 … s, so that a device plugged in later, or again, is found. Orders given meanwhile are
-//!    forgotten, and whoever drives must arm again: nothing moves by itself when a cable is put back.
+//! 1. [`Line`] reads and writes on two threads of its own, for serial ports block; the queues
+//!    between are bounded.
+//! 2. [`DeviceSource`] lets the device, which has no I/O, see bytes, time and orders, and does what
+//!    it wants done.
+//! 3. Any error of the port, and a read that gives nothing (a cable that was pulled), closes it. It
+//!    is tried again after 0.25 s, then 0.5, 1, 2, 2 … s, so that a device plugged in later, or
+//!    again, is found. Orders given meanwhile are forgotten, and whoever drives must arm again:
+//!    nothing moves by itself when a cable is put back.
 //!
 //! Why not an asynchronous port: `tokio-serial` 5.5 gives `Ok(0)` for ever after a hang-up.
 

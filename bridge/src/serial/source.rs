@@ -19,8 +19,8 @@ const TURN: Duration = Duration::from_millis(5);
 /// For what must still be said before the line closes.
 const LAST_WORDS: Duration = Duration::from_millis(100);
 
-/// The instant from which the stamps of all serial sources of this program count: scans and odometry of different devices
-/// lie on one time line.
+/// The instant from which the stamps of all serial sources of this program count: scans and
+/// odometry of different devices lie on one time line.
 static EPOCH: OnceLock<Instant> = OnceLock::new();
 
 /// Pauses between tries to open a line.
@@ -154,8 +154,8 @@ impl Life {
                 Received::Nothing => (),
                 Received::Broken(error) => return Left::Broken(error),
             }
-            // What the device reports of the time before an order goes out before the order is taken: each report
-            // says after which order it was made.
+            // What the device reports of the time before an order goes out before the order is
+            // taken: each report says after which order it was made.
             self.device.tick(self.now());
             if let Err(left) = self.fulfil(line) {
                 return left;

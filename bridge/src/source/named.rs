@@ -104,10 +104,11 @@ impl From<SourceName> for String {
 }
 
 impl SourceName {
-    /// Opens it. A serial port need not be there yet: its source waits for it. A lidar sits at `mount` on the robot, or in
-    /// its middle, looking ahead.
+    /// Opens it. A serial port need not be there yet: its source waits for it. A lidar sits at
+    /// `mount` on the robot, or in its middle, looking ahead.
     ///
-    /// # Errors    [`SourceError`]: what is not there, or cannot be read, or is no lidar and has a `mount`.
+    /// # Errors    [`SourceError`]: what is not there, or cannot be read, or is no lidar and has a
+    /// `mount`.
     pub fn open(&self, mount: Option<Pose2>) -> Result<Box<dyn Source>, SourceError> {
         let takes_mount = match self {
             Self::Serial(kind, _) => kind.role == Role::Lidar,

@@ -39,7 +39,8 @@ impl Orders {
         self.changed.notify_all();
     }
 
-    /// Number of the newest order when the source took the last one that it took: what it reports now counts after that.
+    /// Number of the newest order when the source took the last one that it took: what it reports
+    /// now counts after that.
     pub(super) fn taken(&self) -> u64 {
         self.lock().taken
     }
@@ -71,7 +72,8 @@ impl Orders {
         }
     }
 
-    /// A thread that panicked holding the lock leaves nothing half done: each change is one assignment.
+    /// A thread that panicked holding the lock leaves nothing half done: each change is one
+    /// assignment.
     fn lock(&self) -> MutexGuard<'_, Waiting> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -1,9 +1,10 @@
 //! A recording as a source: what a robot said once, at the pace at which it said it.
 //!
-//! In: an MCAP file made by [`crate::record`], whole, cut off or damaged. Out: the same events, once, then silence.
+//! In: an MCAP file made by [`crate::record`], whole, cut off or damaged. Out: the same events,
+//! once, then silence.
 //!
-//! Orders are not played back, and none are taken: a recording has a robot, which cannot be driven. Pauses are those of the recording, but
-//! none is longer than [`LONGEST_PAUSE`].
+//! Orders are not played back, and none are taken: a recording has a robot, which cannot be driven.
+//! Pauses are those of the recording, but none is longer than [`LONGEST_PAUSE`].
 
 use std::fs::File;
 use std::io::Read;
@@ -83,8 +84,8 @@ impl ReplaySource {
         })
     }
 
-    /// What it holds, and how long after what came before: at most [`LONGEST_PAUSE`]. Orders are messages of the other direction, and are
-    /// passed over here.
+    /// What it holds, and how long after what came before: at most [`LONGEST_PAUSE`]. Orders are
+    /// messages of the other direction, and are passed over here.
     pub fn events(&self) -> impl Iterator<Item = (Duration, SourceEvent)> {
         let mut pause = Duration::ZERO;
         let mut before = None;
@@ -101,7 +102,8 @@ impl ReplaySource {
         })
     }
 
-    /// From one message to the next. A time that is damaged, or a clock that was set meanwhile, must not make it wait for ever.
+    /// From one message to the next. A time that is damaged, or a clock that was set meanwhile,
+    /// must not make it wait for ever.
     fn pause(&self, before: Option<u64>, now: u64) -> Duration {
         let pause = Duration::from_nanos(now.saturating_sub(before.unwrap_or(now)));
         if pause > LONGEST_PAUSE {

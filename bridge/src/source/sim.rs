@@ -1,9 +1,11 @@
 //! The simulated robot as a source: the core's simulation, at the pace of the real clock.
 //!
-//! In: a world, and orders. Out: odometry at 100 Hz, whatever the sensor sees, bumpers, currents, battery.
+//! In: a world, and orders. Out: odometry at 100 Hz, whatever the sensor sees, bumpers, currents,
+//! battery.
 //!
-//! 1. Each period, the simulation catches up with the clock. If the machine was busy for longer than `MOST_LATE`, that
-//!    time is left out: the robot's clock then runs behind, as it may, but it never jumps.
+//! 1. Each period, the simulation catches up with the clock. If the machine was busy for longer
+//!    than `MOST_LATE`, that time is left out: the robot's clock then runs behind, as it may, but
+//!    it never jumps.
 //! 2. One seed draws the same noise; when orders come is up to who gives them.
 //! 3. The emergency stop is latched here, as it is in the real robot.
 
@@ -24,7 +26,8 @@ use super::{Order, Port, Profile, Source, SourceEvent, Waited};
 const PERIOD: Duration = Duration::from_millis(10);
 /// The simulation makes up for a delay of at most this.
 const MOST_LATE: Duration = Duration::from_millis(200);
-/// Periods between two readings of the motor currents, of bumpers that did not change, and of battery and link.
+/// Periods between two readings of the motor currents, of bumpers that did not change, and of
+/// battery and link.
 const CURRENTS_EVERY: u64 = 5;
 const BUMPERS_EVERY: u64 = 50;
 const BATTERY_EVERY: u64 = 100;
@@ -68,7 +71,8 @@ pub struct SimSource {
 }
 
 impl SimSource {
-    /// The world of this name, built in or a file, with its robot, sensor and seed; `WORLD,SENSOR` takes another sensor.
+    /// The world of this name, built in or a file, with its robot, sensor and seed; `WORLD,SENSOR`
+    /// takes another sensor.
     ///
     /// # Errors    [`SimSourceError`]: there is no such world or sensor, or it cannot be used.
     pub fn new(which: &str) -> Result<Self, SimSourceError> {

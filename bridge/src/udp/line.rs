@@ -119,8 +119,8 @@ pub(crate) struct UdpLine {
 }
 
 impl Channel for UdpLine {
-    /// Others than the server are not heard. What the system says against the socket is no break: whether the
-    /// server is there shows in its silence.
+    /// Others than the server are not heard. What the system says against the socket is no break:
+    /// whether the server is there shows in its silence.
     fn receive(&mut self, timeout: Duration) -> Received {
         let mut datagram = vec![0; LONGEST];
         let heard = self

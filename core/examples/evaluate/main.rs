@@ -1,8 +1,10 @@
-//! Replays a recorded log (CARMEN, or MCAP of the bridge) and prints how well and how fast it was mapped.
+//! Replays a recorded log (CARMEN, or MCAP of the bridge) and prints how well and how fast it was
+//! mapped.
 //!
-//! `cargo run --release -p slamlab-core --example evaluate -- --log FILE [--relations FILE] [--method NAME]
-//! [--tum OUT] [--map OUT.pgm|OUT.png] [--map-mode MODE] [--og-map OUT] [--carmen OUT] [--preset FILE]
-//! [--fit OUT.json] [--set KEY=NUMBER] [--prior-map MAP.yaml [--start X,Y,DEGREES]] [--json]`
+//! `cargo run --release -p slamlab-core --example evaluate -- --log FILE [--relations FILE]
+//! [--method NAME] [--tum OUT] [--map OUT.pgm|OUT.png] [--map-mode MODE] [--og-map OUT] [--carmen
+//! OUT] [--preset FILE] [--fit OUT.json] [--set KEY=NUMBER] [--prior-map MAP.yaml [--start
+//! X,Y,DEGREES]] [--json]`
 //!
 //! The core has no files and no clock; this program does the reading, the writing and the timing.
 #![allow(
@@ -46,15 +48,15 @@ struct Arguments {
     /// odometry, line-ekf, scan-matching or prior-map.
     #[arg(long, default_value = "scan-matching")]
     method: String,
-    /// The map that `--method prior-map` finds the robot in: YAML of ROS map_server, OGmap.txt, floor plan (.svg) or
-    /// world (.json).
+    /// The map that `--method prior-map` finds the robot in: YAML of ROS map_server, OGmap.txt,
+    /// floor plan (.svg) or world (.json).
     #[arg(long)]
     prior_map: Option<PathBuf>,
     /// Metres in a unit of a floor plan; by default what the drawing says of itself.
     #[arg(long, value_name = "METRES")]
     svg_unit: Option<f64>,
-    /// Where the log begins in that map, as `x,y,heading` in metres and degrees. The default is where a map begins that was made of
-    /// the same log.
+    /// Where the log begins in that map, as `x,y,heading` in metres and degrees. The default is
+    /// where a map begins that was made of the same log.
     #[arg(long, default_value = "0,0,0", value_name = "X,Y,DEGREES", value_parser = prior_map::pose, allow_hyphen_values = true)]
     start: Pose2,
     #[command(flatten)]
@@ -241,7 +243,8 @@ fn read_relations(path: &Path) -> anyhow::Result<Vec<Relation>> {
     relations::parse(&std::fs::read(path).with_context(name)?).with_context(name)
 }
 
-/// # Errors    If the relations are those of another log: no figure at all would look like no error at all.
+/// # Errors    If the relations are those of another log: no figure at all would look like no error
+/// at all.
 fn measure(truth: &[Relation], trajectory: &[(f64, Pose2)]) -> anyhow::Result<Value> {
     let chosen = |long: bool| {
         let relations = truth

@@ -1,16 +1,16 @@
 //! `controller`: motors that are not what the controller was designed for, loads, steps, and the
 //! cost of it all. About 10 s.
 //!
-//! 1. The right motor's magnet 30 % stronger, then weaker; 5 m straight on at 0.25 m/s: how far the heading gets from
-//!    straight, closed loop and open loop.
-//! 2. A load that would stop a quarter of the motor's torque comes on one track, on any of these motors: mean errors of
-//!    speed and heading over the last second.
-//! 3. Overshoot of the faster track: ramps as every command makes them, at three speeds; and steps, at which both motors may
-//!    be cut off at the battery's voltage, at the two higher ones. (A step to a fifth of the highest speed is a figure
-//!    without a requirement: no command makes one.)
+//! 1. The right motor's magnet 30 % stronger, then weaker; 5 m straight on at 0.25 m/s: how far the
+//!    heading gets from straight, closed loop and open loop.
+//! 2. A load that would stop a quarter of the motor's torque comes on one track, on any of these
+//!    motors: mean errors of speed and heading over the last second.
+//! 3. Overshoot of the faster track: ramps as every command makes them, at three speeds; and steps,
+//!    at which both motors may be cut off at the battery's voltage, at the two higher ones. (A step
+//!    to a fifth of the highest speed is a figure without a requirement: no command makes one.)
 //! 4. A motor that makes no torque must be refused as uncontrollable.
-//! 5. Simulated seconds for a second of one core: the robot in `office` with lidar, motors and controller at 1 kHz,
-//!    driving; and motors and controller alone.
+//! 5. Simulated seconds for a second of one core: the robot in `office` with lidar, motors and
+//!    controller at 1 kHz, driving; and motors and controller alone.
 
 use std::time::Instant;
 

@@ -1,9 +1,12 @@
-//! `crowd`: does a robot among people get where it goes, and what does the dynamic window gain? Half a minute for each seed of a world.
+//! `crowd`: does a robot among people get where it goes, and what does the dynamic window gain?
+//! Half a minute for each seed of a world.
 //!
-//! 1. `crowd` with its ten people, and rooms into which four are put who walk to and fro ([`PEOPLED`]); by lidar and the line filter,
-//!    20 seeds (`--seeds`, `--world`). The seed draws noise, wear, people and goal; both ways to deal with people meet the same.
+//! 1. `crowd` with its ten people, and rooms into which four are put who walk to and fro
+//!    ([`PEOPLED`]); by lidar and the line filter, 20 seeds (`--seeds`, `--world`). The seed draws
+//!    noise, wear, people and goal; both ways to deal with people meet the same.
 //! 2. Two errands: exploring all of it, and a goal somewhere in it.
-//! 3. No contact with a wall, none with a person but for those who walk into the robot, by either way. Time and way are reported, not judged.
+//! 3. No contact with a wall, none with a person but for those who walk into the robot, by either
+//!    way. Time and way are reported, not judged.
 
 use std::collections::BTreeMap;
 

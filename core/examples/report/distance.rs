@@ -1,10 +1,12 @@
-//! `distance`: whether the distance transform is exact, and whether its time grows as the number of cells. About 20 s.
+//! `distance`: whether the distance transform is exact, and whether its time grows as the number of
+//! cells. About 20 s.
 //!
-//! 1. Every cell of 40 grids of up to 128 x 128, from empty over a single source to half of all cells, against the least distance over
-//!    all sources tried one by one.
-//! 2. Time per cell for squares of 256 to 4096 cells, one cell in 200 a source; the exponent of the time over the number of cells, by a
-//!    line through the logarithms, must be near 1. Beside it the time of a pass that reads a byte and writes four, over as many cells:
-//!    memory gives no more.
+//! 1. Every cell of 40 grids of up to 128 x 128, from empty over a single source to half of all
+//!    cells, against the least distance over all sources tried one by one.
+//! 2. Time per cell for squares of 256 to 4096 cells, one cell in 200 a source; the exponent of the
+//!    time over the number of cells, by a line through the logarithms, must be near 1. Beside it
+//!    the time of a pass that reads a byte and writes four, over as many cells: memory gives no
+//!    more.
 //!
 //! Times are processor times, the least of several runs.
 

@@ -1,13 +1,16 @@
 //! `ekf-consistency`: is the line filter's covariance honest, and does it keep its walls apart?
 //!
-//! In: 100 seeds of one lap of `loop` and of a tour of `office`; all forms of the filter listen to the same run. Out, for each
-//! world and form: the pose's NEES averaged over the seeds (3 if honest) at each scan, its mean over the scans after the first
-//! metre, and at the end; the part of the scans in which it lies in the 95 % band of a mean of χ²(3) over so many seeds; that of the
-//! heading alone (1 if honest); ATE; walls that are in the map twice; matches with a wrong wall. Then the same for the consistent form
-//! on random errands in the other worlds, half of the seeds each, and the lesson ([`crate::heading`]): what the forms differ in.
+//! In: 100 seeds of one lap of `loop` and of a tour of `office`; all forms of the filter listen to
+//! the same run. Out, for each world and form: the pose's NEES averaged over the seeds (3 if
+//! honest) at each scan, its mean over the scans after the first metre, and at the end; the part of
+//! the scans in which it lies in the 95 % band of a mean of χ²(3) over so many seeds; that of the
+//! heading alone (1 if honest); ATE; walls that are in the map twice; matches with a wrong wall.
+//! Then the same for the consistent form on random errands in the other worlds, half of the seeds
+//! each, and the lesson ([`crate::heading`]): what the forms differ in.
 //!
-//! It holds if the consistent form's average lies in the band, if no wall of `loop` and `office` is there twice, and if the lesson shows:
-//! the consistent form honest, the textbook's not. About 4 minutes of one core. `--world lab` measures that world alone.
+//! It holds if the consistent form's average lies in the band, if no wall of `loop` and `office` is
+//! there twice, and if the lesson shows: the consistent form honest, the textbook's not. About 4
+//! minutes of one core. `--world lab` measures that world alone.
 
 use std::collections::BTreeMap;
 use std::thread;
@@ -22,7 +25,8 @@ use crate::outcome::Outcome;
 use crate::statistics::chi2_mean_band;
 use crate::tour::{LOOP, Listener, OFFICE, Tour, drive};
 
-/// Worlds without requirements of their own: were the settings made for `loop` and `office` alone, it would show here.
+/// Worlds without requirements of their own: were the settings made for `loop` and `office` alone,
+/// it would show here.
 const OTHERS: [Tour; 5] = [
     Tour::errands("arena", 6),
     Tour::errands("doors", 6),
@@ -31,8 +35,9 @@ const OTHERS: [Tour; 5] = [
     Tour::errands("warehouse", 6),
 ];
 
-/// First-estimate Jacobians, newest-estimate Jacobians, and the first form without states for the odometry's systematic errors.
-/// The last one matches the lines of a scan one by one instead of together.
+/// First-estimate Jacobians, newest-estimate Jacobians, and the first form without states for the
+/// odometry's systematic errors. The last one matches the lines of a scan one by one instead of
+/// together.
 const FORMS: [&str; 4] = ["consistent", "plain", "uncalibrated", "nearest"];
 /// Scans of the first metre: what is known of the start exactly still shows in them.
 const FIRST_SCANS: usize = 20;

@@ -9,7 +9,8 @@ use slamlab_core::sim::Simulation;
 
 const CELL: f64 = 0.1;
 
-/// A way to a random place, by breadth-first search over cells with room for the robot; world frame.
+/// A way to a random place, by breadth-first search over cells with room for the robot; world
+/// frame.
 pub(crate) fn errand(sim: &Simulation, rng: &mut ChaCha8Rng) -> VecDeque<Point2<f64>> {
     let (low, high) = sim.world().bounds();
     let (columns, rows) = (

@@ -1,12 +1,16 @@
-//! `explore`: does a robot dropped into an unknown building see all of it, by itself and on a short way? Some minutes for each seed
-//! of all worlds; what was run goes to standard error.
+//! `explore`: does a robot dropped into an unknown building see all of it, by itself and on a short
+//! way? Some minutes for each seed of all worlds; what was run goes to standard error.
 //!
-//! 1. Every built-in world but `campus` (days of driving), by lidar and the line filter, 20 seeds (`--seeds`, `--world`): by each
-//!    strategy (`--strategy`), among them the nearest frontier. The seed draws noise and wear; it is the same for all.
-//! 2. Where the four rangers are enough ([`RANGER_WORLDS`]): the same by them, with a scan at each stand.
-//! 3. A run ends by itself, or after an hour of simulated time, with the rangers three, which is a failure. Explored is the part of the area that a robot
-//!    of its size could see from where it could stand; the way is the true one.
-//! 4. Contacts are with what the robot drove into. People who walk into a robot that stands are counted apart, and are no fault of it.
+//! 1. Every built-in world but `campus` (days of driving), by lidar and the line filter, 20 seeds
+//!    (`--seeds`, `--world`): by each strategy (`--strategy`), among them the nearest frontier. The
+//!    seed draws noise and wear; it is the same for all.
+//! 2. Where the four rangers are enough ([`RANGER_WORLDS`]): the same by them, with a scan at each
+//!    stand.
+//! 3. A run ends by itself, or after an hour of simulated time, with the rangers three, which is a
+//!    failure. Explored is the part of the area that a robot of its size could see from where it
+//!    could stand; the way is the true one.
+//! 4. Contacts are with what the robot drove into. People who walk into a robot that stands are
+//!    counted apart, and are no fault of it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,7 +28,8 @@ use crate::statistics::median;
 
 const SEEDS: u64 = 20;
 const SKIPPED: &str = "campus";
-/// Worlds whose halls a ranger of 1.5 m can follow, and where nobody walks: whoever comes stops a robot that can scan only standing.
+/// Worlds whose halls a ranger of 1.5 m can follow, and where nobody walks: whoever comes stops a
+/// robot that can scan only standing.
 const RANGER_WORLDS: [&str; 6] = ["arena", "doors", "office", "corridor", "loop", "maze"];
 const CELL: f64 = 0.05;
 /// So much of the reachable area has to be seen, in the median of each world.

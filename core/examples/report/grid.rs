@@ -1,12 +1,13 @@
 //! `grid`: what the occupancy grid costs, and whether its cells are right. About a minute.
 //!
-//! 1. 100 scans of 360 beams from random places in `office`, up to 12 m, drawn by each way to find free cells, against
-//!    a grid that shares no code (`grid/naive.rs`): every cell to the bit. Cells whose centre lies on a side of the area
-//!    are skipped and counted.
-//! 2. Memory by mapped square metre, after 1 000 scans; and a site of 1 km² of streets between buildings, in which a
-//!    robot drives along every street: all allocations of the program, which must stay below 1 GB.
-//! 3. With `--peers FILE` (lines of the peers' programs and of the example `workloads`, from one machine and hour): the
-//!    area in MRPT's time on its scans.
+//! 1. 100 scans of 360 beams from random places in `office`, up to 12 m, drawn by each way to find
+//!    free cells, against a grid that shares no code (`grid/naive.rs`): every cell to the bit.
+//!    Cells whose centre lies on a side of the area are skipped and counted.
+//! 2. Memory by mapped square metre, after 1 000 scans; and a site of 1 km² of streets between
+//!    buildings, in which a robot drives along every street: all allocations of the program, which
+//!    must stay below 1 GB.
+//! 3. With `--peers FILE` (lines of the peers' programs and of the example `workloads`, from one
+//!    machine and hour): the area in MRPT's time on its scans.
 
 mod naive;
 mod site;

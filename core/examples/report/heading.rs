@@ -1,14 +1,17 @@
 //! The lesson of `ekf-consistency`: what nothing measures, a filter must not learn.
 //!
-//! In: a robot that has lost its heading by 3° before it sees the first wall, and then drives in circles and sees the same six walls
-//! all the time, with noise. Out, for both forms of the filter: NEES of heading and pose, and how sure each is of its heading.
+//! In: a robot that has lost its heading by 3° before it sees the first wall, and then drives in
+//! circles and sees the same six walls all the time, with noise. Out, for both forms of the filter:
+//! NEES of heading and pose, and how sure each is of its heading.
 //!
-//! No sighting says where the map's x axis points: robot and walls may be turned together by any angle. So the heading's standard
-//! deviation can never fall below the 3°; that is the independent truth. The textbook's filter takes its Jacobians at ever new
-//! estimates, these disagree on which turns are possible, and it believes to learn the heading.
+//! No sighting says where the map's x axis points: robot and walls may be turned together by any
+//! angle. So the heading's standard deviation can never fall below the 3°; that is the independent
+//! truth. The textbook's filter takes its Jacobians at ever new estimates, these disagree on which
+//! turns are possible, and it believes to learn the heading.
 //!
-//! Source: Huang, Mourikis & Roumeliotis (2010), "Observability-based rules for designing consistent EKF SLAM estimators"; Bailey et
-//! al. (2006), "Consistency of the EKF-SLAM algorithm": heading uncertainty above 1° to 2° is what breaks it.
+//! Source: Huang, Mourikis & Roumeliotis (2010), "Observability-based rules for designing
+//! consistent EKF SLAM estimators"; Bailey et al. (2006), "Consistency of the EKF-SLAM algorithm":
+//! heading uncertainty above 1° to 2° is what breaks it.
 
 use anyhow::Result;
 use nalgebra::{Matrix2, Matrix3, Point2, Vector2, Vector3};

@@ -1,8 +1,9 @@
 //! `line-fit`: is a fitted line where it says, as surely as it says? Under 1 s.
 //!
-//! The experiment of TDK 2016 §4.1: a wall at α = 135°, r = 1.2388 m, 100 beams with σ = 0.1 m on each range. In: 10 000 seeds. Out:
-//! bias of α and r in standard deviations, the spread found against the spread stated, average NEES of (α, r). It holds if
-//! both biases are under 0.1 σ and the average NEES lies in the 95 % band of a mean of χ²(2).
+//! The experiment of TDK 2016 §4.1: a wall at α = 135°, r = 1.2388 m, 100 beams with σ = 0.1 m on
+//! each range. In: 10 000 seeds. Out: bias of α and r in standard deviations, the spread found
+//! against the spread stated, average NEES of (α, r). It holds if both biases are under 0.1 σ and
+//! the average NEES lies in the 95 % band of a mean of χ²(2).
 
 use std::f64::consts::FRAC_PI_4;
 

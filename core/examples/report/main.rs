@@ -10,12 +10,14 @@
 //! | `all` | such an object for each report, as it is done, on a line each |
 //! | `list` | the names of the reports, one a line |
 //!
-//! Exit status: 0 where every requirement holds; 1 where some do not, which standard error names; 2 where something could
-//! not be measured at all.
+//! Exit status: 0 where every requirement holds; 1 where some do not, which standard error names; 2
+//! where something could not be measured at all.
 //!
-//! A stage's own speed is a matter of `benches/`, and ratios to other programs of the example `workloads`.
+//! A stage's own speed is a matter of `benches/`, and ratios to other programs of the example
+//! `workloads`.
 //!
-//! Each report is a file of its own, with its run time in its head comment; [`REPORTS`] is the table of names.
+//! Each report is a file of its own, with its run time in its head comment; [`REPORTS`] is the
+//! table of names.
 
 #![allow(
     clippy::disallowed_methods,
@@ -83,7 +85,8 @@ const REPORTS: &[Entry] = &[
     ("vector-map", vector_map::measure),
 ];
 
-/// Measures one claim of the project; exit status 0 if it holds, 1 if it does not, 2 if it could not be measured.
+/// Measures one claim of the project; exit status 0 if it holds, 1 if it does not, 2 if it could
+/// not be measured.
 #[derive(Parser)]
 struct Args {
     /// Which claim; or `all`, or `list`.
@@ -97,7 +100,8 @@ struct Args {
     /// For `planners`: number of random queries in each world. Default 1000.
     #[arg(long)]
     queries: Option<usize>,
-    /// For `planners`, `explore`, `crowd` and `ekf-consistency`: only in this world; can be given several times. Default all.
+    /// For `planners`, `explore`, `crowd` and `ekf-consistency`: only in this world; can be given
+    /// several times. Default all.
     #[arg(long = "world")]
     worlds: Vec<String>,
     /// For `safe-drive`: number of trials. Default 10 000.
@@ -109,7 +113,8 @@ struct Args {
     /// For `explore`: only by this sensor, `lidar` or `rangers`. Default both.
     #[arg(long)]
     sensor: Option<String>,
-    /// For `grid` and `planners`: lines of the peers' programs and of the example `workloads`, from one machine and hour.
+    /// For `grid` and `planners`: lines of the peers' programs and of the example `workloads`, from
+    /// one machine and hour.
     #[arg(long)]
     peers: Option<PathBuf>,
 }
@@ -143,7 +148,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// Exit status where every requirement holds, where one does not, and where nothing could be measured.
+/// Exit status where every requirement holds, where one does not, and where nothing could be
+/// measured.
 const HOLDS: u8 = 0;
 const FAILS: u8 = 1;
 const CANNOT: u8 = 2;

@@ -44,7 +44,8 @@ impl Outcome {
         });
     }
 
-    /// Notes a requirement; `failure` says what was found and what was expected where it does not hold. NaN never holds.
+    /// Notes a requirement; `failure` says what was found and what was expected where it does not
+    /// hold. NaN never holds.
     pub(crate) fn require(&mut self, holds: bool, failure: impl FnOnce() -> String) {
         if !holds {
             self.failures.push(failure());

@@ -1,7 +1,8 @@
-//! In: a file of lines `peer workload median_ms extra`, as the peers' programs and the example `workloads` print them. Out: our time
-//! in that of a peer.
+//! In: a file of lines `peer workload median_ms extra`, as the peers' programs and the example
+//! `workloads` print them. Out: our time in that of a peer.
 //!
-//! The beginning of a peer's name is enough, for its version stands in it; of several lines the last counts.
+//! The beginning of a peer's name is enough, for its version stands in it; of several lines the
+//! last counts.
 
 use std::path::Path;
 
@@ -43,7 +44,8 @@ impl Peers {
         Ok(Self { lines })
     }
 
-    /// Adds the times of both and what they are in each other, which must be at most what the race allows.
+    /// Adds the times of both and what they are in each other, which must be at most what the race
+    /// allows.
     pub(crate) fn race(&self, outcome: &mut Outcome, race: &Race) -> Result<()> {
         let (ours, theirs) = (
             self.line(race.workload, race.ours)?,

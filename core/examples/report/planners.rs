@@ -1,19 +1,24 @@
-//! `planners`: every planner on the same random queries in every built-in world; where it is goes to standard error.
+//! `planners`: every planner on the same random queries in every built-in world; where it is goes
+//! to standard error.
 //!
-//! 1. The robot is a disc of the world's robot and 2 cm; walls are those of the world, exact. 1000 queries in each world (or
-//!    as many as `--queries` says): start and goal anywhere that is free. Whether a query can be solved at all is decided by the
-//!    visibility graph, and by a flood that knows nothing of it: where the two differ, the report says so. Among the 50 000 walls of
-//!    `campus` one graph takes minutes: there, as many queries as `ASKING` seconds hold, and those that take longer than
-//!    `OPTIMUM` seconds are `undecided` and skipped.
-//! 2. RRT, RRT-Connect (both shortened as driving does it as well, by chords, and pulled tight), A* and Theta* over 5 cm cells, on the first
-//!    part of the queries; RRT* and Informed RRT* for one second of processor time each on some. Success of the solvable, length against the
-//!    visibility graph, time.
-//! 3. Every path is checked leg by leg against every wall, by sampled points with the distance formula written out here.
-//! 4. Queries that cannot be solved, made by walling the goal in: every planner has to say so within its iterations (the graph not in
-//!    `campus`).
+//! 1. The robot is a disc of the world's robot and 2 cm; walls are those of the world, exact. 1000
+//!    queries in each world (or as many as `--queries` says): start and goal anywhere that is free.
+//!    Whether a query can be solved at all is decided by the visibility graph, and by a flood that
+//!    knows nothing of it: where the two differ, the report says so. Among the 50 000 walls of
+//!    `campus` one graph takes minutes: there, as many queries as `ASKING` seconds hold, and those
+//!    that take longer than `OPTIMUM` seconds are `undecided` and skipped.
+//! 2. RRT, RRT-Connect (both shortened as driving does it as well, by chords, and pulled tight), A*
+//!    and Theta* over 5 cm cells, on the first part of the queries; RRT* and Informed RRT* for one
+//!    second of processor time each on some. Success of the solvable, length against the visibility
+//!    graph, time.
+//! 3. Every path is checked leg by leg against every wall, by sampled points with the distance
+//!    formula written out here.
+//! 4. Queries that cannot be solved, made by walling the goal in: every planner has to say so
+//!    within its iterations (the graph not in `campus`).
 //!
-//! With `--peers FILE` (lines of the peers' programs and of the example `workloads`, from one machine and hour) it does none of this, but
-//! compares the planners with the peers' on the peers' queries (`planners/against_peers.rs`).
+//! With `--peers FILE` (lines of the peers' programs and of the example `workloads`, from one
+//! machine and hour) it does none of this, but compares the planners with the peers' on the peers'
+//! queries (`planners/against_peers.rs`).
 
 mod against_peers;
 mod runs;

@@ -1,9 +1,12 @@
-//! `ray-cast`: how fast rays are cast in `campus`, and how the cost of a ray grows with the number of walls. About 10 s.
+//! `ray-cast`: how fast rays are cast in `campus`, and how the cost of a ray grows with the number
+//! of walls. About 10 s.
 //!
-//! 1. Rays from random places in random directions, 12 m long, the worst case for a cache; and scans of 360 beams from random
-//!    places, each ray alone and all at once as a fan. The requirement is on the slower two: every ray alone.
-//! 2. Buildings of 100 to 50 000 walls, all alike but for their size; scans of 360 beams. The cost of a beam is fitted by
-//!    a + b ln n, and by c nᵖ: an exponent near 0 is what log n looks like, 1 would be trying every wall.
+//! 1. Rays from random places in random directions, 12 m long, the worst case for a cache; and
+//!    scans of 360 beams from random places, each ray alone and all at once as a fan. The
+//!    requirement is on the slower two: every ray alone.
+//! 2. Buildings of 100 to 50 000 walls, all alike but for their size; scans of 360 beams. The cost
+//!    of a beam is fitted by a + b ln n, and by c nᵖ: an exponent near 0 is what log n looks like,
+//!    1 would be trying every wall.
 //! 3. Every distance of 20 000 random rays against all walls tried one by one.
 //!
 //! Times are processor times, the least of several runs: what disturbs them only adds.
@@ -166,7 +169,8 @@ fn rays(high: Point2<f64>, count: usize, rng: &mut ChaCha8Rng) -> Vec<Ray> {
     (0..count).map(&mut ray).collect()
 }
 
-/// Rooms of 4 x 4 m side by side with doors and furniture, ten walls each; and the side of the building, m.
+/// Rooms of 4 x 4 m side by side with doors and furniture, ten walls each; and the side of the
+/// building, m.
 fn building(walls: usize) -> (Vec<Wall>, f64) {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let rooms = ((walls as f64 / 10.0).sqrt().ceil() as usize).max(1);

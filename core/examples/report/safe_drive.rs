@@ -1,10 +1,14 @@
-//! `safe-drive`: does safe mode keep the robot off everything, whatever the stick says? About 10 min for 10 000 trials.
+//! `safe-drive`: does safe mode keep the robot off everything, whatever the stick says? About 10
+//! min for 10 000 trials.
 //!
-//! 1. A trial is a random scene ([`scene`]): walls, a door little wider than the robot, people who walk, or a built-in world; an RP6
-//!    or a Pioneer; safe mode as the laboratory's pilot has it, or as the bridge has it.
-//! 2. The stick is pushed all the way for six seconds; in a quarter of the trials the lidar falls silent meanwhile ([`trial`]).
-//! 3. No contact with a wall; none with a person, but for those who walk into a robot that stands. The robot can turn on the
-//!    spot afterwards and leave where there is a way out; without scans it stands after half a second and its braking time.
+//! 1. A trial is a random scene ([`scene`]): walls, a door little wider than the robot, people who
+//!    walk, or a built-in world; an RP6 or a Pioneer; safe mode as the laboratory's pilot has it,
+//!    or as the bridge has it.
+//! 2. The stick is pushed all the way for six seconds; in a quarter of the trials the lidar falls
+//!    silent meanwhile ([`trial`]).
+//! 3. No contact with a wall; none with a person, but for those who walk into a robot that stands.
+//!    The robot can turn on the spot afterwards and leave where there is a way out; without scans
+//!    it stands after half a second and its braking time.
 //!
 //! Failing seeds are named: `--first-seed N --trials 1` drives one of them again.
 

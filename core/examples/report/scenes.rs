@@ -1,9 +1,9 @@
 //! In: a seed and a noise level. Out: a scan of a room, and which wall each beam truly hit.
 //!
-//! 1. A rectangular room of 3 to 7 m with one corner cut off, one to three boxes of 0.3 to 1.2 m turned anyhow, one or two round
-//!    pillars of 0.1 to 0.3 m.
-//! 2. 360 beams from a place at least 0.4 m from everything, with Gaussian noise; one beam in a hundred is cut short by
-//!    something that is not there.
+//! 1. A rectangular room of 3 to 7 m with one corner cut off, one to three boxes of 0.3 to 1.2 m
+//!    turned anyhow, one or two round pillars of 0.1 to 0.3 m.
+//! 2. 360 beams from a place at least 0.4 m from everything, with Gaussian noise; one beam in a
+//!    hundred is cut short by something that is not there.
 
 use std::f64::consts::TAU;
 
@@ -118,7 +118,8 @@ fn place(walls: &[Segment], pillars: &[(Point2<f64>, f64)], rng: &mut ChaCha8Rng
         let place = Point2::new(rng.random_range(0.4..2.5), rng.random_range(0.4..2.5));
         let free = walls.iter().map(|w| w.distance(place));
         let round = pillars.iter().map(|(c, r)| (place - c).norm() - r);
-        // A crowded corner must not keep the search going for ever; inside of a box is as good a place as any.
+        // A crowded corner must not keep the search going for ever; inside of a box is as good a
+        // place as any.
         clear *= 0.999;
         if free.chain(round).all(|distance| distance > clear) {
             return place;

@@ -1,12 +1,15 @@
-//! In: the lines found in a scan, and the truth. Out: how much of the walls was found, how much else was taken for walls.
+//! In: the lines found in a scan, and the truth. Out: how much of the walls was found, how much
+//! else was taken for walls.
 //!
-//! 1. A true piece is what neighbouring beams saw of one wall: at least 7 beams and 0.5 m. Beams on smaller pieces count nowhere: whether
-//!    those are lines is a matter of taste. Beams on pillars and wild ones are negatives.
-//! 2. A line claims the beams between its ends that lie within 5 σ of it, and belongs to the piece most of them saw.
-//! 3. Of beams: TPR, positives claimed by a line of their own piece; FPR, negatives claimed; PPV, claims that are right; ACC, beams
-//!    decided rightly.
-//! 4. Of pieces: over-segmented, those with two lines or more; missed, those with none. Of lines: under-segmented, those that
-//!    hold two pieces, each with at least a fifth of its beams.
+//! 1. A true piece is what neighbouring beams saw of one wall: at least 7 beams and 0.5 m. Beams on
+//!    smaller pieces count nowhere: whether those are lines is a matter of taste. Beams on pillars
+//!    and wild ones are negatives.
+//! 2. A line claims the beams between its ends that lie within 5 σ of it, and belongs to the piece
+//!    most of them saw.
+//! 3. Of beams: TPR, positives claimed by a line of their own piece; FPR, negatives claimed; PPV,
+//!    claims that are right; ACC, beams decided rightly.
+//! 4. Of pieces: over-segmented, those with two lines or more; missed, those with none. Of lines:
+//!    under-segmented, those that hold two pieces, each with at least a fifth of its beams.
 
 use std::collections::BTreeMap;
 

@@ -1,7 +1,8 @@
 //! `split-merge`: which rule finds the walls of noisy scans? About 10 s.
 //!
-//! In: 1 000 rooms with boxes and round pillars ([`scenes`]), each scanned by 360 beams with σ from 1 to 10 cm; the same rooms and the
-//! same random numbers for each rule. Out, for each σ and rule: the scores of [`score`].
+//! In: 1 000 rooms with boxes and round pillars ([`scenes`]), each scanned by 360 beams with σ from
+//! 1 to 10 cm; the same rooms and the same random numbers for each rule. Out, for each σ and rule:
+//! the scores of [`score`].
 //!
 //! | rule | what it is |
 //! |---|---|
@@ -11,9 +12,10 @@
 //! | `pilch` | Pilch 2016 §3.5.1 |
 //! | `noise_aware_gated` | the first with the gates that SLAM uses: two points off each end, bent and unsure lines refused |
 //!
-//! All but the last keep every line of at least 7 points and 0.5 m (`pilch`: 6 points), and all but `pilch` break points by the
-//! same adaptive rule. It holds if `noise_aware` decides more beams rightly (ACC, mean over σ) than each other; `not_better_than_..` lists, by score, the σ
-//! at which it is not better than a rule that keeps the same lines.
+//! All but the last keep every line of at least 7 points and 0.5 m (`pilch`: 6 points), and all but
+//! `pilch` break points by the same adaptive rule. It holds if `noise_aware` decides more beams
+//! rightly (ACC, mean over σ) than each other; `not_better_than_..` lists, by score, the σ at which
+//! it is not better than a rule that keeps the same lines.
 
 use std::collections::BTreeMap;
 

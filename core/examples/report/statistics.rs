@@ -1,4 +1,5 @@
-//! Random numbers, and what is to be expected of averages of them; quantiles and lines through points.
+//! Random numbers, and what is to be expected of averages of them; quantiles and lines through
+//! points.
 
 use std::borrow::Borrow;
 use std::f64::consts::TAU;

@@ -1,12 +1,16 @@
-//! A simulated robot on a fixed tour, steered by the truth, with line filters listening; and whose wall each line is.
+//! A simulated robot on a fixed tour, steered by the truth, with line filters listening; and whose
+//! wall each line is.
 //!
-//! In: a world, waypoints or a number of random errands, a seed, the settings of each filter. Out: what each filter did.
+//! In: a world, waypoints or a number of random errands, a seed, the settings of each filter. Out:
+//! what each filter did.
 //!
-//! 1. The robot follows the waypoints by its true pose, so that all filters of a seed get the same ticks and scans, and none
-//!    steers by its own error.
-//! 2. A line's true wall is the one that rays from the true pose through the line meet; glass before the line only lets them through.
-//! 3. A landmark belongs to the wall that its first sighting came from. A match with the landmark of another wall is an
-//!    error, unless both walls lie on one line: then α and r are right all the same.
+//! 1. The robot follows the waypoints by its true pose, so that all filters of a seed get the same
+//!    ticks and scans, and none steers by its own error.
+//! 2. A line's true wall is the one that rays from the true pose through the line meet; glass
+//!    before the line only lets them through.
+//! 3. A landmark belongs to the wall that its first sighting came from. A match with the landmark
+//!    of another wall is an error, unless both walls lie on one line: then α and r are right all
+//!    the same.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -24,7 +28,8 @@ use slamlab_core::sim::{Material, SensorModel, Simulation, Wall};
 use crate::errand::errand;
 use crate::ride::world_named;
 
-/// Simulated time of one decision, s, and how many odometry readings fall into it: those of `Experiment`.
+/// Simulated time of one decision, s, and how many odometry readings fall into it: those of
+/// `Experiment`.
 const PERIOD: f64 = 0.05;
 const READINGS: u32 = 5;
 /// More decisions than any tour needs.
@@ -355,7 +360,8 @@ impl Listener {
     }
 }
 
-/// The wall that most of three rays through a line meet; `None` where they do not agree on one that is parallel to it.
+/// The wall that most of three rays through a line meet; `None` where they do not agree on one that
+/// is parallel to it.
 fn true_wall(walls: &[Wall], world_from_robot: &Pose2, line: &LineFeature) -> Option<usize> {
     let [a, b] = line.ends.map(|end| *world_from_robot * end);
     let origin = world_from_robot.position();

@@ -1,12 +1,14 @@
 //! `vector-map`: does the vector map stay as small as the building? About 1 min for each seed.
 //!
-//! 1. A robot with a lidar goes through all rooms of `office` ten times with the line filter, driving by its own estimate.
-//! 2. What could be seen: from the true pose, a degree between two beams, each decimetre of each true wall that was met at
-//!    least five times. Its stretches of 0.3 m and more are the true segments; faces of partitions count by themselves, ends of
-//!    partitions and facets of pillars are too short.
-//! 3. The map's segments of the same length are counted after each lap. Its error is the distance of points on it, 5 cm apart,
-//!    from the nearest true wall, the error of the pose included; what of the true segments lies within 5 cm of the map is
-//!    covered.
+//! 1. A robot with a lidar goes through all rooms of `office` ten times with the line filter,
+//!    driving by its own estimate.
+//! 2. What could be seen: from the true pose, a degree between two beams, each decimetre of each
+//!    true wall that was met at least five times. Its stretches of 0.3 m and more are the true
+//!    segments; faces of partitions count by themselves, ends of partitions and facets of pillars
+//!    are too short.
+//! 3. The map's segments of the same length are counted after each lap. Its error is the distance
+//!    of points on it, 5 cm apart, from the nearest true wall, the error of the pose included; what
+//!    of the true segments lies within 5 cm of the map is covered.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;

@@ -1,5 +1,5 @@
-//! A line filter with a map of so many walls, for all that measure what an update costs: the report `ekf-cost`, the
-//! bench `ekf_slam`, and the comparison of browser and native program.
+//! A line filter with a map of so many walls, for all that measure what an update costs: the report
+//! `ekf-cost`, the bench `ekf_slam`, and the comparison of browser and native program.
 
 use nalgebra::{Matrix2, Matrix3, Point2, Vector2};
 use slamlab_core::association::AssociationMethod;

@@ -1,7 +1,7 @@
 //! A building in a file: to drive in, or to find a robot in.
 //!
-//! In: the path of a map's YAML (ROS map_server), of an `OGmap.txt`, of a floor plan (SVG) or of a world (JSON). Out: what it shows. The
-//! programs that take `--prior-map` share this file.
+//! In: the path of a map's YAML (ROS map_server), of an `OGmap.txt`, of a floor plan (SVG) or of a
+//! world (JSON). Out: what it shows. The programs that take `--prior-map` share this file.
 
 use std::path::Path;
 
@@ -11,8 +11,8 @@ use slamlab_core::format::map_server::MapInfo;
 use slamlab_core::geom::Pose2;
 use slamlab_core::slam::PriorMap;
 
-/// A map to be found in. `svg_unit`: metres in a unit of a floor plan, where the drawing does not say. `start`: `map_from_robot` at
-/// the beginning.
+/// A map to be found in. `svg_unit`: metres in a unit of a floor plan, where the drawing does not
+/// say. `start`: `map_from_robot` at the beginning.
 pub(crate) fn read(path: &Path, svg_unit: Option<f64>, start: &Pose2) -> Result<PriorMap> {
     let walls = load(path, svg_unit)?
         .prior_walls()

@@ -1,10 +1,13 @@
-//! `ekf_step`: 300 steps of EKF-SLAM over N point landmarks, ten of them seen in each step and all known by number.
+//! `ekf_step`: 300 steps of EKF-SLAM over N point landmarks, ten of them seen in each step and all
+//! known by number.
 //!
-//! The filter's covariance is the core's [`Covariance`]; the model of points is the bar's, so that both do the same steps and end in
-//! the same place. The core's own filter maps lines and finds its matches by itself: `report -- ekf-cost` measures that.
+//! The filter's covariance is the core's [`Covariance`]; the model of points is the bar's, so that
+//! both do the same steps and end in the same place. The core's own filter maps lines and finds its
+//! matches by itself: `report -- ekf-cost` measures that.
 //!
 //! 1. Move: x by the odometry, P by F and the odometry's noise turned into the map.
-//! 2. Each observation corrects the state by P Hᵀ L⁻ᵀ with Z = L Lᵀ, linearised again; what P loses waits.
+//! 2. Each observation corrects the state by P Hᵀ L⁻ᵀ with Z = L Lᵀ, linearised again; what P loses
+//!    waits.
 //! 3. At the end of the step all of it is written in one pass.
 
 use std::f64::consts::PI;

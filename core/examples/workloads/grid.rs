@@ -1,6 +1,8 @@
-//! `grid`: 1 000 scans of 360 beams drawn into the occupancy grid, 5 cm cells, by each rule for free cells.
+//! `grid`: 1 000 scans of 360 beams drawn into the occupancy grid, 5 cm cells, by each rule for
+//! free cells.
 //!
-//! As with the peers, a beam without return clears 30 m, poses are known, and the time is that from ranges to cells.
+//! As with the peers, a beam without return clears 30 m, poses are known, and the time is that from
+//! ranges to cells.
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,4 +1,5 @@
-//! In: the peers' text files. Out: rows of numbers; what cannot be read is named by file, line and column.
+//! In: the peers' text files. Out: rows of numbers; what cannot be read is named by file, line and
+//! column.
 
 use std::path::PathBuf;
 
@@ -14,7 +15,8 @@ impl Inputs {
         Self { folder }
     }
 
-    /// The rows of a file of comma-separated numbers, each with at least `N` of them. Lines that begin with `#` are headers.
+    /// The rows of a file of comma-separated numbers, each with at least `N` of them. Lines that
+    /// begin with `#` are headers.
     pub(crate) fn rows<const N: usize>(&self, name: &str) -> Result<Vec<Vec<f64>>> {
         let path = self.folder.join(name);
         let text = std::fs::read_to_string(&path)

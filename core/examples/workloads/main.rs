@@ -4,9 +4,10 @@
 //! cargo run --release -p slamlab-core --example workloads -- --inputs DIR [WORKLOAD..]
 //! ```
 //!
-//! In: the folder of inputs that the peers' `gen_inputs.py` writes, and names of workloads; without a name, all. Out: one line for
-//! each measurement, in the peers' own form: `peer workload median_ms extra`. The time is that of the processor, the median
-//! of some runs after one to warm up, so that it can stand beside a peer's of the same machine and hour.
+//! In: the folder of inputs that the peers' `gen_inputs.py` writes, and names of workloads; without
+//! a name, all. Out: one line for each measurement, in the peers' own form:
+//! `peer workload median_ms extra`. The time is that of the processor, the median of some runs
+//! after one to warm up, so that it can stand beside a peer's of the same machine and hour.
 //!
 //! A workload is a file with one function; [`WORKLOADS`] is the table of names.
 

@@ -1,7 +1,9 @@
-//! `plan`: paths for a disc of 0.2 m through the 100 walls of `world_office.csv`, and over the cells of `grid_office_1000.txt`.
+//! `plan`: paths for a disc of 0.2 m through the 100 walls of `world_office.csv`, and over the
+//! cells of `grid_office_1000.txt`.
 //!
-//! Time is that of a query from question to path; the space is made once, as the peers' checkers are. Every path is checked
-//! against every wall one by one, outside of the time. The visibility graph gives the optimum that lengths are compared with.
+//! Time is that of a query from question to path; the space is made once, as the peers' checkers
+//! are. Every path is checked against every wall one by one, outside of the time. The visibility
+//! graph gives the optimum that lengths are compared with.
 
 use anyhow::{Context, Result, ensure};
 use nalgebra::Point2;

@@ -1,7 +1,8 @@
-//! `rays`: 1000 beams from each of 1000 places, against the 100 walls of `world_office.csv`; up to 30 m.
+//! `rays`: 1000 beams from each of 1000 places, against the 100 walls of `world_office.csv`; up to
+//! 30 m.
 //!
-//! The beams of a place are a full circle of even steps, so [`Caster::cast_fan`] does a place at once; each ray by itself, with its
-//! own sine and cosine as the peers take them, stands beside it.
+//! The beams of a place are a full circle of even steps, so [`Caster::cast_fan`] does a place at
+//! once; each ray by itself, with its own sine and cosine as the peers take them, stands beside it.
 
 use std::f64::consts::TAU;
 

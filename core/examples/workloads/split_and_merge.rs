@@ -1,9 +1,10 @@
 //! `split_and_merge`: the lines of 1000 scans of 360 beams in `world_hall.csv`, by a scan.
 //!
-//! The points are made beforehand, as the peers' are, but only just: some scans at a time, so that they still lie in the cache, as those
-//! that a robot has just made. The peer gives the ends of its pieces and nothing else; here each line comes with
-//! its covariance and χ². How good the lines are is judged as `report -- split-merge` does: TPR, the
-//! share of the beams on walls that a line claims; PPV, the share of the claims that are right.
+//! The points are made beforehand, as the peers' are, but only just: some scans at a time, so that
+//! they still lie in the cache, as those that a robot has just made. The peer gives the ends of its
+//! pieces and nothing else; here each line comes with its covariance and χ². How good the lines are
+//! is judged as `report -- split-merge` does: TPR, the share of the beams on walls that a line
+//! claims; PPV, the share of the claims that are right.
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,8 +1,10 @@
-//! In: a line seen now and a line expected from the map. Out: how far they are apart, in standard deviations and in metres.
+//! In: a line seen now and a line expected from the map. Out: how far they are apart, in standard
+//! deviations and in metres.
 //!
-//! Lines are compared as oriented ones: the normal points from the side of the viewer into the wall, and r is signed.
-//! Both faces of a wall are then different lines even where their (α, r) agree, nothing jumps when a line passes through
-//! the origin, and no Jacobian has to flip its sign.
+//! Lines are compared as oriented ones: the normal points from the side of the viewer into the
+//! wall, and r is signed. Both faces of a wall are then different lines even where their (α, r)
+//! agree, nothing jumps when a line passes through the origin, and no Jacobian has to flip its
+//! sign.
 //!
 //! Source: TDK 2016 §3.2, the gate vᵀ Z⁻¹ v ≤ g².
 
@@ -36,8 +38,8 @@ pub struct Innovation {
 }
 
 impl ExpectedLine {
-    /// Compares with a sighting; `None` where it shows the other face of the wall, or where the covariance is not
-    /// positive definite.
+    /// Compares with a sighting; `None` where it shows the other face of the wall, or where the
+    /// covariance is not positive definite.
     #[must_use]
     pub fn innovation(&self, seen: &OrientedLine) -> Option<Innovation> {
         let v = Vector2::new(wrap(seen.alpha - self.alpha), seen.r - self.r);
@@ -55,7 +57,8 @@ impl ExpectedLine {
         d2.is_finite().then_some(Innovation { v, cov, d2 })
     }
 
-    /// Free distance between the seen and the known part, measured along the seen line, m; negative where they overlap.
+    /// Free distance between the seen and the known part, measured along the seen line, m; negative
+    /// where they overlap.
     #[must_use]
     pub fn gap(&self, seen: &LineFeature) -> f64 {
         let normal = seen.line.normal();
@@ -74,7 +77,8 @@ impl ExpectedLine {
 pub struct OrientedLine {
     /// Direction of the normal, rad.
     pub alpha: f64,
-    /// Signed distance from the robot's origin, m: negative only where the line passes between it and the sensor.
+    /// Signed distance from the robot's origin, m: negative only where the line passes between it
+    /// and the sensor.
     pub r: f64,
     /// Covariance of (α, r).
     pub cov: Matrix2<f64>,
@@ -156,8 +160,8 @@ mod tests {
 
     #[test]
     fn line_between_sensor_and_origin_keeps_its_face() {
-        // The sensor sits in front of the robot's origin and looks back at a wall line that passes between the two: the
-        // normal from the sensor into the wall points backwards.
+        // The sensor sits in front of the robot's origin and looks back at a wall line that passes
+        // between the two: the normal from the sensor into the wall points backwards.
         let mut behind = feature(0.0, 0.02, 0.0, 1.0);
         behind.seen_from_origin_side = false;
         let oriented = OrientedLine::of(&behind);

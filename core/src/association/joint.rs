@@ -1,19 +1,26 @@
-//! In: for each line of a scan, the landmarks that it may be. Out: the largest set of pairings that agree with each other.
+//! In: for each line of a scan, the landmarks that it may be. Out: the largest set of pairings that
+//! agree with each other.
 //!
-//! Each pairing by itself may be within its gate and yet contradict the others: a robot that stands 20 cm from where it believes
-//! to be sees all walls shifted by 20 cm the same way. The errors of what is expected hang together, through the one pose that
-//! they are expected from, and the joint distance of a set of pairings knows it.
+//! Each pairing by itself may be within its gate and yet contradict the others: a robot that stands
+//! 20 cm from where it believes to be sees all walls shifted by 20 cm the same way. The errors of
+//! what is expected hang together, through the one pose that they are expected from, and the joint
+//! distance of a set of pairings knows it.
 //!
 //! 1. Depth first over the sightings: each is one of its candidates, or none.
-//! 2. A set of m pairings is kept while its joint distance vᵀ C⁻¹ v is within the gate of χ² with 2m degrees of freedom. C's
-//!    Cholesky factor grows by two rows for each pairing, so a step costs O(m²).
-//! 3. A branch that cannot have more pairings than the best one so far is cut; of two sets of one size the nearer one wins.
-//! 4. Beyond the source: the gate of ten pairings has room for a wrong one among nine that fit well. So each pairing must also
-//!    agree with what all the others say of it; the one that does so least goes, until all do.
-//! 5. Beyond the source: the largest set may be one of two that are as likely. A sighting that another landmark would explain
-//!    nearly as well, given all other pairings, is ambiguous, and paired with neither.
+//! 2. A set of m pairings is kept while its joint distance vᵀ C⁻¹ v is within the gate of χ² with
+//!    2m degrees of freedom. C's Cholesky factor grows by two rows for each pairing, so a step
+//!    costs O(m²).
+//! 3. A branch that cannot have more pairings than the best one so far is cut; of two sets of one
+//!    size the nearer one wins.
+//! 4. Beyond the source: the gate of ten pairings has room for a wrong one among nine that fit
+//!    well. So each pairing must also agree with what all the others say of it; the one that does
+//!    so least goes, until all do.
+//! 5. Beyond the source: the largest set may be one of two that are as likely. A sighting that
+//!    another landmark would explain nearly as well, given all other pairings, is ambiguous, and
+//!    paired with neither.
 //!
-//! Source: Neira & Tardós (2001), "Data association in stochastic mapping using the joint compatibility test", algorithm JCBB.
+//! Source: Neira & Tardós (2001), "Data association in stochastic mapping using the joint
+//! compatibility test", algorithm JCBB.
 
 mod members;
 
@@ -78,10 +85,11 @@ impl JointSearch {
         self.ends.push(self.pairings.len());
     }
 
-    /// Finds the largest set of pairings that are jointly compatible; of several, the one with the least distance (steps 1 to 5).
+    /// Finds the largest set of pairings that are jointly compatible; of several, the one with the
+    /// least distance (steps 1 to 5).
     ///
-    /// `cross` is the covariance of the innovations of two pairings of different sightings (first by second), or `None` where
-    /// the two exclude each other.
+    /// `cross` is the covariance of the innovations of two pairings of different sightings (first
+    /// by second), or `None` where the two exclude each other.
     pub fn run(
         &mut self,
         cross: impl Fn(&Pairing, &Pairing) -> Option<Matrix2<f64>>,
@@ -261,7 +269,8 @@ trait Cross: Fn(&Pairing, &Pairing) -> Option<Matrix2<f64>> {}
 
 impl<F: Fn(&Pairing, &Pairing) -> Option<Matrix2<f64>>> Cross for F {}
 
-/// The probability that χ² with `2 * pairs` degrees of freedom is greater than `d2`: e^(-x/2) Σ (x/2)^i / i! for i < pairs.
+/// The probability that χ² with `2 * pairs` degrees of freedom is greater than `d2`: e^(-x/2) Σ
+/// (x/2)^i / i! for i < pairs.
 #[must_use]
 pub fn chi2_survival(d2: f64, pairs: usize) -> f64 {
     let half = 0.5 * d2;

@@ -1,14 +1,19 @@
 //! In: the landmarks that one sighting may be. Out: which one it is, or that this is open.
 //!
-//! 1. Inside the gate, a confirmed landmark goes before an unconfirmed one. A line that noise threw out of its wall's gate
-//!    becomes a second landmark beside it. If both competed for later sightings, noise of one sign would go to one and of
-//!    the other sign to the other, and both would become walls, each certain and wrong.
-//! 2. A landmark whose known part overlaps the seen part goes before one across a gap; then the nearer one in standard deviations wins.
-//! 3. A second landmark at another place that explains the sighting nearly as well makes it ambiguous: it is dropped.
-//! 4. Outside of the gate but not far outside, it is dropped too. Only what is far from everything is new.
+//! 1. Inside the gate, a confirmed landmark goes before an unconfirmed one. A line that noise threw
+//!    out of its wall's gate becomes a second landmark beside it. If both competed for later
+//!    sightings, noise of one sign would go to one and of the other sign to the other, and both
+//!    would become walls, each certain and wrong.
+//! 2. A landmark whose known part overlaps the seen part goes before one across a gap; then the
+//!    nearer one in standard deviations wins.
+//! 3. A second landmark at another place that explains the sighting nearly as well makes it
+//!    ambiguous: it is dropped.
+//! 4. Outside of the gate but not far outside, it is dropped too. Only what is far from everything
+//!    is new.
 //!
-//! Why so cautious: an EKF cannot undo a wrong match, while a lost sighting costs next to nothing, for the next scan shows
-//! the wall again. Joint compatibility (`joint`) considers all lines of a scan together.
+//! Why so cautious: an EKF cannot undo a wrong match, while a lost sighting costs next to nothing,
+//! for the next scan shows the wall again. Joint compatibility (`joint`) considers all lines of a
+//! scan together.
 
 use super::Paired;
 use crate::bounds::{Bounds, NOT_NEGATIVE, OutOfBounds, POSITIVE, check, or_no_limit};
@@ -17,11 +22,13 @@ use crate::geom::CHI2_2DOF_99;
 /// How the lines of a scan find their landmarks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AssociationMethod {
-    /// Each by itself, the nearest in its gate; dropped where two are as near. Needs no memory of its own.
+    /// Each by itself, the nearest in its gate; dropped where two are as near. Needs no memory of
+    /// its own.
     Nearest,
-    /// All of a scan together ([`super::JointSearch`]): for walls that are close and alike, poses that are less certain than walls
-    /// are apart, and lines that are spoilt. One such line, taken in first while the robot turned and so knew its heading badly,
-    /// threw one of a hundred laps of `loop` by 3 m; the other lines of its scan outvote it.
+    /// All of a scan together ([`super::JointSearch`]): for walls that are close and alike, poses
+    /// that are less certain than walls are apart, and lines that are spoilt. One such line, taken
+    /// in first while the robot turned and so knew its heading badly, threw one of a hundred laps
+    /// of `loop` by 3 m; the other lines of its scan outvote it.
     #[default]
     Joint,
 }
@@ -39,19 +46,22 @@ impl AssociationMethod {
 pub struct AssociationConfig {
     /// One by one or together. Default [`AssociationMethod::Joint`].
     pub method: AssociationMethod,
-    /// Largest d² of a match. Default 9.21, 99 % of χ² with 2 degrees of freedom. Larger: more matches, more wrong ones.
+    /// Largest d² of a match. Default 9.21, 99 % of χ² with 2 degrees of freedom. Larger: more
+    /// matches, more wrong ones.
     pub gate: f64,
-    /// Smallest d² to every landmark of a new one. Default 25. Larger: fewer duplicates, new walls found later. Below
-    /// [`Self::gate`] it counts as that.
+    /// Smallest d² to every landmark of a new one. Default 25. Larger: fewer duplicates, new walls
+    /// found later. Below [`Self::gate`] it counts as that.
     pub new_gate: f64,
-    /// Matched together: largest d² of a line from where all other lines of its scan expect it. Default 13.82, 99.9 %. Growing:
-    /// spoilt lines get in among many good ones.
+    /// Matched together: largest d² of a line from where all other lines of its scan expect it.
+    /// Default 13.82, 99.9 %. Growing: spoilt lines get in among many good ones.
     pub outlier_gate: f64,
     /// A second candidate must be this much worse in d². Default 4: e² times less likely.
     pub ambiguity: f64,
-    /// Largest free distance between the seen and the known part of one wall, m. Default 0.5: less than a door.
+    /// Largest free distance between the seen and the known part of one wall, m. Default 0.5: less
+    /// than a door.
     pub max_gap: f64,
-    /// Candidates closer than this (m, and rad) to each other are the same place: then no ambiguity. Default 0.03.
+    /// Candidates closer than this (m, and rad) to each other are the same place: then no
+    /// ambiguity. Default 0.03.
     pub same_place: f64,
     /// Matched together: sets tried before the best one so far is taken, since the worst case grows
     /// exponentially. Default 5 000: a few milliseconds.
@@ -108,7 +118,8 @@ pub struct Candidate {
     pub d2: f64,
     /// Free distance along the wall, m; 0 or less where the parts overlap.
     pub gap: f64,
-    /// Whether the seen part cannot be taken for a part of this wall, by where along the line it lies.
+    /// Whether the seen part cannot be taken for a part of this wall, by where along the line it
+    /// lies.
     pub is_beyond: bool,
     /// Whether it was seen often enough to be a wall.
     pub is_confirmed: bool,
@@ -178,8 +189,8 @@ pub fn plausible(candidates: &[Candidate], gate: f64) -> impl Iterator<Item = &C
         .filter(move |c| c.is_confirmed == is_known)
 }
 
-/// What a sighting is after all of its scan were matched together and found it to be `paired`. The state has moved since, so the
-/// pairing must still be near.
+/// What a sighting is after all of its scan were matched together and found it to be `paired`. The
+/// state has moved since, so the pairing must still be near.
 #[must_use]
 pub fn choose_paired(
     candidates: &[Candidate],

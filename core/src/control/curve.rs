@@ -1,17 +1,19 @@
 //! Pure pursuit (Coulter 1992): following a rounded path without stopping at its corners.
 //!
-//! In: straight pieces, arcs and turns on the spot that join without a kink, and the pose estimate at every tick. Out: forward
-//! speed and turn rate, until the last piece ends.
+//! In: straight pieces, arcs and turns on the spot that join without a kink, and the pose estimate
+//! at every tick. Out: forward speed and turn rate, until the last piece ends.
 //!
-//! 1. The pieces fall into runs, each of which is driven in one go; a turn on the spot parts two of them, unless it is so small
-//!    that it can be driven over. A run begins with a turn towards its beginning.
-//! 2. The robot's place on the run is the nearest point a little ahead of its last place: it never jumps to where the run
-//!    comes by again.
-//! 3. A point ahead on the run is aimed at on a circle: turn rate 2 v sin(error) / distance (pure pursuit, Coulter 1992). It is the
-//!    farther ahead the faster the robot may go there, for its turn rate takes time to change: with a point too near it swings to
-//!    and fro ever more. In arcs it is nearer, so that the robot does not cut them.
-//! 4. The speed is such that the turn rate of every arc ahead can be driven, braking for it in time; and it ends in a braking
-//!    curve as that of straight legs does.
+//! 1. The pieces fall into runs, each of which is driven in one go; a turn on the spot parts two of
+//!    them, unless it is so small that it can be driven over. A run begins with a turn towards its
+//!    beginning.
+//! 2. The robot's place on the run is the nearest point a little ahead of its last place: it never
+//!    jumps to where the run comes by again.
+//! 3. A point ahead on the run is aimed at on a circle: turn rate 2 v sin(error) / distance (pure
+//!    pursuit, Coulter 1992). It is the farther ahead the faster the robot may go there, for its
+//!    turn rate takes time to change: with a point too near it swings to and fro ever more. In arcs
+//!    it is nearer, so that the robot does not cut them.
+//! 4. The speed is such that the turn rate of every arc ahead can be driven, braking for it in
+//!    time; and it ends in a braking curve as that of straight legs does.
 
 use nalgebra::Point2;
 

@@ -1,11 +1,12 @@
 //! Easing a robot that turns on the spot off what it has come too near to.
 //!
-//! In: the points of the last scan, the motion since. Out: a slow forward speed, negative for back, that makes room; 0 where there is
-//! room enough, or none to be made.
+//! In: the points of the last scan, the motion since. Out: a slow forward speed, negative for back,
+//! that makes room; 0 where there is room enough, or none to be made.
 //!
-//! 1. Points within a little of the robot's disc push it, each by how deep it lies within, away from itself.
-//! 2. The robot can only follow the part of that along its heading. What stands abeam, or on both sides, pushes it nowhere; while the
-//!    robot turns on, its heading comes to where it does.
+//! 1. Points within a little of the robot's disc push it, each by how deep it lies within, away
+//!    from itself.
+//! 2. The robot can only follow the part of that along its heading. What stands abeam, or on both
+//!    sides, pushes it nowhere; while the robot turns on, its heading comes to where it does.
 //!
 //! Ours: a spring over a dead zone.
 
@@ -18,7 +19,8 @@ const GAIN: f64 = 2.0;
 /// Least part of the push that has to be along the heading: the cosine of 70°.
 const ALONG: f64 = 0.35;
 
-/// The forward speed (m/s, at most `most`) that takes a disc of `radius` away from points nearer to it than [`TIGHT`].
+/// The forward speed (m/s, at most `most`) that takes a disc of `radius` away from points nearer to
+/// it than [`TIGHT`].
 pub(super) fn ease_off(
     points: &Points,
     robot_at_scan_from_robot: &Pose2,

@@ -1,12 +1,14 @@
 //! Turn-and-go: following straight legs with velocities.
 //!
-//! In: the path, and the pose estimate at every tick. Out: forward speed and turn rate, until the last leg ends.
+//! In: the path, and the pose estimate at every tick. Out: forward speed and turn rate, until the
+//! last leg ends.
 //!
 //! 1. Turn on the spot until the robot looks along the leg.
-//! 2. Drive. A point a little ahead on the leg is aimed at, so that the robot comes back to the line it has drifted from
-//!    (pure pursuit, Coulter 1992); the speed falls with the heading error.
-//! 3. Both speeds end in a braking curve, v = √(2 a d) at a part of the robot's acceleration, linear close to the end:
-//!    a robot that obeys its model arrives without overshoot.
+//! 2. Drive. A point a little ahead on the leg is aimed at, so that the robot comes back to the
+//!    line it has drifted from (pure pursuit, Coulter 1992); the speed falls with the heading
+//!    error.
+//! 3. Both speeds end in a braking curve, v = √(2 a d) at a part of the robot's acceleration,
+//!    linear close to the end: a robot that obeys its model arrives without overshoot.
 //! 4. A corner that is nearly straight is not stopped at.
 
 use nalgebra::Point2;
@@ -21,11 +23,13 @@ use crate::robot::RobotModel;
 pub struct FollowConfig {
     /// Part of the robot's highest speeds that is used. Default 1.
     pub pace: f64,
-    /// Part of the robot's acceleration that braking counts on. Default 0.6; more is faster and overshoots sooner.
+    /// Part of the robot's acceleration that braking counts on. Default 0.6; more is faster and
+    /// overshoots sooner.
     pub braking: f64,
     /// A leg ends this near to its end, m. Default 0.02.
     pub tolerance: f64,
-    /// How far ahead on the leg to aim, m. Default 0.25; shorter returns to the line sooner and swings sooner.
+    /// How far ahead on the leg to aim, m. Default 0.25; shorter returns to the line sooner and
+    /// swings sooner.
     pub look_ahead: f64,
     /// Driving begins below this heading error, rad. Default 0.05.
     pub aligned: f64,
@@ -212,7 +216,8 @@ pub(super) fn turns_on_spot(is_turning: bool, error: f64, config: &FollowConfig)
     }
 }
 
-/// Turn rate for a heading error: proportional near zero, a braking curve farther out, the model's limit beyond.
+/// Turn rate for a heading error: proportional near zero, a braking curve farther out, the model's
+/// limit beyond.
 pub(super) fn turn_rate(error: f64, model: &RobotModel, config: &FollowConfig) -> f64 {
     let by_braking = (2.0 * config.braking * model.max_turn_acceleration * error.abs()).sqrt();
     let rate = (config.turn_gain * error.abs())

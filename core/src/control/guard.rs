@@ -1,15 +1,19 @@
 //! Safe mode: commands are limited to what the last scan leaves free, whoever gives them.
 //!
-//! In: odometry, scans, and the command that is wished. Out: the command that is safe, [`Command::Stop`] if need be.
+//! In: odometry, scans, and the command that is wished. Out: the command that is safe,
+//! [`Command::Stop`] if need be.
 //!
-//! 1. A scan becomes points in the robot's frame, de-skewed by the odometry of its sweep; the motion since is kept, and so is what has
-//!    come too near to be seen.
-//! 2. Speeds: [`limit_speed`], and [`limit_among_walkers`] where somebody walks. A leg: no longer than what is free on it.
-//! 3. A speed that is under way is limited again with each scan: somebody may have stepped in the way.
-//! 4. A sensor that scans all the time and was not heard for half a second lets nothing move but a turn on the spot, and stops what
-//!    is under way. One
-//!    that scans on command only limits legs by its last scan, as old as that is; so does its pilot.
-//! 5. Its partial scans on the move show who came since: speeds are limited by that, a leg ends where it is no longer safe ([`leg_is_safe`]).
+//! 1. A scan becomes points in the robot's frame, de-skewed by the odometry of its sweep; the
+//!    motion since is kept, and so is what has come too near to be seen.
+//! 2. Speeds: [`limit_speed`], and [`limit_among_walkers`] where somebody walks. A leg: no longer
+//!    than what is free on it.
+//! 3. A speed that is under way is limited again with each scan: somebody may have stepped in the
+//!    way.
+//! 4. A sensor that scans all the time and was not heard for half a second lets nothing move but a
+//!    turn on the spot, and stops what is under way. One that scans on command only limits legs by
+//!    its last scan, as old as that is; so does its pilot.
+//! 5. Its partial scans on the move show who came since: speeds are limited by that, a leg ends
+//!    where it is no longer safe ([`leg_is_safe`]).
 //!
 //! Source: Celej §5.
 
@@ -75,7 +79,8 @@ impl SafeMode {
         }
     }
 
-    /// Takes a motion; says what to tell the robot now, where its sensor has fallen silent while it drives.
+    /// Takes a motion; says what to tell the robot now, where its sensor has fallen silent while it
+    /// drives.
     pub fn odometry(&mut self, odometry: &Odometry) -> Option<Command> {
         self.history.push(odometry);
         self.motion_since_scan = self.motion_since_scan * odometry.motion;
@@ -97,8 +102,8 @@ impl SafeMode {
         self.again()
     }
 
-    /// Takes a partial scan: a few readings on the move, of a sensor that scans on command. Says what to tell the robot now, where that is no
-    /// longer what it was.
+    /// Takes a partial scan: a few readings on the move, of a sensor that scans on command. Says
+    /// what to tell the robot now, where that is no longer what it was.
     pub fn partial_scan(&mut self, scan: &Scan) -> Option<Command> {
         let moved = self.motion_since_scan;
         let scan = self.near.without_folded(scan, &moved);

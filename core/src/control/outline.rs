@@ -1,14 +1,18 @@
 //! Safe mode by the robot's outline: for ways that the disc around it does not pass.
 //!
-//! In: the speeds that are wished, the last scan's points, how the robot runs, its outline. Out: speeds that stop before contact.
+//! In: the speeds that are wished, the last scan's points, how the robot runs, its outline. Out:
+//! speeds that stop before contact.
 //!
-//! 1. Turning: the outline is turned in steps of 2° for as far as the robot turns on before it stands; the rate is such that it stands
-//!    before a point would come into the outline. Unlike a disc an outline can touch by turning alone.
-//! 2. Driving: the outline is moved along the arcs of [`super::safe`], in steps of a centimetre. The first point that comes into it
-//!    gives the free distance, and speed follows from that as for the disc.
-//! 3. Both with the gap around the outline; where that leaves nothing, creeping with a centimetre around it, for points of door posts
-//!    scatter. A point that is nearer than that already may come nearer by a little, but to within 5 mm of the body only: a bound that
-//!    is taken again at each tick would let the robot creep into a wall, tick by tick.
+//! 1. Turning: the outline is turned in steps of 2° for as far as the robot turns on before it
+//!    stands; the rate is such that it stands before a point would come into the outline. Unlike a
+//!    disc an outline can touch by turning alone.
+//! 2. Driving: the outline is moved along the arcs of [`super::safe`], in steps of a centimetre.
+//!    The first point that comes into it gives the free distance, and speed follows from that as
+//!    for the disc.
+//! 3. Both with the gap around the outline; where that leaves nothing, creeping with a centimetre
+//!    around it, for points of door posts scatter. A point that is nearer than that already may
+//!    come nearer by a little, but to within 5 mm of the body only: a bound that is taken again at
+//!    each tick would let the robot creep into a wall, tick by tick.
 
 use nalgebra::Point2;
 
@@ -21,7 +25,8 @@ use crate::robot::RobotModel;
 /// Steps along an arc, m, and of a turn, rad.
 const STEP: f64 = 0.01;
 const TURN_STEP: f64 = 0.035;
-/// Points scatter: one that is in the way already may come nearer by so much, m, and to the body no nearer than the same.
+/// Points scatter: one that is in the way already may come nearer by so much, m, and to the body no
+/// nearer than the same.
 const SCATTER: f64 = 0.005;
 /// What moves away from a point or along it may come nearer by rounding, m.
 const ROUNDING: f64 = 1e-9;
@@ -126,7 +131,8 @@ impl Grown {
         Some(Self { outline, margin })
     }
 
-    /// How many of the steps can be done before a point comes into the outline, or deeper into it by more than it scatters.
+    /// How many of the steps can be done before a point comes into the outline, or deeper into it
+    /// by more than it scatters.
     fn free_steps(
         &self,
         near: &[Point2<f64>],

@@ -1,18 +1,24 @@
 //! Safe mode: no command, by hand or by pilot, drives into what the last scan saw.
 //!
-//! In: the speeds that are wished, the last scan's points, how the robot runs. Out: speeds that stop before contact.
+//! In: the speeds that are wished, the last scan's points, how the robot runs. Out: speeds that
+//! stop before contact.
 //!
 //! 1. The points are moved into the robot's present frame by odometry.
-//! 2. The robot's disc is swept ([`super::strip`]) along the arc of the wished speeds, along the commanded ones and those it runs on, and
-//!    straight on: the turn rate takes a second to change, and the robot is somewhere between them. The first point that it would
-//!    touch gives the free distance. Points that the disc moves away from do not count, so that backing off a wall stays possible.
-//! 3. Speed: v t + v²/(2 a) may not exceed the free distance, with reaction time t and braking a. Turning on the spot is never limited.
-//! 4. A robot that stands beside a wall, nearer than it would go there, may creep along it, but no nearer than a centimetre: points
-//!    scatter, and some of them always seem to come nearer.
-//! 5. Tracks slip, so that a robot that turns on the spot wanders by a centimetre a second, and no encoder shows it. One that is driven by
-//!    hand and has come too near to something that way is eased off it ([`super::ease`]) while it turns.
+//! 2. The robot's disc is swept ([`super::strip`]) along the arc of the wished speeds, along the
+//!    commanded ones and those it runs on, and straight on: the turn rate takes a second to change,
+//!    and the robot is somewhere between them. The first point that it would touch gives the free
+//!    distance. Points that the disc moves away from do not count, so that backing off a wall stays
+//!    possible.
+//! 3. Speed: v t + v²/(2 a) may not exceed the free distance, with reaction time t and braking a.
+//!    Turning on the spot is never limited.
+//! 4. A robot that stands beside a wall, nearer than it would go there, may creep along it, but no
+//!    nearer than a centimetre: points scatter, and some of them always seem to come nearer.
+//! 5. Tracks slip, so that a robot that turns on the spot wanders by a centimetre a second, and no
+//!    encoder shows it. One that is driven by hand and has come too near to something that way is
+//!    eased off it ([`super::ease`]) while it turns.
 //!
-//! What is thinner than the gap between two beams, a wall without thickness seen end-on, is hidden from a scan, and so from this.
+//! What is thinner than the gap between two beams, a wall without thickness seen end-on, is hidden
+//! from a scan, and so from this.
 //!
 //! Source: Celej §5 (safe mode); braking distance plus reaction time as in the specification.
 
@@ -25,23 +31,26 @@ use crate::robot::RobotModel;
 /// How cautious safe mode is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafeConfig {
-    /// Distance kept between the robot's disc and obstacles, m. Default 0.018: below what planned paths keep.
+    /// Distance kept between the robot's disc and obstacles, m. Default 0.018: below what planned
+    /// paths keep.
     pub gap: f64,
-    /// Time from what is seen to an effect, s. Default 0.3: a tick, a revolution of a lidar, and the motors. What stands still
-    /// asks for half of that, since odometry moves its points along; a person who comes nearer meanwhile for all of it.
+    /// Time from what is seen to an effect, s. Default 0.3: a tick, a revolution of a lidar, and
+    /// the motors. What stands still asks for half of that, since odometry moves its points along;
+    /// a person who comes nearer meanwhile for all of it.
     pub reaction: f64,
     /// Part of the robot's acceleration that braking counts on. Default 0.7.
     pub braking: f64,
-    /// How much wider than the disc the swept strip becomes, for each metre ahead. Default 0. Larger slows the robot before what
-    /// it would only just pass: where that will be is not known to the centimetre.
+    /// How much wider than the disc the swept strip becomes, for each metre ahead. Default 0.
+    /// Larger slows the robot before what it would only just pass: where that will be is not known
+    /// to the centimetre.
     pub spread: f64,
-    /// How fast people walk, m/s. Default 1.2. Larger: the robot slows down farther from them, and they have to be farther away for it
-    /// to go on. 0 takes them for things.
+    /// How fast people walk, m/s. Default 1.2. Larger: the robot slows down farther from them, and
+    /// they have to be farther away for it to go on. 0 takes them for things.
     pub walking: f64,
     /// Oldest scan that is still trusted, s. Default 0.5.
     pub stale_after: f64,
-    /// How fast a robot that turns on the spot is eased off what it has come too near to, m/s. Default 0: who follows a path would be
-    /// pushed off it.
+    /// How fast a robot that turns on the spot is eased off what it has come too near to, m/s.
+    /// Default 0: who follows a path would be pushed off it.
     pub ease: f64,
 }
 
@@ -68,8 +77,9 @@ impl SafeConfig {
         }
     }
 
-    /// For driving by hand: nobody steers through gaps by the millimetre, and whoever leans on the key at a wall must not
-    /// creep into it scan by scan. With the robot's radius, the gap is more than the 0.15 m within which a lidar is blind.
+    /// For driving by hand: nobody steers through gaps by the millimetre, and whoever leans on the
+    /// key at a wall must not creep into it scan by scan. With the robot's radius, the gap is more
+    /// than the 0.15 m within which a lidar is blind.
     #[must_use]
     pub fn by_hand(self) -> Self {
         Self {
@@ -94,8 +104,8 @@ impl Braking {
         speed.abs() * self.reaction + speed * speed / (2.0 * self.deceleration)
     }
 
-    /// The greatest speed from which it comes to stand within `free`, the solution of v t + v²/(2 a) = d; at most `wish`, from which it
-    /// does within `longest`.
+    /// The greatest speed from which it comes to stand within `free`, the solution of v t + v²/(2
+    /// a) = d; at most `wish`, from which it does within `longest`.
     pub(super) fn speed_within(&self, free: f64, wish: f64, longest: f64) -> f64 {
         if free >= longest {
             return wish.abs();
@@ -147,7 +157,8 @@ pub fn limit_speed(
     (off, turn)
 }
 
-/// The forward speed that is safe at a turn rate, both of them such that the robot can run them; m/s.
+/// The forward speed that is safe at a turn rate, both of them such that the robot can run them;
+/// m/s.
 fn limit_forward(
     (forward, turn): (f64, f64),
     points: &Points,
@@ -169,7 +180,8 @@ fn limit_forward(
     if near.is_empty() {
         return forward;
     }
-    // What it runs on is an arc of its own: commanded to turn less, it is still on the narrower one.
+    // What it runs on is an arc of its own: commanded to turn less, it is still on the narrower
+    // one.
     let runs = (underway.runs.0 * forward > 0.0).then_some(underway.runs);
     let arcs = underway.turns(turn).map(|turn| (forward, turn));
     let free_on_arcs = |strip: &Strip| {

@@ -1,4 +1,5 @@
-//! Safe mode in closed loop with a robot that obeys its model, seeing exactly or with a lidar's noise.
+//! Safe mode in closed loop with a robot that obeys its model, seeing exactly or with a lidar's
+//! noise.
 
 use nalgebra::{Point2, Vector2};
 use proptest::prelude::*;
@@ -107,7 +108,8 @@ fn room(half: f64) -> Vec<Segment> {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
-    /// Motors take a second to turn the other way, and the arc that is swept meanwhile is none of the commanded ones.
+    /// Motors take a second to turn the other way, and the arc that is swept meanwhile is none of
+    /// the commanded ones.
     #[test]
     fn a_stick_thrown_to_and_fro_touches_nothing(
         throws in proptest::collection::vec((prop_oneof![Just(1.0), Just(1.0), Just(-1.0)], -1.0..=1.0_f64, 4..20_usize), 6..12),
@@ -157,7 +159,8 @@ fn who_leans_on_the_stick_before_a_wall_does_not_creep_into_it() {
     }
 }
 
-/// As a pioneer did that stood at 53° to the wall of a corridor: it crept on until what its tracks slipped was enough to touch it.
+/// As a pioneer did that stood at 53° to the wall of a corridor: it crept on until what its tracks
+/// slipped was enough to touch it.
 #[test]
 fn a_wall_aslant_is_not_crept_into() {
     let model = RobotModel::pioneer();
@@ -204,7 +207,8 @@ fn who_turns_before_a_wall_on_tracks_that_slip_is_eased_off_it() {
 fn what_the_robot_still_turns_into_slows_it() {
     let model = RobotModel::pioneer();
     let config = SafeConfig::default();
-    // 0.4 m/s at 1.4 rad/s to the right lead into it; commanded to turn left, the robot is a second away from doing so.
+    // 0.4 m/s at 1.4 rad/s to the right lead into it; commanded to turn left, the robot is a second
+    // away from doing so.
     let wall = [Segment::new(
         Point2::new(0.2, -0.45),
         Point2::new(0.5, -0.45),
@@ -241,7 +245,8 @@ fn among_walkers_the_way_they_may_walk_unseen_counts() {
         let walkers = [Point2::new(distance, 0.0)];
         limit_among_walkers((0.7, 0.0), &walkers, &underway, &model, &config).0
     };
-    // d = u (t + v/a) + s + r, with s = v t + v²/(2 a): the greatest v of a twentieth of 0.7 m/s that has it.
+    // d = u (t + v/a) + s + r, with s = v t + v²/(2 a): the greatest v of a twentieth of 0.7 m/s
+    // that has it.
     let needs = |v: f64, t: f64| {
         let way = v * config.reaction + v * v / (2.0 * brake);
         config.walking * (t + v / brake) + way + model.radius()
@@ -304,7 +309,8 @@ fn a_thin_post_beside_the_heading_is_not_driven_into() {
     }
 }
 
-/// The least room that remains between the robot and any of the points while the stick is pushed to the fore, m.
+/// The least room that remains between the robot and any of the points while the stick is pushed to
+/// the fore, m.
 fn towards(posts: &[Point2<f64>], model: &RobotModel, config: &SafeConfig) -> f64 {
     let mut pose = Pose2::identity();
     let mut underway = Underway::default();

@@ -1,15 +1,20 @@
-//! Keeping apart from people: no faster than lets the robot stand before somebody who walks can be in its way.
+//! Keeping apart from people: no faster than lets the robot stand before somebody who walks can be
+//! in its way.
 //!
-//! In: speeds that are safe among things that stand still, and the points of those who walk ([`crate::points::Walkers`]). Out: speeds
-//! at which the robot stands before any of them, walking whichever way they like, can be where its front comes.
+//! In: speeds that are safe among things that stand still, and the points of those who walk
+//! ([`crate::points::Walkers`]). Out: speeds at which the robot stands before any of them, walking
+//! whichever way they like, can be where its front comes.
 //!
-//! 1. At speed v the robot stands after T = t + v/a and s = v t + v²/(2 a), with reaction time t and braking a.
-//! 2. Its front sweeps the disc along s, on the arcs of the commanded speeds and of those wished for. Somebody at distance d of that needs d / u at
-//!    walking speed u. So d ≥ u T is asked for, and the greatest such v is taken; none where even v = 0 has less.
+//! 1. At speed v the robot stands after T = t + v/a and s = v t + v²/(2 a), with reaction time t
+//!    and braking a.
+//! 2. Its front sweeps the disc along s, on the arcs of the commanded speeds and of those wished
+//!    for. Somebody at distance d of that needs d / u at walking speed u. So d ≥ u T is asked for,
+//!    and the greatest such v is taken; none where even v = 0 has less.
 //! 3. They walk on while a lidar is silent: t grows with the age of the scan.
 //! 4. Whoever is behind the middle of the robot, as it drives, is not driven into.
 //!
-//! Source: speed and separation monitoring, ISO/TS 15066:2016 §5.5.4, with the person's speed from ISO 13855 made a setting.
+//! Source: speed and separation monitoring, ISO/TS 15066:2016 §5.5.4, with the person's speed from
+//! ISO 13855 made a setting.
 
 use nalgebra::{Point2, Vector2};
 
@@ -28,8 +33,9 @@ const FRESH: f64 = 0.2;
 /// Slower than this a robot is about to stand, m/s.
 const STANDS: f64 = 0.01;
 
-/// Whether a robot on a straight leg, which runs forward (or back, where negative) as fast as it can, may go on among those who walk:
-/// a leg cannot be slowed down, only stopped. `walkers` as for [`limit_among_walkers`].
+/// Whether a robot on a straight leg, which runs forward (or back, where negative) as fast as it
+/// can, may go on among those who walk: a leg cannot be slowed down, only stopped. `walkers` as for
+/// [`limit_among_walkers`].
 #[must_use]
 pub fn leg_is_safe(
     forward: f64,
@@ -43,8 +49,8 @@ pub fn leg_is_safe(
     forward.abs() < STANDS || safe == wish
 }
 
-/// The speeds (m/s, rad/s) that are safe among those who walk, for a robot that is at something. `walkers` stand in the robot frame of
-/// the last scan.
+/// The speeds (m/s, rad/s) that are safe among those who walk, for a robot that is at something.
+/// `walkers` stand in the robot frame of the last scan.
 #[must_use]
 pub fn limit_among_walkers(
     (forward, turn): (f64, f64),

@@ -1,12 +1,15 @@
 //! The strip that a robot's disc sweeps, and what stands in it.
 //!
-//! In: the points of a scan, the arc of two speeds. Out: how far the disc moves along it before it touches a point.
+//! In: the points of a scan, the arc of two speeds. Out: how far the disc moves along it before it
+//! touches a point.
 //!
 //! 1. The disc goes along the arc in steps of a centimetre, and may grow on its way.
-//! 2. A point is touched where the disc reaches it and comes nearer to it; what it moves away from is not in its way.
-//! 3. Beside a wall ([`Strip::beside_wall`]) the disc is made as small as it has room now, points beside it may come a little nearer,
-//!    and single ones do not count, for the noise of them, but for one that the robot itself would touch: it may be a thin post. Not
-//!    where something is in front that it is too near to already.
+//! 2. A point is touched where the disc reaches it and comes nearer to it; what it moves away from
+//!    is not in its way.
+//! 3. Beside a wall ([`Strip::beside_wall`]) the disc is made as small as it has room now, points
+//!    beside it may come a little nearer, and single ones do not count, for the noise of them, but
+//!    for one that the robot itself would touch: it may be a thin post. Not where something is in
+//!    front that it is too near to already.
 
 use nalgebra::Point2;
 
@@ -15,7 +18,8 @@ use crate::points::Points;
 
 /// Step along the arc, m.
 const STEP: f64 = 0.01;
-/// How much nearer to points of a wall that it stands beside the robot may come, m: they scatter by as much.
+/// How much nearer to points of a wall that it stands beside the robot may come, m: they scatter by
+/// as much.
 const SCATTER: f64 = 0.01;
 /// Room from which on points may come nearer by that, and room that all keep, m.
 pub(super) const TIGHT: f64 = 0.02;
@@ -24,12 +28,12 @@ pub(super) const LEAST: f64 = 0.01;
 const SEVERAL: usize = 3;
 /// What lies within 45° of where the robot drives is in front: the cosine. One point will do.
 const IN_FRONT: f64 = 0.71;
-/// A wall whose points, by how near they are, lie less than 70° from where it drives is in front as well, in the mean: the cosine.
-/// Along it the robot would come nearer by a third of its way.
+/// A wall whose points, by how near they are, lie less than 70° from where it drives is in front as
+/// well, in the mean: the cosine. Along it the robot would come nearer by a third of its way.
 const ASLANT: f64 = 0.35;
 
-/// How far a disc of `radius` moves along the arc of the given speeds before it touches a point of the scan, m; `most`
-/// where it does not.
+/// How far a disc of `radius` moves along the arc of the given speeds before it touches a point of
+/// the scan, m; `most` where it does not.
 #[must_use]
 pub fn free_distance(
     speeds: (f64, f64),
@@ -54,7 +58,8 @@ pub(super) struct Strip {
     pub(super) radius: f64,
     /// m/m.
     pub(super) spread: f64,
-    /// Beside a wall, where points may come nearer by a little: the distance that they keep all the same, m.
+    /// Beside a wall, where points may come nearer by a little: the distance that they keep all the
+    /// same, m.
     pub(super) least: Option<f64>,
 }
 
@@ -113,8 +118,8 @@ impl Strip {
         most
     }
 
-    /// The strip of a robot (its disc has `radius`) that stands nearer to a wall than this strip allows; `None` where that wall is in
-    /// front of it as it drives `forward`.
+    /// The strip of a robot (its disc has `radius`) that stands nearer to a wall than this strip
+    /// allows; `None` where that wall is in front of it as it drives `forward`.
     pub(super) fn beside_wall(
         &self,
         near: &[Point2<f64>],

@@ -94,7 +94,8 @@ proptest! {
         } else {
             0.8
         };
-        // Marched in steps of 1 cm, never too far; a graze shorter than a step may be stepped over by a hair.
+        // Marched in steps of 1 cm, never too far; a graze shorter than a step may be stepped over
+        // by a hair.
         let grazes = radius - y.abs() < 2e-4;
         prop_assert!(grazes || (found <= expect + 1e-9 && found >= expect - 0.0101), "{found} for {expect}");
     }

@@ -1,18 +1,25 @@
-//! The dynamic window: of all speeds that the robot can have a moment from now, those that bring it nearest to its way and keep it free.
+//! The dynamic window: of all speeds that the robot can have a moment from now, those that bring it
+//! nearest to its way and keep it free.
 //!
-//! In: a point on the way ahead, what stands around, the speeds at which the robot runs. Out: the speeds to command next.
+//! In: a point on the way ahead, what stands around, the speeds at which the robot runs. Out: the
+//! speeds to command next.
 //!
-//! 1. The window: forward speeds and turn rates within what the motors can change in [`WindowConfig::period`].
-//! 2. Each pair is an arc; its free distance is where the robot's disc would first touch a point, exactly ([`free_on_arc`]).
-//! 3. A pair is admissible if the robot can stand within that distance: v t + v²/(2 a), with safe mode's reaction and braking.
-//!    Its speed then is what [`super::limit_among_walkers`] leaves of it: who may walk on would cut it to that anyway.
-//! 4. Of those the one with the greatest G = α heading + β distance + γ speed is taken, each term between 0 and 1: how straight the
-//!    robot will look at the point on its way, how far the arc is free, how fast it is.
+//! 1. The window: forward speeds and turn rates within what the motors can change in
+//!    [`WindowConfig::period`].
+//! 2. Each pair is an arc; its free distance is where the robot's disc would first touch a point,
+//!    exactly ([`free_on_arc`]).
+//! 3. A pair is admissible if the robot can stand within that distance: v t + v²/(2 a), with safe
+//!    mode's reaction and braking. Its speed then is what [`super::limit_among_walkers`] leaves of
+//!    it: who may walk on would cut it to that anyway.
+//! 4. Of those the one with the greatest G = α heading + β distance + γ speed is taken, each term
+//!    between 0 and 1: how straight the robot will look at the point on its way, how far the arc is
+//!    free, how fast it is.
 //!
-//! The free distance of an arc keeps off people by [`WindowConfig::berth`] more: who passes them nearer is slowed down by them.
+//! The free distance of an arc keeps off people by [`WindowConfig::berth`] more: who passes them
+//! nearer is slowed down by them.
 //!
-//! Source: Fox, Burgard & Thrun (1997), "The dynamic window approach to collision avoidance", eqs. (13) to (16), without smoothing;
-//! the reaction time is ours.
+//! Source: Fox, Burgard & Thrun (1997), "The dynamic window approach to collision avoidance", eqs.
+//! (13) to (16), without smoothing; the reaction time is ours.
 
 use std::f64::consts::{PI, TAU};
 
@@ -31,7 +38,8 @@ pub enum Avoidance {
     /// Keeps to its way, slows down, waits, and plans again.
     #[default]
     KeepsToWay,
-    /// The same, but leaves its way by the dynamic window while somebody who walks about holds it up.
+    /// The same, but leaves its way by the dynamic window while somebody who walks about holds it
+    /// up.
     DynamicWindow,
 }
 
@@ -46,9 +54,11 @@ impl Avoidance {
 /// How the dynamic window weighs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindowConfig {
-    /// Time after which the speeds that are chosen hold, s. Default 0.25, as in the paper. Larger: a wider window.
+    /// Time after which the speeds that are chosen hold, s. Default 0.25, as in the paper. Larger:
+    /// a wider window.
     pub period: f64,
-    /// α: of looking at the point on the way. Default 2, as in the paper. Larger: it stays nearer to its way.
+    /// α: of looking at the point on the way. Default 2, as in the paper. Larger: it stays nearer
+    /// to its way.
     pub heading: f64,
     /// β: of a free arc. Default 0.2. Larger: it makes wider turns around people.
     pub distance: f64,
@@ -88,7 +98,8 @@ pub struct People<'a> {
     pub walkers: &'a [Point2<f64>],
 }
 
-/// The speeds (m/s, rad/s) with the greatest G for a robot that wants to `aim` (robot frame, m); `None` where none is admissible.
+/// The speeds (m/s, rad/s) with the greatest G for a robot that wants to `aim` (robot frame, m);
+/// `None` where none is admissible.
 #[must_use]
 pub fn choose_in_window(
     aim: Point2<f64>,
@@ -148,7 +159,8 @@ fn window(
     })
 }
 
-/// By how much the robot will not look at `aim`, once it has run so for `period` and stopped turning, rad.
+/// By how much the robot will not look at `aim`, once it has run so for `period` and stopped
+/// turning, rad.
 fn heading_error(
     aim: Point2<f64>,
     (forward, turn): (f64, f64),
@@ -161,12 +173,13 @@ fn heading_error(
     wrap(libm::atan2(to.y, to.x) - turned).abs()
 }
 
-/// How far a disc of `radius` moves forward on the arc of the speeds until it touches one of the points, m; at most `most`. A point within
-/// the disc stops it at once where it is in front, or beside and farther in than the arc's centre: the disc would come round to it. Else
-/// it is left behind.
+/// How far a disc of `radius` moves forward on the arc of the speeds until it touches one of the
+/// points, m; at most `most`. A point within the disc stops it at once where it is in front, or
+/// beside and farther in than the arc's centre: the disc would come round to it. Else it is left
+/// behind.
 ///
-/// The middle of the disc is at distance ρ = v/ω of the arc's centre, a point at distance d; they are `radius` apart where the angle
-/// between them has cosine (ρ² + d² − radius²) / (2 ρ d).
+/// The middle of the disc is at distance ρ = v/ω of the arc's centre, a point at distance d; they
+/// are `radius` apart where the angle between them has cosine (ρ² + d² − radius²) / (2 ρ d).
 fn free_on_arc((forward, turn): (f64, f64), points: &[Point2<f64>], radius: f64, most: f64) -> f64 {
     if forward <= 0.0 {
         return 0.0;

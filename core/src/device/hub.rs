@@ -1,13 +1,15 @@
 //! The hub: where robot, sensors and clients meet, without I/O, thread or clock.
 //!
-//! In: events of the sources, messages of the clients, and the time. Out: [`Action`]s, to be done in their order. The bridge's task
-//! and [`super::LocalBridge`] do them; no rule stands in either.
+//! In: events of the sources, messages of the clients, and the time. Out: [`Action`]s, to be done
+//! in their order. The bridge's task and [`super::LocalBridge`] do them; no rule stands in either.
 //!
-//! 1. An event goes to the checks of the robot's readings, which may disarm it or correct what is under way; then to every client.
-//! 2. A message goes to the rules ([`Safety`]). What they say becomes actions: orders, limited by safe mode; answers to the client; the
-//!    new state for all.
+//! 1. An event goes to the checks of the robot's readings, which may disarm it or correct what is
+//!    under way; then to every client.
+//! 2. A message goes to the rules ([`Safety`]). What they say becomes actions: orders, limited by
+//!    safe mode; answers to the client; the new state for all.
 //! 3. Whoever gave a manoeuvre learns when it is over, whatever ends it (`manoeuvre.rs`).
-//! 4. [`Hub::tick`] is due at [`Hub::deadline`]: for the watchdog, the lease, a robot that falls silent, and heartbeats.
+//! 4. [`Hub::tick`] is due at [`Hub::deadline`]: for the watchdog, the lease, a robot that falls
+//!    silent, and heartbeats.
 //!
 //! Time counts from any beginning and never runs backwards.
 
@@ -53,8 +55,8 @@ pub enum Action {
         /// Counts orders, from 1; [`SourceEvent::Busy`] refers to it.
         number: u64,
     },
-    /// Send this to one client. Whoever queues messages fills in how many readings the client missed
-    /// ([`BridgeHeartbeat::dropped`]).
+    /// Send this to one client. Whoever queues messages fills in how many readings the client
+    /// missed ([`BridgeHeartbeat::dropped`]).
     Send(ClientId, FromBridge),
     /// Send this to every client.
     SendAll(FromBridge),
@@ -88,7 +90,8 @@ pub struct Hub {
 }
 
 impl Hub {
-    /// Of these sources, by their numbers; the first with a robot takes the orders. It is disarmed, and no client is there.
+    /// Of these sources, by their numbers; the first with a robot takes the orders. It is disarmed,
+    /// and no client is there.
     #[must_use]
     pub fn new<'a>(
         sources: &(impl Iterator<Item = &'a Profile> + Clone),
@@ -229,7 +232,8 @@ impl Hub {
         }
     }
 
-    /// A person at the machine itself stops the robot; with `cut_off` its motors are cut off and stay so.
+    /// A person at the machine itself stops the robot; with `cut_off` its motors are cut off and
+    /// stay so.
     pub fn stop(&mut self, now: Duration, cut_off: bool) {
         let asked = match cut_off {
             true => Asked::EmergencyStop,
@@ -249,7 +253,8 @@ impl Hub {
         self.rule(now, Input::Shutdown);
     }
 
-    /// A robot that stands disarmed may be pushed about by hand: nothing that it reports is a fault then.
+    /// A robot that stands disarmed may be pushed about by hand: nothing that it reports is a fault
+    /// then.
     fn fault(&mut self, now: Duration, reason: DisarmReason) {
         if self.safety.is_armed() {
             self.rule(now, Input::Fault(reason));
@@ -316,7 +321,8 @@ impl Hub {
     }
 }
 
-/// What a bridge says first, to a client and at the head of a recording. `challenge` is that of the connection.
+/// What a bridge says first, to a client and at the head of a recording. `challenge` is that of the
+/// connection.
 #[must_use]
 pub fn hello(
     challenge: [u8; CHALLENGE_BYTES],

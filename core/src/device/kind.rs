@@ -1,7 +1,7 @@
 //! What everybody has to know of a kind of device: a row of [`KINDS`](super::KINDS).
 //!
-//! Command line, `bridge.toml`, doctor, Web Serial and page go through the rows and know no device by
-//! name.
+//! Command line, `bridge.toml`, doctor, Web Serial and page go through the rows and know no device
+//! by name.
 
 use super::line::Device;
 use crate::geom::Pose2;
@@ -43,8 +43,8 @@ pub enum Probe {
     Listen,
     /// It answers when it is asked.
     Ask,
-    /// It is the device of another row, measuring in another way: it cannot be distinguished from that one, and
-    /// is only had by name.
+    /// It is the device of another row, measuring in another way: it cannot be distinguished from
+    /// that one, and is only had by name.
     ByName,
 }
 
@@ -80,9 +80,9 @@ impl Kind {
         super::KINDS.iter().find(|kind| kind.name == name)
     }
 
-    /// Kinds that can be distinguished, in the order in which a port is to be tried: robots first, for
-    /// opening may have reset one, and its boot loader must hear nothing foreign; then those that need
-    /// not be asked.
+    /// Kinds that can be distinguished, in the order in which a port is to be tried: robots first,
+    /// for opening may have reset one, and its boot loader must hear nothing foreign; then those
+    /// that need not be asked.
     #[must_use]
     pub fn in_order_of_trial() -> Vec<&'static Self> {
         let mut kinds: Vec<_> = Self::distinct().collect();

@@ -1,9 +1,9 @@
 //! An LDROBOT LD06 or LD19: it only speaks, so there is nothing to bring up.
 //!
-//! 1. A packet's last reading was taken when the packet came; those before it each as much earlier as its
-//!    spacing takes at the speed that it tells.
-//! 2. Silence, bytes that are no packets, and a head that stands still (speed 0, or no whole turn) are
-//!    faults; they end by themselves with the next whole turn.
+//! 1. A packet's last reading was taken when the packet came; those before it each as much earlier
+//!    as its spacing takes at the speed that it tells.
+//! 2. Silence, bytes that are no packets, and a head that stands still (speed 0, or no whole turn)
+//!    are faults; they end by themselves with the next whole turn.
 
 use crate::device::lidar::{LidarProtocol, Output};
 use crate::robot::Stamp;

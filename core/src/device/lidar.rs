@@ -1,4 +1,5 @@
-//! What all turning lidars have in common: one [`Device`] over what is peculiar to each ([`LidarProtocol`]).
+//! What all turning lidars have in common: one [`Device`] over what is peculiar to each
+//! ([`LidarProtocol`]).
 //!
 //! In: bytes of a line and the time. Out: scans, states and faults, as [`Want`]s.
 //!
@@ -25,8 +26,8 @@ use revolution::{RevolutionConfig, Revolutions, Sample};
 
 /// Longest time without data, s. These sensors send some hundred pieces a second.
 pub(super) const SILENCE: f64 = 1.0;
-/// Longest time without a whole turn, s. The slowest of these sensors turns at 1 Hz, and a motor needs
-/// about 2 s from power on.
+/// Longest time without a whole turn, s. The slowest of these sensors turns at 1 Hz, and a motor
+/// needs about 2 s from power on.
 pub(super) const LONGEST_TURN: f64 = 3.0;
 
 /// What is peculiar to a lidar: how it is brought up, and what its bytes mean.
@@ -59,7 +60,8 @@ pub struct Lidar<P> {
 }
 
 impl<P: LidarProtocol> Lidar<P> {
-    /// A lidar called `name`, as on the command line; `config` is what the sensor is and where it sits.
+    /// A lidar called `name`, as on the command line; `config` is what the sensor is and where it
+    /// sits.
     #[must_use]
     pub fn new(name: impl Into<String>, protocol: P, config: RevolutionConfig) -> Self {
         Self {
@@ -142,8 +144,8 @@ impl Output {
         }
     }
 
-    /// What was said last stays said until there is something else to say: a sensor in fault whose line
-    /// is opened again and again would else change all the time.
+    /// What was said last stays said until there is something else to say: a sensor in fault whose
+    /// line is opened again and again would else change all the time.
     fn opened(&mut self, now: Stamp) {
         self.report.reopened();
         self.report.detail.clear();
@@ -217,7 +219,8 @@ impl Output {
         self.heard = now;
     }
 
-    /// From here on a whole turn is waited for, and the parts of the one before do not belong to it.
+    /// From here on a whole turn is waited for, and the parts of the one before do not belong to
+    /// it.
     pub(super) fn watch(&mut self, now: Stamp) {
         self.revolutions.restart();
         self.turned = now;
@@ -234,8 +237,8 @@ impl Output {
     }
 
     /// Takes readings (angle in rad clockwise, range in m, quality) in the order in which they were
-    /// taken, each `interval` seconds after the one before it, the last at `end` (s). Whether a turn
-    /// ended with them.
+    /// taken, each `interval` seconds after the one before it, the last at `end` (s). Whether a
+    /// turn ended with them.
     pub(super) fn take(
         &mut self,
         readings: impl ExactSizeIterator<Item = (f64, f64, Option<u8>)>,

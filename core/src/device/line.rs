@@ -4,8 +4,8 @@ use crate::robot::Stamp;
 
 use crate::device::source::{Order, Profile, SourceEvent};
 
-/// A device at the other end of a line. Time counts on the bridge's clock, the same for all devices; stamps of what a device
-/// tells are on that clock too, whatever its own says.
+/// A device at the other end of a line. Time counts on the bridge's clock, the same for all
+/// devices; stamps of what a device tells are on that clock too, whatever its own says.
 pub trait Device: Send + 'static {
     /// What it is.
     fn profile(&self) -> Profile;

@@ -1,11 +1,14 @@
-//! A bridge without network and threads, for one client in the same program: a page that opened the serial ports itself.
+//! A bridge without network and threads, for one client in the same program: a page that opened the
+//! serial ports itself.
 //!
-//! In: bytes of the lines, messages of the client ([`crate::wire::message::ToBridge`]), and the time. Out: what the devices want done
-//! with their lines ([`Want`]), and messages for the client. Rules, state and messages are those of any bridge: a [`Hub`] has them.
+//! In: bytes of the lines, messages of the client ([`crate::wire::message::ToBridge`]), and the
+//! time. Out: what the devices want done with their lines ([`Want`]), and messages for the client.
+//! Rules, state and messages are those of any bridge: a [`Hub`] has them.
 //!
-//! 1. Devices stand at lines by number, in the order given; the first with a robot takes the orders.
-//! 2. The client may drive and needs no token. [`LocalBridge::begin`] begins a new conversation and ends the one before, which
-//!    takes the lease with it.
+//! 1. Devices stand at lines by number, in the order given; the first with a robot takes the
+//!    orders.
+//! 2. The client may drive and needs no token. [`LocalBridge::begin`] begins a new conversation and
+//!    ends the one before, which takes the lease with it.
 //! 3. What a device has to say in a log becomes a notice: the page's log is the only one.
 //!
 //! Time counts from any beginning; all devices are on it.
@@ -49,7 +52,8 @@ struct Line {
 }
 
 impl Line {
-    /// Gives an order. What the device wanted before still comes first, and counts as said before the order.
+    /// Gives an order. What the device wanted before still comes first, and counts as said before
+    /// the order.
     fn order(&mut self, order: Order, number: u64, now: Stamp) {
         while let Some(want) = self.want_of_device() {
             self.waiting.push_back(want);
@@ -121,7 +125,8 @@ impl LocalBridge {
         });
     }
 
-    /// Bytes that came on a line at `came`, which is before now where somebody was busy meanwhile: readings are dated by it.
+    /// Bytes that came on a line at `came`, which is before now where somebody was busy meanwhile:
+    /// readings are dated by it.
     pub fn received(&mut self, now: Duration, came: Duration, line: usize, bytes: &[u8]) {
         self.at(now, line, |line, stamp| {
             line.device.receive(bytes, stamp_of(came.min(now)));
@@ -196,7 +201,8 @@ impl LocalBridge {
         Ok(())
     }
 
-    /// The person stops the robot, past a client that may be busy; with `cut_off` the motors are cut off and stay so.
+    /// The person stops the robot, past a client that may be busy; with `cut_off` the motors are
+    /// cut off and stay so.
     pub fn stop(&mut self, now: Duration, cut_off: bool) {
         self.now = now;
         self.hub.stop(now, cut_off);

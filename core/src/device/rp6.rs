@@ -1,13 +1,17 @@
 //! An RP6 as a source: the link of `core` on a line.
 //!
-//! 1. The link comes up disarmed, and the source arms it when an order to move comes; but not one that was already being
-//!    repeated when the robot came back: orders to move must have ceased for 0.3 seconds once.
-//! 2. While the robot is under way, a sign of life goes to it ten times a second, for its own watchdog. Speeds are given
-//!    again all the time by whoever drives; where none came for a quarter of a second the source itself stops the robot.
-//! 3. The robot's stamps are put on the bridge's clock ([`crate::wire::ClockMap`]), on which the scans of other devices are.
+//! 1. The link comes up disarmed, and the source arms it when an order to move comes; but not one
+//!    that was already being repeated when the robot came back: orders to move must have ceased for
+//!    0.3 seconds once.
+//! 2. While the robot is under way, a sign of life goes to it ten times a second, for its own
+//!    watchdog. Speeds are given again all the time by whoever drives; where none came for a
+//!    quarter of a second the source itself stops the robot.
+//! 3. The robot's stamps are put on the bridge's clock ([`crate::wire::ClockMap`]), on which the
+//!    scans of other devices are.
 //! 4. Each sweep of its rangers becomes a scan, on that clock too.
 //!    A robot that drives makes partial scans meanwhile (`partial_scans`).
-//! 5. An emergency stop is remembered while nobody answers, and given again to a robot that comes back.
+//! 5. An emergency stop is remembered while nobody answers, and given again to a robot that comes
+//!    back.
 
 use std::collections::VecDeque;
 
@@ -279,7 +283,8 @@ impl Rp6 {
             return;
         };
         if wire.moves() && !robot.may_move(now) {
-            // A manoeuvre that was reported as over at once would be given again at once, and orders would never cease.
+            // A manoeuvre that was reported as over at once would be given again at once, and
+            // orders would never cease.
             if !matches!(command, Command::Velocity { .. }) {
                 (robot.motion, robot.manoeuvre_acknowledged) = (Motion::Manoeuvre(now), None);
             }
@@ -387,7 +392,8 @@ impl Device for Rp6 {
     fn broken(&mut self, why: String) {
         self.wants.clear();
         self.robot = None;
-        // It would go on to be up until it had been silent for long enough; a line that is opened starts again.
+        // It would go on to be up until it had been silent for long enough; a line that is opened
+        // starts again.
         self.link = Link::new(LinkConfig::default(), Stamp(0), self.nonce);
         self.wants.extend(self.report.broken(why).map(Want::Report));
     }

@@ -1,4 +1,5 @@
-//! A SLAMTEC RPLIDAR A1: brought from whatever state it is in to measuring, watched, and its faults named.
+//! A SLAMTEC RPLIDAR A1: brought from whatever state it is in to measuring, watched, and its faults
+//! named.
 //!
 //! ```text
 //! idle -opened-> stopping -0.1 s-> information -> health -good-> rate -> starting -readings-> measuring
@@ -10,13 +11,14 @@
 //! 1. A sensor that still scans is stopped first, and what it said before is thrown away.
 //! 2. Each request is repeated twice. No answer at all, and bytes that are no answer, are different
 //!    faults.
-//! 3. Status 2 of health is the sensor's protection: it is reset once; if it comes again it is a fault.
-//! 4. While measuring, silence, a head that does not turn, and a banner (it lost power) lead back to the
-//!    start, at most [`MOST_RESTARTS`] times without a whole turn in between.
+//! 3. Status 2 of health is the sensor's protection: it is reset once; if it comes again it is a
+//!    fault.
+//! 4. While measuring, silence, a head that does not turn, and a banner (it lost power) lead back
+//!    to the start, at most [`MOST_RESTARTS`] times without a whole turn in between.
 //!
-//! Instants: the last reading of a piece of bytes was taken when the piece came, those before it each a
-//! sample time earlier. So pieces should be handed over as soon as they come; what a USB bridge holds
-//! back dates a scan later than it was taken.
+//! Instants: the last reading of a piece of bytes was taken when the piece came, those before it
+//! each a sample time earlier. So pieces should be handed over as soon as they come; what a USB
+//! bridge holds back dates a scan later than it was taken.
 //!
 //! Source: SLAMTEC interface protocol, "Protection stop" and "Health"; Pilch 2016 fig. 2.6.
 

@@ -1,20 +1,22 @@
-//! Sources: what robots and sensors report, the orders they take, and what is known of them beforehand.
+//! Sources: what robots and sensors report, the orders they take, and what is known of them
+//! beforehand.
 
 use crate::robot::{Command, Odometry, RobotModel, Scan};
 use crate::wire::message::{
     BatteryBody, BumpersBody, CurrentsBody, DeviceState, LinkBody, RangersBody, RobotFigures,
 };
 
-/// What a source reports. Stamps of one program's serial devices are all on one clock; a simulated robot and a recording have
-/// their own. Where an event is the body of a message, the hub fills in the number of its source.
+/// What a source reports. Stamps of one program's serial devices are all on one clock; a simulated
+/// robot and a recording have their own. Where an event is the body of a message, the hub fills in
+/// the number of its source.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SourceEvent {
     /// The motion since the last one.
     Odometry(Odometry),
     /// A whole sweep; it passed [`Scan::validate`].
     Scan(Scan),
-    /// A few readings on the move, of a robot that scans only standing: they show who came, and are not for the map. It passed
-    /// [`Scan::validate`].
+    /// A few readings on the move, of a robot that scans only standing: they show who came, and are
+    /// not for the map. It passed [`Scan::validate`].
     PartialScan(Scan),
     /// Single readings of rangers.
     Rangers(RangersBody),
@@ -26,12 +28,14 @@ pub enum SourceEvent {
     Currents(CurrentsBody),
     /// The state of the link: at each change, and each second.
     Link(LinkBody),
-    /// Whether the robot is in a manoeuvre ([`Command::Forward`], [`Command::Turn`], [`Command::Scan`]): after each order, at each
-    /// change, and each second; after the readings that belong to it.
+    /// Whether the robot is in a manoeuvre ([`Command::Forward`], [`Command::Turn`],
+    /// [`Command::Scan`]): after each order, at each change, and each second; after the readings
+    /// that belong to it.
     Busy {
         /// Whether it is.
         busy: bool,
-        /// Number of the newest order that the source had taken; whoever passes orders on fills it in.
+        /// Number of the newest order that the source had taken; whoever passes orders on fills it
+        /// in.
         after: u64,
     },
     /// How the device does: at each change.
@@ -48,8 +52,8 @@ pub enum SourceEvent {
 /// What a source is to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Order {
-    /// A command to the robot. The bridge stops a robot that nobody drives any more; a source need not watch for that, but
-    /// may repeat the last command where the robot's own watchdog wants it.
+    /// A command to the robot. The bridge stops a robot that nobody drives any more; a source need
+    /// not watch for that, but may repeat the last command where the robot's own watchdog wants it.
     Command(Command),
     /// Cut the motors off, and keep them off.
     EmergencyStop,
@@ -94,8 +98,8 @@ impl Profile {
     }
 }
 
-/// Whether what these sources see comes on [`Command::Scan`] only: a robot that scans on command may carry a lidar that turns all the
-/// time, and then nobody need wait for it.
+/// Whether what these sources see comes on [`Command::Scan`] only: a robot that scans on command
+/// may carry a lidar that turns all the time, and then nobody need wait for it.
 pub fn scans_on_command<'a>(sources: impl Iterator<Item = &'a Profile> + Clone) -> bool {
     let has_lidar = sources.clone().any(|profile| profile.robot.is_none());
     !has_lidar && robot(sources).is_some_and(|robot| robot.scans_on_command)

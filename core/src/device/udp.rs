@@ -1,4 +1,5 @@
-//! A lidar behind the UDP protocol of Pilch's server ([`crate::wire::pilch`]): its line carries datagrams.
+//! A lidar behind the UDP protocol of Pilch's server ([`crate::wire::pilch`]): its line carries
+//! datagrams.
 //!
 //! ```text
 //! greeting -list of devices-> asking -readings-> measuring
@@ -7,15 +8,15 @@
 //!     +--- no list 7 s: fault, and again
 //! ```
 //!
-//! 1. Each second something goes to the server: a greeting until it answers; then a heartbeat, and while no
-//!    readings come once more all that was asked for, for datagrams may be lost.
-//! 2. The server answers no client while it has another. One that was left in the middle, or is greeted by a
-//!    client that restarted, drops the old one after 5 s, so a greeting has 7.
+//! 1. Each second something goes to the server: a greeting until it answers; then a heartbeat, and
+//!    while no readings come once more all that was asked for, for datagrams may be lost.
+//! 2. The server answers no client while it has another. One that was left in the middle, or is
+//!    greeted by a client that restarted, drops the old one after 5 s, so a greeting has 7.
 //! 3. A server that says that its lidar is in fault does not say which: its own log does.
 //!
-//! Instants: readings carry none. The last of a datagram counts as taken when it came, those before it each a
-//! sample time of an RPLIDAR A1 earlier; what server and network hold back (some 30 ms with our own server)
-//! dates a scan later than it was taken.
+//! Instants: readings carry none. The last of a datagram counts as taken when it came, those before
+//! it each a sample time of an RPLIDAR A1 earlier; what server and network hold back (some 30 ms
+//! with our own server) dates a scan later than it was taken.
 
 use crate::device::lidar::{LidarProtocol, Output};
 use crate::device::line::Weight;

@@ -25,8 +25,8 @@ pub struct ExperimentConfig {
     pub method: Method,
     /// What it does at first.
     pub mode: Mode,
-    /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg) also with a sensor that looks
-    /// round all the time. Default false.
+    /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg)
+    /// also with a sensor that looks round all the time. Default false.
     pub cycle: bool,
     /// How the robot's tracks differ from its model; none: as the seed draws it.
     pub wear: Option<TrackWear>,

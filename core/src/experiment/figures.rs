@@ -88,8 +88,8 @@ pub struct Figures {
 }
 
 impl Experiment {
-    /// The figures of the run so far. `area` is that of the world, see [`crate::sim::reachable_area`]: it costs more
-    /// than a step, and does not change.
+    /// The figures of the run so far. `area` is that of the world, see
+    /// [`crate::sim::reachable_area`]: it costs more than a step, and does not change.
     #[must_use]
     pub fn figures(&self, area: &ReachableArea) -> Figures {
         let (truth, estimate) = (self.truth(), self.session.estimate().pose);

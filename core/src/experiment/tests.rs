@@ -1,4 +1,5 @@
-//! The cycle: the same bits stage by stage, every stage in its turn, and every sensor that can scan gets to its goal.
+//! The cycle: the same bits stage by stage, every stage in its turn, and every sensor that can scan
+//! gets to its goal.
 
 mod beside;
 mod outline;
@@ -29,7 +30,8 @@ fn stage_by_stage_is_the_same_run_to_the_bit() {
         let mut by_stage = in_cycle("arena", sensor, goal, 3);
         let mut whole = in_cycle("arena", sensor, goal, 3);
         let mut stages = vec![];
-        // Ten stages leave off in the middle of a period, with reports not shown yet; then it goes on without a hold.
+        // Ten stages leave off in the middle of a period, with reports not shown yet; then it goes
+        // on without a hold.
         for _ in 0..10 {
             stages.extend(by_stage.next_stage().unwrap());
         }

@@ -1,9 +1,9 @@
 //! In: a piece. Out: its line, if it is surely a wall.
 //!
-//! 1. Points at a corner or an edge are given up on both sides: which wall they belong to is anyone's guess, and the wrong
-//!    guess pulls the line every time the same way.
-//! 2. Fit with covariance; short, sparse, crooked and bent pieces are refused. A filter is ruined by one wrong
-//!    line and hardly misses a true one.
+//! 1. Points at a corner or an edge are given up on both sides: which wall they belong to is
+//!    anyone's guess, and the wrong guess pulls the line every time the same way.
+//! 2. Fit with covariance; short, sparse, crooked and bent pieces are refused. A filter is ruined
+//!    by one wrong line and hardly misses a true one.
 
 use super::columns::Columns;
 use super::config::AcceptConfig;

@@ -1,11 +1,13 @@
 //! Split by a distance: the classic split-and-merge with the line through the end points.
 //!
-//! 1. A set of points is one line while none is farther than the threshold from the line through the first and the last.
+//! 1. A set of points is one line while none is farther than the threshold from the line through
+//!    the first and the last.
 //! 2. Else it is split at the farthest one.
-//! 3. Neighbours merge where none of their points is farther than the threshold from the line fitted to both.
+//! 3. Neighbours merge where none of their points is farther than the threshold from the line
+//!    fitted to both.
 //!
-//! Source: Pilch 2016 §1.2, eq. (1.6); TDK 2016 §4.2, fig. 4.4; Nguyen et al. (2007), "A comparison of line extraction algorithms
-//! using 2D range data for indoor mobile robotics", table 1.
+//! Source: Pilch 2016 §1.2, eq. (1.6); TDK 2016 §4.2, fig. 4.4; Nguyen et al. (2007), "A comparison
+//! of line extraction algorithms using 2D range data for indoor mobile robotics", table 1.
 
 use std::ops::Range;
 
@@ -16,7 +18,8 @@ use crate::lanes::run;
 /// When points are one line, by a fixed distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Classic {
-    /// Farthest that a point may be from its line, m. Default 0.1. Larger: fewer walls torn by noise, fewer shallow corners found.
+    /// Farthest that a point may be from its line, m. Default 0.1. Larger: fewer walls torn by
+    /// noise, fewer shallow corners found.
     pub threshold: f64,
 }
 

@@ -1,11 +1,13 @@
-//! In: beams. Out: what the sums need of them, number by number, so that four points are worked on at a time.
+//! In: beams. Out: what the sums need of them, number by number, so that four points are worked on
+//! at a time.
 //!
-//! What the columns hold of one beam is said by `Sample::of`, the plain form, to which the tests hold them. The columns
-//! are faster, and trade for it:
+//! What the columns hold of one beam is said by `Sample::of`, the plain form, to which the tests
+//! hold them. The columns are faster, and trade for it:
 //!
-//! 1. Layout. Four neighbours stand together: four x, then four y and so on. [`Blocks`] hands out those of a range; where
-//!    the range does not begin or end with a four, the lanes outside of it have `keep` 0. So has a point that is skipped.
-//!    The last four are filled up with repetitions of the last point.
+//! 1. Layout. Four neighbours stand together: four x, then four y and so on. [`Blocks`] hands out
+//!    those of a range; where the range does not begin or end with a four, the lanes outside of it
+//!    have `keep` 0. So has a point that is skipped. The last four are filled up with repetitions
+//!    of the last point.
 //! 2. The last digit. One division gives both 1/ρ and 1/σ.
 //! 3. Memory. Prefix sums, so that the line through any range costs a few operations.
 
@@ -218,7 +220,8 @@ impl Columns {
         self.prefix[range.end].minus(&self.prefix[range.start])
     }
 
-    /// Variance of a point's distance from a line with this normal; with the roughness of the surface.
+    /// Variance of a point's distance from a line with this normal; with the roughness of the
+    /// surface.
     pub(super) fn variance(&self, index: usize, normal: &Vector2<f64>) -> f64 {
         let (four, lane) = self.four(index);
         let along = Vector2::new(four.ux[lane], four.uy[lane]);
@@ -262,7 +265,8 @@ impl Columns {
     }
 }
 
-/// A range of the columns. Loops count and call [`Self::at`]: an iterator over [`Block`]s would not be inlined, and copy all nine.
+/// A range of the columns. Loops count and call [`Self::at`]: an iterator over [`Block`]s would not
+/// be inlined, and copy all nine.
 pub(super) struct Blocks<'a> {
     /// Number of the first four.
     first: usize,
@@ -330,7 +334,8 @@ impl Blocks<'_> {
 }
 
 impl<L: Lanes> Block<L> {
-    /// Variances of the distances from a line with normal (`nx`, `ny`), without what the bearings add.
+    /// Variances of the distances from a line with normal (`nx`, `ny`), without what the bearings
+    /// add.
     #[inline(always)]
     pub(super) fn variance_by_range(&self, nx: L, ny: L) -> L {
         let cos = nx * self.ux + ny * self.uy;

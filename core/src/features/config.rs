@@ -25,7 +25,8 @@ pub enum SplitRule {
 }
 
 impl SplitRule {
-    /// All rules with their default figures, with the names used by settings, and what a person calls them.
+    /// All rules with their default figures, with the names used by settings, and what a person
+    /// calls them.
     #[must_use]
     pub fn all() -> [(&'static str, Self, &'static str); 3] {
         let noise_aware = Self::NoiseAware(NoiseAware::default());
@@ -65,7 +66,8 @@ pub struct MergeConfig {
     pub gap_points: usize,
     /// At most this far apart where something lies between, m. Default 0.3: not over a door.
     pub gap: f64,
-    /// Whether also where the points do not belong together: over a door, behind a pillar. Default no; `gap` then says how far.
+    /// Whether also where the points do not belong together: over a door, behind a pillar. Default
+    /// no; `gap` then says how far.
     pub across_runs: bool,
 }
 
@@ -82,20 +84,21 @@ impl Default for MergeConfig {
 /// Which lines are kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AcceptConfig {
-    /// Points given up at either end of a piece. Default 2: 1 gives longer lines and a less honest map.
+    /// Points given up at either end of a piece. Default 2: 1 gives longer lines and a less honest
+    /// map.
     pub trim: usize,
     /// Fewest points of a line. Default 7. Larger: fewer, safer lines.
     pub min_points: usize,
     /// Shortest line, m. Default 0.5: people and most pillars are narrower.
     pub min_length: f64,
-    /// Largest standard deviation of α, rad. Default 0.04: with 0.1 the filter's pose was 1.5 times as far off as it said in
-    /// `office` and `loop`; what is linear at 2° is not at 6°.
+    /// Largest standard deviation of α, rad. Default 0.04: with 0.1 the filter's pose was 1.5 times
+    /// as far off as it said in `office` and `loop`; what is linear at 2° is not at 6°.
     pub max_alpha_sigma: f64,
-    /// Largest χ² of the residuals, in standard deviations above its mean. Default 2.5: one true line in 160 is
-    /// lost, and nearly every line across a corner.
+    /// Largest χ² of the residuals, in standard deviations above its mean. Default 2.5: one true
+    /// line in 160 is lost, and nearly every line across a corner.
     pub max_chi2_sigmas: f64,
-    /// Largest bend (the quadratic term of the residuals) in standard deviations. Default 2: one true line in 20 is lost,
-    /// most pillars go.
+    /// Largest bend (the quadratic term of the residuals) in standard deviations. Default 2: one
+    /// true line in 20 is lost, most pillars go.
     pub max_bend_sigmas: f64,
     /// How far from flat a wall may be, m, one standard deviation. Default 0.002.
     pub surface_sigma: f64,
@@ -134,9 +137,10 @@ impl AcceptConfig {
 impl LineConfig {
     /// For few, noisy readings of a short reach: 180 of four infra-red rangers, over at most 1.5 m.
     ///
-    /// With the figures for lidars a sweep shows one line or none, as half of a wall lies out of sight, and the sides of boxes
-    /// are shorter than 0.5 m: the robot then reached its goal in 4 of 20 runs in `arena`, with these in 39 of 40. People
-    /// become walls by them, for a scan or two; a robot that sees 1.5 m meets few.
+    /// With the figures for lidars a sweep shows one line or none, as half of a wall lies out of
+    /// sight, and the sides of boxes are shorter than 0.5 m: the robot then reached its goal in 4
+    /// of 20 runs in `arena`, with these in 39 of 40. People become walls by them, for a scan or
+    /// two; a robot that sees 1.5 m meets few.
     #[must_use]
     pub fn short_range() -> Self {
         Self {
@@ -151,7 +155,8 @@ impl LineConfig {
         }
     }
 
-    /// The textbook's split-and-merge, without anything that knows of noise: to compare and to teach.
+    /// The textbook's split-and-merge, without anything that knows of noise: to compare and to
+    /// teach.
     #[must_use]
     pub fn classic(threshold: f64) -> Self {
         Self {

@@ -47,8 +47,8 @@ impl LineExtractor {
     /// The lines in `points`, written to `lines` (cleared first) in the order of the beams.
     ///
     /// # Units    Robot frame; (α, r) in rad and m.
-    /// # Errors   [`LineError`] for a beam with a number that is not finite; `lines` stays as it was then. Points through which no line
-    /// goes are no error: there is no line then.
+    /// # Errors   [`LineError`] for a beam with a number that is not finite; `lines` stays as it
+    /// was then. Points through which no line goes are no error: there is no line then.
     /// # Source   See [`SplitRule`].
     pub fn extract(
         &mut self,

@@ -1,17 +1,20 @@
 //! In: beams on one wall. Out: the wall's line (α, r) in the robot frame, with covariance.
 //!
-//! 1. Weighted total least squares with w = 1/σ²: α = ½ atan2(-2 Cxy, Cyy - Cxx), r = x̄ cos α + ȳ sin α, then r ≥ 0
-//!    (TDK 2016 §4.1, with the erratum of the specification on the arctangent; Siegwart & Nourbakhsh 2004, §4.3.1).
-//! 2. C is the weighted scatter less what the noise alone contributes to it, Σ wᵢ (1 - wᵢ/W) Rᵢ with Rᵢ the covariance of
-//!    point i. Noise runs along the beam, not around the point, so without this α is biased towards the side seen
-//!    at the flatter angle; a bias does not average out over hundreds of scans, and a filter that believes σ_α would.
-//! 3. Covariance F C_X Fᵀ of range and bearing noise (Arras & Siegwart 1997, "Feature extraction and scene
-//!    interpretation for map-based navigation and map building"), with F in closed form. In the frame of the line
-//!    (t along it, n across it) ∂α = -w (t ∂n + n ∂t) / (Ctt - Cnn) and ∂r = w/W ∂n + t̄ ∂α. The source's numeric F is
-//!    the test.
-//! 4. With (uₙ, uₜ) the beam in that frame, the range moves a point by (uₙ, uₜ), the bearing by (-uₜ, uₙ), and
-//!    p = t uₙ + n uₜ, q = n uₙ - t uₜ are what they do to α. So three sums over the points give the whole covariance:
-//!    A = Σ w p² + w² σ⊥² q², B = Σ w p uₙ - w² σ⊥² q uₜ, C = Σ w uₙ² + w² σ⊥² uₜ².
+//! 1. Weighted total least squares with w = 1/σ²: α = ½ atan2(-2 Cxy, Cyy - Cxx), r = x̄ cos α + ȳ
+//!    sin α, then r ≥ 0 (TDK 2016 §4.1, with the erratum of the specification on the arctangent;
+//!    Siegwart & Nourbakhsh 2004, §4.3.1).
+//! 2. C is the weighted scatter less what the noise alone contributes to it, Σ wᵢ (1 - wᵢ/W) Rᵢ
+//!    with Rᵢ the covariance of point i. Noise runs along the beam, not around the point, so
+//!    without this α is biased towards the side seen at the flatter angle; a bias does not average
+//!    out over hundreds of scans, and a filter that believes σ_α would.
+//! 3. Covariance F C_X Fᵀ of range and bearing noise (Arras & Siegwart 1997, "Feature extraction
+//!    and scene interpretation for map-based navigation and map building"), with F in closed form.
+//!    In the frame of the line (t along it, n across it) ∂α = -w (t ∂n + n ∂t) / (Ctt - Cnn) and
+//!    ∂r = w/W ∂n + t̄ ∂α. The source's numeric F is the test.
+//! 4. With (uₙ, uₜ) the beam in that frame, the range moves a point by (uₙ, uₜ), the bearing by
+//!    (-uₜ, uₙ), and p = t uₙ + n uₜ, q = n uₙ - t uₜ are what they do to α. So three sums over the
+//!    points give the whole covariance: A = Σ w p² + w² σ⊥² q², B = Σ w p uₙ - w² σ⊥² q uₜ, C = Σ w
+//!    uₙ² + w² σ⊥² uₜ².
 
 mod residuals;
 mod sums;
@@ -83,9 +86,12 @@ pub enum FitError {
 
 /// Fits one line to `beams`.
 ///
-/// # Units    `bearing_sigma`: rad. `surface_sigma`: how far from flat a wall may be, m; it enters the χ² only.
-/// # Errors   [`FitError`]: fewer than 2 beams, no direction that stands out, beams along the line, numbers that are not finite.
-/// # Source   TDK 2016 §4.1; Arras & Siegwart (1997). The noise's own scatter is removed, see the module.
+/// # Units    `bearing_sigma`: rad. `surface_sigma`: how far from flat a wall may be, m; it enters
+/// the χ² only.
+/// # Errors   [`FitError`]: fewer than 2 beams, no direction that stands out, beams along the line,
+/// numbers that are not finite.
+/// # Source   TDK 2016 §4.1; Arras & Siegwart (1997). The noise's own scatter is removed, see the
+/// module.
 /// # Example
 /// ```
 /// use nalgebra::{Point2, Vector2};

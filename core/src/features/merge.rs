@@ -1,7 +1,8 @@
 //! In: pieces in order. Out: pieces in which neighbours on one line are one.
 //!
-//! Two neighbours are one line where little lies between them, (α, r) of both agree by χ² (if the rule knows of noise), and the
-//! union passes the test by which pieces are split. Across the end of a run (a door, a pillar in front) only when asked.
+//! Two neighbours are one line where little lies between them, (α, r) of both agree by χ² (if the
+//! rule knows of noise), and the union passes the test by which pieces are split. Across the end of
+//! a run (a door, a pillar in front) only when asked.
 
 use std::f64::consts::PI;
 use std::ops::Range;

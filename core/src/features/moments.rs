@@ -1,4 +1,5 @@
-//! In: weighted points. Out: their sums, and the total-least-squares line through any set of them in a few operations.
+//! In: weighted points. Out: their sums, and the total-least-squares line through any set of them
+//! in a few operations.
 
 use nalgebra::Vector2;
 
@@ -62,8 +63,8 @@ impl Moments {
         (normal, normal.x * x + normal.y * y)
     }
 
-    /// Whether the sum of squared distances from every line is greater than `most`: the smaller eigenvalue of the scatter is not less
-    /// than determinant over trace. No is no answer.
+    /// Whether the sum of squared distances from every line is greater than `most`: the smaller
+    /// eigenvalue of the scatter is not less than determinant over trace. No is no answer.
     #[inline]
     pub(super) fn is_wider_than(&self, most: f64) -> bool {
         let per = 1.0 / self.w;
@@ -75,7 +76,8 @@ impl Moments {
         xx * yy - xy * xy > most * (xx + yy)
     }
 
-    /// Sums of squared distances from that line, and along it, about the mean: the eigenvalues of the scatter.
+    /// Sums of squared distances from that line, and along it, about the mean: the eigenvalues of
+    /// the scatter.
     pub(super) fn spreads(&self) -> (f64, f64) {
         let (x, y) = (self.x / self.w, self.y / self.w);
         let (xx, xy, yy) = (
@@ -90,8 +92,8 @@ impl Moments {
     }
 }
 
-/// (cos α, sin α) with α = ½ atan2(-2 Cxy, Cyy - Cxx), by the half-angle formulas: two roots instead of calls of atan2 and
-/// sincos. Without a direction, (1, 0) as atan2(0, 0) gives.
+/// (cos α, sin α) with α = ½ atan2(-2 Cxy, Cyy - Cxx), by the half-angle formulas: two roots
+/// instead of calls of atan2 and sincos. Without a direction, (1, 0) as atan2(0, 0) gives.
 #[inline]
 pub(super) fn normal_of_scatter(xx: f64, xy: f64, yy: f64) -> Vector2<f64> {
     let (c, s) = (yy - xx, -2.0 * xy);

@@ -1,11 +1,11 @@
 //! Split by what noise explains: TDK 2016 §4.2.
 //!
-//! 1. A set of points is one line while Σ|dᵢ| < E + k √V, with E = Σ σ_dᵢ √(2/π) and V = Σ σ_dᵢ² (1 - 2/π), σ_d the
-//!    standard deviation of a point's distance from the line. The source has k = 1, which splits a true
-//!    line about one time in eight.
+//! 1. A set of points is one line while Σ|dᵢ| < E + k √V, with E = Σ σ_dᵢ √(2/π) and V = Σ σ_dᵢ²
+//!    (1 - 2/π), σ_d the standard deviation of a point's distance from the line. The source has k =
+//!    1, which splits a true line about one time in eight.
 //! 2. Where the test fails, the set is split at the point farthest from the chord through its ends.
-//! 3. A single point farther than `max_residual` σ_d from the line is skipped instead (the sum does not see it, the line
-//!    would be pulled by it).
+//! 3. A single point farther than `max_residual` σ_d from the line is skipped instead (the sum does
+//!    not see it, the line would be pulled by it).
 
 use std::f64::consts::FRAC_2_PI;
 use std::ops::Range;
@@ -19,11 +19,13 @@ use crate::lanes::{Kernel, Lanes, greatest, run, total};
 /// When points are one line, by what is known of their noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseAware {
-    /// k of the split test. Default 3. Larger: fewer true walls are split, shallower corners stay undetected. A true wall of
-    /// 10 to 100 points is split once in 8 (k = 1), 60 (k = 2), 800 (k = 3) times, as the test measures; 3 is where splits no longer
-    /// show among the lines that other gates refuse (1 in 20).
+    /// k of the split test. Default 3. Larger: fewer true walls are split, shallower corners stay
+    /// undetected. A true wall of 10 to 100 points is split once in 8 (k = 1), 60 (k = 2), 800
+    /// (k = 3) times, as the test measures; 3 is where splits no longer show among the lines that
+    /// other gates refuse (1 in 20).
     pub split_k: f64,
-    /// A point this many standard deviations off its line is skipped. Default 4.5: one true point in 150 000.
+    /// A point this many standard deviations off its line is skipped. Default 4.5: one true point
+    /// in 150 000.
     pub max_residual: f64,
 }
 
@@ -89,7 +91,8 @@ impl NoiseAware {
 
     /// The test of step 1 and 3 by the piece's own line.
     pub(super) fn examine(&self, columns: &Columns, piece: &Piece) -> Verdict {
-        // Σ|d| is not less than √Σd², and Σd² not less than σ² Σwd² with the smallest σ: around a corner the line itself is not needed.
+        // Σ|d| is not less than √Σd², and Σd² not less than σ² Σwd² with the smallest σ: around a
+        // corner the line itself is not needed.
         let most = self.most(columns, piece.n_points()) / columns.smallest_sigma();
         if piece.moments.is_wider_than(most * most) {
             return Verdict::Bent;

@@ -72,7 +72,8 @@ impl Piece {
         part
     }
 
-    /// The kept point, neither the first nor the last, that is farthest from the line through these two, and how far, m.
+    /// The kept point, neither the first nor the last, that is farthest from the line through these
+    /// two, and how far, m.
     pub(super) fn farthest_from_chord(&self, columns: &Columns) -> Option<(usize, f64)> {
         let (first, last) = (self.first(columns)?, self.last(columns)?);
         if last < first + 2 {

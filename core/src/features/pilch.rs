@@ -1,14 +1,17 @@
 //! Split where the line stops being good enough: Pilch 2016 §3.5.1.
 //!
-//! 1. A line begins with the first `min_points` neighbours that are one: S_E < `max_error` and r² ≥ `min_r2`.
+//! 1. A line begins with the first `min_points` neighbours that are one: S_E < `max_error` and r² ≥
+//!    `min_r2`.
 //! 2. It grows by one neighbour after the other until one of the two no longer holds.
 //! 3. Points are taken off its ends as long as that lowers the error per point.
 //!
-//! Neighbours closer than 2 k belong together: that is [`crate::points::BreakRule::Spacing`], chosen in the same configuration.
+//! Neighbours closer than 2 k belong together: that is [`crate::points::BreakRule::Spacing`],
+//! chosen in the same configuration.
 //!
-//! **Erratum** of the specification: the source's r² of y on x fails on walls along y. S_E is here the sum of squares across
-//! the fitted line, and r² = 1 - S_E / (sum of squares along it): both are the same for every direction. The source gives no unit
-//! of S_E < 3. In mm² or cm² not even six points with the noise of its own sensor (1 cm) would pass, so it is read as 3 dm².
+//! **Erratum** of the specification: the source's r² of y on x fails on walls along y. S_E is here
+//! the sum of squares across the fitted line, and r² = 1 - S_E / (sum of squares along it): both
+//! are the same for every direction. The source gives no unit of S_E < 3. In mm² or cm² not even
+//! six points with the noise of its own sensor (1 cm) would pass, so it is read as 3 dm².
 
 use std::ops::Range;
 
@@ -19,8 +22,8 @@ use super::piece::Piece;
 /// When points are one line, by the error of a regression.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pilch {
-    /// Largest sum of squared distances, m². Default 0.03 (3 dm²). It does not grow with the number of points: long walls and noisy ones are
-    /// cut.
+    /// Largest sum of squared distances, m². Default 0.03 (3 dm²). It does not grow with the number
+    /// of points: long walls and noisy ones are cut.
     pub max_error: f64,
     /// Least share of the scatter that the line explains. Default 0.98.
     pub min_r2: f64,

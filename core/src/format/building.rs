@@ -1,13 +1,15 @@
-//! Buildings from files of others: a map of ROS map_server, or a floor plan drawn as SVG, becomes a [`World`] to drive in.
+//! Buildings from files of others: a map of ROS map_server, or a floor plan drawn as SVG, becomes a
+//! [`World`] to drive in.
 //!
-//! In: an [`OccupancyMap`], or the bytes of a drawing. Out: an [`Imported`] world. [`BuildingFile`] tells files apart by their names.
+//! In: an [`OccupancyMap`], or the bytes of a drawing. Out: an [`Imported`] world. [`BuildingFile`]
+//! tells files apart by their names.
 //!
-//! 1. The outlines of what is occupied in a map become walls, straightened to within a cell; a drawing's lines are
-//!    walls as they are ([`of_svg`]).
-//! 2. The robot starts where the building has most room, or where a drawing says (an element with the id `start`); in a map at its
-//!    origin, where a robot that drew it began, if there is room.
-//! 3. A fence around everything keeps the robot in sight of what there is: a building whose doors lead outside, or a map that was not
-//!    finished, is open to nowhere.
+//! 1. The outlines of what is occupied in a map become walls, straightened to within a cell; a
+//!    drawing's lines are walls as they are ([`of_svg`]).
+//! 2. The robot starts where the building has most room, or where a drawing says (an element with
+//!    the id `start`); in a map at its origin, where a robot that drew it began, if there is room.
+//! 3. A fence around everything keeps the robot in sight of what there is: a building whose doors
+//!    lead outside, or a map that was not finished, is open to nowhere.
 //!
 //! The world's frame is that of the file: poses in it mean the same in both.
 
@@ -62,7 +64,8 @@ pub struct Imported {
 
 /// The building that a map shows.
 ///
-/// # Errors    [`BuildingError`]: too many cells, no wall, no room for the robot, or a world that cannot be.
+/// # Errors    [`BuildingError`]: too many cells, no wall, no room for the robot, or a world that
+/// cannot be.
 pub fn of_map(map: &OccupancyMap, name: &str) -> Result<Imported, BuildingError> {
     let mut world = World::new(name, start_in_map(map)?);
     for points in walls_of_map(map)? {
@@ -79,7 +82,8 @@ pub fn of_map(map: &OccupancyMap, name: &str) -> Result<Imported, BuildingError>
     })
 }
 
-/// Where a robot starts in a map: at its origin, where one that drew it began, if there is room, else where there is most.
+/// Where a robot starts in a map: at its origin, where one that drew it began, if there is room,
+/// else where there is most.
 ///
 /// # Errors    [`BuildingError::TooLarge`], [`BuildingError::NoWalls`], [`BuildingError::NoRoom`].
 fn start_in_map(map: &OccupancyMap) -> Result<Pose2, BuildingError> {
@@ -114,8 +118,8 @@ fn check_size(map: &OccupancyMap) -> Result<(), BuildingError> {
     Ok(())
 }
 
-/// The outlines of what is occupied in a map, in the map's frame, with what is free on the left of the way round: what a robot can be
-/// localised by.
+/// The outlines of what is occupied in a map, in the map's frame, with what is free on the left of
+/// the way round: what a robot can be localised by.
 ///
 /// # Errors    [`BuildingError::TooLarge`], [`BuildingError::NoWalls`].
 pub fn walls_of_map(map: &OccupancyMap) -> Result<Vec<Vec<Point2<f64>>>, BuildingError> {

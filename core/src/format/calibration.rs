@@ -7,10 +7,11 @@
 //! # Ok::<(), slamlab_core::format::calibration::CalibrationFileError>(())
 //! ```
 //!
-//! Fields are parted by commas, semicolons, tabs or blanks; `#` begins a comment. A first line of words names the columns: the
-//! first `range_m` (also without a header), `range_cm` or `range_mm`, the second `volts`, `millivolts` or `adc`: counts of the
-//! RP6's converter. Whether the pairs make sense is judged by [`crate::robot::Characteristic::fit`]; [`fit`] says the line of
-//! one that does not.
+//! Fields are parted by commas, semicolons, tabs or blanks; `#` begins a comment. A first line of
+//! words names the columns: the first `range_m` (also without a header), `range_cm` or `range_mm`,
+//! the second `volts`, `millivolts` or `adc`: counts of the RP6's converter. Whether the pairs make
+//! sense is judged by [`crate::robot::Characteristic::fit`]; [`fit`] says the line of one that does
+//! not.
 
 use super::FieldError;
 use crate::robot::{Adc, CalibrationPair, Characteristic, CharacteristicError, Fit, Variable};
@@ -166,7 +167,8 @@ impl Columns {
     fn volts(&self, number: f64) -> f64 {
         match self.second {
             "millivolts" => 1e-3 * number,
-            // The middle of the volts that give this count, as `Adc::volts`; here a mean of several counts has a fraction.
+            // The middle of the volts that give this count, as `Adc::volts`; here a mean of several
+            // counts has a fraction.
             "adc" => (number + 0.5) * Adc::rp6().step(),
             _ => number,
         }

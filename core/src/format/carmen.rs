@@ -1,20 +1,24 @@
 //! CARMEN logs (`.log`, `.clf`): recorded laser scans with the odometry at which they were taken.
 //!
-//! In: bytes, in chunks of any size. Out: a [`CarmenLog`], scans sorted by `ipc_timestamp`. And back: scans with their odometry
-//! become a log ([`CarmenLog::push`]), and a log text ([`CarmenLog::write`]).
+//! In: bytes, in chunks of any size. Out: a [`CarmenLog`], scans sorted by `ipc_timestamp`. And
+//! back: scans with their odometry become a log ([`CarmenLog::push`]), and a log text
+//! ([`CarmenLog::write`]).
 //!
-//! 1. Lines are cut from the chunks as they come; only an unfinished line and the numbers themselves are kept, so a
-//!    large log is never held as text.
-//! 2. `FLASER`, `RLASER` and `ROBOTLASER1` become scans, `PARAM` is kept, `ODOM` is counted (every laser message
-//!    carries the odometry of its own moment, interpolated by the recorder), other messages are skipped.
-//! 3. Structure is strict: the number of fields must be that announced and every number finite. Spaces, tabs, line
-//!    ends, empty lines and comments are free.
-//! 4. At the end the scans are sorted, since recorders write messages of several senders as they arrive, and the
-//!    reading that stands for "nothing came back" is found (see [`CarmenLog::no_return_from`]).
+//! 1. Lines are cut from the chunks as they come; only an unfinished line and the numbers
+//!    themselves are kept, so a large log is never held as text.
+//! 2. `FLASER`, `RLASER` and `ROBOTLASER1` become scans, `PARAM` is kept, `ODOM` is counted (every
+//!    laser message carries the odometry of its own moment, interpolated by the recorder), other
+//!    messages are skipped.
+//! 3. Structure is strict: the number of fields must be that announced and every number finite.
+//!    Spaces, tabs, line ends, empty lines and comments are free.
+//! 4. At the end the scans are sorted, since recorders write messages of several senders as they
+//!    arrive, and the reading that stands for "nothing came back" is found (see
+//!    [`CarmenLog::no_return_from`]).
 //!
-//! Source: CARMEN, Carnegie Mellon robot navigation toolkit, log format (the comment lines at the head of each log).
-//! `FLASER n r_1 … r_n x y θ odom_x odom_y odom_θ ipc_timestamp host logger_timestamp`: the first pose is that of the
-//! laser, the second that of the robot, and the place of the laser on the robot is their difference.
+//! Source: CARMEN, Carnegie Mellon robot navigation toolkit, log format (the comment lines at the
+//! head of each log). `FLASER n r_1 … r_n x y θ odom_x odom_y odom_θ ipc_timestamp host
+//! logger_timestamp`: the first pose is that of the laser, the second that of the robot, and the
+//! place of the laser on the robot is their difference.
 
 mod error;
 mod fields;
@@ -40,7 +44,8 @@ pub enum Laser {
     Robot1,
 }
 
-/// Directions of a scan's beams: beam i looks to `first + i * step`, rad, in the frame of the laser.
+/// Directions of a scan's beams: beam i looks to `first + i * step`, rad, in the frame of the
+/// laser.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BeamFan {
     /// Direction of the first beam, rad.
@@ -50,10 +55,11 @@ pub struct BeamFan {
 }
 
 impl BeamFan {
-    /// The fan of `FLASER` and `RLASER`, which do not say it: a half circle, from the right to the left.
+    /// The fan of `FLASER` and `RLASER`, which do not say it: a half circle, from the right to the
+    /// left.
     ///
-    /// An even number of beams leaves out the last direction (180 beams: -90° to 89° in steps of 1°; 360: in steps of
-    /// 0.5°); an odd number has both ends (181: -90° to 90°).
+    /// An even number of beams leaves out the last direction (180 beams: -90° to 89° in steps of
+    /// 1°; 360: in steps of 0.5°); an odd number has both ends (181: -90° to 90°).
     #[must_use]
     pub fn half_circle(beams: usize) -> Self {
         let gaps = if beams.is_multiple_of(2) {
@@ -94,8 +100,8 @@ pub struct CarmenLog {
     pub scans: Vec<CarmenScan>,
     /// `PARAM` lines: name and value.
     pub params: Vec<(String, String)>,
-    /// Readings from here on say that nothing came back, m: 80, or the log's largest reading where that is repeated so
-    /// often that it must be a code.
+    /// Readings from here on say that nothing came back, m: 80, or the log's largest reading where
+    /// that is repeated so often that it must be a code.
     pub no_return_from: f32,
     readings: Vec<f32>,
 }
@@ -134,7 +140,8 @@ impl CarmenLog {
         Stamp::from_seconds(scan.ipc_seconds - start)
     }
 
-    /// A scan as the rest of core takes it: no-returns infinite, readings of 0 invalid, σ 1 cm as the SICK's.
+    /// A scan as the rest of core takes it: no-returns infinite, readings of 0 invalid, σ 1 cm as
+    /// the SICK's.
     #[must_use]
     pub fn scan(&self, scan: &CarmenScan) -> Scan {
         let no_return = self.no_return_from.min(scan.max_range);

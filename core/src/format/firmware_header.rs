@@ -1,6 +1,7 @@
 //! The figures of a robot as a C header, so that its firmware has the very numbers of the model.
 //!
-//! In: a [`RobotModel`]. Out: `gains.h`: the geometry, the limits, and the controller's gains in integers.
+//! In: a [`RobotModel`]. Out: `gains.h`: the geometry, the limits, and the controller's gains in
+//! integers.
 //!
 //! Units of the firmware: counts and periods; `Q16` in a name means 16 bits behind the point.
 

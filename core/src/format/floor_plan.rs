@@ -1,10 +1,11 @@
-//! The vector map as files that other programs open: SVG to look at and print, DXF for drawing, GeoJSON for everything else. Each
-//! wall comes with its length in metres.
+//! The vector map as files that other programs open: SVG to look at and print, DXF for drawing,
+//! GeoJSON for everything else. Each wall comes with its length in metres.
 //!
-//! In: walls of a [`crate::map::VectorMap`]. Out: the text of a file. All coordinates are those of the map, m, x forward and y
-//! left of where the robot began; the picture alone turns y down.
+//! In: walls of a [`crate::map::VectorMap`]. Out: the text of a file. All coordinates are those of
+//! the map, m, x forward and y left of where the robot began; the picture alone turns y down.
 //!
-//! Sources: W3C, Scalable Vector Graphics 1.1; Autodesk, DXF Reference, release 12; RFC 7946, "The GeoJSON Format".
+//! Sources: W3C, Scalable Vector Graphics 1.1; Autodesk, DXF Reference, release 12; RFC 7946, "The
+//! GeoJSON Format".
 
 mod dxf;
 mod geojson;
@@ -51,8 +52,8 @@ fn bounds(walls: &[Wall]) -> Result<(Point2<f64>, Point2<f64>), FloorPlanError> 
     bounds.ok_or(FloorPlanError::Empty)
 }
 
-/// Where a length is written: its middle beside the wall, on the side that the wall was seen from, and the direction of the
-/// text, rad, so that nobody reads it upside down.
+/// Where a length is written: its middle beside the wall, on the side that the wall was seen from,
+/// and the direction of the text, rad, so that nobody reads it upside down.
 struct Label {
     at: Point2<f64>,
     direction: f64,

@@ -1,10 +1,14 @@
-//! ROS map_server: an occupancy grid as an image (PGM or PNG) and a YAML file that says where it lies.
+//! ROS map_server: an occupancy grid as an image (PGM or PNG) and a YAML file that says where it
+//! lies.
 //!
 //! In: a [`Grid`], or the bytes of both files. Out: both files, or an [`OccupancyMap`].
 //!
-//! 1. A map is what ROS calls `nav_msgs/OccupancyGrid`: a percentage for each cell, or nothing known ([`OccupancyMap`]).
-//! 2. The YAML names the image, by a path relative to itself, and says scale, place and meaning of its greys ([`MapInfo`]).
-//! 3. Rows of the image run from the top of the map (largest y) down. Dark is occupied, unless `negate` is set.
+//! 1. A map is what ROS calls `nav_msgs/OccupancyGrid`: a percentage for each cell, or nothing
+//!    known ([`OccupancyMap`]).
+//! 2. The YAML names the image, by a path relative to itself, and says scale, place and meaning of
+//!    its greys ([`MapInfo`]).
+//! 3. Rows of the image run from the top of the map (largest y) down. Dark is occupied, unless
+//!    `negate` is set.
 //! 4. What a grey means depends on the mode:
 //!
 //! | mode | written | read |
@@ -13,9 +17,11 @@
 //! | `scale` | 255 (1 - p), transparent where unknown (PNG only) | the same thresholds; between them p is stretched to 0 to 100 % |
 //! | `raw` | the percentage itself, 255 where unknown | the percentage itself; above 100 is unknown |
 //!
-//! Source: ROS 2 Navigation, `nav2_map_server`, `map_io.cpp` (functions `loadMapFromFile` and `tryWriteMapToFile`), whose behaviour this
-//! follows; ROS `map_server` documentation. We differ in three things: `scale` is written with thresholds of 0 and 1, so that what is
-//! read back is what was written; `scale` as PGM, which has no transparency, is refused; and sizes are refused before memory is taken.
+//! Source: ROS 2 Navigation, `nav2_map_server`, `map_io.cpp` (functions `loadMapFromFile` and
+//! `tryWriteMapToFile`), whose behaviour this follows; ROS `map_server` documentation. We differ in
+//! three things: `scale` is written with thresholds of 0 and 1, so that what is read back is what
+//! was written; `scale` as PGM, which has no transparency, is refused; and sizes are refused before
+//! memory is taken.
 
 mod error;
 mod pgm;
@@ -106,7 +112,8 @@ pub struct MapInfo {
 impl MapInfo {
     /// Reads the YAML file.
     ///
-    /// # Errors    [`MapInfoError`], with the line: no YAML, a key that is missing, stands twice or has a value that cannot be.
+    /// # Errors    [`MapInfoError`], with the line: no YAML, a key that is missing, stands twice or
+    /// has a value that cannot be.
     pub fn parse(yaml: &[u8]) -> Result<Self, MapInfoError> {
         yaml::parse(yaml)
     }
@@ -134,10 +141,11 @@ pub struct OccupancyMap {
 }
 
 impl OccupancyMap {
-    /// The known part of a grid. In mode [`MapMode::Trinary`] each cell is what the grid believes of it: 0, 100 or nothing known;
-    /// otherwise it is the probability.
+    /// The known part of a grid. In mode [`MapMode::Trinary`] each cell is what the grid believes
+    /// of it: 0, 100 or nothing known; otherwise it is the probability.
     ///
-    /// # Errors    [`MapServerError`]: a grid without a known cell, or whose known cells lie too far apart.
+    /// # Errors    [`MapServerError`]: a grid without a known cell, or whose known cells lie too
+    /// far apart.
     pub fn of_grid(grid: &Grid, mode: MapMode) -> Result<Self, MapServerError> {
         let rect = known_rect(grid, mode).ok_or(MapServerError::Empty)?;
         let (width, height) = (rect.width(), rect.height());
@@ -173,7 +181,8 @@ fn occupancy(grid: &Grid, cell: CellIndex, mode: MapMode) -> i8 {
     }
 }
 
-/// The smallest rectangle that holds all cells of which the mode has something to say; `None` of a grid without any.
+/// The smallest rectangle that holds all cells of which the mode has something to say; `None` of a
+/// grid without any.
 fn known_rect(grid: &Grid, mode: MapMode) -> Option<CellRect> {
     grid.rect_where(|odds| match mode {
         MapMode::Trinary => grid.state_of(odds) != CellState::Unknown,

@@ -20,8 +20,9 @@ pub use field_error::FieldError;
 /// More cells than this are no map: a square kilometre in cells of 10 cm.
 const MOST_CELLS: usize = 100_000_000;
 
-/// Recorded data for tests: a file under the data folder beside the repository, or under `SLAMLAB_DATA` where that is
-/// set. `None` where it is absent, noted for `cargo xtask test` in the file that `SLAMLAB_SKIPPED` names.
+/// Recorded data for tests: a file under the data folder beside the repository, or under
+/// `SLAMLAB_DATA` where that is set. `None` where it is absent, noted for `cargo xtask test` in the
+/// file that `SLAMLAB_SKIPPED` names.
 #[cfg(test)]
 #[expect(
     clippy::disallowed_methods,

@@ -1,7 +1,8 @@
 //! `OGmap.txt`: an occupancy grid as text, what Celej's programs hand to each other.
 //!
-//! In: a [`Grid`]. Out: a line `width height resolution origin_x origin_y` (cells, m), then a line for each row of cells, the
-//! lowest first, with the probability of an obstacle in each cell from left to right; 0.5 where nothing is known. And back.
+//! In: a [`Grid`]. Out: a line `width height resolution origin_x origin_y` (cells, m), then a line
+//! for each row of cells, the lowest first, with the probability of an obstacle in each cell from
+//! left to right; 0.5 where nothing is known. And back.
 //!
 //! Source: Celej §4 names the file and leaves its layout open; this one is the specification's.
 

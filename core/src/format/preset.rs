@@ -118,8 +118,8 @@ pub fn read(bytes: &[u8]) -> Result<PresetFile, PresetFileError> {
     }
 }
 
-/// Writes a preset file; `fitted` tells people how well its numbers are known. Numbers that are not finite cannot stand in JSON: a setting
-/// like that is a fault of the caller and is left out.
+/// Writes a preset file; `fitted` tells people how well its numbers are known. Numbers that are not
+/// finite cannot stand in JSON: a setting like that is a fault of the caller and is left out.
 #[must_use]
 pub fn write(preset: &PresetFile, fitted: &[FittedLine]) -> String {
     let settings = preset.settings.iter();

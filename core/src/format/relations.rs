@@ -1,9 +1,10 @@
 //! `.relations`: reference motions between scans, made by hand-checked scan alignment.
 //!
-//! In: bytes. Out: [`Relation`]s. Lines are `t1 t2 x y z roll pitch yaw`: the pose at t2 in the frame of the pose at t1,
-//! metres and radians, `#` starts a comment.
+//! In: bytes. Out: [`Relation`]s. Lines are `t1 t2 x y z roll pitch yaw`: the pose at t2 in the
+//! frame of the pose at t1, metres and radians, `#` starts a comment.
 //!
-//! Source: Kümmerle et al. (2009), "On measuring the accuracy of SLAM algorithms", Autonomous Robots 27.
+//! Source: Kümmerle et al. (2009), "On measuring the accuracy of SLAM algorithms", Autonomous
+//! Robots 27.
 
 use super::FieldError;
 use super::rows::rows;

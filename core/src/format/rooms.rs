@@ -1,8 +1,10 @@
 //! The topological map as GeoJSON: a polygon for each room and corridor, a line for each door.
 //!
-//! In: a [`Topology`]. Out: the text of a file, for what reads GeoJSON. Coordinates are those of the map, m, and no degrees; the file says so.
+//! In: a [`Topology`]. Out: the text of a file, for what reads GeoJSON. Coordinates are those of
+//! the map, m, and no degrees; the file says so.
 //!
-//! Source: RFC 7946, "The GeoJSON Format": outer rings counter-clockwise, holes clockwise, the first point again at the end.
+//! Source: RFC 7946, "The GeoJSON Format": outer rings counter-clockwise, holes clockwise, the
+//! first point again at the end.
 
 use nalgebra::Point2;
 use serde_json::{Value, json};

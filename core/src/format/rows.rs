@@ -1,4 +1,5 @@
-//! Rows of eight finite numbers with `#` comments: what relations and TUM trajectories are written in.
+//! Rows of eight finite numbers with `#` comments: what relations and TUM trajectories are written
+//! in.
 
 use super::FieldError;
 

@@ -1,6 +1,7 @@
 //! TUM trajectories: lines of `seconds x y z qx qy qz qw`, the form that evaluation tools read.
 //!
-//! In: stamped poses. Out: text, and back. A planar heading θ is the quaternion (0, 0, sin θ/2, cos θ/2).
+//! In: stamped poses. Out: text, and back. A planar heading θ is the quaternion (0, 0, sin θ/2, cos
+//! θ/2).
 
 use std::fmt::Write as _;
 

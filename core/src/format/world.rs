@@ -32,8 +32,8 @@
 //! | `doors` | optional: `from`, `to` (ends of the shut leaf), optional `open` at time 0 (default false), optional `switches`: rising times, s, at each of which it opens or shuts |
 //! | `movers` | optional: `waypoints`, `speed`, `radius`, optional `closed`, optional `pause` at each way-point, s |
 //!
-//! A field that is not in the table is refused: it is a misspelt one more often than a wish. Every error says the line
-//! and column, counted from 1.
+//! A field that is not in the table is refused: it is a misspelt one more often than a wish. Every
+//! error says the line and column, counted from 1.
 
 mod record;
 
@@ -91,7 +91,8 @@ pub enum WorldFileError {
 
 /// Reads a world and checks that its robot can stand at the start.
 ///
-/// # Errors    [`WorldFileError`], with the line of what is wrong. Never panics, whatever the bytes.
+/// # Errors    [`WorldFileError`], with the line of what is wrong. Never panics, whatever the
+/// bytes.
 pub fn read(bytes: &[u8]) -> Result<World, WorldFileError> {
     if bytes.len() > LONGEST {
         return Err(WorldFileError::TooLong { bytes: bytes.len() });
@@ -116,7 +117,8 @@ pub fn read(bytes: &[u8]) -> Result<World, WorldFileError> {
     }
 }
 
-/// Writes a world; [`read`] gives the same world back, all but the heading to the bit (a pose keeps sine and cosine).
+/// Writes a world; [`read`] gives the same world back, all but the heading to the bit (a pose keeps
+/// sine and cosine).
 #[must_use]
 pub fn write(world: &World) -> String {
     // Neither maps with odd keys nor failing writers are involved: this cannot fail.
@@ -170,7 +172,8 @@ fn in_words(error: &serde_path_to_error::Error<serde_json::Error>) -> String {
     }
 }
 
-/// The line on which the part that an error names begins: the key of the world, or the element of its list.
+/// The line on which the part that an error names begins: the key of the world, or the element of
+/// its list.
 fn line_of_part(bytes: &[u8], error: &WorldError) -> usize {
     let part = match error {
         WorldError::Value { part, .. } | WorldError::Count { part, .. } => part.as_str(),
@@ -183,7 +186,8 @@ fn line_of_part(bytes: &[u8], error: &WorldError) -> usize {
     line_of_key(bytes, &key, index).unwrap_or(1)
 }
 
-/// Line of a key of the outermost object, or of the `index`-th object in the list that is its value.
+/// Line of a key of the outermost object, or of the `index`-th object in the list that is its
+/// value.
 fn line_of_key(bytes: &[u8], key: &str, index: Option<usize>) -> Option<usize> {
     let (mut depth, mut line, mut found, mut elements) = (0_i32, 1, false, 0);
     let mut rest = bytes.iter().enumerate();

@@ -4,8 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 /// Wraps an angle to (-π, π].
 ///
-/// # Units    `angle`: rad, up to a thousand million turns either way; beyond that a double has no digits left for the
-/// direction. Not finite in, NaN out.
+/// # Units    `angle`: rad, up to a thousand million turns either way; beyond that a double has no
+/// digits left for the direction. Not finite in, NaN out.
 /// # Example
 /// ```
 /// use std::f64::consts::PI;

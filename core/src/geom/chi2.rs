@@ -1,9 +1,10 @@
 //! Quantiles of χ², for gates and for bands.
 
-/// The quantile of χ² with `degrees` degrees of freedom that lies as far up as `sigmas` does in a standard normal
-/// distribution: -1.96 and 1.96 bound the middle 95 %. 0 for no degrees of freedom.
+/// The quantile of χ² with `degrees` degrees of freedom that lies as far up as `sigmas` does in a
+/// standard normal distribution: -1.96 and 1.96 bound the middle 95 %. 0 for no degrees of freedom.
 ///
-/// Source: Wilson & Hilferty (1931), "The distribution of chi-square"; within 2 % above 3 degrees of freedom where `sigmas` is positive.
+/// Source: Wilson & Hilferty (1931), "The distribution of chi-square"; within 2 % above 3 degrees
+/// of freedom where `sigmas` is positive.
 #[must_use]
 pub fn chi2_quantile(degrees: f64, sigmas: f64) -> f64 {
     if degrees <= 0.0 {

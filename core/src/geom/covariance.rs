@@ -7,7 +7,8 @@ use super::{Pose2, wrap};
 /// 99 % quantile of χ² with 2 degrees of freedom.
 pub const CHI2_2DOF_99: f64 = 9.210_340_371_976_18;
 
-/// A pose and how well it is known: covariance of (x, y, θ) in the frame of the pose's coordinates, m², m·rad, rad².
+/// A pose and how well it is known: covariance of (x, y, θ) in the frame of the pose's coordinates,
+/// m², m·rad, rad².
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseEstimate {
     /// The estimated pose.
@@ -26,8 +27,9 @@ impl PoseEstimate {
         }
     }
 
-    /// Normalised estimation error squared against the true pose; χ² with 3 degrees of freedom if the covariance is
-    /// honest. `None` while the covariance is singular, as it is before the first motion.
+    /// Normalised estimation error squared against the true pose; χ² with 3 degrees of freedom if
+    /// the covariance is honest. `None` while the covariance is singular, as it is before the first
+    /// motion.
     ///
     /// Source: Bar-Shalom, Li & Kirubarajan (2001), eq. (5.4.2-1).
     #[must_use]

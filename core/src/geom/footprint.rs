@@ -1,14 +1,17 @@
 //! The robot's outline as a second, exact test: for doors that the disc around it does not pass.
 //!
-//! In: a convex outline in the robot's frame, and walls. Out: whether the robot can stand in a pose, drive a leg, turn on the
-//! spot, and so follow a path, without touching a wall; and how near it stands to one.
+//! In: a convex outline in the robot's frame, and walls. Out: whether the robot can stand in a
+//! pose, drive a leg, turn on the spot, and so follow a path, without touching a wall; and how near
+//! it stands to one.
 //!
-//! 1. Standing: a wall touches a convex outline if clipping it by all sides leaves something (Cyrus & Beck 1978).
+//! 1. Standing: a wall touches a convex outline if clipping it by all sides leaves something (Cyrus
+//!    & Beck 1978).
 //! 2. Driving straight: what is swept is the convex hull of the outline at both ends.
-//! 3. Turning: nothing is touched at the beginning, and what is touched first is touched by a corner of the outline on its
-//!    arc, or is the end of a wall that a side sweeps over. Both are circles cut by segments, in closed form.
-//! 4. Apart: of an outline and a wall that do not touch, one end of the shortest line between them is a corner of the one or an
-//!    end of the other.
+//! 3. Turning: nothing is touched at the beginning, and what is touched first is touched by a
+//!    corner of the outline on its arc, or is the end of a wall that a side sweeps over. Both are
+//!    circles cut by segments, in closed form.
+//! 4. Apart: of an outline and a wall that do not touch, one end of the shortest line between them
+//!    is a corner of the one or an end of the other.
 
 use std::f64::consts::TAU;
 
@@ -58,7 +61,8 @@ impl Footprint {
         &self.corners
     }
 
-    /// How far a point (robot frame, m) is from the outline, m; negative within, by the nearest side.
+    /// How far a point (robot frame, m) is from the outline, m; negative within, by the nearest
+    /// side.
     #[must_use]
     pub fn distance(&self, point: Point2<f64>) -> f64 {
         let mut depth = f64::INFINITY;
@@ -84,7 +88,8 @@ impl Footprint {
         on_sides.min_by(nearer).unwrap_or(point)
     }
 
-    /// Step 4: the points of outline and wall that are nearest to each other, world frame, m, for a robot that does not touch the wall.
+    /// Step 4: the points of outline and wall that are nearest to each other, world frame, m, for a
+    /// robot that does not touch the wall.
     #[must_use]
     pub fn nearest(&self, pose: &Pose2, wall: &Segment) -> [Point2<f64>; 2] {
         let inverse = pose.inverse();
@@ -138,7 +143,8 @@ impl Footprint {
         by_corner || over_end
     }
 
-    /// Whether the robot can follow straight legs from a heading, turning on the spot at their corners.
+    /// Whether the robot can follow straight legs from a heading, turning on the spot at their
+    /// corners.
     pub fn follows(
         &self,
         legs: impl IntoIterator<Item = Segment>,
@@ -181,7 +187,8 @@ fn meets(point: Point2<f64>, turn: f64, segment: &Segment) -> bool {
     })
 }
 
-/// Whether a segment touches a convex outline: what each side leaves of it, by its part from 0 to 1.
+/// Whether a segment touches a convex outline: what each side leaves of it, by its part from 0
+/// to 1.
 fn touches(outline: &[Point2<f64>], segment: &Segment) -> bool {
     let (mut from, mut to) = (0.0_f64, 1.0_f64);
     let along = segment.vector();

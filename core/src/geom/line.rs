@@ -6,7 +6,8 @@ use super::{Pose2, sin_cos, wrap};
 
 /// The line x cos α + y sin α = r with r ≥ 0 and α in (-π, π].
 ///
-/// Source: TDK 2016 §3.2. The invariant is kept by the constructor; flipping the sign of r turns α by π.
+/// Source: TDK 2016 §3.2. The invariant is kept by the constructor; flipping the sign of r turns α
+/// by π.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
     alpha: f64,
@@ -76,10 +77,11 @@ impl Line {
         point - self.normal() * self.signed_distance(point)
     }
 
-    /// This line, seen from `a` where `a_from_b` is given and the line is in frame b, with the Jacobian of
-    /// (α, r) in a by (α, r) in b. The row of r flips its sign together with r.
+    /// This line, seen from `a` where `a_from_b` is given and the line is in frame b, with the
+    /// Jacobian of (α, r) in a by (α, r) in b. The row of r flips its sign together with r.
     ///
-    /// Source: TDK 2016 eq. (3.27), with the erratum of the specification: the global α in cos and sin.
+    /// Source: TDK 2016 eq. (3.27), with the erratum of the specification: the global α in cos and
+    /// sin.
     #[must_use]
     pub fn transformed(&self, a_from_b: &Pose2) -> (Self, Matrix2<f64>) {
         let alpha = self.alpha + a_from_b.heading();

@@ -8,7 +8,8 @@ use super::{sin_cos, wrap};
 
 /// A pose, or a rigid motion: `map_from_robot * p_in_robot = p_in_map`.
 ///
-/// Name a value after what it does, and let the names meet: `map_from_scan = map_from_robot * robot_from_scan`.
+/// Name a value after what it does, and let the names meet: `map_from_scan = map_from_robot *
+/// robot_from_scan`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose2(Isometry2<f64>);
 
@@ -78,19 +79,22 @@ impl Pose2 {
         self.0.rotation * direction
     }
 
-    /// The motion that takes this pose to `to`, in this pose's own frame: `self * self.delta_to(to) == to`.
+    /// The motion that takes this pose to `to`, in this pose's own frame:
+    /// `self * self.delta_to(to) == to`.
     #[must_use]
     pub fn delta_to(&self, to: &Self) -> Self {
         self.inverse() * *to
     }
 
-    /// A part of this motion: `fraction` 0 is none, 1 is all, along the arc of constant speed and turn rate.
+    /// A part of this motion: `fraction` 0 is none, 1 is all, along the arc of constant speed and
+    /// turn rate.
     ///
     /// Source: exponential map of SE(2), as used by scan de-skewing under constant velocity.
     #[must_use]
     pub fn fraction(&self, fraction: f64) -> Self {
         let turn = self.heading();
-        // V(turn) maps the body velocity to the translation; v = V(turn)⁻¹ t, then t' = V(f·turn) f v.
+        // V(turn) maps the body velocity to the translation; v = V(turn)⁻¹ t, then t' = V(f·turn) f
+        // v.
         let (a, b) = arc_coefficients(turn);
         let scale = 1.0 / (a * a + b * b);
         let vx = scale * (a * self.x() + b * self.y());
@@ -103,7 +107,8 @@ impl Pose2 {
         )
     }
 
-    /// The adjoint: maps a small motion in the frame on the right of `self` to the frame on its left, ordered (x, y, θ).
+    /// The adjoint: maps a small motion in the frame on the right of `self` to the frame on its
+    /// left, ordered (x, y, θ).
     #[must_use]
     pub fn adjoint(&self) -> Matrix3<f64> {
         let (cos, sin) = self.cos_sin();
@@ -183,7 +188,8 @@ mod tests {
 
     #[test]
     fn half_of_a_half_circle_is_a_quarter_circle() {
-        // Half a circle of radius 1 to the left ends at (0, 2) turned by π; half of that ends at (1, 1) turned by π/2.
+        // Half a circle of radius 1 to the left ends at (0, 2) turned by π; half of that ends at
+        // (1, 1) turned by π/2.
         for side in [1.0, -1.0] {
             let half = Pose2::new(0.0, 2.0 * side, side * PI * (1.0 - 1e-12)).fraction(0.5);
             assert!(

@@ -67,7 +67,8 @@ impl Segment {
             .min(other.distance(self.b))
     }
 
-    /// Whether the segments cross in their insides. Touching ends count as distance 0 by [`Segment::distance_to`] too.
+    /// Whether the segments cross in their insides. Touching ends count as distance 0 by
+    /// [`Segment::distance_to`] too.
     #[must_use]
     pub fn crosses(&self, other: &Self) -> bool {
         let side = |s: &Self, p: Point2<f64>| s.vector().perp(&(p - s.a));
@@ -75,7 +76,8 @@ impl Segment {
             && side(other, self.a) * side(other, self.b) < 0.0
     }
 
-    /// Distance along a ray to the segment, m; `None` where the ray misses it. `direction` has unit length.
+    /// Distance along a ray to the segment, m; `None` where the ray misses it. `direction` has unit
+    /// length.
     #[inline]
     #[must_use]
     pub fn hit_by_ray(&self, origin: Point2<f64>, direction: Vector2<f64>) -> Option<f64> {

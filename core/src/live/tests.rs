@@ -15,7 +15,8 @@ use crate::wire::message::{
 };
 use crate::wire::recording::{Recording, fixture};
 
-/// A bridge of a few lines: grants what is asked for, passes commands on, stops a robot that nobody keeps going.
+/// A bridge of a few lines: grants what is asked for, passes commands on, stops a robot that nobody
+/// keeps going.
 struct Bridge {
     robot: Simulation,
     sequence: u32,
@@ -323,8 +324,8 @@ fn without_a_map_the_line_filter_draws_its_own() {
     assert!(notes[0].text.contains("No map was given"), "{notes:?}");
 }
 
-/// How far before the wall a robot stands that is driven at it by hand; from the start with `settings`, or with `later` ones
-/// after a second.
+/// How far before the wall a robot stands that is driven at it by hand; from the start with
+/// `settings`, or with `later` ones after a second.
 fn room_ahead(settings: &[(&str, f64)], later: &[(&str, f64)]) -> f64 {
     let owned = |changes: &[(&str, f64)]| {
         let changes = changes.iter();
@@ -394,7 +395,8 @@ fn a_robot_that_drives_by_the_cycle_behind_a_bridge_shows_it_as_a_simulated_one(
     }
 }
 
-/// Sweeps of a robot that stands take seconds; the recording names the robot, and so it is mapped as one.
+/// Sweeps of a robot that stands take seconds; the recording names the robot, and so it is mapped
+/// as one.
 #[test]
 fn a_recording_of_sweeps_is_mapped_as_it_was_live() {
     let (bridge, live) = drive_to(Point2::new(0.8, 0.3), SensorModel::rangers());

@@ -2,8 +2,8 @@
 
 use nalgebra::Point2;
 
-/// Column and row of a grid cell; cell (0, 0) has its lower left corner at the map's origin. Columns grow with x,
-/// rows with y.
+/// Column and row of a grid cell; cell (0, 0) has its lower left corner at the map's origin.
+/// Columns grow with x, rows with y.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct CellIndex {
     /// Along x.

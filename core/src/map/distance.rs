@@ -1,15 +1,17 @@
 //! Exact Euclidean distance transform.
 //!
-//! In: a rectangle of cells and which of them are sources (walls, or the unknown). Out: for every cell the distance of
-//! its centre from the centre of the nearest source.
+//! In: a rectangle of cells and which of them are sources (walls, or the unknown). Out: for every
+//! cell the distance of its centre from the centre of the nearest source.
 //!
-//! 1. Along each column the distance g to the nearest source is counted, row by row so that memory is read in order: first that below,
-//!    then that above, just before step 2 needs it.
-//! 2. Along each row the squared distance of column c is the least (c - q)² + g(q)² over all columns q ([`rows`]).
+//! 1. Along each column the distance g to the nearest source is counted, row by row so that memory
+//!    is read in order: first that below, then that above, just before step 2 needs it.
+//! 2. Along each row the squared distance of column c is the least (c - q)² + g(q)² over all
+//!    columns q ([`rows`]).
 //!
-//! Source: Felzenszwalb & Huttenlocher (2012), "Distance transforms of sampled functions", algorithm 1; step 1 as in
-//! Meijster, Roerdink & Hesselink (2000). Linear in the number of cells. Exact, unlike brushfire and chamfer distances,
-//! so that a door that is wide enough by a centimetre stays passable.
+//! Source: Felzenszwalb & Huttenlocher (2012), "Distance transforms of sampled functions",
+//! algorithm 1; step 1 as in Meijster, Roerdink & Hesselink (2000). Linear in the number of cells.
+//! Exact, unlike brushfire and chamfer distances, so that a door that is wide enough by a
+//! centimetre stays passable.
 
 mod rows;
 
@@ -31,8 +33,8 @@ pub struct DistanceField {
 }
 
 impl DistanceField {
-    /// Measures the distance to the sources; `sources` holds the rows of `rect` one after another, lower row first.
-    /// Cells that `sources` is too short for are no sources.
+    /// Measures the distance to the sources; `sources` holds the rows of `rect` one after another,
+    /// lower row first. Cells that `sources` is too short for are no sources.
     ///
     /// # Units    `resolution`: side of a cell, m.
     #[must_use]
@@ -65,8 +67,9 @@ impl DistanceField {
         self.distances
     }
 
-    /// Distance of the centre of a cell from the centre of the nearest source, m. Infinite where there is no source;
-    /// cells outside of the rectangle have the distance of the nearest cell inside.
+    /// Distance of the centre of a cell from the centre of the nearest source, m. Infinite where
+    /// there is no source; cells outside of the rectangle have the distance of the nearest cell
+    /// inside.
     #[inline]
     #[must_use]
     pub fn at(&self, cell: CellIndex) -> f64 {
@@ -79,8 +82,9 @@ impl DistanceField {
             .map_or(f64::INFINITY, |&d| f64::from(d))
     }
 
-    /// Distance at any point of the map, m: bilinear between the centres of cells. Off the centres it is wrong by less
-    /// than h²/(4 d) for cells of side h at distance d: under 4 mm for 5 cm cells at 15 cm.
+    /// Distance at any point of the map, m: bilinear between the centres of cells. Off the centres
+    /// it is wrong by less than h²/(4 d) for cells of side h at distance d: under 4 mm for 5 cm
+    /// cells at 15 cm.
     #[inline]
     #[must_use]
     pub fn at_point(&self, point: Point2<f64>) -> f64 {
@@ -140,7 +144,8 @@ impl NullaryFnOnce for Transform<'_> {
     }
 }
 
-/// Cells down to the nearest source in the same column, 0 at a source; `u32::MAX` where there is none below.
+/// Cells down to the nearest source in the same column, 0 at a source; `u32::MAX` where there is
+/// none below.
 #[inline(always)]
 fn gaps_below(width: usize, height: usize, sources: &[bool]) -> Vec<u32> {
     let mut gaps = vec![u32::MAX; width * height];
@@ -212,7 +217,8 @@ mod tests {
         }
     }
 
-    /// Wide rows with little in them: near and far cells in one row, and the words of eight and sixteen cells that end within it.
+    /// Wide rows with little in them: near and far cells in one row, and the words of eight and
+    /// sixteen cells that end within it.
     #[test]
     fn far_sources_are_those_of_brute_force_too() {
         for (width, places) in [

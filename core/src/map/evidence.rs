@@ -1,22 +1,26 @@
-//! In: the points of one scan, and how uncertain the direction of each beam is. Out: what the scan surely says of the
-//! grid: straight ways that are free, and points on surfaces.
+//! In: the points of one scan, and how uncertain the direction of each beam is. Out: what the scan
+//! surely says of the grid: straight ways that are free, and points on surfaces.
 //!
-//! A beam that meets a wall at a flat angle runs along it for metres. Half a degree off, it ends behind the wall, and a grid that
-//! takes beams as they are clears the wall away bit by bit: in a corridor most of both walls, seen from afar.
+//! A beam that meets a wall at a flat angle runs along it for metres. Half a degree off, it ends
+//! behind the wall, and a grid that takes beams as they are clears the wall away bit by bit: in a
+//! corridor most of both walls, seen from afar.
 //!
-//! 1. A beam is not a line but as wide as its direction is uncertain, `sigmas` standard deviations to either side. It
-//!    is surely free up to the nearest surface in that width, not up to its own end.
-//! 2. Cells have a size too: a wall's line crosses its cells anywhere, so that a beam within a cell of the wall may cross
-//!    the wall's own cells. The width grows by `margin_cells`.
-//! 3. Between two beams the surface is taken as straight: 1/ρ is linear in the bearing, to first order, as on a line
-//!    ρ cos(φ - α) = r.
-//! 4. The end is a point on a surface where moving it within its width (step 1, without that of cells) moves it across the surface
-//!    by less than `blur_cells`. With the way d along the beam and the way l across it that is d l / √(d² + l²).
+//! 1. A beam is not a line but as wide as its direction is uncertain, `sigmas` standard deviations
+//!    to either side. It is surely free up to the nearest surface in that width, not up to its own
+//!    end.
+//! 2. Cells have a size too: a wall's line crosses its cells anywhere, so that a beam within a cell
+//!    of the wall may cross the wall's own cells. The width grows by `margin_cells`.
+//! 3. Between two beams the surface is taken as straight: 1/ρ is linear in the bearing, to first
+//!    order, as on a line ρ cos(φ - α) = r.
+//! 4. The end is a point on a surface where moving it within its width (step 1, without that of
+//!    cells) moves it across the surface by less than `blur_cells`. With the way d along the beam
+//!    and the way l across it that is d l / √(d² + l²).
 //!
-//! Sonars hear the nearest thing in a cone: there the whole cone is free up to it ([`EvidenceConfig::cone`]).
+//! Sonars hear the nearest thing in a cone: there the whole cone is free up to it
+//! ([`EvidenceConfig::cone`]).
 //!
-//! Thrun, Burgard & Fox (2005), "Probabilistic Robotics", §9.2 give beams a width for the same reason; there it is that of
-//! the sensor's cone.
+//! Thrun, Burgard & Fox (2005), "Probabilistic Robotics", §9.2 give beams a width for the same
+//! reason; there it is that of the sensor's cone.
 
 #[cfg(test)]
 mod tests;
@@ -28,15 +32,17 @@ use crate::points::{Beam, Points};
 /// How sure a scan has to be of what it draws.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EvidenceConfig {
-    /// How many standard deviations of its direction a beam is wide, to either side. Default 2; growing: cleaner walls,
-    /// less known from afar.
+    /// How many standard deviations of its direction a beam is wide, to either side. Default 2;
+    /// growing: cleaner walls, less known from afar.
     pub sigmas: f64,
-    /// By how many cells a beam is wider than that. Default 1: no beam clears the cells of a wall that it does not cross.
+    /// By how many cells a beam is wider than that. Default 1: no beam clears the cells of a wall
+    /// that it does not cross.
     pub margin_cells: f64,
     /// How many cells a surface may be off, at that many standard deviations. Default 1.
     pub blur_cells: f64,
-    /// Half the opening of the cones that the readings are of, rad. Default 0: beams. More than 0: nothing stands nearer in all of
-    /// a cone than its reading, and the figures above do not matter.
+    /// Half the opening of the cones that the readings are of, rad. Default 0: beams. More than 0:
+    /// nothing stands nearer in all of a cone than its reading, and the figures above do not
+    /// matter.
     pub cone: f64,
 }
 
@@ -61,7 +67,8 @@ impl EvidenceConfig {
         }
     }
 
-    /// For a sensor that scans on command and sees each cell a few times at most: every beam counts, to its end.
+    /// For a sensor that scans on command and sees each cell a few times at most: every beam
+    /// counts, to its end.
     #[must_use]
     pub fn short_range() -> Self {
         Self {
@@ -94,8 +101,8 @@ impl Evidence {
 
     /// Believes each beam as far as its direction is certain.
     ///
-    /// # Units    `bearing_sigmas`: standard deviation of each beam's direction, rad, in the order of `points.beams`;
-    /// `resolution`: side of a cell, m.
+    /// # Units    `bearing_sigmas`: standard deviation of each beam's direction, rad, in the order
+    /// of `points.beams`; `resolution`: side of a cell, m.
     #[must_use]
     pub fn certain(
         points: &Points,
@@ -128,8 +135,9 @@ impl Evidence {
 }
 
 impl Evidence {
-    /// Cones are free as far as the nearest thing in them, which was heard; where on the arc it stands nobody knows, and the axis
-    /// is the best guess. The last cell before the arc stays as it is.
+    /// Cones are free as far as the nearest thing in them, which was heard; where on the arc it
+    /// stands nobody knows, and the axis is the best guess. The last cell before the arc stays as
+    /// it is.
     ///
     /// Source: Thrun, Burgard & Fox (2005), §9.2, the inverse model of a sonar.
     fn of_cones(points: &Points, resolution: f64, half_angle: f64) -> Self {
@@ -154,7 +162,8 @@ impl Evidence {
     }
 }
 
-/// The least range of all beams, and of the surface between them, within `width` radians of a beam to either side.
+/// The least range of all beams, and of the surface between them, within `width` radians of a beam
+/// to either side.
 fn nearest_within(beams: &[Beam], index: usize, width: f64) -> f64 {
     let Some(beam) = beams.get(index) else {
         return 0.0;
@@ -176,7 +185,8 @@ fn nearest_on_one_side<'a>(
     let mut last = (0.0, beam.range);
     for neighbour in neighbours {
         let angle = angle_between(beam, neighbour);
-        // Bearings go round; where they turn back, or beams are far apart, there is no surface between.
+        // Bearings go round; where they turn back, or beams are far apart, there is no surface
+        // between.
         if angle <= last.0 || angle - last.0 > WIDEST_GAP {
             break;
         }

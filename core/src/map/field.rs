@@ -1,11 +1,13 @@
 //! Pictures of the distance to the nearest wall, one figure for each known cell.
 //!
-//! In: a [`Grid`], the revision up to which the field is known already. Out: for each block in which it may have changed one byte a cell.
+//! In: a [`Grid`], the revision up to which the field is known already. Out: for each block in
+//! which it may have changed one byte a cell.
 //!
-//! 1. A byte holds distances up to the side of a block, [`BLOCK_CELLS`] cells. So a wall changes the field in its own block and in
-//!    the eight around it only, and a field costs what has changed, not what there is.
-//! 2. Such blocks that stand beside each other are measured as one rectangle, a block wider on all sides, by the exact distance
-//!    transform.
+//! 1. A byte holds distances up to the side of a block, [`BLOCK_CELLS`] cells. So a wall changes
+//!    the field in its own block and in the eight around it only, and a field costs what has
+//!    changed, not what there is.
+//! 2. Such blocks that stand beside each other are measured as one rectangle, a block wider on all
+//!    sides, by the exact distance transform.
 //! 3. Cells of which nothing is known stay unknown, whatever is near.
 
 use std::collections::BTreeSet;
@@ -28,7 +30,8 @@ pub enum Field {
         /// How far surfaces and ends of beams are off, standard deviation, m.
         sigma: f64,
     },
-    /// The configuration space: how far a robot's centre there may move in any direction, m; 0 where it may not be.
+    /// The configuration space: how far a robot's centre there may move in any direction, m; 0
+    /// where it may not be.
     Room {
         /// How far the robot's centre keeps from walls, m.
         keep: f64,
@@ -42,8 +45,9 @@ pub struct FieldBlocks {
     pub step: f64,
     /// The blocks.
     pub blocks: Vec<BlockIndex>,
-    /// The cells of one block after another, in rows from the lower left one: 0 unknown, else 1 + the value in steps, 255 for all
-    /// that is more. Only [`Field::Room`] without any room is shown as 1.
+    /// The cells of one block after another, in rows from the lower left one: 0 unknown, else 1 +
+    /// the value in steps, 255 for all that is more. Only [`Field::Room`] without any room is shown
+    /// as 1.
     pub bytes: Vec<u8>,
 }
 
@@ -66,7 +70,8 @@ impl Field {
         match self {
             Self::Likelihood { .. } => 1.0 / STEPS,
             Self::Distance => BLOCK_CELLS as f64 * resolution / STEPS,
-            // The residue of the farthest wall in sight: of walls beyond it, "at least that" is true.
+            // The residue of the farthest wall in sight: of walls beyond it, "at least that" is
+            // true.
             Self::Room { keep } => {
                 let most = (BLOCK_CELLS as f64 - 0.5) * resolution - keep;
                 most.max(resolution) / STEPS
@@ -166,7 +171,8 @@ mod tests {
         (0..4).for_each(|_| grid.draw(&evidence, &Pose2::identity()));
     }
 
-    /// Walls in several blocks, near and far from their borders, some of them right of and above blocks that are not there.
+    /// Walls in several blocks, near and far from their borders, some of them right of and above
+    /// blocks that are not there.
     fn seen() -> Grid {
         let mut grid = Grid::new(GridConfig::default()).unwrap();
         look(

@@ -1,20 +1,25 @@
 //! Occupancy grid in growing blocks.
 //!
-//! In: points in the robot frame (or the [`Evidence`] they give) and the pose they were seen from. Out: log-odds per cell.
+//! In: points in the robot frame (or the [`Evidence`] they give) and the pose they were seen from.
+//! Out: log-odds per cell.
 //!
-//! 1. Each cell keeps l = ln(p / (1 - p)), 0 where nothing is known (Celej §2; Moravec & Elfes 1985).
-//! 2. A beam adds `miss` to the cells it leaves free ([`FreeCells`]) and `hit` to the one it ended in; within one scan a hit wins over
-//!    a miss, so that neighbouring beams do not rub out thin walls.
-//! 3. l is clamped so that a map can change its mind; p = 1 - 1/(1 + eˡ) (erratum to Celej eq. (3), see the
-//!    specification).
+//! 1. Each cell keeps l = ln(p / (1 - p)), 0 where nothing is known (Celej §2; Moravec & Elfes
+//!    1985).
+//! 2. A beam adds `miss` to the cells it leaves free ([`FreeCells`]) and `hit` to the one it ended
+//!    in; within one scan a hit wins over a miss, so that neighbouring beams do not rub out thin
+//!    walls.
+//! 3. l is clamped so that a map can change its mind; p = 1 - 1/(1 + eˡ) (erratum to Celej eq. (3),
+//!    see the specification).
 //!
-//! Storage: blocks of 64 x 64 cells in a directory that grows with the robot's way. A block knows the revision of its
-//! last change, so that a display fetches only what changed. A block in which all is as free as the clamp allows costs half a
-//! kilobyte: it shares its cells with others of the kind until something is written.
+//! Storage: blocks of 64 x 64 cells in a directory that grows with the robot's way. A block knows
+//! the revision of its last change, so that a display fetches only what changed. A block in which
+//! all is as free as the clamp allows costs half a kilobyte: it shares its cells with others of the
+//! kind until something is written.
 //!
-//! Near the robot most cells are crossed by many beams of a scan, and count once. So beams only mark cells, a bit each
-//! and a slice of a row or column at a time, on a canvas as large as the scan. Then each marked cell is changed once, eight side by
-//! side, and none that is as free as the clamp allows already.
+//! Near the robot most cells are crossed by many beams of a scan, and count once. So beams only
+//! mark cells, a bit each and a slice of a row or column at a time, on a canvas as large as the
+//! scan. Then each marked cell is changed once, eight side by side, and none that is as free as the
+//! clamp allows already.
 
 mod area;
 mod block;
@@ -62,7 +67,8 @@ pub struct Grid {
     revision: u64,
     /// Whether something was seen where the grid may not grow.
     is_beyond: bool,
-    /// Marks of the scan being inserted, in the first `marked` places; empty between scans, when the memory is kept.
+    /// Marks of the scan being inserted, in the first `marked` places; empty between scans, when
+    /// the memory is kept.
     marks: Vec<Marks>,
     marked: usize,
     area: Area,
@@ -187,7 +193,8 @@ impl Grid {
         self.write_marked();
     }
 
-    /// The blocks that changed after `revision`, with their log-odds in rows from the lower left cell.
+    /// The blocks that changed after `revision`, with their log-odds in rows from the lower left
+    /// cell.
     pub fn blocks_since(&self, revision: u64) -> impl Iterator<Item = (BlockIndex, &[f32])> {
         self.directory
             .iter()
@@ -207,10 +214,12 @@ impl Grid {
         self.directory.count
     }
 
-    /// Whether all that was seen is in the grid. What lies beyond its limits is missing; the rest is there.
+    /// Whether all that was seen is in the grid. What lies beyond its limits is missing; the rest
+    /// is there.
     ///
-    /// # Errors    [`GridError::Full`] once something was seen in a block that the grid may not have: there are
-    /// [`GridConfig::max_blocks`] of them, or it lies so far away that the directory would be much larger than that.
+    /// # Errors    [`GridError::Full`] once something was seen in a block that the grid may not
+    /// have: there are [`GridConfig::max_blocks`] of them, or it lies so far away that the
+    /// directory would be much larger than that.
     pub fn is_whole(&self) -> Result<(), GridError> {
         if self.is_beyond {
             return Err(GridError::Full {
@@ -228,14 +237,16 @@ impl Grid {
         blocks.filter(|(_, b)| b.shares(&self.free)).count()
     }
 
-    /// Where a block is in the directory, made if need be; `None` where the grid may not grow there.
+    /// Where a block is in the directory, made if need be; `None` where the grid may not grow
+    /// there.
     fn slot(&mut self, index: BlockIndex) -> Option<usize> {
         let slot = self.directory.slot_or_create(index, self.config.max_blocks);
         self.is_beyond |= slot.is_none();
         slot
     }
 
-    /// Where the marks of a block are that the scan being inserted sees; `None` where the grid may not grow there.
+    /// Where the marks of a block are that the scan being inserted sees; `None` where the grid may
+    /// not grow there.
     fn marks_of(&mut self, index: BlockIndex) -> Option<usize> {
         let slot = self.slot(index)?;
         let block = self.directory.blocks.get_mut(slot)?.as_mut()?;

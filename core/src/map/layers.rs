@@ -1,12 +1,12 @@
 //! Two sensors, a grid each, and the map of both.
 //!
-//! In: the grid that the laser draws and the one that sonars draw, each by its own model. Out: the log-odds of either, or of both
-//! together, for the blocks that changed.
+//! In: the grid that the laser draws and the one that sonars draw, each by its own model. Out: the
+//! log-odds of either, or of both together, for the blocks that changed.
 //!
-//! What two sensors say of a cell is independent given the cell, and the prior is even, so log-odds add:
-//! l = l₁ + l₂, which is p = p₁ p₂ / (p₁ p₂ + (1 - p₁) (1 - p₂)). Each is clamped by its own grid and outvotes the other
-//! only by so much; a pane of glass that the laser looks through and the sonars hear comes out as undecided or as a wall once
-//! they have heard it about nine times.
+//! What two sensors say of a cell is independent given the cell, and the prior is even, so log-odds
+//! add: l = l₁ + l₂, which is p = p₁ p₂ / (p₁ p₂ + (1 - p₁) (1 - p₂)). Each is clamped by its own
+//! grid and outvotes the other only by so much; a pane of glass that the laser looks through and
+//! the sonars hear comes out as undecided or as a wall once they have heard it about nine times.
 //!
 //! Source: Celej §8 (sonars beside the laser, left open there); Thrun, Burgard & Fox (2005), §9.3.
 
@@ -60,7 +60,8 @@ impl<'a> Layers<'a> {
         }
     }
 
-    /// The blocks that changed after `revision`, with their log-odds in rows from the lower left cell.
+    /// The blocks that changed after `revision`, with their log-odds in rows from the lower left
+    /// cell.
     #[must_use]
     pub fn blocks_since(&self, revision: u64) -> Vec<(BlockIndex, Cow<'a, [f32]>)> {
         let one = |grid: &'a Grid| {
@@ -136,7 +137,8 @@ mod tests {
 
     #[test]
     fn the_fused_map_is_bayes_rule_cell_by_cell() {
-        // A pane at 1 m: the laser sees the wall behind it, at 4 m, in another block; the sonars hear the pane.
+        // A pane at 1 m: the laser sees the wall behind it, at 4 m, in another block; the sonars
+        // hear the pane.
         let (laser, sonar) = (seen(0.7, 0.4, 4.01, 3), seen(0.6, 0.45, 1.01, 2));
         let layers = |shown| Layers {
             main: &laser,

@@ -1,11 +1,13 @@
-//! How well a point fits a map, for every cell and for every square of cells: what branch and bound needs.
+//! How well a point fits a map, for every cell and for every square of cells: what branch and bound
+//! needs.
 //!
-//! In: places of surfaces. Out: levels of a grid of bytes. Level 0 holds 255 exp(-d²/2σ²) of the distance d to the
-//! nearest surface; level h holds, for each cell, the largest value of the 2^h x 2^h cells whose lower left it is. The sum
-//! over a scan's points at level h is then an upper bound for all shifts of the scan within such a square.
+//! In: places of surfaces. Out: levels of a grid of bytes. Level 0 holds 255 exp(-d²/2σ²) of the
+//! distance d to the nearest surface; level h holds, for each cell, the largest value of the 2^h x
+//! 2^h cells whose lower left it is. The sum over a scan's points at level h is then an upper bound
+//! for all shifts of the scan within such a square.
 //!
-//! Source: Hess et al. (2016), "Real-time loop closure in 2D LIDAR SLAM", section V-B; Olson (2009), "Real-time
-//! correlative scan matching".
+//! Source: Hess et al. (2016), "Real-time loop closure in 2D LIDAR SLAM", section V-B; Olson
+//! (2009), "Real-time correlative scan matching".
 
 use nalgebra::Point2;
 
@@ -24,7 +26,8 @@ pub struct LikelihoodPyramid {
 const MAX_CELLS: i64 = 1 << 23;
 
 impl LikelihoodPyramid {
-    /// Lays `levels` levels with cells of `cell` metres over the places; `sigma` is the spread of a surface, m.
+    /// Lays `levels` levels with cells of `cell` metres over the places; `sigma` is the spread of a
+    /// surface, m.
     ///
     /// `None` where there are no places, or they span more than eight million cells.
     #[must_use]
@@ -126,7 +129,8 @@ impl LikelihoodPyramid {
         sum
     }
 
-    /// The last level with squares twice as large: the maximum of four squares that lie `half` cells apart.
+    /// The last level with squares twice as large: the maximum of four squares that lie `half`
+    /// cells apart.
     fn coarser(&self, half: i32) -> Vec<u8> {
         let Some(last) = self.levels.last() else {
             return vec![];

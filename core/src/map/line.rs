@@ -1,24 +1,28 @@
 //! A straight way over the cells of a grid, as slices along its longer axis.
 //!
-//! In: the two ends, in cells. Out: for each row (of a way along x, else for each column) the cells from where the way comes in
-//! to where it leaves.
+//! In: the two ends, in cells. Out: for each row (of a way along x, else for each column) the cells
+//! from where the way comes in to where it leaves.
 //!
-//! 1. The axis along which the way is longer is called along, the other one across; the way is taken in the direction in which
-//!    along grows.
-//! 2. Between two slices the way is at u₁ + k s along, where s = |Δu / Δv| ≥ 1 is its slope and u₁ the place of the first border. A
-//!    number with [`FRACTION`] binary digits after the point holds it: one addition to a slice, and a shift that gives the cell.
-//! 3. [`Line::crossed`]: both slices beside a border have the cell of that place, so that every cell is there that the way enters.
-//! 4. [`Line::bresenham`]: along the longer axis every column (or row) has one cell, that whose centre is nearest to the line between
-//!    the centres of the first and the last cell; of two the one farther on. With n columns and m rows, row k begins at column
-//!    ⌈n (2k - 1) / 2m⌉.
+//! 1. The axis along which the way is longer is called along, the other one across; the way is
+//!    taken in the direction in which along grows.
+//! 2. Between two slices the way is at u₁ + k s along, where s = |Δu / Δv| ≥ 1 is its slope and u₁
+//!    the place of the first border. A number with [`FRACTION`] binary digits after the point holds
+//!    it: one addition to a slice, and a shift that gives the cell.
+//! 3. [`Line::crossed`]: both slices beside a border have the cell of that place, so that every
+//!    cell is there that the way enters.
+//! 4. [`Line::bresenham`]: along the longer axis every column (or row) has one cell, that whose
+//!    centre is nearest to the line between the centres of the first and the last cell; of two the
+//!    one farther on. With n columns and m rows, row k begins at column ⌈n (2k - 1) / 2m⌉.
 //!
-//! Places are nudged by more than what rounding can do to them, so that a border which a way meets exactly is on the same side always.
-//! In step 4 that is less than the least distance from a border, 1 / 2m; in step 3 it is next to nothing, and a way through a corner of
-//! four cells is taken to pass where along is greater.
+//! Places are nudged by more than what rounding can do to them, so that a border which a way meets
+//! exactly is on the same side always. In step 4 that is less than the least distance from a
+//! border, 1 / 2m; in step 3 it is next to nothing, and a way through a corner of four cells is
+//! taken to pass where along is greater.
 //!
-//! Sources: Amanatides & Woo (1987), "A fast voxel traversal algorithm for ray tracing", for what step 3 visits; Bresenham (1965),
-//! "Algorithm for computer control of a digital plotter", as in Celej §4 (`BresenhamLine`), and for its slices Bresenham
-//! (1985), "Run length slice algorithm for incremental lines".
+//! Sources: Amanatides & Woo (1987), "A fast voxel traversal algorithm for ray tracing", for what
+//! step 3 visits; Bresenham (1965), "Algorithm for computer control of a digital plotter", as in
+//! Celej §4 (`BresenhamLine`), and for its slices Bresenham (1985), "Run length slice algorithm for
+//! incremental lines".
 
 use nalgebra::Point2;
 
@@ -66,7 +70,8 @@ pub(super) struct Slice {
 }
 
 impl Line {
-    /// Every cell that the way from `start` to `end` enters. `None` where an end is not finite or they are too far apart.
+    /// Every cell that the way from `start` to `end` enters. `None` where an end is not finite or
+    /// they are too far apart.
     pub(super) fn crossed(start: Point2<f64>, end: Point2<f64>) -> Option<Self> {
         let way = end - start;
         let is_flat = way.x.abs() >= way.y.abs();
@@ -85,8 +90,8 @@ impl Line {
         Some(line)
     }
 
-    /// The cells of Bresenham's line from the cell of `start` to that of `end`. `None` where an end is not finite or they are too far
-    /// apart.
+    /// The cells of Bresenham's line from the cell of `start` to that of `end`. `None` where an end
+    /// is not finite or they are too far apart.
     pub(super) fn bresenham(start: Point2<f64>, end: Point2<f64>) -> Option<Self> {
         let cells = [start, end].map(CellIndex::holding);
         let cols = i64::from(cells[1].col) - i64::from(cells[0].col);

@@ -1,5 +1,5 @@
-//! Maps: they own data, queries and insertion. They stand below association, registration and estimation, because
-//! matching reads the map that it later writes.
+//! Maps: they own data, queries and insertion. They stand below association, registration and
+//! estimation, because matching reads the map that it later writes.
 
 mod cell;
 mod distance;

@@ -1,14 +1,17 @@
 //! The outlines of what stands in a raster, as polygons.
 //!
-//! In: a raster of cells, some of them occupied. Out: closed polygons along the borders of the occupied cells, with what is free on the
-//! left of the way round, as known lines of a localisation have it.
+//! In: a raster of cells, some of them occupied. Out: closed polygons along the borders of the
+//! occupied cells, with what is free on the left of the way round, as known lines of a localisation
+//! have it.
 //!
-//! 1. Each side of an occupied cell that has no occupied cell behind it is an edge. Edges are followed from corner to corner; where two
-//!    occupied cells touch at a corner only, they belong together: a thin wall that runs askew is one wall.
-//! 2. An askew wall is a staircase of cells. Its line runs through the middles of the cells' sides, so these are the points of the
-//!    polygon; of them those are kept without which it would be off by more than `tolerance` (Douglas & Peucker 1973), from the point
-//!    farthest from the middle and the one farthest from that on. With a tolerance of one cell all staircases become straight, and a wall
-//!    of one cell becomes the line in its middle.
+//! 1. Each side of an occupied cell that has no occupied cell behind it is an edge. Edges are
+//!    followed from corner to corner; where two occupied cells touch at a corner only, they belong
+//!    together: a thin wall that runs askew is one wall.
+//! 2. An askew wall is a staircase of cells. Its line runs through the middles of the cells' sides,
+//!    so these are the points of the polygon; of them those are kept without which it would be off
+//!    by more than `tolerance` (Douglas & Peucker 1973), from the point farthest from the middle
+//!    and the one farthest from that on. With a tolerance of one cell all staircases become
+//!    straight, and a wall of one cell becomes the line in its middle.
 
 use nalgebra::Point2;
 
@@ -19,9 +22,10 @@ const STEPS: [(i64, i64); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
 
 /// Polygons around the occupied cells; corner (0, 0) is the lower left one of the first cell.
 ///
-/// # Units    `occupied`: row by row, the lowest first, `width` cells each; cells that it is too short for are not occupied. `tolerance`:
-/// cells; 0 keeps the corners of the cells as they are. Returns corners in cells. What is thinner than the tolerance is a line there
-/// and back: two corners.
+/// # Units    `occupied`: row by row, the lowest first, `width` cells each; cells that it is too
+/// short for are not occupied. `tolerance`: cells; 0 keeps the corners of the cells as they are.
+/// Returns corners in cells. What is thinner than the tolerance is a line there and back: two
+/// corners.
 #[must_use]
 pub fn outlines(width: usize, occupied: &[bool], tolerance: f64) -> Vec<Vec<Point2<f64>>> {
     let mut edges = Edges::of(width, occupied);
@@ -35,7 +39,8 @@ pub fn outlines(width: usize, occupied: &[bool], tolerance: f64) -> Vec<Vec<Poin
     polygons
 }
 
-/// For each corner of the raster the ways along which edges leave it, a bit each in the order of [`STEPS`].
+/// For each corner of the raster the ways along which edges leave it, a bit each in the order of
+/// [`STEPS`].
 struct Edges {
     columns: usize,
     ways: Vec<u8>,
@@ -68,7 +73,8 @@ impl Edges {
         Self { columns, ways }
     }
 
-    /// The ring of corners that begins at a corner, and takes its edges away; `None` where no edge remains.
+    /// The ring of corners that begins at a corner, and takes its edges away; `None` where no edge
+    /// remains.
     fn follow(&mut self, start: usize) -> Option<Vec<Point2<f64>>> {
         let first = (0..4).find(|way| self.ways[start] & (1 << way) != 0)?;
         let (mut at, mut way) = (start, first);
@@ -215,7 +221,8 @@ mod tests {
     }
 
     proptest! {
-        /// Independent of how edges are followed: every border between an occupied and another cell is passed once, and the areas add up.
+        /// Independent of how edges are followed: every border between an occupied and another cell
+        /// is passed once, and the areas add up.
         #[test]
         fn without_tolerance_nothing_is_lost(width in 1_usize..12, cells in proptest::collection::vec(any::<bool>(), 1..120)) {
             let cells = &cells[..(cells.len() / width) * width];

@@ -1,14 +1,15 @@
 //! The cells that a straight beam crosses.
 //!
-//! Source: Amanatides & Woo (1987), "A fast voxel traversal algorithm for ray tracing", in two dimensions: every cell
-//! that the line enters is visited once, in order. (Bresenham's line, as in Celej §2, skips cells that the beam only
-//! nicks.)
+//! Source: Amanatides & Woo (1987), "A fast voxel traversal algorithm for ray tracing", in two
+//! dimensions: every cell that the line enters is visited once, in order. (Bresenham's line, as in
+//! Celej §2, skips cells that the beam only nicks.)
 
 use nalgebra::Point2;
 
 use super::CellIndex;
 
-/// Visits the cells from `start` to `end`, both given in cells (metres / resolution), the cell of `end` last.
+/// Visits the cells from `start` to `end`, both given in cells (metres / resolution), the cell of
+/// `end` last.
 ///
 /// Work is bounded by the number of cells between the ends; ends that are not finite visit nothing.
 pub fn cells_on_ray(start: Point2<f64>, end: Point2<f64>, mut visit: impl FnMut(CellIndex)) {

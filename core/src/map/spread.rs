@@ -1,8 +1,10 @@
 //! Cells that hang together.
 //!
-//! In: a cell, what lies around each, and which are meant. Out: all that can be reached from it, ring by ring.
+//! In: a cell, what lies around each, and which are meant. Out: all that can be reached from it,
+//! ring by ring.
 
-/// The cells of a raster that are no more than `reach` columns and rows from a cell, itself included; row by row.
+/// The cells of a raster that are no more than `reach` columns and rows from a cell, itself
+/// included; row by row.
 pub(crate) fn cells_around(
     cell: usize,
     reach: usize,
@@ -22,8 +24,8 @@ pub(crate) struct Rings {
     starts: Vec<usize>,
 }
 
-/// Spreads from `seed` over cells that `take` gives, once each: it tells whether a cell is meant and was not reached before. The seed
-/// must be as one that was reached.
+/// Spreads from `seed` over cells that `take` gives, once each: it tells whether a cell is meant
+/// and was not reached before. The seed must be as one that was reached.
 pub(crate) fn spread<N: IntoIterator<Item = usize>>(
     seed: usize,
     around: impl Fn(usize) -> N,

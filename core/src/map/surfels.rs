@@ -1,14 +1,19 @@
-//! A map of small pieces of surface, made for matching: the piece nearest to a place is found by one look.
+//! A map of small pieces of surface, made for matching: the piece nearest to a place is found by
+//! one look.
 //!
-//! In: oriented points in the frame of the map. Out: [`Surfel`]s, and the one nearest to any place within `reach`.
+//! In: oriented points in the frame of the map. Out: [`Surfel`]s, and the one nearest to any place
+//! within `reach`.
 //!
-//! 1. Space is cut into cells of `cell` metres. A new point that falls on a surfel of the same direction nearer than
-//!    a cell is averaged into it, so that the noise of many scans shrinks; else it becomes a new surfel.
-//! 2. Each surfel writes itself into all cells whose centre is within `reach` and nearer to it than to the one that
-//!    stands there. Matching then needs no search: it reads the cell (the idea of a likelihood field, with the surface
-//!    itself in place of a likelihood, so that residuals are exact and not rounded to cells).
+//! 1. Space is cut into cells of `cell` metres. A new point that falls on a surfel of the same
+//!    direction nearer than a cell is averaged into it, so that the noise of many scans shrinks;
+//!    else it becomes a new surfel.
+//! 2. Each surfel writes itself into all cells whose centre is within `reach` and nearer to it than
+//!    to the one that stands there. Matching then needs no search: it reads the cell (the idea of a
+//!    likelihood field, with the surface itself in place of a likelihood, so that residuals are
+//!    exact and not rounded to cells).
 //!
-//! Cells live in blocks under a square directory around the map's origin: a map holds memory only along its walls.
+//! Cells live in blocks under a square directory around the map's origin: a map holds memory only
+//! along its walls.
 
 use nalgebra::{Point2, Vector2};
 
@@ -19,9 +24,11 @@ use crate::points::OrientedPoint;
 pub struct SurfelConfig {
     /// Side of a cell, m. Default 0.05.
     pub cell: f64,
-    /// How far a surfel can be found, m. Default 0.35; larger forgives worse starts and costs memory and time.
+    /// How far a surfel can be found, m. Default 0.35; larger forgives worse starts and costs
+    /// memory and time.
     pub reach: f64,
-    /// Half of the side of the square that the map covers, m. Default 64; points beyond are dropped.
+    /// Half of the side of the square that the map covers, m. Default 64; points beyond are
+    /// dropped.
     pub half_side: f64,
     /// Sightings after which a surfel moves no slower. Default 30.
     pub max_weight: f64,
@@ -144,7 +151,8 @@ impl SurfelMap {
         }
     }
 
-    /// The surfel nearest to a place, if one is within reach. Near means near to the centre of the place's cell.
+    /// The surfel nearest to a place, if one is within reach. Near means near to the centre of the
+    /// place's cell.
     #[inline]
     #[must_use]
     pub fn nearest(&self, place: Point2<f64>) -> Option<&Surfel> {

@@ -1,25 +1,31 @@
 //! Rooms, corridors and the doors between them: the topological map.
 //!
-//! In: what a grid believes of its cells. Out: a [`Topology`]: regions of free floor with kind, area and a place inside, the doors
-//! between them with their width, and to which region each cell belongs.
+//! In: what a grid believes of its cells. Out: a [`Topology`]: regions of free floor with kind,
+//! area and a place inside, the doors between them with their width, and to which region each cell
+//! belongs.
 //!
-//! 1. What is not free bounds the floor, the unknown too, but for gaps between the far ends of beams, and for islands no farther
-//!    than `island` from their middle: tables, pillars and specks stand in a room, and divide none (`floor`).
-//! 2. The exact distance transform gives the clearance of each cell. Its ridge is the Voronoi diagram of the walls, and its
-//!    saddles are the critical points of the diagram: where the way between two wider places is narrowest (Thrun 1998).
-//! 3. The floor is flooded from its widest places down (the watershed of Vincent & Soille 1991, with a union-find instead of an immersion,
-//!    so that no ridge need be thinned): where two basins meet is such a saddle. They are one where it is wider than a door, or hardly
-//!    narrower than the narrower of both; else it stays a border (`flood`). A way round that is wide unites them before a narrow one is
-//!    met, so a gap between a table and a wall divides nothing.
-//! 4. Cells of two basins that touch are a door; its posts are the wall nearest to its widest cell and the nearest across.
-//!    Without walls for posts it is but the rim of what was seen, and divides nothing; what no robot passes is no door; a region too
-//!    small for a room goes to the neighbour with the widest door (`doors`, `unite`).
-//! 5. A region is a corridor where it is much longer than wide: area over the square of the widest circle's diameter
-//!    (`regions`).
+//! 1. What is not free bounds the floor, the unknown too, but for gaps between the far ends of
+//!    beams, and for islands no farther than `island` from their middle: tables, pillars and specks
+//!    stand in a room, and divide none (`floor`).
+//! 2. The exact distance transform gives the clearance of each cell. Its ridge is the Voronoi
+//!    diagram of the walls, and its saddles are the critical points of the diagram: where the way
+//!    between two wider places is narrowest (Thrun 1998).
+//! 3. The floor is flooded from its widest places down (the watershed of Vincent & Soille 1991,
+//!    with a union-find instead of an immersion, so that no ridge need be thinned): where two
+//!    basins meet is such a saddle. They are one where it is wider than a door, or hardly narrower
+//!    than the narrower of both; else it stays a border (`flood`). A way round that is wide unites
+//!    them before a narrow one is met, so a gap between a table and a wall divides nothing.
+//! 4. Cells of two basins that touch are a door; its posts are the wall nearest to its widest cell
+//!    and the nearest across. Without walls for posts it is but the rim of what was seen, and
+//!    divides nothing; what no robot passes is no door; a region too small for a room goes to the
+//!    neighbour with the widest door (`doors`, `unite`).
+//! 5. A region is a corridor where it is much longer than wide: area over the square of the widest
+//!    circle's diameter (`regions`).
 //!
-//! Sources: Thrun (1998), "Learning metric-topological maps for indoor mobile robot navigation"; Bormann et al. (2016), "Room
-//! segmentation: survey, implementation, and analysis", who compare its kin. Linear in cells but for the islands' and doors' own size.
-//! Its limit: a corridor as narrow as its doors is no region of its own.
+//! Sources: Thrun (1998), "Learning metric-topological maps for indoor mobile robot navigation";
+//! Bormann et al. (2016), "Room segmentation: survey, implementation, and analysis", who compare
+//! its kin. Linear in cells but for the islands' and doors' own size. Its limit: a corridor as
+//! narrow as its doors is no region of its own.
 
 mod disjoint_sets;
 mod doors;
@@ -44,16 +50,16 @@ pub struct TopologyConfig {
     pub widest_door: f64,
     /// Narrower gaps join nothing, m. Default 0.3: holes that noise makes in walls.
     pub narrowest_door: f64,
-    /// A gap divides only where its width is less than this part of the narrower side's. Default 0.75; larger: corridors fall
-    /// apart where something stands at their walls.
+    /// A gap divides only where its width is less than this part of the narrower side's. Default
+    /// 0.75; larger: corridors fall apart where something stands at their walls.
     pub depth: f64,
     /// Smaller regions are part of a neighbour, m². Default 2.
     pub least_area: f64,
-    /// What stands free and reaches no farther from its middle is furniture, m. Default 0.9; larger: pieces of wall between two
-    /// doors count as furniture.
+    /// What stands free and reaches no farther from its middle is furniture, m. Default 0.9;
+    /// larger: pieces of wall between two doors count as furniture.
     pub island: f64,
-    /// Longer than this many times its width, a region is a corridor. Default 5; with [`TopologyConfig::corridor_doors`] doors
-    /// five eighths of it are enough.
+    /// Longer than this many times its width, a region is a corridor. Default 5; with
+    /// [`TopologyConfig::corridor_doors`] doors five eighths of it are enough.
     pub corridor_elongation: f64,
     /// So many doors make a corridor of what is not that long. Default 4.
     pub corridor_doors: usize,
@@ -165,8 +171,8 @@ impl Topology {
 
     /// The topology of a rectangle of cells; regions are numbered from the largest on.
     ///
-    /// # Units    `resolution`: side of a cell, m. `states`: in rows from the lower left cell; cells that it is too short for are
-    /// unknown.
+    /// # Units    `resolution`: side of a cell, m. `states`: in rows from the lower left cell;
+    /// cells that it is too short for are unknown.
     #[must_use]
     pub fn of_cells(
         rect: CellRect,
@@ -205,7 +211,8 @@ impl Topology {
         self.resolution
     }
 
-    /// Number of the region of a cell; `None` for walls, furniture, the unknown, and scraps of floor behind holes in walls.
+    /// Number of the region of a cell; `None` for walls, furniture, the unknown, and scraps of
+    /// floor behind holes in walls.
     #[must_use]
     pub fn region_of(&self, cell: CellIndex) -> Option<usize> {
         let label = self.labels.get(self.rect.index_of(cell)?)?;

@@ -1,21 +1,24 @@
 //! A map of straight walls that stays as small as the building.
 //!
-//! In: after each scan the straight pieces that it showed, with what is not known of them, and the ways of its beams, all in the
-//! map frame. Out: the walls, as segments with the spread of their place.
+//! In: after each scan the straight pieces that it showed, with what is not known of them, and the
+//! ways of its beams, all in the map frame. Out: the walls, as segments with the spread of their
+//! place.
 //!
-//! 1. A piece belongs to the wall that was seen from the same side, goes the same way, lies where the piece lies (within its gate,
-//!    or within [`VectorConfig::thickness`]), and overlaps it or is at most [`VectorConfig::gap`] away along it.
-//! 2. It corrects that wall by a Kalman filter in two numbers, the wall's direction and its offset from an anchor; and it extends
-//!    the wall to where it was seen. A piece that belongs to none is a new wall, shown once it was seen often enough.
-//! 3. Two walls that belong together by the same rule become one. Of two that lie side by side nearer than
-//!    [`VectorConfig::most_offset`] and were seen from the same side, one would hide the other: the one that is no longer seen
-//!    where the other is was an error, and goes.
-//! 4. Each decimetre of a wall has a score. Being seen raises it, up to a bound; beams that pass through well beyond it lower it.
-//!    What falls to nothing is cut away: from the end (the wall becomes shorter), from the middle (a door opened: two walls), or
-//!    all of it (erased).
+//! 1. A piece belongs to the wall that was seen from the same side, goes the same way, lies where
+//!    the piece lies (within its gate, or within [`VectorConfig::thickness`]), and overlaps it or
+//!    is at most [`VectorConfig::gap`] away along it.
+//! 2. It corrects that wall by a Kalman filter in two numbers, the wall's direction and its offset
+//!    from an anchor; and it extends the wall to where it was seen. A piece that belongs to none is
+//!    a new wall, shown once it was seen often enough.
+//! 3. Two walls that belong together by the same rule become one. Of two that lie side by side
+//!    nearer than [`VectorConfig::most_offset`] and were seen from the same side, one would hide
+//!    the other: the one that is no longer seen where the other is was an error, and goes.
+//! 4. Each decimetre of a wall has a score. Being seen raises it, up to a bound; beams that pass
+//!    through well beyond it lower it. What falls to nothing is cut away: from the end (the wall
+//!    becomes shorter), from the middle (a door opened: two walls), or all of it (erased).
 //!
-//! Hence the number of walls is bounded by the building and not by the length of the run. The source left this open (TDK 2016
-//! §6.4); the rules for growing are those of its landmarks.
+//! Hence the number of walls is bounded by the building and not by the length of the run. The
+//! source left this open (TDK 2016 §6.4); the rules for growing are those of its landmarks.
 
 mod cover;
 mod entry;
@@ -33,11 +36,14 @@ const LONGEST: f64 = 1000.0;
 /// How walls are kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VectorConfig {
-    /// Largest squared Mahalanobis distance of a piece of a wall. Default 13.8: 99.9 % of χ² with two degrees of freedom.
+    /// Largest squared Mahalanobis distance of a piece of a wall. Default 13.8: 99.9 % of χ² with
+    /// two degrees of freedom.
     pub gate: f64,
-    /// What lies nearer than this beside a wall is the wall whatever the gate says, m. Default 0.03.
+    /// What lies nearer than this beside a wall is the wall whatever the gate says, m. Default
+    /// 0.03.
     pub thickness: f64,
-    /// And what lies farther than this beside it is not, m. Default 0.08: less than a partition is thick.
+    /// And what lies farther than this beside it is not, m. Default 0.08: less than a partition is
+    /// thick.
     pub most_offset: f64,
     /// Largest gap along a wall that is bridged, m. Default 0.25: less than any door.
     pub gap: f64,
@@ -45,7 +51,8 @@ pub struct VectorConfig {
     pub least_length: f64,
     /// How often a wall has to be seen before it is shown. Default 3.
     pub confirm: u32,
-    /// A wall that was not confirmed is forgotten when it was not seen in so many scans. Default 50.
+    /// A wall that was not confirmed is forgotten when it was not seen in so many scans.
+    /// Default 50.
     pub forget: u32,
     /// How far a beam has to go on behind a wall to count against it, m. Default 0.15.
     pub beyond: f64,
@@ -84,7 +91,8 @@ pub struct Sighting {
 pub struct Wall {
     /// Its name; never given again.
     pub id: u32,
-    /// From where to where; whoever looks from `a` to `b` has the side it was seen from on the left.
+    /// From where to where; whoever looks from `a` to `b` has the side it was seen from on the
+    /// left.
     pub segment: Segment,
     /// Standard deviation of its direction, rad.
     pub sigma_direction: f64,
@@ -113,8 +121,9 @@ impl VectorMap {
         }
     }
 
-    /// Takes in one scan: the pieces it showed, and the ways of its beams from the sensor to where they ended. Pieces with
-    /// numbers that are not finite, without length or longer than a kilometre say nothing and are skipped.
+    /// Takes in one scan: the pieces it showed, and the ways of its beams from the sensor to where
+    /// they ended. Pieces with numbers that are not finite, without length or longer than a
+    /// kilometre say nothing and are skipped.
     pub fn observe(&mut self, sightings: &[Sighting], beams: &[[Point2<f64>; 2]]) {
         self.scans += 1;
         for sighting in sightings {

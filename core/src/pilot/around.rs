@@ -2,8 +2,9 @@
 //!
 //! In: the speeds that the follower wishes. Out: those speeds, or those of the dynamic window.
 //!
-//! 1. The window is asked only while people hold the robot up: safe mode has cut the wish below [`HELD`] of it, because of somebody who
-//!    walks, for [`HELD_FOR`]. Most people are out of the way by then, and whoever turns aside for them drives farther for nothing.
+//! 1. The window is asked only while people hold the robot up: safe mode has cut the wish below
+//!    [`HELD`] of it, because of somebody who walks, for [`HELD_FOR`]. Most people are out of the
+//!    way by then, and whoever turns aside for them drives farther for nothing.
 //! 2. It is done as soon as safe mode would let [`FREE`] of the follower's wish through.
 //!
 //! The times and parts are ours.
@@ -18,7 +19,8 @@ use crate::robot::Stamp;
 
 /// How far ahead on its way the robot looks for where to go, m.
 const AHEAD: f64 = 1.0;
-/// Who is let through less of its wish than this is held up; whoever is let through more than that is free again.
+/// Who is let through less of its wish than this is held up; whoever is let through more than that
+/// is free again.
 const HELD: f64 = 0.5;
 const FREE: f64 = 0.8;
 /// Who was held up for so long goes around, s.
@@ -48,8 +50,9 @@ impl Detour {
 }
 
 impl Pilot {
-    /// The speeds that the follower wishes; or, where somebody holds the robot up and it is to go around them, those of the dynamic window.
-    /// The window is the disc's: a robot that goes by its outline keeps to its way. Without an admissible pair the wish stays, for safe mode to limit.
+    /// The speeds that the follower wishes; or, where somebody holds the robot up and it is to go
+    /// around them, those of the dynamic window. The window is the disc's: a robot that goes by its
+    /// outline keeps to its way. Without an admissible pair the wish stays, for safe mode to limit.
     pub(super) fn around_people(&mut self, wish: (f64, f64), now: &Situation) -> (f64, f64) {
         let turns_on_spot = wish.0 <= 0.0;
         let (Some(points), false) = (now.points, turns_on_spot) else {
@@ -79,8 +82,8 @@ impl Pilot {
         choose_in_window(aim, &people, &underway, &self.model, configs).unwrap_or(wish)
     }
 
-    /// What people leave of the speed that things leave. Separation keeps it farther off people than off things: where things let it go
-    /// nowhere, they are people only if some are near.
+    /// What people leave of the speed that things leave. Separation keeps it farther off people
+    /// than off things: where things let it go nowhere, they are people only if some are near.
     fn part_let_through(&self, wish: (f64, f64), points: &Points, now: &Situation) -> f64 {
         if now.walkers.is_empty() {
             return 1.0;

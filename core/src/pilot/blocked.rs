@@ -6,8 +6,8 @@ use crate::geom::{Footprint, Segment};
 use crate::map::{CellRect, Grid};
 use crate::plan::{ConfigSpace, GridSpace, Path, Unknown, follows};
 
-/// Whether a wall stands in the next `reach` metres of a path. The first decimetres do not count: the robot stands
-/// there, and may be leaving a place that is too near to a wall.
+/// Whether a wall stands in the next `reach` metres of a path. The first decimetres do not count:
+/// the robot stands there, and may be leaving a place that is too near to a wall.
 pub(super) fn is_blocked(grid: &Grid, ahead: &Path, keep: f64, reach: f64) -> bool {
     let mut left = reach;
     let mut skip = 0.15;
@@ -38,7 +38,8 @@ pub(super) fn is_blocked(grid: &Grid, ahead: &Path, keep: f64, reach: f64) -> bo
     false
 }
 
-/// The same for an outline: the legs in the next `reach` metres, without the turn with which they begin.
+/// The same for an outline: the legs in the next `reach` metres, without the turn with which they
+/// begin.
 pub(super) fn outline_is_blocked(
     grid: &Grid,
     ahead: &Path,

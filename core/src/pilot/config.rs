@@ -32,20 +32,23 @@ pub struct PilotConfig {
     pub attempts: usize,
     /// Scans without a frontier, a review period apart, before exploration is over. Default 3.
     pub last_scans: usize,
-    /// How long a frontier is scanned from its goal before it is given up, s. Default 1: five revolutions of a lidar.
+    /// How long a frontier is scanned from its goal before it is given up, s. Default 1: five
+    /// revolutions of a lidar.
     pub dwell: f64,
-    /// How many scans of one frontier may show nothing new (less than a tenth of what it promised) before it is given up.
-    /// Default 4.
+    /// How many scans of one frontier may show nothing new (less than a tenth of what it promised)
+    /// before it is given up. Default 4.
     pub scans_per_frontier: usize,
     /// Longest leg between two scans of a sensor that scans on command, m. Default 0.7.
     pub longest_leg: f64,
-    /// How uncertain odometry may make the heading between two scans of a sensor that scans on command, rad. Default
-    /// 0.05, 3°. Larger: fewer scans, more walls that are not recognised: of 40 errands of the rp6 in `arena` 38 arrive at
-    /// 0.06, and 11 of 20 at 0.12.
+    /// How uncertain odometry may make the heading between two scans of a sensor that scans on
+    /// command, rad. Default 0.05, 3°. Larger: fewer scans, more walls that are not recognised: of
+    /// 40 errands of the rp6 in `arena` 38 arrive at 0.06, and 11 of 20 at 0.12.
     pub leg_heading_sigma: f64,
-    /// Whether a leg goes on until the estimate says that the heading is so uncertain, and a turn is followed by a scan only then; else
-    /// both are judged beforehand by the model alone. Default false. With rangers true saves a sixth of the time in `arena` and `doors`
-    /// (20 of 20 each without contact), but a robot among people (`crowd`, seed 1) drove into one in an hour, and into none with false.
+    /// Whether a leg goes on until the estimate says that the heading is so uncertain, and a turn
+    /// is followed by a scan only then; else both are judged beforehand by the model alone. Default
+    /// false. With rangers true saves a sixth of the time in `arena` and `doors` (20 of 20 each
+    /// without contact), but a robot among people (`crowd`, seed 1) drove into one in an hour, and
+    /// into none with false.
     pub legs_by_estimate: bool,
 }
 
@@ -75,9 +78,10 @@ impl Default for PilotConfig {
 }
 
 impl PilotConfig {
-    /// For a sensor that scans on command and sees little: frontiers creep on by decimetres, so that one place is the
-    /// goal more often before it is known, and the border of what is known is scanned in pieces of a metre. Its ranges err by
-    /// centimetres, so it keeps that much more from what it saw.
+    /// For a sensor that scans on command and sees little: frontiers creep on by decimetres, so
+    /// that one place is the goal more often before it is known, and the border of what is known is
+    /// scanned in pieces of a metre. Its ranges err by centimetres, so it keeps that much more from
+    /// what it saw.
     #[must_use]
     pub fn short_range() -> Self {
         let default = Self::default();

@@ -1,15 +1,18 @@
 //! The sense-plan-act cycle for sensors that scan on command, the robot standing still.
 //!
 //! 1. Scan, plan, truncate, turn, drive one leg, again. Each stage is recorded ([`StageReport`]).
-//! 2. A leg ends where the map does, and where odometry would have lost the heading: tracks slip by degrees in a turn or
-//!    a metre, and the next scan has to find walls where the filter's first order still holds. A turn that uses all of
-//!    that up is followed by a scan, then by the leg. With [`super::PilotConfig::legs_by_estimate`] the estimate says on the way when
-//!    that is; a leg that is longer than the model would have it needs so much more room beside it as the robot may stray.
-//! 3. A leg ends early where a bumper is pressed, and where a partial scan on the move shows that somebody came whom the robot could not stand
-//!    before at its speed ([`leg_is_safe`]); then it scans again. After such a partial scan while it turned the leg is not begun.
+//! 2. A leg ends where the map does, and where odometry would have lost the heading: tracks slip by
+//!    degrees in a turn or a metre, and the next scan has to find walls where the filter's first
+//!    order still holds. A turn that uses all of that up is followed by a scan, then by the leg.
+//!    With [`super::PilotConfig::legs_by_estimate`] the estimate says on the way when that is; a
+//!    leg that is longer than the model would have it needs so much more room beside it as the
+//!    robot may stray.
+//! 3. A leg ends early where a bumper is pressed, and where a partial scan on the move shows that
+//!    somebody came whom the robot could not stand before at its speed ([`leg_is_safe`]); then it
+//!    scans again. After such a partial scan while it turned the leg is not begun.
 //!
-//! Source: TDK 2016 §6.3: scan, plan, truncate the path to what has been seen (first turn and first leg, the leg no
-//! longer than the sensor sees), command, repeat. Steps 2 and 3 are ours.
+//! Source: TDK 2016 §6.3: scan, plan, truncate the path to what has been seen (first turn and first
+//! leg, the leg no longer than the sensor sees), command, repeat. Steps 2 and 3 are ours.
 
 use nalgebra::Point2;
 
@@ -50,7 +53,8 @@ pub(super) struct Leg {
     to: Point2<f64>,
     /// Turns towards it so far.
     turns: usize,
-    /// Whether it follows a scan that followed a turn: then it is driven, whatever the next turn costs.
+    /// Whether it follows a scan that followed a turn: then it is driven, whatever the next turn
+    /// costs.
     has_turned: bool,
 }
 
@@ -112,7 +116,8 @@ impl Pilot {
         self.config.legs_by_estimate && now.heading_drift > self.config.leg_heading_sigma
     }
 
-    /// Whether somebody came whom a robot that runs forward (back, where negative) could not stand before.
+    /// Whether somebody came whom a robot that runs forward (back, where negative) could not stand
+    /// before.
     fn somebody_came(&self, forward: f64, now: &Situation) -> bool {
         let config = &self.config.safe;
         now.points.is_some_and(|points| {
@@ -292,8 +297,8 @@ impl Pilot {
         Next::Tell(Command::Forward(length))
     }
 
-    /// How much of a leg the last scan shows to be free, m. Where it is longer than the heading keeps by odometry, beside it by so much
-    /// more as the robot may stray meanwhile.
+    /// How much of a leg the last scan shows to be free, m. Where it is longer than the heading
+    /// keeps by odometry, beside it by so much more as the robot may stray meanwhile.
     fn free_leg(&self, length: f64, now: &Situation) -> f64 {
         let free = self.free_way(1.0, length, now);
         let trusted = trusted_length(0.0, &self.model, self.config.leg_heading_sigma);
@@ -305,7 +310,8 @@ impl Pilot {
         wide.max(trusted)
     }
 
-    /// How much of `length` (m) the last scan shows to be free ahead (`direction` 1) or behind (-1).
+    /// How much of `length` (m) the last scan shows to be free ahead (`direction` 1) or behind
+    /// (-1).
     fn free_way(&self, direction: f64, length: f64, now: &Situation) -> f64 {
         self.free_beside(direction, 0.0, length, now)
     }
@@ -320,7 +326,8 @@ impl Pilot {
         free.max(0.0)
     }
 
-    /// How much of a leg leads over cells that were seen; at least a little, where the sensor is blind.
+    /// How much of a leg leads over cells that were seen; at least a little, where the sensor is
+    /// blind.
     fn seen_length(&self, leg: &Segment, now: &Situation) -> f64 {
         let length = leg.length();
         let step = 0.5 * now.grid.resolution();
@@ -337,8 +344,8 @@ impl Pilot {
     }
 }
 
-/// The longest leg after a turn for which odometry keeps the heading to `sigma`, m; negative where the turn alone is
-/// too much.
+/// The longest leg after a turn for which odometry keeps the heading to `sigma`, m; negative where
+/// the turn alone is too much.
 fn trusted_length(turn: f64, model: &RobotModel, sigma: f64) -> f64 {
     let variance =
         |tracks: Tracks| tracks.covariance(model.track_width, &model.odometry_noise)[(2, 2)];
@@ -354,7 +361,8 @@ fn trusted_length(turn: f64, model: &RobotModel, sigma: f64) -> f64 {
     (sigma * sigma - by_turn) / per_metre.max(f64::MIN_POSITIVE)
 }
 
-/// How far a leg by odometry alone strays to a side, m: a standard deviation of the integral of the heading's random walk.
+/// How far a leg by odometry alone strays to a side, m: a standard deviation of the integral of the
+/// heading's random walk.
 fn strayed(length: f64, model: &RobotModel) -> f64 {
     let metre = Tracks {
         left: 1.0,

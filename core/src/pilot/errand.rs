@@ -108,7 +108,8 @@ impl Pilot {
             let ahead = follower.remaining(here);
             let keep = self.model.radius() + route.least_margin();
             let reach = self.config.review_reach;
-            // Of the outline so much less than a cell is thicker than the wall in it, if so much is there.
+            // Of the outline so much less than a cell is thicker than the wall in it, if so much is
+            // there.
             let within = self.model.outline(-0.5 * now.grid.resolution());
             let is_blocked = match within.or_else(|| self.model.outline(0.0)) {
                 Some(outline) if route.by == Planner::Outline => {
@@ -129,7 +130,8 @@ impl Pilot {
         }
     }
 
-    /// Other frontiers may have come in sight: is the one that it drives to still the first of the tour?
+    /// Other frontiers may have come in sight: is the one that it drives to still the first of the
+    /// tour?
     fn reconsider(&mut self, now: &Situation) {
         let is_touring = self.mode == Mode::Explore
             && !self.errand.is_homeward()
@@ -180,8 +182,8 @@ impl Pilot {
         match self.route_to(goal, Unknown::Free, now) {
             Ok(()) => true,
             Err(reason) => {
-                // A robot pushed against a wall by an error of its pose may be free after the next scans, and a way that is
-                // shut by a wall seen wrongly may open.
+                // A robot pushed against a wall by an error of its pose may be free after the next
+                // scans, and a way that is shut by a wall seen wrongly may open.
                 let may_pass = matches!(
                     reason,
                     NoPath::StartBlocked { .. }
@@ -220,7 +222,8 @@ impl Pilot {
             self.errand.arrived = None;
             self.errand.explorer.give_up(Reason::NoGain);
         }
-        // A target that is still there stays the target: no dithering between two that promise alike.
+        // A target that is still there stays the target: no dithering between two that promise
+        // alike.
         let kept = self.errand.explorer.target.as_ref().and_then(|t| t.goal);
         if let Some(goal) = kept
             && !self.errand.explorer.target_has_vanished(now.grid)
@@ -263,8 +266,8 @@ impl Pilot {
         false
     }
 
-    /// The map says that the robot is enclosed where it stands: an error of pose or map that backing off and the next
-    /// scans may mend.
+    /// The map says that the robot is enclosed where it stands: an error of pose or map that
+    /// backing off and the next scans may mend.
     fn wriggle_free(&mut self, reason: NoPath, now: &Situation) {
         self.errand.failed_plans += 1;
         self.errand.backing_until = Some(now.stamp.plus(self.config.back_off));
@@ -340,7 +343,8 @@ impl Pilot {
         let start = now.estimate.pose.position();
         let mut config = self.config.route.clone();
         config.unknown = unknown;
-        // The middle margin holds the robot off walls even when the pose errs by two standard deviations.
+        // The middle margin holds the robot off walls even when the pose errs by two standard
+        // deviations.
         let variance = now.estimate.cov[(0, 0)]
             .max(now.estimate.cov[(1, 1)])
             .max(0.0);
@@ -352,7 +356,8 @@ impl Pilot {
         let by_outline =
             || plan_outline_route(now.grid, &now.estimate.pose, goal, &self.model, &config);
         let is_outline = self.goes_by_outline(now);
-        // In a door that the disc does not pass its way would begin with a turn that the outline cannot make.
+        // In a door that the disc does not pass its way would begin with a turn that the outline
+        // cannot make.
         let first = (is_outline && !disc_fits(now.grid, start, radius)).then(by_outline);
         let planned = match first {
             Some(Ok(route)) => Ok(route),

@@ -1,8 +1,9 @@
 //! Memory of an exploration: which frontier is being explored, and which were given up.
 //!
-//! A frontier is done with when no way leads there, when it is still there after a scan from its goal, or when `scans_per_frontier`
-//! scans of its place (the robot came near its goal) took less than a tenth of what it promised: lack of gain. What was only
-//! seen from afar is not given up for that, or only after many more times. One that grew by half is worth another scan.
+//! A frontier is done with when no way leads there, when it is still there after a scan from its
+//! goal, or when `scans_per_frontier` scans of its place (the robot came near its goal) took less
+//! than a tenth of what it promised: lack of gain. What was only seen from afar is not given up for
+//! that, or only after many more times. One that grew by half is worth another scan.
 
 use nalgebra::Point2;
 
@@ -58,8 +59,8 @@ struct Place {
 }
 
 impl Explorer {
-    /// Takes what was found, and picks the best frontier that was not given up. One that `most_scans` standing scans
-    /// showed nothing of is given up.
+    /// Takes what was found, and picks the best frontier that was not given up. One that
+    /// `most_scans` standing scans showed nothing of is given up.
     pub(super) fn choose(
         &mut self,
         found: Vec<Frontier>,
@@ -110,7 +111,8 @@ impl Explorer {
         }
     }
 
-    /// Centres of what is unknown and stays so for this reason; where no way was ever searched for, there is none.
+    /// Centres of what is unknown and stays so for this reason; where no way was ever searched for,
+    /// there is none.
     pub(super) fn remaining(&self, reason: Reason) -> Vec<Point2<f64>> {
         let why = |f: &&Frontier| self.why_not(f).unwrap_or(Reason::NoWay) == reason;
         let remaining = self.frontiers.iter().filter(why);
@@ -131,8 +133,9 @@ impl Explorer {
         self.given_up.iter().find(is_it).map(|old| old.reason)
     }
 
-    /// Counts the target, and the scan of it if there was one since the last time; from the start where the last scan was
-    /// worth it. Promises fall by a part each time and places have a size, so that exploration ends.
+    /// Counts the target, and the scan of it if there was one since the last time; from the start
+    /// where the last scan was worth it. Promises fall by a part each time and places have a size,
+    /// so that exploration ends.
     fn is_worth_another_scan(&mut self, most_scans: usize) -> bool {
         let Some(target) = &self.target else {
             return false;
@@ -200,7 +203,8 @@ mod tests {
         }
     }
 
-    /// How often a frontier of this gain is chosen before it is given up, by a robot that comes to `here` each time.
+    /// How often a frontier of this gain is chosen before it is given up, by a robot that comes to
+    /// `here` each time.
     fn times_chosen(explorer: &mut Explorer, gain: f64, here: Point2<f64>) -> usize {
         let mut times = 0;
         while explorer.choose(vec![frontier(5.0, gain)], LOOKS).is_some() && times < 1000 {

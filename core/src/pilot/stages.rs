@@ -1,7 +1,8 @@
 //! What each stage of the cycle gave, for people who want to follow it.
 //!
-//! In: one [`StageReport`] for each [`Stage`], from whoever does the stage: scan, lines, localise and map come with a scan, the others from
-//! the pilot. Out: the [`StageRecord`], through which a person can step stage by stage while the run itself goes on in whole rounds.
+//! In: one [`StageReport`] for each [`Stage`], from whoever does the stage: scan, lines, localise
+//! and map come with a scan, the others from the pilot. Out: the [`StageRecord`], through which a
+//! person can step stage by stage while the run itself goes on in whole rounds.
 //!
 //! Source: TDK 2016 §6.3 (fig. 6.3), where each of four nodes does some of them.
 
@@ -260,8 +261,8 @@ impl fmt::Display for Pose<'_> {
 
 /// The reports of the rounds in order, and how far they have been shown.
 ///
-/// What is recorded is shown at once, unless somebody steps through the record (`step`): then reports wait until
-/// they are asked for, or until `show_all`.
+/// What is recorded is shown at once, unless somebody steps through the record (`step`): then
+/// reports wait until they are asked for, or until `show_all`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StageRecord {
     /// The newest report of each stage, of those that were shown.
@@ -284,8 +285,8 @@ impl StageRecord {
         }
     }
 
-    /// Shows the next report that waits, and returns its stage; `None` where none does. That an errand or a sweep begins is
-    /// shown together with what comes next.
+    /// Shows the next report that waits, and returns its stage; `None` where none does. That an
+    /// errand or a sweep begins is shown together with what comes next.
     pub(crate) fn step(&mut self) -> Option<Stage> {
         self.is_stepped = true;
         while let Some(report) = self.waiting.pop_front() {
@@ -348,7 +349,8 @@ impl StageRecord {
         self.waiting.iter().any(|report| report.stage() == stage)
     }
 
-    /// The estimate to show while the correction of it waits to be shown; otherwise it is the newest.
+    /// The estimate to show while the correction of it waits to be shown; otherwise it is the
+    /// newest.
     #[must_use]
     pub fn held_estimate(&self) -> Option<&PoseEstimate> {
         self.waiting.iter().find_map(|report| match report {

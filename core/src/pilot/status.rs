@@ -75,7 +75,8 @@ pub enum Finish {
 }
 
 impl Finish {
-    /// Whether all that was asked is done: the goal itself reached, or all explored and home again if that was asked.
+    /// Whether all that was asked is done: the goal itself reached, or all explored and home again
+    /// if that was asked.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         match self {
@@ -153,7 +154,8 @@ pub enum Failure {
     /// There is no way.
     #[error(transparent)]
     NoPath(#[from] NoPath),
-    /// The sensor has fallen silent: nothing is known of what stands in the way. The robot waits for it.
+    /// The sensor has fallen silent: nothing is known of what stands in the way. The robot waits
+    /// for it.
     #[error("no scan for {seconds:.1} s")]
     NoScan {
         /// How old the newest scan may be, s.

@@ -109,7 +109,8 @@ impl Toy {
         }
     }
 
-    /// Part of the cells that the robot could stand on, by a flood over exact distances, that are known to be free.
+    /// Part of the cells that the robot could stand on, by a flood over exact distances, that are
+    /// known to be free.
     fn explored(&self, start: Point2<f64>) -> f64 {
         let keep = self.model.radius() + 0.03;
         let first = self.grid.cell_at(start);
@@ -147,8 +148,8 @@ fn room(x: f64, y: f64, width: f64, height: f64) -> Vec<Segment> {
     ]
 }
 
-/// Two rooms and a corridor, joined by doors 0.8 m wide, with a table in one. Inner walls are 10 cm thick: one without thickness, seen end-on,
-/// hides between two beams.
+/// Two rooms and a corridor, joined by doors 0.8 m wide, with a table in one. Inner walls are 10 cm
+/// thick: one without thickness, seen end-on, hides between two beams.
 fn flat() -> Vec<Segment> {
     let mut walls = room(-1.0, -1.0, 9.0, 6.0);
     walls.extend(room(2.95, -1.0, 0.1, 1.5));
@@ -210,7 +211,8 @@ proptest! {
                 pilot.drive(forward, turn);
                 toy.run(&mut pilot, toy.stamp().seconds() + f64::from(ticks) * TICK);
             }
-            // The toy's lidar sees walls every degree: corners may hide between beams by a millimetre or two.
+            // The toy's lidar sees walls every degree: corners may hide between beams by a
+            // millimetre or two.
             prop_assert!(toy.nearest > model.radius() - 0.002, "{} {}", model.name, toy.nearest);
         }
     }

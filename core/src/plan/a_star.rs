@@ -1,15 +1,17 @@
 //! A* over cells.
 //!
-//! In: a [`Lattice`] and a query, cell by cell. Out: the shortest way over its cells in eight directions, or that there is
-//! none over them.
+//! In: a [`Lattice`] and a query, cell by cell. Out: the shortest way over its cells in eight
+//! directions, or that there is none over them.
 //!
-//! 1. Lengths are whole numbers, 70 for a straight step and 99 for a diagonal one: their ratio is √2 to 5·10⁻⁵, and whole
-//!    numbers give the same order everywhere.
-//! 2. The rest of the way to the goal is at least the octile distance. The sum of way and rest never falls along a way, and rises
-//!    by no more than twice a diagonal step: open cells wait in a ring of buckets (Dial 1969) instead of a heap.
+//! 1. Lengths are whole numbers, 70 for a straight step and 99 for a diagonal one: their ratio is
+//!    √2 to 5·10⁻⁵, and whole numbers give the same order everywhere.
+//! 2. The rest of the way to the goal is at least the octile distance. The sum of way and rest
+//!    never falls along a way, and rises by no more than twice a diagonal step: open cells wait in
+//!    a ring of buckets (Dial 1969) instead of a heap.
 //! 3. Of equal sums the last one found comes first: it is nearest to the goal.
 //!
-//! Source: Hart, Nilsson & Raphael (1968), "A formal basis for the heuristic determination of minimum cost paths".
+//! Source: Hart, Nilsson & Raphael (1968), "A formal basis for the heuristic determination of
+//! minimum cost paths".
 
 use rand::Rng;
 
@@ -145,8 +147,8 @@ fn octile(a: (i32, i32), b: (i32, i32)) -> u32 {
     STRAIGHT * dx.max(dy) + (DIAGONAL - STRAIGHT) * dx.min(dy)
 }
 
-/// The points of cells in which a way turns. The steps from the start and to the goal are legs of their own: those points
-/// lie anywhere in their cells.
+/// The points of cells in which a way turns. The steps from the start and to the goal are legs of
+/// their own: those points lie anywhere in their cells.
 fn corners(lattice: &Lattice, cells: &[usize]) -> Path {
     let last = cells.len() - 1;
     let is_corner = |i: usize| {

@@ -1,6 +1,7 @@
 //! Who hangs on whom in a tree that is wired again, and how long the way from the root is.
 //!
-//! In: new vertices, and new parents for old ones. Out: parents, and the length of the way to every vertex, kept up to date.
+//! In: new vertices, and new parents for old ones. Out: parents, and the length of the way to every
+//! vertex, kept up to date.
 
 const NONE: u32 = u32::MAX;
 
@@ -57,7 +58,8 @@ impl Branches {
         vertex
     }
 
-    /// Gives a vertex a new parent, over which the way to it is `way`, and all that hangs on it a way shorter by as much.
+    /// Gives a vertex a new parent, over which the way to it is `way`, and all that hangs on it a
+    /// way shorter by as much.
     pub(super) fn hang(&mut self, vertex: usize, parent: usize, way: f64) {
         self.leave(vertex);
         self.adopt(parent, vertex);

@@ -1,18 +1,21 @@
 //! All planners on one query, side by side.
 //!
-//! In: walls or a grid, a query, and how long each planner may take; after each step the time that it took, for there is no clock
-//! here. Out: at any time, for each planner, the path or why there is none, its length against the shortest, time, iterations,
-//! what it tried, and how the length fell.
+//! In: walls or a grid, a query, and how long each planner may take; after each step the time that
+//! it took, for there is no clock here. Out: at any time, for each planner, the path or why there
+//! is none, its length against the shortest, time, iterations, what it tried, and how the length
+//! fell.
 //!
-//! 1. The planners take turns. A turn is as many iterations as fill a slice, by the time that the last ones took; so the caller
-//!    stays in command, and a slow planner holds up no other.
-//! 2. A planner is done when it can do no more, or its time is spent. Each draws from a generator of its own: what one finds
-//!    does not depend on who else takes part.
-//! 3. Lengths are held against that of the visibility graph, which is the shortest there is; over a grid, where there is no
-//!    such graph, against the shortest found.
-//! 4. For a robot that is no disc one more takes part, [`Planner::Outline`], which plans for the outline; all others plan for the disc
-//!    around it. Nobody's path is then known to be the shortest.
-//! 5. If one found nothing and the visibility graph has proved nothing, a flood may prove that there is nothing.
+//! 1. The planners take turns. A turn is as many iterations as fill a slice, by the time that the
+//!    last ones took; so the caller stays in command, and a slow planner holds up no other.
+//! 2. A planner is done when it can do no more, or its time is spent. Each draws from a generator
+//!    of its own: what one finds does not depend on who else takes part.
+//! 3. Lengths are held against that of the visibility graph, which is the shortest there is; over a
+//!    grid, where there is no such graph, against the shortest found.
+//! 4. For a robot that is no disc one more takes part, [`Planner::Outline`], which plans for the
+//!    outline; all others plan for the disc around it. Nobody's path is then known to be the
+//!    shortest.
+//! 5. If one found nothing and the visibility graph has proved nothing, a flood may prove that
+//!    there is nothing.
 
 mod entrant;
 mod standing;
@@ -116,9 +119,11 @@ impl std::fmt::Debug for Contest {
 }
 
 impl Contest {
-    /// Among walls, for a robot whose centre keeps away from them and stays inside the rectangle around them.
+    /// Among walls, for a robot whose centre keeps away from them and stays inside the rectangle
+    /// around them.
     ///
-    /// # Errors    [`ContestError`]: walls or distance that cannot be, start or goal that is not free.
+    /// # Errors    [`ContestError`]: walls or distance that cannot be, start or goal that is not
+    /// free.
     pub fn among_walls(
         walls: Vec<Segment>,
         body: ContestBody,
@@ -184,8 +189,8 @@ impl Contest {
         })
     }
 
-    /// One turn of the next planner that is not done. Whether there was anything to do; if so, [`Self::took`] is to hear
-    /// how long it took.
+    /// One turn of the next planner that is not done. Whether there was anything to do; if so,
+    /// [`Self::took`] is to hear how long it took.
     pub fn step(&mut self) -> bool {
         let count = self.entrants.len();
         let next = (1..=count).map(|i| (self.turn + i) % count);
@@ -264,7 +269,8 @@ impl Contest {
         is_settled && self.entrants.iter().all(|e| e.is_over)
     }
 
-    /// Who takes part: [`CONTESTANTS`], and after them [`Planner::Outline`] for a robot that is no disc.
+    /// Who takes part: [`CONTESTANTS`], and after them [`Planner::Outline`] for a robot that is no
+    /// disc.
     pub fn planners(&self) -> impl Iterator<Item = Planner> + '_ {
         self.entrants.iter().map(|entrant| entrant.planner)
     }

@@ -1,23 +1,28 @@
 //! Frontiers: where what is known to be free meets what is unknown.
 //!
-//! In: a snapshot of the grid, and what can be reached in it. Out: clusters of frontier cells with a goal from which
-//! each can be looked at, scored.
+//! In: a snapshot of the grid, and what can be reached in it. Out: clusters of frontier cells with
+//! a goal from which each can be looked at, scored.
 //!
-//! 1. A frontier cell is free and has an unknown neighbour (Yamauchi 1997, "A frontier-based approach for autonomous
-//!    exploration"); clusters are connected over eight neighbours, and cut into pieces no longer than `longest`: a border that runs
-//!    round all that is known has one middle, and would be given up whole when a look there shows nothing.
-//! 2. The gain of a cluster is the unknown area behind it: counted by a flood through unknown cells, as deep as
-//!    `gain_reach`. Walls stop the flood, so the slivers along walls and between beams gain next to nothing and are
-//!    dropped; so are clusters narrower than the robot, not counting their cells in the lee of a wall.
-//! 3. The goal is the reachable cell from which the frontier is nearest over free floor, the cheapest one of the first
-//!    few. Floor nearer to a wall than `min_clearance` leads nowhere: errors of the pose make holes of a cell or two in
-//!    walls, and free floor behind them that no look will ever make known. That alone does not end an exploration: walls
-//!    must be drawn so that they last (`map::Evidence`), and looks that show nothing must count (`pilot::explorer`).
-//! 4. Score: the gain, bounded, times e^(-λ cost), as in González-Baños & Latombe (2002), "Navigation strategies for
-//!    exploring indoor environments", eq. (1). Gain over cost and gain over cost squared were tried: in `office` they
-//!    drive 131 and 108 m on the mean of three seeds, the exponential 97 m.
-//! 5. Room by room, what lies in the room that the way begins in comes before all else ([`crate::map::Topology`]). Corridors are no
-//!    rooms: who finished a corridor before its rooms would drive it twice.
+//! 1. A frontier cell is free and has an unknown neighbour (Yamauchi 1997, "A frontier-based
+//!    approach for autonomous exploration"); clusters are connected over eight neighbours, and cut
+//!    into pieces no longer than `longest`: a border that runs round all that is known has one
+//!    middle, and would be given up whole when a look there shows nothing.
+//! 2. The gain of a cluster is the unknown area behind it: counted by a flood through unknown
+//!    cells, as deep as `gain_reach`. Walls stop the flood, so the slivers along walls and between
+//!    beams gain next to nothing and are dropped; so are clusters narrower than the robot, not
+//!    counting their cells in the lee of a wall.
+//! 3. The goal is the reachable cell from which the frontier is nearest over free floor, the
+//!    cheapest one of the first few. Floor nearer to a wall than `min_clearance` leads nowhere:
+//!    errors of the pose make holes of a cell or two in walls, and free floor behind them that no
+//!    look will ever make known. That alone does not end an exploration: walls must be drawn so
+//!    that they last (`map::Evidence`), and looks that show nothing must count (`pilot::explorer`).
+//! 4. Score: the gain, bounded, times e^(-λ cost), as in González-Baños & Latombe (2002),
+//!    "Navigation strategies for exploring indoor environments", eq. (1). Gain over cost and gain
+//!    over cost squared were tried: in `office` they drive 131 and 108 m on the mean of three
+//!    seeds, the exponential 97 m.
+//! 5. Room by room, what lies in the room that the way begins in comes before all else
+//!    ([`crate::map::Topology`]). Corridors are no rooms: who finished a corridor before its rooms
+//!    would drive it twice.
 
 use std::collections::BTreeSet;
 
@@ -40,9 +45,11 @@ pub enum FrontierChoice {
     ShortestTour,
     /// The nearest one, whatever it promises (Yamauchi 1997): the yardstick.
     Nearest,
-    /// What its goal would let see all round, against the way there (González-Baños & Latombe 2002).
+    /// What its goal would let see all round, against the way there (González-Baños & Latombe
+    /// 2002).
     NextBestView,
-    /// As [`FrontierChoice::GainOverCost`], but the room it is in first, before it goes through a door: step 5.
+    /// As [`FrontierChoice::GainOverCost`], but the room it is in first, before it goes through a
+    /// door: step 5.
     RoomByRoom,
 }
 
@@ -62,25 +69,30 @@ impl FrontierChoice {
 pub struct FrontierConfig {
     /// Which is the best. Default [`FrontierChoice::ShortestTour`].
     pub choice: FrontierChoice,
-    /// How far the sensor sees, for [`FrontierChoice::NextBestView`], m. Default 4: as far as a view is worth a way.
+    /// How far the sensor sees, for [`FrontierChoice::NextBestView`], m. Default 4: as far as a
+    /// view is worth a way.
     pub sight: f64,
     /// Clusters shorter than this are dropped, m. Default 0.2: about the robot's width.
     pub min_width: f64,
-    /// Cells nearer to a wall than this do not count in the length of a cluster, and do not lead to it, m. Default 0.1:
-    /// noise makes holes in walls, and strips of free cells behind them; nothing passes there.
+    /// Cells nearer to a wall than this do not count in the length of a cluster, and do not lead to
+    /// it, m. Default 0.1: noise makes holes in walls, and strips of free cells behind them;
+    /// nothing passes there.
     pub min_clearance: f64,
-    /// Clusters longer than this are cut, m along the cluster. Default 3: of 2, 3, 4, 6 m and no cut, with
-    /// the lidar the shortest way in `doors` and `office`.
+    /// Clusters longer than this are cut, m along the cluster. Default 3: of 2, 3, 4, 6 m and no
+    /// cut, with the lidar the shortest way in `doors` and `office`.
     pub longest: f64,
     /// Clusters that would tell less than this are dropped, m². Default 0.06.
     pub min_gain: f64,
     /// How deep into the unknown is counted, m. Default 1.
     pub gain_reach: f64,
-    /// From how far away a frontier may be looked at, m over free floor. Default 1; no farther than the sensor sees.
+    /// From how far away a frontier may be looked at, m over free floor. Default 1; no farther than
+    /// the sensor sees.
     pub view_reach: f64,
-    /// Gains beyond this count no more, m². Default 1.5: a hall is no better than a room round the corner.
+    /// Gains beyond this count no more, m². Default 1.5: a hall is no better than a room round the
+    /// corner.
     pub most_gain: f64,
-    /// How fast a gain loses worth with the cost of the way, 1/m. Default 0.25; larger sweeps nearer first.
+    /// How fast a gain loses worth with the cost of the way, 1/m. Default 0.25; larger sweeps
+    /// nearer first.
     pub cost_decay: f64,
 }
 
@@ -140,7 +152,8 @@ pub fn find_frontiers(
     frontiers
 }
 
-/// Step 5: no gain is worth more than `most_gain`, so that much more puts what is in the room first.
+/// Step 5: no gain is worth more than `most_gain`, so that much more puts what is in the room
+/// first.
 fn stay_in_room(
     space: &GridSpace,
     wave: &Wavefront,
@@ -254,8 +267,9 @@ fn clusters(survey: &Survey) -> Vec<Vec<usize>> {
     components(survey, frontier)
 }
 
-/// Pieces of a cluster, each as far along it as `longest` cells: what lies in the same band of steps from one of its ends, and is
-/// connected there. Of a ring, the piece around that end reaches as far to both sides.
+/// Pieces of a cluster, each as far along it as `longest` cells: what lies in the same band of
+/// steps from one of its ends, and is connected there. Of a ring, the piece around that end reaches
+/// as far to both sides.
 fn cut(survey: &Survey, cells: Vec<usize>, longest: usize) -> Vec<Vec<usize>> {
     if cells.len() <= longest {
         return vec![cells];
@@ -337,8 +351,8 @@ impl Flood {
         }
     }
 
-    /// Floods from `seeds` `through` cells, showing each with its ring; seeds that it would go through are ring 0.
-    /// Ends beyond `depth` rings or when `visit` says false.
+    /// Floods from `seeds` `through` cells, showing each with its ring; seeds that it would go
+    /// through are ring 0. Ends beyond `depth` rings or when `visit` says false.
     fn from(
         &mut self,
         survey: &Survey,

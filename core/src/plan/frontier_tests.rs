@@ -11,7 +11,8 @@ use crate::points::fixture::{beam, beam_along, scan_of};
 
 const CELL: f64 = 0.05;
 
-/// A room of 4 m x 3 m whose western end was not seen, and through the door in its eastern wall a part of the next one.
+/// A room of 4 m x 3 m whose western end was not seen, and through the door in its eastern wall a
+/// part of the next one.
 fn two_rooms() -> Grid {
     let sure = GridConfig {
         hit: 0.98,

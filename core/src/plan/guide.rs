@@ -1,17 +1,22 @@
-//! A way over free discs, for trees that have drawn in vain: where to draw next, and from which vertex to grow.
+//! A way over free discs, for trees that have drawn in vain: where to draw next, and from which
+//! vertex to grow.
 //!
-//! In: a configuration space, a query. Out: discs of free floor from the start to the goal, each within sight of the one before, and
-//! random points in them, one disc after the other.
+//! In: a configuration space, a query. Out: discs of free floor from the start to the goal, each
+//! within sight of the one before, and random points in them, one disc after the other.
 //!
-//! 1. Places lie on a raster. From a place with much room the next ones lie as far away as the room reaches, so that the leg there is
-//!    free, on a raster as much coarser: few places in the open, many at walls. Where the room reaches no neighbour, the leg is tested.
-//! 2. A* over these places, the rest of the way weighted, for any way will do. If there is none, again on finer rasters.
+//! 1. Places lie on a raster. From a place with much room the next ones lie as far away as the room
+//!    reaches, so that the leg there is free, on a raster as much coarser: few places in the open,
+//!    many at walls. Where the room reaches no neighbour, the leg is tested.
+//! 2. A* over these places, the rest of the way weighted, for any way will do. If there is none,
+//!    again on finer rasters.
 //! 3. Places that can be passed over straight are dropped. What remains are the discs.
-//! 4. A tree draws a point in the next disc and grows there from its vertex in the last one. Where that fails it goes back by one
-//!    disc, and draws nearer to the middles: at last on the way itself, which is free.
+//! 4. A tree draws a point in the next disc and grows there from its vertex in the last one. Where
+//!    that fails it goes back by one disc, and draws nearer to the middles: at last on the way
+//!    itself, which is free.
 //!
-//! Source: Brock & Kavraki (2001), "Decomposition-based motion planning"; Rickert, Sieverling & Brock (2014), "Balancing exploration
-//! and exploitation in sampling-based motion planning", algorithm 1 for the discs and 2 for drawing along them.
+//! Source: Brock & Kavraki (2001), "Decomposition-based motion planning"; Rickert, Sieverling &
+//! Brock (2014), "Balancing exploration and exploitation in sampling-based motion planning",
+//! algorithm 1 for the discs and 2 for drawing along them.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -31,7 +36,8 @@ const SIDES: [f64; 3] = [0.1, 0.04, 0.015];
 const MOST_PLACES: usize = 300_000;
 /// Of the rest of the way: larger finds a longer way sooner.
 const WEIGHT: f64 = 2.0;
-/// Part of the room that a leg may take in any direction: over a grid the room may change by √2 a metre.
+/// Part of the room that a leg may take in any direction: over a grid the room may change by √2 a
+/// metre.
 const REACH: f64 = 0.7;
 /// What points are drawn nearer to the middles after each failure.
 const CLOSER: f64 = 0.5;
@@ -67,7 +73,8 @@ impl Guide {
         let way = |side: f64| Places::new(*query, side).way(space);
         let [coarse, finer @ ..] = SIDES;
         let discs = way(coarse).or_else(|| {
-            // Most often there is none at all, which the space proves sooner than finer rasters are searched.
+            // Most often there is none at all, which the space proves sooner than finer rasters are
+            // searched.
             let is_apart = space.are_apart(query.start, query.goal);
             finer.into_iter().filter(|_| !is_apart).find_map(way)
         })?;
@@ -164,7 +171,8 @@ impl Places {
 
     /// Step 1.
     fn expand(&mut self, space: &dyn ConfigSpace, number: usize, place: Place) {
-        // Rounding to the coarser raster lengthens a step by half, and diagonal ones are longer still.
+        // Rounding to the coarser raster lengthens a step by half, and diagonal ones are longer
+        // still.
         let reach = REACH * place.disc.radius / (1.5 * SQRT_2 * self.side);
         let is_inside = reach >= 1.0;
         let step = 1 << (reach as u32).max(1).ilog2();

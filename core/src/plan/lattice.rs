@@ -1,11 +1,14 @@
 //! Cells of equal side over a configuration space, for searches over cells.
 //!
-//! In: a configuration space and a query. Out: which cells are open, and which steps between neighbours are.
+//! In: a configuration space and a query. Out: which cells are open, and which steps between
+//! neighbours are.
 //!
-//! 1. A cell is open where its centre is free; the cells of start and goal stand for those points and are open as they are.
-//! 2. Over a grid a step between open centres is free: the room is bilinear between them. Diagonal steps need both cells
-//!    beside them.
-//! 3. Over other spaces a step is free where both centres have three quarters of a cell's room; else the leg is tested.
+//! 1. A cell is open where its centre is free; the cells of start and goal stand for those points
+//!    and are open as they are.
+//! 2. Over a grid a step between open centres is free: the room is bilinear between them. Diagonal
+//!    steps need both cells beside them.
+//! 3. Over other spaces a step is free where both centres have three quarters of a cell's room;
+//!    else the leg is tested.
 
 use nalgebra::{Point2, Vector2};
 
@@ -76,8 +79,8 @@ impl Lattice {
 
     /// A lattice of cells that are open or not, row by row, with all steps between neighbours free.
     ///
-    /// # Units    `low`: lower left corner of the first cell, `side`: of a cell, m. Cells that `open` is too short for are
-    /// closed.
+    /// # Units    `low`: lower left corner of the first cell, `side`: of a cell, m. Cells that
+    /// `open` is too short for are closed.
     #[must_use]
     pub fn from_cells(low: Point2<f64>, side: f64, width: usize, open: &[bool]) -> Self {
         let width = width.max(1);
@@ -111,8 +114,8 @@ impl Lattice {
         self.ends = Some([(start, query.start), (goal, query.goal)]);
     }
 
-    /// The cells of start and goal; `None` where one lies outside, or both are the same: the straight leg is for others to
-    /// try.
+    /// The cells of start and goal; `None` where one lies outside, or both are the same: the
+    /// straight leg is for others to try.
     pub(super) fn ends(&self, query: &Query) -> Option<(usize, usize)> {
         let ends = self.cell_at(query.start).zip(self.cell_at(query.goal));
         ends.filter(|(start, goal)| start != goal)
@@ -183,7 +186,8 @@ impl Lattice {
         self.kinds[cell] != CLOSED
     }
 
-    /// Shows the open neighbours of an open cell to which a step is free: the cell, and whether the step is diagonal.
+    /// Shows the open neighbours of an open cell to which a step is free: the cell, and whether the
+    /// step is diagonal.
     #[inline]
     pub(super) fn each_step(
         &self,
@@ -216,7 +220,8 @@ impl Lattice {
     }
 }
 
-/// What a search over cells has come to: the cells that it expanded, and from which cell each was reached.
+/// What a search over cells has come to: the cells that it expanded, and from which cell each was
+/// reached.
 #[derive(Debug)]
 pub(super) struct Trail {
     pub(super) lattice: Lattice,

@@ -1,16 +1,21 @@
 //! Paths for a robot that is not round: through doors that the disc around it does not pass.
 //!
-//! In: walls, an outline, from where to where, the heading at the start unless any will do. Out: straight legs, with turns on the spot between them,
-//! that the outline follows without touching a wall; or the typed reason.
+//! In: walls, an outline, from where to where, the heading at the start unless any will do. Out:
+//! straight legs, with turns on the spot between them, that the outline follows without touching a
+//! wall; or the typed reason.
 //!
-//! 1. A state is a place on a raster whose origin is the start, and one of 16 headings, those of the raster's shortest steps. From a
-//!    state the robot turns to any heading, the shorter way round, and drives one step.
-//! 2. The disc within the outline rules places out, and the disc around it needs no further test; between the two the outline itself
-//!    is tested against the walls near ([`Footprint::turns`], [`Footprint::drives`]).
-//! 3. A* over these states: metres, and for each radian as many as the configuration says, so that the robot does not wriggle.
+//! 1. A state is a place on a raster whose origin is the start, and one of 16 headings, those of
+//!    the raster's shortest steps. From a state the robot turns to any heading, the shorter way
+//!    round, and drives one step.
+//! 2. The disc within the outline rules places out, and the disc around it needs no further test;
+//!    between the two the outline itself is tested against the walls near ([`Footprint::turns`],
+//!    [`Footprint::drives`]).
+//! 3. A* over these states: metres, and for each radian as many as the configuration says, so that
+//!    the robot does not wriggle.
 //! 4. Corners that the outline can do without are dropped.
 //!
-//! Source: Latombe (1991), "Robot motion planning", chapter 9, for the search over places and headings.
+//! Source: Latombe (1991), "Robot motion planning", chapter 9, for the search over places and
+//! headings.
 
 mod corners;
 mod on_grid;
@@ -60,7 +65,8 @@ const NEAR: f64 = 3.0;
 /// A place on the raster.
 type At = (i32, i32);
 
-/// What is known of a place: where it is, its room beyond the disc within the outline, and the walls that the outline might touch.
+/// What is known of a place: where it is, its room beyond the disc within the outline, and the
+/// walls that the outline might touch.
 #[derive(Clone, Debug)]
 struct Place {
     point: Point2<f64>,
@@ -78,7 +84,8 @@ struct State {
     is_done: bool,
 }
 
-/// A search over places and headings that can be gone on with, always in the space that it was begun in.
+/// A search over places and headings that can be gone on with, always in the space that it was
+/// begun in.
 #[derive(Debug)]
 pub(super) struct OutlineSearch {
     outline: Footprint,
@@ -101,10 +108,11 @@ pub(super) struct OutlineSearch {
 impl OutlineSearch {
     /// Begins, from a heading in rad, or from whichever is best; at the goal it may have any.
     ///
-    /// `space` holds the walls and the bounds; its centre keeps what the disc within the outline needs.
+    /// `space` holds the walls and the bounds; its centre keeps what the disc within the outline
+    /// needs.
     ///
-    /// # Errors    [`NoPath::StartBlocked`] where the outline does not fit at the start, [`NoPath::GoalBlocked`] where not even
-    /// the disc within it fits at the goal.
+    /// # Errors    [`NoPath::StartBlocked`] where the outline does not fit at the start,
+    /// [`NoPath::GoalBlocked`] where not even the disc within it fits at the goal.
     pub(super) fn new(
         space: &dyn ConfigSpace,
         outline: Footprint,

@@ -50,12 +50,14 @@ pub enum Planner {
     Visibility,
     /// Places and headings, for an outline that is no disc (Latombe 1991).
     Outline,
-    /// The cells of the grid, when the trees had spent their budget and the grid proved that there is a way.
+    /// The cells of the grid, when the trees had spent their budget and the grid proved that there
+    /// is a way.
     Wavefront,
 }
 
 impl Planner {
-    /// All planners, with the names used by settings and pages, and what a person calls them; first those that can be chosen.
+    /// All planners, with the names used by settings and pages, and what a person calls them; first
+    /// those that can be chosen.
     pub const ALL: [(&'static str, Self, &'static str); 11] = [
         ("rrt-connect", Self::RrtConnect, "RRT-Connect"),
         ("rrt", Self::Rrt, "RRT"),
@@ -131,7 +133,8 @@ pub enum NoPath {
         /// y of the goal, m.
         y: f64,
     },
-    /// The planner has tried all it can, which is no proof: its cells may be too large for the gap that leads there.
+    /// The planner has tried all it can, which is no proof: its cells may be too large for the gap
+    /// that leads there.
     #[error("no path among the {iterations} places that the planner could try")]
     Exhausted {
         /// Iterations used.

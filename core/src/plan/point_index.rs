@@ -2,13 +2,14 @@
 //!
 //! In: points, one by one. Out: the nearest one to a place, and all within a distance of it.
 //!
-//! A raster whose cells hold two points on average: when there are more, the cells are halved and all points registered
-//! again, which costs each point a constant on average. Points of a tree come evenly spread, which suits a raster; a k-d tree
-//! would have to be kept balanced while it grows.
+//! A raster whose cells hold two points on average: when there are more, the cells are halved and
+//! all points registered again, which costs each point a constant on average. Points of a tree come
+//! evenly spread, which suits a raster; a k-d tree would have to be kept balanced while it grows.
 
 use nalgebra::Point2;
 
-/// The cells of a raster of so many columns and rows that lie on a square ring of cells around one of them; row by row.
+/// The cells of a raster of so many columns and rows that lie on a square ring of cells around one
+/// of them; row by row.
 pub(super) fn ring_around(
     (col, row): (i32, i32),
     ring: i32,
@@ -142,7 +143,8 @@ impl PointIndex {
         best.1.is_finite().then(|| (best.0, best.1.sqrt()))
     }
 
-    /// Number and distance of the nearest point, the oldest one of several; `None` while there is none.
+    /// Number and distance of the nearest point, the oldest one of several; `None` while there is
+    /// none.
     pub(super) fn nearest(&self, point: Point2<f64>) -> Option<(usize, f64)> {
         if self.points.len() <= FEW {
             return self.nearest_of_few(point);

@@ -1,18 +1,20 @@
 //! A path pulled tight, as a rubber band would be.
 //!
-//! In: a path, and the configuration space it was made for. Out: the path as short as it gets without leaving the gaps that
-//! it goes through, to a given accuracy.
+//! In: a path, and the configuration space it was made for. Out: the path as short as it gets
+//! without leaving the gaps that it goes through, to a given accuracy.
 //!
 //! 1. Corners over which the chord is free are dropped.
-//! 2. At every other corner the longest piece is cut off: two points on its legs, equally far from it, between which the
-//!    chord is free; how far is found by halving. What was one corner becomes two flatter ones, that wind round the obstacle
-//!    more closely.
+//! 2. At every other corner the longest piece is cut off: two points on its legs, equally far from
+//!    it, between which the chord is free; how far is found by halving. What was one corner becomes
+//!    two flatter ones, that wind round the obstacle more closely.
 //! 3. Again, until a round gains less than `GAIN` of the length.
 //!
-//! A chord is taken only if the triangle that it cuts off holds no obstacle, as chords ever nearer to the corner tell: so the path passes
-//! every obstacle on the side on which it did. This is local: other gaps are for planners to try.
+//! A chord is taken only if the triangle that it cuts off holds no obstacle, as chords ever nearer
+//! to the corner tell: so the path passes every obstacle on the side on which it did. This is
+//! local: other gaps are for planners to try.
 //!
-//! Legs of the path itself count as free, whatever the space says: a start too near to a wall must be left somehow.
+//! Legs of the path itself count as free, whatever the space says: a start too near to a wall must
+//! be left somehow.
 
 use nalgebra::Point2;
 

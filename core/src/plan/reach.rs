@@ -1,23 +1,27 @@
 //! Whether any path may lead from one place to another, or the proof that none does.
 //!
-//! In: a [`GridSpace`], start and goal, both free. Out: `false` where there is no path, which is a proof; `true` where
-//! there may be one.
+//! In: a [`GridSpace`], start and goal, both free. Out: `false` where there is no path, which is a
+//! proof; `true` where there may be one.
 //!
-//! Between the centres of four neighbouring cells the room is bilinear. So the places with room hang together as these
-//! centres do, with no need to look between them:
+//! Between the centres of four neighbouring cells the room is bilinear. So the places with room
+//! hang together as these centres do, with no need to look between them:
 //!
-//! 1. From centre to centre along a row or a column the room is linear: two neighbours with room are joined.
-//! 2. Two centres with room across a square, the two others without, are joined if there is room at the saddle between
-//!    them: where a d ≥ b c.
-//! 3. From any place a way on which the room never shrinks leads to one of the four centres around it: along the row to
-//!    the side of greater room, then along that side to its better end.
+//! 1. From centre to centre along a row or a column the room is linear: two neighbours with room
+//!    are joined.
+//! 2. Two centres with room across a square, the two others without, are joined if there is room at
+//!    the saddle between them: where a d ≥ b c.
+//! 3. From any place a way on which the room never shrinks leads to one of the four centres around
+//!    it: along the row to the side of greater room, then along that side to its better end.
 //!
-//! A tree may all the same slip through where [`super::ConfigSpace::free_length`] steps over a spot that is millimetres too narrow.
+//! A tree may all the same slip through where [`super::ConfigSpace::free_length`] steps over a spot
+//! that is millimetres too narrow.
 //!
-//! Where the robot keeps out of the unknown as well, the room is the lesser of two such fields and the rules do not hold.
-//! There all cells are flooded of which any part may be free, which proves less.
+//! Where the robot keeps out of the unknown as well, the room is the lesser of two such fields and
+//! the rules do not hold. There all cells are flooded of which any part may be free, which proves
+//! less.
 //!
-//! Source: Nielson & Hamann (1991), "The asymptotic decider: resolving the ambiguity in marching cubes", for the saddle.
+//! Source: Nielson & Hamann (1991), "The asymptotic decider: resolving the ambiguity in marching
+//! cubes", for the saddle.
 
 use nalgebra::Point2;
 
@@ -30,7 +34,8 @@ pub(super) fn may_reach(space: &GridSpace, start: Point2<f64>, goal: Point2<f64>
         return false;
     };
     if space.keeps_out_of_unknown() {
-        // The room changes by at most √2 a metre, and no point is farther than √½ cells from its cell's centre.
+        // The room changes by at most √2 a metre, and no point is farther than √½ cells from its
+        // cell's centre.
         let flood = Flood::new(space, space.resolution());
         return flood.joins(at_start, at_goal, |_| true);
     }
@@ -62,8 +67,9 @@ impl<'a> Flood<'a> {
         self.space.room_of(cell) + self.slack
     }
 
-    /// Whether the flood from one cell arrives at another. Two open cells across a square between two that are not are
-    /// neighbours if `crosses` says so of the room at a, b, c, d, the first and the last being open.
+    /// Whether the flood from one cell arrives at another. Two open cells across a square between
+    /// two that are not are neighbours if `crosses` says so of the room at a, b, c, d, the first
+    /// and the last being open.
     fn joins(&self, from: usize, to: usize, crosses: impl Fn([f64; 4]) -> bool) -> bool {
         let mut seen = vec![false; self.width * self.height];
         let mut todo = vec![from];

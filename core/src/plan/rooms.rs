@@ -1,16 +1,20 @@
 //! Rooms first: a way over doors, then Theta* within the rooms that it crosses.
 //!
-//! In: a [`Lattice`] over a configuration space and a query, cell by cell. Out: a path, or that there is none over the cells; and
-//! whether the rooms helped.
+//! In: a [`Lattice`] over a configuration space and a query, cell by cell. Out: a path, or that
+//! there is none over the cells; and whether the rooms helped.
 //!
-//! 1. The topology of the open cells ([`Topology`]): what the robot's centre can be in, parted at what is narrow for it.
-//! 2. The shortest way over doors from the room of the start to that of the goal (Dijkstra), straight from door to door: a lower bound, for
-//!    within a room the way may have to go round something.
-//! 3. Theta* over the cells of the rooms crossed alone: on a long way that is a small part of a building.
-//! 4. Where the graph has no way, or that part of the cells has none, Theta* takes all cells, and [`NoRooms`] says why.
+//! 1. The topology of the open cells ([`Topology`]): what the robot's centre can be in, parted at
+//!    what is narrow for it.
+//! 2. The shortest way over doors from the room of the start to that of the goal (Dijkstra),
+//!    straight from door to door: a lower bound, for within a room the way may have to go round
+//!    something.
+//! 3. Theta* over the cells of the rooms crossed alone: on a long way that is a small part of a
+//!    building.
+//! 4. Where the graph has no way, or that part of the cells has none, Theta* takes all cells, and
+//!    [`NoRooms`] says why.
 //!
-//! Source: Thrun (1998), "Learning metric-topological maps for indoor mobile robot navigation", section 4: plan on the topological
-//! map, refine on the metric one.
+//! Source: Thrun (1998), "Learning metric-topological maps for indoor mobile robot navigation",
+//! section 4: plan on the topological map, refine on the metric one.
 
 use nalgebra::Point2;
 use rand::Rng;
@@ -232,7 +236,8 @@ mod tests {
     use super::*;
     use crate::plan::{Planner, RrtConfig, Sampler, Search, SegmentSpace};
 
-    /// Four rooms in a ring: doors between neighbours, the wall between the first and the last has none.
+    /// Four rooms in a ring: doors between neighbours, the wall between the first and the last has
+    /// none.
     fn rooms(open: [bool; 4]) -> Vec<Segment> {
         let wall = |x0: f64, y0: f64, x1: f64, y1: f64| {
             Segment::new(Point2::new(x0, y0), Point2::new(x1, y1))

@@ -1,17 +1,18 @@
 //! From "go there" to a path of straight legs, with everything a planner may have to say.
 //!
-//! In: the grid, start, goal, the robot's radius, a seeded generator. Out: a [`Route`], or the typed reason.
+//! In: the grid, start, goal, the robot's radius, a seeded generator. Out: a [`Route`], or the
+//! typed reason.
 //!
-//! 1. The distance to walls is wished wide and accepted narrow: the margins are tried in order, so that a robot keeps to
-//!    the middle of a hall and still passes a tight door.
-//! 2. A wavefront from the start tells what can be reached. A goal too near to a wall moves to the nearest place that
-//!    can; where no continuous path leads, that is a proof ([`may_reach`]).
-//! 3. The straight line if it is free; else the configured planner; trees draw their points where the wavefront
-//!    arrived.
-//! 4. A planner that spent its budget although the wavefront arrived hands over to the wavefront's own path, and the route
-//!    says so ([`Planner::Wavefront`]).
-//! 5. Shortening as configured: over the path's chords, once over its corners, once over points set densely between them;
-//!    and pulled tight.
+//! 1. The distance to walls is wished wide and accepted narrow: the margins are tried in order, so
+//!    that a robot keeps to the middle of a hall and still passes a tight door.
+//! 2. A wavefront from the start tells what can be reached. A goal too near to a wall moves to the
+//!    nearest place that can; where no continuous path leads, that is a proof ([`may_reach`]).
+//! 3. The straight line if it is free; else the configured planner; trees draw their points where
+//!    the wavefront arrived.
+//! 4. A planner that spent its budget although the wavefront arrived hands over to the wavefront's
+//!    own path, and the route says so ([`Planner::Wavefront`]).
+//! 5. Shortening as configured: over the path's chords, once over its corners, once over points set
+//!    densely between them; and pulled tight.
 //! 6. Rounding, where it is asked for: arcs may cut corners by half of the margin.
 
 use nalgebra::Point2;
@@ -34,22 +35,25 @@ use crate::map::Grid;
 /// How routes are planned.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RouteConfig {
-    /// Distances to keep between the robot's disc and walls, m, tried in order. Default 0.12, 0.06, 0.02.
+    /// Distances to keep between the robot's disc and walls, m, tried in order. Default 0.12, 0.06,
+    /// 0.02.
     pub margins: Vec<f64>,
     /// What to make of the unknown. Default free.
     pub unknown: Unknown,
-    /// Who looks for the path. Default [`Planner::RrtConnect`]; [`Planner::Rrt`] is the source's. Where the planner finds
-    /// none within its iterations the wavefront's own path is taken.
+    /// Who looks for the path. Default [`Planner::RrtConnect`]; [`Planner::Rrt`] is the source's.
+    /// Where the planner finds none within its iterations the wavefront's own path is taken.
     pub planner: Planner,
     /// What is done to make its path shorter. Default [`Shortening::Chords`].
     pub shortening: Shortening,
     /// How trees grow, and for how many iterations.
     pub rrt: RrtConfig,
-    /// How corners are rounded for continuous driving; `None`, the default: they are not, the robot turns on the spot.
+    /// How corners are rounded for continuous driving; `None`, the default: they are not, the robot
+    /// turns on the spot.
     pub rounding: Option<SmoothConfig>,
     /// How far the goal may be moved off a wall, m. Default 0.3.
     pub goal_reach: f64,
-    /// How far a robot too near to a wall looks for a free place, m, beyond the distance it keeps. Default 0.3.
+    /// How far a robot too near to a wall looks for a free place, m, beyond the distance it keeps.
+    /// Default 0.3.
     pub escape_reach: f64,
 }
 
@@ -81,9 +85,11 @@ impl RouteConfig {
 pub enum Shortening {
     /// Not at all.
     Nothing,
-    /// Dijkstra's algorithm over its chords (TDK 2016 §5.3), then over chords between points set densely on it.
+    /// Dijkstra's algorithm over its chords (TDK 2016 §5.3), then over chords between points set
+    /// densely on it.
     Chords,
-    /// The same, then pulled tight: the shortest way through the same gaps, in more and shorter legs.
+    /// The same, then pulled tight: the shortest way through the same gaps, in more and shorter
+    /// legs.
     Tight,
 }
 
@@ -223,7 +229,8 @@ fn plan_in(
     let wave = Wavefront::new(space, free_start);
     let aim = aim_at(space, &wave, free_start, goal, config.goal_reach).map_err(fail)?;
     if aim.cell.is_none() && !is_last {
-        // Neither a way over cells nor a proof that there is none: a tree had better try where walls are thinnest.
+        // Neither a way over cells nor a proof that there is none: a tree had better try where
+        // walls are thinnest.
         return Err(fail(NoPath::BudgetSpent { iterations: 0 }));
     }
     let query = Query {
@@ -313,7 +320,8 @@ fn aim_at(
     }
 }
 
-/// What the configured planner finds; trees draw from the cells that the wavefront reached. `None` where it is not offered here.
+/// What the configured planner finds; trees draw from the cells that the wavefront reached. `None`
+/// where it is not offered here.
 fn find(
     space: &GridSpace,
     wave: &Wavefront,
@@ -353,7 +361,8 @@ fn join_ends(path: &mut Path, space: &GridSpace, start: Point2<f64>, goal: Point
         let Some(&neighbour) = neighbour else {
             continue;
         };
-        // Within one cell; where a corner of wall is between, the centre of the cell is near enough for a goal.
+        // Within one cell; where a corner of wall is between, the centre of the cell is near enough
+        // for a goal.
         let is_free = space.leg_is_free(&Segment::new(neighbour, end));
         if end != neighbour && (is_free || at_start) {
             let at = if at_start { 0 } else { path.points.len() };

@@ -1,7 +1,7 @@
 //! Rapidly exploring random tree, one tree as in the source.
 //!
-//! In: a configuration space, start and goal, a seeded generator, iteration by iteration. Out: a path or none yet, and the
-//! tree to be drawn.
+//! In: a configuration space, start and goal, a seeded generator, iteration by iteration. Out: a
+//! path or none yet, and the tree to be drawn.
 //!
 //! An iteration (TDK 2016 §5.2):
 //! 1. Draw a random point; with probability `goal_bias` take the goal instead.
@@ -9,7 +9,8 @@
 //! 3. Extend towards the drawn point to the last collision-free one.
 //! 4. When the goal is reached, the branch to it is the path.
 //!
-//! Ours: after some thousand points in vain every second one is drawn along a way over free discs ([`super::guide`]).
+//! Ours: after some thousand points in vain every second one is drawn along a way over free discs
+//! ([`super::guide`]).
 
 use rand::{Rng, RngExt};
 
@@ -24,21 +25,21 @@ use crate::geom::Segment;
 /// How trees grow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RrtConfig {
-    /// Probability that the goal is drawn. Default 0.1, the source's 10 %; larger is straighter in the open and sticks
-    /// at walls. Used by the single tree.
+    /// Probability that the goal is drawn. Default 0.1, the source's 10 %; larger is straighter in
+    /// the open and sticks at walls. Used by the single tree.
     pub goal_bias: f64,
     /// Most points to draw. Default 3000.
     pub max_iterations: usize,
     /// Growth shorter than this is dropped, m. Default 0.02: trees do not swarm along walls.
     pub min_growth: f64,
-    /// Longest leg of all trees but the source's, which goes on to the last collision-free point, m. Default 5. Shorter:
-    /// more vertices, shorter and slower first paths.
+    /// Longest leg of all trees but the source's, which goes on to the last collision-free point,
+    /// m. Default 5. Shorter: more vertices, shorter and slower first paths.
     pub range: f64,
-    /// Radius in which RRT* looks for better parents, in units of the least that converges (Karaman & Frazzoli 2011,
-    /// theorem 38). Default 1; larger is shorter in fewer, slower iterations.
+    /// Radius in which RRT* looks for better parents, in units of the least that converges (Karaman
+    /// & Frazzoli 2011, theorem 38). Default 1; larger is shorter in fewer, slower iterations.
     pub rewire_factor: f64,
-    /// Whether RRT* gets its first path from RRT-Connect, shortened, which finds one many times sooner. Default true; false
-    /// is RRT* as published.
+    /// Whether RRT* gets its first path from RRT-Connect, shortened, which finds one many times
+    /// sooner. Default true; false is RRT* as published.
     pub is_seeded: bool,
 }
 

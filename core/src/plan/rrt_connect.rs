@@ -1,17 +1,21 @@
 //! Two trees that grow towards each other.
 //!
-//! In: a configuration space, start and goal, a seeded generator, iteration by iteration. Out: a path or none yet, and the
-//! trees to be drawn.
+//! In: a configuration space, start and goal, a seeded generator, iteration by iteration. Out: a
+//! path or none yet, and the trees to be drawn.
 //!
 //! An iteration:
-//! 1. One tree grows a step towards a random point, from the vertex nearest to it; the first time, towards the other root.
-//! 2. The other tree grows towards what grew, as many steps as are free. Where it arrives, the branches make the path.
+//! 1. One tree grows a step towards a random point, from the vertex nearest to it; the first time,
+//!    towards the other root.
+//! 2. The other tree grows towards what grew, as many steps as are free. Where it arrives, the
+//!    branches make the path.
 //! 3. The trees change places.
 //!
 //! It needs far fewer iterations than one tree where the last metres lead through a door.
-//! After some thousand points in vain the tree from the start follows a way over free discs ([`super::guide`]); that is ours.
+//! After some thousand points in vain the tree from the start follows a way over free discs
+//! ([`super::guide`]); that is ours.
 //!
-//! Source: Kuffner & LaValle (2000), "RRT-Connect: an efficient approach to single-query path planning".
+//! Source: Kuffner & LaValle (2000), "RRT-Connect: an efficient approach to single-query path
+//! planning".
 
 use rand::Rng;
 

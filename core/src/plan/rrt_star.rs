@@ -1,21 +1,27 @@
 //! RRT* and Informed RRT*: one tree that is wired again wherever that makes a branch shorter.
 //!
-//! In: a configuration space, start and goal, a seeded generator, iteration by iteration. Out: a path that gets shorter with
-//! every step, towards the shortest one there is, and the tree.
+//! In: a configuration space, start and goal, a seeded generator, iteration by iteration. Out: a
+//! path that gets shorter with every step, towards the shortest one there is, and the tree.
 //!
-//! Before there is a path, two trees grow as in RRT-Connect; their path, shortened, is the first branch (unless `is_seeded` is
-//! false). Then, an iteration:
-//! 1. Draw a point. Once there is a path of length c, Informed RRT* draws from the ellipse of all points over which a way of
-//!    at most c can lead; its foci are start and goal. Points over which none can lead are dropped.
-//! 2. Extend from the nearest vertex towards the point, at most `range` far; drop it where that leg is blocked.
+//! Before there is a path, two trees grow as in RRT-Connect; their path, shortened, is the first
+//! branch (unless `is_seeded` is false). Then, an iteration:
+//! 1. Draw a point. Once there is a path of length c, Informed RRT* draws from the ellipse of all
+//!    points over which a way of at most c can lead; its foci are start and goal. Points over which
+//!    none can lead are dropped.
+//! 2. Extend from the nearest vertex towards the point, at most `range` far; drop it where that leg
+//!    is blocked.
 //! 3. The parent of the new vertex is the vertex near it over which it is nearest to the start.
-//! 4. Vertices near it that are nearer to the start over the new one get it as parent; what hangs on them moves with them.
-//! 5. The goal, a vertex of its own, is tried from every new vertex that could shorten the way to it.
+//! 4. Vertices near it that are nearer to the start over the new one get it as parent; what hangs
+//!    on them moves with them.
+//! 5. The goal, a vertex of its own, is tried from every new vertex that could shorten the way to
+//!    it.
 //!
-//! "Near" is a radius that shrinks with √(ln n / n) over n vertices, the least for which the path converges to the shortest.
+//! "Near" is a radius that shrinks with √(ln n / n) over n vertices, the least for which the path
+//! converges to the shortest.
 //!
-//! Source: Karaman & Frazzoli (2011), "Sampling-based algorithms for optimal motion planning", algorithm 6; Gammell,
-//! Srinivasa & Barfoot (2014), "Informed RRT*", eq. (3) to (8) in two dimensions.
+//! Source: Karaman & Frazzoli (2011), "Sampling-based algorithms for optimal motion planning",
+//! algorithm 6; Gammell, Srinivasa & Barfoot (2014), "Informed RRT*", eq. (3) to (8) in two
+//! dimensions.
 
 use std::f64::consts::{PI, TAU};
 
@@ -36,7 +42,8 @@ use crate::geom::{Segment, sin_cos};
 
 /// Gains less than this are rounding, m.
 const LEAST_GAIN: f64 = 1e-9;
-/// Draws before an iteration is given up, of points outside of the bounds or over which no shorter way can lead.
+/// Draws before an iteration is given up, of points outside of the bounds or over which no shorter
+/// way can lead.
 const DRAWS: usize = 16;
 
 /// A tree from the start that keeps getting shorter.
@@ -58,7 +65,8 @@ pub(super) struct RrtStar {
 }
 
 impl RrtStar {
-    /// A tree of the start alone; both ends of the query must be free. `is_informed` makes it Informed RRT*.
+    /// A tree of the start alone; both ends of the query must be free. `is_informed` makes it
+    /// Informed RRT*.
     pub(super) fn new(
         space: &dyn ConfigSpace,
         query: Query,
@@ -134,7 +142,8 @@ impl RrtStar {
         self.try_goal(space, vertex);
     }
 
-    /// Length of the path, m; infinite while there is none. As short as the tree knows: rewiring shortens it too.
+    /// Length of the path, m; infinite while there is none. As short as the tree knows: rewiring
+    /// shortens it too.
     fn length(&self) -> f64 {
         self.goal.map_or(f64::INFINITY, |(vertex, last)| {
             self.branches.way_to(vertex) + last

@@ -8,8 +8,8 @@ use super::guide::{Guide, Guided};
 use super::query::Query;
 use super::squares::squares_within_reach;
 
-/// Points that a tree draws from anywhere before it is worth knowing where it can go at all, which takes as long as drawing some
-/// thousands.
+/// Points that a tree draws from anywhere before it is worth knowing where it can go at all, which
+/// takes as long as drawing some thousands.
 const PATIENCE: usize = 2000;
 /// Squares that are looked at then.
 const SQUARES: f64 = 1e5;
@@ -85,9 +85,10 @@ impl Draws {
         }
     }
 
-    /// Draws a point. After [`PATIENCE`] of them from anywhere in vain a way over free discs is looked for, to guide the tree from the
-    /// start; where none is found, of the bounds only what can be reached at all is drawn from. Behind walls, and outside of the
-    /// building, points are wasted; and a strip of centimetres is found the sooner the less there is beside it.
+    /// Draws a point. After [`PATIENCE`] of them from anywhere in vain a way over free discs is
+    /// looked for, to guide the tree from the start; where none is found, of the bounds only what
+    /// can be reached at all is drawn from. Behind walls, and outside of the building, points are
+    /// wasted; and a strip of centimetres is found the sooner the less there is beside it.
     pub(super) fn draw(
         &mut self,
         space: &dyn ConfigSpace,

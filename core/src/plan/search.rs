@@ -1,14 +1,16 @@
 //! One way to ask all planners.
 //!
-//! In: a planner, a configuration space, a query, and iterations to spend, in as many steps as the caller likes. Out: how far
-//! it has come, the best path so far, and what was tried, at any time; at the end a path, or the typed reason.
+//! In: a planner, a configuration space, a query, and iterations to spend, in as many steps as the
+//! caller likes. Out: how far it has come, the best path so far, and what was tried, at any time;
+//! at the end a path, or the typed reason.
 //!
 //! 1. Start and goal must be free.
 //! 2. The straight line is tried first, for all planners alike.
-//! 3. Then the planner iterates: a point drawn by the trees, a cell expanded by searches over cells, a leg of the
-//!    visibility graph.
+//! 3. Then the planner iterates: a point drawn by the trees, a cell expanded by searches over
+//!    cells, a leg of the visibility graph.
 //!
-//! The caller may stop between two steps: a search holds nothing but its own memory, and borrows the space for a step.
+//! The caller may stop between two steps: a search holds nothing but its own memory, and borrows
+//! the space for a step.
 
 use std::fmt;
 
@@ -66,9 +68,10 @@ pub struct Search {
 impl Search {
     /// Begins; draws points from what `sampler` makes, where the planner draws any.
     ///
-    /// # Errors    [`NoPath::StartBlocked`], [`NoPath::GoalBlocked`]; [`NoPath::NotOffered`] where the planner cannot work in
-    /// this space: [`Planner::Visibility`] needs walls, [`Planner::Outline`] an outline ([`Search::for_outline`]), and
-    /// [`Planner::Wavefront`] is for routes alone.
+    /// # Errors    [`NoPath::StartBlocked`], [`NoPath::GoalBlocked`]; [`NoPath::NotOffered`] where
+    /// the planner cannot work in this space: [`Planner::Visibility`] needs walls,
+    /// [`Planner::Outline`] an outline ([`Search::for_outline`]), and [`Planner::Wavefront`] is for
+    /// routes alone.
     pub fn new(
         planner: Planner,
         space: &dyn ConfigSpace,
@@ -104,7 +107,8 @@ impl Search {
         Ok(Self::begun(planner, query, Some(planning), progress))
     }
 
-    /// Begins for an outline, from a heading in rad or from any; the space keeps what the disc within the outline needs.
+    /// Begins for an outline, from a heading in rad or from any; the space keeps what the disc
+    /// within the outline needs.
     ///
     /// # Errors    [`NoPath::StartBlocked`], [`NoPath::GoalBlocked`].
     pub fn for_outline(
@@ -138,8 +142,8 @@ impl Search {
         }
     }
 
-    /// Goes on for at most `budget` iterations, in the space it was begun in; sooner back when it is over, and, but for
-    /// planners that improve their path, when there is one.
+    /// Goes on for at most `budget` iterations, in the space it was begun in; sooner back when it
+    /// is over, and, but for planners that improve their path, when there is one.
     pub fn step(&mut self, space: &dyn ConfigSpace, rng: &mut dyn Rng, budget: usize) -> Progress {
         for _ in 0..budget {
             let Some(planning) = &mut self.planning else {
@@ -193,7 +197,8 @@ impl Search {
         self.progress
     }
 
-    /// Why [`Planner::Rooms`] took all cells instead of those of the rooms crossed; `None` where it did not, and of all others.
+    /// Why [`Planner::Rooms`] took all cells instead of those of the rooms crossed; `None` where it
+    /// did not, and of all others.
     #[must_use]
     pub fn fallback(&self) -> Option<NoRooms> {
         self.planning.as_ref()?.fallback()

@@ -48,7 +48,8 @@ fn ask(planner: Planner, space: &SegmentSpace, query: Query, iterations: usize) 
     Answer { path, iterations }
 }
 
-/// Least distance of points 2 mm apart from the walls: knows nothing of rasters, capsules and tangents.
+/// Least distance of points 2 mm apart from the walls: knows nothing of rasters, capsules and
+/// tangents.
 fn nearest(path: &Path, walls: &[Segment]) -> f64 {
     let mut least = f64::INFINITY;
     for leg in path.legs() {

@@ -1,12 +1,14 @@
 //! A path with rounded corners, for driving without stopping at each.
 //!
-//! In: a path of straight legs, the space that the rounding must stay free in, the radii allowed. Out: straight pieces and
-//! arcs that join without a kink; a corner that cannot be rounded stays a turn on the spot.
+//! In: a path of straight legs, the space that the rounding must stay free in, the radii allowed.
+//! Out: straight pieces and arcs that join without a kink; a corner that cannot be rounded stays a
+//! turn on the spot.
 //!
-//! 1. At a corner that turns by τ an arc of radius ρ takes ρ tan(|τ|/2) from either leg: at most half of a leg, all of the
-//!    first and of the last.
-//! 2. The largest free radius is found by halving. Arcs cut corners, and a taut path has its corners at obstacles: the space
-//!    here is that of a narrower margin than the one the path was planned with.
+//! 1. At a corner that turns by τ an arc of radius ρ takes ρ tan(|τ|/2) from either leg: at most
+//!    half of a leg, all of the first and of the last.
+//! 2. The largest free radius is found by halving. Arcs cut corners, and a taut path has its
+//!    corners at obstacles: the space here is that of a narrower margin than the one the path was
+//!    planned with.
 //! 3. No arc is tighter than `least_radius`: the curvature is at most its inverse.
 //!
 //! An arc is free if the polygon through it and the one around it are, with corners [`STEP`] apart.
@@ -152,7 +154,8 @@ impl Corner {
         }
     }
 
-    /// The widest free arc that takes at most `most` metres of either leg; `None` where even the tightest is not free.
+    /// The widest free arc that takes at most `most` metres of either leg; `None` where even the
+    /// tightest is not free.
     fn rounded(&self, space: &dyn ConfigSpace, most: f64, config: &SmoothConfig) -> Option<Piece> {
         let (sin, cos) = sin_cos(0.5 * self.turn.abs());
         // Turning back: no arc.
@@ -282,7 +285,8 @@ mod tests {
 
     #[test]
     fn a_wall_in_the_corner_makes_the_arc_as_tight_as_it_has_to_be() {
-        // A post on the diagonal: an arc of radius ρ about (2 - ρ, ρ) passes the corner at ρ (√2 - 1).
+        // A post on the diagonal: an arc of radius ρ about (2 - ρ, ρ) passes the corner at ρ (√2 -
+        // 1).
         let off = 0.5;
         let post = Point2::new(2.0 - off * 0.5_f64.sqrt(), off * 0.5_f64.sqrt());
         let space = SegmentSpace::new(vec![Segment::new(post, post)], 0.3, BOUNDS).unwrap();

@@ -1,11 +1,13 @@
 //! Floods over squares of a space that has no cells of its own.
 //!
-//! In: a configuration space, one or two places. Out: the proof that no path joins them, or the squares that one of them reaches.
+//! In: a configuration space, one or two places. Out: the proof that no path joins them, or the
+//! squares that one of them reaches.
 //!
-//! 1. A square is open of which any part may be free, as the room changes by no more than the way: by half a diagonal at most.
+//! 1. A square is open of which any part may be free, as the room changes by no more than the way:
+//!    by half a diagonal at most.
 //! 2. Squares that touch, even at a corner, hang together if both are open.
-//! 3. Two places are flooded from by turns: where either flood has nowhere to go before they meet, no path joins them, and
-//!    whoever is walled in is soon found out.
+//! 3. Two places are flooded from by turns: where either flood has nowhere to go before they meet,
+//!    no path joins them, and whoever is walled in is soon found out.
 
 use std::collections::VecDeque;
 
@@ -17,8 +19,8 @@ use crate::map::cells_around;
 /// More squares than this are not laid out: they become larger, and prove less.
 const MOST_SQUARES: f64 = 1.6e7;
 
-/// Whether floods over squares of the given side prove that no path joins two places. `false` proves nothing: gaps that are too narrow
-/// by less than two squares may count as open.
+/// Whether floods over squares of the given side prove that no path joins two places. `false`
+/// proves nothing: gaps that are too narrow by less than two squares may count as open.
 pub(super) fn floods_apart(
     space: &dyn ConfigSpace,
     a: Point2<f64>,
@@ -41,8 +43,8 @@ pub(super) fn floods_apart(
     }
 }
 
-/// The middles of the squares that such a flood from a place arrives at, and their side, m: nothing outside of them can be reached.
-/// At most `most` squares are laid over the bounds.
+/// The middles of the squares that such a flood from a place arrives at, and their side, m: nothing
+/// outside of them can be reached. At most `most` squares are laid over the bounds.
 pub(super) fn squares_within_reach(
     space: &dyn ConfigSpace,
     from: Point2<f64>,

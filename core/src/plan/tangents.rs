@@ -1,11 +1,12 @@
 //! Corners that a taut path winds round, and the tangents between them.
 //!
-//! In: ends of walls as circles, whole or in part blocked by other walls. Out: tangents from circle to circle, and which
-//! arcs are free.
+//! In: ends of walls as circles, whole or in part blocked by other walls. Out: tangents from circle
+//! to circle, and which arcs are free.
 //!
-//! With the left normal n of a leg's direction u, a circle that is wound counter-clockwise lies at +R n from where the leg
-//! touches it, one wound clockwise at -R n. So for signed radii σ and centres c: c₂ - c₁ = L u + (σ₂ - σ₁) n, and one
-//! formula gives all four tangents, and those to points with σ = 0.
+//! With the left normal n of a leg's direction u, a circle that is wound counter-clockwise lies at
+//! +R n from where the leg touches it, one wound clockwise at -R n. So for signed radii σ and
+//! centres c: c₂ - c₁ = L u + (σ₂ - σ₁) n, and one formula gives all four tangents, and those to
+//! points with σ = 0.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 

@@ -16,8 +16,8 @@ const SIDE: i32 = 60;
 const RESOLUTION: f64 = 0.05;
 const RADIUS: f64 = 0.11;
 
-/// A floor 3 m square with the given boxes (column, row, width, height) in it, walled all round, drawn by beams: the
-/// last ones that a cell gets decide what it is.
+/// A floor 3 m square with the given boxes (column, row, width, height) in it, walled all round,
+/// drawn by beams: the last ones that a cell gets decide what it is.
 fn floor(boxes: &[(i32, i32, i32, i32)]) -> Grid {
     let mut grid = Grid::new(GridConfig {
         hit: 0.98,
@@ -56,7 +56,8 @@ fn walls_of(grid: &Grid) -> Vec<Point2<f64>> {
         .collect()
 }
 
-/// Distance of the nearest wall cell from densely sampled points of the path: knows nothing of distance transforms.
+/// Distance of the nearest wall cell from densely sampled points of the path: knows nothing of
+/// distance transforms.
 fn nearest_wall(path: &Path, walls: &[Point2<f64>]) -> f64 {
     let mut nearest = f64::INFINITY;
     for leg in path.legs() {
@@ -104,7 +105,8 @@ fn floods(walls: &[Point2<f64>], start: Point2<f64>, goal: Point2<f64>, keep: f6
     false
 }
 
-/// Flood from start to goal over centres ten times as dense as the cells, where the room is at least `least`.
+/// Flood from start to goal over centres ten times as dense as the cells, where the room is at
+/// least `least`.
 fn floods_finely(space: &GridSpace, least: f64) -> bool {
     const SIDES: usize = 10 * SIDE as usize;
     let fine = RESOLUTION / 10.0;
@@ -189,7 +191,8 @@ proptest! {
         let space = GridSpace::new(&floor(&boxes), whole(), keep, Unknown::Free);
         prop_assume!(space.is_free(START) && space.is_free(GOAL));
         let fine = RESOLUTION / 10.0;
-        // The room changes by at most √2 a metre: by this much from a place to the nearest of the fine centres.
+        // The room changes by at most √2 a metre: by this much from a place to the nearest of the
+        // fine centres.
         let found = may_reach(&space, START, GOAL);
         prop_assert!(found || !floods_finely(&space, 0.5 * fine * std::f64::consts::SQRT_2), "a false proof");
         prop_assert!(!found || floods_finely(&space, -fine), "a proof was missed");
@@ -222,7 +225,8 @@ proptest! {
         prop_assume!(space.is_free(START));
         let wave = Wavefront::new(&space, START);
         for cell in wave.reached() {
-            // Every way is free, and as long as the cost says or shorter: walls make cost, never length.
+            // Every way is free, and as long as the cost says or shorter: walls make cost, never
+            // length.
             let path = wave.path_to(&space, cell).unwrap();
             prop_assert!(path.legs().all(|leg| space.leg_is_free(&leg)));
             prop_assert!(path.length() <= wave.cost(cell).unwrap() * 1.02 + 1e-9);
@@ -235,10 +239,12 @@ proptest! {
 
 #[test]
 fn a_gap_that_opens_between_the_centres_of_cells_is_no_proof() {
-    // Two blocks, corner to corner, five cells apart across and up: halfway between the corners lies a saddle, no centre.
+    // Two blocks, corner to corner, five cells apart across and up: halfway between the corners
+    // lies a saddle, no centre.
     let grid = floor(&[(1, 30, 20, 29), (25, 1, 34, 25)]);
     let space = |keep| GridSpace::new(&grid, whole(), keep, Unknown::Free);
-    // Centres around the saddle are √13 and √8 cells from the corners, the saddle lies in the middle of both.
+    // Centres around the saddle are √13 and √8 cells from the corners, the saddle lies in the
+    // middle of both.
     let saddle = (0.5 * (13.0_f64.sqrt() + 8.0_f64.sqrt()) - 0.5) * RESOLUTION;
     let goal = |space: &GridSpace| space.index_at(GOAL).unwrap();
     for (keep, expected) in [(saddle - 1e-4, true), (saddle + 1e-4, false)] {
@@ -347,7 +353,8 @@ fn what_is_left_over_near_by_comes_before_the_long_way() {
         let places = found.iter().filter_map(|f| Some(f.goal?.x));
         places.collect::<Vec<f64>>()
     };
-    // 0.6 m to the left, and 0.4, 0.8 and 1.2 m to the right: the left end first saves 0.6 m of the whole.
+    // 0.6 m to the left, and 0.4, 0.8 and 1.2 m to the right: the left end first saves 0.6 m of the
+    // whole.
     assert_eq!(order(&[1.6, 2.4, 0.6, 2.0], None), [0.6, 1.6, 2.0, 2.4]);
     // With nothing far off to the right it is the other way round.
     assert_eq!(order(&[0.6, 1.6], None), [1.6, 0.6]);

@@ -1,18 +1,22 @@
 //! Which frontier first: the one with which the shortest tour through all of them begins.
 //!
-//! In: frontiers with their goals, and the wavefront from where the robot is. Out: the same in the order of that tour.
+//! In: frontiers with their goals, and the wavefront from where the robot is. Out: the same in the
+//! order of that tour.
 //!
-//! 1. Ways between goals are measured over the floor that the wavefront reached, in squares of three by three cells: one wavefront from
-//!    each goal.
-//! 2. The [`MOST`] goals with the cheapest ways are toured, the tour ending anywhere. It is exact: Held & Karp (1962), "A dynamic
-//!    programming approach to sequencing problems". What lies farther off waits; it will be near later, or gone.
-//! 3. A goal that the robot is heading for stays the first unless that costs [`WORTH`] more than the shortest tour: no dithering.
+//! 1. Ways between goals are measured over the floor that the wavefront reached, in squares of
+//!    three by three cells: one wavefront from each goal.
+//! 2. The [`MOST`] goals with the cheapest ways are toured, the tour ending anywhere. It is exact:
+//!    Held & Karp (1962), "A dynamic programming approach to sequencing problems". What lies
+//!    farther off waits; it will be near later, or gone.
+//! 3. A goal that the robot is heading for stays the first unless that costs [`WORTH`] more than
+//!    the shortest tour: no dithering.
 //!
-//! So what remains near by is looked at before the robot goes far, since coming back for it would cost the way twice. What a
-//! frontier promises does not count: all of them are looked at in the end.
+//! So what remains near by is looked at before the robot goes far, since coming back for it would
+//! cost the way twice. What a frontier promises does not count: all of them are looked at in the
+//! end.
 //!
-//! Ours; planning a tour over all frontiers is usual since Kulich, Faigl & Přeučil (2011), "On distance utility in the exploration
-//! task".
+//! Ours; planning a tour over all frontiers is usual since Kulich, Faigl & Přeučil (2011), "On
+//! distance utility in the exploration task".
 
 use nalgebra::Point2;
 
@@ -29,8 +33,9 @@ pub(crate) const SAME_GOAL: f64 = 0.75;
 /// Side of a square, m.
 const SQUARE: f64 = 0.15;
 
-/// Puts the frontiers into the order in which to look at them; those that are not `open` any more, and those that cannot be reached,
-/// come last. `heading_for` is the goal that the robot is on its way to.
+/// Puts the frontiers into the order in which to look at them; those that are not `open` any more,
+/// and those that cannot be reached, come last. `heading_for` is the goal that the robot is on its
+/// way to.
 pub fn order_by_tour(
     frontiers: &mut Vec<Frontier>,
     space: &GridSpace,

@@ -1,11 +1,12 @@
 //! A tree of straight legs with a spatial index.
 //!
-//! In: legs, one after another. Out: the point of the tree nearest to any other, on a vertex or on an edge.
+//! In: legs, one after another. Out: the point of the tree nearest to any other, on a vertex or on
+//! an edge.
 //!
-//! Edges are registered in all cells of a coarse raster that they cross; the nearest edge is looked for in growing
-//! rings of that raster, and the search ends when no ring farther out can hold a nearer one. An edge that is split
-//! leaves its old entries behind: they point to its shortened rest, which is measured as it is now, so they cost a
-//! little time and no truth.
+//! Edges are registered in all cells of a coarse raster that they cross; the nearest edge is looked
+//! for in growing rings of that raster, and the search ends when no ring farther out can hold a
+//! nearer one. An edge that is split leaves its old entries behind: they point to its shortened
+//! rest, which is measured as it is now, so they cost a little time and no truth.
 
 use nalgebra::Point2;
 
@@ -100,7 +101,8 @@ impl Tree {
         best
     }
 
-    /// Makes a vertex of a place found by [`Tree::nearest`], splitting its edge where it lies inside of one.
+    /// Makes a vertex of a place found by [`Tree::nearest`], splitting its edge where it lies
+    /// inside of one.
     pub(super) fn split(&mut self, at: &Nearest) -> usize {
         let outer = self.vertices[at.edge];
         if at.point == outer.point {
@@ -129,8 +131,8 @@ impl Tree {
         vertex
     }
 
-    /// Grows from the nearest point of the tree to the last collision-free one towards `target`; `None` where that is
-    /// less than `least` metres.
+    /// Grows from the nearest point of the tree to the last collision-free one towards `target`;
+    /// `None` where that is less than `least` metres.
     pub(super) fn extend(
         &mut self,
         space: &dyn ConfigSpace,
@@ -239,7 +241,8 @@ impl Raster {
         });
     }
 
-    /// Shows edges ring by ring around `point` to `visit`, which answers with the least distance so far.
+    /// Shows edges ring by ring around `point` to `visit`, which answers with the least distance so
+    /// far.
     fn search(&self, point: Point2<f64>, mut visit: impl FnMut(usize) -> f64) {
         let at = self.at(point);
         let (col, row) = (at.x.floor() as i32, at.y.floor() as i32);

@@ -2,9 +2,10 @@
 //!
 //! In: targets, one after another. Out: legs that grow towards them, in steps of bounded length.
 //!
-//! A leg that is blocked ends at the last whole step before the wall, if there is any. A vertex at the wall itself would be
-//! the nearest one to all that lies behind the wall, and nothing can grow from there: trees that went up to the wall took
-//! 4.2 ms for the median query in the peers' `world_office.csv`, these take 0.1 ms (`--example workloads -- plan`).
+//! A leg that is blocked ends at the last whole step before the wall, if there is any. A vertex at
+//! the wall itself would be the nearest one to all that lies behind the wall, and nothing can grow
+//! from there: trees that went up to the wall took 4.2 ms for the median query in the peers'
+//! `world_office.csv`, these take 0.1 ms (`--example workloads -- plan`).
 
 use nalgebra::Point2;
 
@@ -40,7 +41,8 @@ impl VertexTree {
         self.parents.len() - 1
     }
 
-    /// One step of at most `step` metres from the nearest vertex towards `target`; `None` where it is blocked.
+    /// One step of at most `step` metres from the nearest vertex towards `target`; `None` where it
+    /// is blocked.
     pub(super) fn extend(
         &mut self,
         space: &dyn ConfigSpace,
@@ -67,8 +69,8 @@ impl VertexTree {
         })
     }
 
-    /// As many steps from the nearest vertex towards `target` as are free, and the rest if all are; `None` where not even
-    /// one is.
+    /// As many steps from the nearest vertex towards `target` as are free, and the rest if all are;
+    /// `None` where not even one is.
     pub(super) fn connect(
         &mut self,
         space: &dyn ConfigSpace,

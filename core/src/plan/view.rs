@@ -1,13 +1,16 @@
 //! What could be seen from a place: the gain of the next best view.
 //!
-//! In: the states of the grid, a place, how far the sensor sees. Out: the unknown area that it would see from there.
+//! In: the states of the grid, a place, how far the sensor sees. Out: the unknown area that it
+//! would see from there.
 //!
-//! 1. Rays all round, one cell apart at their far ends, walk from cell to cell until they meet an occupied one.
-//! 2. Unknown cells on their way are counted once each. What lies behind unknown cells may be hidden, so a ray ends after
-//!    [`DEPTH`] of them.
+//! 1. Rays all round, one cell apart at their far ends, walk from cell to cell until they meet an
+//!    occupied one.
+//! 2. Unknown cells on their way are counted once each. What lies behind unknown cells may be
+//!    hidden, so a ray ends after [`DEPTH`] of them.
 //!
-//! Source: González-Baños & Latombe (2002), "Navigation strategies for exploring indoor environments", §4.2: the candidate's gain
-//! is the area that could be visible through the free borders of what is known.
+//! Source: González-Baños & Latombe (2002), "Navigation strategies for exploring indoor
+//! environments", §4.2: the candidate's gain is the area that could be visible through the free
+//! borders of what is known.
 
 use std::f64::consts::TAU;
 
@@ -18,7 +21,8 @@ use crate::map::CellState;
 /// So much unknown way a ray is taken to see, m.
 const DEPTH: f64 = 1.0;
 
-/// The unknown area, m², that a sensor of `sight` (m) would see from the middle of a cell; 0 for a sight of less than a cell.
+/// The unknown area, m², that a sensor of `sight` (m) would see from the middle of a cell; 0 for a
+/// sight of less than a cell.
 pub(super) fn view_gain(space: &GridSpace, from: usize, sight: f64) -> f64 {
     let resolution = space.resolution();
     let (width, states) = (space.rect().width(), space.states());

@@ -1,19 +1,23 @@
-//! Visibility graph for a disc among walls: the shortest path there is, or the proof that there is none.
+//! Visibility graph for a disc among walls: the shortest path there is, or the proof that there is
+//! none.
 //!
-//! In: walls as segments, the distance to keep from them, a query; corner by corner. Out: the shortest path.
+//! In: walls as segments, the distance to keep from them, a query; corner by corner. Out: the
+//! shortest path.
 //!
-//! 1. A taut path among capsules is made of straight legs and of arcs round ends of walls; each leg touches the circles
-//!    that it joins. The graph has a node for every such leg at its far end; an edge is an arc followed by the next leg.
+//! 1. A taut path among capsules is made of straight legs and of arcs round ends of walls; each leg
+//!    touches the circles that it joins. The graph has a node for every such leg at its far end; an
+//!    edge is an arc followed by the next leg.
 //! 2. Legs from a circle are searched for when the search first leaves that circle, and kept.
 //! 3. A* over that graph: what remains is at least the straight line.
 //! 4. An exhausted search is a proof: if there is any path there is a taut one.
-//! 5. Arcs are handed on as corners of polygons around them, so that the path never comes nearer to a wall than allowed;
-//!    it is longer than the arcs by less than 0.03 % of their length.
+//! 5. Arcs are handed on as corners of polygons around them, so that the path never comes nearer to
+//!    a wall than allowed; it is longer than the arcs by less than 0.03 % of their length.
 //!
-//! Circles are wider than the distance to keep by [`SPARE`], so that rounding does not let a leg along a wall touch it.
+//! Circles are wider than the distance to keep by [`SPARE`], so that rounding does not let a leg
+//! along a wall touch it.
 //!
-//! Source: Liu & Arimoto (1992), "Path planning using a tangent graph for mobile robots among polygonal and curved
-//! obstacles"; the proof in Laumond (1987) for smooth obstacles.
+//! Source: Liu & Arimoto (1992), "Path planning using a tangent graph for mobile robots among
+//! polygonal and curved obstacles"; the proof in Laumond (1987) for smooth obstacles.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -52,8 +56,9 @@ struct Arrival {
     before: Option<u32>,
 }
 
-/// Arrivals that wait, the least way and rest first: that sum as bits (of numbers that are not negative these are in order), the circle
-/// that the leg is from, its number there, the arrival before, and the way as bits.
+/// Arrivals that wait, the least way and rest first: that sum as bits (of numbers that are not
+/// negative these are in order), the circle that the leg is from, its number there, the arrival
+/// before, and the way as bits.
 type Open = BinaryHeap<Reverse<(u64, u32, u32, u32, u64)>>;
 
 /// Circle 0 is the start, 1 the goal; then each end of a wall twice, wound either way.

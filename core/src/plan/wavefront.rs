@@ -1,12 +1,14 @@
 //! Cheapest ways over the cells of a [`GridSpace`], from one start to everywhere.
 //!
-//! In: a configuration space over a grid, and a start. Out: the cost of every reachable cell, and the way to it.
+//! In: a configuration space over a grid, and a start. Out: the cost of every reachable cell, and
+//! the way to it.
 //!
-//! 1. Cells are free where the room at their centre is not negative. Diagonal steps need both cells beside them, so that
-//!    a way over cells is free everywhere between them too.
+//! 1. Cells are free where the room at their centre is not negative. Diagonal steps need both cells
+//!    beside them, so that a way over cells is free everywhere between them too.
 //! 2. A step costs its length, more where walls are near, so that ways keep to the middle of doors.
-//! 3. Dijkstra's algorithm with buckets for small whole costs: Dial (1969), "Algorithm 360: shortest-path forest with
-//!    topological ordering". Linear in cells, and whole numbers give the same order everywhere.
+//! 3. Dijkstra's algorithm with buckets for small whole costs: Dial (1969), "Algorithm 360:
+//!    shortest-path forest with topological ordering". Linear in cells, and whole numbers give the
+//!    same order everywhere.
 
 use nalgebra::Point2;
 
@@ -132,8 +134,8 @@ impl Wavefront {
             .collect()
     }
 
-    /// The way over cell centres from the start to the cell; `None` where no way leads. Corners only: cells in the
-    /// middle of a straight run are skipped.
+    /// The way over cell centres from the start to the cell; `None` where no way leads. Corners
+    /// only: cells in the middle of a straight run are skipped.
     #[must_use]
     pub fn path_to(&self, space: &GridSpace, index: usize) -> Option<Path> {
         self.cost(index)?;
@@ -160,8 +162,9 @@ impl Wavefront {
     }
 }
 
-/// The floor of a wavefront in larger squares, for many rough wavefronts over it. A square is open where any of its cells was reached:
-/// walls between two floors, the robot's room to either side included, have to be thicker than two squares.
+/// The floor of a wavefront in larger squares, for many rough wavefronts over it. A square is open
+/// where any of its cells was reached: walls between two floors, the robot's room to either side
+/// included, have to be thicker than two squares.
 #[derive(Clone, Debug)]
 pub(super) struct Squares {
     weights: Vec<u8>,
@@ -194,7 +197,8 @@ impl Squares {
     }
 }
 
-/// How many times its length a step onto each cell costs; 0 where the cell is not free, and at the border.
+/// How many times its length a step onto each cell costs; 0 where the cell is not free, and at the
+/// border.
 fn weights(space: &GridSpace) -> Vec<u8> {
     let (width, height) = (space.rect().width(), space.rect().height());
     let weight = |index: usize| {
@@ -232,7 +236,8 @@ fn nearest_open(index: usize, weights: &[u8], width: usize) -> Option<usize> {
         .find(|&i| weights.get(i).is_some_and(|&w| w > 0))
 }
 
-/// The open neighbours of a cell with the length of the step. Cells at the border are never open, so neighbours exist.
+/// The open neighbours of a cell with the length of the step. Cells at the border are never open,
+/// so neighbours exist.
 fn steps(at: usize, weights: &[u8], width: usize) -> impl Iterator<Item = (usize, u32)> + '_ {
     let (east, west, north, south) = (at + 1, at - 1, at + width, at - width);
     let open = |i: usize| weights[i] > 0;

@@ -1,9 +1,11 @@
-//! In: a [`Scan`] and the motion during its sweep. Out: [`Points`] in the robot frame at the scan's stamp.
+//! In: a [`Scan`] and the motion during its sweep. Out: [`Points`] in the robot frame at the scan's
+//! stamp.
 //!
-//! 1. Invalid beams and those outside the range gate are dropped; no-returns are kept, they say what is free.
-//! 2. Each beam is moved by the motion that followed it, so that a moving robot's scan is not skewed: from the
-//!    odometry of the last moments ([`Points::from_rolling_scan`]) where it is at hand, else under constant speed and
-//!    turn rate during the sweep ([`Points::from_scan`]).
+//! 1. Invalid beams and those outside the range gate are dropped; no-returns are kept, they say
+//!    what is free.
+//! 2. Each beam is moved by the motion that followed it, so that a moving robot's scan is not
+//!    skewed: from the odometry of the last moments ([`Points::from_rolling_scan`]) where it is at
+//!    hand, else under constant speed and turn rate during the sweep ([`Points::from_scan`]).
 
 use nalgebra::{Point2, Vector2};
 
@@ -65,8 +67,9 @@ pub struct Beam {
 }
 
 impl Points {
-    /// Converts a scan; `motion` is the robot's motion during the sweep (`robot_at_first_from_robot_at_last`).
-    /// The points stand in the robot frame at the stamp of the scan.
+    /// Converts a scan; `motion` is the robot's motion during the sweep
+    /// (`robot_at_first_from_robot_at_last`). The points stand in the robot frame at the stamp of
+    /// the scan.
     #[must_use]
     pub fn from_scan(scan: &Scan, motion: &Pose2, config: &PointConfig) -> Self {
         let back = motion.inverse();
@@ -80,15 +83,17 @@ impl Points {
         })
     }
 
-    /// Converts a scan that was taken while the robot moved as `history` says. The points stand in the robot frame
-    /// of now, which is the end of the newest odometry reading and may be a little later than the scan's stamp.
+    /// Converts a scan that was taken while the robot moved as `history` says. The points stand in
+    /// the robot frame of now, which is the end of the newest odometry reading and may be a little
+    /// later than the scan's stamp.
     #[must_use]
     pub fn from_rolling_scan(scan: &Scan, history: &MotionHistory, config: &PointConfig) -> Self {
         let now = history.now().unwrap_or(scan.stamp);
         Self::from_moved_scan(scan, now, &history.since_beams(scan), config)
     }
 
-    /// The same from the motion since each beam was taken, up to `now` ([`MotionHistory::since_beams`]).
+    /// The same from the motion since each beam was taken, up to `now`
+    /// ([`MotionHistory::since_beams`]).
     #[must_use]
     pub fn from_moved_scan(
         scan: &Scan,
@@ -104,8 +109,8 @@ impl Points {
         })
     }
 
-    /// Converts a scan of which it is known where the robot was at each beam: `robot_from_robot_at` gives that in the
-    /// robot frame at `stamp`.
+    /// Converts a scan of which it is known where the robot was at each beam: `robot_from_robot_at`
+    /// gives that in the robot frame at `stamp`.
     #[must_use]
     pub fn from_placed_scan(
         scan: &Scan,
@@ -178,8 +183,8 @@ mod tests {
     use super::*;
     use crate::robot::Odometry;
 
-    /// A round room of 3 m around the origin, seen by a robot that moves by `motion` during the sweep and ends at the
-    /// origin: each beam measured from where the robot was.
+    /// A round room of 3 m around the origin, seen by a robot that moves by `motion` during the
+    /// sweep and ends at the origin: each beam measured from where the robot was.
     fn scan_of_round_room(motion: &Pose2) -> Scan {
         let n = 120;
         let mut scan = Scan {

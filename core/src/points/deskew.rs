@@ -1,8 +1,10 @@
-//! In: the odometry of the last moments. Out: where the robot was, relative to now, at any instant of them.
+//! In: the odometry of the last moments. Out: where the robot was, relative to now, at any instant
+//! of them.
 //!
-//! A scan of a turning sensor takes a good part of a second, and arrives a little after its last beam. Between two
-//! odometry readings constant speed and turn rate are assumed; over a whole sweep they would not hold: a robot that
-//! starts to turn at 6 rad/s² while a sweep of 0.18 s runs is 1.4° off in the middle of it.
+//! A scan of a turning sensor takes a good part of a second, and arrives a little after its last
+//! beam. Between two odometry readings constant speed and turn rate are assumed; over a whole sweep
+//! they would not hold: a robot that starts to turn at 6 rad/s² while a sweep of 0.18 s runs is
+//! 1.4° off in the middle of it.
 
 use std::collections::VecDeque;
 
@@ -45,7 +47,8 @@ impl MotionHistory {
         self.steps.back().map(|last| last.to)
     }
 
-    /// Mean speeds (m/s, rad/s) over the last `span` seconds of odometry; 0 before the first reading.
+    /// Mean speeds (m/s, rad/s) over the last `span` seconds of odometry; 0 before the first
+    /// reading.
     #[must_use]
     pub fn speeds(&self, span: f64) -> (f64, f64) {
         let Some(now) = self.now() else {
@@ -70,10 +73,11 @@ impl MotionHistory {
         self.since((0..scan.len()).map(|beam| scan.taken_at(beam)))
     }
 
-    /// What is known of the motion from each of the given instants to now, for instants in any order.
+    /// What is known of the motion from each of the given instants to now, for instants in any
+    /// order.
     ///
-    /// Instants before the oldest reading get the motion since its start, instants after the newest one get none:
-    /// nothing is known there, so standing still is assumed.
+    /// Instants before the oldest reading get the motion since its start, instants after the newest
+    /// one get none: nothing is known there, so standing still is assumed.
     #[must_use]
     pub fn since(&self, instants: impl IntoIterator<Item = Stamp>) -> Vec<MovedSince> {
         // From the end of each step to now, from the newest back.
@@ -116,7 +120,8 @@ pub struct MovedSince {
 }
 
 impl MovedSince {
-    /// From earlier on: `back` is the way back over the motion between, whose heading has the given variance.
+    /// From earlier on: `back` is the way back over the motion between, whose heading has the given
+    /// variance.
     fn back_over(&self, back: &Pose2, heading_variance: f64) -> Self {
         Self {
             pose: self.pose * *back,

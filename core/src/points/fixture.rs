@@ -1,4 +1,5 @@
-//! Points for tests: made by hand, or what an exact lidar in the middle of the robot sees of walls. σ is 1 cm, the stamp 0. And noise.
+//! Points for tests: made by hand, or what an exact lidar in the middle of the robot sees of walls.
+//! σ is 1 cm, the stamp 0. And noise.
 
 use std::f64::consts::TAU;
 
@@ -62,7 +63,8 @@ pub(crate) fn scan_of_hits(ends_in_robot: impl IntoIterator<Item = Point2<f64>>)
     scan_of(ends.map(|(beam_idx, end)| hit(beam_idx, end)))
 }
 
-/// Range to the nearest of the walls along a unit vector of the robot frame; infinite where none stands, m.
+/// Range to the nearest of the walls along a unit vector of the robot frame; infinite where none
+/// stands, m.
 pub(crate) fn range_to(
     walls: &[Segment],
     world_from_robot: &Pose2,
@@ -75,7 +77,8 @@ pub(crate) fn range_to(
     ranges.fold(f64::INFINITY, f64::min)
 }
 
-/// Beams all round, 360 of them, the first one ahead: each ends at a wall, or at `max_range` (m) where none is nearer.
+/// Beams all round, 360 of them, the first one ahead: each ends at a wall, or at `max_range` (m)
+/// where none is nearer.
 pub(crate) fn look(walls: &[Segment], world_from_robot: &Pose2, max_range: f64) -> Points {
     scan_of((0..360).map(|beam_idx| {
         let (sin, cos) = sin_cos(TAU * beam_idx as f64 / 360.0);

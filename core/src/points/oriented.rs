@@ -1,16 +1,18 @@
-//! In: [`Points`]. Out: the hits thinned to an even spacing, each with the direction of the surface it lies on.
+//! In: [`Points`]. Out: the hits thinned to an even spacing, each with the direction of the surface
+//! it lies on.
 //!
-//! 1. Hits are taken in the order of the beams; a neighbour belongs to the same surface while the step to it is not much
-//!    longer than the spacing that the beam angle makes at this range.
-//! 2. A line is fitted to the neighbours within reach (total least squares: the eigenvectors of their scatter).
-//! 3. Points whose neighbours do not form a line are dropped: a surface direction that means nothing would pull a match
-//!    any way.
-//! 4. Of the points nearer than `spacing` to the last one kept, none is kept: close walls, seen by many beams, would
-//!    else outvote far ones.
+//! 1. Hits are taken in the order of the beams; a neighbour belongs to the same surface while the
+//!    step to it is not much longer than the spacing that the beam angle makes at this range.
+//! 2. A line is fitted to the neighbours within reach (total least squares: the eigenvectors of
+//!    their scatter).
+//! 3. Points whose neighbours do not form a line are dropped: a surface direction that means
+//!    nothing would pull a match any way.
+//! 4. Of the points nearer than `spacing` to the last one kept, none is kept: close walls, seen by
+//!    many beams, would else outvote far ones.
 //!
-//! Why surface directions: matching a point to a line converges in a third of the iterations of matching it to a point,
-//! and lets the point slide along a wall, which no scan can measure (Censi 2008, "An ICP variant using a point-to-line
-//! metric").
+//! Why surface directions: matching a point to a line converges in a third of the iterations of
+//! matching it to a point, and lets the point slide along a wall, which no scan can measure (Censi
+//! 2008, "An ICP variant using a point-to-line metric").
 
 use nalgebra::{Point2, Vector2};
 
@@ -32,9 +34,11 @@ pub struct OrientedConfig {
     pub max_range: f64,
     /// Least distance of two points kept, m. Default 0.04; larger is faster and less precise.
     pub spacing: f64,
-    /// Half of the piece of surface that gives a direction, m. Default 0.12; larger smooths noise and rounds corners.
+    /// Half of the piece of surface that gives a direction, m. Default 0.12; larger smooths noise
+    /// and rounds corners.
     pub reach: f64,
-    /// A surface counts as a line while the scatter across is less than this part of that along. Default 0.1.
+    /// A surface counts as a line while the scatter across is less than this part of that along.
+    /// Default 0.1.
     pub max_flatness: f64,
 }
 
@@ -102,7 +106,8 @@ pub fn oriented_points(points: &Points, config: &OrientedConfig) -> Vec<Oriented
     kept
 }
 
-/// The angle between neighbouring beams as most pairs have it: the median over the pairs without a gap.
+/// The angle between neighbouring beams as most pairs have it: the median over the pairs without a
+/// gap.
 fn beam_angle(points: &Points) -> f64 {
     // Every seventh is enough for a median.
     let mut angles: Vec<f64> = points.beam_angles().step_by(7).collect();
@@ -147,7 +152,8 @@ impl Scatter {
         if along <= 1e-8 || across > max_flatness * along {
             return None;
         }
-        // The eigenvector of the larger eigenvalue is (spread + half, xy) or (xy, spread - half): take the longer.
+        // The eigenvector of the larger eigenvalue is (spread + half, xy) or (xy, spread - half):
+        // take the longer.
         let tangent = if half >= 0.0 {
             Vector2::new(spread + half, xy)
         } else {

@@ -1,15 +1,18 @@
 //! σ of the range, as a function of the range, from scans taken standing still.
 //!
-//! In: scans of a robot that did not move. Out: σ(ρ) = a + b ρ or a + b ρ², with the covariance of a and b.
+//! In: scans of a robot that did not move. Out: σ(ρ) = a + b ρ or a + b ρ², with the covariance of
+//! a and b.
 //!
-//! 1. Two readings of the same beam in successive scans differ by √2 σ: no mean is needed, and slow drift cancels
-//!    (von Neumann 1941, "Distribution of the ratio of the mean square successive difference to the variance").
-//! 2. Differences are gathered in bins of range. Those beyond [`SigmaConfig::clip`] deviations are outliers, edges and people, and
-//!    are skipped, again and again until none is.
-//! 3. σ of a bin of n differences is known to σ √3 / (2 √n) (same paper, for large n); a and b follow by weighted least squares.
+//! 1. Two readings of the same beam in successive scans differ by √2 σ: no mean is needed, and slow
+//!    drift cancels (von Neumann 1941, "Distribution of the ratio of the mean square successive
+//!    difference to the variance").
+//! 2. Differences are gathered in bins of range. Those beyond [`SigmaConfig::clip`] deviations are
+//!    outliers, edges and people, and are skipped, again and again until none is.
+//! 3. σ of a bin of n differences is known to σ √3 / (2 √n) (same paper, for large n); a and b
+//!    follow by weighted least squares.
 //!
-//! Why differences: the variance about a mean of its own for each beam needs long recordings, and counts a door that was opened
-//! for noise.
+//! Why differences: the variance about a mean of its own for each beam needs long recordings, and
+//! counts a door that was opened for noise.
 
 #[cfg(test)]
 mod tests;
@@ -67,7 +70,8 @@ pub struct SigmaFit {
     pub coefficients: Vector2<f64>,
     /// Covariance of a and b.
     pub cov: Matrix2<f64>,
-    /// Squared misfit of the bins over their variance; about the number of bins less two where the growth is the right one.
+    /// Squared misfit of the bins over their variance; about the number of bins less two where the
+    /// growth is the right one.
     pub chi_squared: f64,
     /// What it was fitted to.
     pub bins: Vec<SigmaBin>,
@@ -168,7 +172,8 @@ impl SigmaFit {
 /// Estimates σ(ρ) from stretches of scans. In each, a sensor that did not move took one scan after
 /// the other; between two stretches it may have moved.
 ///
-/// # Errors    [`SigmaError`]: scans of different sensors in one stretch, too few readings, a setting out of range.
+/// # Errors    [`SigmaError`]: scans of different sensors in one stretch, too few readings, a
+/// setting out of range.
 pub fn estimate_sigma(stretches: &[&[Scan]], config: &SigmaConfig) -> Result<SigmaFit, SigmaError> {
     check(&[
         ("bin", config.bin, POSITIVE),

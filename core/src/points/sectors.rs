@@ -1,15 +1,17 @@
 //! One reading for each sector of a scan, and when a sector without return is believed.
 //!
-//! In: a scan, and how wide a sector is. Out: a scan of as many beams as there are sectors with a beam in them.
+//! In: a scan, and how wide a sector is. Out: a scan of as many beams as there are sectors with a
+//! beam in them.
 //!
 //! 1. A beam belongs to the sector ⌊(bearing + π) / width⌋ of those that divide the circle evenly.
-//! 2. No returns count: where more than [`SectorConfig::no_returns`] of a sector's beams came back with nothing, nothing is there.
-//!    Fewer are errors, and do not count. Celej's sensor said 20 000 mm now and then where a wall was, and the map had free cells
-//!    behind it.
-//! 3. Else the sector's range is the least of its valid ones, or their mean, with the σ that belongs to it; without a valid one the
-//!    sector is invalid.
+//! 2. No returns count: where more than [`SectorConfig::no_returns`] of a sector's beams came back
+//!    with nothing, nothing is there. Fewer are errors, and do not count. Celej's sensor said 20
+//!    000 mm now and then where a wall was, and the map had free cells behind it.
+//! 3. Else the sector's range is the least of its valid ones, or their mean, with the σ that
+//!    belongs to it; without a valid one the sector is invalid.
 //!
-//! The new beam looks along the middle of its sector, and its direction is as uncertain as a uniform one over the width.
+//! The new beam looks along the middle of its sector, and its direction is as uncertain as a
+//! uniform one over the width.
 //!
 //! Source: Celej §4 (`measurement`: sectors of at least 10°) and §7 (`errcount`).
 
@@ -37,8 +39,8 @@ impl SectorRange {
 /// How a scan is reduced to sectors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectorConfig {
-    /// Width of a sector, rad; it is made a little less, so that a whole number goes round. Default 10°, Celej's least. Larger: fewer,
-    /// surer readings.
+    /// Width of a sector, rad; it is made a little less, so that a whole number goes round. Default
+    /// 10°, Celej's least. Larger: fewer, surer readings.
     pub width: f64,
     /// So many no-returns in a sector are errors; more say that nothing is there. Default 3.
     pub no_returns: usize,
@@ -95,7 +97,8 @@ impl Sector {
     }
 }
 
-/// Reduces a scan to sectors, in the order in which it came to them; sectors without a beam are skipped.
+/// Reduces a scan to sectors, in the order in which it came to them; sectors without a beam are
+/// skipped.
 #[must_use]
 pub fn sectors(scan: &Scan, config: &SectorConfig) -> Scan {
     let count = (TAU / config.width.clamp(1e-3, TAU)).ceil() as usize;

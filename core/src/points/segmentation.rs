@@ -2,11 +2,12 @@
 //!
 //! 1. A beam without a return, or a step in bearing beyond `max_step`, ends a run.
 //! 2. Two neighbours belong together while the [`BreakRule`] says so.
-//! 3. On a full circle, if the robot stood, the last run is joined to the first by the same rule. A circle without any break starts at the
-//!    farthest beam: along a straight wall the range has no inner maximum, so that is a corner.
+//! 3. On a full circle, if the robot stood, the last run is joined to the first by the same rule. A
+//!    circle without any break starts at the farthest beam: along a straight wall the range has no
+//!    inner maximum, so that is a corner.
 //!
-//! Angles between beams come from cross and dot products: no transcendental call per beam. Most neighbours belong together by far;
-//! those are found four at a time.
+//! Angles between beams come from cross and dot products: no transcendental call per beam. Most
+//! neighbours belong together by far; those are found four at a time.
 
 mod rules;
 
@@ -20,9 +21,11 @@ use rules::{Joins, Ray};
 /// Where one surface may end and another begin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentationConfig {
-    /// When two neighbours do not belong together. Default [`BreakRule::Adaptive`] with 10° and 3 σ.
+    /// When two neighbours do not belong together. Default [`BreakRule::Adaptive`] with 10° and 3
+    /// σ.
     pub rule: BreakRule,
-    /// Largest step in bearing within a run, rad. Default 0.12: three beams of 2° may be missing, no more.
+    /// Largest step in bearing within a run, rad. Default 0.12: three beams of 2° may be missing,
+    /// no more.
     pub max_step: f64,
 }
 
@@ -51,7 +54,8 @@ impl Run {
         points.beams[head].iter().chain(&points.beams[tail])
     }
 
-    /// The beams of the run in two pieces: up to the end of a scan of `n_beams`, and on from beam 0.
+    /// The beams of the run in two pieces: up to the end of a scan of `n_beams`, and on from
+    /// beam 0.
     #[must_use]
     pub fn ranges(&self, n_beams: usize) -> [Range<usize>; 2] {
         let first = self.first.min(n_beams);
@@ -125,7 +129,8 @@ fn close_circle(beams: &[Beam], rule: &impl Joins, runs: &mut Vec<Run>) {
         (a.end_in_robot - a.origin_in_robot).perp(&(b.end_in_robot - b.origin_in_robot))
     };
     let goes_on = turn(last_beam, first_beam) * turn(first_beam, second) > 0.0;
-    // A moving robot saw both sides of the seam a whole sweep apart: no wall is known that well across it.
+    // A moving robot saw both sides of the seam a whole sweep apart: no wall is known that well
+    // across it.
     let stood = (last_beam.origin_in_robot - first_beam.origin_in_robot).norm() < 1e-3;
     let is_seen = first_beam.is_hit && last_beam.is_hit;
     if beams.len() < 3

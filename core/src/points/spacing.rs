@@ -1,11 +1,12 @@
 //! The distance to expect between neighbouring points: k(ρ) = a ρ + b.
 //!
-//! Source: Pilch 2016 §3.5.1, the distance coefficient; **Erratum** of the specification: eq. (3.6) gives no units.
-//! 22.3 mm at 1 m with 280 samples a turn is a = 2π/280, b = 0 in metres.
+//! Source: Pilch 2016 §3.5.1, the distance coefficient; **Erratum** of the specification: eq. (3.6)
+//! gives no units. 22.3 mm at 1 m with 280 samples a turn is a = 2π/280, b = 0 in metres.
 
 use std::f64::consts::TAU;
 
-/// The expected distance of neighbouring points on a surface at right angles to the beam: k(ρ) = a ρ + b.
+/// The expected distance of neighbouring points on a surface at right angles to the beam: k(ρ) = a
+/// ρ + b.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpacingModel {
     /// m per m of range; the step in bearing, rad, for an ideal sensor.

@@ -1,26 +1,32 @@
 //! Walkers: something stands where there was free space just before.
 //!
-//! In: each scan's points and the motion since the previous scan. Out: those points of the newest scan that belong to a
-//! walker, or to one who stopped a few seconds ago and may walk on.
+//! In: each scan's points and the motion since the previous scan. Out: those points of the newest
+//! scan that belong to a walker, or to one who stopped a few seconds ago and may walk on.
 //!
-//! 1. Correct the motion since the previous scan by the turn that odometry missed ([`turn`]). Slipping tracks turn a robot
-//!    by five degrees in half a metre straight on, and every wall seen at a flat angle would seem to walk.
-//! 2. A hit has entered free space if an older scan saw past it: all its beams in that direction, and a little to either
-//!    side for the odometry since, ended behind it. What was hidden then has not entered; nor has what lay in a gap between
-//!    beams. A moving robot's beams do not start at one place, so each is compared from its own origin, or every edge that
-//!    comes into sight would seem to walk.
-//! 3. Two such hits beside each other, in two scans, are a place where somebody walks. One alone may be noise.
-//! 4. Hits near such a place belong to it. The place is forgotten when nothing is near it any more, and at the latest
-//!    [`WalkerConfig::memory`] after somebody was last seen to walk there (a second for each scan that saw them walk):
-//!    whoever paused may walk on, and what only seemed to move is soon forgotten.
+//! 1. Correct the motion since the previous scan by the turn that odometry missed ([`turn`]).
+//!    Slipping tracks turn a robot by five degrees in half a metre straight on, and every wall seen
+//!    at a flat angle would seem to walk.
+//! 2. A hit has entered free space if an older scan saw past it: all its beams in that direction,
+//!    and a little to either side for the odometry since, ended behind it. What was hidden then has
+//!    not entered; nor has what lay in a gap between beams. A moving robot's beams do not start at
+//!    one place, so each is compared from its own origin, or every edge that comes into sight would
+//!    seem to walk.
+//! 3. Two such hits beside each other, in two scans, are a place where somebody walks. One alone
+//!    may be noise.
+//! 4. Hits near such a place belong to it. The place is forgotten when nothing is near it any more,
+//!    and at the latest [`WalkerConfig::memory`] after somebody was last seen to walk there (a
+//!    second for each scan that saw them walk): whoever paused may walk on, and what only seemed to
+//!    move is soon forgotten.
 //!
-//! A sensor that sweeps only when the robot stands is too slow for this; [`Walkers::partial_scan`] compares single readings
-//! on the move with its last scan.
+//! A sensor that sweeps only when the robot stands is too slow for this; [`Walkers::partial_scan`]
+//! compares single readings on the move with its last scan.
 //!
-//! A robot that turns by half a radian a second or more sees fast walkers only: its heading is too uncertain for more.
+//! A robot that turns by half a radian a second or more sees fast walkers only: its heading is too
+//! uncertain for more.
 //!
-//! Ours; step 2 is the test of visibility by which Lindström & Eklundh (2001), "Detecting and tracking moving objects from a
-//! mobile platform using a laser range scanner", find what violates the free room.
+//! Ours; step 2 is the test of visibility by which Lindström & Eklundh (2001), "Detecting and
+//! tracking moving objects from a mobile platform using a laser range scanner", find what violates
+//! the free room.
 
 mod partial_scan;
 mod turn;
@@ -40,13 +46,14 @@ pub struct WalkerConfig {
     /// How far away walkers are searched for, m. Default 4: a robot must know of them there to stop
     /// in time.
     pub reach: f64,
-    /// How far an older beam has to go on behind a hit, m. Default 0.08: eight times a lidar's noise. Larger: slow walkers are
-    /// seen later.
+    /// How far an older beam has to go on behind a hit, m. Default 0.08: eight times a lidar's
+    /// noise. Larger: slow walkers are seen later.
     pub behind: f64,
-    /// Hits this near to a place where somebody walked belong to that walker, m. Default 0.3: about the radius of a person.
+    /// Hits this near to a place where somebody walked belong to that walker, m. Default 0.3: about
+    /// the radius of a person.
     pub size: f64,
-    /// A walker who stands still may walk on for this long, s. Default 15: people in each other's way stand for more than
-    /// five, and then step aside.
+    /// A walker who stands still may walk on for this long, s. Default 15: people in each other's
+    /// way stand for more than five, and then step aside.
     pub memory: f64,
 }
 
@@ -67,14 +74,16 @@ const KEPT: usize = 3;
 const OLDEST: f64 = 1.0;
 /// Beams farther apart than this are no picture of free room, rad.
 const COARSE: f64 = 0.06;
-/// By how much odometry may err: part of a way; and of a turn, whose errors grow with its root: four and a half standard deviations of
-/// tracks that slip by 5e-3 rad²/rad.
+/// By how much odometry may err: part of a way; and of a turn, whose errors grow with its root:
+/// four and a half standard deviations of tracks that slip by 5e-3 rad²/rad.
 const DRIFT: f64 = 0.06;
 const TURN_DRIFT: f64 = 0.32;
-/// By how much tracks that slip may turn a robot that drives straight on: as many standard deviations, which grow with the root of the way
-/// (1e-3 m²/m for each of two tracks 0.33 m apart), rad for the first metre.
+/// By how much tracks that slip may turn a robot that drives straight on: as many standard
+/// deviations, which grow with the root of the way (1e-3 m²/m for each of two tracks 0.33 m apart),
+/// rad for the first metre.
 const WAY_DRIFT: f64 = 0.61;
-/// Whoever was seen to walk in few scans is not remembered for long, s for each: it may have been an error of the odometry.
+/// Whoever was seen to walk in few scans is not remembered for long, s for each: it may have been
+/// an error of the odometry.
 const PER_SIGHTING: f64 = 1.0;
 /// Scans that must have seen somebody walk: one alone may be an error of the odometry.
 const CONFIRMED: u32 = 2;
@@ -82,8 +91,8 @@ const CONFIRMED: u32 = 2;
 const SEAM: f64 = 0.5;
 /// What is nearer to the sensor is taken to be so far, m.
 const NEAR: f64 = 0.1;
-/// Least number of beams that have to look past a hit, and least part of those that fit there: the sweep of a robot that turns leaves
-/// directions out.
+/// Least number of beams that have to look past a hit, and least part of those that fit there: the
+/// sweep of a robot that turns leaves directions out.
 const LEAST_BEAMS: f64 = 3.0;
 const COVERED: f64 = 0.7;
 

@@ -137,7 +137,8 @@ pub(super) fn pairs<'a, T: Target>(
     })
 }
 
-/// Matches `points` to `target`, from `start`; `accumulate` makes the sums for a pose and a scale of the kernel, m.
+/// Matches `points` to `target`, from `start`; `accumulate` makes the sums for a pose and a scale
+/// of the kernel, m.
 pub(super) fn register(
     points: &[OrientedPoint],
     start: &Pose2,

@@ -1,7 +1,8 @@
 //! Distances of points to the places of their surfels.
 //!
-//! A pair's residual is r = p - q for the point p and the surfel's place q. It is the metric of the first ICP: it needs no
-//! normals, but along a wall it pulls points towards where the map was sampled, which takes many iterations.
+//! A pair's residual is r = p - q for the point p and the surfel's place q. It is the metric of the
+//! first ICP: it needs no normals, but along a wall it pulls points towards where the map was
+//! sampled, which takes many iterations.
 //!
 //! Source: Besl & McKay (1992), "A method for registration of 3-D shapes".
 

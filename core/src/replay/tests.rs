@@ -118,7 +118,8 @@ fn recorded_buildings_are_mapped_as_well_as_published() {
     }
 }
 
-/// A robot that stands in a room while somebody crosses 1.5 m ahead of it at 1 m/s, five scans a second.
+/// A robot that stands in a room while somebody crosses 1.5 m ahead of it at 1 m/s, five scans a
+/// second.
 fn log_with_somebody() -> CarmenLog {
     let mut text = String::new();
     for i in 0..12 {

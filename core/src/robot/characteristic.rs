@@ -1,18 +1,21 @@
 //! The characteristic of an infra-red ranger: from volts to range.
 //!
-//! In: pairs of a known range and the volts measured there. Out: a polynomial of the fifth degree, its residuals, and whether it
-//! can be trusted between the pairs.
+//! In: pairs of a known range and the volts measured there. Out: a polynomial of the fifth degree,
+//! its residuals, and whether it can be trusted between the pairs.
 //!
-//! 1. The variable is volts or 1/volts, moved and scaled so that the pairs span [-1, 1]: fifth powers of raw volts would
-//!    cost half the digits.
+//! 1. The variable is volts or 1/volts, moved and scaled so that the pairs span [-1, 1]: fifth
+//!    powers of raw volts would cost half the digits.
 //! 2. Least squares by Householder QR of the Vandermonde matrix (Golub & Van Loan §5.3).
-//! 3. The ends of the pairs bound the domain: beyond, volts are clamped, since a polynomial runs away there.
-//! 4. Where the derivative changes its sign the polynomial turns round, and one range stands for two: that is reported.
+//! 3. The ends of the pairs bound the domain: beyond, volts are clamped, since a polynomial runs
+//!    away there.
+//! 4. Where the derivative changes its sign the polynomial turns round, and one range stands for
+//!    two: that is reported.
 //!
-//! Why 1/volts: the ranger triangulates, so volts fall nearly like 1/range, and range is nearly a straight line in 1/volts. In
-//! volts the polynomial has to bend and ripples.
+//! Why 1/volts: the ranger triangulates, so volts fall nearly like 1/range, and range is nearly a
+//! straight line in 1/volts. In volts the polynomial has to bend and ripples.
 //!
-//! Source: TDK 2016 §1.3 (polynomial of the fifth degree); the specification, "Sensors", for the pairs.
+//! Source: TDK 2016 §1.3 (polynomial of the fifth degree); the specification, "Sensors", for the
+//! pairs.
 
 mod polynomial;
 #[cfg(test)]
@@ -66,7 +69,8 @@ pub struct Fit {
     pub residuals: Vec<f64>,
     /// Root of the sum of the squared residuals over the degrees of freedom, m.
     pub sigma: f64,
-    /// Volts at which the range begins to rise with the volts; `None` where it falls all along, as it should.
+    /// Volts at which the range begins to rise with the volts; `None` where it falls all along, as
+    /// it should.
     pub reverses_at: Option<f64>,
 }
 
@@ -90,7 +94,8 @@ pub enum CharacteristicError {
         /// The figure at fault.
         figure: OutOfBounds,
     },
-    /// Ranges have to rise and volts to fall from pair to pair: nearer than the peak the ranger is ambiguous.
+    /// Ranges have to rise and volts to fall from pair to pair: nearer than the peak the ranger is
+    /// ambiguous.
     #[error(
         "calibration pair {pair}: {range} m, {volts} V after {last_range} m, {last_volts} V; expected a greater range and \
          fewer volts"
@@ -182,7 +187,8 @@ impl Characteristic {
         }
     }
 
-    /// The derivative is a polynomial too: between its own roots it keeps its sign, so one look into each stretch is enough.
+    /// The derivative is a polynomial too: between its own roots it keeps its sign, so one look
+    /// into each stretch is enough.
     fn reverses_at(&self) -> Option<f64> {
         let derivative = self.polynomial.derivative();
         let mut borders = vec![-1.0];

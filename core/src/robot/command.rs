@@ -2,7 +2,8 @@
 
 /// A command to the robot; the simulated and the real one take the very same.
 ///
-/// Source: TDK 2016 §1.2 (`Forward`, `Turn`, `Scan`), and `Velocity` for driving by hand and by the pilot.
+/// Source: TDK 2016 §1.2 (`Forward`, `Turn`, `Scan`), and `Velocity` for driving by hand and by the
+/// pilot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
     /// Stand still. Cancels whatever is under way.

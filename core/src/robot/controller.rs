@@ -1,21 +1,25 @@
-//! The controller of the two motors: encoder counts and wished speeds in, two voltages out, once in a period.
+//! The controller of the two motors: encoder counts and wished speeds in, two voltages out, once in
+//! a period.
 //!
-//! In: counts of both encoders, wished speeds and accelerations of both shafts. Out: voltages within the battery's.
+//! In: counts of both encoders, wished speeds and accelerations of both shafts. Out: voltages
+//! within the battery's.
 //!
 //! 1. Two observers follow the counts: angle, speed, current and load of each motor.
-//! 2. The wished motion is a state of its own: speeds as asked for, their integrals as angles, and the currents and
-//!    voltages that would hold them against the observed loads. What is less what is wished is the error;
-//!    u = u_wished - K e.
-//! 3. Both output errors are integrated, so that neither a load nor a wrong figure leaves one. The integral of the error of
-//!    Ψ'_L is taken from the angle itself: then no rounding of the estimated speed adds up, and the way is kept too.
-//! 4. Saturation: what both motors want in common gives way to what they want apart, so a weak battery makes the robot
-//!    slow, not crooked. While a part is cut off, its integrator does not run further in that direction
-//!    (conditional integration), so that nothing has to be unwound afterwards.
-//! 5. At rest the voltages are zero (the motors are shorted and brake), and all memory is dropped: nothing hums or
-//!    hunts between two counts.
+//! 2. The wished motion is a state of its own: speeds as asked for, their integrals as angles, and
+//!    the currents and voltages that would hold them against the observed loads. What is less what
+//!    is wished is the error; u = u_wished - K e.
+//! 3. Both output errors are integrated, so that neither a load nor a wrong figure leaves one. The
+//!    integral of the error of Ψ'_L is taken from the angle itself: then no rounding of the
+//!    estimated speed adds up, and the way is kept too.
+//! 4. Saturation: what both motors want in common gives way to what they want apart, so a weak
+//!    battery makes the robot slow, not crooked. While a part is cut off, its integrator does not
+//!    run further in that direction (conditional integration), so that nothing has to be unwound
+//!    afterwards.
+//! 5. At rest the voltages are zero (the motors are shorted and brake), and all memory is dropped:
+//!    nothing hums or hunts between two counts.
 //!
-//! Straight driving is two equal speeds, turning on the spot two opposite ones, and any arc lies between: ΔΨ is then a
-//! ramp. Source: TDK 2016 §1.1.
+//! Straight driving is two equal speeds, turning on the spot two opposite ones, and any arc lies
+//! between: ΔΨ is then a ramp. Source: TDK 2016 §1.1.
 
 mod design;
 mod discrete;
@@ -52,7 +56,8 @@ pub struct DriveController {
     supply: f64,
     radians_per_count: f64,
     observers: [Observer; 2],
-    /// Wished angles less the observed ones of when the motion began: of the left shaft, and ΔΨ, rad.
+    /// Wished angles less the observed ones of when the motion began: of the left shaft, and ΔΨ,
+    /// rad.
     wished: Angles,
     /// Integral of the error of ΔΨ, rad s.
     difference_integral: f64,
@@ -77,7 +82,8 @@ impl Angles {
 }
 
 impl DriveController {
-    /// A controller for a robot that stands, its counts at `counts`; `train` holds the figures it believes in.
+    /// A controller for a robot that stands, its counts at `counts`; `train` holds the figures it
+    /// believes in.
     ///
     /// # Units    `period` s; `radians_per_count` of a shaft.
     /// # Errors    [`DesignError`].
@@ -106,8 +112,8 @@ impl DriveController {
         &self.gains
     }
 
-    /// Takes what the battery gives now, V: saturation falls with it. It never counts on more than the drive train's own
-    /// figure; what is no number leaves it as it was.
+    /// Takes what the battery gives now, V: saturation falls with it. It never counts on more than
+    /// the drive train's own figure; what is no number leaves it as it was.
     pub fn set_supply(&mut self, volts: f64) {
         if volts.is_finite() {
             self.supply = volts.clamp(0.0, self.train.battery);
@@ -195,14 +201,16 @@ impl DriveController {
         })
     }
 
-    /// Lets the wished angles and the integral of ΔΨ go on, unless that would ask for more of what is cut off.
+    /// Lets the wished angles and the integral of ΔΨ go on, unless that would ask for more of what
+    /// is cut off.
     fn integrate(&mut self, error: &SVector<f64, 7>, wanted: [f64; 2], wishes: [Wish; 2]) {
         let h = self.gains.period;
         let cut = [0, 1].map(|side: usize| wanted[side] - self.voltages[side]);
         let (cut_in_common, cut_apart) = (cut[0] + cut[1], cut[0] - cut[1]);
         let [left, right] = wishes.map(|wish| wish.speed);
         self.wished.difference += h * (left - right);
-        // More error makes less voltage: where voltage is cut off, only an error of the same sign may be added.
+        // More error makes less voltage: where voltage is cut off, only an error of the same sign
+        // may be added.
         if cut_apart * error[0] >= 0.0 {
             self.difference_integral += h * error[0];
         }

@@ -1,12 +1,14 @@
 //! Beams at equal angles, for files and messages that know no others.
 //!
-//! In: the bearings of a scan, in any order. Out: a first direction, a step, and which beam stands for each direction.
+//! In: the bearings of a scan, in any order. Out: a first direction, a step, and which beam stands
+//! for each direction.
 //!
 //! 1. Bearings that rise or fall evenly stay as they are, turned into rising order.
-//! 2. Of others the fan begins behind the widest gap between neighbours: a sensor may look backwards, over ±π. All round no gap is
-//!    wider than that at the back by two steps, and the fan begins there.
-//! 3. It has as many directions as there are beams. A beam stands for the direction next to it, at most half a step off; of two the
-//!    nearer reading counts, and a number before none.
+//! 2. Of others the fan begins behind the widest gap between neighbours: a sensor may look
+//!    backwards, over ±π. All round no gap is wider than that at the back by two steps, and the fan
+//!    begins there.
+//! 3. It has as many directions as there are beams. A beam stands for the direction next to it, at
+//!    most half a step off; of two the nearer reading counts, and a number before none.
 
 use std::f64::consts::TAU;
 
@@ -90,7 +92,8 @@ impl EvenBeams {
     }
 }
 
-/// First direction (wrapped) of the narrowest fan that holds all of them, and its width; of what looks all round it begins at -π.
+/// First direction (wrapped) of the narrowest fan that holds all of them, and its width; of what
+/// looks all round it begins at -π.
 fn fan(bearings: &[f64]) -> (f64, f64) {
     let mut sorted: Vec<f64> = bearings.iter().map(|bearing| wrap(*bearing)).collect();
     sorted.sort_by(f64::total_cmp);

@@ -1,5 +1,6 @@
-//! What crosses the border between a robot (real, simulated or recorded) and the rest: stamps, scans, odometry,
-//! commands, the figures of the robot itself, and what turns a ranger's volts into a range.
+//! What crosses the border between a robot (real, simulated or recorded) and the rest: stamps,
+//! scans, odometry, commands, the figures of the robot itself, and what turns a ranger's volts into
+//! a range.
 
 mod adc;
 mod bumpers;

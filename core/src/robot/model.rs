@@ -14,7 +14,8 @@ pub struct RobotModel {
     pub width: f64,
     /// What of the body touches walls.
     pub shape: BodyShape,
-    /// Effective distance of the tracks when turning, m: slip makes it larger than the one a ruler finds.
+    /// Effective distance of the tracks when turning, m: slip makes it larger than the one a ruler
+    /// finds.
     pub track_width: f64,
     /// The distance of the tracks that a ruler finds, m.
     pub ruled_width: f64,
@@ -61,25 +62,30 @@ pub struct OdometryNoise {
     pub per_metre: f64,
     /// Variance of the sideways slip for each metre of way, m²/m.
     pub lateral_per_metre: f64,
-    /// Variance of the heading for each radian turned, rad²/rad: tracks slip most when turning on the spot.
+    /// Variance of the heading for each radian turned, rad²/rad: tracks slip most when turning on
+    /// the spot.
     pub heading_per_radian: f64,
 }
 
-/// Systematic errors of the odometry: no two robots are worn alike. The simulation draws those of its robot from its
-/// seed, each with a random sign and between half and one and a half times the size given here.
+/// Systematic errors of the odometry: no two robots are worn alike. The simulation draws those of
+/// its robot from its seed, each with a random sign and between half and one and a half times the
+/// size given here.
 ///
-/// Source: Borenstein & Feng (1996), "Measurement and correction of systematic odometry errors in mobile robots":
-/// unequal wheels and an uncertain wheelbase are the two that matter.
+/// Source: Borenstein & Feng (1996), "Measurement and correction of systematic odometry errors in
+/// mobile robots": unequal wheels and an uncertain wheelbase are the two that matter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OdometryBias {
-    /// How much longer one track runs than the other, as a part of the way: it bends a straight drive.
+    /// How much longer one track runs than the other, as a part of the way: it bends a straight
+    /// drive.
     pub track_mismatch: f64,
-    /// How much wider the effective track is than assumed, as a part: it makes each turn too short or too long.
+    /// How much wider the effective track is than assumed, as a part: it makes each turn too short
+    /// or too long.
     pub track_width: f64,
 }
 
 impl RobotModel {
-    /// The tracked RP6: board 113 x 189 mm, 0.24 mm a count, tracks 103 mm apart that turn like 197 mm.
+    /// The tracked RP6: board 113 x 189 mm, 0.24 mm a count, tracks 103 mm apart that turn like 197
+    /// mm.
     ///
     /// Source: the specification, "Motors and the drive controller" and "RP6 over UART".
     #[must_use]
@@ -102,7 +108,8 @@ impl RobotModel {
                 lateral_per_metre: 1e-4,
                 heading_per_radian: 2e-3,
             },
-            // Slip differs from floor to floor: the specification asks to calibrate on a known turn.
+            // Slip differs from floor to floor: the specification asks to calibrate on a known
+            // turn.
             odometry_bias: OdometryBias {
                 track_mismatch: 0.02,
                 track_width: 0.03,
@@ -144,7 +151,8 @@ impl RobotModel {
         self.metres_per_tick / self.drive.metres_per_radian
     }
 
-    /// The body's outline, wider by `margin` m on every side; `None` where it is a disc, or nothing of the outline remains.
+    /// The body's outline, wider by `margin` m on every side; `None` where it is a disc, or nothing
+    /// of the outline remains.
     #[must_use]
     pub fn outline(&self, margin: f64) -> Option<Footprint> {
         match self.shape {

@@ -2,12 +2,14 @@
 //!
 //! In: a motor's figures. Out: the matrices of x' = A x + B u.
 //!
-//! 1. One motor with its track: x = (Ψ, Ψ', i), the angle and speed of the shaft that drives the track and the current:
-//!    Θ Ψ'' = c2 i - f Ψ' - load, L i' = u - R i - c1 Ψ'.
-//! 2. The robot: x = (ΔΨ, Ψ'_L, i_L, Ψ'_R, i_R) with ΔΨ = Ψ_L - Ψ_R, two voltages in; outputs ΔΨ and Ψ'_L.
+//! 1. One motor with its track: x = (Ψ, Ψ', i), the angle and speed of the shaft that drives the
+//!    track and the current: Θ Ψ'' = c2 i - f Ψ' - load, L i' = u - R i - c1 Ψ'.
+//! 2. The robot: x = (ΔΨ, Ψ'_L, i_L, Ψ'_R, i_R) with ΔΨ = Ψ_L - Ψ_R, two voltages in; outputs ΔΨ
+//!    and Ψ'_L.
 //!
-//! All figures are those at the track's shaft, behind the gear: with a gear 1:n the constants c1 and c2 are n times the
-//! motor's and its inertia n² times. The robot's mass is shared by the tracks, half of it each.
+//! All figures are those at the track's shaft, behind the gear: with a gear 1:n the constants c1
+//! and c2 are n times the motor's and its inertia n² times. The robot's mass is shared by the
+//! tracks, half of it each.
 //!
 //! Source: TDK 2016 §1.1.
 
@@ -30,8 +32,9 @@ pub struct MotorModel {
     pub resistance: f64,
     /// Inductance L, H.
     pub inductance: f64,
-    /// Dry friction of gear and track, N m: what has to be overcome before anything turns. Not in the linear model; the
-    /// controller takes it for a load, and the simulation stops the shaft by it.
+    /// Dry friction of gear and track, N m: what has to be overcome before anything turns. Not in
+    /// the linear model; the controller takes it for a load, and the simulation stops the shaft by
+    /// it.
     pub dry_friction: f64,
 }
 
@@ -46,10 +49,11 @@ pub struct DriveTrain {
     pub battery: f64,
     /// Way of a track for each radian of its shaft, m.
     pub metres_per_radian: f64,
-    /// Most that one track can push before it slips on the ground, N: half of weight times friction.
+    /// Most that one track can push before it slips on the ground, N: half of weight times
+    /// friction.
     pub grip: f64,
-    /// How far the motors of a single robot are from these figures, as a part of their constants. The simulation draws
-    /// each motor's own from its seed; the controller does not know.
+    /// How far the motors of a single robot are from these figures, as a part of their constants.
+    /// The simulation draws each motor's own from its seed; the controller does not know.
     pub spread: f64,
 }
 
@@ -69,9 +73,10 @@ const SPREAD: Bounds = [0.0, 0.49];
 impl MotorModel {
     /// A motor of the RP6 with its gear and track.
     ///
-    /// Nobody has published a data sheet of this motor. Known: 7.2 V, gear 1:72, two motors that move about 1 kg at
-    /// 0.30 m/s at most with reserve. Assumed, from motors of this size (280 class): 4.5 Ω, 2 mH, 5.4 mV s at the rotor,
-    /// rotor 5 g cm², a gear that loses a quarter, and friction that leaves about 0.37 m/s at full voltage.
+    /// Nobody has published a data sheet of this motor. Known: 7.2 V, gear 1:72, two motors that
+    /// move about 1 kg at 0.30 m/s at most with reserve. Assumed, from motors of this size (280
+    /// class): 4.5 Ω, 2 mH, 5.4 mV s at the rotor, rotor 5 g cm², a gear that loses a quarter, and
+    /// friction that leaves about 0.37 m/s at full voltage.
     #[must_use]
     pub fn rp6() -> Self {
         let gear = 72.0;
@@ -88,8 +93,9 @@ impl MotorModel {
         }
     }
 
-    /// A motor of the Pioneer 2: of the class of Pittman's GM9236 (12 V, 0.71 Ω, 0.66 mH, 0.023 V s, rotor 71 g cm²) with
-    /// gear 1:19.7, wheels of 0.165 m, and 9 kg to move. Gear losses and friction are assumed.
+    /// A motor of the Pioneer 2: of the class of Pittman's GM9236 (12 V, 0.71 Ω, 0.66 mH, 0.023 V
+    /// s, rotor 71 g cm²) with gear 1:19.7, wheels of 0.165 m, and 9 kg to move. Gear losses and
+    /// friction are assumed.
     #[must_use]
     pub fn pioneer() -> Self {
         let gear = 19.7;
@@ -133,8 +139,8 @@ impl MotorModel {
         )
     }
 
-    /// Current, A, and voltage, V, that hold a speed (rad/s) and an acceleration (rad/s²) against a load (N m). The change
-    /// of the current itself is neglected: it is over within L/R.
+    /// Current, A, and voltage, V, that hold a speed (rad/s) and an acceleration (rad/s²) against a
+    /// load (N m). The change of the current itself is neglected: it is over within L/R.
     #[must_use]
     pub fn to_hold(&self, speed: f64, acceleration: f64, load: f64) -> (f64, f64) {
         let torque = self.inertia * acceleration + self.friction * speed + load;
@@ -158,7 +164,8 @@ impl MotorModel {
 }
 
 impl DriveTrain {
-    /// The RP6: 6 NiMH cells, 625 counts of 0.24 mm a turn of the shaft (a radian is 23.9 mm), 1 kg on rubber.
+    /// The RP6: 6 NiMH cells, 625 counts of 0.24 mm a turn of the shaft (a radian is 23.9 mm), 1 kg
+    /// on rubber.
     #[must_use]
     pub fn rp6() -> Self {
         Self {

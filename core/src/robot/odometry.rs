@@ -33,7 +33,8 @@ pub struct OdometryError {
 }
 
 impl Odometry {
-    /// Checks that every number is one. A source calls it once where data enters; afterwards the motion is trusted.
+    /// Checks that every number is one. A source calls it once where data enters; afterwards the
+    /// motion is trusted.
     ///
     /// # Errors    [`OdometryError`], naming the instants and the part at fault.
     pub fn validate(&self) -> Result<(), OdometryError> {
@@ -97,7 +98,8 @@ pub struct Tracks {
 impl Tracks {
     /// The motion of the midpoint rule: Δs cos(Δθ/2), Δs sin(Δθ/2), Δθ with Δθ = (Δs_R - Δs_L)/b.
     ///
-    /// Source: TDK 2016 eq. (2.6), with the erratum of the specification: b is the whole track width.
+    /// Source: TDK 2016 eq. (2.6), with the erratum of the specification: b is the whole track
+    /// width.
     #[must_use]
     pub fn motion(&self, track_width: f64) -> Pose2 {
         let advance = 0.5 * (self.right + self.left);
@@ -106,10 +108,11 @@ impl Tracks {
         Pose2::new(advance * cos, advance * sin, turn)
     }
 
-    /// Covariance of [`Tracks::motion`]: k |Δs| for each track, and lateral slip in proportion to the turn and the way.
+    /// Covariance of [`Tracks::motion`]: k |Δs| for each track, and lateral slip in proportion to
+    /// the turn and the way.
     ///
-    /// Source: TDK 2016 §3.1 (F_u Q F_uᵀ); the variance in proportion to the distance as in Siegwart & Nourbakhsh
-    /// (2004), eq. (5.8).
+    /// Source: TDK 2016 §3.1 (F_u Q F_uᵀ); the variance in proportion to the distance as in
+    /// Siegwart & Nourbakhsh (2004), eq. (5.8).
     #[must_use]
     pub fn covariance(&self, track_width: f64, noise: &OdometryNoise) -> Matrix3<f64> {
         let of_track = |way: f64| noise.per_metre * way.abs();
@@ -122,7 +125,8 @@ impl Tracks {
         cov
     }
 
-    /// F_u Q F_uᵀ: covariance of [`Tracks::motion`] for variances of the distances of the left and the right track, m².
+    /// F_u Q F_uᵀ: covariance of [`Tracks::motion`] for variances of the distances of the left and
+    /// the right track, m².
     ///
     /// Source: TDK 2016 §3.1.
     #[must_use]
@@ -152,8 +156,9 @@ impl Tracks {
 pub enum TrackNoise {
     /// Variances grow with the way and the turn.
     Proportional(OdometryNoise),
-    /// The same variance for each track in each reading of the encoders, m², however far it ran: a robot that stands loses its
-    /// way, and one that runs is believed too much. TDK 2016 §3.1, the source's constant Q.
+    /// The same variance for each track in each reading of the encoders, m², however far it ran: a
+    /// robot that stands loses its way, and one that runs is believed too much. TDK 2016 §3.1, the
+    /// source's constant Q.
     Constant(f64),
 }
 

@@ -3,11 +3,11 @@
 //! In: volts, as the converter has them. Out: a range with its σ.
 //!
 //! 1. Volts become a range by a [`Characteristic`] fitted to the calibration pairs.
-//! 2. σ is that of the volts (noise and the converter's steps) times the slope of the characteristic: a volt is
-//!    worth d², so σ grows so too. The spread of the fit's residuals is added, being what the characteristic does
-//!    not know.
-//! 3. From the greatest range on, and where the characteristic ends, nothing came back (infinite); below the least
-//!    range the reading is invalid (NaN).
+//! 2. σ is that of the volts (noise and the converter's steps) times the slope of the
+//!    characteristic: a volt is worth d², so σ grows so too. The spread of the fit's residuals is
+//!    added, being what the characteristic does not know.
+//! 3. From the greatest range on, and where the characteristic ends, nothing came back (infinite);
+//!    below the least range the reading is invalid (NaN).
 //!
 //! The simulated rangers and those of a real RP6 go through the same figures.
 //!
@@ -25,10 +25,12 @@ pub struct RangerModel {
     pub sharp: Sharp,
     /// Positions of the servo in its 90°. Default 45: every 2°.
     pub positions: usize,
-    /// Seconds at each position. Default 0.070, the firmware's: the servo has come to stand and the slowest cycle is over, so that
-    /// what is read was measured there. Shorter reads what was measured at the position before.
+    /// Seconds at each position. Default 0.070, the firmware's: the servo has come to stand and the
+    /// slowest cycle is over, so that what is read was measured there. Shorter reads what was
+    /// measured at the position before.
     pub period: f64,
-    /// Until the servo stands at a new angle, s. Default 0.022: its next pulse comes after 20 ms at the latest, and 2° take 2 ms.
+    /// Until the servo stands at a new angle, s. Default 0.022: its next pulse comes after 20 ms at
+    /// the latest, and 2° take 2 ms.
     pub settle: f64,
     /// Mean cycle of a ranger, s. Default 0.0383.
     pub cycle: f64,
@@ -52,7 +54,8 @@ pub struct RangerModel {
     pub dropouts: f64,
     /// Part of the readings that are wrong: any volts at all. Default 0.001.
     pub outliers: f64,
-    /// Whether things nearer than the peak look far, as on the real robot. Default true; false: they are recognised and invalid.
+    /// Whether things nearer than the peak look far, as on the real robot. Default true; false:
+    /// they are recognised and invalid.
     pub folds: bool,
     /// Where the servo sits on the robot. Default: its middle.
     pub robot_from_sensor: Pose2,

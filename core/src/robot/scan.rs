@@ -6,8 +6,9 @@ use crate::geom::Pose2;
 
 /// Polar readings of one sweep, in the order in which they were taken.
 ///
-/// The columns have the same length, but for `qualities`, which may be empty. Beam `i` of `n` was taken `sweep * (n - 1 - i) / (n - 1)` seconds before
-/// `stamp`: the stamp is that of the last beam.
+/// The columns have the same length, but for `qualities`, which may be empty. Beam `i` of `n` was
+/// taken `sweep * (n - 1 - i) / (n - 1)` seconds before `stamp`: the stamp is that of the last
+/// beam.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scan {
     /// When the last beam was taken.
@@ -16,18 +17,20 @@ pub struct Scan {
     pub robot_from_sensor: Pose2,
     /// Direction of each beam in the sensor frame, rad.
     pub bearings: Vec<f64>,
-    /// Range of each beam, m; `INFINITY` where nothing came back, `NAN` where the reading is invalid.
+    /// Range of each beam, m; `INFINITY` where nothing came back, `NAN` where the reading is
+    /// invalid.
     pub ranges: Vec<f32>,
     /// Standard deviation of each range, m.
     pub sigmas: Vec<f32>,
-    /// Strength of each echo in the sensor's own unit (RPLIDAR 0 to 63, LD06 0 to 255); 0 where nothing valid came back. Empty
-    /// where the sensor reports none.
+    /// Strength of each echo in the sensor's own unit (RPLIDAR 0 to 63, LD06 0 to 255); 0 where
+    /// nothing valid came back. Empty where the sensor reports none.
     pub qualities: Vec<u8>,
     /// Standard deviation of each bearing, rad.
     pub bearing_sigma: f64,
     /// The farthest range the sensor reports, m: what a no-return says is free.
     pub max_range: f64,
-    /// Duration from the first beam to the last, s; 0 where all were taken at once or the robot stood still.
+    /// Duration from the first beam to the last, s; 0 where all were taken at once or the robot
+    /// stood still.
     pub sweep: f64,
 }
 
@@ -98,7 +101,8 @@ impl Scan {
         self.ranges.is_empty()
     }
 
-    /// Checks what the columns promise. A source calls it once where data enters; afterwards the scan is trusted.
+    /// Checks what the columns promise. A source calls it once where data enters; afterwards the
+    /// scan is trusted.
     ///
     /// # Errors    [`ScanError`], naming the first beam and column that break the promise.
     pub fn validate(&self) -> Result<(), ScanError> {
@@ -165,7 +169,8 @@ impl Scan {
         self.qualities.get(beam).copied()
     }
 
-    /// How far before the last beam the given one was taken, as a fraction of the sweep: 1 for the first, 0 for the last.
+    /// How far before the last beam the given one was taken, as a fraction of the sweep: 1 for the
+    /// first, 0 for the last.
     #[must_use]
     pub fn age_fraction(&self, beam: usize) -> f64 {
         let last = self.len().saturating_sub(1);

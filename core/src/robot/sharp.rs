@@ -1,10 +1,11 @@
 //! Sharp's infra-red rangers: from range to volts.
 //!
-//! In: the true range. Out: the volts of the output, before any noise. The inverse is [`super::Characteristic`], fitted to
-//! the pairs of the data sheet and not to this model.
+//! In: the true range. Out: the volts of the output, before any noise. The inverse is
+//! [`super::Characteristic`], fitted to the pairs of the data sheet and not to this model.
 //!
-//! Source: the specification, "Sensors": GP2Y0A21 V = 26.54/(d + 2) + 0.085 with d in cm, 3.2 V at its peak; GP2Y0A02 by
-//! pairs, straight in 1/d between them. Below the peak the volts fall to 0 at the lens.
+//! Source: the specification, "Sensors": GP2Y0A21 V = 26.54/(d + 2) + 0.085 with d in cm, 3.2 V at
+//! its peak; GP2Y0A02 by pairs, straight in 1/d between them. Below the peak the volts fall to 0 at
+//! the lens.
 
 use super::CalibrationPair;
 
@@ -125,7 +126,8 @@ mod tests {
             let volts = Sharp::Long.volts_at(pair.range);
             assert!((volts - pair.volts).abs() < 1e-9, "{pair:?}: {volts}");
         }
-        // The closed form and the pairs of the short type come from two sources; they agree to 6 %, or 4 cm at 0.8 m.
+        // The closed form and the pairs of the short type come from two sources; they agree to 6 %,
+        // or 4 cm at 0.8 m.
         for pair in Sharp::Short.data_sheet() {
             let volts = Sharp::Short.volts_at(pair.range);
             assert!((volts / pair.volts - 1.0).abs() < 0.13, "{pair:?}: {volts}");

@@ -7,8 +7,8 @@ use crate::geom::{Pose2, sin_cos};
 
 /// How the tracks of one robot differ from its model, as parts: 0.01 is one per cent.
 ///
-/// Source: Borenstein & Feng (1996), "Measurement and correction of systematic odometry errors in mobile robots":
-/// unequal wheels and an uncertain wheelbase are the two errors that matter.
+/// Source: Borenstein & Feng (1996), "Measurement and correction of systematic odometry errors in
+/// mobile robots": unequal wheels and an uncertain wheelbase are the two errors that matter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TrackWear {
     /// How much farther the left track runs than is counted.
@@ -46,8 +46,9 @@ pub struct OdometryCalibration {
 }
 
 impl OdometryCalibration {
-    /// Odometry counted by a model with this track width, as this robot moved. Where nothing moved (the robot stood, or nobody watched)
-    /// the noise of a robot that stands adds to what the odometry claims.
+    /// Odometry counted by a model with this track width, as this robot moved. Where nothing moved
+    /// (the robot stood, or nobody watched) the noise of a robot that stands adds to what the
+    /// odometry claims.
     #[must_use]
     pub fn corrected(&self, odometry: &Odometry, track_width: f64) -> Odometry {
         if *self == Self::default() {
@@ -74,7 +75,8 @@ impl OdometryCalibration {
 }
 
 impl Tracks {
-    /// The ways of the tracks that make such a motion by the midpoint rule, the inverse of [`Tracks::motion`].
+    /// The ways of the tracks that make such a motion by the midpoint rule, the inverse of
+    /// [`Tracks::motion`].
     #[must_use]
     pub fn of(odometry: &Odometry, track_width: f64) -> Self {
         let motion = &odometry.motion;

@@ -12,7 +12,8 @@ pub struct SessionConfig {
     pub robot: RobotModel,
     /// Whether its sensor scans only on command, the robot standing.
     pub scans_on_command: bool,
-    /// Whether somebody drives it by what is seen; nobody does in a recording, and people who walk about are not looked for.
+    /// Whether somebody drives it by what is seen; nobody does in a recording, and people who walk
+    /// about are not looked for.
     pub is_driven: bool,
     /// How the pose is estimated.
     pub method: Method,

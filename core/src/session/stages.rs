@@ -5,7 +5,8 @@ use crate::pilot::StageReport;
 use crate::points::Points;
 use crate::slam::Slam;
 
-/// Scan, lines, localise and map, once `slam` has taken in a scan; `before` is what it estimated just before.
+/// Scan, lines, localise and map, once `slam` has taken in a scan; `before` is what it estimated
+/// just before.
 pub(super) fn of_scan(slam: &Slam, before: &PoseEstimate) -> [StageReport; 4] {
     let view = slam.view();
     let (lines, walls) = (view.features, view.landmarks);

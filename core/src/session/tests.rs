@@ -20,7 +20,8 @@ fn hash_of(session: &Session) -> u64 {
     hash.finish()
 }
 
-/// The loop of an experiment by hand: the session at its end, and what was fed to it, as a bridge would say it.
+/// The loop of an experiment by hand: the session at its end, and what was fed to it, as a bridge
+/// would say it.
 fn driven(config: ExperimentConfig, steps: usize) -> (Session, Vec<(u64, FromBridge)>) {
     let mut sim = Simulation::new(config.world, config.robot, config.sensor, config.seed).unwrap();
     let mut session = Session::new(SessionConfig {

@@ -1,4 +1,5 @@
-//! How the number of a setting stands in a field: as it is, rounded, as a switch, or as the place in a list of names.
+//! How the number of a setting stands in a field: as it is, rounded, as a switch, or as the place
+//! in a list of names.
 
 use super::setting::Named;
 use crate::association::AssociationMethod;
@@ -30,8 +31,8 @@ pub(super) fn names<T: Choice>() -> Vec<Named> {
     T::all().into_iter().map(named).collect()
 }
 
-/// Where a number stands: the path of a field; a pattern, the field that must match it and the place within; or how to get and
-/// set it.
+/// Where a number stands: the path of a field; a pattern, the field that must match it and the
+/// place within; or how to get and set it.
 macro_rules! at {
     (get $get:expr, set $set:expr) => {
         Field { get: $get, set: $set }

@@ -1,4 +1,5 @@
-//! The settings, those of a group together. A row holds key, name, figures, field, attributes and meaning.
+//! The settings, those of a group together. A row holds key, name, figures, field, attributes and
+//! meaning.
 
 mod driving;
 mod estimation;

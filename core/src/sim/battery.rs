@@ -1,15 +1,19 @@
 //! The battery: volts that sag with the load and fall with time.
 //!
-//! In: the power that the motors take in each step. Out: volts, as the robot's converter counts them.
+//! In: the power that the motors take in each step. Out: volts, as the robot's converter counts
+//! them.
 //!
-//! 1. Motors are fed by chopping: of the battery's voltage U a motor at voltage u gets the part u/U of the time, and its current i
-//!    flows through the battery for that part. A motor that pushes a wall induces no voltage against its current: it draws
-//!    most. One that brakes feeds nothing back. The electronics draw theirs always.
-//! 2. Charge is current times time; the open-circuit voltage of a cell follows from the charge that remains.
+//! 1. Motors are fed by chopping: of the battery's voltage U a motor at voltage u gets the part u/U
+//!    of the time, and its current i flows through the battery for that part. A motor that pushes a
+//!    wall induces no voltage against its current: it draws most. One that brakes feeds nothing
+//!    back. The electronics draw theirs always.
+//! 2. Charge is current times time; the open-circuit voltage of a cell follows from the charge that
+//!    remains.
 //! 3. The terminals show less by current times inner resistance.
 //!
-//! Source: the RP6 manual (six NiMH cells, 2.5 Ah, analogue reading of the battery); discharge curve rounded from cell data
-//! sheets (Panasonic HHR): quick from 1.40 V, flat near 1.24 V, and a cliff below a tenth of the charge.
+//! Source: the RP6 manual (six NiMH cells, 2.5 Ah, analogue reading of the battery); discharge
+//! curve rounded from cell data sheets (Panasonic HHR): quick from 1.40 V, flat near 1.24 V, and a
+//! cliff below a tenth of the charge.
 
 use crate::robot::Adc;
 
@@ -44,7 +48,8 @@ impl Default for BatteryModel {
 }
 
 impl BatteryModel {
-    /// As many cells as motors for `volts` need: 1.2 V each. Default for 7.2 V; resistance and converter grow with it.
+    /// As many cells as motors for `volts` need: 1.2 V each. Default for 7.2 V; resistance and
+    /// converter grow with it.
     #[must_use]
     pub fn for_motors(volts: f64) -> Self {
         let default = Self::default();

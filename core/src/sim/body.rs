@@ -2,17 +2,20 @@
 //!
 //! In: the way that each track ran in one time step. Out: the true pose, contacts and bumpers.
 //!
-//! 1. Slip: each track grips a little more or less than it ran, variance k |Δs| (white along the way); the body drifts
-//!    sideways with the way and turns a little more or less with the turn. These are the very terms of
-//!    [`Tracks::covariance`], so the covariance of dead reckoning is honest by construction; encoders count what the
-//!    tracks ran, not what came of it.
-//! 2. Collision: the disc of the body is swept along the motion; the first touch of a wall grown by the radius
-//!    (a stadium around each segment) ends the motion there, and the rest of it slides along the wall. Swept, not
-//!    sampled: no speed and no time step lets it through a wall.
-//!    A body that is not round moves and turns as far as its outline is proved to touch nothing ([`outline`]).
-//! 3. Where room is known to be free in a whole circle, nothing is swept until the robot leaves the circle.
+//! 1. Slip: each track grips a little more or less than it ran, variance k |Δs| (white along the
+//!    way); the body drifts sideways with the way and turns a little more or less with the turn.
+//!    These are the very terms of [`Tracks::covariance`], so the covariance of dead reckoning is
+//!    honest by construction; encoders count what the tracks ran, not what came of it.
+//! 2. Collision: the disc of the body is swept along the motion; the first touch of a wall grown by
+//!    the radius (a stadium around each segment) ends the motion there, and the rest of it slides
+//!    along the wall. Swept, not sampled: no speed and no time step lets it through a wall. A body
+//!    that is not round moves and turns as far as its outline is proved to touch nothing
+//!    ([`outline`]).
+//! 3. Where room is known to be free in a whole circle, nothing is swept until the robot leaves the
+//!    circle.
 //!
-//! Source for the sweep: ray against an offset shape, Ericson (2005), "Real-Time Collision Detection", §5.5.7.
+//! Source for the sweep: ray against an offset shape, Ericson (2005), "Real-Time Collision
+//! Detection", §5.5.7.
 
 mod outline;
 
@@ -115,7 +118,8 @@ impl Body {
         self.free = (self.position, 0.0);
     }
 
-    /// How much farther the tracks ran than the body moved in the last step because something stood in the way, m.
+    /// How much farther the tracks ran than the body moved in the last step because something stood
+    /// in the way, m.
     pub(super) fn lost(&self) -> f64 {
         self.lost
     }
@@ -186,8 +190,8 @@ impl Body {
         )
     }
 
-    /// Moves the disc, sliding along what it meets; it never ends inside of anything. Gives the part of the way that led
-    /// into it.
+    /// Moves the disc, sliding along what it meets; it never ends inside of anything. Gives the
+    /// part of the way that led into it.
     fn move_by(&mut self, way: Vector2<f64>, caster: &Caster, movers: &[Disc]) -> Vector2<f64> {
         let aim = self.position + way;
         let in_free_room = (aim - self.free.0).norm() <= self.free.1;
@@ -300,7 +304,8 @@ impl Body {
     }
 }
 
-/// Where a disc of `radius` moving from `from` along the unit `direction` first touches the segment.
+/// Where a disc of `radius` moving from `from` along the unit `direction` first touches the
+/// segment.
 fn touch_of_segment(
     segment: &Segment,
     from: Point2<f64>,

@@ -2,16 +2,19 @@
 //!
 //! In: the walls. Out: the first wall along a ray, and the walls near a place.
 //!
-//! 1. A grid is laid over the walls, about [`CELLS_PER_WALL`] cells for each; every cell lists the walls that touch
-//!    it, their figures side by side in one array in the order of the cells.
-//! 2. An empty cell knows for each of the four quadrants how large a square of empty cells begins at it.
-//! 3. A ray walks from cell to cell; through empty room it leaps over the whole empty square of its quadrant at once, as
-//!    sphere tracing does (Hart 1996), with squares that lie ahead instead of spheres all round: a ray that leaves a wall
-//!    need not creep away from it. Where a cell holds walls the ray is intersected with each, and stops once its nearest
-//!    hit lies before the end of the cell.
+//! 1. A grid is laid over the walls, about [`CELLS_PER_WALL`] cells for each; every cell lists the
+//!    walls that touch it, their figures side by side in one array in the order of the cells.
+//! 2. An empty cell knows for each of the four quadrants how large a square of empty cells begins
+//!    at it.
+//! 3. A ray walks from cell to cell; through empty room it leaps over the whole empty square of its
+//!    quadrant at once, as sphere tracing does (Hart 1996), with squares that lie ahead instead of
+//!    spheres all round: a ray that leaves a wall need not creep away from it. Where a cell holds
+//!    walls the ray is intersected with each, and stops once its nearest hit lies before the end of
+//!    the cell.
 //!
-//! Why not a tree: rooms are thin lines around much empty room, so a leap crosses a room in a few steps whatever the
-//! number of walls, and there is no stack. The bench `sim` compares it with trying every wall.
+//! Why not a tree: rooms are thin lines around much empty room, so a leap crosses a room in a few
+//! steps whatever the number of walls, and there is no stack. The bench `sim` compares it with
+//! trying every wall.
 
 mod fan;
 #[cfg(test)]
@@ -23,7 +26,8 @@ use super::{Material, Wall};
 
 pub use self::fan::Fan;
 
-/// Cells for each wall. More of them trade walls tried for cells visited, and memory. Nanoseconds for each beam of a scan:
+/// Cells for each wall. More of them trade walls tried for cells visited, and memory. Nanoseconds
+/// for each beam of a scan:
 ///
 /// | cells for each wall | 100 walls in 50 x 50 m | `campus` |
 /// |---|---|---|
@@ -38,9 +42,11 @@ const MOST_CELLS_ALONG: f64 = 2048.0;
 const LEAST_CELL: f64 = 0.02;
 /// Walls are entered into cells that they miss by less than this, in cells.
 const INFLATION: f64 = 1e-6;
-/// A ray steps this far beyond a border, in cells; less than [`INFLATION`], so that no wall slips between.
+/// A ray steps this far beyond a border, in cells; less than [`INFLATION`], so that no wall slips
+/// between.
 const NUDGE: f64 = 1e-7;
-/// A ray that passes a wall's end by less than this part of the wall hits it, so that corners have no crack.
+/// A ray that passes a wall's end by less than this part of the wall hits it, so that corners have
+/// no crack.
 const CRACK: f64 = 1e-12;
 
 /// Answers which wall a ray meets first and which walls are near.
@@ -71,7 +77,8 @@ pub struct Hit {
 struct Cell {
     /// Number of its items.
     count: u32,
-    /// With items: the first of them. Without: for each quadrant a byte, the side of the empty square ahead.
+    /// With items: the first of them. Without: for each quadrant a byte, the side of the empty
+    /// square ahead.
     first_or_sides: u32,
 }
 
@@ -90,7 +97,8 @@ struct Item {
 }
 
 impl Caster {
-    /// Builds the grid over `walls`, whose coordinates must be finite (see [`super::World::validate`]).
+    /// Builds the grid over `walls`, whose coordinates must be finite (see
+    /// [`super::World::validate`]).
     #[must_use]
     pub fn new(walls: Vec<Wall>) -> Self {
         let ends = walls.iter().flat_map(|w| [w.segment.a, w.segment.b]);
@@ -131,7 +139,8 @@ impl Caster {
         &self.walls
     }
 
-    /// The first wall along the ray from `origin` in the unit `direction`, not farther than `max_range` (m).
+    /// The first wall along the ray from `origin` in the unit `direction`, not farther than
+    /// `max_range` (m).
     ///
     /// `None` also where the ray is not finite.
     #[must_use]
@@ -156,8 +165,8 @@ impl Caster {
         let mut t = x.enter.max(y.enter).max(0.0);
         let end = x.leave.min(y.leave).min(max_range * self.per_metre);
         let mut best = (max_range, None);
-        // Every turn enters another cell, so the bound is reached only where the origin is so far away that a
-        // cell is less than the rounding of `t`.
+        // Every turn enters another cell, so the bound is reached only where the origin is so far
+        // away that a cell is less than the rounding of `t`.
         for _ in 0..2 * (self.cols + self.rows) {
             if t > end {
                 break;
@@ -219,7 +228,8 @@ impl Caster {
         }
     }
 
-    /// Distance of `point` from the nearest wall, m, if that is less than `reach`; otherwise `reach`.
+    /// Distance of `point` from the nearest wall, m, if that is less than `reach`; otherwise
+    /// `reach`.
     #[must_use]
     pub fn clearance(&self, point: Point2<f64>, reach: f64) -> f64 {
         let mut least = reach;
@@ -292,8 +302,8 @@ impl Caster {
         }
     }
 
-    /// The largest empty square ahead of every empty cell, for each quadrant: one more than the least of those of the three
-    /// neighbours ahead. The rim of the grid is as good as a wall.
+    /// The largest empty square ahead of every empty cell, for each quadrant: one more than the
+    /// least of those of the three neighbours ahead. The rim of the grid is as good as a wall.
     fn measure_empty_room(&mut self) {
         for quadrant in Quadrant::ALL {
             let rows = order(self.rows, quadrant.is_down);
@@ -395,15 +405,17 @@ struct Axis {
     leave: f64,
 }
 
-/// 1.5 · 2⁵²: added to a number it leaves the nearest whole one in the low bits of the sum. The conversion `as` saturates,
-/// which costs three times as long, and a walk from cell to cell is a chain of nothing but such steps.
+/// 1.5 · 2⁵²: added to a number it leaves the nearest whole one in the low bits of the sum. The
+/// conversion `as` saturates, which costs three times as long, and a walk from cell to cell is a
+/// chain of nothing but such steps.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
 impl Axis {
     #[inline]
     fn new(origin: f64, step: f64, count: usize) -> Self {
-        // A ray along the other axis stays in its row for good: its step is 0 exactly, or rounding would carry it over
-        // a border that it never leaves by. A huge quotient says so without dividing by 0.
+        // A ray along the other axis stays in its row for good: its step is 0 exactly, or rounding
+        // would carry it over a border that it never leaves by. A huge quotient says so without
+        // dividing by 0.
         let is_parallel = step.abs() < 1e-13;
         let (step, per_step) = if is_parallel {
             (0.0, 1e30)
@@ -411,8 +423,8 @@ impl Axis {
             (step, 1.0 / step)
         };
         let (at_low, at_high) = (-origin * per_step, (count as f64 - origin) * per_step);
-        // Cells are left on the upper side by a ray that goes up, on the lower by one that goes down, and never by a ray
-        // along the other axis, even one that runs exactly on a border.
+        // Cells are left on the upper side by a ray that goes up, on the lower by one that goes
+        // down, and never by a ray along the other axis, even one that runs exactly on a border.
         let upper = if per_step > 0.0 { 1.0 } else { 0.0 };
         let leave_first = if is_parallel {
             1e300
@@ -458,7 +470,8 @@ fn greater(a: f64, b: f64) -> f64 {
 }
 
 impl Item {
-    /// Takes this wall as the nearest if it is; the arithmetic of [`crate::geom::Segment::hit_by_ray`].
+    /// Takes this wall as the nearest if it is; the arithmetic of
+    /// [`crate::geom::Segment::hit_by_ray`].
     #[inline]
     fn meet<'a>(
         &'a self,
@@ -469,8 +482,8 @@ impl Item {
         let (tx, ty) = (self.ax - origin.x, self.ay - origin.y);
         let denominator = direction.x * self.vy - direction.y * self.vx;
         let along = tx * direction.y - ty * direction.x;
-        // 0 ≤ along / denominator ≤ 1, without the division: most walls are missed. One branch for all that may fail:
-        // which it is cannot be foretold.
+        // 0 ≤ along / denominator ≤ 1, without the division: most walls are missed. One branch for
+        // all that may fail: which it is cannot be foretold.
         let size = denominator.abs();
         let along = along * 1.0_f64.copysign(denominator);
         let meets = (along >= -CRACK * size) & (along <= size * (1.0 + CRACK)) & (size >= 1e-12);

@@ -35,8 +35,8 @@ impl Contacts {
         self.walls.saturating_add(people)
     }
 
-    /// Counts a touch that begins in a step in which the body's middle moved by `way` (world frame, m) and it turned by `turn`, rad: a
-    /// corner may come into somebody while the middle stands.
+    /// Counts a touch that begins in a step in which the body's middle moved by `way` (world frame,
+    /// m) and it turned by `turn`, rad: a corner may come into somebody while the middle stands.
     pub(super) fn count(&mut self, touch: &Touch, (way, turn): (Vector2<f64>, f64)) {
         let way = way + Vector2::new(-touch.to.y, touch.to.x) * turn;
         let drove = way.dot(&touch.into) > STANDING * touch.into.norm();

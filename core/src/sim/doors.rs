@@ -1,7 +1,7 @@
 //! Doors at work.
 //!
-//! In: the time, orders from outside, and what stands in the way. Out: which doors are open. A door waits with shutting
-//! until the doorway is clear, as one with a light barrier does.
+//! In: the time, orders from outside, and what stands in the way. Out: which doors are open. A door
+//! waits with shutting until the doorway is clear, as one with a light barrier does.
 
 use super::{Door, Wall};
 use crate::geom::Segment;
@@ -79,7 +79,8 @@ impl Doors {
         self.0.iter().map(|leaf| leaf.is_open)
     }
 
-    /// Whether each is to be open, in the same order; one that is to shut waits while somebody stands in it.
+    /// Whether each is to be open, in the same order; one that is to shut waits while somebody
+    /// stands in it.
     pub(super) fn are_to_be_open(&self) -> impl Iterator<Item = bool> + '_ {
         self.0.iter().map(|leaf| leaf.is_to_be_open)
     }

@@ -1,18 +1,21 @@
 //! From commands to what the tracks do.
 //!
-//! In: a [`Command`], then nothing but time. Out: the way that each track runs in each period of 1 ms, and encoder counts.
+//! In: a [`Command`], then nothing but time. Out: the way that each track runs in each period of 1
+//! ms, and encoder counts.
 //!
-//! 1. Speeds asked for are cut to the model's limits, forward speed and turn rate by the same factor where the outer
-//!    track could not follow, so that the curve stays the curve. They change by no more than the model's accelerations.
-//! 2. `Forward` and `Turn` run a trapezoid: the speed from which the rest of the way is just enough to stop. The rest is
-//!    counted on what the controller wishes by then, which it keeps to within a count or a few.
-//! 3. The controller turns wished speeds and counts into voltages, the motors voltages into turning. It knows the model's
-//!    motors, not this robot's, and sees counts, not angles.
-//! 4. When the wished speeds are zero and the counts stand still the motors are let go. A robot that is commanded to move and
-//!    whose counts do not change for a second gives the command up.
+//! 1. Speeds asked for are cut to the model's limits, forward speed and turn rate by the same
+//!    factor where the outer track could not follow, so that the curve stays the curve. They change
+//!    by no more than the model's accelerations.
+//! 2. `Forward` and `Turn` run a trapezoid: the speed from which the rest of the way is just enough
+//!    to stop. The rest is counted on what the controller wishes by then, which it keeps to within
+//!    a count or a few.
+//! 3. The controller turns wished speeds and counts into voltages, the motors voltages into
+//!    turning. It knows the model's motors, not this robot's, and sees counts, not angles.
+//! 4. When the wished speeds are zero and the counts stand still the motors are let go. A robot
+//!    that is commanded to move and whose counts do not change for a second gives the command up.
 //!
-//! Source: TDK 2016 §1.1 for motors and controller, §1.2 for the commands; the trapezoid is the time-optimal profile
-//! under a limit of acceleration.
+//! Source: TDK 2016 §1.1 for motors and controller, §1.2 for the commands; the trapezoid is the
+//! time-optimal profile under a limit of acceleration.
 
 use rand::{Rng, RngExt};
 
@@ -23,7 +26,8 @@ use crate::robot::{Command, MotorModel, RobotModel, Tracks};
 
 /// Periods without a count after which a robot is taken to stand: 30 ms.
 const STILL: u32 = 30;
-/// Periods after which a robot that has not come within a count of its aim leaves it at that: 0.6 s.
+/// Periods after which a robot that has not come within a count of its aim leaves it at that: 0.6
+/// s.
 const LONGEST_SETTLING: u32 = 600;
 /// Periods without a count after which a moving command is given up: 1 s.
 const STALLED: u32 = 1_000;
@@ -142,15 +146,16 @@ impl Drive {
         self.controller.set_supply(volts);
     }
 
-    /// Power that the motors take from the battery, W: voltage times current, nothing where one brakes.
+    /// Power that the motors take from the battery, W: voltage times current, nothing where one
+    /// brakes.
     pub(super) fn watts(&self) -> f64 {
         let [left, right] = self.controller.voltages();
         let [of_left, of_right] = self.currents();
         (left * of_left).max(0.0) + (right * of_right).max(0.0)
     }
 
-    /// Runs the tracks for one period. `scrub` is the force, N, with which the ground brakes each track because the body
-    /// does not follow it; its sign is that of the tracks' motion.
+    /// Runs the tracks for one period. `scrub` is the force, N, with which the ground brakes each
+    /// track because the body does not follow it; its sign is that of the tracks' motion.
     pub(super) fn step(&mut self, scrub: f64) -> Tracks {
         if self.is_let_go && self.motors.iter().all(Motor::is_at_rest) {
             self.still_for = self.still_for.saturating_add(1).min(STALLED);
@@ -236,7 +241,8 @@ impl Drive {
         }
     }
 
-    /// Takes what is wished more than before off the remaining way, and ends it when nothing remains.
+    /// Takes what is wished more than before off the remaining way, and ends it when nothing
+    /// remains.
     fn count_down(&mut self, before: Angles, after: Angles) {
         let (metres, tick) = (
             self.model.drive.metres_per_radian,
@@ -312,7 +318,8 @@ impl Drive {
     }
 }
 
-/// The highest speed v at which, after one more step, the rest of the way is enough to stop: v dt + v²/(2a) = left.
+/// The highest speed v at which, after one more step, the rest of the way is enough to stop: v dt +
+/// v²/(2a) = left.
 fn stopping_speed(left: f64, acceleration: f64, dt: f64) -> f64 {
     let way = left.abs();
     // The last step: as fast as the rest of the way asks, slower than one step of braking.

@@ -3,8 +3,9 @@
 //! In: voltage, load and brake of one period. Out: angle, speed and current at its end.
 //!
 //! 1. The linear motor is stepped exactly, voltage and torque held during the period.
-//! 2. Dry friction brakes while the shaft turns, stops it where its direction would change, and holds it until the current
-//!    pulls harder; a shaft that is held has a current of its own (R and L alone).
+//! 2. Dry friction brakes while the shaft turns, stops it where its direction would change, and
+//!    holds it until the current pulls harder; a shaft that is held has a current of its own (R and
+//!    L alone).
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -67,8 +68,8 @@ impl Motor {
         self.speed() == 0.0 && self.current() == 0.0
     }
 
-    /// One period with `voltage` on the motor, `load` (N m, against positive turning) on its shaft, and `brake` (N m,
-    /// against any turning) beside its own dry friction.
+    /// One period with `voltage` on the motor, `load` (N m, against positive turning) on its shaft,
+    /// and `brake` (N m, against any turning) beside its own dry friction.
     pub fn step(&mut self, voltage: f64, load: f64, brake: f64) {
         let speed = self.speed();
         let pull = self.model.torque_constant * self.current() - load;

@@ -1,7 +1,8 @@
 //! Discs that walk along way-points.
 //!
-//! A mover walks at constant speed from way-point to way-point, round and round or to and fro, and stands at each as long
-//! as it likes. It waits while the next step would bring it within [`COURTESY`] of the robot: movers do not push.
+//! A mover walks at constant speed from way-point to way-point, round and round or to and fro, and
+//! stands at each as long as it likes. It waits while the next step would bring it within
+//! [`COURTESY`] of the robot: movers do not push.
 
 use nalgebra::Point2;
 
@@ -73,7 +74,8 @@ impl Walker {
     /// Where it is after `way` metres, and the way-point it then walks to.
     fn ahead(&self, mut way: f64) -> (Point2<f64>, usize) {
         let (mut at, mut next) = (self.disc.centre, self.next);
-        // Coincident way-points cost nothing, so a round may be walked more than once; once is enough.
+        // Coincident way-points cost nothing, so a round may be walked more than once; once is
+        // enough.
         for _ in 0..=self.round.len() {
             let Some(goal) = self.round.get(next) else {
                 break;

@@ -1,7 +1,8 @@
 //! Gaussian numbers from uniform ones.
 //!
-//! Source: Box & Muller (1958), with `libm`, so that every platform draws the same bits. It gives two numbers at a
-//! time and has no rejection loop: the number of draws never depends on the values drawn.
+//! Source: Box & Muller (1958), with `libm`, so that every platform draws the same bits. It gives
+//! two numbers at a time and has no rejection loop: the number of draws never depends on the values
+//! drawn.
 
 use rand::{Rng, RngExt};
 

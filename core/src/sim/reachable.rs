@@ -1,14 +1,15 @@
 //! What can be explored at all.
 //!
-//! In: a world and the robot's radius. Out: a bitmap of the floor that the robot can stand on or look at, the
-//! denominator of "explored fraction".
+//! In: a world and the robot's radius. Out: a bitmap of the floor that the robot can stand on or
+//! look at, the denominator of "explored fraction".
 //!
-//! 1. Flood from the start over cells whose middle is at least the radius away from every wall: where the robot's
-//!    middle can be.
-//! 2. From a lattice of those cells look all round, as far as a lidar sees; the cells that the rays cross before they meet a wall
-//!    can be seen.
+//! 1. Flood from the start over cells whose middle is at least the radius away from every wall:
+//!    where the robot's middle can be.
+//! 2. From a lattice of those cells look all round, as far as a lidar sees; the cells that the rays
+//!    cross before they meet a wall can be seen.
 //! 3. Doors that open at some time count as open.
-//! 4. Cells with a wall in or at them count for nothing: whether a map calls them free or occupied is chance.
+//! 4. Cells with a wall in or at them count for nothing: whether a map calls them free or occupied
+//!    is chance.
 
 use std::f64::consts::TAU;
 
@@ -46,9 +47,11 @@ pub struct ReachableArea {
     pub standing: Vec<bool>,
 }
 
-/// The cells that a robot of `robot_radius` (m) can reach from the start of `world` or look at from there.
+/// The cells that a robot of `robot_radius` (m) can reach from the start of `world` or look at from
+/// there.
 ///
-/// # Units    `resolution`: side of a cell, m; made larger where the world would need more than 4 million cells.
+/// # Units    `resolution`: side of a cell, m; made larger where the world would need more than 4
+/// million cells.
 #[must_use]
 pub fn reachable_area(world: &World, robot_radius: f64, resolution: f64) -> ReachableArea {
     let caster = caster_of(world);
@@ -85,8 +88,8 @@ impl ReachableArea {
             .map(|(index, _)| self.centre(index))
     }
 
-    /// Part of the area of which `is_known` says so, asked with the middle of each cell in the world frame; 1 where
-    /// nothing can be reached.
+    /// Part of the area of which `is_known` says so, asked with the middle of each cell in the
+    /// world frame; 1 where nothing can be reached.
     #[must_use]
     pub fn known_fraction(&self, mut is_known: impl FnMut(Point2<f64>) -> bool) -> f64 {
         let (mut all, mut known) = (0_u64, 0_u64);

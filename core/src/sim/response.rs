@@ -1,10 +1,12 @@
-//! How motors answer, with the controller and without: step and disturbance responses as time series.
+//! How motors answer, with the controller and without: step and disturbance responses as time
+//! series.
 //!
-//! In: the robot's figures, the motors it really has, wished speeds, loads. Out: speeds, heading, voltages and currents,
-//! a sample each period.
+//! In: the robot's figures, the motors it really has, wished speeds, loads. Out: speeds, heading,
+//! voltages and currents, a sample each period.
 //!
 //! 1. Closed: the controller believes in the robot's figures and sees the counts of its encoders.
-//! 2. Open: the voltages that would hold the wished speeds, if the figures were right and nothing else pulled.
+//! 2. Open: the voltages that would hold the wished speeds, if the figures were right and nothing
+//!    else pulled.
 //!
 //! No ground here, no slip: what the encoders count is what the tracks run. Source: TDK 2016 §1.1.
 
@@ -93,7 +95,8 @@ impl Trial {
 
     /// The answer, a sample for each period.
     ///
-    /// # Errors    [`DesignError`]: there is no controller for the robot's figures, or `motors` cannot be.
+    /// # Errors    [`DesignError`]: there is no controller for the robot's figures, or `motors`
+    /// cannot be.
     pub fn run(&self, control: Loop) -> Result<Vec<ResponseSample>, DesignError> {
         self.motors.validate()?;
         let mut rig = Rig::new(self)?;

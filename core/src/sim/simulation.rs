@@ -1,8 +1,8 @@
 //! The simulated robot: the same commands in and the same readings out as from a real one.
 //!
-//! Time runs in steps of [`TIME_STEP`]. In each step: movers walk; motors and their controller run for as many periods
-//! of [`DRIVE_PERIOD`] as fit; the body slips and collides, which the motors feel in the next step; the sensor takes the
-//! readings that fall into the step.
+//! Time runs in steps of [`TIME_STEP`]. In each step: movers walk; motors and their controller run
+//! for as many periods of [`DRIVE_PERIOD`] as fit; the body slips and collides, which the motors
+//! feel in the next step; the sensor takes the readings that fall into the step.
 
 mod beside;
 mod check;
@@ -84,7 +84,8 @@ enum ScanOrder {
 impl Simulation {
     /// A robot at the start of `world`.
     ///
-    /// # Errors    [`SimError`]: a figure of world, robot or sensor is outside of its range, or the robot stands in a wall.
+    /// # Errors    [`SimError`]: a figure of world, robot or sensor is outside of its range, or the
+    /// robot stands in a wall.
     pub fn new(
         world: World,
         robot: RobotModel,
@@ -155,8 +156,9 @@ impl Simulation {
         self.body.wear()
     }
 
-    /// A sensor that scans all the time is to be heard only after [`Command::Scan`], the robot standing; or no longer so.
-    /// Scans that wait to be taken are dropped. No change for a sensor that scans on command anyway.
+    /// A sensor that scans all the time is to be heard only after [`Command::Scan`], the robot
+    /// standing; or no longer so. Scans that wait to be taken are dropped. No change for a sensor
+    /// that scans on command anyway.
     pub fn set_on_command(&mut self, on_command: bool) {
         self.on_command = on_command;
         self.scans.clear();
@@ -190,7 +192,8 @@ impl Simulation {
         self.drive.counts()
     }
 
-    /// The robot's own estimate of its motion since it was last asked (at first: since it started), with covariance.
+    /// The robot's own estimate of its motion since it was last asked (at first: since it started),
+    /// with covariance.
     pub fn odometry(&mut self) -> Odometry {
         self.odometry.update(self.stamp(), self.ticks())
     }
@@ -260,7 +263,8 @@ impl Simulation {
         &self.world
     }
 
-    /// Opens or shuts a door of the world; its own times go on from there. One that is to shut waits until nobody stands in it.
+    /// Opens or shuts a door of the world; its own times go on from there. One that is to shut
+    /// waits until nobody stands in it.
     ///
     /// # Errors    [`NoDoor`].
     pub fn set_door(&mut self, index: usize, open: bool) -> Result<(), NoDoor> {
@@ -272,8 +276,8 @@ impl Simulation {
         self.doors.are_open()
     }
 
-    /// Whether each door is to be open; where that differs from [`Self::doors_open`], it moves with the next step, or waits until nobody
-    /// stands in it.
+    /// Whether each door is to be open; where that differs from [`Self::doors_open`], it moves with
+    /// the next step, or waits until nobody stands in it.
     pub fn doors_ordered(&self) -> impl Iterator<Item = bool> + '_ {
         self.doors.are_to_be_open()
     }

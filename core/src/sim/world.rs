@@ -1,8 +1,9 @@
 //! What stands in the building, and where the robot starts.
 //!
-//! Obstacles are kept as the shapes they were drawn as (an editor and a file want those back) and flattened to
-//! straight [`Wall`]s for ray casting and collision: a circle becomes a polygon inscribed to within
-//! 2 mm. The flattened walls ARE the truth, for the sensors and for the robot's body alike.
+//! Obstacles are kept as the shapes they were drawn as (an editor and a file want those back) and
+//! flattened to straight [`Wall`]s for ray casting and collision: a circle becomes a polygon
+//! inscribed to within 2 mm. The flattened walls ARE the truth, for the sensors and for the robot's
+//! body alike.
 //!
 //! Polygons, rectangles and circles are solid; the outline of a room is a closed polyline.
 
@@ -203,7 +204,8 @@ impl World {
         counts.sum()
     }
 
-    /// Every straight piece of surface that stands still, in the order of the obstacles. Doors are none of them.
+    /// Every straight piece of surface that stands still, in the order of the obstacles. Doors are
+    /// none of them.
     #[must_use]
     pub fn walls(&self) -> Vec<Wall> {
         let of_obstacle = |obstacle: &Obstacle| {

@@ -1,4 +1,5 @@
-//! A twin of the simulated robot: with its figures it stays within what chance allows, with those of the model it goes another way.
+//! A twin of the simulated robot: with its figures it stays within what chance allows, with those
+//! of the model it goes another way.
 
 use super::*;
 use crate::estimation::{Drive, OdometryFit};
@@ -15,7 +16,8 @@ const WEAR: TrackWear = TrackWear {
 /// Corners of the free part of the arena about its start, world frame less the start.
 const CORNERS: [[f64; 2]; 5] = [[1.7, 0.0], [1.7, -0.3], [0.0, -0.3], [0.0, 1.2], [0.0, 0.0]];
 
-/// Towards a corner by someone who sees the robot, every second leg backwards; whether it is reached.
+/// Towards a corner by someone who sees the robot, every second leg backwards; whether it is
+/// reached.
 fn towards(corner: usize, at: &Pose2) -> (Command, bool) {
     let [x, y] = CORNERS[corner % CORNERS.len()];
     let way = Point2::new(x, y) - at.position();
@@ -31,7 +33,8 @@ fn towards(corner: usize, at: &Pose2) -> (Command, bool) {
     (Command::Velocity { forward, turn }, way.norm() < 0.05)
 }
 
-/// A robot so worn, driven about in the arena for `seconds`; each motion, and each scan with the true pose at it, is handed to `see`.
+/// A robot so worn, driven about in the arena for `seconds`; each motion, and each scan with the
+/// true pose at it, is handed to `see`.
 fn drive(seed: u64, seconds: u32, mut see: impl FnMut(&Odometry, Option<(Scan, Pose2)>)) {
     let world = worlds::builtin("arena").unwrap();
     let start = world.start;
@@ -126,7 +129,8 @@ fn a_twin_with_other_figures_goes_another_way() {
         twin.odometry(&ahead);
         twin.pose().heading()
     });
-    // Δθ = (1.02 - 0.98) / (1.06 b): chance hides that in a short drive, and adds up to less in a long one.
+    // Δθ = (1.02 - 0.98) / (1.06 b): chance hides that in a short drive, and adds up to less in a
+    // long one.
     assert!((headings[0] - 0.04 / (1.06 * width)).abs() < 1e-12);
     assert!(headings[1].abs() < 1e-12);
 }

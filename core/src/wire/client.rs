@@ -1,13 +1,17 @@
-//! The client's side of a conversation with a bridge ([`super::message`]): page, script and test share it.
+//! The client's side of a conversation with a bridge ([`super::message`]): page, script and test
+//! share it.
 //!
-//! In: messages of the bridge, what the person wants, and the time. Out: messages to the bridge, and what was understood.
+//! In: messages of the bridge, what the person wants, and the time. Out: messages to the bridge,
+//! and what was understood.
 //!
 //! 1. The bridge's hello is answered with a proof of the token, if there is one.
-//! 2. [`Client::tick`], at least ten times a second, sends heartbeats and probes, renews the lease, and notices silence.
-//! 3. [`Client::drive`] and [`Client::hold`] say what the bridge wants of a driving message: the lease's epoch, and the newest
-//!    bridge time that was seen. Nothing is sent while the robot is not armed by this client.
-//! 4. A manoeuvre (a leg, a turn, a sweep) is under way from the message that gives it until the bridge says that it is over, or
-//!    until the robot is disarmed or somebody else's.
+//! 2. [`Client::tick`], at least ten times a second, sends heartbeats and probes, renews the lease,
+//!    and notices silence.
+//! 3. [`Client::drive`] and [`Client::hold`] say what the bridge wants of a driving message: the
+//!    lease's epoch, and the newest bridge time that was seen. Nothing is sent while the robot is
+//!    not armed by this client.
+//! 4. A manoeuvre (a leg, a turn, a sweep) is under way from the message that gives it until the
+//!    bridge says that it is over, or until the robot is disarmed or somebody else's.
 //!
 //! Time is µs of the client's own clock; its zero is arbitrary.
 
@@ -23,7 +27,8 @@ use super::message::{
 const HEARTBEAT: u64 = 1_000_000;
 /// A bridge that is silent for longer is gone, µs.
 const LONGEST_SILENCE: u64 = 5_000_000;
-/// How old what was seen may be when a driving message arrives: about two missed heartbeats of the driver, ms.
+/// How old what was seen may be when a driving message arrives: about two missed heartbeats of the
+/// driver, ms.
 const TTL_MILLIS: u16 = 400;
 
 /// Why the conversation cannot go on.
@@ -99,7 +104,8 @@ pub struct Client {
 }
 
 impl Client {
-    /// A client that has not heard anything yet. `name` is how others see it; without a token it only watches.
+    /// A client that has not heard anything yet. `name` is how others see it; without a token it
+    /// only watches.
     #[must_use]
     pub fn new(name: &str, token: Option<&str>) -> Self {
         Self {
@@ -237,7 +243,8 @@ impl Client {
         }
     }
 
-    /// A driving command; returns whether it went out: nothing does unless this client has the lease and the robot is armed.
+    /// A driving command; returns whether it went out: nothing does unless this client has the
+    /// lease and the robot is armed.
     pub fn drive(&mut self, now: u64, motion: Motion) -> bool {
         let Some(epoch) = self.armed_epoch() else {
             return false;

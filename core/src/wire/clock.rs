@@ -1,13 +1,16 @@
-//! A device's clock on the host's time line, so that what different devices say can be put in order.
+//! A device's clock on the host's time line, so that what different devices say can be put in
+//! order.
 //!
-//! In: the device's time in each message, and when the message came. Out: when, on the host's clock, the device meant.
+//! In: the device's time in each message, and when the message came. Out: when, on the host's
+//! clock, the device meant.
 //!
-//! 1. A message comes late by a delay that is never negative: the least of (came - said) over a while is the offset of the
-//!    clocks plus the least delay (Cristian 1989; the lower bound that NTP's clock filter takes).
-//! 2. Two windows of 10 s, this one and the last: quartzes differ by some 100 µs in a second, so an old least
-//!    is worth nothing after a while.
-//! 3. The offset that is used follows that least by at most 5 % of the time that passes: stamps never go back, and a
-//!    motion between two of them keeps its duration to that part.
+//! 1. A message comes late by a delay that is never negative: the least of (came - said) over a
+//!    while is the offset of the clocks plus the least delay (Cristian 1989; the lower bound that
+//!    NTP's clock filter takes).
+//! 2. Two windows of 10 s, this one and the last: quartzes differ by some 100 µs in a second, so an
+//!    old least is worth nothing after a while.
+//! 3. The offset that is used follows that least by at most 5 % of the time that passes: stamps
+//!    never go back, and a motion between two of them keeps its duration to that part.
 //!
 //! What of the least delay is known (a frame's own time on a slow line) is subtracted.
 
@@ -24,7 +27,8 @@ const SLEW: f64 = 0.05;
 #[derive(Clone, Debug)]
 pub struct ClockMap {
     known_delay: f64,
-    /// Least offset of each window with the window's start by the device's clock, s; the newest at the back.
+    /// Least offset of each window with the window's start by the device's clock, s; the newest at
+    /// the back.
     windows: VecDeque<(f64, f64)>,
     /// Offset in use, and the device's time at which it was, s.
     used: Option<(f64, f64)>,
@@ -85,8 +89,9 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// Telemetry at 50 Hz from a device that started 100 s after the host, whose clock is fast by `drift`, over a line that
-    /// takes `least` seconds and up to `jitter` more. Gives the error of each mapped stamp, s, and how it advanced.
+    /// Telemetry at 50 Hz from a device that started 100 s after the host, whose clock is fast by
+    /// `drift`, over a line that takes `least` seconds and up to `jitter` more. Gives the error of
+    /// each mapped stamp, s, and how it advanced.
     fn run(drift: f64, least: f64, jitter: f64, seconds: u32) -> Vec<(f64, f64)> {
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let mut map = ClockMap::new(least);
@@ -108,7 +113,8 @@ mod tests {
     #[test]
     fn jitter_of_the_line_does_not_reach_the_stamps() {
         let stamps = run(0.0, 0.009, 0.03, 60);
-        // The least of 500 uniform delays lies within 3 % of their range but for one window of four million.
+        // The least of 500 uniform delays lies within 3 % of their range but for one window of four
+        // million.
         for (error, _) in &stamps[500..] {
             assert!((-2e-6..1e-3).contains(error), "{error}");
         }

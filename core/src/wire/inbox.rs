@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-/// What became of the bytes that a decoder took. Always: `bytes` = those of frames + `discarded` + those that wait.
+/// What became of the bytes that a decoder took. Always: `bytes` = those of frames + `discarded` +
+/// those that wait.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Bytes taken in.
@@ -55,7 +56,8 @@ impl Inbox {
         drop(self.drain(count));
     }
 
-    /// Throws bytes away and gives them: what is no frame can still be text. Those that nobody takes are gone too.
+    /// Throws bytes away and gives them: what is no frame can still be text. Those that nobody
+    /// takes are gone too.
     pub(super) fn drain(&mut self, count: usize) -> impl Iterator<Item = u8> + '_ {
         let count = count.min(self.len());
         self.tally.discarded += count as u64;

@@ -1,7 +1,7 @@
 //! LDROBOT LD06 and LD19: 230400 baud, 8N1, little-endian, from the sensor only.
 //!
-//! In: bytes, in pieces of any size. Out: packets of 12 readings. It measures from power on; its motor is
-//! switched by a wire of its own.
+//! In: bytes, in pieces of any size. Out: packets of 12 readings. It measures from power on; its
+//! motor is switched by a wire of its own.
 //!
 //! | byte | | |
 //! |---|---|---|

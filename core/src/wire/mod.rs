@@ -1,10 +1,12 @@
 //! What goes over a wire: frames of robots and sensors, and the messages between bridge and page.
 //!
-//! Codecs without I/O: bytes in, typed values out, and back. A decoder takes bytes as they come, in pieces of any size, finds
-//! the start of a frame again after noise, and counts what it threw away. Page, bridge, firmware tests and simulated
-//! devices share them, so that there is one truth about each byte.
+//! Codecs without I/O: bytes in, typed values out, and back. A decoder takes bytes as they come, in
+//! pieces of any size, finds the start of a frame again after noise, and counts what it threw away.
+//! Page, bridge, firmware tests and simulated devices share them, so that there is one truth about
+//! each byte.
 //!
-//! Units change here and only here: millimetres, degrees, ticks and counts outside; metres and radians inside.
+//! Units change here and only here: millimetres, degrees, ticks and counts outside; metres and
+//! radians inside.
 
 pub mod client;
 mod clock;

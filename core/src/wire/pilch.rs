@@ -1,4 +1,5 @@
-//! The UDP protocol of Pilch's lidar server, both ends: port 5000 at the server, 20000 at the client.
+//! The UDP protocol of Pilch's lidar server, both ends: port 5000 at the server, 20000 at the
+//! client.
 //!
 //! In and out: datagrams. Every number little-endian, as the sensor's: the source does not say.
 //!
@@ -14,11 +15,12 @@
 //! | `01 03` n u32, n × (quality u8, angle u16, distance u16) | server | readings, scaled as RPLIDAR's nodes |
 //! | `01 04` state u8 | server | [`DeviceState`] |
 //!
-//! A reading: quality in bits 7..2, angle in bits 15..1 in 1/64° clockwise, distance in 1/4 mm. The source's figure 3.14
-//! adds length and sum before sending: those of UDP itself.
+//! A reading: quality in bits 7..2, angle in bits 15..1 in 1/64° clockwise, distance in 1/4 mm. The
+//! source's figure 3.14 adds length and sum before sending: those of UDP itself.
 //!
-//! Source: Pilch 2016 §3.6 and figs. 3.14 to 3.21. Added here: only paths of a list are opened, only the client's own
-//! address is heard, and a rate limit; the protocol has no authentication, so it is for a network that is trusted.
+//! Source: Pilch 2016 §3.6 and figs. 3.14 to 3.21. Added here: only paths of a list are opened,
+//! only the client's own address is heard, and a rate limit; the protocol has no authentication, so
+//! it is for a network that is trusted.
 
 use super::message::DeviceState;
 use super::rplidar::node::Node;
@@ -206,8 +208,8 @@ impl Reply {
         }
     }
 
-    /// Reads a server's datagram. Check bits of readings are ignored: UDP has a sum of its own, and the source's
-    /// server may not set them.
+    /// Reads a server's datagram. Check bits of readings are ignored: UDP has a sum of its own, and
+    /// the source's server may not set them.
     ///
     /// # Errors    [`DatagramError`]
     pub fn decode(datagram: &[u8]) -> Result<Self, DatagramError> {

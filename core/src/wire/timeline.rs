@@ -1,15 +1,17 @@
 //! One clock for what several devices say, and no gap without a report of it.
 //!
-//! In: odometry and scans as they arrive, with the bridge's time. Out: the same in an order that SLAM can take: motion that
-//! follows on motion, and each scan once the motion up to its last beam is known. A live bridge and a recording of one pass
-//! through here alike.
+//! In: odometry and scans as they arrive, with the bridge's time. Out: the same in an order that
+//! SLAM can take: motion that follows on motion, and each scan once the motion up to its last beam
+//! is known. A live bridge and a recording of one pass through here alike.
 //!
-//! 1. The robot's clock rules. A bridge puts the devices at its ports on one clock. A source of another kind has its own: the
-//!    difference of two clocks is that of their offsets from the bridge's ([`ClockMap`]). A small difference is one of delays,
-//!    not of clocks (`SAME_CLOCK`).
-//! 2. A robot whose clock starts again was reset, and time that is missing was not watched: in both cases it may have been
-//!    moved meanwhile. That is a motion of zero, and not at all sure (`GAP_SIGMA`).
-//! 3. Without a robot, motion between two scans is zero and unsure as a hand or a foot may move a sensor.
+//! 1. The robot's clock rules. A bridge puts the devices at its ports on one clock. A source of
+//!    another kind has its own: the difference of two clocks is that of their offsets from the
+//!    bridge's ([`ClockMap`]). A small difference is one of delays, not of clocks (`SAME_CLOCK`).
+//! 2. A robot whose clock starts again was reset, and time that is missing was not watched: in both
+//!    cases it may have been moved meanwhile. That is a motion of zero, and not at all sure
+//!    (`GAP_SIGMA`).
+//! 3. Without a robot, motion between two scans is zero and unsure as a hand or a foot may move a
+//!    sensor.
 
 use std::collections::BTreeMap;
 use std::collections::VecDeque;
@@ -141,8 +143,8 @@ impl Timeline {
         out
     }
 
-    /// Takes a scan of source `source` that arrived at bridge time `arrived`, µs. `has_robot`: whether odometry
-    /// is to be expected; where it was heard it is.
+    /// Takes a scan of source `source` that arrived at bridge time `arrived`, µs. `has_robot`:
+    /// whether odometry is to be expected; where it was heard it is.
     pub fn scan(
         &mut self,
         source: u8,

@@ -17,7 +17,8 @@ pub(crate) struct BridgeProcess {
 }
 
 impl BridgeProcess {
-    /// Starts it; token and time step are in `folder`. Writes beyond a limit fail, as on a full disk, and do not end it.
+    /// Starts it; token and time step are in `folder`. Writes beyond a limit fail, as on a full
+    /// disk, and do not end it.
     pub(crate) async fn start(
         program: &str,
         source: &str,
@@ -96,7 +97,8 @@ impl BridgeProcess {
     /// Time that processors spent on it so far, s: Linux counts in hundredths.
     pub(crate) fn processor_seconds(&self) -> f64 {
         let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.pid())).unwrap();
-        // Behind the name, which may hold anything, come state and numbers; user and system time are fields 14 and 15 (proc(5)).
+        // Behind the name, which may hold anything, come state and numbers; user and system time
+        // are fields 14 and 15 (proc(5)).
         let fields = stat.rsplit_once(')').unwrap().1.split_whitespace();
         let ticks = fields
             .skip(11)

@@ -1,5 +1,6 @@
-/* Steps the time of day of one program: preloaded, it adds the number of seconds that stands in the file SLAMLAB_CLOCK_STEP (a 64-bit
- * integer, mapped) to what the system says. Clocks that count since the start stay as they are. */
+/* Steps the time of day of one program: preloaded, it adds the number of seconds that stands in
+ * the file SLAMLAB_CLOCK_STEP (a 64-bit integer, mapped) to what the system says. Clocks that
+ * count since the start stay as they are. */
 #define _GNU_SOURCE
 #include <fcntl.h>
 #include <stdint.h>

@@ -1,4 +1,5 @@
-//! Who is turned away before there is a WebSocket, over plain sockets; and an order under a lease that is no more.
+//! Who is turned away before there is a WebSocket, over plain sockets; and an order under a lease
+//! that is no more.
 
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
@@ -109,7 +110,8 @@ async fn slowloris(address: SocketAddr) -> Option<f64> {
     None
 }
 
-/// Somebody took over; whoever drove before comes back, and sends orders under the lease that it had, and under the one that is not its own.
+/// Somebody took over; whoever drove before comes back, and sends orders under the lease that it
+/// had, and under the one that is not its own.
 async fn stale_lease(bridge: &Bridge) -> bool {
     let mut before = bridge.driver().await;
     before.take(false).await;

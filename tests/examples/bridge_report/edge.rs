@@ -1,11 +1,13 @@
 //! From the edge of an encoder to a client, with the real firmware on its line of 38400 baud.
 //!
 //! 1. The robot stands; the simulator is asked for the next edge.
-//! 2. A driver turns it. Edge, and when the telemetry that tells of it had left the chip, by the simulator; the first odometry that is not
-//!    at rest, by the client: all by the clock of this machine.
+//! 2. A driver turns it. Edge, and when the telemetry that tells of it had left the chip, by the
+//!    simulator; the first odometry that is not at rest, by the client: all by the clock of this
+//!    machine.
 //!
-//! Firmware and line take up to a period of telemetry (20 ms) and its bytes' time; what is judged is the rest, that of the bridge. A trial
-//! without an answer counts as one of [`LONGEST`], unless the simulator itself was kept waiting meanwhile; repeated trials are counted.
+//! Firmware and line take up to a period of telemetry (20 ms) and its bytes' time; what is judged
+//! is the rest, that of the bridge. A trial without an answer counts as one of [`LONGEST`], unless
+//! the simulator itself was kept waiting meanwhile; repeated trials are counted.
 
 use std::time::{Duration, SystemTime};
 

@@ -1,11 +1,14 @@
 //! Faults with the real firmware at the other end: how long its motors still get voltage.
 //!
-//! 1. The bridge has to stop the robot within 250 ms, its frame's time on the line apart; where the bridge or the line is gone, the
-//!    firmware alone within 400 ms. Both by the chip's registers and clock. A fault that must not stop it does not, and the robot
-//!    still stops in time when its driver is gone.
+//! 1. The bridge has to stop the robot within 250 ms, its frame's time on the line apart; where the
+//!    bridge or the line is gone, the firmware alone within 400 ms. Both by the chip's registers
+//!    and clock. A fault that must not stop it does not, and the robot still stops in time when its
+//!    driver is gone.
 //! 2. After each, the robot must stand until somebody arms it.
-//! 3. All is recorded; what was acknowledged can be read after the disk was full, and after the bridge was killed.
-//! 4. A trial in which the machine let the chip's clock run behind by more than `CALM` proves nothing, and is repeated.
+//! 3. All is recorded; what was acknowledged can be read after the disk was full, and after the
+//!    bridge was killed.
+//! 4. A trial in which the machine let the chip's clock run behind by more than `CALM` proves
+//!    nothing, and is repeated.
 //! 5. Nearly all of a trial is waiting: [`STANDS`] run side by side.
 
 use std::time::Duration;
@@ -74,7 +77,8 @@ struct Tally {
     memory: Vec<f64>,
 }
 
-/// Those `faults` only whose names stand there, all if none does; `None` where the programs are not named.
+/// Those `faults` only whose names stand there, all if none does; `None` where the programs are not
+/// named.
 pub(crate) async fn report(trials: usize, faults: &[String]) -> Option<(bool, Value)> {
     let bridge = std::env::var("SLAMLAB_BRIDGE").ok()?;
     let robot = std::env::var("SLAMLAB_RP6_SIM").ok()?;
@@ -106,7 +110,8 @@ pub(crate) async fn report(trials: usize, faults: &[String]) -> Option<(bool, Va
         eprintln!("{fault:?}: {figure}");
         figures.insert(format!("{fault:?}"), figure);
     }
-    // 200 watchers have their price, which is no growth; they are judged by what is left after them.
+    // 200 watchers have their price, which is no growth; they are judged by what is left after
+    // them.
     let is_bounded = memory.last().zip(memory.first());
     let is_bounded = is_bounded.is_some_and(|(last, first)| last - first < LITTLE);
     figures.insert("memory_is_bounded".into(), json!(is_bounded));
@@ -178,7 +183,8 @@ async fn trial(stand: &mut Stand, fault: Fault, delay: Duration) -> Result<Optio
     turn(&mut driver, delay).await;
     let report = prepare(stand, fault, &mut driver, &mut other).await;
     if !stand.robot.moves().await {
-        // A machine that kept the driver waiting stopped it; but where something is broken already, that did.
+        // A machine that kept the driver waiting stopped it; but where something is broken already,
+        // that did.
         return match fault {
             Fault::DiskFull | Fault::ClockStepped => Err("it does not go on".into()),
             _ => Ok(None),
@@ -224,7 +230,8 @@ async fn trial(stand: &mut Stand, fault: Fault, delay: Duration) -> Result<Optio
     Ok(took.filter(|_| before.is_some_and(|before| behind - before < CALM)))
 }
 
-/// What breaks while the robot is to go on; how many messages of the recording were acknowledged by then.
+/// What breaks while the robot is to go on; how many messages of the recording were acknowledged by
+/// then.
 async fn prepare(stand: &mut Stand, fault: Fault, driver: &mut Client, other: &mut Client) -> u64 {
     match fault {
         Fault::DiskFull => stand.bridge().fill_disk().await,

@@ -1,6 +1,8 @@
-//! Measures the bridge over real sockets on this machine, prints JSON, and exits with 0 only if all of it holds.
+//! Measures the bridge over real sockets on this machine, prints JSON, and exits with 0 only if all
+//! of it holds.
 //!
-//! `cargo run --release -p slamlab-tests --example bridge_report -- faults [TRIALS]|line-faults [TRIALS [FAULT...]]|latency|access|soak [MINUTES]`
+//! `cargo run --release -p slamlab-tests --example bridge_report -- faults [TRIALS]|line-faults
+//! [TRIALS [FAULT...]]|latency|access|soak [MINUTES]`
 #![cfg(not(target_family = "wasm"))] // opens sockets
 #![allow(missing_docs, clippy::unwrap_used)] // a harness: failing is how it reports
 

@@ -1,11 +1,13 @@
 //! Long runs: nothing grows.
 //!
-//! 1. [`device`]: 24 hours of an RP6 behind the bridge's own serial device, as fast as the machine goes; both have no clock.
-//! 2. Meanwhile a bridge in a process of its own for `--minutes`, with a simulated robot, a recording, a driver, watchers, and somebody
-//!    who comes and goes; each ten seconds its memory, handles, threads and delays.
+//! 1. [`device`]: 24 hours of an RP6 behind the bridge's own serial device, as fast as the machine
+//!    goes; both have no clock.
+//! 2. Meanwhile a bridge in a process of its own for `--minutes`, with a simulated robot, a
+//!    recording, a driver, watchers, and somebody who comes and goes; each ten seconds its memory,
+//!    handles, threads and delays.
 //!
-//! A figure grows where the line through its samples, the first fifth left out, rises by more than 5 % of the mean and more than chance
-//! (3 σ): see [`crate::trend`].
+//! A figure grows where the line through its samples, the first fifth left out, rises by more than
+//! 5 % of the mean and more than chance (3 σ): see [`crate::trend`].
 
 use std::process::Stdio;
 use std::time::{Duration, Instant};

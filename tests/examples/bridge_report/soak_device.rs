@@ -1,7 +1,8 @@
 //! An RP6 at the bridge's own serial device, faster than real time: neither of them has a clock.
 //!
-//! Once in three minutes the line is cut or the robot reset; in between it drives to and fro. Each simulated hour: memory of this
-//! process, and how far the stamps that the bridge tells are from the truth.
+//! Once in three minutes the line is cut or the robot reset; in between it drives to and fro. Each
+//! simulated hour: memory of this process, and how far the stamps that the bridge tells are from
+//! the truth.
 
 use serde_json::{Value, json};
 use slamlab_bridge::source::{Order, SourceEvent};

@@ -1,7 +1,8 @@
-//! A test stand: a bridge in a process of its own, and the real firmware in simavr on a pseudo-terminal in another.
+//! A test stand: a bridge in a process of its own, and the real firmware in simavr on a
+//! pseudo-terminal in another.
 //!
-//! In: faults, at random instants while the robot turns on the spot. Out: how long its motors still got voltage, by the compare registers
-//! of the chip and the chip's own clock.
+//! In: faults, at random instants while the robot turns on the spot. Out: how long its motors still
+//! got voltage, by the compare registers of the chip and the chip's own clock.
 //!
 //! The programs are named by `SLAMLAB_BRIDGE` and `SLAMLAB_RP6_SIM`.
 

@@ -9,7 +9,8 @@ const LITTLE: f64 = 0.05;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Trend {
     mean: f64,
-    /// Growth over the whole time, and its standard deviation: neighbouring samples are alike, so their number is taken to be a tenth.
+    /// Growth over the whole time, and its standard deviation: neighbouring samples are alike, so
+    /// their number is taken to be a tenth.
     growth: f64,
     sigma: f64,
 }
@@ -54,7 +55,8 @@ impl Trend {
     }
 }
 
-/// A line through known points, and noise without a trend: run before each soak, for a judge that never condemns proves nothing.
+/// A line through known points, and noise without a trend: run before each soak, for a judge that
+/// never condemns proves nothing.
 pub(crate) fn check() {
     let line: Vec<_> = (0..100)
         .map(|k| (f64::from(k), 100.0 + f64::from(k)))

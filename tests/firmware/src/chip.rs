@@ -1,9 +1,11 @@
 //! An ATmega32 in simavr.
 //!
-//! In: bytes for its serial line, levels of its pins, voltages at its converter, time. Out: the bytes it sends, its registers.
+//! In: bytes for its serial line, levels of its pins, voltages at its converter, time. Out: the
+//! bytes it sends, its registers.
 //!
-//! All `unsafe` of this package is here: calls into simavr's C. Its rules are few: an `avr_t` is used by one thread at a time, lives
-//! until it is terminated, and what a callback is given must live as long.
+//! All `unsafe` of this package is here: calls into simavr's C. Its rules are few: an `avr_t` is
+//! used by one thread at a time, lives until it is terminated, and what a callback is given must
+//! live as long.
 
 use std::collections::VecDeque;
 use std::ffi::{CStr, CString, c_void};
@@ -23,14 +25,17 @@ const PORTC: usize = 0x35;
 /// A running chip.
 pub struct Chip {
     avr: *mut avr::avr_t,
-    /// What simavr's callbacks write; allocated by `new`, freed by `drop`, and looked at only while the chip does not run.
+    /// What simavr's callbacks write; allocated by `new`, freed by `drop`, and looked at only while
+    /// the chip does not run.
     watched: *mut Watched,
-    /// simavr counts from 0 again after a reset: cycles of the lives before, and how many those were.
+    /// simavr counts from 0 again after a reset: cycles of the lives before, and how many those
+    /// were.
     cycles_before: u64,
     resets: u32,
 }
 
-// SAFETY: both pointers are the chip's own, and simavr keeps nothing of a chip in the thread that runs it.
+// SAFETY: both pointers are the chip's own, and simavr keeps nothing of a chip in the thread that
+// runs it.
 unsafe impl Send for Chip {}
 
 /// What the chip does between two looks at it.
@@ -48,8 +53,8 @@ fn ioctl(letters: [u8; 4]) -> u32 {
 
 /// Called by simavr for each byte that the chip sends.
 unsafe extern "C" fn on_byte(_: *mut avr::avr_irq_t, value: u32, watched: *mut c_void) {
-    // SAFETY: registered with the chip's own `watched`, which lives as long as the chip; called only from within `avr_run`,
-    // while nobody else looks at it.
+    // SAFETY: registered with the chip's own `watched`, which lives as long as the chip; called
+    // only from within `avr_run`, while nobody else looks at it.
     let watched = unsafe { &mut *watched.cast::<Watched>() };
     watched.sent.push_back(value as u8);
 }
@@ -80,8 +85,8 @@ impl Chip {
             elf.to_str()
                 .context("the path of the firmware is no text")?,
         )?;
-        // SAFETY: `firmware` is plain data for which all zeros is a valid value (as in simavr's own main), and both
-        // functions only read the strings, which live until they return.
+        // SAFETY: `firmware` is plain data for which all zeros is a valid value (as in simavr's own
+        // main), and both functions only read the strings, which live until they return.
         let avr = unsafe {
             let mut firmware: avr::elf_firmware_t = std::mem::zeroed();
             ensure!(
@@ -115,11 +120,11 @@ impl Chip {
         Ok(chip)
     }
 
-    /// On an ATmega32 the watchdog has no vector of its own, and simavr leaves its IRQs without a pool; the reset that it causes
-    /// would then read through a null pointer.
+    /// On an ATmega32 the watchdog has no vector of its own, and simavr leaves its IRQs without a
+    /// pool; the reset that it causes would then read through a null pointer.
     fn mend_watchdog(&mut self) {
-        // SAFETY: the list of modules lives as long as `avr`; each has a name that ends with a zero, and the one named
-        // `watchdog` is the first field of an `avr_watchdog_t`.
+        // SAFETY: the list of modules lives as long as `avr`; each has a name that ends with a
+        // zero, and the one named `watchdog` is the first field of an `avr_watchdog_t`.
         unsafe {
             let pool = &raw mut (*self.avr).irq_pool;
             let mut module = (*self.avr).io_port;
@@ -139,7 +144,8 @@ impl Chip {
         let mut flags = 0_u32;
         let output = self.irq(*b"uar0", avr::UART_IRQ_OUTPUT);
         let servo = self.irq(*b"iogA", avr::IOPORT_IRQ_PIN0 + 1);
-        // SAFETY: both are IRQs of this chip, `watched` lives as long as it does; `flags` is read before the call returns.
+        // SAFETY: both are IRQs of this chip, `watched` lives as long as it does; `flags` is read
+        // before the call returns.
         unsafe {
             avr::avr_irq_register_notify(output, Some(on_byte), self.watched.cast());
             avr::avr_irq_register_notify(servo, Some(on_servo), self.watched.cast());
@@ -171,7 +177,8 @@ impl Chip {
     pub fn run_until(&mut self, cycle: u64) -> Result<()> {
         while self.cycle() < cycle {
             let before = self.cycle_of_life();
-            // SAFETY: `avr` is valid; the callbacks touch nothing but `watched`, which nobody else holds now.
+            // SAFETY: `avr` is valid; the callbacks touch nothing but `watched`, which nobody else
+            // holds now.
             let state = unsafe { avr::avr_run(self.avr) };
             if state == avr::cpu_Crashed as i32 || state == avr::cpu_Done as i32 {
                 bail!("the firmware crashed at cycle {}", self.cycle());
@@ -248,14 +255,15 @@ impl Chip {
         cycles.map(|cycles| cycles as f64 * 1e6 / FREQUENCY as f64)
     }
 
-    /// Makes the program hang where it is, by an instruction that jumps to itself, until the chip is reset. Only the hardware
-    /// watchdog can do that.
+    /// Makes the program hang where it is, by an instruction that jumps to itself, until the chip
+    /// is reset. Only the hardware watchdog can do that.
     ///
     /// # Errors
     /// If nothing has reset the chip within `most` seconds.
     pub fn hang(&mut self, most: f64) -> Result<()> {
         const JUMP_TO_ITSELF: [u8; 2] = [0xFF, 0xCF]; // rjmp .-2
-        // SAFETY: the word at the program counter is within the flash; both pointers are valid while `avr` is.
+        // SAFETY: the word at the program counter is within the flash; both pointers are valid
+        // while `avr` is.
         let (at, word) = unsafe {
             let at = (*self.avr)
                 .flash

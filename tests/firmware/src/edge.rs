@@ -1,6 +1,8 @@
-//! How long a count takes out of the robot: from the edge at an encoder's pin until the telemetry that tells of it has left the chip.
+//! How long a count takes out of the robot: from the edge at an encoder's pin until the telemetry
+//! that tells of it has left the chip.
 //!
-//! In: the true counts after each slice, the bytes the chip sends. Out: both instants, of the computer's clock, which other programs share.
+//! In: the true counts after each slice, the bytes the chip sends. Out: both instants, of the
+//! computer's clock, which other programs share.
 
 use std::time::SystemTime;
 

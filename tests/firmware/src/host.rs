@@ -2,7 +2,8 @@
 //!
 //! In: commands. Out: events of the link, as the firmware makes them.
 //!
-//! Bytes to the robot go at the line's speed, one in 10 bits of 38400 baud; those from it come as simavr sends them.
+//! Bytes to the robot go at the line's speed, one in 10 bits of 38400 baud; those from it come as
+//! simavr sends them.
 
 use std::collections::VecDeque;
 
@@ -107,7 +108,8 @@ impl Host {
         Ok(())
     }
 
-    /// Drives on until the robot says that it no longer moves or sweeps; gives the time that took, s.
+    /// Drives on until the robot says that it no longer moves or sweeps; gives the time that took,
+    /// s.
     ///
     /// # Errors
     /// If it takes longer than `most` seconds.

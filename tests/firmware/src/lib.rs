@@ -1,12 +1,16 @@
-//! The RP6's firmware in a simulated ATmega32, with the motors, encoders and rangers of the simulated robot around it.
+//! The RP6's firmware in a simulated ATmega32, with the motors, encoders and rangers of the
+//! simulated robot around it.
 //!
-//! In: bytes and commands for the serial line. Out: what the firmware answers, and what its registers and the robot do.
+//! In: bytes and commands for the serial line. Out: what the firmware answers, and what its
+//! registers and the robot do.
 //!
 //! 1. [`firmware()`] compiles the C sources, once.
-//! 2. [`Chip`] runs them in simavr, instruction by instruction: time is the chip's, so every run is the same.
-//! 3. [`Rig`] turns the motors by the duty in OCR1A and OCR1B, counts their angles into edges at INT0 and INT1, and puts
-//!    voltages on the converter.
-//! 4. [`Host`] is the other end of the line: the very [`Link`](slamlab_core::wire::rp6::Link) that drives a real robot.
+//! 2. [`Chip`] runs them in simavr, instruction by instruction: time is the chip's, so every run is
+//!    the same.
+//! 3. [`Rig`] turns the motors by the duty in OCR1A and OCR1B, counts their angles into edges at
+//!    INT0 and INT1, and puts voltages on the converter.
+//! 4. [`Host`] is the other end of the line: the very [`Link`](slamlab_core::wire::rp6::Link) that
+//!    drives a real robot.
 //! 5. [`Wired`] puts the rig on a pseudo-terminal instead, in real time, for a whole bridge.
 
 mod chip;

@@ -2,10 +2,13 @@
 //!
 //! In: the chip's registers. Out: edges, voltages and levels at its pins, and where the robot is.
 //!
-//! 1. In each slice of time the duty and direction of each motor become a voltage, and the motor of the simulation turns by it.
-//! 2. Each count of a shaft's angle is an edge at its encoder's pin; there is at most one in a slice.
-//! 3. The ranger that the select lines choose gives the voltage that the caller set, or, in a world, that of the wall where the
-//!    servo's last pulse points it. A ranger measures once in 38 ms and holds its output meanwhile.
+//! 1. In each slice of time the duty and direction of each motor become a voltage, and the motor of
+//!    the simulation turns by it.
+//! 2. Each count of a shaft's angle is an edge at its encoder's pin; there is at most one in a
+//!    slice.
+//! 3. The ranger that the select lines choose gives the voltage that the caller set, or, in a
+//!    world, that of the wall where the servo's last pulse points it. A ranger measures once in 38
+//!    ms and holds its output meanwhile.
 //! 4. In a world a wall stops the body and presses the bumpers; the tracks slip on.
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -19,7 +22,8 @@ use slamlab_core::sim::{Caster, Motor, World};
 use crate::Chip;
 use crate::chip::FREQUENCY;
 
-/// Cycles of a slice: a quarter of a millisecond, in which a track at full speed makes a third of a count.
+/// Cycles of a slice: a quarter of a millisecond, in which a track at full speed makes a third of a
+/// count.
 const SLICE: u64 = FREQUENCY / 4_000;
 /// Duty of full voltage.
 const DUTY_TOP: f64 = 210.0;
@@ -54,7 +58,8 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// A robot that stands, its motors as the model has them but for a part of their constants: left, right.
+    /// A robot that stands, its motors as the model has them but for a part of their constants:
+    /// left, right.
     ///
     /// # Errors
     /// As of [`Chip::new`].

@@ -1,10 +1,10 @@
 //! The real firmware as a device on a line, in real time.
 //!
-//! In: bytes at the line's speed, time. Out: what the firmware sends; when its motors went off after the cable was pulled, by the
-//! registers and the chip's own clock.
+//! In: bytes at the line's speed, time. Out: what the firmware sends; when its motors went off
+//! after the cable was pulled, by the registers and the chip's own clock.
 //!
-//! Where the machine is too slow, the chip's clock runs behind the real one and never makes up for it ([`Wired::behind`]):
-//! everything about the robot stays true in its own time.
+//! Where the machine is too slow, the chip's clock runs behind the real one and never makes up for
+//! it ([`Wired::behind`]): everything about the robot stays true in its own time.
 
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -50,7 +50,8 @@ enum Boot {
     Waits,
 }
 
-/// Registers that are 0 for so long are off, and do not only pass through 0 while the robot brakes, s.
+/// Registers that are 0 for so long are off, and do not only pass through 0 while the robot brakes,
+/// s.
 const STAYS_OFF: f64 = 0.2;
 /// From reset to `[READY]`, s.
 const BOOT: f64 = 0.1;
@@ -81,8 +82,9 @@ impl Wired {
         self.rig.chip.duties() != [0, 0]
     }
 
-    /// Seconds from the last [`Wired::mark`] or pulled cable until both registers were 0 and stayed so, by the robot's clock and by the real one; `None`
-    /// until they are, or where they were before.
+    /// Seconds from the last [`Wired::mark`] or pulled cable until both registers were 0 and stayed
+    /// so, by the robot's clock and by the real one; `None` until they are, or where they were
+    /// before.
     #[must_use]
     pub fn stopped_after(&self) -> Option<[f64; 2]> {
         self.stopped_after
@@ -211,7 +213,8 @@ impl Device for Wired {
 
     fn pulled(&mut self) {
         self.line.clear();
-        // Now, whoever marked it before: a cable that is cut in the middle of a frame waits for one.
+        // Now, whoever marked it before: a cable that is cut in the middle of a frame waits for
+        // one.
         if self.is_driven() {
             self.mark();
         }

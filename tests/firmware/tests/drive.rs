@@ -109,7 +109,8 @@ fn turning_round_counts_both_ways_right() -> Result<()> {
         odometry.motion.x(),
         truth.x()
     );
-    // Each change of direction may cost a count or two: a track that coasts is counted as it was driven.
+    // Each change of direction may cost a count or two: a track that coasts is counted as it was
+    // driven.
     assert!(
         (odometry.motion.x() - truth.x()).abs() < 0.004,
         "{odometry:?} {truth:?}"

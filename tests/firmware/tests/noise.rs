@@ -28,8 +28,8 @@ fn turn(host: &mut Host, beats: u32) -> Result<()> {
     Ok(())
 }
 
-/// Bits flip both ways, the driver is gone and the bridge stops the robot: it stops in time, and whatever the noise makes of what is
-/// still on the line, it does not run again.
+/// Bits flip both ways, the driver is gone and the bridge stops the robot: it stops in time, and
+/// whatever the noise makes of what is still on the line, it does not run again.
 #[test]
 fn a_robot_that_was_stopped_over_a_noisy_line_stays_stopped() -> Result<()> {
     let (mut host, _) = Host::armed(Rig::new([0.0; 2])?)?;

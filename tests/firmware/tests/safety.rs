@@ -59,8 +59,8 @@ fn silence_switches_the_motors_off_within_400_ms_and_a_new_command_on() -> Resul
     Ok(())
 }
 
-/// The motors are switched off by the clock's interrupt, and the loop looks at the silence once in 10 ms. A sign of life in between
-/// fed the guard, and the loop went on with the speed from before.
+/// The motors are switched off by the clock's interrupt, and the loop looks at the silence once in
+/// 10 ms. A sign of life in between fed the guard, and the loop went on with the speed from before.
 #[test]
 fn a_sign_of_life_just_after_the_motors_went_off_starts_nothing() -> Result<()> {
     for phase in 0..8 {
@@ -80,8 +80,8 @@ fn a_sign_of_life_just_after_the_motors_went_off_starts_nothing() -> Result<()> 
     Ok(())
 }
 
-/// A stop was a ramp once, with voltage on the motors for up to 0.18 s more: with the bridge's patience of 0.2 s before it, more than the
-/// 0.25 s that are promised.
+/// A stop was a ramp once, with voltage on the motors for up to 0.18 s more: with the bridge's
+/// patience of 0.2 s before it, more than the 0.25 s that are promised.
 #[test]
 fn a_stop_takes_the_voltage_at_once_and_the_robot_stands_soon() -> Result<()> {
     for command in [

@@ -40,7 +40,8 @@ fn a_sweep_reads_every_ranger_at_every_angle_once() -> Result<()> {
         );
         assert_eq!(reading.sweep, 1);
     }
-    // What a ranger says was measured where the servo stands: the servo's pulse and the slowest cycle of a ranger.
+    // What a ranger says was measured where the servo stands: the servo's pulse and the slowest
+    // cycle of a ranger.
     let times: Vec<u32> = host.rangers.iter().map(|r| r.time_ms).collect();
     assert!(
         times
@@ -138,7 +139,8 @@ fn a_sweep_in_the_arena_measures_its_walls() -> Result<()> {
     );
     assert_eq!(host.rangers.len(), 4 * 44);
     assert!(compared >= 10, "{compared}");
-    // The characteristic's own residuals, a count of the converter, and the servo's microseconds at a flat angle.
+    // The characteristic's own residuals, a count of the converter, and the servo's microseconds at
+    // a flat angle.
     assert!(worst < 0.12, "{worst}");
     Ok(())
 }

@@ -1,9 +1,11 @@
-//! A lidar that a robot carries: it sees from wherever the robot is, and it turns by the robot's time.
+//! A lidar that a robot carries: it sees from wherever the robot is, and it turns by the robot's
+//! time.
 //!
 //! In: bytes for the lidar. Out: those of the lidar.
 //!
-//! A machine that starves a robot makes its time run behind. The world that it moves in is then behind too: a lidar that went on turning
-//! in real time would see the robot creep, and what the two measure would not be of one world.
+//! A machine that starves a robot makes its time run behind. The world that it moves in is then
+//! behind too: a lidar that went on turning in real time would see the robot creep, and what the
+//! two measure would not be of one world.
 
 use std::sync::Arc;
 

@@ -1,9 +1,12 @@
-//! Devices that do not exist, at the other end of pseudo-terminals: the bridge cannot tell them from real ones.
+//! Devices that do not exist, at the other end of pseudo-terminals: the bridge cannot tell them
+//! from real ones.
 //!
-//! In: what the bridge writes. Out: byte for byte what the device would send, from a world of `core::sim`; and on demand
-//! what goes wrong with devices: flipped bits, silence, a pulled cable, half a frame, a wrong baud rate.
+//! In: what the bridge writes. Out: byte for byte what the device would send, from a world of
+//! `core::sim`; and on demand what goes wrong with devices: flipped bits, silence, a pulled cable,
+//! half a frame, a wrong baud rate.
 //!
-//! A device itself ([`Rplidar`], [`Ld06`], [`Rp6`]) has no I/O and no clock; [`Socket`] gives it both.
+//! A device itself ([`Rplidar`], [`Ld06`], [`Rp6`]) has no I/O and no clock; [`Socket`] gives it
+//! both.
 
 mod aboard;
 mod ld06;

@@ -1,7 +1,9 @@
-//! An RP6 with slamlab's firmware as its line sees it: boot loader, frames, watchdog and latch, driving the simulated robot.
+//! An RP6 with slamlab's firmware as its line sees it: boot loader, frames, watchdog and latch,
+//! driving the simulated robot.
 //!
-//! The rules are those of `bridge/firmware`: a greeting forgets sequences and stops; a repeated or stale command is reported and
-//! not done; 400 ms without a command stop the motors; an emergency stop is latched, and its reset moves nothing.
+//! The rules are those of `bridge/firmware`: a greeting forgets sequences and stops; a repeated or
+//! stale command is reported and not done; 400 ms without a command stop the motors; an emergency
+//! stop is latched, and its reset moves nothing.
 
 use slamlab_core::geom::Pose2;
 use slamlab_core::robot::{Command as Order, RobotModel};

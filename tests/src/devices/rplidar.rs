@@ -136,7 +136,8 @@ impl Rplidar {
         }
     }
 
-    /// The capsule whose first reading is this. Offsets are 0: every reading lies where even spacing puts it.
+    /// The capsule whose first reading is this. Offsets are 0: every reading lies where even
+    /// spacing puts it.
     fn capsule(&self, first: u64) -> Capsule {
         let of_a_turn = 2 * READINGS_OF_A_TURN;
         let mut readings = [Reading::default(); READINGS];

@@ -1,9 +1,10 @@
-//! A socket in the wall for a device: a pseudo-terminal under a path that stays, and a thread that is its clock.
+//! A socket in the wall for a device: a pseudo-terminal under a path that stays, and a thread that
+//! is its clock.
 //!
-//! 1. Plugging in makes a pseudo-terminal and points the path at it; pulling out closes it, so that the bridge sees what it
-//!    sees of a pulled cable.
-//! 2. Every few milliseconds the thread lets the device hear and speak. Time is the real one, for the bridge's is; only a machine that
-//!    starves the thread makes the device's time run behind.
+//! 1. Plugging in makes a pseudo-terminal and points the path at it; pulling out closes it, so that
+//!    the bridge sees what it sees of a pulled cable.
+//! 2. Every few milliseconds the thread lets the device hear and speak. Time is the real one, for
+//!    the bridge's is; only a machine that starves the thread makes the device's time run behind.
 //! 3. Where the bridge set another baud rate than the device's, both hear noise.
 
 use std::fs;
@@ -25,8 +26,8 @@ use super::spoil::{Faults, Line};
 
 /// From one look at the line to the next.
 const BEAT: Duration = Duration::from_millis(2);
-/// Where the machine lets the thread wait for longer, the device's time stands still meanwhile, s: it does not say at once what
-/// it would have said in a second, which no line could carry.
+/// Where the machine lets the thread wait for longer, the device's time stands still meanwhile, s:
+/// it does not say at once what it would have said in a second, which no line could carry.
 pub(super) const MOST_AT_ONCE: f64 = 0.05;
 
 /// A device in its socket; dropping it pulls the device out and ends its thread.
@@ -117,8 +118,8 @@ impl<D: Device> Socket<D> {
         change(&mut self.lock().device)
     }
 
-    /// The real time that the device's own has lost so far, because the machine let it wait for the processor. Half a second at once
-    /// looks to the bridge like a device that fell silent.
+    /// The real time that the device's own has lost so far, because the machine let it wait for the
+    /// processor. Half a second at once looks to the bridge like a device that fell silent.
     #[must_use]
     pub fn lost(&self) -> Duration {
         self.lock().lost

@@ -1,6 +1,8 @@
-//! The readers of files, each with what programs write to begin with and the laws that it keeps whatever comes.
+//! The readers of files, each with what programs write to begin with and the laws that it keeps
+//! whatever comes.
 //!
-//! What is read can be written, and reads the same again. What a map or a drawing becomes is a world that can be saved.
+//! What is read can be written, and reads the same again. What a map or a drawing becomes is a
+//! world that can be saved.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use slamlab_core::format::building::{self, Imported};
@@ -162,7 +164,8 @@ fn map_image_run(input: &[u8]) -> Result<u64, String> {
     Ok(outcome(&outcomes?))
 }
 
-/// Reads a map: its cells are those of a map, written down they read the same again, and a building made of it is a world.
+/// Reads a map: its cells are those of a map, written down they read the same again, and a building
+/// made of it is a world.
 fn map_is_sound(info: &MapInfo, image: &[u8]) -> Result<String, String> {
     let map = match read_image(info, image) {
         Ok(map) => map,

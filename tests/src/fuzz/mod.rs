@@ -1,13 +1,14 @@
 //! Every decoder against bytes that nobody meant, on a stable toolchain.
 //!
-//! In: a [`Target`], a number to begin with. Out: a [`Crash`] where there is one: bytes that made it panic, take longer than
-//! [`TOO_LONG`], or break a law of its own.
+//! In: a [`Target`], a number to begin with. Out: a [`Crash`] where there is one: bytes that made
+//! it panic, take longer than [`TOO_LONG`], or break a law of its own.
 //!
 //! 1. Seeds are what devices and writers really say; each input is a known one, changed (`mutate`).
-//! 2. A target tells what became of an input in one number. An input with a new number is kept and changed further: feedback by
-//!    outcome, for there is none by coverage without a nightly compiler.
-//! 3. Inputs follow from their number and those kept before, so a run goes on where the last one ended; a crash saves its bytes, and from
-//!    then on it is a test (`tests/crashes`).
+//! 2. A target tells what became of an input in one number. An input with a new number is kept and
+//!    changed further: feedback by outcome, for there is none by coverage without a nightly
+//!    compiler.
+//! 3. Inputs follow from their number and those kept before, so a run goes on where the last one
+//!    ended; a crash saves its bytes, and from then on it is a test (`tests/crashes`).
 
 mod file_seeds;
 mod files;

@@ -1,6 +1,8 @@
-//! The decoders of wires, each with real input to begin with and the laws that it keeps whatever comes.
+//! The decoders of wires, each with real input to begin with and the laws that it keeps whatever
+//! comes.
 //!
-//! A stream's decoder gives the same in pieces as at once. What a message decodes to is encoded to something that decodes to the same.
+//! A stream's decoder gives the same in pieces as at once. What a message decodes to is encoded to
+//! something that decodes to the same.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -85,7 +87,8 @@ pub(super) const WIRES: &[Target] = &[
     },
 ];
 
-/// One number for what became of an input; numbers within words do not count, or each input would be another.
+/// One number for what became of an input; numbers within words do not count, or each input would
+/// be another.
 pub fn outcome(what: &impl std::fmt::Debug) -> u64 {
     let text: String = format!("{what:?}")
         .chars()

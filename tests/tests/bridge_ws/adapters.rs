@@ -1,4 +1,5 @@
-//! Clients that speak the protocols of other tools: what they may take of the bridge, and that they are heard.
+//! Clients that speak the protocols of other tools: what they may take of the bridge, and that they
+//! are heard.
 
 use std::time::{Duration, Instant};
 
@@ -60,7 +61,8 @@ async fn metric(bridge: &Bridge, name: &str) -> u64 {
     line.unwrap().parse().unwrap()
 }
 
-/// Reads and writes were one task once: while a write hung, up to 30 s, nothing that the client said was heard.
+/// Reads and writes were one task once: while a write hung, up to 30 s, nothing that the client
+/// said was heard.
 #[test]
 fn a_client_of_rosbridge_that_reads_nothing_still_stops_the_robot() {
     async_on_a_calm_machine(async || {
@@ -136,7 +138,8 @@ fn who_shows_no_proof_to_a_private_rosbridge_in_time_is_sent_away_and_counted() 
     });
 }
 
-/// Pings of the WebSocket are answered below, and were not counted: who sent nothing else could send as many as it liked.
+/// Pings of the WebSocket are answered below, and were not counted: who sent nothing else could
+/// send as many as it liked.
 #[test]
 fn a_flood_of_pings_ends_the_connection() {
     async_on_a_calm_machine(async || {

@@ -18,8 +18,8 @@ use tempfile::TempDir;
 
 use super::client::Bridge;
 
-/// The recording names its robot, so that it is mapped as that robot; the export holds all of it again, with a pose for each
-/// scan, and the map as the replay itself has it.
+/// The recording names its robot, so that it is mapped as that robot; the export holds all of it
+/// again, with a pose for each scan, and the map as the replay itself has it.
 #[tokio::test]
 async fn an_export_holds_the_recording_and_its_map() {
     let folder = TempDir::new().unwrap();

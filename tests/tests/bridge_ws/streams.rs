@@ -1,4 +1,5 @@
-//! What clients get: everything if they are quick, the newest if they are slow, and figures about it all.
+//! What clients get: everything if they are quick, the newest if they are slow, and figures about
+//! it all.
 
 use std::time::{Duration, Instant};
 
@@ -102,7 +103,8 @@ fn odometry_without_gaps_and_scans_make_a_map() {
     });
 }
 
-/// A watcher that reads 1 kB a second must not slow down the others, nor fill the memory, and gets the newest.
+/// A watcher that reads 1 kB a second must not slow down the others, nor fill the memory, and gets
+/// the newest.
 #[test]
 fn a_slow_watcher_gets_fewer_and_newer_and_is_told() {
     async_on_a_calm_machine(async || {
@@ -118,7 +120,8 @@ fn a_slow_watcher_gets_fewer_and_newer_and_is_told() {
                 newest = body.to;
             }
         }
-        // It has read nothing until now, and reads all at once: what lay in the system's buffers, then the newest.
+        // It has read nothing until now, and reads all at once: what lay in the system's buffers,
+        // then the newest.
         let (mut last, mut dropped, mut stamps) = (0, 0, Vec::new());
         let mut said = 0;
         while last < newest || dropped == 0 {

@@ -1,8 +1,9 @@
 //! What other tools say to a running bridge: JSON of rosbridge and of Foxglove, over real sockets.
 //!
-//! Each input is the first message of a connection of its own; then comes one that is always answered. So it is known when the input was
-//! dealt with, whatever it was. Laws: the connection is answered or closed, no task of the bridge panics, the bridge lives on, and nobody
-//! who showed no token moves the robot.
+//! Each input is the first message of a connection of its own; then comes one that is always
+//! answered. So it is known when the input was dealt with, whatever it was. Laws: the connection is
+//! answered or closed, no task of the bridge panics, the bridge lives on, and nobody who showed no
+//! token moves the robot.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};

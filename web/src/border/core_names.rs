@@ -1,4 +1,5 @@
-//! Closed sets whose names stand in a table of the core: a variant that is added there needs no change here.
+//! Closed sets whose names stand in a table of the core: a variant that is added there needs no
+//! change here.
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

@@ -18,7 +18,8 @@ names! {
     }
 }
 
-/// Why something was not done. It is thrown as an `Error` with the sentence as its message and the kind's name as its `kind`.
+/// Why something was not done. It is thrown as an `Error` with the sentence as its message and the
+/// kind's name as its `kind`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WebError {
     /// What it is about.

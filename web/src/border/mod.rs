@@ -1,7 +1,8 @@
 //! The border to the page: one schema, written here and read in TypeScript.
 //!
-//! `wasm-bindgen` puts the types of all that derives `Tsify` into `www/pkg/slamlab_web.d.ts`; `www/layout.mjs` asks [`layout`]
-//! for the places of numbers in flat arrays. Nothing of it is typed again by hand.
+//! `wasm-bindgen` puts the types of all that derives `Tsify` into `www/pkg/slamlab_web.d.ts`;
+//! `www/layout.mjs` asks [`layout`] for the places of numbers in flat arrays. Nothing of it is
+//! typed again by hand.
 //!
 //! | file | subject |
 //! |---|---|

@@ -1,9 +1,10 @@
-//! Closed sets that the core gives no names: each variant crosses by its name. What a person reads of it stands in the page, which must have words for all.
+//! Closed sets that the core gives no names: each variant crosses by its name. What a person reads
+//! of it stands in the page, which must have words for all.
 
 use slamlab_core::estimation::Rejection;
 
-/// Types of the page with the names of their variants. `of` a type of the core they follow it, variant by variant; with `=`
-/// they are converted back too.
+/// Types of the page with the names of their variants. `of` a type of the core they follow it,
+/// variant by variant; with `=` they are converted back too.
 macro_rules! names {
     ($($(#[$doc:meta])* $name:ident $(of $core:path)? $(= $same:path)? { $($variant:ident = $word:literal),+ $(,)? })+) => { $(
         $(#[$doc])*
@@ -73,7 +74,8 @@ names! {
         StartBlocked = "start-blocked", GoalBlocked = "goal-blocked", Unreachable = "unreachable",
         Exhausted = "exhausted", NotOffered = "not-offered", BudgetSpent = "budget-spent",
     }
-    /// Where planners search: among the true walls, on the map with the unknown taken to be free, or only where it is known.
+    /// Where planners search: among the true walls, on the map with the unknown taken to be free,
+    /// or only where it is known.
     Ground { Truth = "truth", Map = "map", Known = "known" }
     /// What the filter's consistency says.
     DiagnosisName of slamlab_core::estimation::Diagnosis {
@@ -87,7 +89,8 @@ names! {
     }
     /// Inside which gate a candidate lies.
     Gate of slamlab_core::estimation::Gate { Match = "match", Near = "near", Far = "far", Beyond = "beyond" }
-    /// A field of the grid: distance to the nearest wall, how well a beam's end fits, the room around the robot's centre.
+    /// A field of the grid: distance to the nearest wall, how well a beam's end fits, the room
+    /// around the robot's centre.
     FieldName { Distance = "distance", Likelihood = "likelihood", Room = "room" }
     /// What a wall is made of.
     MaterialName of slamlab_core::sim::Material { Opaque = "opaque", Glass = "glass", Dark = "dark" }

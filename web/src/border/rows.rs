@@ -6,7 +6,8 @@ use wasm_bindgen::prelude::wasm_bindgen;
 
 use super::names::{Gate, MaterialName, RegionName, Verdict};
 
-/// Rows of numbers, in the order in which they are named; the page has the places under the name that is given first.
+/// Rows of numbers, in the order in which they are named; the page has the places under the name
+/// that is given first.
 macro_rules! rows {
     ($($(#[doc = $doc:literal])+ $title:literal: $row:ident of $number:ty { $($field:ident),+ $(,)? })+) => {
         $(
@@ -33,8 +34,9 @@ macro_rules! rows {
 }
 
 rows! {
-    /// A wall of the line map: α and r with their covariance, its ends (rad, m), whether the last scan matched it, whether it
-    /// was seen often enough to be a wall, and its number, the same for its whole life.
+    /// A wall of the line map: α and r with their covariance, its ends (rad, m), whether the last
+    /// scan matched it, whether it was seen often enough to be a wall, and its number, the same for
+    /// its whole life.
     "LINE": LineRow of f64 {
         alpha, r, var_alpha, cov_alpha_r, var_r, x1, y1, x2, y2, matched, confirmed, id,
     }
@@ -42,18 +44,22 @@ rows! {
     "TRAIL": TrailRow of f32 { truth_x, truth_y, odometry_x, odometry_y, x, y }
     /// How a hit was read: range and σ in m, and the sensor's own quality; NaN where it tells none.
     "BEAM": BeamRow of f32 { range, sigma, quality }
-    /// A door of the simulated world: its ends, m, whether it is open, and whether it is to be: one that is to shut waits while
-    /// somebody stands in it.
+    /// A door of the simulated world: its ends, m, whether it is open, and whether it is to be: one
+    /// that is to shut waits while somebody stands in it.
     "DOOR": DoorRow of f32 { x1, y1, x2, y2, open, ordered }
     /// A region of the topological map: its place in `REGIONS`, area (m²), middle and width (m).
     "REGION": RegionRow of f64 { kind, area, x, y, width }
-    /// A door of the topological map: the regions it joins, posts, middle and width (m), whether both posts were seen.
+    /// A door of the topological map: the regions it joins, posts, middle and width (m), whether
+    /// both posts were seen.
     "DOORWAY": DoorwayRow of f64 { from, to, x1, y1, x2, y2, x, y, width, framed }
-    /// A line of the scan: ends (map frame, m), its place in `VERDICTS`, landmark (NaN without), number of candidates.
+    /// A line of the scan: ends (map frame, m), its place in `VERDICTS`, landmark (NaN without),
+    /// number of candidates.
     "SIGHTING": SightingRow of f64 { x1, y1, x2, y2, verdict, landmark, candidates }
-    /// A landmark that a line was compared with: d², gap (m), innovation with its σ (rad, m), its place in `GATES`.
+    /// A landmark that a line was compared with: d², gap (m), innovation with its σ (rad, m), its
+    /// place in `GATES`.
     "CANDIDATE": CandidateRow of f64 { landmark, d2, gap, delta_alpha, delta_r, sigma_alpha, sigma_r, gate }
-    /// A sample of the twin: s, pose (map frame, m and rad), how far it is off with 3σ (m, rad), and the ranges' (m).
+    /// A sample of the twin: s, pose (map frame, m and rad), how far it is off with 3σ (m, rad),
+    /// and the ranges' (m).
     "TWIN": TwinRow of f64 { time, x, y, heading, position_off, position_sigma3, heading_off, heading_sigma3, ranges }
 }
 
@@ -75,7 +81,8 @@ where
     rows.into_iter().flat_map(<[N; STRIDE]>::from).collect()
 }
 
-/// Places of numbers in flat arrays, as a module of TypeScript; `www/layout.mjs` puts it beside the bindings.
+/// Places of numbers in flat arrays, as a module of TypeScript; `www/layout.mjs` puts it beside the
+/// bindings.
 #[wasm_bindgen]
 #[must_use]
 pub fn layout() -> String {

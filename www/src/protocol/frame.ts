@@ -1,4 +1,5 @@
-// One state of the run: its current figures, and what changed. Bulk data are flat typed arrays, transferred rather than copied.
+// One state of the run: its current figures, and what changed. Bulk data are flat typed arrays,
+// transferred rather than copied.
 
 import type { Cycle, FieldChange, GridChange, Inspection, Rooms, RunStatus, SourceKind } from "./module.js";
 
@@ -25,7 +26,8 @@ export interface Status extends RunStatus {
   features: number;
 }
 
-/** What the time of the run is meant to be at any wall time, so that pictures can be drawn between two steps. */
+/** What the time of the run is meant to be at any wall time, so that pictures can be drawn between
+    two steps. */
 export interface Clock {
   /** Milliseconds since 1970, comparable between page and worker. */
   wall: number;

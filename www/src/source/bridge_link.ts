@@ -1,4 +1,5 @@
-// The wire to a bridge: a WebSocket that reconnects by itself. A robot that was lost and found again goes on in its old map.
+// The wire to a bridge: a WebSocket that reconnects by itself. A robot that was lost and found
+// again goes on in its old map.
 
 import type { WebRun } from "../protocol/module.js";
 import { Link, type LinkEvents, micros } from "./link.js";

@@ -1,5 +1,6 @@
-// The wire to the local bridge, which has devices and rules in a worker of its own (local_bridge.ts). The messages are those of any
-// bridge, so that everything is shown and done in the same way.
+// The wire to the local bridge, which has devices and rules in a worker of its own
+// (local_bridge.ts). The messages are those of any bridge, so that everything is shown and done in
+// the same way.
 
 import type { WebRun } from "../protocol/module.js";
 import { Link, type LinkEvents, micros } from "./link.js";

@@ -11,7 +11,8 @@ type Compared = "path" | "rawPath" | "tree" | "frontiers" | "doors";
 
 /** The plan is fetched this often, wall milliseconds: trees are long and change seldom. */
 const PLAN_PERIOD = 120;
-/** A recording's whole trail is fetched this often, wall milliseconds: closing a loop moves all of it. */
+/** A recording's whole trail is fetched this often, wall milliseconds: closing a loop moves all of
+    it. */
 const TRAIL_PERIOD = 250;
 
 export class Changes {

@@ -1,4 +1,5 @@
-// All planners on one query: steps them in slices, measures their times, and reports how they stand.
+// All planners on one query: steps them in slices, measures their times, and reports how they
+// stand.
 
 import { fail, faultOf, post } from "../answer.js";
 import type { WebContest } from "../protocol/module.js";

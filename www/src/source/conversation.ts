@@ -1,5 +1,5 @@
-// A conversation with a bridge, or with devices at ports of this page: a run begins when the other end has named its robot, and again
-// whenever the robot did.
+// A conversation with a bridge, or with devices at ports of this page: a run begins when the other
+// end has named its robot, and again whenever the robot did.
 
 import { WebRun } from "../../pkg/slamlab_web.js";
 import { post } from "../answer.js";

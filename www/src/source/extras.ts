@@ -6,7 +6,8 @@ import type { FieldName, Inspection, Rooms } from "../protocol/module.js";
 import { Sparing } from "./feeds.js";
 import type { Run } from "./run.js";
 
-/** Wall milliseconds between two inspections of the filter: a matrix is long, and nobody reads faster. */
+/** Wall milliseconds between two inspections of the filter: a matrix is long, and nobody reads
+    faster. */
 const INSPECT_MILLIS = 200;
 
 export class Extras {

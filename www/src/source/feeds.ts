@@ -31,9 +31,11 @@ export class Slow {
 
 /** Expensive work beside a run, done seldom and for a small part of the time. */
 export class Sparing<T> {
-  /** Wall milliseconds between two runs of the work: walls change slowly, and many cells are read. */
+  /** Wall milliseconds between two runs of the work: walls change slowly, and many cells are
+      read. */
   static readonly MILLIS = 1000;
-  /** And that many times as long as they took, not at all: a twentieth of the time at most, for the robot is driven here too. */
+  /** And that many times as long as they took, not at all: a twentieth of the time at most, for the
+      robot is driven here too. */
   static readonly REST = 19;
   #due = -Infinity;
 

@@ -1,4 +1,5 @@
-// The client's end of a connection to a robot: the module's bytes on a wire, its clock, and the state of both.
+// The client's end of a connection to a robot: the module's bytes on a wire, its clock, and the
+// state of both.
 
 import type { WebRun } from "../protocol/module.js";
 import type { BridgeState, Connection } from "../protocol/devices.js";

@@ -40,7 +40,8 @@ export class Pace {
     this.#last = { wall, time, factor: ((time - this.#last.time) * 1000) / (wall - this.#last.wall) };
   }
 
-  /** By which the page moves the robot between two frames; it stands where the source does not run by the wall's time. */
+  /** By which the page moves the robot between two frames; it stands where the source does not run
+      by the wall's time. */
   clock(runs: boolean): Clock {
     return { wall: performance.timeOrigin + this.#anchor.wall, time: this.#anchor.time, rate: runs && this.speed !== Infinity ? this.speed : 0 };
   }

@@ -1,5 +1,6 @@
-// Plays a run: paces it (its seconds for each second of the wall), works in slices short enough that every message is heard within about
-// 20 ms, and sends a frame only when the page has drawn the one before.
+// Plays a run: paces it (its seconds for each second of the wall), works in slices short enough
+// that every message is heard within about 20 ms, and sends a frame only when the page has drawn
+// the one before.
 
 import { fail, post } from "../answer.js";
 import type { Answer } from "../protocol.js";
@@ -20,7 +21,8 @@ export class Player {
   run: Run | null = null;
   /** Called before another run is shown. */
   onBegin: () => void = () => {};
-  /** Work that goes before the run, slice by slice: reading a log. Returns whether there is more. */
+  /** Work that goes before the run, slice by slice: reading a log. Returns whether there is
+      more. */
   before: (() => boolean) | null = null;
   readonly extras = new Extras();
   readonly #pace = new Pace();

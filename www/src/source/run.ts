@@ -1,4 +1,5 @@
-// One run, whatever feeds it: a simulation and a recording are stepped, a live robot is fed by its link.
+// One run, whatever feeds it: a simulation and a recording are stepped, a live robot is fed by its
+// link.
 
 import type { Change, Requested, Status } from "../protocol/frame.js";
 import type { BenchResponse, BenchTrial, ContestAsk, DriveFit, FieldName, GrowthName, Inspection, PriorMapFile, MethodName, Rooms, RunStatus, SavedFile, SavedKind, SettingInfo, SettingValues, SigmaCurve, SourceKind, WebContest, WebRun } from "../protocol/module.js";
@@ -8,7 +9,8 @@ import { Slow } from "./feeds.js";
 import { micros } from "./link.js";
 import { doing, type Note, Story } from "./story.js";
 
-/** In a world larger than this, m², counting the reachable area would take too long; the explored area is still given. */
+/** In a world larger than this, m², counting the reachable area would take too long; the explored
+    area is still given. */
 const MOST_EXTENT = 10_000;
 
 /** A status without the pace, which only the worker knows. */
@@ -55,12 +57,14 @@ export class Run implements RunFacts {
     return this.#status.scans;
   }
 
-  /** Whether there is nothing to step: a simulated task or a recording is over. A live robot goes on telling what it sees. */
+  /** Whether there is nothing to step: a simulated task or a recording is over. A live robot goes
+      on telling what it sees. */
   get finished(): boolean {
     return this.kind === "sim" ? this.#status.finished : this.#ended !== "";
   }
 
-  /** Grows with everything that may change the inside of the filter: scans, and the stages of one that is followed. */
+  /** Grows with everything that may change the inside of the filter: scans, and the stages of one
+      that is followed. */
   get version(): number {
     return this.scans + this.module.cycle_count();
   }
@@ -90,7 +94,8 @@ export class Run implements RunFacts {
     if (this.kind === "replay" && !this.finished) this.#end("cancelled");
   }
 
-  /** A command, and how the log calls it: what it changed is shown at once, and a task that had ended is alive again. */
+  /** A command, and how the log calls it: what it changed is shown at once, and a task that had
+      ended is alive again. */
   command(act: (module: WebRun) => void, words = ""): void {
     act(this.module);
     if (words !== "") this.#story.note("info", words);
@@ -143,7 +148,8 @@ export class Run implements RunFacts {
     return this.#changes.take(this.version, this.#ended !== "");
   }
 
-  /** The inside of the filter, with the matrix or without; null for methods without a line filter. */
+  /** The inside of the filter, with the matrix or without; null for methods without a line
+      filter. */
   inspect(matrix: boolean): Inspection | null {
     return this.module.inspect(matrix) ?? null;
   }
@@ -159,7 +165,8 @@ export class Run implements RunFacts {
     this.#roomsOf = { generation: -1, revision: -1 };
   }
 
-  /** A field of the grid where it may have changed; null where it is as it was when it was asked for last. */
+  /** A field of the grid where it may have changed; null where it is as it was when it was asked
+      for last. */
   field(name: FieldName): Requested["field"] {
     const { generation, revision } = this.#fieldOf;
     const field = this.module.field(name, generation, revision);

@@ -1,4 +1,5 @@
-// Writes what happens in a run to its log: goals, how tasks end, what was explored, touched, merged or closed. The same for every source.
+// Writes what happens in a run to its log: goals, how tasks end, what was explored, touched, merged
+// or closed. The same for every source.
 
 import type { Level, RunStatus, WebRun } from "../protocol/module.js";
 
@@ -47,7 +48,8 @@ export class Story {
     this.#tasks += 1;
   }
 
-  /** Called after each step; `explored` returns the explored fraction, recomputed where a task ended. */
+  /** Called after each step; `explored` returns the explored fraction, recomputed where a task
+      ended. */
   update(s: RunStatus, explored: (recompute: boolean) => number): void {
     this.#time = s.time;
     this.#tellGoal(s);

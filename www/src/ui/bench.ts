@@ -1,4 +1,5 @@
-// The drive controller on a bench: what it does for a straight drive when motors are not alike and something pulls at a track.
+// The drive controller on a bench: what it does for a straight drive when motors are not alike and
+// something pulls at a track.
 
 import { css, html, type TemplateResult, unsafeCSS } from "lit";
 import uPlot from "uplot";

@@ -1,4 +1,5 @@
-// The robot behind a bridge: devices, link, battery, who drives, recording, emergency stop. Hidden where there is no bridge.
+// The robot behind a bridge: devices, link, battery, who drives, recording, emergency stop. Hidden
+// where there is no bridge.
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import type { BridgeState } from "../protocol/devices.js";

@@ -1,4 +1,5 @@
-// Calibration of the infra-red rangers: pairs typed, pasted or from a file; the curve, what it misses, and where it cannot be trusted.
+// Calibration of the infra-red rangers: pairs typed, pasted or from a file; the curve, what it
+// misses, and where it cannot be trusted.
 
 import { css, html, type TemplateResult, unsafeCSS } from "lit";
 import uPlot from "uplot";

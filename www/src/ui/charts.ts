@@ -127,7 +127,8 @@ export abstract class SlamCharts extends SlamElement {
       const curve = this.curves[i];
       if (!curve) return;
       plot.setData(columns(history.columns, curve));
-      // A recording knows no truth, and some methods no innovations: an empty picture would only puzzle.
+      // A recording knows no truth, and some methods no innovations: an empty picture would only
+      // puzzle.
       const empty = (history.columns[SAMPLE.time]?.length ?? 0) > 0 && ![curve.value, ...curve.bounds].some((k) => history.columns[k]?.some(Number.isFinite));
       this.renderRoot.querySelector(`#figure-${i}`)?.toggleAttribute("hidden", empty);
     });

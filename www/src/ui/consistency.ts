@@ -1,4 +1,5 @@
-// Is the filter honest? Its two figures with their bands, and a sentence that names the likely cause where they leave them.
+// Is the filter honest? Its two figures with their bands, and a sentence that names the likely
+// cause where they leave them.
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import type { DiagnosisName } from "../protocol/module.js";

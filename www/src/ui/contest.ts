@@ -1,4 +1,5 @@
-// The planners side by side: the same way asked of all, what each found, how long it took, and its tree on the map.
+// The planners side by side: the same way asked of all, what each found, how long it took, and its
+// tree on the map.
 
 import { css, html, nothing, type TemplateResult, unsafeCSS } from "lit";
 import uPlot from "uplot";
@@ -20,7 +21,8 @@ const GROUNDS: readonly { ground: Ground; label: string; simOnly?: boolean }[] =
 ];
 /** Seconds for each planner. */
 const TIMES = [0.2, 1, 3, 10] as const;
-/** Why there is no path, in as many words as a cell of the table holds; the whole sentence is its title. */
+/** Why there is no path, in as many words as a cell of the table holds; the whole sentence is its
+    title. */
 const WHY: Readonly<Record<NoPathKind, string>> = {
   "start-blocked": "blocked", "goal-blocked": "blocked", unreachable: "no way, proved", "not-offered": "needs walls", exhausted: "none found", "budget-spent": "none found",
 };
@@ -144,7 +146,8 @@ export class SlamContest extends SlamElement {
   }
 }
 
-/** Each planner's length as a staircase that ends with its time; the one that is watched is thick. */
+/** Each planner's length as a staircase that ends with its time; the one that is watched is
+    thick. */
 function curvesOf(found: ContestState, host: HTMLElement, width: number): uPlot {
   const steps = found.entrants.map(({ curve, seconds }) => {
     const points = new Map<number, number>();

@@ -1,4 +1,5 @@
-// The correlation matrix of the filter as a picture: which errors hang together, linked to the walls on the map.
+// The correlation matrix of the filter as a picture: which errors hang together, linked to the
+// walls on the map.
 
 import { css, html, type TemplateResult } from "lit";
 import { firstRowOf, rowOf, type Row, sizeOf } from "../inspect.js";

@@ -1,4 +1,5 @@
-// The cycle as a strip: which stage it is in, what each gave and why, and a button for the next one.
+// The cycle as a strip: which stage it is in, what each gave and why, and a button for the next
+// one.
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import type { Stage } from "../protocol/module.js";

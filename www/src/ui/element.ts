@@ -1,4 +1,5 @@
-// What every component starts from: the store, the client, and the topics that make it render again.
+// What every component starts from: the store, the client, and the topics that make it render
+// again.
 
 import { LitElement } from "lit";
 import type { Client } from "../client.js";

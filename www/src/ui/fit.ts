@@ -1,4 +1,5 @@
-// Parameters of a recorded or a live robot, fitted to its drive, with standard errors, as a preset; and the twin.
+// Parameters of a recorded or a live robot, fitted to its drive, with standard errors, as a preset;
+// and the twin.
 
 import { css, html, type TemplateResult } from "lit";
 import type { DriveFit, SettingValues } from "../protocol/module.js";

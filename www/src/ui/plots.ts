@@ -1,4 +1,5 @@
-// Curves of the run: position error and heading error with the 3σ that the filter claims, and time per scan.
+// Curves of the run: position error and heading error with the 3σ that the filter claims, and time
+// per scan.
 
 import { SAMPLE } from "../protocol/sample.js";
 import { type Curve, SlamCharts } from "./charts.js";

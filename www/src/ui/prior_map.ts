@@ -1,4 +1,5 @@
-// The map that a robot is to be found in: where it comes from, where the robot begins in it, and whether it fits.
+// The map that a robot is to be found in: where it comes from, where the robot begins in it, and
+// whether it fits.
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import type { PriorMapSetup } from "../protocol/module.js";

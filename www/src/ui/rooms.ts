@@ -1,4 +1,5 @@
-// Rooms and corridors of the map as a list: what each is, its area, and its doors with where they lead.
+// Rooms and corridors of the map as a list: what each is, its area, and its doors with where they
+// lead.
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import { DOORWAY, DOORWAY_STRIDE, REGION, REGION_STRIDE, type Rooms } from "../protocol/module.js";

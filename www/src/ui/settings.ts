@@ -1,4 +1,5 @@
-// Every setting of the run, as the core's table has them: grouped, searched, with presets; changed at once or on restart.
+// Every setting of the run, as the core's table has them: grouped, searched, with presets; changed
+// at once or on restart.
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import type { PresetInfo, SettingInfo, SettingValues } from "../protocol/module.js";
@@ -160,7 +161,8 @@ function matches(s: SettingInfo, search: string): boolean {
   return search.toLowerCase().split(/\s+/).every((word) => all.includes(word));
 }
 
-/** What an input holds: seven digits say what anybody typed; the others are those of the binary number. */
+/** What an input holds: seven digits say what anybody typed; the others are those of the binary
+    number. */
 function plain(value: number): string {
   return Number.isFinite(value) ? String(Number(value.toPrecision(7))) : "";
 }
@@ -175,7 +177,8 @@ function range(s: SettingInfo): string {
   return `${plain(s.scale * s.low)} to ${plain(s.scale * s.high)}${s.unit ? ` ${s.unit}` : ""}`;
 }
 
-/** The number to be stored for one as people read it; an end of the range as it is written is that end. */
+/** The number to be stored for one as people read it; an end of the range as it is written is that
+    end. */
 function stored(s: SettingInfo, shown: number): number {
   const value = shown / s.scale;
   return [s.low, s.high, s.default].find((end) => plain(s.scale * end) === plain(shown)) ?? value;

@@ -1,4 +1,5 @@
-// The common style of all components: buttons, fields, panels. Colours and fonts are custom properties of style.css.
+// The common style of all components: buttons, fields, panels. Colours and fonts are custom
+// properties of style.css.
 
 import { css } from "lit";
 

@@ -1,4 +1,5 @@
-// On a phone the panels share one sheet, on a wide screen plots, filter, paths, settings and log share the rest of the side: these choose which.
+// On a phone the panels share one sheet, on a wide screen plots, filter, paths, settings and log
+// share the rest of the side: these choose which.
 
 import { css, html, type TemplateResult } from "lit";
 import type { Tab, Topic } from "../store.js";

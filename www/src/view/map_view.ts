@@ -1,4 +1,5 @@
-// The map: two canvases (ground and overlays) with a camera that can be panned, zoomed, fitted, and tied to the robot.
+// The map: two canvases (ground and overlays) with a camera that can be panned, zoomed, fitted, and
+// tied to the robot.
 
 import { css, html, LitElement, type TemplateResult } from "lit";
 import type { Client } from "../client.js";
@@ -199,7 +200,8 @@ export class SlamMap extends LitElement {
     if (this.store.follow) this.store.set("view", { follow: false });
   }
 
-  /** A wall, while the filter's tab is open; a door; a room, where rooms are shown; else a goal for the robot. */
+  /** A wall, while the filter's tab is open; a door; a room, where rooms are shown; else a goal for
+      the robot. */
   #choose(x: number, y: number): void {
     const wall = this.#wallAt(x, y);
     const door = this.#doorAt(x, y);
@@ -380,7 +382,8 @@ export class SlamMap extends LitElement {
     return { found, start: start ?? begun, goal };
   }
 
-  /** Rooms while they are shown, with the one that holds the chosen place: numbers change as the map grows. */
+  /** Rooms while they are shown, with the one that holds the chosen place: numbers change as the
+      map grows. */
   #rooms(): Brush["rooms"] {
     const { rooms: found, roomNumbers: numbers, roomSpot: spot, layers } = this.store;
     return found && layers.rooms ? { found, numbers, chosen: spot ? roomAt(found, ...spot) : null } : null;

@@ -1,14 +1,16 @@
 // Where everything is between two steps: the run moves 20 times a second, the screen 60 times.
 //
-// Drawn is the run at the time that its clock shows, less the way from worker to screen. The worker is up to a step ahead of that
-// clock, so this lies between two states that were both computed, and nothing is guessed. A run that is paused, or goes as fast
-// as it can, is drawn as of its newest step.
+// Drawn is the run at the time that its clock shows, less the way from worker to screen. The worker
+// is up to a step ahead of that clock, so this lies between two states that were both computed, and
+// nothing is guessed. A run that is paused, or goes as fast as it can, is drawn as of its newest
+// step.
 
 import type { Clock, Frame, Status } from "../protocol/frame.js";
 
 /** How far behind its clock a run is drawn: a picture of the screen, wall seconds, */
 const DELAY_SECONDS = 0.02;
-/** but no more than this, seconds of the run: where steps come faster than pictures there is little to smooth. */
+/** but no more than this, seconds of the run: where steps come faster than pictures there is little
+    to smooth. */
 const DELAY_MOST = 0.1;
 /** States kept: the time that is drawn may lie between earlier ones than the last two. */
 const KEPT = 4;

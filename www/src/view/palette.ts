@@ -1,5 +1,6 @@
-// The colours of the map, read from the style sheet so that page, legend and canvas cannot disagree.
-// Hues from Okabe & Ito (2008), safe for the common kinds of colour blindness; line styles differ as well.
+// The colours of the map, read from the style sheet so that page, legend and canvas cannot
+// disagree. Hues from Okabe & Ito (2008), safe for the common kinds of colour blindness; line
+// styles differ as well.
 
 const NAMES = [
   "unknown", "free", "occupied", "gridline", "truth", "odometry", "estimate", "robot", "scan", "walls", "lines", "path", "tree",

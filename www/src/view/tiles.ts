@@ -1,4 +1,5 @@
-// Grid cells as pictures: dirty blocks are painted into tiles of 8 x 8 blocks, which the grid layer then only stretches.
+// Grid cells as pictures: dirty blocks are painted into tiles of 8 x 8 blocks, which the grid layer
+// then only stretches.
 
 import type { FieldName, GridChange } from "../protocol/module.js";
 import type { Box } from "./camera.js";
@@ -138,7 +139,8 @@ export class Tiles {
     }
     if (this.#image?.width !== side) this.#image = new ImageData(side, side);
     const pixels = new Uint32Array(this.#image.data.buffer);
-    // Tiles hold rows from the top, blocks from the bottom: the camera's one flip of y would leave every tile upside down.
+    // Tiles hold rows from the top, blocks from the bottom: the camera's one flip of y would leave
+    // every tile upside down.
     for (let row = 0; row < side; row += 1) {
       const from = (side - 1 - row) * side;
       for (let col = 0; col < side; col += 1) pixels[row * side + col] = this.#colours[block.cells[from + col] ?? 0] ?? 0;
@@ -154,7 +156,8 @@ function colourTable(palette: Palette, threeTones: boolean): Uint32Array {
   const table = new Uint32Array(256);
   for (let value = 1; value < 256; value += 1) {
     const p = (value - 1) / 254;
-    // Full tone where the state is decided, so that a room looks the same after two sightings and after twenty.
+    // Full tone where the state is decided, so that a room looks the same after two sightings and
+    // after twenty.
     const certainty = threeTones ? (p > 0.65 || p < 0.35 ? 1 : 0) : Math.min(1, Math.abs(p - 0.5) * 2.6);
     const tone = p > 0.5 ? occupied : free;
     table[value] = packed(mix(unknown, tone, certainty));
@@ -162,7 +165,8 @@ function colourTable(palette: Palette, threeTones: boolean): Uint32Array {
   return table;
 }
 
-/** From walls, or where the robot may not be, in the tone of what is occupied, to free in a hue of its own; a likelihood the other way round. */
+/** From walls, or where the robot may not be, in the tone of what is occupied, to free in a hue of
+    its own; a likelihood the other way round. */
 function fieldTable(palette: Palette, view: FieldName): Uint32Array {
   const { free, occupied } = palette.tones;
   const hue = rgb(palette.css.field);

@@ -11,7 +11,8 @@ export function fieldWords(view: GridView, byte: number, step: number): string {
   return `${more}${value.toFixed(2)} m to the nearest wall`;
 }
 
-/** What the sensor said of a hit: the range with its σ, and how strong the echo was, if it reports that. */
+/** What the sensor said of a hit: the range with its σ, and how strong the echo was, if it reports
+    that. */
 export function readingWords({ range, sigma, quality }: Reading): string {
   const strength = Number.isNaN(quality) ? "" : `, quality ${quality}`;
   return `beam ${range.toFixed(2)} ± ${sigma.toFixed(2)} m${strength}`;

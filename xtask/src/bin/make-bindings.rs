@@ -1,4 +1,5 @@
-//! Makes the JavaScript bindings of a WebAssembly module: `make-bindings MODULE FOLDER [--debug]`; `xtask::wasm` calls it.
+//! Makes the JavaScript bindings of a WebAssembly module: `make-bindings MODULE FOLDER [--debug]`;
+//! `xtask::wasm` calls it.
 //!
 //! The library form of wasm-bindgen's tool is part of this program, so there is nothing to install,
 //! and cargo pins it to the version of the crate: the two must be equal.

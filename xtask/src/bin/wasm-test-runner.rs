@@ -1,7 +1,9 @@
-//! Runs tests that are compiled for wasm32, in headless Chromium; cargo calls it (`.cargo/config.toml`).
+//! Runs tests that are compiled for wasm32, in headless Chromium; cargo calls it
+//! (`.cargo/config.toml`).
 //!
-//! It is wasm-bindgen's own runner, pinned to the version of the crate, with Chromium and chromedriver found first.
-//! The runner takes its settings from the environment, so this program starts itself once more with them.
+//! It is wasm-bindgen's own runner, pinned to the version of the crate, with Chromium and
+//! chromedriver found first. The runner takes its settings from the environment, so this program
+//! starts itself once more with them.
 
 use std::env;
 use std::path::Path;
@@ -32,7 +34,8 @@ fn main() -> Result<()> {
     std::process::exit(status.code().unwrap_or(1))
 }
 
-/// What Chromium is started with: no window, no traffic of its own, and no sandbox, which does not work for root.
+/// What Chromium is started with: no window, no traffic of its own, and no sandbox, which does not
+/// work for root.
 fn capabilities(chrome: &Path) -> Value {
     json!({ "goog:chromeOptions": {
         "binary": chrome,

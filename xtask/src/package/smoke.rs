@@ -1,4 +1,5 @@
-//! Runs the program of a package as a person would first meet it: does it serve its page, and does the doctor speak?
+//! Runs the program of a package as a person would first meet it: does it serve its page, and does
+//! the doctor speak?
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -15,7 +16,8 @@ use crate::tools;
 /// An emulated processor on a loaded machine may take its time.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Unpacks the package and runs its program; skipped by name where the other processor cannot be emulated.
+/// Unpacks the package and runs its program; skipped by name where the other processor cannot be
+/// emulated.
 pub(super) fn test(target: Target, package: &Path) -> Result<()> {
     let emulator = format!("qemu-{}-static", target.processor());
     let emulator = match (target.is_this_machine(), tools::in_path(&emulator)) {

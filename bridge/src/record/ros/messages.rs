@@ -17,7 +17,8 @@ const FLOAT32: u8 = 7;
 /// Bytes of a point: x, y, z.
 const POINT: u32 = 12;
 
-/// `nav_msgs/Odometry`: where the odometry alone puts the robot, with the covariance that has added up, and its present speed.
+/// `nav_msgs/Odometry`: where the odometry alone puts the robot, with the covariance that has added
+/// up, and its present speed.
 pub(super) fn odometry(moved: &Moved, now: Duration) -> Vec<u8> {
     let (summed, [x, y, turn]) = (&moved.summed, moved.speeds);
     let mut cdr = Cdr::new();
@@ -93,7 +94,8 @@ pub(super) fn points(body: &ScanBody, now: Duration) -> Vec<u8> {
     cdr.u8(1).finish()
 }
 
-/// `nav_msgs/OccupancyGrid`: 0 free, 100 occupied, -1 unknown; `None` of a map without a known cell.
+/// `nav_msgs/OccupancyGrid`: 0 free, 100 occupied, -1 unknown; `None` of a map without a known
+/// cell.
 pub(super) fn map(grid: &Grid, now: Duration) -> Option<Vec<u8>> {
     let map = OccupancyMap::of_grid(grid, MapMode::Trinary).ok()?;
     let mut cdr = Cdr::new();

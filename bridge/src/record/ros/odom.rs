@@ -14,7 +14,8 @@ pub(crate) struct Odom {
 pub(crate) struct Moved {
     /// From the beginning until now, with the covariance that has added up.
     pub(crate) summed: Odometry,
-    /// Forward, to the left (m/s) and turning (rad/s), over the last step; 0 of a step that took no time.
+    /// Forward, to the left (m/s) and turning (rad/s), over the last step; 0 of a step that took no
+    /// time.
     pub(crate) speeds: [f64; 3],
     pub(crate) speeds_cov: Matrix3<f64>,
 }

@@ -15,7 +15,8 @@ use crate::source::{self, Order, Profile, SourceEvent};
 
 const NEVER: Duration = Duration::from_secs(60);
 
-/// It says at each byte that it rests, and at each order that it is busy. Where it hears a byte, the test has its say.
+/// It says at each byte that it rests, and at each order that it is busy. Where it hears a byte,
+/// the test has its say.
 struct Scripted {
     heard: Sender<()>,
     go_on: Receiver<()>,
@@ -66,7 +67,8 @@ impl Device for Scripted {
     }
 }
 
-/// An errand was told to be over in the moment in which it was given, once: what was said before it got its number.
+/// An errand was told to be over in the moment in which it was given, once: what was said before it
+/// got its number.
 #[test]
 fn what_was_said_before_an_order_does_not_count_after_it() {
     let (mut robot, port) = TTYPort::pair().unwrap();
@@ -92,7 +94,8 @@ fn what_was_said_before_an_order_does_not_count_after_it() {
     let number = 1;
     running.order(number, Order::Command(Command::Scan));
     for _ in 0..1000 {
-        // Bytes that came meanwhile are heard in a turn of their own; their answers wait for nobody.
+        // Bytes that came meanwhile are heard in a turn of their own; their answers wait for
+        // nobody.
         goes_on.send(()).unwrap();
     }
     let mut said = Vec::new();

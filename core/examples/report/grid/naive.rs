@@ -1,4 +1,5 @@
-//! The occupancy grid once more, by the definitions and without a thought of speed: a table of cells, and each rule as one says it.
+//! The occupancy grid once more, by the definitions and without a thought of speed: a table of
+//! cells, and each rule as one says it.
 
 use std::collections::{HashMap, HashSet};
 

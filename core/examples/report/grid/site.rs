@@ -1,4 +1,5 @@
-//! A square kilometre in a fence: buildings of 40 m with streets of 20 m between them, along all of which a robot drives.
+//! A square kilometre in a fence: buildings of 40 m with streets of 20 m between them, along all of
+//! which a robot drives.
 
 use anyhow::Result;
 use nalgebra::{Point2, Vector2};

@@ -1,5 +1,6 @@
-//! Our planners against OMPL's and pyastar2d's, on the peers' queries: the time allowed in the median, no more than the peer's in the
-//! mean and for one query in twenty, every query solved, and paths no longer.
+//! Our planners against OMPL's and pyastar2d's, on the peers' queries: the time allowed in the
+//! median, no more than the peer's in the mean and for one query in twenty, every query solved, and
+//! paths no longer.
 
 use anyhow::Result;
 
@@ -8,7 +9,8 @@ use crate::peers::{Peers, Race};
 
 const PER_QUERY: &str = "plan_office_per_query";
 
-/// Ours, OMPL's, and how much of its time ours may take. Paths of RRT-Connect are shortened, which takes part of the time.
+/// Ours, OMPL's, and how much of its time ours may take. Paths of RRT-Connect are shortened, which
+/// takes part of the time.
 const RACES: [(&str, &str, f64); 2] = [
     ("RRTConnect,shortened", "RRTConnect", 0.5),
     ("RRTstar2000", "RRTstar2000", 0.2),

@@ -1,4 +1,5 @@
-//! What each planner does with the queries that can be solved, and an independent check of its paths.
+//! What each planner does with the queries that can be solved, and an independent check of its
+//! paths.
 
 use nalgebra::Point2;
 use rand::SeedableRng;
@@ -117,8 +118,8 @@ fn find(scene: &Scene, query: Query, contender: Contender, rng: &mut ChaCha8Rng)
     })
 }
 
-/// Whether a path misses its ends, or a point of it comes nearer to a wall than it may. Walls farther from a leg than it is
-/// long need no look.
+/// Whether a path misses its ends, or a point of it comes nearer to a wall than it may. Walls
+/// farther from a leg than it is long need no look.
 fn collides(path: &Path, query: &Query, scene: &Scene) -> bool {
     let keep = scene.space.keep() - 1e-9;
     let ends = path.points.first().zip(path.points.last());

@@ -74,7 +74,8 @@ impl Asked {
                 asked.undecided += 1;
                 continue;
             };
-            // The flood proves less: it may leave open what the graph shuts, never the other way round.
+            // The flood proves less: it may leave open what the graph shuts, never the other way
+            // round.
             let is_shut = number % SLOW == 0 && scene.space.are_apart(query.start, query.goal);
             if let Some(path) = path {
                 asked.disagreements += usize::from(is_shut);

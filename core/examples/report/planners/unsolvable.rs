@@ -38,7 +38,8 @@ impl Unsolvable {
     }
 }
 
-/// Walls the goal in with a square, and asks every planner in turn; the iterations are those of a robot that has to answer.
+/// Walls the goal in with a square, and asks every planner in turn; the iterations are those of a
+/// robot that has to answer.
 pub(super) fn unsolvable(scene: &Scene, asked: &Asked, count: usize) -> Unsolvable {
     const PLANNERS: [Planner; 4] = [
         Planner::RrtConnect,

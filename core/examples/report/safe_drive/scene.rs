@@ -1,9 +1,12 @@
-//! In: the number of a trial. Out: a world, a robot that stands in it, and how somebody with little sense drives it.
+//! In: the number of a trial. Out: a world, a robot that stands in it, and how somebody with little
+//! sense drives it.
 //!
-//! 1. Of five scenes two are rooms of 4 to 7 m with turned boxes and thin pillars, one has a partition with a door about as wide as the
-//!    robot, one is a hall in which three to seven people walk at 0.3 to 1.2 m/s, and one is a built-in world.
+//! 1. Of five scenes two are rooms of 4 to 7 m with turned boxes and thin pillars, one has a
+//!    partition with a door about as wide as the robot, one is a hall in which three to seven
+//!    people walk at 0.3 to 1.2 m/s, and one is a built-in world.
 //! 2. The robot stands somewhere free and looks at what is near, at a door post, or anywhere.
-//! 3. The stick is pushed all the way, mostly ahead, now and then back, and turned to and fro every 0.3 to 1.5 s.
+//! 3. The stick is pushed all the way, mostly ahead, now and then back, and turned to and fro every
+//!    0.3 to 1.5 s.
 
 use std::f64::consts::{PI, TAU};
 
@@ -151,7 +154,8 @@ fn built_in(rng: &mut ChaCha8Rng) -> World {
     worlds::builtin(name).unwrap_or_else(|| World::new(name, Pose2::identity()))
 }
 
-/// Puts the robot somewhere free of walls and people; it looks roughly at `aim`, or at the nearest wall, or anywhere.
+/// Puts the robot somewhere free of walls and people; it looks roughly at `aim`, or at the nearest
+/// wall, or anywhere.
 fn place(world: &mut World, robot: &RobotModel, aim: Option<Point2<f64>>, rng: &mut ChaCha8Rng) {
     let caster = Caster::new(world.walls());
     let (low, high) = world.bounds();

@@ -1,8 +1,8 @@
-//! In: a scene, and who limits the stick. Out: what was touched, and whether the robot could turn away, leave, and stopped when it
-//! saw nothing any more.
+//! In: a scene, and who limits the stick. Out: what was touched, and whether the robot could turn
+//! away, leave, and stopped when it saw nothing any more.
 //!
-//! 1. Six seconds of the stick. In every fourth trial the lidar falls silent for 1.5 s at some time: the robot has to stand half a
-//!    second, and the time to brake, later.
+//! 1. Six seconds of the stick. In every fourth trial the lidar falls silent for 1.5 s at some
+//!    time: the robot has to stand half a second, and the time to brake, later.
 //! 2. The stick is turned on the spot, towards where the robot could leave: it has to get there.
 //! 3. The stick is pushed ahead for four seconds: the robot has to move on, if that way is free.
 
@@ -148,7 +148,8 @@ impl Trial {
         turns.into_iter().find(|way| self.is_free(*way))
     }
 
-    /// Whether the robot could go this way with room to spare; what it stands near to now may only fall behind.
+    /// Whether the robot could go this way with room to spare; what it stands near to now may only
+    /// fall behind.
     fn is_free(&self, way: f64) -> bool {
         let (sin, cos) = sin_cos(way);
         let wanted = self.sim.robot().radius() + ROOM;

@@ -1,4 +1,5 @@
-//! A set of pairings with the Cholesky factor of the covariance of their innovations, which grows and shrinks at its end.
+//! A set of pairings with the Cholesky factor of the covariance of their innovations, which grows
+//! and shrinks at its end.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -31,8 +32,8 @@ impl Members {
         self.places.len()
     }
 
-    /// Adds a pairing and gives what it adds to the joint distance; `None`, and nothing done, where it excludes a member or where
-    /// the covariance is not positive definite.
+    /// Adds a pairing and gives what it adds to the joint distance; `None`, and nothing done, where
+    /// it excludes a member or where the covariance is not positive definite.
     pub(super) fn join(
         &mut self,
         place: usize,
@@ -87,7 +88,8 @@ impl Members {
 
     /// The member farthest from what all others say of it, and its d²; (0, 0) for an empty set.
     ///
-    /// With u = C⁻¹ v and S the member's block of C⁻¹, the others expect it with covariance S⁻¹, and it is S⁻¹ u away: d² = uᵀ S⁻¹ u.
+    /// With u = C⁻¹ v and S the member's block of C⁻¹, the others expect it with covariance S⁻¹,
+    /// and it is S⁻¹ u away: d² = uᵀ S⁻¹ u.
     pub(super) fn worst(&mut self) -> (usize, f64) {
         self.invert();
         let mut worst = (0, 0.0);

@@ -104,7 +104,8 @@ proptest! {
     }
 }
 
-/// A pioneer that aimed 0.25 m ahead at 0.7 m/s swung to and fro after its last bend, and was off by 16 cm in the end.
+/// A pioneer that aimed 0.25 m ahead at 0.7 m/s swung to and fro after its last bend, and was off
+/// by 16 cm in the end.
 #[test]
 fn a_fast_robot_does_not_swing_about_a_straight_leg() {
     let model = RobotModel::pioneer();
@@ -214,7 +215,8 @@ fn nothing_to_drive_has_arrived() {
 }
 
 proptest! {
-    /// Coulter (1992), "Implementation of the pure pursuit path tracking algorithm": curvature 2 sin α / L. The oracle is the circle itself.
+    /// Coulter (1992), "Implementation of the pure pursuit path tracking algorithm": curvature 2
+    /// sin α / L. The oracle is the circle itself.
     #[test]
     fn the_circle_it_drives_touches_its_heading_and_meets_the_point_it_aims_at(
         y in -0.12..0.12_f64, heading in -0.3..0.3_f64, pioneer: bool,

@@ -1,4 +1,5 @@
-//! A long robot among points, driven by what safe mode lets through, against the outline's own exact test.
+//! A long robot among points, driven by what safe mode lets through, against the outline's own
+//! exact test.
 
 use proptest::prelude::*;
 
@@ -28,7 +29,8 @@ fn seen(walls: &[Segment], pose: &Pose2) -> Points {
     scan_of_hits(ends)
 }
 
-/// Drives with these wishes, each for a second, the speeds following as the model allows; the pose at each tick.
+/// Drives with these wishes, each for a second, the speeds following as the model allows; the pose
+/// at each tick.
 fn drive(walls: &[Segment], wishes: &[(f64, f64)]) -> Vec<Pose2> {
     const TICK: f64 = 0.05;
     let (model, config) = (long(), SafeConfig::default());

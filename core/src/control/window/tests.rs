@@ -53,7 +53,8 @@ proptest! {
         prop_assert!(swept > exact - 0.011 && swept < grown + 0.011, "{swept} {exact} {grown}");
     }
 
-    /// Whatever stands around: what is chosen can be driven next, and the robot can stand before it touches anything.
+    /// Whatever stands around: what is chosen can be driven next, and the robot can stand before it
+    /// touches anything.
     #[test]
     fn what_is_chosen_is_in_the_window_and_admissible(
         points in proptest::collection::vec((-2.0..2.0_f64, -2.0..2.0_f64), 0..20),

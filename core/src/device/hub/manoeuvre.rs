@@ -1,10 +1,12 @@
 //! Manoeuvres: legs, turns and sweeps. Whoever gave one learns when it is over, whatever ends it.
 //!
-//! In: driving messages as the rules judged them, and what the robot's source reports. Out: [`ManoeuvreBody`].
+//! In: driving messages as the rules judged them, and what the robot's source reports. Out:
+//! [`ManoeuvreBody`].
 //!
-//! 1. A message that gives a manoeuvre is followed by the order that the rules and safe mode made of it. If that is a manoeuvre too,
-//!    it began; else its sender learns at once that it is over.
-//! 2. The source reports whether its robot is busy, and after which order: what it reports after the manoeuvre's own order counts.
+//! 1. A message that gives a manoeuvre is followed by the order that the rules and safe mode made
+//!    of it. If that is a manoeuvre too, it began; else its sender learns at once that it is over.
+//! 2. The source reports whether its robot is busy, and after which order: what it reports after
+//!    the manoeuvre's own order counts.
 //! 3. A link that goes ends the manoeuvre, and so does another manoeuvre.
 
 use crate::wire::message::{FromBridge, ManoeuvreBody};
@@ -32,7 +34,8 @@ impl Manoeuvre {
 }
 
 impl Hub {
-    /// A client gave a manoeuvre; `order` is the number of the robot's order, if that is a manoeuvre.
+    /// A client gave a manoeuvre; `order` is the number of the robot's order, if that is a
+    /// manoeuvre.
     pub(super) fn manoeuvre_given(&mut self, client: ClientId, sequence: u32, order: Option<u64>) {
         let manoeuvre = Manoeuvre {
             client,

@@ -1,4 +1,5 @@
-//! The hub, whoever's it is: in any order of events, messages and time, against a bystander who sees what goes in and comes out.
+//! The hub, whoever's it is: in any order of events, messages and time, against a bystander who
+//! sees what goes in and comes out.
 
 mod any_order;
 
@@ -161,7 +162,8 @@ fn heartbeats_come_each_second_and_ten_times_a_second_to_the_driver() {
     assert_eq!(counts[&driver], 110);
 }
 
-/// Faults are of a robot that may move: one that is carried about disarmed presses its bumpers, and nobody needs to know.
+/// Faults are of a robot that may move: one that is carried about disarmed presses its bumpers, and
+/// nobody needs to know.
 #[test]
 fn a_fault_counts_while_the_robot_is_armed() {
     let bump = |hub: &mut Hub| {

@@ -116,8 +116,8 @@ fn each_fault_has_its_name_and_ends_by_itself() {
     let told = listen(lidar, &bytes, 9.3, 1.0);
     assert!(scans(&told).len() >= 8);
     assert_eq!(last_state(&told), Some((DeviceState::Sending, "")));
-    // The plug is pulled in the middle of a turn: silence, though packets came since the last scan. The
-    // first of these packets ends the turn before.
+    // The plug is pulled in the middle of a turn: silence, though packets came since the last scan.
+    // The first of these packets ends the turn before.
     let told = listen(lidar, &bytes[..20 * LEN], 10.3, 0.05);
     assert_eq!(scans(&told).len(), 1);
     let told = listen(lidar, &[], 10.35, 3.1);

@@ -1,30 +1,35 @@
 //! From single readings of a turning lidar to whole revolutions.
 //!
-//! In: readings in the order in which they were taken, angles clockwise as the wire has them. Out: one [`Scan`] a turn,
-//! angles counter-clockwise, beams evenly spaced in time as [`Scan`] promises.
+//! In: readings in the order in which they were taken, angles clockwise as the wire has them. Out:
+//! one [`Scan`] a turn, angles counter-clockwise, beams evenly spaced in time as [`Scan`] promises.
 //!
-//! 1. A reading far from the one before it waits until the next one confirms it; else it was damaged on the wire and is
-//!    dropped. So one wrong angle costs one reading.
-//! 2. The turn ends where the angle passes the seam, by default behind the sensor, where an object is least likely to be
-//!    cut in two by it. The start flag on the wire is not used: one flipped bit would join or split turns.
-//! 3. Where readings were lost, invalid beams (NaN) take their places, so that the instants of the others stay right.
-//!    A turn that lost more than a part is not handed on.
-//! 4. Bearing = -angle. A lidar that turns clockwise gives falling bearings: the order is that of time.
+//! 1. A reading far from the one before it waits until the next one confirms it; else it was
+//!    damaged on the wire and is dropped. So one wrong angle costs one reading.
+//! 2. The turn ends where the angle passes the seam, by default behind the sensor, where an object
+//!    is least likely to be cut in two by it. The start flag on the wire is not used: one flipped
+//!    bit would join or split turns.
+//! 3. Where readings were lost, invalid beams (NaN) take their places, so that the instants of the
+//!    others stay right. A turn that lost more than a part is not handed on.
+//! 4. Bearing = -angle. A lidar that turns clockwise gives falling bearings: the order is that of
+//!    time.
 //! 5. The scan has qualities where every reading had one. An express scan of an RPLIDAR has none.
 //!
-//! Distance 0 and too little quality are invalid: they say nothing, not even that the way is free. A range beyond the
-//! greatest that is trusted is a no-return (infinite): up to there it was free.
+//! Distance 0 and too little quality are invalid: they say nothing, not even that the way is free.
+//! A range beyond the greatest that is trusted is a no-return (infinite): up to there it was free.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::geom::{Pose2, wrap};
 use crate::robot::{Scan, Stamp};
 
-/// A reading farther on than this from the one before it must be confirmed, rad (10°); so must one farther back.
+/// A reading farther on than this from the one before it must be confirmed, rad (10°); so must one
+/// farther back.
 const SURE_STEP: f64 = 10.0 * PI / 180.0;
-/// Readings were lost where one is this many times as far from the last as usual; less is the sensor's own unevenness.
+/// Readings were lost where one is this many times as far from the last as usual; less is the
+/// sensor's own unevenness.
 const GAP: f64 = 5.0;
-/// More readings without a seam mean that the sensor does not turn: no lidar of this kind takes as many in one.
+/// More readings without a seam mean that the sensor does not turn: no lidar of this kind takes as
+/// many in one.
 const MOST_BEAMS: usize = 20_000;
 
 /// One reading of a turning lidar.
@@ -57,11 +62,13 @@ pub struct RevolutionConfig {
     pub sigma_per_metre: f64,
     /// σ of the bearing, rad.
     pub bearing_sigma: f64,
-    /// Readings of less quality are invalid. Default 1; greater drops weak echoes, those of far and dark surfaces.
+    /// Readings of less quality are invalid. Default 1; greater drops weak echoes, those of far and
+    /// dark surfaces.
     pub least_quality: u8,
     /// Where a turn ends, rad, clockwise from the sensor's x axis. Default π: behind it.
     pub seam: f64,
-    /// A turn that lost more than this part of its readings is dropped. Default 0.5; greater lets sparser scans through.
+    /// A turn that lost more than this part of its readings is dropped. Default 0.5; greater lets
+    /// sparser scans through.
     pub most_lost: f64,
 }
 
@@ -257,7 +264,8 @@ impl Revolutions {
     }
 }
 
-/// The beams of a turn, with invalid ones in the places of those that are missing between two, and at both ends.
+/// The beams of a turn, with invalid ones in the places of those that are missing between two, and
+/// at both ends.
 fn with_gaps_filled(beams: &[Beam]) -> Vec<Beam> {
     let Some(spacing) = median_step(beams) else {
         return beams.to_vec();
@@ -275,7 +283,8 @@ fn with_gaps_filled(beams: &[Beam]) -> Vec<Beam> {
     filled
 }
 
-/// Puts invalid beams between two angles, where so much is missing that it is not the sensor's own unevenness.
+/// Puts invalid beams between two angles, where so much is missing that it is not the sensor's own
+/// unevenness.
 fn fill(filled: &mut Vec<Beam>, from: f64, to: f64, spacing: f64, like: &Beam) {
     let steps = (to - from) / spacing;
     if steps < GAP {

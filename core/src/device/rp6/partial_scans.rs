@@ -1,10 +1,10 @@
 //! Partial scans of an RP6 that moves: its servo goes to and fro meanwhile.
 //!
 //! 1. While the tracks run on an order, the servo gets a sweep of one position after the other
-//!    ([`RangerModel::PARTIAL_SCAN`]), each when telemetry says that it rests: all rangers are read there. Their
-//!    readings are a partial scan.
-//! 2. From the first of them until a sweep that somebody wants is acknowledged, whatever the rangers say belongs to
-//!    partial scans.
+//!    ([`RangerModel::PARTIAL_SCAN`]), each when telemetry says that it rests: all rangers are read
+//!    there. Their readings are a partial scan.
+//! 2. From the first of them until a sweep that somebody wants is acknowledged, whatever the
+//!    rangers say belongs to partial scans.
 //!
 //! The simulated rangers point to the same places.
 

@@ -71,7 +71,8 @@ impl Robot {
         }
     }
 
-    /// The robot's time `millis`, near that of its last telemetry, on the bridge's clock; it wraps after 49 days.
+    /// The robot's time `millis`, near that of its last telemetry, on the bridge's clock; it wraps
+    /// after 49 days.
     pub(super) fn host_time(&self, millis: u32) -> Option<Stamp> {
         let (of_telemetry, stamp) = self.time;
         let later = millis.wrapping_sub(of_telemetry).cast_signed();
@@ -92,7 +93,8 @@ impl Robot {
         }
     }
 
-    /// Whether an order to move counts: not one that was being repeated all along while the robot came back.
+    /// Whether an order to move counts: not one that was being repeated all along while the robot
+    /// came back.
     pub(super) fn may_move(&mut self, now: Stamp) -> bool {
         self.is_calm |= now.since(self.calm_since) >= CALM;
         if !self.is_calm {

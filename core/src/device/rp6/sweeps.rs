@@ -1,12 +1,14 @@
 //! Sweeps of an RP6's rangers: single readings in, whole scans out.
 //!
-//! 1. Readings of one sweep become one scan ([`RangerScans`]). It ends with the first reading of the next, or when
-//!    telemetry says that the servo rests.
-//! 2. A scan holds only what was seen from one place: a sweep during which the tracks ran is dropped.
-//! 3. Sweeps of one position, which a robot that drives gets ([`super::partial_scans`]), are partial scans.
+//! 1. Readings of one sweep become one scan ([`RangerScans`]). It ends with the first reading of
+//!    the next, or when telemetry says that the servo rests.
+//! 2. A scan holds only what was seen from one place: a sweep during which the tracks ran is
+//!    dropped.
+//! 3. Sweeps of one position, which a robot that drives gets ([`super::partial_scans`]), are
+//!    partial scans.
 //!
-//! The rangers are taken to be the long ones that the simulated robot has; their characteristic is fitted to the same
-//! pairs.
+//! The rangers are taken to be the long ones that the simulated robot has; their characteristic is
+//! fitted to the same pairs.
 
 use crate::robot::{CharacteristicError, RangerModel, Scan};
 use crate::wire::rp6::{Hello, Ranger, RangerScans, Telemetry};
@@ -62,7 +64,8 @@ impl Sweeps {
         }
     }
 
-    /// Takes a reading; gives the sweep before, where this one begins another. Stamps are in the robot's time, ms.
+    /// Takes a reading; gives the sweep before, where this one begins another. Stamps are in the
+    /// robot's time, ms.
     pub(super) fn reading(&mut self, reading: &Ranger) -> Option<Swept> {
         let scan = self.scans.take(reading)?;
         Some(self.swept(scan))

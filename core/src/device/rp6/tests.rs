@@ -210,8 +210,8 @@ fn a_robot_that_drives_makes_partial_scans_to_and_fro_which_are_no_scans() {
         assert!((scan.bearings[0] - bearing).abs() < 1e-9 && scan.len() == 1);
         assert!((f64::from(scan.ranges[0]) - 0.5).abs() < 0.05);
     }
-    // It stands, and sweeps all round: what the servo still reads of a partial scan is no part of that, nor does it
-    // matter where the tracks were then.
+    // It stands, and sweeps all round: what the servo still reads of a partial scan is no part of
+    // that, nor does it matter where the tracks were then.
     let _ = pointed(&mut pair);
     pair.telemetry(moving_and_sweeping, [500; 2]);
     order(&mut pair, Command::Stop);
@@ -317,7 +317,8 @@ fn a_manoeuvre_that_comes_too_early_is_not_reported_as_over_at_once() {
     );
 }
 
-/// The rules stop a robot whose driver is silent. Should whoever runs them hang, its motors get no sign of life for much longer.
+/// The rules stop a robot whose driver is silent. Should whoever runs them hang, its motors get no
+/// sign of life for much longer.
 #[test]
 fn a_speed_that_is_not_given_anew_is_ended_after_a_quarter_of_a_second() {
     let mut pair = Pair::up();

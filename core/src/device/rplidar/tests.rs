@@ -11,7 +11,8 @@ use crate::robot::Scan;
 use crate::wire::rplidar::answer::Descriptor;
 use crate::wire::rplidar::request::RequestDecoder;
 
-/// A sensor that answers requests at once and, while it scans, sends nodes at 2 kHz and 5 turns a second.
+/// A sensor that answers requests at once and, while it scans, sends nodes at 2 kHz and 5 turns a
+/// second.
 struct Sensor {
     requests: RequestDecoder,
     is_mute: bool,

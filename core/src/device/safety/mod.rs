@@ -1,17 +1,26 @@
-//! Whether the robot may move, and by whom: the bridge's rules as a state machine, without clock, socket or thread.
+//! Whether the robot may move, and by whom: the bridge's rules as a state machine, without clock,
+//! socket or thread.
 //!
-//! In: what clients ask for, what is known of the robot, and the time ([`Input`]). Out: what to do about it ([`Output`]).
+//! In: what clients ask for, what is known of the robot, and the time ([`Input`]). Out: what to do
+//! about it ([`Output`]).
 //!
-//! 1. One client at a time has the lease. Not used for 2 s, it ends. Taking it from another stops the robot first.
-//! 2. Nothing moves before the client with the lease arms. Whatever goes wrong disarms: [`DisarmReason`] lists it.
-//! 3. A driving message counts if its epoch is that of the lease, its sequence is higher than the one before, and what its
-//!    sender had seen is recent. All others are refused, and change nothing.
-//! 4. 200 ms after the last one the robot is stopped: with the time that the order takes, it has it within 250 ms.
-//! 5. Anyone may stop. The emergency stop is latched until the client with the lease resets it, which moves nothing.
+//! 1. One client at a time has the lease. Not used for 2 s, it ends. Taking it from another stops
+//!    the robot first.
+//! 2. Nothing moves before the client with the lease arms. Whatever goes wrong disarms:
+//!    [`DisarmReason`] lists it.
+//! 3. A driving message counts if its epoch is that of the lease, its sequence is higher than the
+//!    one before, and what its sender had seen is recent. All others are refused, and change
+//!    nothing.
+//! 4. 200 ms after the last one the robot is stopped: with the time that the order takes, it has it
+//!    within 250 ms.
+//! 5. Anyone may stop. The emergency stop is latched until the client with the lease resets it,
+//!    which moves nothing.
 //!
-//! Always: armed implies that somebody has the lease, that the robot's link is up, and that no emergency stop is latched.
+//! Always: armed implies that somebody has the lease, that the robot's link is up, and that no
+//! emergency stop is latched.
 //!
-//! [`plausible`] finds what disarms in the robot's own readings; [`crate::control::SafeMode`] keeps commands off obstacles.
+//! [`plausible`] finds what disarms in the robot's own readings; [`crate::control::SafeMode`] keeps
+//! commands off obstacles.
 
 pub mod plausible;
 mod rules;

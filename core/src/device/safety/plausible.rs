@@ -1,12 +1,15 @@
 //! What disarms in the robot's own readings.
 //!
-//! In: orders to the robot, and its readings. Out: the reason why it must not go on, where there is one.
+//! In: orders to the robot, and its readings. Out: the reason why it must not go on, where there is
+//! one.
 //!
-//! 1. A bumper that begins to be pressed. One that stays pressed does not count: the robot must be able to back off.
+//! 1. A bumper that begins to be pressed. One that stays pressed does not count: the robot must be
+//!    able to back off.
 //! 2. A battery that stays below its limit for 2 s; a dip under load does not count.
 //! 3. Silence: no odometry for half a second.
-//! 4. Encoders against command, over windows of a fifth of a second: ordered to run, it stands for 1.5 s (stall); ordered
-//!    to stand, it still runs after 1 s (runaway). Legs and turns of a given length end by themselves; they are not judged.
+//! 4. Encoders against command, over windows of a fifth of a second: ordered to run, it stands for
+//!    1.5 s (stall); ordered to stand, it still runs after 1 s (runaway). Legs and turns of a given
+//!    length end by themselves; they are not judged.
 
 use std::time::Duration;
 
@@ -27,7 +30,8 @@ const STALL: Duration = Duration::from_millis(1500);
 const RUNAWAY: Duration = Duration::from_secs(1);
 /// Slower than this is standing, m/s and rad/s.
 const STANDING: (f64, f64) = (0.02, 0.1);
-/// Speeds are means over at least so many seconds of odometry: single readings are a few encoder counts.
+/// Speeds are means over at least so many seconds of odometry: single readings are a few encoder
+/// counts.
 const WINDOW: f64 = 0.2;
 
 /// Remembers orders and readings.
@@ -161,7 +165,8 @@ mod tests {
         Duration::from_millis(millis)
     }
 
-    /// Runs at `speed` from `from` to `to` (ms), 10 ms a reading; when and why it was to be disarmed first.
+    /// Runs at `speed` from `from` to `to` (ms), 10 ms a reading; when and why it was to be
+    /// disarmed first.
     fn run(
         plausible: &mut Plausible,
         speed: f64,

@@ -1,4 +1,5 @@
-//! The rules themselves: each takes what was asked for, changes the state, and adds what follows to the outputs.
+//! The rules themselves: each takes what was asked for, changes the state, and adds what follows to
+//! the outputs.
 
 use std::time::Duration;
 
@@ -214,7 +215,8 @@ impl Safety {
         out: &mut Vec<Output>,
     ) -> Result<(), RefusalReason> {
         self.holder(client, epoch)?.used = now;
-        // An order to a robot that is away would be lost, and it would stay latched while the bridge says that it is free.
+        // An order to a robot that is away would be lost, and it would stay latched while the
+        // bridge says that it is free.
         if !self.is_robot_up {
             return Err(RefusalReason::NoRobot);
         }
@@ -240,7 +242,8 @@ impl Safety {
         self.disarm(reason, out);
     }
 
-    /// The stop goes out in any case: it costs nothing, and whoever asks for it may know more than the bridge.
+    /// The stop goes out in any case: it costs nothing, and whoever asks for it may know more than
+    /// the bridge.
     pub(super) fn disarm(&mut self, reason: DisarmReason, out: &mut Vec<Output>) {
         (self.is_armed, self.driven, self.reason) = (false, None, reason);
         out.extend([STOP, Output::Changed]);

@@ -10,7 +10,8 @@ use crate::device::{Device, Want};
 use crate::wire::pilch::DEFAULT_PATH;
 use crate::wire::pilch::server::{Server, ServerEvent};
 
-/// A server with a lidar in a round room of 2 m, 5 turns a second and 400 readings a turn, and its client.
+/// A server with a lidar in a round room of 2 m, 5 turns a second and 400 readings a turn, and its
+/// client.
 struct Network {
     server: Option<Server<&'static str>>,
     client: Lidar<UdpLidar>,

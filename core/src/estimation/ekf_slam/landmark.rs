@@ -1,5 +1,5 @@
-//! A wall as the state keeps it and as the map shows it; steps 4 and 6: how it comes into the state,
-//! grows, and leaves it.
+//! A wall as the state keeps it and as the map shows it; steps 4 and 6: how it comes into the
+//! state, grows, and leaves it.
 
 use nalgebra::{Matrix2, Point2, Vector2};
 

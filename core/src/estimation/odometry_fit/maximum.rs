@@ -20,7 +20,8 @@ const LONGEST: f64 = 1.5;
 const MOST_STEPS: usize = 40;
 /// A step that changes the logarithms by less is the last.
 const CONVERGED: f64 = 1e-4;
-/// Times that motions are counted again, at most; each leaves the square of the error that was left.
+/// Times that motions are counted again, at most; each leaves the square of the error that was
+/// left.
 const MOST_ROUNDS: usize = 12;
 /// A leg is left out beyond this: χ² with three degrees of freedom is so with a probability of
 /// 10⁻⁵.

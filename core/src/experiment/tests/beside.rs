@@ -1,4 +1,5 @@
-//! Sonars beside a lidar: they change nothing of the run, and draw a map that agrees with the lidar's.
+//! Sonars beside a lidar: they change nothing of the run, and draw a map that agrees with the
+//! lidar's.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -22,8 +23,8 @@ fn driven(sonars_beside: Option<SonarModel>) -> Experiment {
 
 #[test]
 fn sonars_beside_change_no_bit_of_the_run_and_draw_a_map_of_their_own() {
-    // Rough walls: smooth ones throw the sound away at a flat angle, and sonars then take a twentieth of what they call free for free
-    // where the lidar sees a wall.
+    // Rough walls: smooth ones throw the sound away at a flat angle, and sonars then take a
+    // twentieth of what they call free for free where the lidar sees a wall.
     let rough = SonarModel {
         specular_angle: FRAC_PI_2,
         ..SonarModel::default()

@@ -6,7 +6,8 @@ use crate::plan::{NoPath, Planner};
 use crate::robot::{BodyShape, RobotModel};
 use crate::sim::World;
 
-/// Two rooms of 3 m by 3 m with a door of 46 cm between them; the robot is 50 cm long and 30 cm wide, the disc around it 58 cm.
+/// Two rooms of 3 m by 3 m with a door of 46 cm between them; the robot is 50 cm long and 30 cm
+/// wide, the disc around it 58 cm.
 fn to_the_other_room(shape: BodyShape, seed: u64) -> Experiment {
     let world = World::new("two rooms", Pose2::new(1.0, 0.8, 0.4))
         .with_room(&[(0.0, 0.0), (6.0, 0.0), (6.0, 3.0), (0.0, 3.0)])

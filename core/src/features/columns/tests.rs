@@ -14,7 +14,8 @@ fn beams(n: usize) -> Vec<Beam> {
     (0..n).map(beam).collect()
 }
 
-/// Beams on a wall with 2 cm of noise, seen from off the robot's middle; and some of them to be skipped.
+/// Beams on a wall with 2 cm of noise, seen from off the robot's middle; and some of them to be
+/// skipped.
 pub(in crate::features) fn wall_in_noise() -> impl Strategy<Value = (Vec<Beam>, Vec<usize>)> {
     let noise = prop::collection::vec((-0.02..0.02_f64, 0.005..0.05_f64), 8..40);
     let wall = (-3.0..3.0_f64, 0.5..6.0_f64, -2.0..1.0_f64, noise);

@@ -49,7 +49,8 @@ fn points_without_a_line_are_typed_errors_of_the_fit() {
         fit_line(&to_sensor, 0.0, 0.0),
         Err(FitError::Unobservable { .. })
     ));
-    // Bearings that are known to be uncertain make it a line again, with the distance as unsure as they are.
+    // Bearings that are known to be uncertain make it a line again, with the distance as unsure as
+    // they are.
     let unsure = fit_line(&to_sensor, 0.01, 0.0).unwrap();
     assert!(unsure.cov.cholesky().is_some());
     assert_eq!(

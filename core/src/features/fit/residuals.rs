@@ -1,10 +1,13 @@
-//! In: the points of a line and its frame. Out: how far they lie from it, in what is known of their noise.
+//! In: the points of a line and its frame. Out: how far they lie from it, in what is known of their
+//! noise.
 //!
 //! 1. χ² = Σ d²/σ_d².
-//! 2. The bend: the part of s² that no line takes up, s the place along the line, as a share of the residuals.
+//! 2. The bend: the part of s² that no line takes up, s the place along the line, as a share of the
+//!    residuals.
 //!
-//! `residuals` is the plain form, to which the tests hold [`ResidualSums`]: four points at a time, and the bend from sums
-//! of powers of s alone, so that the points are passed over once. It trades digits: the sums of s⁴ cancel.
+//! `residuals` is the plain form, to which the tests hold [`ResidualSums`]: four points at a time,
+//! and the bend from sums of powers of s alone, so that the points are passed over once. It trades
+//! digits: the sums of s⁴ cancel.
 
 use std::ops::Range;
 
@@ -160,8 +163,8 @@ impl Kernel for ResidualSums<'_> {
     }
 }
 
-/// How bent the points are: the part of s² that no line can take up, q = s² - a - b s by least squares, so that Σ g q = Σ g q s = 0,
-/// against the residuals.
+/// How bent the points are: the part of s² that no line can take up, q = s² - a - b s by least
+/// squares, so that Σ g q = Σ g q s = 0, against the residuals.
 struct Bend {
     /// Σ g sᵏ for k = 0 to 4.
     powers: [f64; 5],

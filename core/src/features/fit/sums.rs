@@ -1,8 +1,9 @@
 //! The sums behind a fitted line: steps 1, 2 and 4 of [`super`].
 //!
-//! `scatter` and `line_sums` are the plain forms, point by point as the equations stand; the tests hold the others to them.
-//! [`ScatterSums`] and [`LineSums`] are what runs: four points at a time, added up lane by lane. They trade the order of
-//! the additions, which changes the last digits, and skip the bearings' terms where bearings are exact.
+//! `scatter` and `line_sums` are the plain forms, point by point as the equations stand; the tests
+//! hold the others to them. [`ScatterSums`] and [`LineSums`] are what runs: four points at a time,
+//! added up lane by lane. They trade the order of the additions, which changes the last digits, and
+//! skip the bearings' terms where bearings are exact.
 
 use std::ops::Range;
 
@@ -17,7 +18,8 @@ use crate::features::piece::Piece;
 use crate::geom::Line;
 use crate::lanes::{Kernel, Lanes, run, total};
 
-/// Step 2: Σ wᵢ dᵢ dᵢᵀ - Σ wᵢ (1 - wᵢ/W) Rᵢ, with d from the weighted mean, and R the covariance of a point's place.
+/// Step 2: Σ wᵢ dᵢ dᵢᵀ - Σ wᵢ (1 - wᵢ/W) Rᵢ, with d from the weighted mean, and R the covariance of
+/// a point's place.
 #[cfg(test)]
 fn scatter(points: &[Sample]) -> Matrix2<f64> {
     let total: f64 = points.iter().map(|p| p.weight).sum();
@@ -48,7 +50,8 @@ fn line_sums(points: &[Sample], frame: &Frame, faded: &Faded) -> Sums {
         sums.a += p.weight * by_range.powi(2) + w_bearing * by_bearing.powi(2);
         sums.b += p.weight * by_range * un - w_bearing * by_bearing * ut;
         sums.c += p.weight * un.powi(2) + w_bearing * ut.powi(2);
-        // A turn moves the point by -t across the line and by n along it; it fades towards the middle beam.
+        // A turn moves the point by -t across the line and by n along it; it fades towards the
+        // middle beam.
         let from_middle = (p.number - faded.middle) * faded.per_half;
         let shares = [
             zero.max(-from_middle).min(1.0),
@@ -98,8 +101,9 @@ impl Scatter {
         let spread = (double * double + cross * cross).sqrt();
         let both = self.xx + self.yy;
         let (along, across) = (0.5 * (both + spread), 0.5 * (both - spread));
-        // A spread along the line of a few standard deviations of one point is no direction. Nor is one that only stands
-        // out because the noise that was taken off has left less than nothing across it.
+        // A spread along the line of a few standard deviations of one point is no direction. Nor is
+        // one that only stands out because the noise that was taken off has left less than nothing
+        // across it.
         if !(along > 4.0 && spread > 4.0 && spread.is_finite()) {
             return Err(FitError::Degenerate { along, across });
         }
@@ -294,7 +298,8 @@ impl Kernel for LineSums<'_> {
                 b -= w_bearing * by_bearing * ut;
                 c += w_bearing * ut * ut;
             }
-            // A turn about the robot moves the point by its distance, at right angles: by -t across the line and n along it.
+            // A turn about the robot moves the point by its distance, at right angles: by -t across
+            // the line and n along it.
             let w_alpha = weight * (n * robot_n - t * robot_t);
             let w_n = weight * robot_t;
             let from_middle = (p.number - middle) * per_half;

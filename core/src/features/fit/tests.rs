@@ -135,7 +135,8 @@ fn monte_carlo(
 
 #[test]
 fn experiment_of_the_source_is_consistent_and_unbiased() {
-    // TDK 2016 §4.1: α = 135°, r = 1.2388 m, σ = 0.1 m. The mean of 10 000 χ²(2) values has a standard deviation of 0.02.
+    // TDK 2016 §4.1: α = 135°, r = 1.2388 m, σ = 0.1 m. The mean of 10 000 χ²(2) values has a
+    // standard deviation of 0.02.
     let line = [3.0 * FRAC_PI_4, 1.2388];
     let truth = wall(line[0], line[1], -1.2, 1.5, 100);
     let (nees, bias) = monte_carlo(&truth, line, 0.1, 0.0, 10_000);

@@ -1,7 +1,8 @@
 //! Files that show a building, recognised by their names.
 //!
-//! In: names and bytes of a map of ROS (YAML and image), an `OGmap.txt`, a floor plan (SVG) or a world (JSON). Out: a [`BuildingFile`],
-//! which becomes a world to drive in, or walls to find a robot by, or both.
+//! In: names and bytes of a map of ROS (YAML and image), an `OGmap.txt`, a floor plan (SVG) or a
+//! world (JSON). Out: a [`BuildingFile`], which becomes a world to drive in, or walls to find a
+//! robot by, or both.
 
 use super::{
     BuildingError, FENCE_SIDES, Imported, of_map, of_svg, sides, start_in_map, walls_of_map,
@@ -14,7 +15,8 @@ use crate::sim::World;
 
 /// How far walls of a drawing may be off, m: they are drawn to about a centimetre.
 const DRAWN_SIGMA: f64 = 0.01;
-/// How far walls of a grid may be off, in cells: those of even spread over a cell, 1/√12, and a little.
+/// How far walls of a grid may be off, in cells: those of even spread over a cell, 1/√12, and a
+/// little.
 const GRID_SIGMA: f64 = 1.0 / 3.0;
 
 /// A building that was read.
@@ -68,8 +70,8 @@ pub enum BuildingFileError {
 }
 
 impl BuildingFile {
-    /// Reads one file, or the YAML and the image of a map in any order. `svg_unit`: metres in a unit of a floor plan that does not
-    /// say it itself.
+    /// Reads one file, or the YAML and the image of a map in any order. `svg_unit`: metres in a
+    /// unit of a floor plan that does not say it itself.
     ///
     /// # Errors    [`BuildingFileError`], with what stands where and what was expected.
     pub fn read(files: &[(&str, &[u8])], svg_unit: Option<f64>) -> Result<Self, BuildingFileError> {

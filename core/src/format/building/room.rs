@@ -14,7 +14,8 @@ pub(super) struct Room {
 }
 
 impl Room {
-    /// Of a raster whose lower left corner is the origin; `stands` are the cells where no robot can be.
+    /// Of a raster whose lower left corner is the origin; `stands` are the cells where no robot can
+    /// be.
     pub(super) fn new(width: usize, resolution: f64, stands: Vec<bool>) -> Self {
         let height = stands.len() / width.max(1);
         let rect = CellRect {
@@ -60,7 +61,8 @@ impl Room {
         self
     }
 
-    /// Distance from the nearest cell where no robot can be, m; 0 outside of the raster and in such cells.
+    /// Distance from the nearest cell where no robot can be, m; 0 outside of the raster and in such
+    /// cells.
     pub(super) fn clearance(&self, at: Point2<f64>) -> f64 {
         let cell = at / self.resolution;
         let rows = self.stands.len() / self.width.max(1);

@@ -1,13 +1,17 @@
 //! Floor plans drawn as SVG.
 //!
-//! 1. `line`, `polyline`, `polygon`, `rect`, `circle`, `ellipse` and `path` are walls where they have a visible stroke or filling; those
-//!    drawn in white are paper. Walls are the lines themselves, without the width of the pen; curves become straight pieces to within
-//!    5 mm. Groups, `transform`, copies by `use`, classes and what hides them count; text and definitions do not; `image` is skipped and
-//!    named, and so are copies of what is not there and rules of style sheets that are not read ([`super::svg_style`]).
-//! 2. A unit of the drawing is as many metres as the caller says; or as `data-metres-per-unit` of `<svg>` says; or what `width` and
-//!    `viewBox` make of it where `width` is in mm, cm, in, pt or pc; else a centimetre.
+//! 1. `line`, `polyline`, `polygon`, `rect`, `circle`, `ellipse` and `path` are walls where they
+//!    have a visible stroke or filling; those drawn in white are paper. Walls are the lines
+//!    themselves, without the width of the pen; curves become straight pieces to within 5 mm.
+//!    Groups, `transform`, copies by `use`, classes and what hides them count; text and definitions
+//!    do not; `image` is skipped and named, and so are copies of what is not there and rules of
+//!    style sheets that are not read ([`super::svg_style`]).
+//! 2. A unit of the drawing is as many metres as the caller says; or as `data-metres-per-unit` of
+//!    `<svg>` says; or what `width` and `viewBox` make of it where `width` is in mm, cm, in, pt or
+//!    pc; else a centimetre.
 //! 3. y points down in a drawing and up in a world.
-//! 4. The robot starts in the middle of the element with the id `start`, if there is one, and its goal is that with the id `goal`.
+//! 4. The robot starts in the middle of the element with the id `start`, if there is one, and its
+//!    goal is that with the id `goal`.
 //!
 //! Source: W3C, Scalable Vector Graphics 1.1, chapters 5, 6, 7, 8 and 9.
 
@@ -241,7 +245,8 @@ impl Plan {
         Ok(())
     }
 
-    /// A curve gives the more straight pieces the larger it is: sizes are checked before there are any.
+    /// A curve gives the more straight pieces the larger it is: sizes are checked before there are
+    /// any.
     fn check_extent(&self, path: impl Iterator<Item = PathEl>) -> Result<(), SvgError> {
         let controls = path.flat_map(|piece| match piece {
             PathEl::MoveTo(p) | PathEl::LineTo(p) => vec![p],

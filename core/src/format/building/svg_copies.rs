@@ -1,9 +1,10 @@
 //! Copies of other parts of a drawing: `use`.
 //!
-//! In: an element `use`, and of what its own place is a copy. Out: what it copies and where that lies, or why it cannot be copied.
+//! In: an element `use`, and of what its own place is a copy. Out: what it copies and where that
+//! lies, or why it cannot be copied.
 //!
-//! Source: W3C, Scalable Vector Graphics 1.1, chapter 5.6. A `symbol` with a view box of its own, and what stands in another file, are left
-//! out.
+//! Source: W3C, Scalable Vector Graphics 1.1, chapter 5.6. A `symbol` with a view box of its own,
+//! and what stands in another file, are left out.
 
 use std::collections::BTreeMap;
 
@@ -43,9 +44,11 @@ impl<'a> Copies<'a> {
         }
     }
 
-    /// What a `use` copies, which stands in the copy with the number `within`; `None` where that is skipped.
+    /// What a `use` copies, which stands in the copy with the number `within`; `None` where that is
+    /// skipped.
     ///
-    /// # Errors    [`SvgError::Attribute`]: a copy of what it stands in itself, copies too deep within each other, a place that is none.
+    /// # Errors    [`SvgError::Attribute`]: a copy of what it stands in itself, copies too deep
+    /// within each other, a place that is none.
     pub(super) fn copy(
         &mut self,
         node: &Node<'a, 'a>,

@@ -163,7 +163,8 @@ fn points(node: &Node) -> Result<Option<BezPath>, SvgError> {
     let numbers = text
         .split([',', ' ', '\t', '\n', '\r'])
         .filter(|w| !w.is_empty());
-    // The parser ends at the first thing that is no number; written without spaces, there are fewer words than numbers.
+    // The parser ends at the first thing that is no number; written without spaces, there are fewer
+    // words than numbers.
     if numbers.count() > 2 * path.elements().len() {
         return Err(wrong(node, "points", text, "pairs of numbers"));
     }

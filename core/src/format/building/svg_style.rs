@@ -1,12 +1,15 @@
-//! How elements of a drawing are drawn, by their attributes, their own `style` and the style sheets of the file.
+//! How elements of a drawing are drawn, by their attributes, their own `style` and the style sheets
+//! of the file.
 //!
 //! In: an element and the name of a property. Out: its value.
 //!
-//! 1. The attribute `style` comes before style sheets, these before an attribute of the property's name; `!important` before all. Of two
-//!    that weigh the same the later holds.
-//! 2. Of the rules of style sheets those for elements, classes, identifiers and attributes are read. Rules for elements within or beside
-//!    others are not, nor those for some media only: they are counted.
-//! 3. Only what tells whether something is drawn is kept, and each element is held against the rules once, however often it is copied.
+//! 1. The attribute `style` comes before style sheets, these before an attribute of the property's
+//!    name; `!important` before all. Of two that weigh the same the later holds.
+//! 2. Of the rules of style sheets those for elements, classes, identifiers and attributes are
+//!    read. Rules for elements within or beside others are not, nor those for some media only: they
+//!    are counted.
+//! 3. Only what tells whether something is drawn is kept, and each element is held against the
+//!    rules once, however often it is copied.
 
 use std::collections::BTreeMap;
 
@@ -16,8 +19,8 @@ use simplecss::{AttributeOperator, Declaration, PseudoClass, StyleSheet};
 use super::SvgError;
 use super::error::line_of;
 
-/// More selectors than this are refused, for each is held against each element; and more declarations, for the parser takes
-/// time with the square of their number.
+/// More selectors than this are refused, for each is held against each element; and more
+/// declarations, for the parser takes time with the square of their number.
 const MOST_SELECTORS: usize = 1000;
 const MOST_DECLARATIONS: usize = 10_000;
 

@@ -257,7 +257,8 @@ fn in_room(inner: &str) -> Result<Imported, BuildingError> {
     of_svg(plan.as_bytes(), None, "s")
 }
 
-/// Corners of all that stands in the room, in the order of the file: the room comes first and the fence last.
+/// Corners of all that stands in the room, in the order of the file: the room comes first and the
+/// fence last.
 fn corners_in_room(inner: &str) -> Vec<(f64, f64)> {
     let Imported { world, skipped } = in_room(inner).unwrap();
     assert_eq!(skipped, [""; 0]);
@@ -288,7 +289,8 @@ fn copies_stand_where_their_transforms_put_them() {
         ];
         assert_eq!(corners_in_room(&copies), expect);
     }
-    // A copy of copies; a symbol is drawn where it is copied alone; what a part does not say of its pen the copy says.
+    // A copy of copies; a symbol is drawn where it is copied alone; what a part does not say of its
+    // pen the copy says.
     let nested = "<symbol id='dot'><path id='one' d='M1 1h.1'/></symbol><g stroke='red'><use id='two' href='#dot'/></g><use href='#two' x='1' stroke='red'/>";
     assert_eq!(
         corners_in_room(nested),

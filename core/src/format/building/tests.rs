@@ -6,7 +6,8 @@ use super::*;
 use crate::format::map_server::NOTHING_KNOWN;
 use crate::sim::{Caster, worlds};
 
-/// A world as a map shows it: what is nearer to a wall than 0.7 cells is occupied, what is farther away is free.
+/// A world as a map shows it: what is nearer to a wall than 0.7 cells is occupied, what is farther
+/// away is free.
 pub(super) fn drawn(world: &World, resolution: f64, origin: Pose2) -> OccupancyMap {
     let (low, high) = world.bounds();
     let caster = Caster::new(world.walls());
@@ -41,7 +42,8 @@ pub(super) fn drawn(world: &World, resolution: f64, origin: Pose2) -> OccupancyM
     }
 }
 
-/// What is seen from the start of `seen`: how far it is from the walls of `other`, m, without the worst two percent.
+/// What is seen from the start of `seen`: how far it is from the walls of `other`, m, without the
+/// worst two percent.
 fn off(from: Point2<f64>, seen: &World, other: &World) -> f64 {
     let (seen, other) = (Caster::new(seen.walls()), Caster::new(other.walls()));
     let mut errors: Vec<f64> = (0..720)

@@ -6,7 +6,8 @@ use super::{BeamFan, CarmenError, CarmenLog, CarmenScan, Laser};
 /// A line longer than this is not a line of a log.
 pub(super) const MAX_LINE: usize = 1 << 20;
 
-/// Readings at or above this say that nothing came back, m: the SICK's codes for it decode to 81.83 and 81.91.
+/// Readings at or above this say that nothing came back, m: the SICK's codes for it decode to 81.83
+/// and 81.91.
 const ALWAYS_NO_RETURN: f32 = 80.0;
 
 /// The messages that are read.
@@ -93,7 +94,8 @@ impl CarmenReader {
         })
     }
 
-    /// The last line, which has no end, may end within the name of its message: other names are none of ours.
+    /// The last line, which has no end, may end within the name of its message: other names are
+    /// none of ours.
     fn check_name(&self, last: &[u8]) -> Result<(), CarmenError> {
         let is_cut = |name: &&str| name.len() > last.len() && name.as_bytes().starts_with(last);
         match MESSAGES.into_iter().find(is_cut) {
@@ -163,8 +165,9 @@ impl CarmenReader {
         Ok(())
     }
 
-    /// `ROBOTLASER1 type start fov step max_range accuracy remission_mode n ranges… m remissions… laser_pose robot_pose
-    /// tv rv forward_safety side_safety turn_axis ipc_timestamp host logger_timestamp`.
+    /// `ROBOTLASER1 type start fov step max_range accuracy remission_mode n ranges… m remissions…
+    /// laser_pose robot_pose tv rv forward_safety side_safety turn_axis ipc_timestamp host
+    /// logger_timestamp`.
     fn read_robot_laser(&mut self, line: &Line<'_>) -> Result<(), CarmenError> {
         let mut fields = line.fields("ROBOTLASER1");
         fields.number()?;
@@ -215,8 +218,8 @@ impl CarmenReader {
     }
 }
 
-/// The largest reading stands for "no return" where at least one reading in 500 says it (81.83 in Intel, 81.91 in
-/// Freiburg; cheaper lasers say 8 or 30); readings of 80 m and above always do.
+/// The largest reading stands for "no return" where at least one reading in 500 says it (81.83 in
+/// Intel, 81.91 in Freiburg; cheaper lasers say 8 or 30); readings of 80 m and above always do.
 fn no_return_from(readings: &[f32]) -> f32 {
     let largest = readings.iter().copied().fold(0.0_f32, f32::max);
     let near = largest * 0.999;

@@ -267,7 +267,8 @@ fn uneven_directions_become_even_ones() {
     scan.ranges = vec![1.0, 2.0, 3.0, 4.0];
     let mut log = CarmenLog::empty();
     log.push(0.0, &Pose2::identity(), &scan);
-    // From -3 in steps of 1.5: nobody looks ahead, and of two that look right the nearer one counts.
+    // From -3 in steps of 1.5: nobody looks ahead, and of two that look right the nearer one
+    // counts.
     assert_eq!(log.readings, [1.0, 2.0, 0.0, 4.0]);
     let read = CarmenLog::parse(log.write().as_bytes()).unwrap();
     assert!(read.scan(&read.scans[0]).ranges[2].is_nan());

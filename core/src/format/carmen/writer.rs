@@ -1,8 +1,9 @@
 //! From scans to a log, and from a log to text.
 //!
-//! 1. A log knows one direction of the first beam and one step: beams are put at equal angles ([`EvenBeams`]), and a direction without a
-//!    beam has no reading (0).
-//! 2. A message has no time within a sweep: what was measured while the robot turned is written as if at the stamp.
+//! 1. A log knows one direction of the first beam and one step: beams are put at equal angles
+//!    ([`EvenBeams`]), and a direction without a beam has no reading (0).
+//! 2. A message has no time within a sweep: what was measured while the robot turned is written as
+//!    if at the stamp.
 //! 3. Numbers are written with as many digits as they need to come back to the bit.
 
 use std::fmt::Write as _;
@@ -36,8 +37,8 @@ impl CarmenLog {
         self.readings.is_empty()
     }
 
-    /// Adds a scan that is later than those before, taken at `seconds` where the wheels alone put the robot at
-    /// `odom_from_robot`.
+    /// Adds a scan that is later than those before, taken at `seconds` where the wheels alone put
+    /// the robot at `odom_from_robot`.
     pub fn push(&mut self, seconds: f64, odom_from_robot: &Pose2, scan: &Scan) {
         let max_range = scan.max_range as f32;
         let reading = |range: f32| match range {

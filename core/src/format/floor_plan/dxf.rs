@@ -1,4 +1,5 @@
-//! DXF of release 12, which every drawing program reads: walls as lines, lengths as text, each on a layer of its own.
+//! DXF of release 12, which every drawing program reads: walls as lines, lengths as text, each on a
+//! layer of its own.
 //!
 //! A file is pairs of lines, a group code and its value.
 

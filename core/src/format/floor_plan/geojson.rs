@@ -5,7 +5,8 @@ use serde_json::{Value, json};
 use super::{FloorPlanError, bounds};
 use crate::map::Wall;
 
-/// The walls as a collection of line strings. Coordinates are metres of the map and no degrees; the file says so.
+/// The walls as a collection of line strings. Coordinates are metres of the map and no degrees; the
+/// file says so.
 ///
 /// # Errors    [`FloorPlanError`].
 pub fn geojson(walls: &[Wall]) -> Result<String, FloorPlanError> {

@@ -12,8 +12,9 @@ const MARGIN: f64 = 0.5;
 /// Height of the lengths' digits, m.
 const TEXT: f64 = 0.16;
 
-/// A drawing of the walls. One unit of it is a metre; printed, a metre is a centimetre. `start`, map frame, m, is where the
-/// robot began: marked, so that whoever takes the drawing for a building ([`crate::format::building::of_svg`]) begins there.
+/// A drawing of the walls. One unit of it is a metre; printed, a metre is a centimetre. `start`,
+/// map frame, m, is where the robot began: marked, so that whoever takes the drawing for a building
+/// ([`crate::format::building::of_svg`]) begins there.
 ///
 /// # Errors    [`FloorPlanError`].
 pub fn svg(walls: &[Wall], start: Option<Point2<f64>>) -> Result<String, FloorPlanError> {

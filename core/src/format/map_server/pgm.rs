@@ -1,7 +1,8 @@
 //! PGM images, plain (P2) and binary (P5).
 //!
-//! Source: Netpbm, pgm(5): magic number, width, height, largest grey, apart by spaces, with comments from `#` to the end of a line;
-//! then, after one space, a byte for each pixel, or two, high byte first, where the largest grey is above 255. We take one image a file.
+//! Source: Netpbm, pgm(5): magic number, width, height, largest grey, apart by spaces, with
+//! comments from `#` to the end of a line; then, after one space, a byte for each pixel, or two,
+//! high byte first, where the largest grey is above 255. We take one image a file.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,5 @@
-//! PNG images, through the crate `png`, row by row: an image of 100 million pixels in four colours of two bytes would be 800 MB in one piece.
+//! PNG images, through the crate `png`, row by row: an image of 100 million pixels in four colours
+//! of two bytes would be 800 MB in one piece.
 
 use std::io::Cursor;
 
@@ -9,7 +10,8 @@ use super::read::{Pixel, Size};
 
 /// Deflate makes no byte into more than this many.
 const MOST_INFLATED: usize = 1032;
-/// An interlaced image comes in seven passes, none of which is whole: it is put together in memory, of which it may take so much, bytes.
+/// An interlaced image comes in seven passes, none of which is whole: it is put together in memory,
+/// of which it may take so much, bytes.
 const MOST_INTERLACED: usize = 1 << 26;
 
 /// Reads an image; pixels are seen row by row, the highest first.
@@ -19,7 +21,8 @@ pub(super) fn read(bytes: &[u8], mut see: impl FnMut(Pixel)) -> Result<Size, Map
     decoder.ignore_checksums(false);
     let header = decoder.read_header_info().map_err(|error| wrong(&error))?;
     let size = Size::checked(header.width.into(), header.height.into())?;
-    // Palettes are spread out and bits become bytes: what stands in the file may be an eighth of a pixel's byte.
+    // Palettes are spread out and bits become bytes: what stands in the file may be an eighth of a
+    // pixel's byte.
     let least = header.raw_row_length().saturating_mul(size.height);
     if least / MOST_INFLATED > bytes.len() {
         return Err(size.but_found(format!("{} bytes", bytes.len())));
@@ -83,7 +86,8 @@ fn pixel_of(bytes: &[u8], each: usize, has_alpha: bool) -> Pixel {
     }
 }
 
-/// Writes rows of greys, the highest first, each grey followed by its opacity where there are twice as many bytes as pixels.
+/// Writes rows of greys, the highest first, each grey followed by its opacity where there are twice
+/// as many bytes as pixels.
 pub(super) fn write(
     (width, height): (usize, usize),
     samples: &[u8],

@@ -7,7 +7,8 @@ use super::{
 
 /// Reads a map: the YAML file, and the image that it names.
 ///
-/// # Errors    [`MapServerError::Info`] and [`MapServerError::Image`], saying what stands where and what was expected.
+/// # Errors    [`MapServerError::Info`] and [`MapServerError::Image`], saying what stands where and
+/// what was expected.
 pub fn read(yaml: &[u8], image: &[u8]) -> Result<OccupancyMap, MapServerError> {
     read_image(&MapInfo::parse(yaml)?, image)
 }

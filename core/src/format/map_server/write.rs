@@ -6,7 +6,8 @@ use super::{
 
 /// Cells above this percentage are written as occupied in mode `trinary`, and the YAML says so.
 const OCCUPIED_THRESH: f64 = 0.65;
-/// Cells below this percentage are written as free in mode `trinary`. The grey of the unknown, 205, is 50/255 = 0.19608, just above.
+/// Cells below this percentage are written as free in mode `trinary`. The grey of the unknown, 205,
+/// is 50/255 = 0.19608, just above.
 const FREE_THRESH: f64 = 0.196;
 
 /// What file the image becomes.
@@ -41,9 +42,11 @@ pub struct MapFiles {
     pub yaml: String,
 }
 
-/// Writes a map. `image_name` is where the image will be stored, seen from the folder of the YAML file.
+/// Writes a map. `image_name` is where the image will be stored, seen from the folder of the YAML
+/// file.
 ///
-/// # Errors    [`MapServerError::Empty`] and [`MapServerError::Cells`] of a map that is none, [`MapServerError::NeedsPng`].
+/// # Errors    [`MapServerError::Empty`] and [`MapServerError::Cells`] of a map that is none,
+/// [`MapServerError::NeedsPng`].
 pub fn write(
     map: &OccupancyMap,
     mode: MapMode,
@@ -133,7 +136,8 @@ fn scale(cell: i8) -> [u8; 2] {
     }
 }
 
-/// A plain word as it stands; anything else in double quotes, escaped (YAML 1.2 §7.3.1: as in JSON).
+/// A plain word as it stands; anything else in double quotes, escaped (YAML 1.2 §7.3.1: as in
+/// JSON).
 fn yaml_string(text: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-' | '/');
     if text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(is_plain) {

@@ -1,7 +1,7 @@
 //! The YAML file of a map: a flat mapping of keys to scalars, and a list of three numbers.
 //!
-//! In: bytes. Out: a [`MapInfo`]. Read event by event and not as a tree: aliases, of which a few lines can make a tree of any size, and
-//! nesting of any depth cost nothing then.
+//! In: bytes. Out: a [`MapInfo`]. Read event by event and not as a tree: aliases, of which a few
+//! lines can make a tree of any size, and nesting of any depth cost nothing then.
 
 use std::collections::BTreeMap;
 

@@ -1,11 +1,14 @@
 //! The second step of the distance transform: along a row.
 //!
-//! In: for each column the cells g to the nearest source in it. Out: √ of the least (c - q)² + g(q)² over all columns q.
+//! In: for each column the cells g to the nearest source in it. Out: √ of the least (c - q)² +
+//! g(q)² over all columns q.
 //!
-//! 1. Near sources are tried one by one, many columns at a time: a column q farther off than the least that was found so far cannot
-//!    have less. Most cells of a map lie within a few metres of a wall.
-//! 2. A row with a cell that has no source within [`NEAR`] is measured by the lower envelope of its parabolas: built in one sweep
-//!    over the columns and read in a second one, however far sources are. Both are linear in the number of cells.
+//! 1. Near sources are tried one by one, many columns at a time: a column q farther off than the
+//!    least that was found so far cannot have less. Most cells of a map lie within a few metres of
+//!    a wall.
+//! 2. A row with a cell that has no source within [`NEAR`] is measured by the lower envelope of its
+//!    parabolas: built in one sweep over the columns and read in a second one, however far sources
+//!    are. Both are linear in the number of cells.
 
 /// How far step 1 looks, cells.
 const NEAR: usize = 128;
@@ -68,7 +71,8 @@ impl RowPass {
     }
 }
 
-/// The least squared distances of the columns from `first` on, of which `columns` count; `None` where one of these has no source near.
+/// The least squared distances of the columns from `first` on, of which `columns` count; `None`
+/// where one of these has no source near.
 #[inline(always)]
 fn nearest_of(squared: &[u16], first: usize, columns: usize) -> Option<[u16; CHUNK]> {
     let from = |at: usize| squared.get(at..)?.first_chunk::<CHUNK>();

@@ -11,7 +11,8 @@ use crate::points::fixture::{beam_along, scan_of};
 
 const CELL: f64 = 0.05;
 
-/// Beams all round, a degree apart, each with the range that `range` gives for its bearing; none where it gives none.
+/// Beams all round, a degree apart, each with the range that `range` gives for its bearing; none
+/// where it gives none.
 fn points(range: impl Fn(f64) -> Option<f64>) -> Points {
     let beam = |beam_idx: usize| {
         let bearing = TAU * beam_idx as f64 / 360.0;
@@ -60,8 +61,8 @@ fn a_way_is_free_even_where_the_beam_is_off_by_its_width() {
         for (beam, [_, end]) in points.beams.iter().zip(&evidence.free) {
             assert!(end.coords.norm() <= beam.range + 1e-9);
             for angle in [-2.0 * sigma, 2.0 * sigma] {
-                // Between two beams a degree apart the wall is known to a ten-thousandth of the range; the farthest beams
-                // end in the open.
+                // Between two beams a degree apart the wall is known to a ten-thousandth of the
+                // range; the farthest beams end in the open.
                 let y = turned(end, angle).y;
                 if beam.is_hit && beam.range < 9.0 {
                     nearest = nearest.min(1.0 - y);
@@ -140,7 +141,8 @@ fn beside_a_post_only_what_lies_before_it_is_surely_free() {
     assert!(evidence.hits.contains(&points.beams[edge + 4].end_in_robot));
 }
 
-/// Draws a drive of 12 m between two walls, 2 m apart and 30 m long, whose headings err by half a degree.
+/// Draws a drive of 12 m between two walls, 2 m apart and 30 m long, whose headings err by half a
+/// degree.
 fn corridor(evidence: impl Fn(&Points, f64) -> Evidence) -> Grid {
     const SIGMA: f64 = 0.0087;
     let mut rng = ChaCha8Rng::seed_from_u64(4);
@@ -154,7 +156,8 @@ fn corridor(evidence: impl Fn(&Points, f64) -> Evidence) -> Grid {
     grid
 }
 
-/// Cells of the wall y = 1.02 beside the drive that are occupied, and cells behind it that are free, as parts.
+/// Cells of the wall y = 1.02 beside the drive that are occupied, and cells behind it that are
+/// free, as parts.
 fn wall_and_spray(grid: &Grid) -> (f64, f64) {
     let part = |rows: std::ops::Range<i32>, state: CellState| {
         let cells =

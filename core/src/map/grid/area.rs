@@ -14,7 +14,8 @@ use crate::map::evidence::WIDEST_GAP;
 pub(super) struct Area {
     pub(super) ways: Vec<Way>,
     outline: Vec<Point2<f64>>,
-    /// A bit for each cell: block after block of the rectangle, row by row in each. All zero between two polygons.
+    /// A bit for each cell: block after block of the rectangle, row by row in each. All zero
+    /// between two polygons.
     flags: Vec<[u64; BLOCK_CELLS]>,
 }
 
@@ -138,7 +139,8 @@ impl BlockRect {
         self.cols as usize * self.rows.len()
     }
 
-    /// Block, row in it and bit of a cell; `None` right of the rectangle, where there is nothing to be turned round.
+    /// Block, row in it and bit of a cell; `None` right of the rectangle, where there is nothing to
+    /// be turned round.
     #[inline]
     fn place(&self, col: i32, row: i32) -> Option<(usize, usize, u64)> {
         let across = (col >> BLOCK_BITS) - self.col;
@@ -177,8 +179,8 @@ fn end_of([start, end]: &Way) -> Point2<f64> {
     }
 }
 
-/// How far the next way turns on to the left: the tangent of the angle, which for small ones is the angle; 0 from a right angle on, and
-/// where a way has no direction.
+/// How far the next way turns on to the left: the tangent of the angle, which for small ones is the
+/// angle; 0 from a right angle on, and where a way has no direction.
 fn turn(way: &Way, next: &Way) -> f64 {
     let (way, next) = (way[1] - way[0], next[1] - next[0]);
     let along = way.dot(&next);

@@ -20,10 +20,11 @@ pub(super) type Cells = [f32; BLOCK_CELLS * BLOCK_CELLS];
 
 #[derive(Clone, Debug)]
 pub(super) struct Block {
-    /// Shared with other blocks that hold the same (and with copies of the grid) until something is written.
+    /// Shared with other blocks that hold the same (and with copies of the grid) until something is
+    /// written.
     cells: Arc<Cells>,
-    /// Cells that are as free as the clamp allows, a bit each: another miss changes nothing there. In a room that has been seen for
-    /// a while those are nearly all.
+    /// Cells that are as free as the clamp allows, a bit each: another miss changes nothing there.
+    /// In a room that has been seen for a while those are nearly all.
     least: Box<[u64; BLOCK_CELLS]>,
     /// Where its marks are among those of the scan being inserted; `None` between scans.
     pub(super) marks: Option<usize>,
@@ -54,7 +55,8 @@ impl Odds {
         *cell = (*cell + by).clamp(-self.limit, self.limit);
     }
 
-    /// A miss for the cells of a row whose bits are set. Which cells are then as free as the clamp allows comes back.
+    /// A miss for the cells of a row whose bits are set. Which cells are then as free as the clamp
+    /// allows comes back.
     #[inline(always)]
     fn miss_cells<L: Lanes>(
         &self,
@@ -95,8 +97,9 @@ impl Block {
         Arc::ptr_eq(&self.cells, cells)
     }
 
-    /// Writes marks into the cells and takes them away. Once per cell: where a beam ended, that others crossed it does not count.
-    /// `free` is a block of cells that all are as free as the clamp allows.
+    /// Writes marks into the cells and takes them away. Once per cell: where a beam ended, that
+    /// others crossed it does not count. `free` is a block of cells that all are as free as the
+    /// clamp allows.
     #[inline(always)]
     pub(super) fn write<L: Lanes>(
         &mut self,
@@ -131,7 +134,8 @@ impl Block {
     }
 }
 
-/// Visits the cells of a row whose bits are set, run by run: long runs are what a processor is good at.
+/// Visits the cells of a row whose bits are set, run by run: long runs are what a processor is good
+/// at.
 #[inline]
 fn for_runs(row: &mut [f32], mut bits: u64, visit: impl Fn(&mut f32)) {
     while bits != 0 {

@@ -2,12 +2,15 @@
 //!
 //! In: lines in slices. Out: for each block the cells that any line has, as 64 words.
 //!
-//! `cells` is the plain form: every cell of every slice of every line. The tests hold the canvas to it, cell for cell. The
-//! canvas is faster by drawing slices as words, and trades memory for it: a sheet as large as all lines together.
+//! `cells` is the plain form: every cell of every slice of every line. The tests hold the canvas to
+//! it, cell for cell. The canvas is faster by drawing slices as words, and trades memory for it: a
+//! sheet as large as all lines together.
 //!
-//! 1. Lines along x are drawn row by row; those along y into a second sheet with columns for rows. So slices are few and
-//!    long whatever the direction, and every one that is no longer than 56 cells is one change of one word.
-//! 2. A row is a string of bytes, and a word begins at any of them: no slice is parted where blocks meet.
+//! 1. Lines along x are drawn row by row; those along y into a second sheet with columns for rows.
+//!    So slices are few and long whatever the direction, and every one that is no longer than 56
+//!    cells is one change of one word.
+//! 2. A row is a string of bytes, and a word begins at any of them: no slice is parted where blocks
+//!    meet.
 //! 3. Block by block words are read back, those of the second sheet turned.
 
 use pulp::NullaryFnOnce;
@@ -18,7 +21,8 @@ use crate::map::line::{FRACTION, Line};
 
 /// A row of a block in bytes.
 const ROW_BYTES: usize = BLOCK_CELLS / 8;
-/// Lines that reach farther than this many cells from the beginning of the first one are not for a canvas.
+/// Lines that reach farther than this many cells from the beginning of the first one are not for a
+/// canvas.
 const REACH: u32 = 2048;
 /// A slice that begins at any bit of a byte and fits a word.
 const WORD_SLICE: i64 = 55;
@@ -45,7 +49,8 @@ pub(super) struct Canvas {
 }
 
 impl Canvas {
-    /// Takes a line, to be drawn with the others; gives it back where it is too far away from the first one.
+    /// Takes a line, to be drawn with the others; gives it back where it is too far away from the
+    /// first one.
     pub(super) fn take(&mut self, line: Line) -> Option<Line> {
         let first = self.lines.first().unwrap_or(&line);
         let centre = first.cell(first.from, first.across);
@@ -186,7 +191,8 @@ impl Sheet {
     }
 }
 
-/// A slice in each row, each of which fits a word; the first begins at `place`. Tells where the next one would.
+/// A slice in each row, each of which fits a word; the first begins at `place`. Tells where the
+/// next one would.
 #[inline(always)]
 fn draw_short_slices<'a>(
     rows: impl Iterator<Item = &'a mut [u8]>,
@@ -237,7 +243,8 @@ impl NullaryFnOnce for DrawLines<'_> {
     }
 }
 
-/// Rows become columns: blocks of half the size change places, then those in them, down to single bits.
+/// Rows become columns: blocks of half the size change places, then those in them, down to single
+/// bits.
 ///
 /// Source: Warren (2012), "Hacker's Delight", §7-3.
 struct Turn<'a>(&'a mut Bits);

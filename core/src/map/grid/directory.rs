@@ -6,7 +6,8 @@ use super::BLOCK_CELLS;
 use super::block::{Block, Cells};
 use crate::map::BlockIndex;
 
-/// Dense rectangle of block pointers that is laid again, twice as large, when a block falls outside.
+/// Dense rectangle of block pointers that is laid again, twice as large, when a block falls
+/// outside.
 #[derive(Clone, Debug)]
 pub(super) struct Directory {
     origin: BlockIndex,

@@ -19,7 +19,8 @@ impl Grid {
         blocks.reduce(CellRect::around)
     }
 
-    /// The smallest rectangle that holds all cells of whose log-odds this is true; `None` where there is none.
+    /// The smallest rectangle that holds all cells of whose log-odds this is true; `None` where
+    /// there is none.
     #[must_use]
     pub fn rect_where(&self, is_meant: impl Fn(f32) -> bool) -> Option<CellRect> {
         let mut found: Option<CellRect> = None;

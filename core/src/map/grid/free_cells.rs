@@ -9,16 +9,20 @@
 //! | [`FreeCells::Area`] | its centre lies between the ways | outline of the area, a word for 64 cells |
 //!
 //! The area:
-//! 1. Neighbouring ways less than 0.1 rad apart make a fan, the polygon of their ends closed over their starts. Ends stand back by
-//!    a cell, for that of the surface is not free. A way by itself is crossed.
-//! 2. Each side of the polygon changes, in each row whose centre line it meets, one bit: that of the first cell whose centre lies
-//!    right of it. A cell is inside if an odd number of bits left of it and its own is set.
-//! 3. In the rectangle of blocks around the polygon, row by row, each word becomes the exclusive or of all bits up to each of its own
-//!    (six shifts), turned round where the word before it ended inside.
+//! 1. Neighbouring ways less than 0.1 rad apart make a fan, the polygon of their ends closed over
+//!    their starts. Ends stand back by a cell, for that of the surface is not free. A way by itself
+//!    is crossed.
+//! 2. Each side of the polygon changes, in each row whose centre line it meets, one bit: that of
+//!    the first cell whose centre lies right of it. A cell is inside if an odd number of bits left
+//!    of it and its own is set.
+//! 3. In the rectangle of blocks around the polygon, row by row, each word becomes the exclusive or
+//!    of all bits up to each of its own (six shifts), turned round where the word before it ended
+//!    inside.
 //!
-//! Sources: Celej §4, `BresenhamLine` and `myownAlgorithm`, which sweeps the rectangle between robot and obstacle; there it pays
-//! least where the beam is horizontal or vertical and the rectangle a line. Here one rectangle holds all beams. Step 2: Ackland & Weste
-//! (1981), "The edge flag algorithm: a fill method for raster scan displays".
+//! Sources: Celej §4, `BresenhamLine` and `myownAlgorithm`, which sweeps the rectangle between
+//! robot and obstacle; there it pays least where the beam is horizontal or vertical and the
+//! rectangle a line. Here one rectangle holds all beams. Step 2: Ackland & Weste (1981), "The edge
+//! flag algorithm: a fill method for raster scan displays".
 
 use nalgebra::Point2;
 
@@ -33,7 +37,8 @@ pub enum FreeCells {
     Crossed,
     /// The cells of each beam's Bresenham line, which skips cells that the beam only nicks.
     Bresenham,
-    /// Every cell whose centre lies in the area between the beams, also where they are farther apart than cells.
+    /// Every cell whose centre lies in the area between the beams, also where they are farther
+    /// apart than cells.
     Area,
 }
 

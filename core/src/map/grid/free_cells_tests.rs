@@ -101,7 +101,8 @@ proptest! {
         first in -3.2..3.2_f64, is_clockwise in any::<bool>(),
     ) {
         let start = Point2::new(start.0, start.1);
-        // As many as 89 beams go once round and more: what is covered twice stays covered, and 79 close the round.
+        // As many as 89 beams go once round and more: what is covered twice stays covered, and 79
+        // close the round.
         let step = if is_clockwise { -0.08 } else { 0.08 };
         let ends = ends(start, first, step, &ranges);
         let corner = |end: &Point2<f64>| {

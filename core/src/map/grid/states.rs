@@ -4,7 +4,8 @@ use super::{BLOCK, Grid};
 use crate::map::{BlockIndex, CellRect, CellState};
 
 impl Grid {
-    /// What is believed of the cells of a rectangle, in rows from the lower left one; read block by block.
+    /// What is believed of the cells of a rectangle, in rows from the lower left one; read block by
+    /// block.
     #[must_use]
     pub fn states(&self, rect: CellRect) -> Vec<CellState> {
         let width = rect.width();
@@ -41,8 +42,8 @@ impl Grid {
     }
 }
 
-/// Unknown cells with at least five free neighbours and no occupied one count as free: they are the gaps between the
-/// far ends of neighbouring beams.
+/// Unknown cells with at least five free neighbours and no occupied one count as free: they are the
+/// gaps between the far ends of neighbouring beams.
 #[must_use]
 pub fn without_stripes(states: &[CellState], width: usize) -> Vec<CellState> {
     let mut filled = states.to_vec();

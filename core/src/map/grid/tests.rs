@@ -44,8 +44,9 @@ fn repeated_sightings_follow_bayes_until_the_clamp() {
     assert_eq!(grid.state(cell), CellState::Free);
 }
 
-/// The cells that a way enters, row by row, or column by column where it is steeper: from where it comes in to where it
-/// leaves. Who meets a corner exactly passes it where the longer axis is greater, which the last term decides.
+/// The cells that a way enters, row by row, or column by column where it is steeper: from where it
+/// comes in to where it leaves. Who meets a corner exactly passes it where the longer axis is
+/// greater, which the last term decides.
 fn entered(start: Point2<f64>, end: Point2<f64>) -> Vec<(i32, i32)> {
     let is_flat = (end.x - start.x).abs() >= (end.y - start.y).abs();
     let [mut a, mut b] = [start, end].map(|p| if is_flat { [p.x, p.y] } else { [p.y, p.x] });
@@ -81,7 +82,8 @@ fn entered(start: Point2<f64>, end: Point2<f64>) -> Vec<(i32, i32)> {
     cells
 }
 
-/// Log-odds of each cell ever seen, by the definition: per scan the set of cells hit, and of cells crossed but not hit.
+/// Log-odds of each cell ever seen, by the definition: per scan the set of cells hit, and of cells
+/// crossed but not hit.
 #[derive(Default)]
 struct Naive(BTreeMap<(i32, i32), f32>);
 
@@ -127,7 +129,8 @@ impl Naive {
     }
 }
 
-/// Cells that are as free as can be are passed over, and whole blocks of them share their memory: nothing of that shows.
+/// Cells that are as free as can be are passed over, and whole blocks of them share their memory:
+/// nothing of that shows.
 #[test]
 fn a_hall_seen_for_long_and_then_filled_is_that_of_the_naive_grid() {
     let (mut grid, mut naive) = (grid(), Naive::default());

@@ -24,8 +24,8 @@ pub(super) struct Gap {
     pub(super) is_framed: bool,
 }
 
-/// A wall that was seen so near to a post makes it one, m: walls seen at a flat angle have holes, and a gap may be as narrow
-/// some cells beyond its frame.
+/// A wall that was seen so near to a post makes it one, m: walls seen at a flat angle have holes,
+/// and a gap may be as narrow some cells beyond its frame.
 const SEEN_WITHIN: f64 = 0.2;
 /// Cosine of the angle at which the other post is looked for at least: across the gap.
 const ACROSS: f64 = -0.5;

@@ -100,8 +100,8 @@ impl Flood<'_> {
     }
 }
 
-/// Cells of the floor by falling clearance, and by their number where that is equal: sorted by counting, for squared distances
-/// are whole numbers of cells.
+/// Cells of the floor by falling clearance, and by their number where that is equal: sorted by
+/// counting, for squared distances are whole numbers of cells.
 fn widest_first(floor: &Floor) -> Vec<u32> {
     let key = |cell: usize| {
         let cells = f64::from(floor.clearance[cell]) / floor.resolution();
@@ -129,5 +129,6 @@ fn widest_first(floor: &Floor) -> Vec<u32> {
     sorted
 }
 
-/// A place farther than this from all walls, in squared cells (51 m at 5 cm), is in a hall so wide that its order does not matter.
+/// A place farther than this from all walls, in squared cells (51 m at 5 cm), is in a hall so wide
+/// that its order does not matter.
 const MOST_SQUARED: usize = 1 << 20;

@@ -1,6 +1,7 @@
 //! The floor and what bounds it.
 //!
-//! In: states of cells. Out: a raster with a closed rim around them: free cells, bounding cells, and for each cell its clearance.
+//! In: states of cells. Out: a raster with a closed rim around them: free cells, bounding cells,
+//! and for each cell its clearance.
 
 use nalgebra::{Point2, Vector2};
 
@@ -56,7 +57,8 @@ impl Floor {
         self.states[cell] == CellState::Free
     }
 
-    /// The four neighbours of a cell that is not on the rim: ways over corners would lead through thin askew walls.
+    /// The four neighbours of a cell that is not on the rim: ways over corners would lead through
+    /// thin askew walls.
     pub(super) fn neighbours(&self, cell: usize) -> [usize; 4] {
         [cell - self.width, cell - 1, cell + 1, cell + self.width]
     }
@@ -75,7 +77,8 @@ impl Floor {
         Point2::from((corner + place.coords) * self.resolution)
     }
 
-    /// The width at a cell of the ridge, m: what bounds it lies anywhere within its cells, in the mean in their middle.
+    /// The width at a cell of the ridge, m: what bounds it lies anywhere within its cells, in the
+    /// mean in their middle.
     pub(super) fn width_at(clearance: f32) -> f64 {
         2.0 * f64::from(clearance)
     }
@@ -93,7 +96,8 @@ fn with_rim(width: usize, height: usize, states: &[CellState]) -> Vec<CellState>
     padded
 }
 
-/// Takes away what stands free and reaches no farther than `reach` cells from its middle. Cells that touch at a corner are one.
+/// Takes away what stands free and reaches no farther than `reach` cells from its middle. Cells
+/// that touch at a corner are one.
 fn leave_out_islands(bounds: &mut [bool], width: usize, reach: f64) {
     let (w, count) = (width as isize, bounds.len());
     let steps = [-w - 1, -w, -w + 1, -1, 1, w - 1, w, w + 1];

@@ -13,8 +13,8 @@ struct Extent {
 }
 
 impl Topology {
-    /// The outlines of each region, map frame, m: counter-clockwise round the floor, clockwise round furniture. They are off by a
-    /// cell at most, and what is thinner is skipped.
+    /// The outlines of each region, map frame, m: counter-clockwise round the floor, clockwise
+    /// round furniture. They are off by a cell at most, and what is thinner is skipped.
     #[must_use]
     pub fn outlines(&self) -> Vec<Vec<Vec<Point2<f64>>>> {
         let extents = self.extents().into_iter().enumerate();
@@ -51,7 +51,8 @@ impl Topology {
             f64::from(self.rect.min.row) + low.1 as f64,
         );
         let in_map = |at: Point2<f64>| Point2::from((at.coords + corner) * self.resolution);
-        // They have what is no part of the region on their left: turned round they have the region there.
+        // They have what is no part of the region on their left: turned round they have the region
+        // there.
         let rings = outlines(high.0 - low.0, &cells, 1.0);
         let rings = rings.into_iter().filter(|ring| ring.len() > 2);
         rings

@@ -1,4 +1,5 @@
-//! Buildings whose rooms and doors are known, laid under the grid at any angle; and grids of chance.
+//! Buildings whose rooms and doors are known, laid under the grid at any angle; and grids of
+//! chance.
 
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_4, PI};
@@ -13,7 +14,8 @@ const CELL: f64 = 0.05;
 /// Thickness of the walls around what is free, m.
 const WALL: f64 = 0.15;
 
-/// Rectangles of free floor (from, to) in metres, doors among them; everything within [`WALL`] of them is wall.
+/// Rectangles of free floor (from, to) in metres, doors among them; everything within [`WALL`] of
+/// them is wall.
 struct Building {
     floor: Vec<[f64; 4]>,
     furniture: Vec<[f64; 4]>,
@@ -207,8 +209,8 @@ fn middle(room: usize) -> Point2<f64> {
     Point2::new(3.2 * (room % 3) as f64 + 1.5, 3.2 * (room / 3) as f64 + 1.5)
 }
 
-/// By brute force: every free cell belongs to one region, or to a scrap too small for one; no other cell does; areas and
-/// centres are those of the cells; doors join what they touch.
+/// By brute force: every free cell belongs to one region, or to a scrap too small for one; no other
+/// cell does; areas and centres are those of the cells; doors join what they touch.
 fn check_partition(found: &Topology, states: &[CellState]) {
     let cells: Vec<_> = found.cells().collect();
     assert_eq!(cells.len(), states.len());
@@ -289,7 +291,8 @@ fn kinds_at(found: &Topology, kind: RegionKind) -> usize {
 
 #[test]
 fn the_rim_of_what_was_seen_is_no_door() {
-    // Of the second room a wedge was seen through the door, of the first one only what lies below a slanting line.
+    // Of the second room a wedge was seen through the door, of the first one only what lies below a
+    // slanting line.
     let building = two_rooms(0.9, 1.0);
     let (rect, mut states) = building.cells(0.0);
     for (i, state) in states.iter_mut().enumerate() {

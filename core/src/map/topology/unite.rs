@@ -1,4 +1,5 @@
-//! Which basins are a region together: those that no framed gap parts, and those too small for a room, step 4.
+//! Which basins are a region together: those that no framed gap parts, and those too small for a
+//! room, step 4.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -44,7 +45,8 @@ pub(super) fn unite(floor: &Floor, basins: Basins, gaps: &[Gap], config: &Topolo
     }
 }
 
-/// Area of the smaller set, width of the gap and its number: the least area comes first out of a heap.
+/// Area of the smaller set, width of the gap and its number: the least area comes first out of a
+/// heap.
 type Turn = Reverse<(u64, Reverse<u64>, usize)>;
 
 struct Union {
@@ -86,8 +88,8 @@ impl Union {
         }
     }
 
-    /// When it is a gap's turn: by the area of the smaller of the sets beside it, of equal ones the widest first. `None` where it
-    /// parts nothing, or nothing that is too small.
+    /// When it is a gap's turn: by the area of the smaller of the sets beside it, of equal ones the
+    /// widest first. `None` where it parts nothing, or nothing that is too small.
     fn turn(&mut self, gaps: &[&Gap], at: usize, least: f64) -> Option<Turn> {
         let gap = gaps[at];
         let [a, b] = gap.basins.map(|basin| self.sets.name_of(basin));
@@ -97,7 +99,8 @@ impl Union {
         (a != b && area < least).then_some(turn)
     }
 
-    /// Numbers from the largest region on. What is too small by now has no gap to anything, and is a scrap behind a hole.
+    /// Numbers from the largest region on. What is too small by now has no gap to anything, and is
+    /// a scrap behind a hole.
     fn numbers(&mut self, least: f64) -> Vec<u32> {
         let count = self.areas.len();
         let names: Vec<u32> = (0..count as u32).map(|b| self.sets.name_of(b)).collect();

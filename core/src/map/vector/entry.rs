@@ -1,4 +1,5 @@
-//! One wall: direction and offset from an anchor with their covariance, from where to where, and which parts of it are there.
+//! One wall: direction and offset from an anchor with their covariance, from where to where, and
+//! which parts of it are there.
 
 use nalgebra::{Matrix2, Point2, RowVector2, Vector2};
 
@@ -8,12 +9,14 @@ use crate::geom::{Segment, sin_cos, symmetrize, wrap};
 
 /// What a sighting errs beyond its own covariance, for the pose errs too: rad and m.
 const LEAST_SIGMA: [f64; 2] = [0.004, 0.005];
-/// What a wall's direction and offset may have been off by more at each sighting: what is seen again counts, also after a
-/// correction of the pose. rad and m.
+/// What a wall's direction and offset may have been off by more at each sighting: what is seen
+/// again counts, also after a correction of the pose. rad and m.
 const DRIFT: [f64; 2] = [0.0004, 0.0007];
-/// Pieces that go another way by more than this and two of their standard deviations do not belong to a wall, rad.
+/// Pieces that go another way by more than this and two of their standard deviations do not belong
+/// to a wall, rad.
 const LARGEST_TURN: f64 = 0.1;
-/// Beams that go along a wall more than across it by this factor say nothing of it: sine of the angle between them.
+/// Beams that go along a wall more than across it by this factor say nothing of it: sine of the
+/// angle between them.
 const LEAST_CROSSING: f64 = 0.25;
 
 #[derive(Clone, Debug)]
@@ -188,7 +191,8 @@ impl Entry {
         seen.is_some_and(|seen| long.misfit_of(&seen, config).is_some())
     }
 
-    /// Whether another wall lies beside this one over at least half of its length, too near to be another wall.
+    /// Whether another wall lies beside this one over at least half of its length, too near to be
+    /// another wall.
     pub(super) fn lies_beside(&self, other: &Self, config: &VectorConfig) -> bool {
         self.compare(&other.as_sighting()).is_some_and(|seen| {
             let overlap = seen.extent[1].min(self.extent[1]) - seen.extent[0].max(self.extent[0]);
@@ -211,7 +215,8 @@ impl Entry {
         self.last_seen = self.last_seen.max(other.last_seen);
     }
 
-    /// Beams that went on for `beyond` metres behind it wear it away, but not where this scan saw it.
+    /// Beams that went on for `beyond` metres behind it wear it away, but not where this scan saw
+    /// it.
     pub(super) fn see_through(&mut self, beams: &[[Point2<f64>; 2]], scan: u32, beyond: f64) {
         if self.last_seen == scan && self.sightings < 2 {
             return;

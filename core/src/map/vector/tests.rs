@@ -208,7 +208,8 @@ fn nonsense_leaves_the_map_alone() {
     assert!(map.is_empty());
 }
 
-/// A thousand laps in a room with a desk: the parts that each scan shows begin and end anywhere, and err as they say.
+/// A thousand laps in a room with a desk: the parts that each scan shows begin and end anywhere,
+/// and err as they say.
 #[test]
 fn after_a_thousand_laps_there_are_as_many_walls_as_in_the_room() {
     let corners = [(0.0, 0.0), (6.0, 0.0), (6.0, 4.0), (0.0, 4.0)];

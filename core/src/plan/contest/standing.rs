@@ -21,7 +21,8 @@ pub struct Standing {
     pub ratio: Option<f64>,
     /// Why there is no path; `None` while it looks for one, and when it has one.
     pub reason: Option<NoPath>,
-    /// Why it did not keep to the rooms that lie on the way; `None` where it did, and of all that know no rooms.
+    /// Why it did not keep to the rooms that lie on the way; `None` where it did, and of all that
+    /// know no rooms.
     pub fallback: Option<NoRooms>,
     /// Time taken, s.
     pub seconds: f64,

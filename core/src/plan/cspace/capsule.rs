@@ -1,6 +1,7 @@
 //! A wall grown by the distance that the robot keeps from it.
 //!
-//! In: a wall and a radius. Out: whether a point is inside of the capsule, and where a straight leg enters it, in closed form.
+//! In: a wall and a radius. Out: whether a point is inside of the capsule, and where a straight leg
+//! enters it, in closed form.
 
 use nalgebra::{Point2, Vector2};
 
@@ -45,13 +46,14 @@ impl Capsule {
         self.distance_squared(point) < self.radius * self.radius
     }
 
-    /// Distance from `origin` to where a leg along the unit vector `direction` enters, m; infinite where it does not, 0
-    /// where it starts inside. A leg that touches the border does not enter.
+    /// Distance from `origin` to where a leg along the unit vector `direction` enters, m; infinite
+    /// where it does not, 0 where it starts inside. A leg that touches the border does not enter.
     #[inline]
     pub(super) fn entry(&self, origin: Point2<f64>, direction: Vector2<f64>) -> f64 {
         let from_a = origin - self.a;
         let (place, off) = (from_a.dot(&self.along), self.along.perp(&from_a));
-        // The strip between the flat sides is entered first; from there the axis itself, or the disc at one end.
+        // The strip between the flat sides is entered first; from there the axis itself, or the
+        // disc at one end.
         let mut there = place;
         if off.abs() >= self.radius {
             let closing = -off.signum() * self.along.perp(&direction);
@@ -74,7 +76,8 @@ impl Capsule {
     }
 }
 
-/// Where a leg from `from`, counted from the disc's centre, enters a disc; 0 where it starts inside.
+/// Where a leg from `from`, counted from the disc's centre, enters a disc; 0 where it starts
+/// inside.
 #[inline]
 fn disc_entry(from: Vector2<f64>, direction: Vector2<f64>, radius: f64) -> f64 {
     let outside = from.norm_squared() - radius * radius;

@@ -1,7 +1,7 @@
 //! Configuration space over a grid.
 //!
-//! In: a [`Grid`], how far the robot's centre keeps from what is occupied, what to make of the unknown. Out: the room at any
-//! point, from an exact distance transform.
+//! In: a [`Grid`], how far the robot's centre keeps from what is occupied, what to make of the
+//! unknown. Out: the room at any point, from an exact distance transform.
 
 use nalgebra::Point2;
 
@@ -31,7 +31,8 @@ pub struct GridSpace {
 }
 
 impl GridSpace {
-    /// Looks at the cells of `rect`; the robot's centre keeps `keep` metres away from what is occupied.
+    /// Looks at the cells of `rect`; the robot's centre keeps `keep` metres away from what is
+    /// occupied.
     #[must_use]
     pub fn new(grid: &Grid, rect: CellRect, keep: f64, unknown: Unknown) -> Self {
         let states = grid.states(rect);
@@ -94,7 +95,8 @@ impl GridSpace {
         &self.states
     }
 
-    /// Distance from the nearest wall, m; the wall's cell counts as half a cell thick on the near side.
+    /// Distance from the nearest wall, m; the wall's cell counts as half a cell thick on the near
+    /// side.
     #[must_use]
     pub fn clearance(&self, point: Point2<f64>) -> f64 {
         self.walls.at_point(point) - 0.5 * self.resolution
@@ -154,8 +156,9 @@ impl GridSpace {
         }
     }
 
-    /// The free cell centre nearest to `point` within `reach` metres that a robot standing at `point`, perhaps already
-    /// too near to a wall, can drive to without coming nearer to one than it is. `point` itself where it is free.
+    /// The free cell centre nearest to `point` within `reach` metres that a robot standing at
+    /// `point`, perhaps already too near to a wall, can drive to without coming nearer to one than
+    /// it is. `point` itself where it is free.
     #[must_use]
     pub fn escape(&self, point: Point2<f64>, reach: f64) -> Option<Point2<f64>> {
         if self.is_free(point) {
@@ -173,7 +176,8 @@ impl GridSpace {
         })
     }
 
-    /// The free cell centre nearest to `point` within `reach` metres; `point` itself where it is free.
+    /// The free cell centre nearest to `point` within `reach` metres; `point` itself where it is
+    /// free.
     #[must_use]
     pub fn nearest_free(&self, point: Point2<f64>, reach: f64) -> Option<Point2<f64>> {
         if self.is_free(point) {

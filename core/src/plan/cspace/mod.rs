@@ -1,14 +1,17 @@
 //! Configuration space: where the centre of the robot may be.
 //!
-//! In: obstacles (cells of a grid, or segments of walls) and how far the robot's centre keeps away from them. Out: for
-//! any point the room that remains, and for any straight leg how far it can be driven.
+//! In: obstacles (cells of a grid, or segments of walls) and how far the robot's centre keeps away
+//! from them. Out: for any point the room that remains, and for any straight leg how far it can be
+//! driven.
 //!
-//! 1. The robot is the disc around its body, so walls grow by its radius and a margin (TDK 2016 §5.1).
-//! 2. Over a grid the distance to the nearest occupied cell comes from an exact distance transform; half a cell is taken
-//!    off, because the wall may be anywhere in its cell. The unknown is no obstacle, or one that only the centre of the
-//!    robot keeps out of, as the caller chooses.
+//! 1. The robot is the disc around its body, so walls grow by its radius and a margin (TDK 2016
+//!    §5.1).
+//! 2. Over a grid the distance to the nearest occupied cell comes from an exact distance transform;
+//!    half a cell is taken off, because the wall may be anywhere in its cell. The unknown is no
+//!    obstacle, or one that only the centre of the robot keeps out of, as the caller chooses.
 //! 3. Over segments the distance is that of a capsule, exact.
-//! 4. A leg is marched along in steps of the room that remains: long ones in the open, short ones at walls.
+//! 4. A leg is marched along in steps of the room that remains: long ones in the open, short ones
+//!    at walls.
 
 mod capsule;
 mod grid;
@@ -28,7 +31,8 @@ pub use snapshot::rect_around;
 
 /// Where the centre of the robot may be.
 pub trait ConfigSpace {
-    /// How far the robot's centre may move from `point` in any direction, m; negative where it may not even be.
+    /// How far the robot's centre may move from `point` in any direction, m; negative where it may
+    /// not even be.
     fn room(&self, point: Point2<f64>) -> f64;
 
     /// Shortest step of a march, m.
@@ -37,18 +41,20 @@ pub trait ConfigSpace {
     /// Lower left and upper right corner of where it is worth looking for a path.
     fn bounds(&self) -> (Point2<f64>, Point2<f64>);
 
-    /// Side of the cells of a space between whose centres the room is bilinear, m; `None` for all others.
+    /// Side of the cells of a space between whose centres the room is bilinear, m; `None` for all
+    /// others.
     fn cell(&self) -> Option<f64> {
         None
     }
 
-    /// The walls, and the distance that the robot's centre keeps from them, m; `None` where the space has other
-    /// obstacles too.
+    /// The walls, and the distance that the robot's centre keeps from them, m; `None` where the
+    /// space has other obstacles too.
     fn walls(&self) -> Option<(&[Segment], f64)> {
         None
     }
 
-    /// At least the walls within `reach` metres of a point, as lines: what an outline that is no disc is held against.
+    /// At least the walls within `reach` metres of a point, as lines: what an outline that is no
+    /// disc is held against.
     fn walls_near(&self, point: Point2<f64>, reach: f64) -> Vec<Segment>;
 
     /// Whether it is proved that no path joins two free places. `false` proves nothing.
@@ -61,7 +67,8 @@ pub trait ConfigSpace {
         self.room(point) >= 0.0
     }
 
-    /// How much of the leg is free, m; its whole length where nothing is in the way, 0 where the start is blocked.
+    /// How much of the leg is free, m; its whole length where nothing is in the way, 0 where the
+    /// start is blocked.
     fn free_length(&self, leg: &Segment) -> f64 {
         let length = leg.length();
         if !(length > 0.0 && length.is_finite()) {

@@ -1,7 +1,7 @@
 //! Which walls are near: a coarse raster over the bounds.
 //!
-//! In: walls, a distance, bounds. Out: for a cell, for the cells along a leg and for the rings of cells around a point,
-//! every wall that is within that distance of the cell.
+//! In: walls, a distance, bounds. Out: for a cell, for the cells along a leg and for the rings of
+//! cells around a point, every wall that is within that distance of the cell.
 
 use nalgebra::{Point2, Vector2};
 
@@ -101,7 +101,8 @@ impl Raster {
         self.list(col, row)
     }
 
-    /// Shows `visit` the walls of each cell along a leg, and how far along the leg its cell ends; until it says no.
+    /// Shows `visit` the walls of each cell along a leg, and how far along the leg its cell ends;
+    /// until it says no.
     #[inline]
     pub(super) fn walk(
         &self,
@@ -145,8 +146,8 @@ impl Raster {
         }
     }
 
-    /// Shows `visit` the walls of the cells around a point, ring by ring, and the distance within which it has then
-    /// seen all; until it says no.
+    /// Shows `visit` the walls of the cells around a point, ring by ring, and the distance within
+    /// which it has then seen all; until it says no.
     pub(super) fn rings(&self, point: Point2<f64>, mut visit: impl FnMut(&[u32], f64) -> bool) {
         let (col, row) = self.cell_at(point);
         let at = (point - self.low) / self.side - Vector2::new(f64::from(col), f64::from(row));

@@ -1,11 +1,12 @@
 //! Configuration space over wall segments, exact.
 //!
-//! In: walls, the distance that the robot's centre keeps from them, bounds. Out: the room at any point and how far a leg
-//! can be driven, both in closed form.
+//! In: walls, the distance that the robot's centre keeps from them, bounds. Out: the room at any
+//! point and how far a leg can be driven, both in closed form.
 //!
-//! 1. Each wall grows to a capsule (TDK 2016 §5.1 draws a rectangle; the capsule is what a disc really needs).
-//! 2. Capsules are registered in all cells of a coarse raster that they enter, so that a point asks its own cell and a leg
-//!    the cells it crosses, in order, until it is stopped.
+//! 1. Each wall grows to a capsule (TDK 2016 §5.1 draws a rectangle; the capsule is what a disc
+//!    really needs).
+//! 2. Capsules are registered in all cells of a coarse raster that they enter, so that a point asks
+//!    its own cell and a leg the cells it crosses, in order, until it is stopped.
 
 use nalgebra::{Point2, Vector2};
 
@@ -15,7 +16,8 @@ use super::raster::Raster;
 use crate::geom::Segment;
 use crate::plan::squares::floods_apart;
 
-/// Legs that are stopped end this far before the wall, m, so that what starts there is free in spite of rounding.
+/// Legs that are stopped end this far before the wall, m, so that what starts there is free in
+/// spite of rounding.
 const BACK_OFF: f64 = 1e-6;
 
 /// Configuration space over wall segments.
@@ -61,10 +63,11 @@ pub enum SpaceError {
 }
 
 impl SegmentSpace {
-    /// The robot's centre keeps `keep` metres away from every segment and stays within `bounds` (lower left, upper
-    /// right).
+    /// The robot's centre keeps `keep` metres away from every segment and stays within `bounds`
+    /// (lower left, upper right).
     ///
-    /// # Errors    [`SpaceError`]: a wall or a bound that is not finite, bounds without area, a negative distance.
+    /// # Errors    [`SpaceError`]: a wall or a bound that is not finite, bounds without area, a
+    /// negative distance.
     pub fn new(
         segments: Vec<Segment>,
         keep: f64,
@@ -119,7 +122,8 @@ impl SegmentSpace {
         point.x >= low.x && point.y >= low.y && point.x <= high.x && point.y <= high.y
     }
 
-    /// Where a leg inside of the bounds meets a wall, m; infinite where it does not within `length`.
+    /// Where a leg inside of the bounds meets a wall, m; infinite where it does not within
+    /// `length`.
     fn first_entry(&self, origin: Point2<f64>, direction: Vector2<f64>, length: f64) -> f64 {
         let mut first = f64::INFINITY;
         self.raster.walk(origin, direction, length, |walls, until| {

@@ -4,8 +4,8 @@ use nalgebra::Point2;
 
 use crate::map::{CellRect, Grid};
 
-/// The rectangle of everything the grid holds and of all `points`, with `spare` cells around; `None` where a point is
-/// not finite or lies more than `farthest` cells off.
+/// The rectangle of everything the grid holds and of all `points`, with `spare` cells around;
+/// `None` where a point is not finite or lies more than `farthest` cells off.
 #[must_use]
 pub fn rect_around(
     grid: &Grid,

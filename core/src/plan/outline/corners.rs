@@ -35,8 +35,8 @@ pub(super) fn drop_corners(
     path
 }
 
-/// Whether the outline can follow straight legs over these corners without touching a wall of the space, from a heading in rad, or
-/// from that of the first leg.
+/// Whether the outline can follow straight legs over these corners without touching a wall of the
+/// space, from a heading in rad, or from that of the first leg.
 pub fn follows(
     outline: &Footprint,
     corners: &[Point2<f64>],

@@ -1,12 +1,15 @@
 //! A route over a grid for a robot that is no disc.
 //!
-//! In: the grid, start, goal, heading, the robot. Out: a [`Route`] of straight legs, or the typed reason.
+//! In: the grid, start, goal, heading, the robot. Out: a [`Route`] of straight legs, or the typed
+//! reason.
 //!
-//! The margins are tried in order, each around the outline. One at which not even the disc within gets through is passed over at once,
-//! for the wavefront tells that sooner than a search over headings.
+//! The margins are tried in order, each around the outline. One at which not even the disc within
+//! gets through is passed over at once, for the wavefront tells that sooner than a search over
+//! headings.
 //!
-//! A cell is thicker than the wall in it, and a robot between two posts may seem to stand in them. Where it does, the outline is tried
-//! without a margin, and then half a cell smaller: what it then comes near to is up to safe mode.
+//! A cell is thicker than the wall in it, and a robot between two posts may seem to stand in them.
+//! Where it does, the outline is tried without a margin, and then half a cell smaller: what it then
+//! comes near to is up to safe mode.
 
 use super::OutlineSearch;
 use crate::geom::Pose2;
@@ -25,7 +28,8 @@ const SPARE_CELLS: i32 = 20;
 
 /// Plans from a pose to `query.goal` for the robot's outline.
 ///
-/// # Errors    [`RouteFailure`] with the reason at the narrowest margin; [`NoPath::NotOffered`] for a robot that is a disc.
+/// # Errors    [`RouteFailure`] with the reason at the narrowest margin; [`NoPath::NotOffered`] for
+/// a robot that is a disc.
 pub fn plan_outline_route(
     grid: &Grid,
     from: &Pose2,

@@ -31,7 +31,8 @@ fn query(start: (f64, f64), goal: (f64, f64)) -> Query {
     }
 }
 
-/// How deep the walls come into the robot anywhere along the path: poses every 5 mm and every degree, points of the walls every 5 mm.
+/// How deep the walls come into the robot anywhere along the path: poses every 5 mm and every
+/// degree, points of the walls every 5 mm.
 fn deepest(path: &Path, heading: f64, walls: &[Segment]) -> f64 {
     let points: Vec<_> = walls
         .iter()

@@ -1,4 +1,5 @@
-//! Estimates against the σ that the noise was drawn with, and their stated errors against many repetitions.
+//! Estimates against the σ that the noise was drawn with, and their stated errors against many
+//! repetitions.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -15,7 +16,8 @@ impl SigmaFit {
 use crate::geom::Pose2;
 use crate::robot::Stamp;
 
-/// Beams from 0.5 to 8 m; σ = 0.01 + 0.004 ρ or 0.005 + 0.002 ρ²; some readings are lost, some wrong.
+/// Beams from 0.5 to 8 m; σ = 0.01 + 0.004 ρ or 0.005 + 0.002 ρ²; some readings are lost, some
+/// wrong.
 fn scans(growth: Growth, outliers: f64, rng: &mut ChaCha8Rng) -> Vec<Scan> {
     let truth = truth(growth);
     let mut normal = || {
@@ -74,7 +76,8 @@ fn true_growth_is_found_and_the_stated_error_is_the_real_one() {
             chi += fit.chi_squared / (fit.bins.len() as f64 - 2.0);
         }
         let n = runs as f64;
-        // Two degrees of freedom. Within a bin σ changes, and the sum of uniform numbers has short tails: 25 %.
+        // Two degrees of freedom. Within a bin σ changes, and the sum of uniform numbers has short
+        // tails: 25 %.
         assert!(
             (nees / n / 2.0 - 1.0).abs() < 0.25,
             "{growth:?}: NEES {}",
@@ -133,7 +136,8 @@ fn poor_recordings_are_refused() {
 fn stretches_are_not_compared_with_one_another() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let here = scans(Growth::Linear, 0.0, &mut rng);
-    // Elsewhere all is 20 cm nearer, and the stretches are long enough that one false pair of scans would show.
+    // Elsewhere all is 20 cm nearer, and the stretches are long enough that one false pair of scans
+    // would show.
     let mut there = scans(Growth::Linear, 0.0, &mut rng);
     for range in there.iter_mut().flat_map(|scan| &mut scan.ranges) {
         *range -= 0.2;

@@ -19,20 +19,21 @@ use crate::points::{Beam, Points, Run, SpacingModel};
 /// When two neighbouring beams do not lie on one surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BreakRule {
-    /// The adaptive breakpoint detector: `D = ρ sin Δφ / sin(λ - Δφ) + n σ`, what a surface seen at the grazing angle λ would
-    /// give, plus noise. ρ is the shorter of both ranges so that the order of the beams does not matter, σ² the sum of both
-    /// variances.
+    /// The adaptive breakpoint detector: `D = ρ sin Δφ / sin(λ - Δφ) + n σ`, what a surface seen at
+    /// the grazing angle λ would give, plus noise. ρ is the shorter of both ranges so that the
+    /// order of the beams does not matter, σ² the sum of both variances.
     ///
-    /// Source: Borges & Aldon (2004), "Line extraction in 2D range images for mobile robotics", eq. (3).
+    /// Source: Borges & Aldon (2004), "Line extraction in 2D range images for mobile robotics", eq.
+    /// (3).
     Adaptive {
-        /// Grazing angle λ below which a surface is not followed, rad. Default 0.17 (10°). Larger: more breaks on walls
-        /// seen at a flat angle, fewer walls joined across a depth step.
+        /// Grazing angle λ below which a surface is not followed, rad. Default 0.17 (10°). Larger:
+        /// more breaks on walls seen at a flat angle, fewer walls joined across a depth step.
         grazing_angle: f64,
         /// Noise allowed on top, in standard deviations of the difference of two ranges. Default 3.
         n_sigmas: f64,
     },
-    /// Farther apart than `ratio` times the mean over neighbours that no lost beam separates: for doors that a ranger sees with
-    /// evenly spaced points.
+    /// Farther apart than `ratio` times the mean over neighbours that no lost beam separates: for
+    /// doors that a ranger sees with evenly spaced points.
     ///
     /// Source: TDK 2016 §4.2, d > ν d̄ with ν from 4 to 5.
     MeanRatio {
@@ -45,7 +46,8 @@ pub enum BreakRule {
     Spacing {
         /// k(ρ), fitted per sensor.
         spacing: SpacingModel,
-        /// How many times k. Larger: fewer breaks, flatter angles at which a wall is still followed.
+        /// How many times k. Larger: fewer breaks, flatter angles at which a wall is still
+        /// followed.
         ratio: f64,
     },
 }
@@ -60,7 +62,8 @@ impl BreakRule {
         }
     }
 
-    /// All rules with their default figures, with the names used by settings, and what a person calls them.
+    /// All rules with their default figures, with the names used by settings, and what a person
+    /// calls them.
     #[must_use]
     pub fn all() -> [(&'static str, Self, &'static str); 3] {
         let mean = Self::MeanRatio { ratio: 4.5 };
@@ -90,7 +93,8 @@ impl Default for BreakRule {
 pub(super) trait Joins {
     fn joins(&self, a: &Ray, b: &Ray) -> bool;
 
-    /// Sets `surely` to 1 for each beam of a range that joins the one before it by far; 0 is for [`Self::joins`] to tell.
+    /// Sets `surely` to 1 for each beam of a range that joins the one before it by far; 0 is for
+    /// [`Self::joins`] to tell.
     fn join_surely(&self, _beams: &[Beam], _range: Range<usize>, surely: &mut [f64; CHUNK]) {
         surely.fill(0.0);
     }
@@ -180,12 +184,14 @@ impl Adaptive {
         }
     }
 
-    /// `shorter`: of both ranges. `variance`: of their difference. By value: references would keep every beam on the stack.
+    /// `shorter`: of both ranges. `variance`: of their difference. By value: references would keep
+    /// every beam on the stack.
     #[inline(never)]
     fn limit(&self, shorter: f64, variance: f64, pair: Pair) -> f64 {
         let scale = 1.0 / pair.product;
         let (sin_step, cos_step) = (pair.sin * scale, pair.cos * scale);
-        // sin(λ - Δφ); a coarse sensor's Δφ may come near λ, where the rule would let everything through.
+        // sin(λ - Δφ); a coarse sensor's Δφ may come near λ, where the rule would let everything
+        // through.
         let sin_rest =
             (self.sin_grazing * cos_step - self.cos_grazing * sin_step).max(0.5 * self.sin_grazing);
         shorter * sin_step / sin_rest + self.n_sigmas * variance.sqrt()
@@ -203,7 +209,8 @@ impl Joins for Adaptive {
         pair.distance_squared <= limit * limit
     }
 
-    /// sin(λ - Δφ) ≤ sin λ and the noise only adds: most neighbours pass here, without a division or a root.
+    /// sin(λ - Δφ) ≤ sin λ and the noise only adds: most neighbours pass here, without a division
+    /// or a root.
     fn join_surely(&self, beams: &[Beam], range: Range<usize>, surely: &mut [f64; CHUNK]) {
         run(SureJoins {
             rule: self,

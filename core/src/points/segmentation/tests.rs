@@ -105,7 +105,8 @@ fn by_each_rule(points: &Points) -> [usize; 3] {
 
 #[test]
 fn slit_seen_head_on_fools_the_adaptive_rule_alone() {
-    // A narrow slit between two walls on one line: the beams through it are lost, and the surface could go on.
+    // A narrow slit between two walls on one line: the beams through it are lost, and the surface
+    // could go on.
     let walls = [wall(1.0, -1.0, 1.0, -0.04), wall(1.0, 0.04, 1.0, 1.0)];
     let mut points = look(&walls, 360, -90.0, 90.0);
     points.beams.retain(|b| b.is_hit);

@@ -1,9 +1,12 @@
-//! Who came since the last scan, by partial scans: all that a sensor that sweeps only when the robot stands sees of people.
+//! Who came since the last scan, by partial scans: all that a sensor that sweeps only when the
+//! robot stands sees of people.
 //!
-//! 1. A reading in space that the last scan saw to be free, by more than both may err, is of somebody who came.
+//! 1. A reading in space that the last scan saw to be free, by more than both may err, is of
+//!    somebody who came.
 //! 2. They stay where they were seen for [`KEPT_FOR`], or until the next scan.
 //!
-//! One reading is enough: a wrong one costs a sweep, and the next comes only after a walker's half metre.
+//! One reading is enough: a wrong one costs a sweep, and the next comes only after a walker's half
+//! metre.
 
 use nalgebra::Point2;
 
@@ -15,8 +18,9 @@ use crate::robot::Stamp;
 const KEPT_FOR: f64 = 3.0;
 /// By how many standard deviations a reading may err.
 const SIGMAS: f64 = 3.0;
-/// By how much odometry may err in a turn, as [`super::TURN_DRIFT`]; it grows with the root of the turn. Two standard deviations of tracks that
-/// slip by 2e-3 rad²/rad: they are those of the small robots that carry such sensors.
+/// By how much odometry may err in a turn, as [`super::TURN_DRIFT`]; it grows with the root of the
+/// turn. Two standard deviations of tracks that slip by 2e-3 rad²/rad: they are those of the small
+/// robots that carry such sensors.
 const TURN_DRIFT: f64 = 0.09;
 
 /// Somebody who came, robot frame of the last scan.
@@ -27,8 +31,9 @@ pub(super) struct Newcomer {
 }
 
 impl Walkers {
-    /// Takes readings on the move; `robot_at_scan_from_robot` is the motion since the last scan. [`Self::points`] are those who came;
-    /// gives those whom these readings saw, robot frame of the last scan, m.
+    /// Takes readings on the move; `robot_at_scan_from_robot` is the motion since the last scan.
+    /// [`Self::points`] are those who came; gives those whom these readings saw, robot frame of the
+    /// last scan, m.
     pub fn partial_scan(
         &mut self,
         readings: &Points,

@@ -31,8 +31,8 @@ fn to_room(from: Point2<f64>, along: Vector2<f64>) -> f64 {
     side(from.x, along.x).min(side(from.y, along.y))
 }
 
-/// What is seen by a lidar that turns once while the robot moves by `moved` to a pose, each beam put where odometry, which reports `reported`,
-/// has it.
+/// What is seen by a lidar that turns once while the robot moves by `moved` to a pose, each beam
+/// put where odometry, which reports `reported`, has it.
 fn sweep(
     (moved, reported): (&Pose2, &Pose2),
     pose: &Pose2,
@@ -60,7 +60,8 @@ fn sweep(
     }
 }
 
-/// Who is seen at last, of a robot that moves by `step` between scans and of somebody who is at `person(number of scan)`.
+/// Who is seen at last, of a robot that moves by `step` between scans and of somebody who is at
+/// `person(number of scan)`.
 fn seen(
     step: Pose2,
     scans: usize,
@@ -81,8 +82,9 @@ fn seen(
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Whoever crosses or comes nearer at walking speed is seen, and nothing else is; who leaves hides what they enter. A robot that turns
-    /// fast knows too little of its heading to tell, which the test skips.
+    /// Whoever crosses or comes nearer at walking speed is seen, and nothing else is; who leaves
+    /// hides what they enter. A robot that turns fast knows too little of its heading to tell,
+    /// which the test skips.
     #[test]
     fn who_walks_is_seen_from_a_robot_that_drives(
         x in 0.7..1.6_f64, y in -0.3..0.3_f64, direction in 0.5 * PI..1.5 * PI, speed in 0.9..1.2_f64,
@@ -104,7 +106,8 @@ proptest! {
         }
     }
 
-    /// Tracks that slip turn a robot that drives straight on by up to six degrees in a scan, and no encoder shows it.
+    /// Tracks that slip turn a robot that drives straight on by up to six degrees in a scan, and no
+    /// encoder shows it.
     #[test]
     fn a_turn_that_odometry_does_not_tell_is_found_and_makes_nobody_walk(forward in -0.7..0.7_f64, slips in proptest::array::uniform8(-0.1..0.1_f64)) {
         let (mut walkers, mut pose) = (Walkers::default(), Pose2::identity());
@@ -124,7 +127,8 @@ proptest! {
         }
     }
 
-    /// Odometry that turns by 5 % too much, as a worn robot's does, makes nobody of walls and pillars.
+    /// Odometry that turns by 5 % too much, as a worn robot's does, makes nobody of walls and
+    /// pillars.
     #[test]
     fn nothing_walks_where_nobody_is(forward in -0.7..0.7_f64, turn in -2.0..2.0_f64, wear in -0.05..0.05_f64) {
         let (mut walkers, mut pose) = (Walkers::default(), Pose2::identity());
@@ -171,8 +175,9 @@ fn four(pose: &Pose2, person: Option<(f64, f64, f64)>) -> Points {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// By single readings of a robot that has driven on since its last scan, whose odometry errs by two standard deviations of the turn at
-    /// most: nobody where nobody is, and whoever stands in room that was free.
+    /// By single readings of a robot that has driven on since its last scan, whose odometry errs by
+    /// two standard deviations of the turn at most: nobody where nobody is, and whoever stands in
+    /// room that was free.
     #[test]
     fn who_came_since_the_last_scan_is_seen_by_one_reading(
         forward in 0.0..0.7_f64, turn in -0.8..0.8_f64, slip in -0.08..0.08_f64, away in 0.5..1.2_f64,

@@ -1,14 +1,16 @@
 //! By how much a robot has turned more than its odometry reports, from two scans.
 //!
-//! In: the hits of two scans, both from the same place and in the same frame as far as odometry knows. Out: the turn by which the older
-//! one fits the newer one best.
+//! In: the hits of two scans, both from the same place and in the same frame as far as odometry
+//! knows. Out: the turn by which the older one fits the newer one best.
 //!
 //! 1. Each scan becomes a profile: the range of the nearest hit in each degree.
-//! 2. One profile is shifted against the other, degree by degree; the mean difference of their ranges, none counted for more than
-//!    [`FAR`], is least at the turn. A parabola through the least and its neighbours gives it to a part of a degree.
+//! 2. One profile is shifted against the other, degree by degree; the mean difference of their
+//!    ranges, none counted for more than [`FAR`], is least at the turn. A parabola through the
+//!    least and its neighbours gives it to a part of a degree.
 //! 3. Who walks differs between the scans, but they are few.
 //!
-//! Source: Diosi & Kleeman (2005), "Laser scan matching in polar coordinates with application to SLAM", orientation step.
+//! Source: Diosi & Kleeman (2005), "Laser scan matching in polar coordinates with application to
+//! SLAM", orientation step.
 
 use std::f64::consts::TAU;
 
@@ -21,8 +23,8 @@ const FAR: f64 = 0.3;
 /// Least part of the bins that both scans have to fill.
 const OVERLAP: usize = BINS / 4;
 
-/// The turn (rad, at most `most` to either side) that takes `before` onto `now`; both are directions from the sensor, m. 0 where too
-/// little is seen.
+/// The turn (rad, at most `most` to either side) that takes `before` onto `now`; both are
+/// directions from the sensor, m. 0 where too little is seen.
 pub(super) fn between(
     before: impl Iterator<Item = Vector2<f64>>,
     now: impl Iterator<Item = Vector2<f64>>,

@@ -25,7 +25,8 @@ impl Polynomial {
 
     /// The places between `low` and `high` where it changes its sign, in ascending order.
     ///
-    /// Between two roots of its derivative a polynomial is monotonic, so it has at most one root there: found by halving.
+    /// Between two roots of its derivative a polynomial is monotonic, so it has at most one root
+    /// there: found by halving.
     pub(super) fn roots_within(&self, low: f64, high: f64) -> Vec<f64> {
         if self.0.iter().skip(1).all(|c| *c == 0.0) {
             return Vec::new();

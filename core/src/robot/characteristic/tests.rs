@@ -1,4 +1,5 @@
-//! Fits against polynomials known beforehand, against the normal equations, and against published pairs.
+//! Fits against polynomials known beforehand, against the normal equations, and against published
+//! pairs.
 
 use super::*;
 

@@ -1,18 +1,21 @@
 //! From the figures of the motors to the gains of the controller.
 //!
-//! In: a [`DriveTrain`], the period, and a [`ControllerConfig`]. Out: [`Gains`], or why there are none.
+//! In: a [`DriveTrain`], the period, and a [`ControllerConfig`]. Out: [`Gains`], or why there are
+//! none.
 //!
-//! 1. The five-state model must be controllable: for each eigenvalue λ of A the rows of [λI - A, B] are independent
-//!    (Hautus). What is not is named by its state.
-//! 2. It is made discrete for a voltage that is held during the period, and each output gets an integrator:
-//!    z ← z + h (y - y_wished), for ΔΨ and for Ψ'_L.
-//! 3. The weights of a linear-quadratic regulator are inverse squares of what is still acceptable (Bryson's rule).
-//! 4. Each motor's observer has the states (Ψ, Ψ', i, load): encoders count Ψ alone. The load torque is a state too, because
-//!    without it a load or a wrong figure leaves a lasting error in the estimated speed. Its gain is the stationary
-//!    Kalman filter's; the measurement's noise is that of rounding to counts, one twelfth of a count squared.
+//! 1. The five-state model must be controllable: for each eigenvalue λ of A the rows of [λI - A, B]
+//!    are independent (Hautus). What is not is named by its state.
+//! 2. It is made discrete for a voltage that is held during the period, and each output gets an
+//!    integrator: z ← z + h (y - y_wished), for ΔΨ and for Ψ'_L.
+//! 3. The weights of a linear-quadratic regulator are inverse squares of what is still acceptable
+//!    (Bryson's rule).
+//! 4. Each motor's observer has the states (Ψ, Ψ', i, load): encoders count Ψ alone. The load
+//!    torque is a state too, because without it a load or a wrong figure leaves a lasting error in
+//!    the estimated speed. Its gain is the stationary Kalman filter's; the measurement's noise is
+//!    that of rounding to counts, one twelfth of a count squared.
 //!
-//! Source: TDK 2016 §1.1 (model, state feedback, integrators); Åström & Wittenmark (1997), "Computer-controlled systems",
-//! ch. 9 and 11.
+//! Source: TDK 2016 §1.1 (model, state feedback, integrators); Åström & Wittenmark (1997),
+//! "Computer-controlled systems", ch. 9 and 11.
 
 use nalgebra::{Complex, DMatrix, Matrix2, Matrix4, SMatrix, SVector, Vector4};
 
@@ -27,20 +30,22 @@ const UNCONTROLLABLE: f64 = 1e-9;
 /// What the controller is to achieve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControllerConfig {
-    /// Acceptable error of ΔΨ, rad. Default 0.05, five counts; smaller keeps straighter and takes more voltage.
+    /// Acceptable error of ΔΨ, rad. Default 0.05, five counts; smaller keeps straighter and takes
+    /// more voltage.
     pub difference: f64,
     /// Acceptable error of a speed, rad/s. Default 0.3.
     pub speed: f64,
     /// Acceptable error of a current, A. Default 1.
     pub current: f64,
-    /// Acceptable integral of the error of ΔΨ, rad s. Default 0.02; smaller ends lasting errors sooner and swings sooner.
+    /// Acceptable integral of the error of ΔΨ, rad s. Default 0.02; smaller ends lasting errors
+    /// sooner and swings sooner.
     pub difference_integral: f64,
     /// Acceptable integral of the error of Ψ'_L, rad. Default 0.1; as above.
     pub speed_integral: f64,
     /// Voltage that is worth an acceptable error, as a part of the battery's. Default 0.28.
     pub voltage: f64,
-    /// How fast the load may wander, as the observer assumes: part of the stalled motor's torque per √s. Default 0.3; more
-    /// follows loads sooner and lets more of the counts' steps through.
+    /// How fast the load may wander, as the observer assumes: part of the stalled motor's torque
+    /// per √s. Default 0.3; more follows loads sooner and lets more of the counts' steps through.
     pub load_drift: f64,
 }
 
@@ -91,7 +96,8 @@ pub enum DesignError {
 /// What the controller computes with at each period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gains {
-    /// K of u = u_wished - K e, e = (ΔΨ, Ψ'_L, i_L, Ψ'_R, i_R, z_ΔΨ, z_Ψ'): what is less what is wished.
+    /// K of u = u_wished - K e, e = (ΔΨ, Ψ'_L, i_L, Ψ'_R, i_R, z_ΔΨ, z_Ψ'): what is less what is
+    /// wished.
     pub feedback: SMatrix<f64, 2, 7>,
     /// Of the left and of the right motor.
     pub observers: [ObserverGains; 2],
@@ -111,10 +117,11 @@ pub struct ObserverGains {
 }
 
 impl Gains {
-    /// The gains for motors read and driven once in `period` seconds, by an encoder of `radians_per_count`.
+    /// The gains for motors read and driven once in `period` seconds, by an encoder of
+    /// `radians_per_count`.
     ///
-    /// # Errors    [`DesignError`]: a figure that cannot be, a model that no voltage controls, an equation that does not
-    /// converge.
+    /// # Errors    [`DesignError`]: a figure that cannot be, a model that no voltage controls, an
+    /// equation that does not converge.
     pub fn design(
         train: &DriveTrain,
         period: f64,

@@ -2,15 +2,18 @@
 //!
 //! In: the motors and the [`Gains`] designed for them. Out: the same numbers, scaled and rounded.
 //!
-//! 1. Units that keep every number near one: counts for angles, counts in a period for speeds, amperes for currents, volts
-//!    for voltages. A load is the current that holds it; the integral of ΔΨ is taken in 64 counts x periods.
+//! 1. Units that keep every number near one: counts for angles, counts in a period for speeds,
+//!    amperes for currents, volts for voltages. A load is the current that holds it; the integral
+//!    of ΔΨ is taken in 64 counts x periods.
 //! 2. States have 16 bits behind the point, so that small corrections add up instead of getting
 //!    lost.
-//! 3. Coefficients are 16-bit numbers: with [`OBSERVER_BITS`] behind the point in the observers, [`FEEDBACK_BITS`] where
-//!    volts come out. One that does not fit is an error: it would wrap round in silence on the processor.
+//! 3. Coefficients are 16-bit numbers: with [`OBSERVER_BITS`] behind the point in the observers,
+//!    [`FEEDBACK_BITS`] where volts come out. One that does not fit is an error: it would wrap
+//!    round in silence on the processor.
 //!
-//! The observers of the firmware follow the angle relative to the last count, so theirs never grows; the first column of
-//! the transition (1, 0, 0, 0) and the last row (0, 0, 0, 1) need no numbers.
+//! The observers of the firmware follow the angle relative to the last count, so theirs never
+//! grows; the first column of the transition (1, 0, 0, 0) and the last row (0, 0, 0, 1) need no
+//! numbers.
 
 use super::Gains;
 use crate::robot::{DriveTrain, MotorModel};

@@ -1,6 +1,7 @@
 //! What an encoder does not count, from what it counts.
 //!
-//! In: the voltage of the last period, the counted angle. Out: angle, speed, current and load of one motor.
+//! In: the voltage of the last period, the counted angle. Out: angle, speed, current and load of
+//! one motor.
 //!
 //! 1. Predict by the motor's model. 2. Correct by the stationary Kalman gain times the innovation.
 
@@ -58,7 +59,8 @@ impl Observer {
         self.state = Vector4::new(angle, 0.0, 0.0, 0.0);
     }
 
-    /// Takes in an angle, counted a period after the last one, with `voltage` on the motor in between.
+    /// Takes in an angle, counted a period after the last one, with `voltage` on the motor in
+    /// between.
     pub fn update(&mut self, voltage: f64, angle: f64) {
         let ObserverGains {
             transition,

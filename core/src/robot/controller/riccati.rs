@@ -1,14 +1,19 @@
-//! The discrete algebraic Riccati equation, and what it is solved for: feedback gains and filter gains.
+//! The discrete algebraic Riccati equation, and what it is solved for: feedback gains and filter
+//! gains.
 //!
-//! In: A, B and the weights Q and R. Out: the X of X = AᵀXA - AᵀXB (R + BᵀXB)⁻¹ BᵀXA + Q, and the gains that come of it.
+//! In: A, B and the weights Q and R. Out: the X of X = AᵀXA - AᵀXB (R + BᵀXB)⁻¹ BᵀXA + Q, and the
+//! gains that come of it.
 //!
 //! 1. Doubling: with G = B R⁻¹ Bᵀ, H = Q and W = (I + G H)⁻¹,
-//!    A ← A W A, G ← G + A W G Aᵀ, H ← H + Aᵀ H W A. After k rounds H is what the fixed-point iteration of the equation
-//!    has after 2ᵏ: it settles in about ten rounds where that takes thousands at 1 kHz.
-//! 2. Whatever comes out is put into the equation again; what does not satisfy it is an error, not a gain.
+//!    A ← A W A, G ← G + A W G Aᵀ, H ← H + Aᵀ H W A. After k rounds H is what the fixed-point
+//!    iteration of the equation has after 2ᵏ: it settles in about ten rounds where that takes
+//!    thousands at 1 kHz.
+//! 2. Whatever comes out is put into the equation again; what does not satisfy it is an error, not
+//!    a gain.
 //!
-//! Source: Anderson (1978), "Second-order convergent algorithms for the steady-state Riccati equation"; Chu, Fan, Lin &
-//! Wang (2004), "Structure-preserving algorithms for periodic discrete-time algebraic Riccati equations".
+//! Source: Anderson (1978), "Second-order convergent algorithms for the steady-state Riccati
+//! equation"; Chu, Fan, Lin & Wang (2004), "Structure-preserving algorithms for periodic
+//! discrete-time algebraic Riccati equations".
 
 use nalgebra::{SMatrix, SVector};
 
@@ -39,8 +44,8 @@ pub enum RiccatiError {
 
 /// The stabilising solution X of the equation, symmetric.
 ///
-/// # Errors    [`RiccatiError`]: R is singular; or no convergence, because (A, B) cannot be stabilised or a mode on the
-/// unit circle is not weighted by Q.
+/// # Errors    [`RiccatiError`]: R is singular; or no convergence, because (A, B) cannot be
+/// stabilised or a mode on the unit circle is not weighted by Q.
 pub fn riccati<const N: usize, const M: usize>(
     a: &SMatrix<f64, N, N>,
     b: &SMatrix<f64, N, M>,
@@ -88,8 +93,8 @@ pub fn regulator_gain<const N: usize, const M: usize>(
     Ok(weight.ok_or(RiccatiError::SingularWeight)? * b.transpose() * x * a)
 }
 
-/// The gain of the stationary Kalman filter for one measured number y = c x, by the dual equation: what a filter that
-/// has predicted adds for each unit of innovation.
+/// The gain of the stationary Kalman filter for one measured number y = c x, by the dual equation:
+/// what a filter that has predicted adds for each unit of innovation.
 ///
 /// # Errors    [`RiccatiError`], as [`riccati`].
 pub fn filter_gain<const N: usize>(

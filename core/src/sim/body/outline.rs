@@ -1,12 +1,16 @@
 //! A body that is not round: how far it moves and turns before it touches something.
 //!
-//! In: a way and a turn of one step. Out: the pose at their end or where something stopped them, and what was lost of the way.
+//! In: a way and a turn of one step. Out: the pose at their end or where something stopped them,
+//! and what was lost of the way.
 //!
-//! 1. Conservative advancement (Mirtich 1996): to whatever stands near, the nearest points of body and thing are d apart in a direction n,
-//!    and no corner comes nearer along n than d as long as the part of the motion that is done keeps to that. All of the motion is
-//!    done at once where it does.
-//! 2. Where next to nothing can be done of it, what leads into the touched thing is taken off: of the way first, then the turn.
-//! 3. The body never ends inside of anything, for every part of the motion was proved free; a motion that finds no end ends where it is.
+//! 1. Conservative advancement (Mirtich 1996): to whatever stands near, the nearest points of body
+//!    and thing are d apart in a direction n, and no corner comes nearer along n than d as long as
+//!    the part of the motion that is done keeps to that. All of the motion is done at once where it
+//!    does.
+//! 2. Where next to nothing can be done of it, what leads into the touched thing is taken off: of
+//!    the way first, then the turn.
+//! 3. The body never ends inside of anything, for every part of the motion was proved free; a
+//!    motion that finds no end ends where it is.
 
 use nalgebra::{Point2, Vector2};
 
@@ -81,7 +85,8 @@ impl Body {
     ) -> f64 {
         let room = (near.apart - 0.5 * SKIN).max(0.0);
         let pose = self.pose();
-        // To first order each corner moves on a line; an arc leaves it by half of its angle squared and its radius.
+        // To first order each corner moves on a line; an arc leaves it by half of its angle squared
+        // and its radius.
         let nearer = outline.corners().iter().map(|corner| {
             let arm = pose * *corner - self.position;
             -near.normal.dot(&(way + Vector2::new(-arm.y, arm.x) * turn))

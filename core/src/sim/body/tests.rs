@@ -110,7 +110,8 @@ proptest! {
             });
             let aim = Pose2::new(before.x() + way.x, before.y() + way.y, before.heading() + turn);
             let is_done = (body.position - aim.position()).norm() < 1e-9 && wrap(body.heading - aim.heading()).abs() < 1e-9;
-            // Sampled every fraction of a millimetre; nearer than that nothing is decided by samples.
+            // Sampled every fraction of a millimetre; nearer than that nothing is decided by
+            // samples.
             match whole.fold(f64::NEG_INFINITY, f64::max) {
                 deepest if deepest < -2e-3 => prop_assert!(is_done && lost.norm() < 1e-12, "{deepest}: {:?} not {aim:?}", body.pose()),
                 deepest if deepest > 2e-3 => prop_assert!(!is_done, "{deepest}"),

@@ -1,15 +1,18 @@
 //! All beams of a scan that is taken from one place, at once.
 //!
-//! In: a place, a heading and a [`Fan`] of regular bearings. Out: for each beam the first wall, as [`Caster::cast`] finds it.
+//! In: a place, a heading and a [`Fan`] of regular bearings. Out: for each beam the first wall, as
+//! [`Caster::cast`] finds it.
 //!
-//! 1. The cells around the place are visited ring by ring, so that the walls come roughly from near to far.
-//! 2. Each wall is offered once, to the beams between the bearings of its two ends and one more on either side. The test is
-//!    that of a single ray, so the distances are the same to the bit.
+//! 1. The cells around the place are visited ring by ring, so that the walls come roughly from near
+//!    to far.
+//! 2. Each wall is offered once, to the beams between the bearings of its two ends and one more on
+//!    either side. The test is that of a single ray, so the distances are the same to the bit.
 //! 3. It ends when the next ring begins farther away than the farthest beam has come.
 //!
-//! Why beside [`Caster::cast`]: a ray alone is a chain of steps that wait for one another. Here the inner loop runs over beams
-//! side by side without a branch, in the vector registers of any processor. It is for flashes and for scans that are
-//! guessed: a turning lidar on a moving robot has no one place.
+//! Why beside [`Caster::cast`]: a ray alone is a chain of steps that wait for one another. Here the
+//! inner loop runs over beams side by side without a branch, in the vector registers of any
+//! processor. It is for flashes and for scans that are guessed: a turning lidar on a moving robot
+//! has no one place.
 
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
@@ -21,10 +24,12 @@ use crate::geom::{sin_cos, wrap};
 
 /// No wall met, in the column of walls.
 const NONE: f64 = -1.0;
-/// A wall whose ends are seen in opposite directions but for this is as good as under the sensor, rad.
+/// A wall whose ends are seen in opposite directions but for this is as good as under the sensor,
+/// rad.
 const OPPOSITE: f64 = 1e-6;
 
-/// Regular bearings, and what was found along them; kept from place to place, so that nothing is allocated.
+/// Regular bearings, and what was found along them; kept from place to place, so that nothing is
+/// allocated.
 #[derive(Clone, Debug)]
 pub struct Fan {
     first: f64,
@@ -34,7 +39,8 @@ pub struct Fan {
     /// The same at the place of the last cast.
     directions: [Vec<f64>; 2],
     distances: Vec<f64>,
-    /// Number of the wall, or [`NONE`]: a number as wide as the distance is chosen by the same mask.
+    /// Number of the wall, or [`NONE`]: a number as wide as the distance is chosen by the same
+    /// mask.
     surfaces: Vec<f64>,
     /// The last cast in which each wall was offered.
     offered: Vec<u32>,
@@ -73,8 +79,8 @@ impl Fan {
         &self.distances
     }
 
-    /// Number of the wall that a beam met, in [`Caster::walls`]. Where a beam runs exactly through a corner it may be another of
-    /// its walls than [`Caster::cast`] names.
+    /// Number of the wall that a beam met, in [`Caster::walls`]. Where a beam runs exactly through
+    /// a corner it may be another of its walls than [`Caster::cast`] names.
     #[must_use]
     pub fn surface(&self, beam: usize) -> Option<usize> {
         let surface = *self.surfaces.get(beam)?;
@@ -187,8 +193,8 @@ impl Fan {
 }
 
 impl Caster {
-    /// The first wall along each beam of `fan` from `origin`, not farther than `max_range` (m); the fan's bearings count from
-    /// `heading` (rad, world frame). What was found stands in the fan.
+    /// The first wall along each beam of `fan` from `origin`, not farther than `max_range` (m); the
+    /// fan's bearings count from `heading` (rad, world frame). What was found stands in the fan.
     ///
     /// Nothing is met where place or heading are not finite.
     pub fn cast_fan(&self, origin: Point2<f64>, heading: f64, max_range: f64, fan: &mut Fan) {
@@ -210,7 +216,8 @@ impl Caster {
         fan.end();
     }
 
-    /// The rings of cells around the one at `at` that touch the grid: number, and distance of its inner side in cells.
+    /// The rings of cells around the one at `at` that touch the grid: number, and distance of its
+    /// inner side in cells.
     fn rings(&self, at: Vector2<f64>) -> impl Iterator<Item = (f64, f64)> + use<> {
         let gap = |at: f64, count: usize| {
             let (cell, count) = (at.floor(), count as f64);

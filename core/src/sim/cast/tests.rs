@@ -92,7 +92,8 @@ proptest! {
             let (x, y, length) = (f64::from(x), f64::from(y), f64::from(length));
             if upright { wall(x, y, x, y + length) } else { wall(x, y, x + length, y) }
         }).collect();
-        // Half a metre off the lattice, so that the ray does not run along a wall or through its end.
+        // Half a metre off the lattice, so that the ray does not run along a wall or through its
+        // end.
         let origin = Point2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         check(&walls, origin, f64::from(quarter) * std::f64::consts::FRAC_PI_2, 50.0);
     }
@@ -190,7 +191,8 @@ fn fans_begin_on_walls_and_corners_and_outside_of_the_building() {
 
 #[test]
 fn rays_on_the_border_of_two_cells_arrive() {
-    // A ray that never leaves its row once crept along the border by rounding errors until it was given up.
+    // A ray that never leaves its row once crept along the border by rounding errors until it was
+    // given up.
     let walls = vec![
         wall(-3.0, -2.0, 5.0, -2.0),
         wall(5.0, -2.0, 5.0, 4.0),

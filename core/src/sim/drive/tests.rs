@@ -53,7 +53,8 @@ proptest! {
         let few = 3.0 * model.metres_per_tick;
         prop_assert!((way.left - metres).abs() < few && (way.right - metres).abs() < few, "{way:?}");
         prop_assert!(furthest < metres.abs() + (0.1 * metres.abs()).min(6.0 * model.metres_per_tick).max(few));
-        // The time of the ideal trapezoid: s/v + v/a, or 2 √(s/a) where the top speed is never reached.
+        // The time of the ideal trapezoid: s/v + v/a, or 2 √(s/a) where the top speed is never
+        // reached.
         let (v, a, s) = (model.max_speed, model.max_acceleration, metres.abs());
         let ideal = if s > v * v / a { s / v + v / a } else { 2.0 * (s / a).sqrt() };
         prop_assert!(seconds >= ideal - 0.1 && seconds < ideal + 0.8, "{seconds} against {ideal}");
@@ -165,7 +166,8 @@ fn a_track_that_scrubs_draws_more_current_and_one_that_is_stuck_gives_up() {
             }
         }
     }
-    // c2 i carries the force times the lever; the motors' own constants are within a tenth of the model's.
+    // c2 i carries the force times the lever; the motors' own constants are within a tenth of the
+    // model's.
     let motor = &model.drive.left;
     let more = model.drive.grip * model.drive.metres_per_radian / motor.torque_constant;
     for rise in rises {

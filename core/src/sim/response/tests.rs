@@ -21,7 +21,8 @@ fn final_speeds(samples: &[ResponseSample]) -> [f64; 2] {
     [0, 1].map(|side: usize| (end.ways[side] - begin.ways[side]) / (end.seconds - begin.seconds))
 }
 
-/// No lasting error: speeds to a thousandth, heading to a third of what one count of one track makes of it.
+/// No lasting error: speeds to a thousandth, heading to a third of what one count of one track
+/// makes of it.
 fn assert_settled(trial: &Trial, samples: &[ResponseSample]) {
     let wished = samples[samples.len() - 1].wished;
     for (found, wished) in final_speeds(samples).iter().zip(wished) {
@@ -63,8 +64,9 @@ fn steps_and_ramps_end_without_error_and_without_overshoot_on_any_motors() {
                     let samples = closed(&trial);
                     assert_settled(&trial, &samples);
                     let over = fastest(&samples) / forward.abs() - 1.0;
-                    // A slow step, which no command makes: the motor is faster than believed by as much as its magnet is
-                    // weaker, until a few counts have shown it; a count is 8 ms then.
+                    // A slow step, which no command makes: the motor is faster than believed by as
+                    // much as its magnet is weaker, until a few counts have shown it; a count is 8
+                    // ms then.
                     let is_slow_step = part < 0.5 && ramp.is_infinite();
                     let most = if is_slow_step { 0.20 } else { 0.10 };
                     assert!(

@@ -1,23 +1,29 @@
-//! A lidar that turns all the time, one beam after the other: all round, or over a part of each turn.
+//! A lidar that turns all the time, one beam after the other: all round, or over a part of each
+//! turn.
 //!
-//! 1. Beam k of a revolution is cast from where the robot is at its own instant: a moving robot's scan is skewed, as a
-//!    real one's is, and has to be straightened by [`crate::points`].
-//! 2. Range and bearing err by Gaussian noise; σ of the range is reported with it, from the range as measured.
-//! 3. What is nearer than the least range, drops out, or is too dark to answer from where it stands is invalid (NaN, 0
-//!    on the wire); what is farther than the greatest range is no return (infinite). A few readings are outliers,
-//!    somewhere short of the surface, as from dust and edges.
+//! 1. Beam k of a revolution is cast from where the robot is at its own instant: a moving robot's
+//!    scan is skewed, as a real one's is, and has to be straightened by [`crate::points`].
+//! 2. Range and bearing err by Gaussian noise; σ of the range is reported with it, from the range
+//!    as measured.
+//! 3. What is nearer than the least range, drops out, or is too dark to answer from where it stands
+//!    is invalid (NaN, 0 on the wire); what is farther than the greatest range is no return
+//!    (infinite). A few readings are outliers, somewhere short of the surface, as from dust and
+//!    edges.
 //!
-//! 4. A lidar like SICK's says the greatest range where nothing came back, be it for distance, glass or darkness: the three
-//!    cannot be distinguished ([`LidarModel::says_maximum`]).
-//! 5. The RPLIDAR reports how strong each echo was, 0 to 63 ([`LidarModel::reports_quality`]). What a matt surface scatters back falls
-//!    with cos i / d² (Lambert; i the angle of incidence); the weakest echo that it can still use, met squarely at the
-//!    greatest range for the material, is 1.
+//! 4. A lidar like SICK's says the greatest range where nothing came back, be it for distance,
+//!    glass or darkness: the three cannot be distinguished ([`LidarModel::says_maximum`]).
+//! 5. The RPLIDAR reports how strong each echo was, 0 to 63 ([`LidarModel::reports_quality`]). What
+//!    a matt surface scatters back falls with cos i / d² (Lambert; i the angle of incidence); the
+//!    weakest echo that it can still use, met squarely at the greatest range for the material,
+//!    is 1.
 //!
-//! Bearings of a whole turn run from just above -π to π, counter-clockwise (+90° takes the x axis to the y axis); the seam
-//! between two revolutions is behind the robot. Those of a part of it run from its right end to its left end.
+//! Bearings of a whole turn run from just above -π to π, counter-clockwise (+90° takes the x axis
+//! to the y axis); the seam between two revolutions is behind the robot. Those of a part of it run
+//! from its right end to its left end.
 //!
-//! Source: the specification, "Sensors"; RPLIDAR A1 data sheet (SLAMTEC) for rate and ranges, σ(ρ) rounded up from
-//! the 1 % that it states; SICK LMS 200 technical description for rate, ranges and σ; Celej §1 for its 20 m.
+//! Source: the specification, "Sensors"; RPLIDAR A1 data sheet (SLAMTEC) for rate and ranges, σ(ρ)
+//! rounded up from the 1 % that it states; SICK LMS 200 technical description for rate, ranges and
+//! σ; Celej §1 for its 20 m.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -44,10 +50,11 @@ pub struct LidarModel {
     pub beams: usize,
     /// Angle from the first beam to the last, rad; 2π, the default, means all round.
     pub field_of_view: f64,
-    /// Beams that would fit into one period, were the field of view as wide as the period is long; those beyond [`Self::beams`]
-    /// are not taken. Default 360: all are.
+    /// Beams that would fit into one period, were the field of view as wide as the period is long;
+    /// those beyond [`Self::beams`] are not taken. Default 360: all are.
     pub slots: usize,
-    /// Seconds of one revolution. Default 0.18: 5.56 Hz, and every revolution ends on a step of the simulation.
+    /// Seconds of one revolution. Default 0.18: 5.56 Hz, and every revolution ends on a step of the
+    /// simulation.
     pub period: f64,
     /// Nearest range that is measured, m. Default 0.15.
     pub min_range: f64,
@@ -67,7 +74,8 @@ pub struct LidarModel {
     pub dark_range: f64,
     /// Glass answers beams within this angle of its normal, rad. Default 0.15.
     pub glass_angle: f64,
-    /// Whether it says [`Self::max_range`] where nothing came back; otherwise that is infinite. Default false.
+    /// Whether it says [`Self::max_range`] where nothing came back; otherwise that is infinite.
+    /// Default false.
     pub says_maximum: bool,
     /// Whether each echo comes with its strength. Default true.
     pub reports_quality: bool,
@@ -105,7 +113,8 @@ impl LidarModel {
         }
     }
 
-    /// SICK LMS 200: 180° by 0.5°, ten scans a second, each within half a turn of its mirror at 75 Hz; up to 20 m.
+    /// SICK LMS 200: 180° by 0.5°, ten scans a second, each within half a turn of its mirror at 75
+    /// Hz; up to 20 m.
     #[must_use]
     pub fn sick() -> Self {
         Self {
@@ -327,7 +336,8 @@ impl Lidar {
         rng: &mut impl Rng,
     ) -> Reading {
         let model = &self.model;
-        // Drawn for every beam, so that one wall more does not change the noise of all that follows.
+        // Drawn for every beam, so that one wall more does not change the noise of all that
+        // follows.
         let luck: f64 = rng.random();
         let (of_range, of_bearing) = gaussian_pair(rng);
         let valid = |range: f64, quality| Reading {

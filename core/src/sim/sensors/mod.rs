@@ -1,8 +1,9 @@
 //! Range sensors: from the true world to what the wire would bring.
 //!
-//! In: where the sensor is and which way it looks at each instant. Out: a [`Scan`] whose σ are those that its noise was
-//! drawn with. Every sensor has both ways: forward from the world to what its electronics say, inverse to a range. Faults are part of a sensor: dropouts, outliers, glass that lets most beams through, dark surfaces that
-//! are seen from near only.
+//! In: where the sensor is and which way it looks at each instant. Out: a [`Scan`] whose σ are
+//! those that its noise was drawn with. Every sensor has both ways: forward from the world to what
+//! its electronics say, inverse to a range. Faults are part of a sensor: dropouts, outliers, glass
+//! that lets most beams through, dark surfaces that are seen from near only.
 
 mod check;
 mod lidar;
@@ -190,7 +191,8 @@ impl Sensor {
         }
     }
 
-    /// Whether the robot moves: rangers on a servo sweep to and fro meanwhile, which others need not know.
+    /// Whether the robot moves: rangers on a servo sweep to and fro meanwhile, which others need
+    /// not know.
     pub(super) fn moves(&mut self, moves: bool, seconds: f64) {
         match self {
             Self::Rangers(rangers) if moves => rangers.start_partial_scans(seconds),

@@ -1,21 +1,27 @@
-//! Four infra-red rangers at 90° to one another on a servo that sweeps 90°: together they look all round.
+//! Four infra-red rangers at 90° to one another on a servo that sweeps 90°: together they look all
+//! round.
 //!
 //! Forward, from the world to counts:
-//! 1. The robot stands still; the servo goes from -45° to just below +45° in steps, and at each all four rangers are read.
-//! 2. The servo stands at a new angle [`RangerModel::settle`] after the command. A ranger measures by itself, once in 38.3 ± 9.6 ms, and holds its output meanwhile: what is read may have been measured
-//!    when the servo still stood elsewhere.
-//! 3. The true range becomes volts ([`Sharp`]), which fold back below the peak; noise is in volts; the converter has 10 bits.
+//! 1. The robot stands still; the servo goes from -45° to just below +45° in steps, and at each all
+//!    four rangers are read.
+//! 2. The servo stands at a new angle [`RangerModel::settle`] after the command. A ranger measures
+//!    by itself, once in 38.3 ± 9.6 ms, and holds its output meanwhile: what is read may have been
+//!    measured when the servo still stood elsewhere.
+//! 3. The true range becomes volts ([`Sharp`]), which fold back below the peak; noise is in volts;
+//!    the converter has 10 bits.
 //!
-//! Inverse, from counts to a range with its σ: [`RangerInverse`]. What is nearer than the peak folds back and looks
-//! far, as on the real robot: the scan cannot tell, only what was seen before can ([`crate::points::BlindZone`]).
-//! Without [`RangerModel::folds`] such readings are taken to be recognised and invalid.
+//! Inverse, from counts to a range with its σ: [`RangerInverse`]. What is nearer than the peak
+//! folds back and looks far, as on the real robot: the scan cannot tell, only what was seen before
+//! can ([`crate::points::BlindZone`]). Without [`RangerModel::folds`] such readings are taken to be
+//! recognised and invalid.
 //!
-//! The readings are handed on in the order of their bearings, with `sweep` 0: nothing moved meanwhile, and neighbours
-//! in the scan are neighbours in the room.
+//! The readings are handed on in the order of their bearings, with `sweep` 0: nothing moved
+//! meanwhile, and neighbours in the scan are neighbours in the room.
 //!
 //! A robot that moves takes partial scans ([`partial_scan`]).
 //!
-//! Source: TDK 2016 §1.3 (four rangers, servo); Sharp GP2Y0A02 and GP2Y0A21 data sheets; the specification, "Sensors".
+//! Source: TDK 2016 §1.3 (four rangers, servo); Sharp GP2Y0A02 and GP2Y0A21 data sheets; the
+//! specification, "Sensors".
 
 mod partial_scan;
 #[cfg(test)]
@@ -90,7 +96,8 @@ pub(in crate::sim) struct Rangers {
     inverse: RangerInverse,
     /// When the sweep under way began, s.
     began: Option<f64>,
-    /// The cycles of the rangers: when the first ends after the sweep began, and how long they are, s.
+    /// The cycles of the rangers: when the first ends after the sweep began, and how long they are,
+    /// s.
     cycles: [(f64, f64); RANGERS],
     /// (bearing, range, σ) so far.
     readings: Vec<(f64, f32, f32)>,

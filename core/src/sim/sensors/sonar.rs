@@ -1,17 +1,22 @@
 //! A ring of sonars that fire one after the other.
 //!
 //! Forward, from the world to an echo:
-//! 1. A ping fills a cone. It is sampled by rays; the nearest surface that sends it back is heard, whatever its bearing.
-//! 2. A wall is a mirror to sound: it answers only where a ray meets it within [`SonarModel::specular_angle`] of its normal.
-//!    Glass is a wall like any other, and people answer always.
-//! 3. Noise on the range; some pings are lost, some answered by another sonar's echo, nearer than the truth.
+//! 1. A ping fills a cone. It is sampled by rays; the nearest surface that sends it back is heard,
+//!    whatever its bearing.
+//! 2. A wall is a mirror to sound: it answers only where a ray meets it within
+//!    [`SonarModel::specular_angle`] of its normal. Glass is a wall like any other, and people
+//!    answer always.
+//! 3. Noise on the range; some pings are lost, some answered by another sonar's echo, nearer than
+//!    the truth.
 //!
-//! Inverse, from an echo to a range: the range stands on the axis of the cone, and the bearing's σ is that of a uniform
-//! distribution over it. The cones overlap, so that what stands ahead within the robot's width is always drawn ahead, no farther
-//! than it is. Silence is as often a wall that mirrors the ping away as an empty hall, so it is invalid (NaN) and not free.
+//! Inverse, from an echo to a range: the range stands on the axis of the cone, and the bearing's σ
+//! is that of a uniform distribution over it. The cones overlap, so that what stands ahead within
+//! the robot's width is always drawn ahead, no farther than it is. Silence is as often a wall that
+//! mirrors the ping away as an empty hall, so it is invalid (NaN) and not free.
 //!
-//! Source: the specification, "Sensors"; Thrun, Burgard & Fox (2005), "Probabilistic Robotics" §6.2; Devantech SRF05 for the
-//! ranges; Kuc & Siegel (1987), "Physically based simulation model for acoustic sensor robot navigation", for the mirror.
+//! Source: the specification, "Sensors"; Thrun, Burgard & Fox (2005), "Probabilistic Robotics"
+//! §6.2; Devantech SRF05 for the ranges; Kuc & Siegel (1987), "Physically based simulation model
+//! for acoustic sensor robot navigation", for the mirror.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -174,7 +179,8 @@ impl Sonar {
         }
     }
 
-    /// Bearing of a sonar: round from the first, which looks backwards; one looks straight ahead where their number is even.
+    /// Bearing of a sonar: round from the first, which looks backwards; one looks straight ahead
+    /// where their number is even.
     fn axis(&self, cone: usize) -> f64 {
         wrap(TAU * (cone as f64 / self.model.cones as f64 - 0.5))
     }
@@ -204,7 +210,8 @@ impl Sonar {
         rng: &mut impl Rng,
     ) -> (f32, f32) {
         let model = &self.model;
-        // Drawn for every ping, so that one wall more does not change the noise of all that follows.
+        // Drawn for every ping, so that one wall more does not change the noise of all that
+        // follows.
         let luck: f64 = rng.random();
         let (of_range, _) = gaussian_pair(rng);
         let sigma = |range: f64| model.sigma_at(range) as f32;
@@ -306,7 +313,8 @@ mod tests {
 
     #[test]
     fn nearest_surface_of_the_cone_stands_on_its_axis() {
-        // A board 10° beside the axis, before a wall: once it faces the ring, once it stands edge on.
+        // A board 10° beside the axis, before a wall: once it faces the ring, once it stands edge
+        // on.
         let far = wall(3.0, -3.0, 3.0, 3.0, Material::Opaque);
         let facing = wall(0.968, 0.272, 1.002, 0.0755, Material::Opaque);
         let edge_on = wall(0.9, 0.16, 1.1, 0.19, Material::Opaque);
@@ -337,7 +345,8 @@ mod tests {
             ahead(&round(&model(), vec![wall], &[]))
         };
         assert!((slant(0.0) - 2.0).abs() < 1e-3);
-        // Up to the mirror's angle and half a cone more some ray still meets the wall squarely enough.
+        // Up to the mirror's angle and half a cone more some ray still meets the wall squarely
+        // enough.
         assert!(slant(38.0).is_finite());
         assert!(slant(42.0).is_nan());
         let person = Disc {

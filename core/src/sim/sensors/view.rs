@@ -28,8 +28,8 @@ pub(super) struct Echo {
 }
 
 impl View<'_> {
-    /// The first surface that sends the beam back. Glass does so only where the beam meets it within `glass_angle`
-    /// (rad) of its normal; otherwise the beam goes on behind it.
+    /// The first surface that sends the beam back. Glass does so only where the beam meets it
+    /// within `glass_angle` (rad) of its normal; otherwise the beam goes on behind it.
     pub(super) fn echo(
         &self,
         origin: Point2<f64>,
@@ -62,8 +62,8 @@ impl View<'_> {
         None
     }
 
-    /// Distance of the first surface, if it sends sound back: a mover always, a wall of whatever material where it is met within
-    /// `specular_angle` (rad) of its normal.
+    /// Distance of the first surface, if it sends sound back: a mover always, a wall of whatever
+    /// material where it is met within `specular_angle` (rad) of its normal.
     pub(super) fn sound(
         &self,
         origin: Point2<f64>,

@@ -1,6 +1,7 @@
 //! A ring of sonars beside the sensor that the pose comes from.
 //!
-//! It draws its noise from numbers of its own, so that the other sensor and the motion are the same to the bit with it and without.
+//! It draws its noise from numbers of its own, so that the other sensor and the motion are the same
+//! to the bit with it and without.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -1,7 +1,7 @@
 //! What a robot sees while it moves with a sensor that sweeps only when it stands.
 //!
-//! Partial scans draw their noise from numbers of their own, so that sweeps and motion are the same to the bit with them
-//! and without.
+//! Partial scans draw their noise from numbers of their own, so that sweeps and motion are the same
+//! to the bit with them and without.
 
 use std::collections::VecDeque;
 
@@ -49,8 +49,8 @@ pub(super) fn moves(command: &Command) -> bool {
 }
 
 impl Simulation {
-    /// The oldest partial scan that nobody took yet: a few readings of a robot that moves, by a sensor that sweeps only
-    /// when it stands. No picture of the room, and nothing to map.
+    /// The oldest partial scan that nobody took yet: a few readings of a robot that moves, by a
+    /// sensor that sweeps only when it stands. No picture of the room, and nothing to map.
     pub fn take_partial_scan(&mut self) -> Option<Scan> {
         self.partial_scans.waiting.pop_front()
     }

@@ -34,7 +34,8 @@ fn truths_of_steps(sim: &mut Simulation, steps: usize) -> Vec<Pose2> {
     truths
 }
 
-/// Drives like a cleaning robot: ahead until it touches something, then a turn; gives dead reckoning at the end.
+/// Drives like a cleaning robot: ahead until it touches something, then a turn; gives dead
+/// reckoning at the end.
 fn bounce(sim: &mut Simulation, seconds: f64) -> Pose2 {
     let mut odometry = TrackOdometry::new(sim.robot());
     let mut reckoned = sim.world().start;
@@ -142,7 +143,8 @@ fn forward_and_turn_end_within_a_few_counts_of_what_was_asked_for() {
 
 #[test]
 fn dead_reckoning_is_honest_about_its_error() {
-    // Odometry over a small displacement, composed as it comes in, many seeds: NEES is χ² with 3 degrees of freedom.
+    // Odometry over a small displacement, composed as it comes in, many seeds: NEES is χ² with 3
+    // degrees of freedom.
     for (forward, turn) in [
         (0.25, 0.0),
         (0.2, 0.5),
@@ -197,8 +199,8 @@ fn dead_reckoning_is_honest_about_its_error() {
 
 #[test]
 fn a_worn_robot_turns_by_the_closed_form_of_its_wear() {
-    // Without chance, only the wear: five turns on the spot fall short or go too far by the same part, between half and
-    // one and a half times the figure of the model, to either side.
+    // Without chance, only the wear: five turns on the spot fall short or go too far by the same
+    // part, between half and one and a half times the figure of the model, to either side.
     let mut parts = vec![];
     for seed in 0..20 {
         let mut robot = RobotModel::rp6();

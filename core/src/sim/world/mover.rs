@@ -10,7 +10,8 @@ use super::check::{check_count, check_point, check_value};
 pub struct Mover {
     /// Corners of its way; it starts at the first.
     pub waypoints: Vec<Point2<f64>>,
-    /// Whether it walks on from the last way-point to the first; otherwise it walks the same way back.
+    /// Whether it walks on from the last way-point to the first; otherwise it walks the same way
+    /// back.
     pub closed: bool,
     /// Walking speed, m/s.
     pub speed: f64,

@@ -14,7 +14,8 @@ pub(super) const CIRCLE_SAGITTA: f64 = 0.002;
 /// Outlines, in metres.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// Thin walls from point to point; closed ones return to the first, as the outline of a room does.
+    /// Thin walls from point to point; closed ones return to the first, as the outline of a room
+    /// does.
     Polyline {
         /// At least two corners.
         points: Vec<Point2<f64>>,
@@ -173,7 +174,8 @@ impl Shape {
     }
 }
 
-/// Sides of the polygon that stays within [`CIRCLE_SAGITTA`] of a circle: r (1 - cos(π/n)) ≈ r π²/(2 n²).
+/// Sides of the polygon that stays within [`CIRCLE_SAGITTA`] of a circle: r (1 - cos(π/n)) ≈ r
+/// π²/(2 n²).
 fn circle_sides(radius: f64) -> usize {
     let sides = std::f64::consts::PI * (radius / (2.0 * CIRCLE_SAGITTA)).sqrt();
     (sides.ceil() as usize).clamp(8, 512)

@@ -10,8 +10,8 @@
 //!      x 0                 13        20
 //! ```
 //!
-//! The wall between laboratory and office (`:`) is glass, and so is the screen around the robot cell; the cupboards of the
-//! corridor are dark.
+//! The wall between laboratory and office (`:`) is glass, and so is the screen around the robot
+//! cell; the cupboards of the corridor are dark.
 
 use super::{glazing_along_y, hall, partition_along_x, partition_along_y};
 use crate::sim::{Material, World};

@@ -1,4 +1,5 @@
-//! `maze`, 11.7 x 9.1 m: passages 1.2 m wide that all look alike, dead ends, and five loops. The far corner is the goal.
+//! `maze`, 11.7 x 9.1 m: passages 1.2 m wide that all look alike, dead ends, and five loops. The
+//! far corner is the goal.
 
 use super::{PARTITION, partition_along_x, partition_along_y};
 use crate::geom::Pose2;
@@ -7,8 +8,8 @@ use crate::sim::World;
 /// From the middle of a passage to the middle of the next, m.
 const PITCH: f64 = 1.3;
 
-/// Seen from above, the first row being the northern wall. A depth-first search carved it; five walls were taken out
-/// again, so that there are ways round.
+/// Seen from above, the first row being the northern wall. A depth-first search carved it; five
+/// walls were taken out again, so that there are ways round.
 const PLAN: [&str; 15] = [
     "+--+--+--+--+--+--+--+--+--+",
     "|                          |",
@@ -70,8 +71,8 @@ fn runs(count: usize, is_wall: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
     runs
 }
 
-/// Where a wall between two joints begins and ends: half a thickness beyond, so that corners close, but never beyond the
-/// outline.
+/// Where a wall between two joints begins and ends: half a thickness beyond, so that corners close,
+/// but never beyond the outline.
 fn ends(from: usize, to: usize, count: usize) -> (f64, f64) {
     let joint = |cell: usize| PITCH * cell as f64;
     let most = joint(count);

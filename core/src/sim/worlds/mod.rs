@@ -89,8 +89,9 @@ fn partition_along_y(world: World, x: f64, y0: f64, y1: f64, gaps: &[(f64, f64)]
     solid_parts(y0, y1, gaps).fold(world, |w, (from, to)| w.with_box((low, from), (high, to)))
 }
 
-/// Adds a partition along y at `x` of glass panes 0.2 m wide between opaque posts. One can look through it but, unlike through
-/// bare glass, nobody takes it for free room: the gaps between the posts are too narrow for a robot.
+/// Adds a partition along y at `x` of glass panes 0.2 m wide between opaque posts. One can look
+/// through it but, unlike through bare glass, nobody takes it for free room: the gaps between the
+/// posts are too narrow for a robot.
 fn glazing_along_y(world: World, x: f64, y0: f64, y1: f64) -> World {
     let pane = World::with_box(world, (x - 0.01, y0), (x + 0.01, y1)).made_of(Material::Glass);
     let half = 0.5 * PARTITION;

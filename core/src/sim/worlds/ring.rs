@@ -1,4 +1,5 @@
-//! `loop`: a ring corridor 2 m wide whose centre line is 64 m long, with niches so that no stretch is without feature.
+//! `loop`: a ring corridor 2 m wide whose centre line is 64 m long, with niches so that no stretch
+//! is without feature.
 
 use crate::geom::Pose2;
 use crate::sim::World;

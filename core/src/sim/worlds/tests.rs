@@ -1,4 +1,5 @@
-//! Every built-in world: a robot can start in it, it is closed, its rooms are connected, it has what its name promises.
+//! Every built-in world: a robot can start in it, it is closed, its rooms are connected, it has
+//! what its name promises.
 
 use super::*;
 use crate::sim::{Caster, Material, RobotKind, reachable_area};
@@ -48,8 +49,8 @@ fn every_world_is_closed_and_its_rooms_are_connected() {
             row == 0 || col == 0 || row + 1 == area.rows || col + 1 == area.cols
         });
         assert!(rim.clone().all(|(_, stands)| !stands), "{name} leaks");
-        // Connected, for a robot that keeps 0.24 m off the walls: nearly everywhere that the small one comes to and the wide
-        // one has room, the wide one comes to as well.
+        // Connected, for a robot that keeps 0.24 m off the walls: nearly everywhere that the small
+        // one comes to and the wide one has room, the wide one comes to as well.
         let wide = reachable_area(&world, WIDE, 0.05);
         let wide = wide.standing.iter().filter(|stands| **stands).count();
         let caster = Caster::new(world.walls());

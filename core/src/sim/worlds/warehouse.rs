@@ -1,7 +1,7 @@
 //! `warehouse`, 40 x 30 m, 1 000 walls: nine rows of racks with aisles that look alike.
 //!
-//! Every rack is six pallets between seven posts; the gaps beside a post are 0.15 m, for light but not for a robot. Some
-//! pallets are wrapped in black film, and a showcase has a front of glass.
+//! Every rack is six pallets between seven posts; the gaps beside a post are 0.15 m, for light but
+//! not for a robot. Some pallets are wrapped in black film, and a showcase has a front of glass.
 
 use super::hall;
 use crate::sim::{Material, World};

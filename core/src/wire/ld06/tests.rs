@@ -1,4 +1,5 @@
-//! The codec against the example of the manual and a packet of a real sensor, and against what a line does to bytes.
+//! The codec against the example of the manual and a packet of a real sensor, and against what a
+//! line does to bytes.
 
 use proptest::prelude::*;
 

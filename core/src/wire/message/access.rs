@@ -1,4 +1,5 @@
-//! What a client learns before it connects, and how it shows that it has the token without sending it.
+//! What a client learns before it connects, and how it shows that it has the token without sending
+//! it.
 
 use hmac::{Hmac, KeyInit, Mac};
 use serde::{Deserialize, Serialize};
@@ -14,7 +15,8 @@ const CONTEXT: &[u8] = b"slamlab bridge 1";
 
 /// Shows that its sender has the token: HMAC-SHA-256 of the challenge, keyed with the token.
 ///
-/// The token never crosses the network, and what does is of no use on another connection, which has another challenge.
+/// The token never crosses the network, and what does is of no use on another connection, which has
+/// another challenge.
 ///
 /// # Source    RFC 2104; RFC 6234.
 #[must_use]

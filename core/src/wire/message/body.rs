@@ -1,4 +1,5 @@
-//! What robot and sensors say, as it crosses the wire, and its way from and to the core's own types.
+//! What robot and sensors say, as it crosses the wire, and its way from and to the core's own
+//! types.
 
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};

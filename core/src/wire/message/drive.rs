@@ -84,8 +84,9 @@ impl From<Command> for Motion {
 
 /// Whether a manoeuvre is under way: a leg, a turn or a sweep.
 ///
-/// Sent when it begins and when it is over, however it ends: done, given up for another command, stopped. Where it did not even
-/// begin, only its sender learns that it is over. Its end comes after the readings that belong to it.
+/// Sent when it begins and when it is over, however it ends: done, given up for another command,
+/// stopped. Where it did not even begin, only its sender learns that it is over. Its end comes
+/// after the readings that belong to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ManoeuvreBody {
     /// Number of the client that gave it.

@@ -1,6 +1,8 @@
-//! The messages between the bridge and whoever watches or drives through it: bytes or text in, typed values out, and back.
+//! The messages between the bridge and whoever watches or drives through it: bytes or text in,
+//! typed values out, and back.
 //!
-//! In: one WebSocket message (binary, or text behind `?fmt=json`). Out: a [`Header`] and a [`FromBridge`] or [`ToBridge`].
+//! In: one WebSocket message (binary, or text behind `?fmt=json`). Out: a [`Header`] and a
+//! [`FromBridge`] or [`ToBridge`].
 //!
 //! # Bytes
 //!
@@ -13,32 +15,40 @@
 //! | 8 | 8 | time of the sender, little-endian: µs since it started, never the wall clock |
 //! | 16 | | body of the variant, by [postcard](https://postcard.jamesmunns.com/wire-format) |
 //!
-//! Enums and structs only grow at their ends; [`SCHEMA`] changes with any of them, and a test holds it to that. The same as
-//! text: `{"protocol":2,"sequence":7,"micros":123,"message":{"Drive":{…}}}`, where a range that is no number stands as
-//! `"inf"` (nothing came back) or `"nan"` (invalid).
+//! Enums and structs only grow at their ends; [`SCHEMA`] changes with any of them, and a test holds
+//! it to that. The same as text:
+//! `{"protocol":2,"sequence":7,"micros":123,"message":{"Drive":{…}}}`, where a range that is no
+//! number stands as `"inf"` (nothing came back) or `"nan"` (invalid).
 //!
 //! # A conversation
 //!
-//! 1. `GET /bridge.json` on the page's own server says whether a robot is behind it ([`About`]), and where the WebSocket is:
-//!    `/ws`. A page that is served by nothing else than files gets 404 there.
-//! 2. The bridge speaks first: [`FromBridge::Hello`], with its version, [`SCHEMA`], the robot's figures, and a challenge.
-//! 3. Within 2 s the client answers [`ToBridge::Hello`], with [`proof`] made of challenge and token if it has one (the page
-//!    has it from the fragment of its address, `#token=…`), else without. [`FromBridge::Welcome`] says what it may do: who
-//!    has no token watches, and never drives. A wrong proof, or nothing in time, ends the connection ([`close::ACCESS`]); so
-//!    does another schema than the bridge's ([`close::OTHER_SCHEMA`]).
-//! 4. Streams follow, newest first: a slow client gets fewer scans and readings, and learns how many it missed
-//!    ([`FromBridge::Heartbeat`]). Odometry is never dropped but joined: a later message then covers a longer time. If its
-//!    `from` is not the `to` before, the robot's clock restarted.
-//! 5. Each side sends a heartbeat every second. After 5 s without any message the bridge ends the connection
-//!    ([`close::HEARTBEAT`]); a client should do likewise.
-//! 6. To drive: [`ToBridge::Take`], answered by [`FromBridge::Granted`] with an epoch; then [`ToBridge::Arm`]; then, as long
-//!    as a key is held, [`ToBridge::Drive`] at 20 Hz. A leg or a turn that takes longer is kept alive by
-//!    [`ToBridge::Hold`] until [`FromBridge::Manoeuvre`] says that it is over. 200 ms without either stops the robot; 2 s without either, or [`ToBridge::Renew`], end the lease.
-//!    A lease taken from another stops the robot first, and ends the other's connection ([`close::TAKEN_OVER`]).
-//! 7. Every driving message says the newest bridge time (`micros` of any header) that its sender had seen, and how old that may
-//!    be: both ends of the network's delay count, and neither clock is compared with the other.
-//! 8. [`ToBridge::Stop`] is for everyone, with or without a token. It disarms, and so do bumpers, faults and reconnects
-//!    ([`FromBridge::Safety`] says why); whoever holds the lease arms again.
+//! 1. `GET /bridge.json` on the page's own server says whether a robot is behind it ([`About`]),
+//!    and where the WebSocket is: `/ws`. A page that is served by nothing else than files gets 404
+//!    there.
+//! 2. The bridge speaks first: [`FromBridge::Hello`], with its version, [`SCHEMA`], the robot's
+//!    figures, and a challenge.
+//! 3. Within 2 s the client answers [`ToBridge::Hello`], with [`proof`] made of challenge and token
+//!    if it has one (the page has it from the fragment of its address, `#token=…`), else without.
+//!    [`FromBridge::Welcome`] says what it may do: who has no token watches, and never drives. A
+//!    wrong proof, or nothing in time, ends the connection ([`close::ACCESS`]); so does another
+//!    schema than the bridge's ([`close::OTHER_SCHEMA`]).
+//! 4. Streams follow, newest first: a slow client gets fewer scans and readings, and learns how
+//!    many it missed ([`FromBridge::Heartbeat`]). Odometry is never dropped but joined: a later
+//!    message then covers a longer time. If its `from` is not the `to` before, the robot's clock
+//!    restarted.
+//! 5. Each side sends a heartbeat every second. After 5 s without any message the bridge ends the
+//!    connection ([`close::HEARTBEAT`]); a client should do likewise.
+//! 6. To drive: [`ToBridge::Take`], answered by [`FromBridge::Granted`] with an epoch; then
+//!    [`ToBridge::Arm`]; then, as long as a key is held, [`ToBridge::Drive`] at 20 Hz. A leg or a
+//!    turn that takes longer is kept alive by [`ToBridge::Hold`] until [`FromBridge::Manoeuvre`]
+//!    says that it is over. 200 ms without either stops the robot; 2 s without either, or
+//!    [`ToBridge::Renew`], end the lease. A lease taken from another stops the robot first, and
+//!    ends the other's connection ([`close::TAKEN_OVER`]).
+//! 7. Every driving message says the newest bridge time (`micros` of any header) that its sender
+//!    had seen, and how old that may be: both ends of the network's delay count, and neither clock
+//!    is compared with the other.
+//! 8. [`ToBridge::Stop`] is for everyone, with or without a token. It disarms, and so do bumpers,
+//!    faults and reconnects ([`FromBridge::Safety`] says why); whoever holds the lease arms again.
 
 mod access;
 mod body;
@@ -63,11 +73,13 @@ use serde::{Deserialize, Serialize};
 /// Version of the layout; a reader refuses any other.
 pub const PROTOCOL: u8 = 2;
 
-/// XXH64 over one sample of each kind of message, in both formats: it changes whenever a name, a type or an order does.
+/// XXH64 over one sample of each kind of message, in both formats: it changes whenever a name, a
+/// type or an order does.
 pub const SCHEMA: u64 = 0x45ef_7ba0_d388_00ae;
 
-/// Codes with which the bridge closes a connection, beside those of RFC 6455 (1001 bridge ends, 1007 malformed, 1008 too
-/// many messages, 1009 too large, 1013 too slow to take what must not be dropped).
+/// Codes with which the bridge closes a connection, beside those of RFC 6455 (1001 bridge ends,
+/// 1007 malformed, 1008 too many messages, 1009 too large, 1013 too slow to take what must not be
+/// dropped).
 pub mod close {
     /// No first message in time, a wrong proof, or none where watching needs one.
     pub const ACCESS: u16 = 4001;
@@ -77,7 +89,8 @@ pub mod close {
     pub const HEARTBEAT: u16 = 4008;
     /// Somebody else took the lease.
     pub const TAKEN_OVER: u16 = 4009;
-    /// The client speaks another [`SCHEMA`](super::SCHEMA) or [`PROTOCOL`](super::PROTOCOL): it would misread what it gets.
+    /// The client speaks another [`SCHEMA`](super::SCHEMA) or [`PROTOCOL`](super::PROTOCOL): it
+    /// would misread what it gets.
     pub const OTHER_SCHEMA: u16 = 4010;
 }
 
@@ -220,7 +233,8 @@ pub struct Welcome {
 /// The bridge is alive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BridgeHeartbeat {
-    /// Readings that this client missed since it connected, because newer ones came before it took them.
+    /// Readings that this client missed since it connected, because newer ones came before it took
+    /// them.
     pub dropped: u64,
     /// Clients that are connected.
     pub clients: u16,

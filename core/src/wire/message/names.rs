@@ -1,4 +1,5 @@
-//! Enums that cross to the page, to other tools and into logs, each variant with the one name that all of them use.
+//! Enums that cross to the page, to other tools and into logs, each variant with the one name that
+//! all of them use.
 //!
 //! The name is what stands in JSON; bytes hold the number of the variant.
 

@@ -1,4 +1,5 @@
-//! Ranges in text: JSON knows no infinity, and a range that did not come back is not one that failed.
+//! Ranges in text: JSON knows no infinity, and a range that did not come back is not one that
+//! failed.
 
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, SerializeSeq, Serializer};

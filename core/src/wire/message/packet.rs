@@ -147,7 +147,8 @@ fn to_bytes<M: Packet>(header: Header, message: &M) -> Result<Vec<u8>, MessageEr
         kind,
         what: error.to_string(),
     };
-    // Postcard begins an enum with the number of its variant, one byte below 128: that byte is the kind.
+    // Postcard begins an enum with the number of its variant, one byte below 128: that byte is the
+    // kind.
     let body = postcard::to_allocvec(message).map_err(|error| failed(M::OFFSET, error))?;
     let (variant, body) = body.split_first().unwrap_or((&0, &[]));
     let mut bytes = Vec::with_capacity(HEADER_BYTES + body.len());

@@ -59,8 +59,9 @@ fn the_samples_hold_every_kind_in_order() {
     }
 }
 
-/// Where this fails, a message has changed: was that meant, and does it only grow at its end? Then write the new number
-/// into [`SCHEMA`], so that a page of yesterday learns that it must be reloaded.
+/// Where this fails, a message has changed: was that meant, and does it only grow at its end? Then
+/// write the new number into [`SCHEMA`], so that a page of yesterday learns that it must be
+/// reloaded.
 #[test]
 fn the_schema_changes_with_the_messages() {
     let mut all = Vec::new();
@@ -200,8 +201,9 @@ fn what_is_no_message_is_refused_with_its_place() {
     assert!(error.to_string().contains("line 1 column 1"), "{error}");
 }
 
-/// Test cases 1 and 2 of RFC 4231 hold the function behind it; here its use is held to a value made by Python's `hmac`:
-/// `hmac.new(b"secret", b"slamlab bridge 1" + bytes(range(16)), "sha256").hexdigest()`.
+/// Test cases 1 and 2 of RFC 4231 hold the function behind it; here its use is held to a value made
+/// by Python's `hmac`: `hmac.new(b"secret", b"slamlab bridge 1" + bytes(range(16)),
+/// "sha256").hexdigest()`.
 #[test]
 fn a_proof_is_an_hmac_of_context_and_challenge() {
     let challenge: [u8; CHALLENGE_BYTES] = std::array::from_fn(|i| i as u8);

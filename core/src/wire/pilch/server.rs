@@ -1,17 +1,18 @@
 //! The server's end: one client, one lidar, and what may be asked of it.
 //!
-//! In: datagrams with the address that they came from, the lidar's state and readings, the time. Out: [`ServerEvent`]s.
+//! In: datagrams with the address that they came from, the lidar's state and readings, the time.
+//! Out: [`ServerEvent`]s.
 //!
-//! 1. The first `HELLO` makes its sender the client. Nobody else is heard until it leaves or is silent for
-//!    [`PATIENCE`] seconds; then the lidar is stopped.
-//! 2. Of the client more than `MOST_PER_SECOND` datagrams a second are dropped; so are greetings of all
-//!    others together.
+//! 1. The first `HELLO` makes its sender the client. Nobody else is heard until it leaves or is
+//!    silent for [`PATIENCE`] seconds; then the lidar is stopped.
+//! 2. Of the client more than `MOST_PER_SECOND` datagrams a second are dropped; so are greetings of
+//!    all others together.
 //! 3. A path that is not in the list is refused, and state 4 says so.
-//! 4. Readings are kept in order, the newest [`MOST_READINGS`]; every interval that the client asked for as many as it
-//!    asked for are sent.
+//! 4. Readings are kept in order, the newest [`MOST_READINGS`]; every interval that the client
+//!    asked for as many as it asked for are sent.
 //!
-//! An address is whatever the caller can compare: of a UDP socket, the IP, for the source's client listens at another
-//! port than it sends from.
+//! An address is whatever the caller can compare: of a UDP socket, the IP, for the source's client
+//! listens at another port than it sends from.
 
 use std::collections::VecDeque;
 
@@ -105,7 +106,8 @@ impl<A: Clone + PartialEq> Server<A> {
         match &mut self.client {
             None if matches!(request, Request::Hello(_)) => self.greet(from, now),
             Some(client) if client.address == from => {
-                // Only a heartbeat proves a living client in the source; a flood of orders does not keep it alive.
+                // Only a heartbeat proves a living client in the source; a flood of orders does not
+                // keep it alive.
                 if request == Request::Heartbeat {
                     client.last_heard = now;
                 }

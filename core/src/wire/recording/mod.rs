@@ -1,17 +1,19 @@
 //! Recordings of the bridge (MCAP files), read back.
 //!
-//! In: the bytes of a file, in pieces of any size. Out: a [`Recording`]: every message that crossed the bridge, in order; and
-//! what of the file is damaged, and where.
+//! In: the bytes of a file, in pieces of any size. Out: a [`Recording`]: every message that crossed
+//! the bridge, in order; and what of the file is damaged, and where.
 //!
-//! 1. Records are cut from the bytes as they come: kind (1 byte), length (8 bytes, little-endian), content. Only messages of
-//!    the channel [`CHANNEL`] are kept, as bytes; they are decoded one by one when they are asked for, so that an hour of
-//!    driving takes no more memory than its file.
-//! 2. Chunks are opened: our bridge writes none, but other tools rewrite files with them. Compressed ones are refused, for
-//!    there is no decompressor here.
-//! 3. A record that cannot be is [`Damage`]. Reading goes on at the next message that is surely ours, which begins with
-//!    the magic number of [`super::message`]. The crate's own readers would end at the first damaged byte.
-//! 4. A file that was cut off (the bridge was killed, the disk was full) ends with its last whole message. The sum over
-//!    the whole data section tells of a flipped bit that no length and no magic number shows.
+//! 1. Records are cut from the bytes as they come: kind (1 byte), length (8 bytes, little-endian),
+//!    content. Only messages of the channel [`CHANNEL`] are kept, as bytes; they are decoded one by
+//!    one when they are asked for, so that an hour of driving takes no more memory than its file.
+//! 2. Chunks are opened: our bridge writes none, but other tools rewrite files with them.
+//!    Compressed ones are refused, for there is no decompressor here.
+//! 3. A record that cannot be is [`Damage`]. Reading goes on at the next message that is surely
+//!    ours, which begins with the magic number of [`super::message`]. The crate's own readers would
+//!    end at the first damaged byte.
+//! 4. A file that was cut off (the bridge was killed, the disk was full) ends with its last whole
+//!    message. The sum over the whole data section tells of a flipped bit that no length and no
+//!    magic number shows.
 //!
 //! Source: the MCAP format specification, mcap.dev/spec.
 
@@ -119,8 +121,8 @@ impl Recording {
         (0..self.len()).filter_map(|index| self.message(index))
     }
 
-    /// What is wrong with the file itself, in the order of places. Messages that cannot be read are found when they are
-    /// asked for.
+    /// What is wrong with the file itself, in the order of places. Messages that cannot be read are
+    /// found when they are asked for.
     #[must_use]
     pub fn damage(&self) -> &[Damage] {
         &self.damage
@@ -145,7 +147,8 @@ impl Recording {
         nanos(self.spans.last()).saturating_sub(nanos(self.spans.first())) as f64 * 1e-9
     }
 
-    /// The robot that it was recorded with; none where only sensors were, and in recordings of bridges before 0.1.
+    /// The robot that it was recorded with; none where only sensors were, and in recordings of
+    /// bridges before 0.1.
     #[must_use]
     pub fn robot(&self) -> Option<RobotFigures> {
         let mut hellos = self.of_kind(FromBridge::OFFSET);

@@ -118,7 +118,8 @@ impl RecordingReader {
         Ok(self.recording)
     }
 
-    /// A record that is longer than the rest of the file was cut off; or its length is damaged, and others follow.
+    /// A record that is longer than the rest of the file was cut off; or its length is damaged, and
+    /// others follow.
     fn look_past_the_last(&mut self) -> Result<(), RecordingError> {
         while matches!(self.phase, Phase::Records) && !self.waiting.is_empty() {
             let what = "a record that is longer than the rest of the file".to_owned();
@@ -135,7 +136,8 @@ impl RecordingReader {
         Ok(())
     }
 
-    /// Takes one record, or what can be passed over; how many bytes that is, `None` where more are needed.
+    /// Takes one record, or what can be passed over; how many bytes that is, `None` where more are
+    /// needed.
     fn take(&mut self, bytes: &[u8]) -> Result<Option<usize>, RecordingError> {
         match &self.phase {
             Phase::Start => self.start(bytes),
@@ -188,7 +190,8 @@ impl RecordingReader {
         Ok(Some(end))
     }
 
-    /// Whether `next` begins with what can follow on this record; `None` where that is not to be seen yet.
+    /// Whether `next` begins with what can follow on this record; `None` where that is not to be
+    /// seen yet.
     fn leads_on(&self, record: &Record<'_>, next: &[u8]) -> Option<bool> {
         let ((kind, length), id) = (head(next)?, channel(next)?);
         let is_declared = match record {
@@ -199,13 +202,15 @@ impl RecordingReader {
         Some(is_known && is_plausible(kind, length))
     }
 
-    /// The record that begins here makes no sense: the search for one that does begins behind its first byte.
+    /// The record that begins here makes no sense: the search for one that does begins behind its
+    /// first byte.
     fn lose(&mut self, what: String) -> Option<usize> {
         self.phase = Phase::Lost(self.at, what);
         Some(1)
     }
 
-    /// Whether it is damage in the next record, and not in the length of this one, that leads nowhere.
+    /// Whether it is damage in the next record, and not in the length of this one, that leads
+    /// nowhere.
     fn is_whole_message(&self, record: &Record<'_>) -> bool {
         match record {
             Record::Message { header, data } => {
@@ -250,7 +255,8 @@ impl RecordingReader {
         }
     }
 
-    /// The records inside of a chunk; one that is damaged is reported as damage from there to its end.
+    /// The records inside of a chunk; one that is damaged is reported as damage from there to its
+    /// end.
     fn chunk(
         &mut self,
         header: &mcap::records::ChunkHeader,
@@ -323,8 +329,8 @@ impl RecordingReader {
     }
 }
 
-/// Whether a record of the data section can be so long: no shorter than its fixed fields (mcap.dev/spec, Records), and no
-/// longer than anybody writes.
+/// Whether a record of the data section can be so long: no shorter than its fixed fields
+/// (mcap.dev/spec, Records), and no longer than anybody writes.
 fn is_plausible(kind: u8, length: u64) -> bool {
     let least = match kind {
         op::FOOTER => return length == 20,
@@ -341,8 +347,8 @@ fn is_plausible(kind: u8, length: u64) -> bool {
     (least..=LONGEST).contains(&length)
 }
 
-/// Whether a message of ours surely begins here: both its times are the same, and after them stands what each message of the
-/// bridge begins with.
+/// Whether a message of ours surely begins here: both its times are the same, and after them stands
+/// what each message of the bridge begins with.
 fn is_sign(bytes: &[u8]) -> bool {
     let at = |from: usize, to: usize| bytes.get(HEAD + from..HEAD + to);
     bytes.first() == Some(&op::MESSAGE)

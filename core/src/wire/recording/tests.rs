@@ -125,8 +125,9 @@ fn a_file_that_was_cut_off_reads_up_to_there() {
     assert_eq!(most, 30);
 }
 
-/// Each byte of the file in turn, by each of its bits that matter: what is lost or changed is never passed over in silence,
-/// and at most three messages suffer: a damaged length may swallow the next, and two may lie before the next sure sign.
+/// Each byte of the file in turn, by each of its bits that matter: what is lost or changed is never
+/// passed over in silence, and at most three messages suffer: a damaged length may swallow the
+/// next, and two may lie before the next sure sign.
 #[test]
 fn a_flipped_bit_anywhere_costs_little_and_is_told() {
     let (file, truth) = (fixture::write(&drive()), drive());

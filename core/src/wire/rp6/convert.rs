@@ -1,9 +1,11 @@
-//! Where the units change: millimetres, milliradians and counts of the wire; metres, radians and poses inside.
+//! Where the units change: millimetres, milliradians and counts of the wire; metres, radians and
+//! poses inside.
 //!
 //! In: commands of the core, telemetry. Out: commands of the wire, odometry with covariance.
 //!
 //! 1. A command that the wire cannot hold is refused and named; nothing is clamped in silence.
-//! 2. The counts wrap after 2³¹ and the robot's clock after 49 days. Differences are taken modulo 2³², so both go on.
+//! 2. The counts wrap after 2³¹ and the robot's clock after 49 days. Differences are taken modulo
+//!    2³², so both go on.
 //! 3. Counts become metres by the [`RobotModel`], whose figures the robot's [`Hello`] can replace.
 
 use super::{Command, Hello, Ranger, Telemetry};
@@ -34,7 +36,8 @@ pub struct CommandError {
 impl TryFrom<&robot::Command> for Command {
     type Error = CommandError;
 
-    /// `Scan` becomes a sweep of the servo over a quarter turn in steps of 2°, which four rangers make a whole one.
+    /// `Scan` becomes a sweep of the servo over a quarter turn in steps of 2°, which four rangers
+    /// make a whole one.
     fn try_from(command: &robot::Command) -> Result<Self, CommandError> {
         Ok(match *command {
             robot::Command::Stop => Self::Stop,
@@ -82,7 +85,8 @@ fn within(field: &'static str, value: f64, scale: f64, most: f64) -> Result<f64,
 }
 
 impl Hello {
-    /// The RP6's model with the geometry that this robot says it has; a figure of 0 is one it does not know.
+    /// The RP6's model with the geometry that this robot says it has; a figure of 0 is one it does
+    /// not know.
     #[must_use]
     pub fn model(&self) -> RobotModel {
         let mut model = RobotModel::rp6();
@@ -146,9 +150,9 @@ impl Odometer {
         }
     }
 
-    /// The motion since the last telemetry, in the robot's own time, which goes on where its clock wraps; the first
-    /// stands still. `None` for telemetry that is not later than the last: it came twice, or the robot restarted, which
-    /// takes an odometer of its own.
+    /// The motion since the last telemetry, in the robot's own time, which goes on where its clock
+    /// wraps; the first stands still. `None` for telemetry that is not later than the last: it came
+    /// twice, or the robot restarted, which takes an odometer of its own.
     pub fn update(&mut self, telemetry: &Telemetry) -> Option<Odometry> {
         let Some(last) = self.last else {
             self.stamp = Stamp(1_000 * u64::from(telemetry.time_ms));

@@ -2,9 +2,11 @@
 //!
 //! In: bytes as they come. Out: frames, and counters of what was thrown away.
 //!
-//! 1. Bytes are kept until a zero; more than the longest frame are thrown away at once, so memory is bounded.
+//! 1. Bytes are kept until a zero; more than the longest frame are thrown away at once, so memory
+//!    is bounded.
 //! 2. What lies between two zeros is unstuffed in place, and its CRC compared.
-//! 3. Kind, length and values must be those of the table; a checksum alone lets one wrong frame in 65536 pass.
+//! 3. Kind, length and values must be those of the table; a checksum alone lets one wrong frame in
+//!    65536 pass.
 
 use std::marker::PhantomData;
 
@@ -64,7 +66,8 @@ impl<M: Message> Decoder<M> {
         Self::default()
     }
 
-    /// What became of the bytes since the decoder was made. A frame that is longer than any is rejected.
+    /// What became of the bytes since the decoder was made. A frame that is longer than any is
+    /// rejected.
     #[must_use]
     pub fn tally(&self) -> Tally {
         self.tally
@@ -128,7 +131,8 @@ impl<M: Message> Decoder<M> {
     }
 }
 
-/// The frame in a piece between two markers; `None` where stuffing, checksum, kind, length or a value is wrong.
+/// The frame in a piece between two markers; `None` where stuffing, checksum, kind, length or a
+/// value is wrong.
 fn check<M: Message>(piece: &mut [u8]) -> Option<Frame<M>> {
     let (message, crc) = unstuff(piece)?.split_last_chunk::<2>()?;
     let [kind, sequence, payload @ ..] = message else {

@@ -1,8 +1,8 @@
 //! The link to an RP6: who is at the other end, and whether a command has reached it.
 //!
-//! In: bytes from the line, commands, time. Out: bytes for the line, events. No clock and no port of its own: whoever owns
-//! the port calls [`Link::receive`] with what came, [`Link::tick`] now and then (every 10 ms will do), and writes what
-//! [`Link::take_output`] gives.
+//! In: bytes from the line, commands, time. Out: bytes for the line, events. No clock and no port
+//! of its own: whoever owns the port calls [`Link::receive`] with what came, [`Link::tick`] now and
+//! then (every 10 ms will do), and writes what [`Link::take_output`] gives.
 //!
 //! ```text
 //!             [RP6BOOT]                 [READY] -> sends `s`
@@ -17,13 +17,16 @@
 //!      \------------------ [RP6BOOT], or a Hello ---------------+
 //! ```
 //!
-//! 1. Opening the port may reset the robot. Then its boot loader speaks, and anything but `s` would confuse it: so nothing is
-//!    sent at first, and nothing from `[RP6BOOT]` on until `[READY]`.
-//! 2. Otherwise the robot is greeted with a nonce until it answers with the same one. A greeted robot stands.
-//! 3. Commands go one at a time: each is sent again until it is acknowledged, so none is overtaken and none done twice.
-//!    Speeds are not sent again; while another command waits for its acknowledgement, the newest of them waits too.
+//! 1. Opening the port may reset the robot. Then its boot loader speaks, and anything but `s` would
+//!    confuse it: so nothing is sent at first, and nothing from `[RP6BOOT]` on until `[READY]`.
+//! 2. Otherwise the robot is greeted with a nonce until it answers with the same one. A greeted
+//!    robot stands.
+//! 3. Commands go one at a time: each is sent again until it is acknowledged, so none is overtaken
+//!    and none done twice. Speeds are not sent again; while another command waits for its
+//!    acknowledgement, the newest of them waits too.
 //! 4. `Stop` and `EStop` wait for nothing and throw away what waits.
-//! 5. Nothing outlives a break of the link: queue and arming are lost, and the link always comes back disarmed.
+//! 5. Nothing outlives a break of the link: queue and arming are lost, and the link always comes
+//!    back disarmed.
 
 #[cfg(test)]
 mod tests;
@@ -77,7 +80,8 @@ pub struct Link {
 }
 
 impl Link {
-    /// A link over a port that was just opened. `nonce` tells this opening from earlier ones; the caller counts or draws it.
+    /// A link over a port that was just opened. `nonce` tells this opening from earlier ones; the
+    /// caller counts or draws it.
     #[must_use]
     pub fn new(config: LinkConfig, now: Stamp, nonce: u8) -> Self {
         Self {
@@ -137,7 +141,8 @@ impl Link {
 
     /// Takes a command for the robot.
     ///
-    /// # Errors    [`LinkError`]: no robot, not armed, too much under way. `Stop` and `EStop` of a running robot never fail.
+    /// # Errors    [`LinkError`]: no robot, not armed, too much under way. `Stop` and `EStop` of a
+    /// running robot never fail.
     pub fn command(&mut self, command: Command, now: Stamp) -> Result<(), LinkError> {
         self.check_running()?;
         if matches!(command, Command::Stop | Command::EStop) {

@@ -1,9 +1,11 @@
-//! What both directions have in common, and the commands, field by field as on the wire; the table of the parent module is
-//! their layout.
+//! What both directions have in common, and the commands, field by field as on the wire; the table
+//! of the parent module is their layout.
 //!
-//! In: kind and payload. Out: a message, or nothing where kind, length or a value is not of the table; and back.
+//! In: kind and payload. Out: a message, or nothing where kind, length or a value is not of the
+//! table; and back.
 //!
-//! Units are those of the wire, named in each field: [`super::convert`](super) turns them into metres and radians.
+//! Units are those of the wire, named in each field: [`super::convert`](super) turns them into
+//! metres and radians.
 
 use super::bytes::Field;
 
@@ -27,7 +29,8 @@ pub trait Message: Sized {
 pub enum Command {
     /// Say hello; stand, and forget which sequences were seen.
     Greet {
-        /// Comes back in the [`Hello`](super::Hello); never 0, which a robot uses that speaks first.
+        /// Comes back in the [`Hello`](super::Hello); never 0, which a robot uses that speaks
+        /// first.
         nonce: u8,
     },
     /// Drive at these speeds until commanded otherwise.

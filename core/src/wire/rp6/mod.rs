@@ -1,18 +1,21 @@
 //! Our protocol to the RP6, over its serial line: 38400 baud, 8 data bits, no parity, 1 stop bit.
 //!
-//! In: bytes in pieces of any size, or messages. Out: messages with what was thrown away, or bytes. The firmware in
-//! `bridge/firmware` speaks the very same bytes.
+//! In: bytes in pieces of any size, or messages. Out: messages with what was thrown away, or bytes.
+//! The firmware in `bridge/firmware` speaks the very same bytes.
 //!
-//! 1. A message is `kind, sequence, payload`. Numbers are little-endian, signed ones in two's complement.
+//! 1. A message is `kind, sequence, payload`. Numbers are little-endian, signed ones in two's
+//!    complement.
 //! 2. A CRC-16 over all that is appended, low byte first.
 //! 3. COBS (Cheshire & Baker 1999) takes the zero bytes out, at the cost of one byte.
-//! 4. A zero byte before and one behind mark the frame. After noise the next zero is a place to start again.
+//! 4. A zero byte before and one behind mark the frame. After noise the next zero is a place to
+//!    start again.
 //!
 //! ```text
 //! 00 | COBS( kind | sequence | payload … | CRC low | CRC high ) | 00
 //! ```
 //!
-//! To the robot a frame has at most [`LONGEST_TO_ROBOT`] bytes: small receive buffers hold it whole.
+//! To the robot a frame has at most [`LONGEST_TO_ROBOT`] bytes: small receive buffers hold it
+//! whole.
 //!
 //! | to the robot | kind | payload | what it asks for |
 //! |---|---|---|---|
@@ -35,16 +38,18 @@
 //! | [`Report::Telemetry`] | 83 | time ms u32, counts left and right i32, speeds counts/s i16, i16, currents ADC u16, u16, battery ADC u16, state u8, fault u8 |
 //! | [`Report::Ranger`] | 84 | time ms u32, servo angle mrad i16, index u8, ADC u16, sweep u8 |
 //!
-//! State: bit 0 left bumper, 1 right bumper, 2 moving, 3 sweeping, 4 emergency stop latched, 5 stopped by silence. Fault: 0 none,
-//! 1 left encoder silent, 2 right encoder silent, 3 current too high, 4 battery low. Any command that is taken feeds the
-//! robot's watchdog, which stops the motors after 400 ms; [`Command::Alive`] does nothing else.
+//! State: bit 0 left bumper, 1 right bumper, 2 moving, 3 sweeping, 4 emergency stop latched, 5
+//! stopped by silence. Fault: 0 none, 1 left encoder silent, 2 right encoder silent, 3 current too
+//! high, 4 battery low. Any command that is taken feeds the robot's watchdog, which stops the
+//! motors after 400 ms; [`Command::Alive`] does nothing else.
 //!
-//! Commands carry a sequence that grows by one; the robot acknowledges each, does a repeated one no second time, and refuses
-//! an older one. [`Link`] keeps to that.
+//! Commands carry a sequence that grows by one; the robot acknowledges each, does a repeated one no
+//! second time, and refuses an older one. [`Link`] keeps to that.
 //!
 //! # Example
-//! `Stop` with sequence 7: `05 07`, CRC `BF FA` (CRC-16/MCRF4XX: reflected polynomial 8408, start FFFF, as avr-libc's
-//! `_crc_ccitt_update`), so `00 05 05 07 BF FA 00` on the line; the golden bytes of all messages stand in the tests.
+//! `Stop` with sequence 7: `05 07`, CRC `BF FA` (CRC-16/MCRF4XX: reflected polynomial 8408, start
+//! FFFF, as avr-libc's `_crc_ccitt_update`), so `00 05 05 07 BF FA 00` on the line; the golden
+//! bytes of all messages stand in the tests.
 
 mod bytes;
 mod convert;

@@ -1,12 +1,15 @@
 //! From single readings of the rangers to a scan.
 //!
-//! In: [`Ranger`] readings as they come. Out: a [`Scan`] for each movement of the servo, a sweep or a partial scan.
+//! In: [`Ranger`] readings as they come. Out: a [`Scan`] for each movement of the servo, a sweep or
+//! a partial scan.
 //!
-//! 1. Counts become volts, and volts a range with its σ ([`RangerInverse`]), as for the simulated rangers.
-//! 2. The bearing is the servo's angle plus the ranger's own. Readings are handed on in the order of their bearings,
-//!    with `sweep` 0: the robot stands while it sweeps.
+//! 1. Counts become volts, and volts a range with its σ ([`RangerInverse`]), as for the simulated
+//!    rangers.
+//! 2. The bearing is the servo's angle plus the ranger's own. Readings are handed on in the order
+//!    of their bearings, with `sweep` 0: the robot stands while it sweeps.
 //!
-//! A scan ends with the first reading of the next, or when its owner says so: telemetry tells when the servo rests.
+//! A scan ends with the first reading of the next, or when its owner says so: telemetry tells when
+//! the servo rests.
 
 use super::{Hello, Ranger};
 use crate::geom::wrap;
@@ -45,7 +48,8 @@ impl RangerScans {
         })
     }
 
-    /// Takes a reading, unless it is of a ranger that the robot did not say it has; gives the sweep before, where this one begins another.
+    /// Takes a reading, unless it is of a ranger that the robot did not say it has; gives the sweep
+    /// before, where this one begins another.
     pub fn take(&mut self, reading: &Ranger) -> Option<Scan> {
         let mount = self.mounts.get(usize::from(reading.index))?;
         if self.spoilt == Some(reading.sweep) {
@@ -64,7 +68,8 @@ impl RangerScans {
         complete
     }
 
-    /// The robot moved: what was read of this sweep, and what is still to come of it, does not count.
+    /// The robot moved: what was read of this sweep, and what is still to come of it, does not
+    /// count.
     pub fn spoil(&mut self) {
         if !self.readings.is_empty() {
             self.readings.clear();
@@ -72,8 +77,9 @@ impl RangerScans {
         }
     }
 
-    /// The sweep is over: gives its scan, if there is a reading at all. Its stamp is that of the last reading, in the robot's
-    /// own time as [`super::Odometer`] has it until the robot's clock wraps, after 49 days.
+    /// The sweep is over: gives its scan, if there is a reading at all. Its stamp is that of the
+    /// last reading, in the robot's own time as [`super::Odometer`] has it until the robot's clock
+    /// wraps, after 49 days.
     pub fn finish(&mut self) -> Option<Scan> {
         let mut readings = std::mem::take(&mut self.readings);
         if readings.is_empty() {
@@ -129,7 +135,8 @@ mod tests {
         assert_eq!(scan.validate(), Ok(()));
         assert_eq!((scan.len(), scan.stamp), (12, Stamp(5_003_000)));
         assert!(scan.bearings.is_sorted());
-        // -1.671, -1.571, -1.471: right; about 0: ahead; and so on; back stands at both ends of the circle.
+        // -1.671, -1.571, -1.471: right; about 0: ahead; and so on; back stands at both ends of the
+        // circle.
         let seen = |bearing: f64, range: f64| {
             let at = scan
                 .bearings

@@ -1,6 +1,8 @@
-//! What the robot says, field by field as on the wire; the table of the parent module is the layout.
+//! What the robot says, field by field as on the wire; the table of the parent module is the
+//! layout.
 //!
-//! In: kind and payload. Out: a report, or nothing where kind, length or a value is not of the table; and back.
+//! In: kind and payload. Out: a report, or nothing where kind, length or a value is not of the
+//! table; and back.
 
 use super::bytes::{Field, codes, fields};
 use super::message::Message;
@@ -71,7 +73,8 @@ pub struct Hello {
     pub nonce: u8,
     /// Why it started.
     pub cause: ResetCause,
-    /// What it can do. Bit 0: rangers, bit 1: servo, bit 2: bumpers, bit 3: motor currents, bit 4: battery.
+    /// What it can do. Bit 0: rangers, bit 1: servo, bit 2: bumpers, bit 3: motor currents, bit 4:
+    /// battery.
     pub capabilities: u8,
     /// Length of the board, mm.
     pub length_mm: u16,
@@ -83,7 +86,8 @@ pub struct Hello {
     pub count_nm: u32,
     /// Highest speed, mm/s.
     pub max_speed_mm_s: u16,
-    /// For each ranger its direction on the servo, mrad, counter-clockwise from where the servo points.
+    /// For each ranger its direction on the servo, mrad, counter-clockwise from where the servo
+    /// points.
     pub ranger_angles_mrad: Vec<i16>,
 }
 

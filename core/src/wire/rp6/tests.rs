@@ -194,7 +194,8 @@ fn every_pair_of_flipped_bits_is_noticed() {
 
 #[test]
 fn a_wrong_checksum_passes_no_oftener_than_chance() {
-    // Random pieces of the length of a frame: of 65536 about one has a right checksum, and few of those a right table entry.
+    // Random pieces of the length of a frame: of 65536 about one has a right checksum, and few of
+    // those a right table entry.
     let mut state = 1_u64;
     let mut random = move || {
         state = state
@@ -209,7 +210,8 @@ fn a_wrong_checksum_passes_no_oftener_than_chance() {
         let _ = decoder.push(&piece).count() + decoder.push(&[0]).count();
     }
     let tally = decoder.tally();
-    // Expected 6.1 of all have a right checksum; those whose stuffing is impossible do not get so far. More than 20 would be 5 sigma off.
+    // Expected 6.1 of all have a right checksum; those whose stuffing is impossible do not get so
+    // far. More than 20 would be 5 sigma off.
     assert!(tally.frames <= 20, "{tally:?}");
     assert_eq!(tally.frames + tally.rejected, pieces);
 }

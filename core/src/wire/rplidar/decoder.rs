@@ -3,9 +3,10 @@
 //! In: bytes. Out: [`Answer`]s.
 //!
 //! 1. Between answers, search for a descriptor that is known, byte by byte.
-//! 2. After the descriptor of a single answer, take its bytes; after that of a scan, nodes or capsules until [`Decoder::expect_answer`].
-//! 3. A node has three check bits only. While in step, one is enough; out of step, [`NODES_TO_LOCK`] in a row whose angles
-//!    follow one another must fit before the first counts.
+//! 2. After the descriptor of a single answer, take its bytes; after that of a scan, nodes or
+//!    capsules until [`Decoder::expect_answer`].
+//! 3. A node has three check bits only. While in step, one is enough; out of step,
+//!    [`NODES_TO_LOCK`] in a row whose angles follow one another must fit before the first counts.
 //! 4. A capsule has a sum of 8 bits; out of step its marks are searched byte by byte.
 //! 5. Everywhere, the banner of a sensor that restarts is noticed among what is thrown away.
 
@@ -15,10 +16,11 @@ use super::node::{FULL_TURN, Node};
 use super::{SYNC, SYNC_OF_ANSWER};
 use crate::wire::inbox::{Inbox, Tally};
 
-/// Nodes that must fit in a row before the stream counts as in step again. Out of step by one byte, a node passes its
-/// check bits by chance about every other time.
+/// Nodes that must fit in a row before the stream counts as in step again. Out of step by one byte,
+/// a node passes its check bits by chance about every other time.
 pub const NODES_TO_LOCK: usize = 6;
-/// The farthest that a node lies from the one before it where the stream is in step, 1/64° (20°, either way).
+/// The farthest that a node lies from the one before it where the stream is in step, 1/64° (20°,
+/// either way).
 const NEAR: u16 = 20 * 64;
 /// How the sensor begins its banner.
 const BANNER: &[u8] = b"RP LIDAR";
@@ -40,7 +42,8 @@ pub enum Answer {
     Capsule {
         /// The capsule.
         capsule: Box<Capsule>,
-        /// Whether nothing was lost since the one before it, so that this one's angle completes that one.
+        /// Whether nothing was lost since the one before it, so that this one's angle completes
+        /// that one.
         follows: bool,
     },
     /// It has restarted, by power or by reset: it has forgotten all earlier requests.
@@ -89,7 +92,8 @@ impl Decoder {
         self.inbox.extend(bytes);
     }
 
-    /// A request was sent: drops what waits, ends a scan and searches for the descriptor of the answer.
+    /// A request was sent: drops what waits, ends a scan and searches for the descriptor of the
+    /// answer.
     pub fn expect_answer(&mut self) {
         self.inbox.discard(usize::MAX);
         self.expects = Expects::Descriptor;

@@ -1,4 +1,5 @@
-//! Capsules of an express scan: 32 readings in 84 bytes, whose angles need the capsule that follows.
+//! Capsules of an express scan: 32 readings in 84 bytes, whose angles need the capsule that
+//! follows.
 
 use super::node::{FULL_TURN, Node};
 use super::request::xor;
@@ -85,7 +86,8 @@ impl Capsule {
 
     /// The readings as nodes, with the start of the capsule that followed without loss.
     ///
-    /// # Source   Interface protocol, "Data processing of the express scan data": start + k Δ/32 - offset.
+    /// # Source   Interface protocol, "Data processing of the express scan data": start + k Δ/32 -
+    /// offset.
     pub fn nodes(&self, next_start_angle: u16) -> impl Iterator<Item = Node> + '_ {
         let full = u32::from(FULL_TURN);
         let start = u32::from(self.start_angle);

@@ -1,10 +1,11 @@
 //! SLAMTEC RPLIDAR A1 and its kin: 115200 baud, 8N1, little-endian.
 //!
-//! In: bytes from the sensor, in pieces of any size. Out: answers and readings; requests the other way. The
-//! same types encode what the sensor sends, for simulated devices.
+//! In: bytes from the sensor, in pieces of any size. Out: answers and readings; requests the other
+//! way. The same types encode what the sensor sends, for simulated devices.
 //!
 //! Request: `A5 command`, with a payload `A5 command length payload xor` (xor of all before it).
-//! Descriptor of an answer: `A5 5A | u32: length of a packet (30 bits), mode (2 bits: 0 one packet, 1 without end) | type`.
+//! Descriptor of an answer: `A5 5A | u32: length of a packet (30 bits), mode (2 bits: 0 one packet,
+//! 1 without end) | type`.
 //!
 //! | command | | answer |
 //! |---|---|---|
@@ -32,10 +33,12 @@
 //! | 6 + 5i | the same of reading 2 | |
 //! | 8 + 5i | 3..0 low bits of offset 1, 7..4 of offset 2 | 1/8° |
 //!
-//! Reading k of 32 of a capsule lies at start + k Δ/32 - offset, Δ from this capsule's start to the next one's.
+//! Reading k of 32 of a capsule lies at start + k Δ/32 - offset, Δ from this capsule's start to the
+//! next one's.
 //!
-//! Source: SLAMTEC, "RPLIDAR interface protocol and application notes", rev. 1.1 (2018); Pilch 2016 §2.1. The protocol
-//! calls the top bit of an offset a sign; the maker's own driver, and so this one, reads six bits without sign.
+//! Source: SLAMTEC, "RPLIDAR interface protocol and application notes", rev. 1.1 (2018); Pilch 2016
+//! §2.1. The protocol calls the top bit of an offset a sign; the maker's own driver, and so this
+//! one, reads six bits without sign.
 
 pub mod answer;
 pub mod decoder;

@@ -26,7 +26,8 @@ impl Node {
     /// Its length on the wire, bytes.
     pub const LEN: usize = 5;
 
-    /// The reading at `angle` (rad, clockwise) and `range` (m; what is no positive number, or beyond 16.38 m, is invalid).
+    /// The reading at `angle` (rad, clockwise) and `range` (m; what is no positive number, or
+    /// beyond 16.38 m, is invalid).
     #[must_use]
     pub fn new(angle: f64, range: f64, quality: u8) -> Self {
         let units = (angle / ANGLE_UNIT)

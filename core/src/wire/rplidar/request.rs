@@ -113,7 +113,8 @@ impl RequestDecoder {
         }
         let [length] = self.inbox.peek(2)?;
         let length = usize::from(length);
-        // No request known here has more than 5 bytes of payload: a damaged length must not swallow what follows.
+        // No request known here has more than 5 bytes of payload: a damaged length must not swallow
+        // what follows.
         if length > 5 {
             return Some(Err(()));
         }

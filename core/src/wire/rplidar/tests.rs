@@ -1,4 +1,5 @@
-//! The codec against the bytes of the protocol document, and against whatever a line can do to bytes.
+//! The codec against the bytes of the protocol document, and against whatever a line can do to
+//! bytes.
 
 mod any_stream;
 
@@ -136,7 +137,8 @@ fn answers_are_read_field_by_field() {
 
 #[test]
 fn a_node_is_read_bit_by_bit() {
-    // Quality 15, first of a turn; 90° = 5760/64, shifted with its check bit: 0x2D01; 1 m = 4000/4 mm = 0x0FA0.
+    // Quality 15, first of a turn; 90° = 5760/64, shifted with its check bit: 0x2D01; 1 m = 4000/4
+    // mm = 0x0FA0.
     let bytes = [0x3D, 0x01, 0x2D, 0xA0, 0x0F];
     let node = Node {
         starts: true,

@@ -1,11 +1,14 @@
-//! A simulated RP6 on a pseudo-terminal: the real firmware in a simulated controller, in a simulated world, in real time.
+//! A simulated RP6 on a pseudo-terminal: the real firmware in a simulated controller, in a
+//! simulated world, in real time.
 //!
-//! In: the name of a built-in world (default `arena`), and `lidar` where it carries an RPLIDAR too, on a line of its own; then commands of
-//! [`slamlab_tests::console`]. Out: its answers; the first line names the ports. Beside those: `mark` (something happens that should stop
-//! it: how long it takes is a fact), `edge` (reports when the next count of an encoder happened, and when it was reported), `half` (the
-//! robot's cable is pulled in the middle of a frame), `reset` (its button; the boot loader speaks), `noise P` (part P of all bits of the
-//! robot's line flipped, both ways), `garble` (both its sides hear noise), `mend` (neither any more). Whoever opens it finds a robot that was
-//! switched on before.
+//! In: the name of a built-in world (default `arena`), and `lidar` where it carries an RPLIDAR too,
+//! on a line of its own; then commands of [`slamlab_tests::console`]. Out: its answers; the first
+//! line names the ports. Beside those: `mark` (something happens that should stop it: how long it
+//! takes is a fact), `edge` (reports when the next count of an encoder happened, and when it was
+//! reported), `half` (the robot's cable is pulled in the middle of a frame), `reset` (its button;
+//! the boot loader speaks), `noise P` (part P of all bits of the robot's line flipped, both ways),
+//! `garble` (both its sides hear noise), `mend` (neither any more). Whoever opens it finds a robot
+//! that was switched on before.
 //!
 //!     cargo run --manifest-path tests/firmware/Cargo.toml --bin rp6_sim -- arena lidar
 

@@ -1,4 +1,5 @@
-// What of the robot touches walls: the disc around it, or its rectangle; and where that stands along a path.
+// What of the robot touches walls: the disc around it, or its rectangle; and where that stands
+// along a path.
 
 import type { Brush } from "./layer.js";
 
@@ -21,7 +22,8 @@ export function addBody({ context, scene: { status } }: Brush, x: number, y: num
   context.closePath();
 }
 
-/** The body at the corners of a path, as it comes to them and as it leaves them; only of one that is no disc. */
+/** The body at the corners of a path, as it comes to them and as it leaves them; only of one that
+    is no disc. */
 export function drawGhosts(brush: Brush, path: Float32Array, colour: string): void {
   if (!brush.scene.status?.isRectangle) return;
   const { context, camera } = brush;

@@ -1,4 +1,5 @@
-// The doors of the simulated world: shut they are a leaf between two posts, open only the posts and a faint sill.
+// The doors of the simulated world: shut they are a leaf between two posts, open only the posts and
+// a faint sill.
 
 import { DOOR, DOOR_STRIDE } from "../../protocol/module.js";
 import type { Brush } from "./layer.js";

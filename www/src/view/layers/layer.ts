@@ -16,7 +16,8 @@ export interface Brush {
   readonly scene: Scene;
   /** What the grid shows. */
   readonly tiles: Tiles;
-  /** Seconds since the page opened, for what breathes; stands still where reduced motion is asked for. */
+  /** Seconds since the page opened, for what breathes; stands still where reduced motion is asked
+      for. */
   readonly time: number;
   /** Walls that light up. */
   readonly spot: Spot;
@@ -24,7 +25,8 @@ export interface Brush {
   readonly contest: { readonly found: ContestState | null; readonly start: readonly [number, number] | null; readonly goal: readonly [number, number] | null } | null;
   /** Rooms and doors, and the number of the chosen one. */
   readonly rooms: { readonly found: Rooms; readonly numbers: readonly number[]; readonly chosen: number | null } | null;
-  /** Lines of the last scan with what they were compared with; empty while the filter's tab is closed. */
+  /** Lines of the last scan with what they were compared with; empty while the filter's tab is
+      closed. */
   readonly sightings: readonly Sighting[];
 }
 

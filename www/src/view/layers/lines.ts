@@ -1,7 +1,9 @@
-// Uncertainty of the line features: the band in which 95 % of the lines lie that the covariance allows.
+// Uncertainty of the line features: the band in which 95 % of the lines lie that the covariance
+// allows.
 //
-// A point p = r n + t u of the line (n its normal, u = dn/dα) is displaced by δd = t δα - δr across it, so
-// var d = t² var α - 2 t cov(α, r) + var r: a band that is narrow where the wall was seen well and opens away from there.
+// A point p = r n + t u of the line (n its normal, u = dn/dα) is displaced by δd = t δα - δr across
+// it, so var d = t² var α - 2 t cov(α, r) + var r: a band that is narrow where the wall was seen
+// well and opens away from there.
 
 import { LINE, LINE_STRIDE } from "../../protocol/module.js";
 import type { Brush } from "./layer.js";

@@ -1,5 +1,6 @@
-// The robot where it believes to be, with what of it touches walls at its true size, with the ellipse that holds 95 % of its position and the wedge of its heading;
-// its true place and where its wheels alone would put it as outlines.
+// The robot where it believes to be, with what of it touches walls at its true size, with the
+// ellipse that holds 95 % of its position and the wedge of its heading; its true place and where
+// its wheels alone would put it as outlines.
 
 import { addBody } from "./body.js";
 import type { Brush } from "./layer.js";

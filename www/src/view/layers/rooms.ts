@@ -1,4 +1,5 @@
-// Rooms and corridors tinted and numbered, the doors between them with their widths, and the graph that joins them.
+// Rooms and corridors tinted and numbered, the doors between them with their widths, and the graph
+// that joins them.
 
 import { DOORWAY, DOORWAY_STRIDE, REGION, REGION_STRIDE, type Rooms } from "../../protocol/module.js";
 import type { PaletteName } from "../palette.js";
@@ -7,7 +8,8 @@ import type { Brush } from "./layer.js";
 /** Rooms take turns; a corridor is grey. */
 const TINTS = ["contest5", "contest3", "contest0", "contest2", "contest1"] as const satisfies readonly PaletteName[];
 const CORRIDOR = "contest4" satisfies PaletteName;
-/** Pixels for a metre from which on widths are written, and from which on numbers, which are short. */
+/** Pixels for a metre from which on widths are written, and from which on numbers, which are
+    short. */
 const WRITTEN_FROM = 22;
 const NUMBERED_FROM = 8;
 

@@ -1,9 +1,11 @@
-// What the last scan hit, and the fan in which it looked; of a sonar the cones, for it knows no more of the direction.
+// What the last scan hit, and the fan in which it looked; of a sonar the cones, for it knows no
+// more of the direction.
 
 import { BEAM, BEAM_STRIDE } from "../../protocol/module.js";
 import type { Brush } from "./layer.js";
 
-/** How a hit of the last scan was read: m, and the strength of the echo in the sensor's own unit, NaN where it reports none. */
+/** How a hit of the last scan was read: m, and the strength of the echo in the sensor's own unit,
+    NaN where it reports none. */
 export interface Reading {
   range: number;
   sigma: number;

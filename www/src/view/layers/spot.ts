@@ -1,5 +1,5 @@
-// The walls that are pointed at in the matrix or the list of matches, with their names; for a chosen one the lines of the last scan
-// that were compared with it.
+// The walls that are pointed at in the matrix or the list of matches, with their names; for a
+// chosen one the lines of the last scan that were compared with it.
 
 import { LINE, LINE_STRIDE } from "../../protocol/module.js";
 import type { Brush } from "./layer.js";

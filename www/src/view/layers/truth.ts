@@ -1,4 +1,5 @@
-// The true walls and everything that moves: only a simulation has them; dashed because the robot never sees them.
+// The true walls and everything that moves: only a simulation has them; dashed because the robot
+// never sees them.
 //
 // Glass and dark walls differ in colour and in dash from those that every sensor sees.
 
@@ -6,7 +7,8 @@ import type { Box } from "../camera.js";
 import type { Palette } from "../palette.js";
 import type { Brush } from "./layer.js";
 
-/** Walls drawn with dashes at most: of a whole town nobody would see them, and they cost more than the walls. */
+/** Walls drawn with dashes at most: of a whole town nobody would see them, and they cost more than
+    the walls. */
 const MOST_DASHED = 5000;
 
 /** Colour, dash and width in pixels, by material: opaque, glass, dark. */
@@ -16,7 +18,8 @@ const STYLES = [
   { colour: "dark", dash: [2, 2.5], width: 3 },
 ] as const;
 
-/** Draws the walls within `box` into a context that draws in metres; `pixel` is the size of a CSS pixel, m. */
+/** Draws the walls within `box` into a context that draws in metres; `pixel` is the size of a CSS
+    pixel, m. */
 export function drawWalls(context: CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D, walls: Float32Array, materials: Uint8Array, box: Box, pixel: number, palette: Palette): void {
   const dashed = walls.length / 4 < MOST_DASHED;
   STYLES.forEach(({ colour, dash, width }, material) => {

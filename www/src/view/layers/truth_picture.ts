@@ -1,8 +1,11 @@
-// The true walls as a picture that is repainted only when it has to be: a town has 50 000 of them, and the view glides.
+// The true walls as a picture that is repainted only when it has to be: a town has 50 000 of them,
+// and the view glides.
 //
 // 1. Few walls are drawn each time, crisp.
-// 2. Many are painted once into a picture somewhat larger than the view, which is then only moved and stretched.
-// 3. It is repainted when the view leaves it, when it would be stretched by more than a quarter, or when the view stands.
+// 2. Many are painted once into a picture somewhat larger than the view, which is then only moved
+//    and stretched.
+// 3. It is repainted when the view leaves it, when it would be stretched by more than a quarter, or
+//    when the view stands.
 
 import type { Box } from "../camera.js";
 import type { Brush } from "./layer.js";

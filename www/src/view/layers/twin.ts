@@ -1,4 +1,5 @@
-// The simulated twin: where a robot with the figures of the settings would be after the same motion of the wheels.
+// The simulated twin: where a robot with the figures of the settings would be after the same motion
+// of the wheels.
 
 import { TWIN, TWIN_STRIDE } from "../../protocol/module.js";
 import type { Brush } from "./layer.js";

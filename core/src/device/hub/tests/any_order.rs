@@ -1,4 +1,5 @@
-//! Events, messages and time in any order. The bystander knows nothing of the rules but what they promise.
+//! Events, messages and time in any order. The bystander knows nothing of the rules but what they
+//! promise.
 
 use std::collections::BTreeSet;
 
@@ -125,7 +126,8 @@ impl Bystander {
         Ok(all)
     }
 
-    /// Time passes in steps of 10 ms: the robot reports that it stands where it is, the lidar what it sees.
+    /// Time passes in steps of 10 ms: the robot reports that it stands where it is, the lidar what
+    /// it sees.
     fn go(&mut self, pause: Duration) -> Result<(), TestCaseError> {
         let until = self.now + pause;
         while self.now < until {

@@ -33,7 +33,8 @@ fn any_input() -> impl Strategy<Value = Input> {
     ]
 }
 
-/// Makes most driving messages good ones: with the epoch of the lease, the next sequence, and seen not long ago.
+/// Makes most driving messages good ones: with the epoch of the lease, the next sequence, and seen
+/// not long ago.
 fn likely(input: Input, lease: Option<u32>, sequence: u32, now: Duration) -> Input {
     let seen_at = |ago: u64| now.saturating_sub(at(ago));
     let epoch_of = |epoch: u32| {

@@ -1,11 +1,13 @@
-//! Partial scans on the move, for otherwise a robot would see nothing before it stands and sweeps again.
+//! Partial scans on the move, for otherwise a robot would see nothing before it stands and sweeps
+//! again.
 //!
-//! 1. The servo points ahead, to one side, ahead, to the other ([`RangerModel::PARTIAL_SCAN`]). Four rangers at 90° to one another so see twelve
-//!    directions 30° apart in 0.4 s, those along the robot twice: a person of 0.2 m is between none of them nearer than half a metre.
-//! 2. All rangers are read once the servo has had time to get there ([`PACE`]) and [`RangerModel::period`] more. What is held then may
-//!    have been measured before, as in a sweep.
-//! 3. Four readings are a scan of their own, which is no picture of the room: [`crate::points::Walkers::partial_scan`]
-//!    takes it.
+//! 1. The servo points ahead, to one side, ahead, to the other ([`RangerModel::PARTIAL_SCAN`]).
+//!    Four rangers at 90° to one another so see twelve directions 30° apart in 0.4 s, those along
+//!    the robot twice: a person of 0.2 m is between none of them nearer than half a metre.
+//! 2. All rangers are read once the servo has had time to get there ([`PACE`]) and
+//!    [`RangerModel::period`] more. What is held then may have been measured before, as in a sweep.
+//! 3. Four readings are a scan of their own, which is no picture of the room:
+//!    [`crate::points::Walkers::partial_scan`] takes it.
 
 use std::f64::consts::FRAC_PI_2;
 

@@ -1,4 +1,5 @@
-//! The inverse against the forward model, σ against a Monte Carlo run, and when what is read was measured.
+//! The inverse against the forward model, σ against a Monte Carlo run, and when what is read was
+//! measured.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -96,7 +97,8 @@ fn what_is_read_was_measured_before_and_with_a_slow_servo_in_place() {
         f64::from(late) / f64::from(all)
     };
     assert_eq!(late(RangerModel::long().period, &mut rng), 0.0);
-    // A cycle of mean length c ends within what a shorter period leaves after settling, p, with probability p/c.
+    // A cycle of mean length c ends within what a shorter period leaves after settling, p, with
+    // probability p/c.
     let part = late(RangerModel::long().settle + 0.02, &mut rng);
     assert!((part - (1.0 - 0.02 / 0.0383)).abs() < 0.06, "{part}");
 }

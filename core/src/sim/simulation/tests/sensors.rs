@@ -1,4 +1,5 @@
-//! What sensors tell of a world that is known: ranges within their sigmas, what they cannot see, and when they look.
+//! What sensors tell of a world that is known: ranges within their sigmas, what they cannot see,
+//! and when they look.
 
 use super::*;
 
@@ -22,7 +23,8 @@ fn standing_lidar_tells_the_true_ranges_within_its_sigmas() {
                 lost += 1.0;
                 continue;
             }
-            // What the bearing's noise does to the range depends on the slant: only fairly square beams count.
+            // What the bearing's noise does to the range depends on the slant: only fairly square
+            // beams count.
             let wall = sim.caster().walls()[truth.surface]
                 .segment
                 .vector()
@@ -52,8 +54,8 @@ fn standing_lidar_tells_the_true_ranges_within_its_sigmas() {
 
 #[test]
 fn quality_falls_with_range_and_incidence_and_is_0_where_nothing_came_back() {
-    // From the middle of a corridor 2 m wide: a beam at angle `a` to its axis meets a side wall 1 / sin(a) away, and its normal
-    // at 90° - a, so that cos i / d² = sin³(a).
+    // From the middle of a corridor 2 m wide: a beam at angle `a` to its axis meets a side wall 1 /
+    // sin(a) away, and its normal at 90° - a, so that cos i / d² = sin³(a).
     let mut world = worlds::builtin("corridor").unwrap();
     world.start = Pose2::new(15.0, 1.0, 0.0);
     let mut sim = Simulation::new(world, RobotModel::rp6(), SensorModel::lidar(), 3).unwrap();
@@ -88,7 +90,8 @@ fn quality_falls_with_range_and_incidence_and_is_0_where_nothing_came_back() {
 
 #[test]
 fn moving_lidar_takes_each_beam_from_where_it_was() {
-    // Driving at a wall: the beam straight ahead is in the middle of the revolution, half a sweep old.
+    // Driving at a wall: the beam straight ahead is in the middle of the revolution, half a sweep
+    // old.
     let quiet = crate::sim::sensors::LidarModel {
         sigma: 1e-6,
         sigma_per_metre: 0.0,
@@ -232,7 +235,8 @@ fn rangers_tell_the_true_ranges_within_their_sigmas() {
             let angle = sim.truth().heading() + bearing;
             let direction = nalgebra::Vector2::new(libm::cos(angle), libm::sin(angle));
             let truth = sim.caster().cast(sim.truth().position(), direction, 1.4);
-            // As for the lidar: the servo's noise matters on slanting walls; 4 sigma from the edge of the range.
+            // As for the lidar: the servo's noise matters on slanting walls; 4 sigma from the edge
+            // of the range.
             let Some(truth) = truth.filter(|t| t.distance > 0.25) else {
                 continue;
             };
@@ -281,7 +285,8 @@ fn folding_rangers_take_near_things_for_far_ones() {
         scan.ranges[ahead]
     };
     assert!(near(false).is_nan());
-    // At 0.12 m of 0.15 m the volts are 0.8 of the highest, 2.2 V: those of 0.25 m by the data sheet.
+    // At 0.12 m of 0.15 m the volts are 0.8 of the highest, 2.2 V: those of 0.25 m by the data
+    // sheet.
     assert!((near(true) - 0.25).abs() < 0.05, "{}", near(true));
 }
 

@@ -1,4 +1,5 @@
-//! One message of each kind, in their order, with figures that differ: what [`super::super::SCHEMA`] is made of.
+//! One message of each kind, in their order, with figures that differ: what
+//! [`super::super::SCHEMA`] is made of.
 
 use super::super::*;
 use crate::robot::RobotModel;

@@ -9,10 +9,11 @@ pub struct LinkConfig {
     pub listen: f64,
     /// Time between greetings, s. Default 0.25.
     pub greet_every: f64,
-    /// Unanswered greetings after which somebody has to reset the robot. Default 8. It is still greeted, once in 2 s.
+    /// Unanswered greetings after which somebody has to reset the robot. Default 8. It is still
+    /// greeted, once in 2 s.
     pub greetings: u32,
-    /// Time after which a command without acknowledgement is sent again, s. Default 0.06: a frame each way, behind one of
-    /// telemetry, takes 0.02 s at 38400 baud.
+    /// Time after which a command without acknowledgement is sent again, s. Default 0.06: a frame
+    /// each way, behind one of telemetry, takes 0.02 s at 38400 baud.
     pub retry_after: f64,
     /// How often a command is sent before the link counts as broken. Default 5.
     pub tries: u32,

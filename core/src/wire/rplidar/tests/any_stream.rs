@@ -98,7 +98,8 @@ proptest! {
         decoder.expect_answer();
         let waiting = decoder.tally().discarded - before.discarded;
         prop_assert_eq!(before.bytes, bytes.len() as u64);
-        // A single answer that is being read has its descriptor counted, but was not handed on: at most 7 bytes.
+        // A single answer that is being read has its descriptor counted, but was not handed on: at
+        // most 7 bytes.
         let sum = in_frames + before.discarded + waiting;
         prop_assert!(sum <= before.bytes && before.bytes - sum <= 7, "{} of {}", sum, before.bytes);
         // A scan that never ends waits for less than it takes to lock.
