@@ -44,6 +44,12 @@ pub(super) struct Sample {
     pub(super) number: f64,
 }
 
+/// As a textbook writes it.
+#[cfg(test)]
+pub(super) fn square(x: f64) -> f64 {
+    x * x
+}
+
 #[cfg(test)]
 impl Sample {
     pub(super) fn of(beam: &Beam, bearing_sigma: f64) -> Self {
@@ -52,7 +58,7 @@ impl Sample {
             along: (beam.end_in_robot - beam.origin_in_robot) / beam.range,
             weight: 1.0 / (beam.sigma * beam.sigma),
             var_along: beam.sigma * beam.sigma,
-            var_across: (bearing_sigma * beam.range).powi(2),
+            var_across: square(bearing_sigma * beam.range),
             number: beam.beam_idx as f64,
         }
     }
@@ -64,8 +70,8 @@ impl Sample {
 
     /// Variance of the distance from a line with this normal.
     pub(super) fn variance(&self, normal: &Vector2<f64>) -> f64 {
-        normal.dot(&self.along).powi(2) * self.var_along
-            + normal.dot(&self.across()).powi(2) * self.var_across
+        square(normal.dot(&self.along)) * self.var_along
+            + square(normal.dot(&self.across())) * self.var_across
     }
 }
 

@@ -233,7 +233,7 @@ fn a_robot_behind_a_bridge_is_driven_to_a_goal_and_mapped() {
         (replay.progress(), replay.session().robot().name),
         (1.0, "rp6")
     );
-    assert_eq!(replay.session().scans(), live.session().scans() as usize);
+    assert_eq!(replay.session().scans(), live.session().scans());
     assert_eq!(
         replay.session().slam().trajectory(),
         live.session().slam().trajectory()
@@ -445,7 +445,7 @@ fn legs_turns_and_sweeps_of_the_cycle_are_waited_for() {
         .count();
     // The first sweep, begun by hand, was given up for the errand.
     assert!(
-        sweeps >= 3 && live.session().scans() as usize == sweeps - 1,
+        sweeps >= 3 && live.session().scans() == sweeps - 1,
         "{drives:?}"
     );
     assert!(

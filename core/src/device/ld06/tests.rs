@@ -33,42 +33,42 @@ fn opened() -> Lidar<Ld06> {
     lidar
 }
 
-/// Hands these bytes over in pieces of 10 ms; gives what was told.
+/// Hands these bytes over in pieces of 10 ms; gives the events.
 fn listen(lidar: &mut Lidar<Ld06>, bytes: &[u8], from: f64, seconds: f64) -> Vec<SourceEvent> {
-    let mut told = vec![];
+    let mut events = vec![];
     let pieces = (seconds * 100.0).round() as usize;
     for piece in 0..pieces {
         let part = |k: usize| bytes.len() * k / pieces;
         let now = Stamp::from_seconds(from + 0.01 * (piece + 1) as f64);
         lidar.receive(&bytes[part(piece)..part(piece + 1)], now);
         lidar.tick(now);
-        told.extend(
+        events.extend(
             std::iter::from_fn(|| lidar.next_want()).filter_map(|want| match want {
                 Want::Report(event) => Some(event),
                 _ => None,
             }),
         );
     }
-    told
+    events
 }
 
-fn scans(told: &[SourceEvent]) -> Vec<&Scan> {
-    let scan = |event| match event {
-        &SourceEvent::Scan(ref scan) => Some(scan),
+fn scans(events: &[SourceEvent]) -> Vec<&Scan> {
+    let scans = events.iter().filter_map(|event| match event {
+        SourceEvent::Scan(scan) => Some(scan),
         _ => None,
-    };
-    told.iter().filter_map(scan).collect()
+    });
+    scans.collect()
 }
 
-/// The last state that was told, with its sentence.
-fn last_state(told: &[SourceEvent]) -> Option<(DeviceState, &str)> {
+/// The last state that was reported, with its sentence.
+fn last_state(events: &[SourceEvent]) -> Option<(DeviceState, &str)> {
     let state = |event| match event {
         &SourceEvent::Device {
             state, ref detail, ..
         } => Some((state, detail.as_str())),
         _ => None,
     };
-    told.iter().filter_map(state).last()
+    events.iter().filter_map(state).next_back()
 }
 
 #[test]
@@ -76,8 +76,8 @@ fn ten_turns_a_second_give_ten_scans() {
     let bytes: Vec<u8> = packets(375 * 2)
         .flat_map(|packet| packet.encode())
         .collect();
-    let told = listen(&mut opened(), &bytes, 0.0, 2.0);
-    let scans = scans(&told);
+    let events = listen(&mut opened(), &bytes, 0.0, 2.0);
+    let scans = scans(&events);
     assert_eq!(scans.len(), 19);
     for scan in &scans {
         scan.validate().unwrap();
@@ -87,21 +87,21 @@ fn ten_turns_a_second_give_ten_scans() {
         let turned: f64 = scan.bearings.windows(2).map(|pair| pair[0] - pair[1]).sum();
         assert!((turned - TAU * 449.0 / 450.0).abs() < 1e-9);
     }
-    assert_eq!(last_state(&told), Some((DeviceState::Sending, "")));
+    assert_eq!(last_state(&events), Some((DeviceState::Sending, "")));
 }
 
 #[test]
 fn each_fault_has_its_name_and_ends_by_itself() {
     let lidar = &mut opened();
-    let assert_fault = |told: &[SourceEvent], fault: Ld06Fault| {
+    let assert_fault = |events: &[SourceEvent], fault: Ld06Fault| {
         let expected = (DeviceState::Fault, &*fault.to_string());
-        assert_eq!(last_state(told), Some(expected));
+        assert_eq!(last_state(events), Some(expected));
     };
-    let told = listen(lidar, &[], 0.0, 3.1);
-    assert_fault(&told, Ld06Fault::Silent);
-    let told = listen(lidar, &[0xF8; 3100], 3.1, 3.1);
-    let Some((DeviceState::Fault, detail)) = last_state(&told) else {
-        panic!("{told:?}");
+    let events = listen(lidar, &[], 0.0, 3.1);
+    assert_fault(&events, Ld06Fault::Silent);
+    let events = listen(lidar, &[0xF8; 3100], 3.1, 3.1);
+    let Some((DeviceState::Fault, detail)) = last_state(&events) else {
+        panic!("{events:?}");
     };
     assert!(detail.contains("but no packet"), "{detail}");
     let still = Packet {
@@ -110,16 +110,16 @@ fn each_fault_has_its_name_and_ends_by_itself() {
         ..Packet::default()
     };
     let bytes: Vec<u8> = (0..1200).flat_map(|_| still.encode()).collect();
-    let told = listen(lidar, &bytes, 6.2, 3.1);
-    assert_fault(&told, Ld06Fault::DoesNotTurn);
+    let events = listen(lidar, &bytes, 6.2, 3.1);
+    assert_fault(&events, Ld06Fault::DoesNotTurn);
     let bytes: Vec<u8> = packets(375).flat_map(|packet| packet.encode()).collect();
-    let told = listen(lidar, &bytes, 9.3, 1.0);
-    assert!(scans(&told).len() >= 8);
-    assert_eq!(last_state(&told), Some((DeviceState::Sending, "")));
+    let events = listen(lidar, &bytes, 9.3, 1.0);
+    assert!(scans(&events).len() >= 8);
+    assert_eq!(last_state(&events), Some((DeviceState::Sending, "")));
     // The plug is pulled in the middle of a turn: silence, though packets came since the last scan.
     // The first of these packets ends the turn before.
-    let told = listen(lidar, &bytes[..20 * LEN], 10.3, 0.05);
-    assert_eq!(scans(&told).len(), 1);
-    let told = listen(lidar, &[], 10.35, 3.1);
-    assert_fault(&told, Ld06Fault::Silent);
+    let events = listen(lidar, &bytes[..20 * LEN], 10.3, 0.05);
+    assert_eq!(scans(&events).len(), 1);
+    let events = listen(lidar, &[], 10.35, 3.1);
+    assert_fault(&events, Ld06Fault::Silent);
 }

@@ -23,6 +23,9 @@ use crate::lanes::{Kernel, Lanes, run, total};
 #[cfg(test)]
 fn residuals(points: &[Sample], var_surface: f64, frame: &Frame, along: &Along) -> Residuals {
     use nalgebra::{Matrix2, Vector2};
+
+    use crate::features::columns::square;
+
     let rows = points.iter().map(|p| {
         let (n, t) = (frame.normal.dot(&p.end), frame.tangent.dot(&p.end));
         let s = (t - frame.mean_t - along.middle) * along.per_half;
@@ -35,17 +38,17 @@ fn residuals(points: &[Sample], var_surface: f64, frame: &Frame, along: &Along) 
     for (g, _, s) in &rows {
         let row = Vector2::new(1.0, *s);
         normal += row * row.transpose() * *g;
-        right += row * s.powi(2) * *g;
+        right += row * square(*s) * *g;
     }
     let line = normal.try_inverse().unwrap_or_default() * right;
-    let q = |s: f64| s.powi(2) - line.x - line.y * s;
+    let q = |s: f64| square(s) - line.x - line.y * s;
     let sum = |of: &dyn Fn(f64, f64, f64) -> f64| rows.iter().map(|&(g, n, s)| of(g, n, s)).sum();
     let (product, norm): (f64, f64) = (
         sum(&|g, n, s| g * q(s) * n),
-        sum(&|g, _, s| g * q(s).powi(2)),
+        sum(&|g, _, s| g * square(q(s))),
     );
     Residuals {
-        chi2: sum(&|g, n, _| g * n.powi(2)),
+        chi2: sum(&|g, n, _| g * square(n)),
         bend: product.abs() / norm.sqrt(),
     }
 }

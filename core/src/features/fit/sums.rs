@@ -39,6 +39,8 @@ fn scatter(points: &[Sample]) -> Matrix2<f64> {
 /// Step 4: A, B and C, and what a turn of the robot does to α and to n.
 #[cfg(test)]
 fn line_sums(points: &[Sample], frame: &Frame, faded: &Faded) -> Sums {
+    use crate::features::columns::square;
+
     let (mut sums, zero) = (Sums::default(), 0.0_f64);
     for p in points {
         // Seen from the robot, and from the middle of the wall.
@@ -47,9 +49,9 @@ fn line_sums(points: &[Sample], frame: &Frame, faded: &Faded) -> Sums {
         let (un, ut) = (frame.normal.dot(&p.along), frame.tangent.dot(&p.along));
         let (by_range, by_bearing) = (t * un + n * ut, n * un - t * ut);
         let w_bearing = p.weight * p.weight * p.var_across;
-        sums.a += p.weight * by_range.powi(2) + w_bearing * by_bearing.powi(2);
+        sums.a += p.weight * square(by_range) + w_bearing * square(by_bearing);
         sums.b += p.weight * by_range * un - w_bearing * by_bearing * ut;
-        sums.c += p.weight * un.powi(2) + w_bearing * ut.powi(2);
+        sums.c += p.weight * square(un) + w_bearing * square(ut);
         // A turn moves the point by -t across the line and by n along it; it fades towards the
         // middle beam.
         let from_middle = (p.number - faded.middle) * faded.per_half;

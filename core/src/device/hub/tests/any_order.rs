@@ -224,7 +224,7 @@ impl Bystander {
         self.sequence += 1;
         let header = header(self.sequence);
         self.hub.message(now, now, client, header, &message);
-        self.judge(Some((client, who, message)))
+        self.judge(Some(&(client, who, message)))
     }
 
     fn leave(&mut self, who: usize) -> Result<(), TestCaseError> {
@@ -237,7 +237,7 @@ impl Bystander {
     }
 
     /// Judges the actions after a message, or after something else.
-    fn judge(&mut self, cause: Option<(ClientId, usize, ToBridge)>) -> Result<(), TestCaseError> {
+    fn judge(&mut self, cause: Option<&(ClientId, usize, ToBridge)>) -> Result<(), TestCaseError> {
         let out = actions(&mut self.hub);
         let was_armed = self.state.armed;
         let is_refused = out.iter().any(|action| {
@@ -247,7 +247,7 @@ impl Bystander {
             )
         });
         for action in out {
-            self.action(action, cause.as_ref(), was_armed)?;
+            self.action(action, cause, was_armed)?;
         }
         match cause {
             _ if is_refused => (),
