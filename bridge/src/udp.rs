@@ -2,7 +2,7 @@
 //! (`--source udp:HOST`) or any script can use it.
 //!
 //! In: datagrams. Out: datagrams. The rules (one client, its heartbeat, paths of a list, rates) are
-//! those of [`pilch::server`]; here are the socket and the lidar.
+//! those of [`slamlab_core::wire::pilch::server`]; here are the socket and the lidar.
 //!
 //! 1. Answers go to the address of the client, but to the port that the source fixes: it listens at
 //!    another than it sends from.

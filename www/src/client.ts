@@ -264,8 +264,8 @@ export class Client {
   async openKnown(files: readonly File[]): Promise<void> {
     const given = chosen(files);
     if (given.kind === "refused") this.#warn(given.text);
-    else if (given.kind === "building") await this.#build(given.name, given.files, "know");
-    else if (given.kind === "file") await this.#build(given.file.name, files, "know");
+    else if (given.kind === "building") await this.#build(given.name, given.files, "read-prior-map");
+    else if (given.kind === "file") await this.#build(given.file.name, files, "read-prior-map");
   }
 
   #warn(text: string): void {
@@ -284,7 +284,7 @@ export class Client {
     this.again("prior-map");
   }
 
-  async #build(name: string, files: readonly File[], kind: "build" | "know" = "build"): Promise<void> {
+  async #build(name: string, files: readonly File[], kind: "build" | "read-prior-map" = "build"): Promise<void> {
     this.#store.set("toast", { toast: null });
     try {
       const given = files.map(async (file): Promise<GivenBytes> => ({ name: file.name, bytes: await file.arrayBuffer() }));

@@ -3,7 +3,7 @@
 //!
 //! 1. `table` names each result: what is claimed, the command, and the folders whose code it
 //!    measures.
-//! 2. [`measure`] runs the command and puts its section into the file, in the order of the table. A
+//! 2. `measure` runs the command and puts its section into the file, in the order of the table. A
 //!    folder must be as it was committed: git's hash of each stands in the section, and nothing
 //!    else says what was measured.
 //! 3. [`name_stale`] compares those hashes with the commit that is checked out. A section whose
