@@ -36,7 +36,6 @@ pub use rp6::Rp6;
 
 use kind::{CP2102, FT232R};
 use ld06::Ld06;
-use lidar::revolution::RevolutionConfig;
 use rplidar::{Rplidar, ScanMode};
 
 /// The devices that there are. Everything that opens, lists, finds or explains devices goes
@@ -60,10 +59,7 @@ pub const KINDS: [Kind; 4] = [
         baud_rate: Rplidar::BAUD_RATE,
         probe: Probe::Ask,
         adapters: &[CP2102],
-        open: |name, mount| {
-            let config = RevolutionConfig::rplidar().mounted(mount);
-            Box::new(Lidar::new(name, Rplidar::new(ScanMode::Standard), config))
-        },
+        open: |name, mount| Box::new(Lidar::new(name, Rplidar::new(ScanMode::Standard), mount)),
     },
     Kind {
         name: "rplidar-express",
@@ -73,10 +69,7 @@ pub const KINDS: [Kind; 4] = [
         baud_rate: Rplidar::BAUD_RATE,
         probe: Probe::ByName,
         adapters: &[CP2102],
-        open: |name, mount| {
-            let config = RevolutionConfig::rplidar().mounted(mount);
-            Box::new(Lidar::new(name, Rplidar::new(ScanMode::Express), config))
-        },
+        open: |name, mount| Box::new(Lidar::new(name, Rplidar::new(ScanMode::Express), mount)),
     },
     Kind {
         name: "ld06",
@@ -86,9 +79,6 @@ pub const KINDS: [Kind; 4] = [
         baud_rate: Ld06::BAUD_RATE,
         probe: Probe::Listen,
         adapters: &[CP2102],
-        open: |name, mount| {
-            let config = RevolutionConfig::ld06().mounted(mount);
-            Box::new(Lidar::new(name, Ld06::default(), config))
-        },
+        open: |name, mount| Box::new(Lidar::new(name, Ld06::default(), mount)),
     },
 ];

@@ -4,7 +4,6 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-use slamlab_core::device::lidar::revolution::RevolutionConfig;
 use slamlab_core::device::udp::UdpLidar;
 use slamlab_core::device::{KINDS, Kind, Lidar, Role};
 use slamlab_core::geom::Pose2;
@@ -127,9 +126,8 @@ impl SourceName {
                 Box::new(DeviceSource::at_port(device, port))
             }
             Self::Udp(address) => {
-                let config = RevolutionConfig::rplidar().mounted(mount);
                 let protocol = UdpLidar::new(&address.path);
-                let lidar = Lidar::new(self.to_string(), protocol, config);
+                let lidar = Lidar::new(self.to_string(), protocol, mount);
                 Box::new(DeviceSource::by_udp(Box::new(lidar), address.clone()))
             }
         })

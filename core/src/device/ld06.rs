@@ -5,6 +5,7 @@
 //! 2. Silence, bytes that are no packets, and a head that stands still (speed 0, or no whole turn)
 //!    are faults; they end by themselves with the next whole turn.
 
+use crate::device::lidar::revolution::RevolutionConfig;
 use crate::device::lidar::{LidarProtocol, Output};
 use crate::robot::Stamp;
 use crate::wire::Tally;
@@ -65,6 +66,17 @@ impl Ld06 {
 impl LidarProtocol for Ld06 {
     fn baud_rate(&self) -> u32 {
         Self::BAUD_RATE
+    }
+
+    /// LD06 and LD19: 0.02 to 12 m, σ 10 mm near, ±45 mm at most (development manual v2.3).
+    fn figures(&self) -> RevolutionConfig {
+        RevolutionConfig {
+            min_range: 0.02,
+            max_range: 12.0,
+            sigma: 0.01,
+            sigma_per_metre: 0.003,
+            ..RevolutionConfig::default()
+        }
     }
 
     fn opened(&mut self, _: &mut Output, _: Stamp) {

@@ -18,6 +18,7 @@ use std::fmt;
 use crate::device::line::{Device, Want, Weight};
 use crate::device::report::Report;
 use crate::device::source::{Order, Profile, SourceEvent};
+use crate::geom::Pose2;
 use crate::robot::Stamp;
 use crate::wire::Tally;
 use crate::wire::message::{DeviceState, LinkState};
@@ -34,6 +35,9 @@ pub(super) const LONGEST_TURN: f64 = 3.0;
 pub trait LidarProtocol: fmt::Debug + Send + 'static {
     /// Baud rate of its line.
     fn baud_rate(&self) -> u32;
+
+    /// Range, σ and quality of the sensor, by its data sheet; it sits in the robot's middle.
+    fn figures(&self) -> RevolutionConfig;
 
     /// The line was opened: whatever was known of the sensor is forgotten.
     fn opened(&mut self, output: &mut Output, now: Stamp);
@@ -60,10 +64,13 @@ pub struct Lidar<P> {
 }
 
 impl<P: LidarProtocol> Lidar<P> {
-    /// A lidar called `name`, as on the command line; `config` is what the sensor is and where it
-    /// sits.
+    /// A lidar called `name`, as on the command line, that sits at this pose on the robot.
     #[must_use]
-    pub fn new(name: impl Into<String>, protocol: P, config: RevolutionConfig) -> Self {
+    pub fn new(name: impl Into<String>, protocol: P, robot_from_sensor: Pose2) -> Self {
+        let config = RevolutionConfig {
+            robot_from_sensor,
+            ..protocol.figures()
+        };
         Self {
             name: name.into(),
             protocol,

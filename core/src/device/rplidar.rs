@@ -24,6 +24,7 @@
 
 mod fault;
 
+use crate::device::lidar::revolution::RevolutionConfig;
 use crate::device::lidar::{LidarProtocol, Output};
 use crate::device::line::Weight;
 use crate::robot::Stamp;
@@ -94,6 +95,18 @@ pub struct Rplidar {
 }
 
 impl Rplidar {
+    /// SLAMTEC RPLIDAR A1: 0.15 to 12 m, σ rounded up from the 1 % of its data sheet, as in `sim`.
+    #[must_use]
+    pub fn a1() -> RevolutionConfig {
+        RevolutionConfig {
+            min_range: 0.15,
+            max_range: 12.0,
+            sigma: 0.01,
+            sigma_per_metre: 0.005,
+            ..RevolutionConfig::default()
+        }
+    }
+
     /// Baud rate of the A1.
     pub const BAUD_RATE: u32 = 115_200;
 
@@ -261,6 +274,10 @@ impl Rplidar {
 impl LidarProtocol for Rplidar {
     fn baud_rate(&self) -> u32 {
         Self::BAUD_RATE
+    }
+
+    fn figures(&self) -> RevolutionConfig {
+        Self::a1()
     }
 
     fn opened(&mut self, output: &mut Output, now: Stamp) {

@@ -6,7 +6,6 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use slamlab_core::device::lidar::revolution::RevolutionConfig;
 use slamlab_core::device::source::SourceEvent;
 use slamlab_core::device::udp::UdpLidar;
 use slamlab_core::device::{Device as _, Kind, Lidar, Want};
@@ -247,11 +246,7 @@ fn pilch_run(input: &[u8]) -> Result<u64, String> {
     server.receive(1, input, Stamp(1000));
     server.tick(Stamp(2000));
     let events = std::iter::from_fn(|| server.next_event()).count();
-    let mut client = Lidar::new(
-        "fuzz",
-        UdpLidar::new("/dev/ttyUSB0"),
-        RevolutionConfig::rplidar(),
-    );
+    let mut client = Lidar::new("fuzz", UdpLidar::new("/dev/ttyUSB0"), Pose2::identity());
     client.opened(Stamp(0));
     client.receive(b"\xFF\x011:LIDAR", Stamp(500));
     client.receive(input, Stamp(1000));

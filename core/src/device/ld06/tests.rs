@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use super::*;
 use crate::device::lidar::Lidar;
-use crate::device::lidar::revolution::RevolutionConfig;
 use crate::device::source::SourceEvent;
 use crate::device::{Device, Want};
+use crate::geom::Pose2;
 use crate::robot::Scan;
 use crate::wire::ld06::{LEN, Reading};
 
@@ -28,7 +28,7 @@ fn packets(count: usize) -> impl Iterator<Item = Packet> {
 }
 
 fn opened() -> Lidar<Ld06> {
-    let mut lidar = Lidar::new("ld06:test", Ld06::default(), RevolutionConfig::ld06());
+    let mut lidar = Lidar::new("ld06:test", Ld06::default(), Pose2::identity());
     lidar.opened(Stamp(0));
     lidar
 }

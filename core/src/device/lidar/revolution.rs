@@ -72,10 +72,9 @@ pub struct RevolutionConfig {
     pub most_lost: f64,
 }
 
-impl RevolutionConfig {
-    /// SLAMTEC RPLIDAR A1: 0.15 to 12 m, σ rounded up from the 1 % of its data sheet, as in `sim`.
-    #[must_use]
-    pub fn rplidar() -> Self {
+impl Default for RevolutionConfig {
+    /// Sits in the robot's middle; measures from 0.15 to 12 m with the σ of a simulated lidar.
+    fn default() -> Self {
         Self {
             robot_from_sensor: Pose2::identity(),
             min_range: 0.15,
@@ -86,26 +85,6 @@ impl RevolutionConfig {
             least_quality: 1,
             seam: PI,
             most_lost: 0.5,
-        }
-    }
-
-    /// LDROBOT LD06 and LD19: 0.02 to 12 m, σ 10 mm near, ±45 mm at most (development manual v2.3).
-    #[must_use]
-    pub fn ld06() -> Self {
-        Self {
-            min_range: 0.02,
-            sigma: 0.01,
-            sigma_per_metre: 0.003,
-            ..Self::rplidar()
-        }
-    }
-
-    /// The same sensor, sitting elsewhere on the robot.
-    #[must_use]
-    pub fn mounted(self, robot_from_sensor: Pose2) -> Self {
-        Self {
-            robot_from_sensor,
-            ..self
         }
     }
 }

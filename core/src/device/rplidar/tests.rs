@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use super::*;
 use crate::device::lidar::Lidar;
-use crate::device::lidar::revolution::RevolutionConfig;
 use crate::device::source::SourceEvent;
 use crate::device::{Device, Want};
+use crate::geom::Pose2;
 use crate::robot::Scan;
 use crate::wire::rplidar::answer::Descriptor;
 use crate::wire::rplidar::request::RequestDecoder;
@@ -120,7 +120,7 @@ impl Sensor {
 
 fn opened() -> Lidar<Rplidar> {
     let protocol = Rplidar::new(ScanMode::Standard);
-    let mut lidar = Lidar::new("rplidar:test", protocol, RevolutionConfig::rplidar());
+    let mut lidar = Lidar::new("rplidar:test", protocol, Pose2::identity());
     lidar.opened(Stamp(0));
     lidar
 }

@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use super::*;
 use crate::device::lidar::Lidar;
-use crate::device::lidar::revolution::RevolutionConfig;
 use crate::device::source::SourceEvent;
 use crate::device::{Device, Want};
+use crate::geom::Pose2;
 use crate::wire::pilch::DEFAULT_PATH;
 use crate::wire::pilch::server::{Server, ServerEvent};
 
@@ -26,7 +26,7 @@ struct Network {
 
 impl Network {
     fn new(path: &str) -> Self {
-        let mut client = Lidar::new("udp:test", UdpLidar::new(path), RevolutionConfig::rplidar());
+        let mut client = Lidar::new("udp:test", UdpLidar::new(path), Pose2::identity());
         client.opened(Stamp(0));
         Self {
             server: Some(Server::new(vec![DEFAULT_PATH.into()])),

@@ -18,7 +18,7 @@ fn sample(k: usize) -> Sample {
 }
 
 fn collect(samples: impl IntoIterator<Item = Sample>) -> Vec<Scan> {
-    let mut revolutions = Revolutions::new(RevolutionConfig::rplidar());
+    let mut revolutions = Revolutions::new(RevolutionConfig::default());
     let scans: Vec<Scan> = samples
         .into_iter()
         .filter_map(|sample| revolutions.push(sample))
