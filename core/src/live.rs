@@ -298,9 +298,9 @@ impl Live {
         std::mem::take(&mut self.notes)
     }
 
-    /// Asks for the right to drive, and arms the robot with it, but where its motors are cut off:
-    /// then the right to undo that is wanted. With `force` also from somebody else.
-    pub fn take_wheel(&mut self, now: u64, force: bool) {
+    /// Asks for the lease, with `force` also from another client, and arms the robot with it, unless
+    /// the emergency stop is latched: then only the lease is taken, to undo it.
+    pub fn take_lease(&mut self, now: u64, force: bool) {
         if !self.client.is_armed() {
             // A task that was chosen while the robot was disarmed must not begin by itself.
             self.end_task();
@@ -314,8 +314,8 @@ impl Live {
         }
     }
 
-    /// Gives the right to drive back; the robot stops.
-    pub fn leave_wheel(&mut self, now: u64) {
+    /// Gives the lease back; the robot stops.
+    pub fn release_lease(&mut self, now: u64) {
         self.end_task();
         self.client.release(now);
     }

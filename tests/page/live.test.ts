@@ -34,7 +34,7 @@ test('without the token a page watches: it maps, and anyone may stop', async ({ 
   await lab.watch((s) => s.scans, 'scans come by themselves').toBeGreaterThan(5);
   expect((await lab.state()).source).toBe('bridge');
   await lab.watch((s) => s.features, 'walls are found').toBeGreaterThan(2);
-  await expect(lab.at('wheel')).toBeDisabled();
+  await expect(lab.at('lease')).toBeDisabled();
   await lab.show('run');
   await expect(lab.at('bridge-state')).toContainText('only watches');
   await expect(page.getByText('simulated rp6 with lidar')).toBeVisible();
@@ -47,7 +47,7 @@ test('with the token it drives by hand and by itself, and Stop ends it', { tag: 
   await lab.open(`${bridge.url}#token=${token}`);
   expect(page.url(), 'the token does not stay in the address').not.toContain('token');
   await expect(lab.at('mode-explore'), 'nothing moves before somebody takes the wheel').toBeDisabled();
-  await lab.at('wheel').click();
+  await lab.at('lease').click();
   await expect.poll(async () => (await state())?.armed).toBe(true);
   if (!hasTouch) {
     const before = await lab.status();
@@ -71,7 +71,7 @@ test('with the token it drives by hand and by itself, and Stop ends it', { tag: 
 
 test('the emergency stop is latched until it is undone, and nothing moves by that', async ({ lab, page, bridge, token, state }) => {
   await lab.open(`${bridge.url}#token=${token}`);
-  await lab.at('wheel').click();
+  await lab.at('lease').click();
   await expect.poll(async () => (await state())?.armed).toBe(true);
   await lab.at('mode-explore').click();
   await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(0.1);

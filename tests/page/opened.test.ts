@@ -21,7 +21,7 @@ const test = base.extend<{ drive: Drive }>({
     const bridge = await Bridge.start(['--source', 'sim:arena,lidar', '--record', file, '--token-file', join(folder, 'token')]);
     const token = (await readFile(join(folder, 'token'), 'utf8')).trim();
     await lab.open(`${bridge.url}#token=${token}`);
-    await lab.at('wheel').click();
+    await lab.at('lease').click();
     const armed = () => page.evaluate(() => (window as unknown as { slamlab: { bridge: BridgeState | null } }).slamlab.bridge?.armed);
     await expect.poll(armed, { timeout: 30_000 }).toBe(true);
     await lab.at('mode-explore').click();

@@ -41,7 +41,7 @@ test('a robot behind a bridge keeps as far from obstacles as the setting says', 
     const token = (await readFile(join(folder, 'token'), 'utf8')).trim();
     await lab.open(`${bridge.url}#token=${token}`);
     await set(lab, 'pilot.gap', '50', 0.5);
-    await lab.at('wheel').click();
+    await lab.at('lease').click();
     await expect(lab.at('mode-explore'), 'it is armed').toBeEnabled();
     const far = await driveToTheWall(lab, page);
     await set(lab, 'pilot.gap', '5', 0.05);

@@ -142,7 +142,7 @@ export async function arm(lab: Lab, robot: WiredRobot): Promise<void> {
   if ((await bridgeState(lab))?.armed) return;
   await settled(lab, robot);
   await expect(async () => {
-    if (!(await bridgeState(lab))?.armed) await lab.at('wheel').click();
+    if (!(await bridgeState(lab))?.armed) await lab.at('lease').click();
     await expect.poll(async () => (await bridgeState(lab))?.armed, { timeout: 3_000 }).toBe(true);
   }).toPass(PATIENCE);
 }

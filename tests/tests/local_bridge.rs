@@ -96,7 +96,7 @@ impl Cable {
         let mut cable = Self::new();
         cable.run(2.0);
         assert!(cable.live.client().is_in(), "the page is let in");
-        cable.live.take_wheel(cable.micros(), false);
+        cable.live.take_lease(cable.micros(), false);
         cable.run(0.2);
         assert!(cable.live.client().is_armed());
         cable.live.drive(0.5, 0.0);
@@ -133,11 +133,11 @@ fn nothing_moves_before_the_wheel_is_taken() {
 /// The lease is granted after the Stop was pressed: it arms nothing any more.
 #[test]
 fn a_stop_overtakes_the_arming_that_waits_for_its_lease() {
-    let stops: [fn(&mut Live, u64); 3] = [Live::stop, Live::emergency_stop, Live::leave_wheel];
+    let stops: [fn(&mut Live, u64); 3] = [Live::stop, Live::emergency_stop, Live::release_lease];
     for stop in stops {
         let mut cable = Cable::new();
         cable.run(2.0);
-        cable.live.take_wheel(cable.micros(), false);
+        cable.live.take_lease(cable.micros(), false);
         let now = cable.micros();
         stop(&mut cable.live, now);
         for _ in 0..200 {
@@ -218,13 +218,13 @@ fn an_emergency_stop_is_undone_by_who_comes_later_and_nothing_moves_by_that() {
     assert!(!cable.live.client().has_lease());
     let is_cut_off = |cable: &Cable| cable.live.client().safety().unwrap().emergency;
     assert!(is_cut_off(&cable));
-    cable.live.take_wheel(cable.micros(), false);
+    cable.live.take_lease(cable.micros(), false);
     cable.run(0.5);
     assert!(cable.live.client().has_lease() && !cable.live.client().is_armed());
     cable.live.reset_emergency_stop(cable.micros());
     cable.run(0.5);
     assert!(!is_cut_off(&cable) && !cable.live.client().is_armed());
-    cable.live.take_wheel(cable.micros(), false);
+    cable.live.take_lease(cable.micros(), false);
     cable.run(0.5);
     assert!(cable.live.client().is_armed() && !cable.robot.is_moving());
 }
@@ -237,14 +237,14 @@ fn a_cable_that_is_pulled_disarms_and_one_put_back_moves_nothing() {
     cable.run(0.2);
     assert!(!cable.live.client().is_armed());
     // Nobody is there to be armed, whatever the device behind the cable makes of the silence.
-    cable.live.take_wheel(cable.micros(), false);
+    cable.live.take_lease(cable.micros(), false);
     cable.run(0.8);
     assert!(!cable.live.client().is_armed());
     cable.is_cut = false;
     cable.bridge.opened(cable.now(), 0);
     cable.run(3.0);
     assert!(!cable.robot.is_moving());
-    cable.live.take_wheel(cable.micros(), false);
+    cable.live.take_lease(cable.micros(), false);
     cable.run(0.5);
     cable.live.drive(0.5, 0.0);
     cable.run(1.0);

@@ -168,16 +168,16 @@ impl WebRun {
     /// Asks for the right to drive, and arms.
     ///
     /// # Errors    No robot behind a bridge.
-    pub fn take_wheel(&mut self, now: f64, force: bool) -> Result<(), WebError> {
-        self.behind_mut()?.live.take_wheel(now as u64, force);
+    pub fn take_lease(&mut self, now: f64, force: bool) -> Result<(), WebError> {
+        self.behind_mut()?.live.take_lease(now as u64, force);
         Ok(())
     }
 
     /// Gives the right to drive back; the robot stops.
     ///
     /// # Errors    No robot behind a bridge.
-    pub fn leave_wheel(&mut self, now: f64) -> Result<(), WebError> {
-        self.behind_mut()?.live.leave_wheel(now as u64);
+    pub fn release_lease(&mut self, now: f64) -> Result<(), WebError> {
+        self.behind_mut()?.live.release_lease(now as u64);
         Ok(())
     }
 

@@ -12,7 +12,7 @@ import type { Contest, Store } from "./store.js";
 import type { Scene } from "./view/scene.js";
 
 /** Wall milliseconds within which the answer to Drive comes. */
-const WHEEL_MILLIS = 5000;
+const LEASE_MILLIS = 5000;
 
 export class Client {
   readonly #worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: "slamlab" });
@@ -27,7 +27,7 @@ export class Client {
   /** What a building that is about to start was read without. */
   #skipped = "";
   #bridge: { url: string; token: string } | null = null;
-  #askedWheelAt = -Infinity;
+  #askedLeaseAt = -Infinity;
   readonly #ports = new SerialPorts((text) => {
     // The mapper gets no more readings.
     this.send({ kind: "unplug" });
@@ -163,17 +163,17 @@ export class Client {
   }
 
   /** Takes the right to drive, or gives it back. */
-  wheel(take: boolean): void {
-    this.#askedWheelAt = take ? performance.now() : -Infinity;
+  lease(take: boolean): void {
+    this.#askedLeaseAt = take ? performance.now() : -Infinity;
     const driver = this.#store.bridge?.driver ?? "";
-    this.send({ kind: "wheel", take, force: driver !== "" });
+    this.send({ kind: "lease", take, force: driver !== "" });
   }
 
   /** Whether this page drives a real robot, or is about to: the answer to Drive may be on its
       way. */
   get mayBeDriving(): boolean {
     const { source, bridge } = this.#store;
-    const isAsked = performance.now() - this.#askedWheelAt < WHEEL_MILLIS;
+    const isAsked = performance.now() - this.#askedLeaseAt < LEASE_MILLIS;
     return source === "bridge" && (this.plugged.length > 0 || (bridge?.hasLease ?? false) || isAsked);
   }
 

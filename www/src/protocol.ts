@@ -86,7 +86,7 @@ export type Command =
   /** Leaves them. */
   | { kind: "unplug" }
   /** Takes the right to drive (with `force` also from another client), or gives it back. */
-  | { kind: "wheel"; take: boolean; force: boolean }
+  | { kind: "lease"; take: boolean; force: boolean }
   /** Opens or shuts a door of the simulated world, by its number. */
   | { kind: "door"; index: number; open: boolean }
   /** Cuts its motors off, or unlatches that. */

@@ -121,7 +121,7 @@ const handlers: Handlers = {
   unplug: () => {
     if (conversation?.link instanceof CableLink) disconnect();
   },
-  wheel: ({ take, force }) => conversation?.say((module) => (take ? module.take_wheel(micros(), force) : module.leave_wheel(micros()))),
+  lease: ({ take, force }) => conversation?.say((module) => (take ? module.take_lease(micros(), force) : module.release_lease(micros()))),
   emergency: ({ on }) => conversation?.say((module) => (on ? module.emergency_stop(micros()) : module.reset_emergency_stop(micros()))),
   explore: () => command((run) => run.command((module) => module.explore())),
   manual: () => command((run) => run.command((module) => module.manual())),

@@ -191,7 +191,7 @@ fn drive_to(goal: Point2<f64>, sensor: SensorModel) -> (Bridge, Live) {
 fn drive(mut bridge: Bridge, mut live: Live, goal: Point2<f64>) -> (Bridge, Live) {
     bridge.greet(&mut live);
     bridge.hear(&mut live);
-    live.take_wheel(bridge.micros(), false);
+    live.take_lease(bridge.micros(), false);
     for _ in 0..20 {
         bridge.step(&mut live);
     }
@@ -337,7 +337,7 @@ fn room_ahead(settings: &[(&str, f64)], later: &[(&str, f64)]) -> f64 {
     live.config.settings = owned(settings);
     bridge.greet(&mut live);
     bridge.hear(&mut live);
-    live.take_wheel(bridge.micros(), false);
+    live.take_lease(bridge.micros(), false);
     for _ in 0..20 {
         bridge.step(&mut live);
     }
@@ -466,7 +466,7 @@ fn whatever_disarms_ends_the_errand_and_nothing_goes_on_by_itself() {
     let (mut bridge, mut live) = (Bridge::new(SensorModel::lidar()), live());
     bridge.greet(&mut live);
     bridge.hear(&mut live);
-    live.take_wheel(bridge.micros(), false);
+    live.take_lease(bridge.micros(), false);
     live.set_mode(Mode::Explore);
     for _ in 0..100 {
         bridge.step(&mut live);
@@ -479,7 +479,7 @@ fn whatever_disarms_ends_the_errand_and_nothing_goes_on_by_itself() {
     for _ in 0..20 {
         bridge.step(&mut live);
     }
-    live.take_wheel(bridge.micros(), false);
+    live.take_lease(bridge.micros(), false);
     for _ in 0..20 {
         bridge.step(&mut live);
     }
@@ -495,7 +495,7 @@ fn what_was_asked_for_while_disarmed_does_not_begin_by_itself_when_armed() {
     bridge.greet(&mut live);
     bridge.hear(&mut live);
     live.set_mode(Mode::Explore);
-    live.take_wheel(bridge.micros(), false);
+    live.take_lease(bridge.micros(), false);
     for _ in 0..40 {
         bridge.step(&mut live);
     }

@@ -18,8 +18,8 @@ export class SlamTransport extends SlamElement {
       .time { display: flex; gap: 6px; align-items: center; }
       .play { width: 44px; height: 44px; border-radius: 12px; background: var(--ink); color: var(--surface); border-color: transparent; }
       .play:hover { background: var(--ink); opacity: .88; }
-      .wheel { min-height: 44px; border-radius: 12px; }
-      .wheel[aria-pressed="true"] { background: var(--ink); color: var(--surface); border-color: transparent; }
+      .lease { min-height: 44px; border-radius: 12px; }
+      .lease[aria-pressed="true"] { background: var(--ink); color: var(--surface); border-color: transparent; }
       select { width: auto; min-width: 78px; min-height: 44px; }
       .time .icon { height: 44px; width: 40px; }
       .modes { display: flex; padding: 3px; gap: 2px; border-radius: 12px; background: var(--sunk); border: 1px solid var(--line); }
@@ -65,7 +65,7 @@ export class SlamTransport extends SlamElement {
     const { store, client } = this;
     const finished = store.status?.finished ?? false;
     return html`
-      ${store.source === "bridge" ? this.#wheel() : html`<div class="time" role="group" aria-label="Time">
+      ${store.source === "bridge" ? this.#lease() : html`<div class="time" role="group" aria-label="Time">
         <button class="play" data-testid="play" aria-label=${store.playing ? "Pause" : "Play"} title="${store.playing ? "Pause" : "Play"} (P)"
           ?disabled=${finished}
           @click=${(e: Event) => { client.send({ kind: store.playing ? "pause" : "play" }); this.giveBackFocus(e); }}>${store.playing ? icons.pause : icons.play}</button>
@@ -89,7 +89,7 @@ export class SlamTransport extends SlamElement {
   }
 
   /** Who drives a real robot, in place of the time, which is its own. */
-  #wheel(): TemplateResult {
+  #lease(): TemplateResult {
     const { bridge } = this.store;
     const drives = bridge?.armed ?? false;
     const others = !drives && !bridge?.hasLease && (bridge?.driver ?? "") !== "";
@@ -98,8 +98,8 @@ export class SlamTransport extends SlamElement {
     const may = bridge?.connection === "open" && bridge.mayDrive && !(bridge.emergency && bridge.hasLease);
     const why = bridge?.mayDrive === false ? "Only with the bridge's token: open the address that it printed at its start"
       : drives ? "Give back the right to drive; the robot stops" : others ? `${bridge?.driver} drives; taking over stops the robot first` : "Take the right to drive, and arm the robot";
-    return html`<button class="wheel" data-testid="wheel" aria-pressed=${drives} ?disabled=${!may} title=${why}
-      @click=${(e: Event) => { this.client.wheel(!drives); this.giveBackFocus(e); }}>${icons.hand} ${words}</button>`;
+    return html`<button class="lease" data-testid="lease" aria-pressed=${drives} ?disabled=${!may} title=${why}
+      @click=${(e: Event) => { this.client.lease(!drives); this.giveBackFocus(e); }}>${icons.hand} ${words}</button>`;
   }
 
   #modes(): TemplateResult {
