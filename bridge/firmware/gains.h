@@ -1,5 +1,5 @@
-/* Made from the robot's model: cargo run -p slamlab-core --example firmware_gains >
- * bridge/firmware/gains.h A test holds that it is current; do not edit it. */
+/* Made from the robot's model; do not edit it: a test holds that it is current.
+ * cargo run -p slamlab-core --example firmware_gains > bridge/firmware/gains.h */
 #ifndef GAINS_H
 #define GAINS_H
 
@@ -24,8 +24,7 @@
 #define FEEDBACK_BITS 11 /* behind the point */
 #define INTEGRAL_UNIT 64 /* counts x periods */
 
-/* Of the left and of the right motor. Rows: angle, speed, current; columns: speed, current,
-   load. */
+/* Of the left and the right motor. Rows: angle, speed, current; columns: speed, current, load. */
 static const int16_t TRANSITION[2][3][3] = {
     {{15703, 674, -8038}, {14986, 674, -15832}, {-1307, -59, 1317}},
     {{15703, 674, -8038}, {14986, 674, -15832}, {-1307, -59, 1317}},

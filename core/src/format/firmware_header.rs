@@ -37,8 +37,8 @@ pub fn write(model: &RobotModel, config: &ControllerConfig) -> Result<String, He
     let gains = Gains::design(&model.drive, period, per_count, config)?;
     let fixed = FixedGains::new(&model.drive, &gains, per_count)?;
     let mut text = String::from(
-        "/* Made from the robot's model: cargo run -p slamlab-core --example firmware_gains > \
-         bridge/firmware/gains.h\n * A test holds that it is current; do not edit it. */\n\
+        "/* Made from the robot's model; do not edit it: a test holds that it is current.\n \
+         * cargo run -p slamlab-core --example firmware_gains > bridge/firmware/gains.h */\n\
          #ifndef GAINS_H\n#define GAINS_H\n\n#include <stdint.h>\n\n",
     );
     text += &constants(model, period);
@@ -96,7 +96,7 @@ fn constants(model: &RobotModel, period: f64) -> String {
 /// Initialisers for both motors, and the feedback.
 fn arrays(fixed: &FixedGains) -> String {
     let mut text = String::from(
-        "\n/* Of the left and of the right motor. Rows: angle, speed, current; columns: speed, current, load. */\n",
+        "\n/* Of the left and the right motor. Rows: angle, speed, current; columns: speed, current, load. */\n",
     );
     let mut array = |declaration: &str, rows: Vec<String>| {
         let _ = writeln!(
