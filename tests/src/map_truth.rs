@@ -186,6 +186,6 @@ mod tests {
         let (world, pgm, yaml) = drawn(0.0);
         let error_of = |pgm: &[u8], yaml: &str| compare(&world, pgm, yaml).unwrap_err().to_string();
         assert!(error_of(&pgm[..99], &yaml).contains("the header promises 120 x 100 pixels"));
-        assert!(error_of(&pgm, "x: 1").contains("the key `resolution` is missing"));
+        assert!(error_of(&pgm, "x: 1").contains("the key `image` is missing"));
     }
 }
