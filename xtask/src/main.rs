@@ -90,7 +90,8 @@ fn main() -> ExitCode {
 fn obey(command: Command) -> anyhow::Result<()> {
     match command {
         Command::Run { speed, port, open } => {
-            let bridge = page::build_with_bridge(speed.profile(), "dev")?;
+            let bridge =
+                page::build_with_bridge(speed.profile(), "build --package slamlab-bridge")?;
             serve::serve(&bridge, port, open)
         }
         Command::Build { speed } => page::build(speed.profile()),

@@ -10,8 +10,8 @@ use std::thread::{self, ScopedJoinHandle};
 
 use anyhow::{Context, Result, anyhow};
 
+use crate::tools;
 use crate::wasm::{self, Profile};
-use crate::{serve, tools};
 
 /// Compiles the module, bundles the page, and compresses its files where they are for use.
 ///
@@ -28,17 +28,17 @@ pub fn build(profile: Profile) -> Result<()> {
     }
 }
 
-/// [`build`], and the bridge beside it, by cargo's profile `bridge`; its program is returned.
+/// [`build`], and beside it the bridge and whatever else cargo compiles by these arguments; the
+/// bridge's program is returned.
 ///
 /// # Errors
-/// As [`build`], and if the bridge does not compile.
-pub fn build_with_bridge(profile: Profile, bridge: &str) -> Result<PathBuf> {
+/// As [`build`], and if the programs do not compile.
+pub fn build_with_bridge(profile: Profile, arguments: &str) -> Result<PathBuf> {
     thread::scope(|scope| {
-        let bridge = scope.spawn(|| serve::build_bridge(bridge));
-        let page = build(profile);
-        let bridge = joined(bridge);
-        page.and(bridge)
-    })
+        let programs = scope.spawn(|| tools::run_cargo(arguments));
+        build(profile).and(joined(programs))
+    })?;
+    Ok(tools::built("debug/slamlab-bridge"))
 }
 
 /// Type-checks the page.

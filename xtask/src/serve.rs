@@ -1,6 +1,6 @@
 //! Becomes the bridge: signals reach it directly, and it prints the address.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result};
@@ -20,18 +20,6 @@ pub fn serve(bridge: &Path, port: u16, open: bool) -> Result<()> {
         bridge.arg("--open");
     }
     become_program(&mut bridge)
-}
-
-/// Compiles the bridge by a profile of cargo's whose folder is `debug`, `dev` or `test`, and
-/// returns its program.
-///
-/// # Errors
-/// If it does not compile.
-pub fn build_bridge(profile: &str) -> Result<PathBuf> {
-    tools::run_cargo(&format!(
-        "build --package slamlab-bridge --profile {profile}"
-    ))?;
-    Ok(tools::built("debug/slamlab-bridge"))
 }
 
 #[cfg(unix)]

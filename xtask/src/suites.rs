@@ -1,7 +1,5 @@
 //! All tests: natively, in a browser, and the page as a user uses it.
 
-use std::path::PathBuf;
-
 use anyhow::Result;
 use clap::ValueEnum;
 
@@ -29,9 +27,10 @@ pub enum Suite {
 /// All but [`Suite::Quick`], which is part of them.
 const ALL: [Suite; 4] = [Suite::Native, Suite::Wasm, Suite::Page, Suite::Firmware];
 
-/// Cargo's profile of the programs that the page's tests start: what the native tests stand on is
-/// compiled already.
-const TEST: &str = "test";
+/// Compiles the programs that the page's tests start: of the whole workspace and by the profile of
+/// tests, so that what the native tests stand on is compiled already.
+const PROGRAMS: &str = "build --profile test --workspace --exclude xtask --bin slamlab-bridge \
+                        --example simulate --example wired_robot";
 
 /// Parts of the names of those unit tests of `core` that take seconds: nine tenths of the time of
 /// all. [`Suite::Quick`] leaves them out, and says how many.
@@ -132,26 +131,19 @@ fn wasm() -> Result<()> {
 
 fn the_page() -> Result<()> {
     let chrome = tools::chrome()?;
-    let bridge = page::build_with_bridge(Profile::Release, TEST)?;
-    // The run on the command line whose bits those in the page must equal.
-    let simulate = build_example("slamlab-core", "simulate")?;
-    let wired_robot = build_example("slamlab-tests", "wired_robot")?;
+    let bridge = page::build_with_bridge(Profile::Release, PROGRAMS)?;
     let real_firmware = firmware::build_simulator()?;
     let folder = tools::root().join("tests/page");
     page::install(&folder)?;
     let mut npm = tools::npm(&folder)?;
     npm.env("CHROME", chrome)
         .env("SLAMLAB_BRIDGE", bridge)
-        .env("SLAMLAB_SIMULATE", simulate)
-        .env("SLAMLAB_WIRED_ROBOT", wired_robot)
+        // The run on the command line whose bits those in the page must equal.
+        .env("SLAMLAB_SIMULATE", tools::built("debug/examples/simulate"))
+        .env(
+            "SLAMLAB_WIRED_ROBOT",
+            tools::built("debug/examples/wired_robot"),
+        )
         .env("SLAMLAB_RP6_SIM", real_firmware.unwrap_or_default());
     tools::run(npm.args(["run", "--silent", "test"]))
-}
-
-/// An example's program, compiled for this machine.
-fn build_example(package: &str, name: &str) -> Result<PathBuf> {
-    tools::run_cargo(&format!(
-        "build --profile {TEST} --package {package} --example {name}"
-    ))?;
-    Ok(tools::built(&format!("debug/examples/{name}")))
 }
