@@ -14,7 +14,7 @@ pub struct EdgeWatch {
     /// True counts when it was set, while it waits for another.
     counts: Option<[i64; 2]>,
     /// As last reported before the edge.
-    told_before: Option<[i32; 2]>,
+    reported_before: Option<[i32; 2]>,
     decoder: Decoder<Report>,
     edge: Option<SystemTime>,
     reported: Option<SystemTime>,
