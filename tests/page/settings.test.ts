@@ -52,7 +52,7 @@ test('what is out of range is refused in words, and the field says what holds', 
   await expect(lab.page.locator('slam-toast')).toContainText('Gate of a match is a number from 0.1 to 100 d²; it stays 9.21');
   await expect(field).toHaveValue(/^9\.21/);
   await search(lab, 'no such thing at all');
-  await expect(lab.page.locator('slam-settings')).toContainText('No setting is called so');
+  await expect(lab.page.locator('slam-settings')).toContainText('No setting matches');
 });
 
 test('a preset sets its group, and each setting can go back', async ({ lab }) => {

@@ -16,6 +16,7 @@ use crate::settings::PresetInfo;
 /// All that can be chosen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
+#[tsify(hashmap_as_object)]
 pub struct Offer {
     /// Names of the built-in worlds.
     pub worlds: Vec<String>,

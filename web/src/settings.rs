@@ -39,6 +39,7 @@ pub struct SettingInfo {
 
 /// A preset; see `Preset` of the core.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[tsify(hashmap_as_object)]
 #[expect(missing_docs, reason = "names as in `Preset` of the core")]
 pub struct PresetInfo {
     pub group: String,
