@@ -298,8 +298,8 @@ impl Live {
         std::mem::take(&mut self.notes)
     }
 
-    /// Asks for the lease, with `force` also from another client, and arms the robot with it, unless
-    /// the emergency stop is latched: then only the lease is taken, to undo it.
+    /// Asks for the lease, with `force` also from another client, and arms the robot with it,
+    /// unless the emergency stop is latched: then only the lease is taken, to undo it.
     pub fn take_lease(&mut self, now: u64, force: bool) {
         if !self.client.is_armed() {
             // A task that was chosen while the robot was disarmed must not begin by itself.
