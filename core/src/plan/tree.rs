@@ -254,14 +254,14 @@ impl Raster {
             if least <= covered {
                 return;
             }
-            for (c, r) in ring_around((col, row), ring, (self.cols, self.rows)) {
+            ring_around((col, row), ring, (self.cols, self.rows), |c, r| {
                 let mut at = self.heads[(r * self.cols + c) as usize];
                 while at != NONE {
                     let (edge, before) = self.entries[at as usize];
                     least = visit(edge as usize);
                     at = before;
                 }
-            }
+            });
         }
     }
 }

@@ -155,9 +155,9 @@ impl Raster {
         for ring in 0..self.cols.max(self.rows) {
             let covered = (f64::from(ring) + to_border) * self.side;
             let mut goes_on = true;
-            for (c, r) in ring_around((col, row), ring, (self.cols, self.rows)) {
+            ring_around((col, row), ring, (self.cols, self.rows), |c, r| {
                 goes_on = visit(self.list(c, r), covered);
-            }
+            });
             if !goes_on {
                 return;
             }
