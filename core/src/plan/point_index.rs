@@ -8,8 +8,8 @@
 
 use nalgebra::Point2;
 
-/// Shows the cells of a raster of so many columns and rows that lie on a square ring of cells around
-/// one of them; row by row. Loops, for chained iterators made RRT take twice as long.
+/// Shows the cells of a raster of so many columns and rows that lie on a square ring of cells
+/// around one of them; row by row. Loops, for chained iterators made RRT take twice as long.
 #[inline]
 pub(super) fn ring_around(
     (col, row): (i32, i32),
