@@ -20,10 +20,13 @@ pub(super) fn ring_around(
     for r in (row - ring).max(0)..=(row + ring).min(rows - 1) {
         let is_full_row = (r - row).abs() == ring;
         let step = if is_full_row { 1 } else { (2 * ring).max(1) };
-        for c in (col - ring..=col + ring).step_by(step as usize) {
+        // A plain loop: a stepped range costs RRT a quarter of its time.
+        let mut c = col - ring;
+        while c <= col + ring {
             if (0..cols).contains(&c) {
                 visit(c, r);
             }
+            c += step;
         }
     }
 }
