@@ -2,15 +2,16 @@
 //! `cargo xtask package` does.
 //!
 //! Without the variable the program holds no page and serves a folder, which is what one wants
-//! while working on the page.
+//! while working on the page. Source maps are left out: they are as large as all the rest.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::{env, fs, io};
 
 fn main() -> ExitCode {
     println!("cargo:rerun-if-env-changed=SLAMLAB_PAGE");
     println!("cargo:rustc-check-cfg=cfg(has_page)");
-    let Some(folder) = std::env::var_os("SLAMLAB_PAGE").filter(|name| !name.is_empty()) else {
+    let Some(folder) = env::var_os("SLAMLAB_PAGE").filter(|name| !name.is_empty()) else {
         return ExitCode::SUCCESS;
     };
     let folder = Path::new(&folder);
@@ -23,7 +24,38 @@ fn main() -> ExitCode {
         );
         return ExitCode::FAILURE;
     }
-    println!("cargo:rustc-env=SLAMLAB_PAGE_FOLDER={}", folder.display());
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it")).join("page");
+    if let Err(error) = copy_without_maps(folder, &out) {
+        println!(
+            "cargo:error=cannot copy {} to {}: {error}",
+            folder.display(),
+            out.display()
+        );
+        return ExitCode::FAILURE;
+    }
+    println!("cargo:rustc-env=SLAMLAB_PAGE_FOLDER={}", out.display());
     println!("cargo:rustc-cfg=has_page");
     ExitCode::SUCCESS
+}
+
+fn copy_without_maps(from: &Path, to: &Path) -> io::Result<()> {
+    if to.exists() {
+        fs::remove_dir_all(to)?;
+    }
+    fs::create_dir_all(to)?;
+    for entry in fs::read_dir(from)? {
+        let entry = entry?;
+        let (name, target) = (entry.file_name(), to.join(entry.file_name()));
+        // Maps may be compressed: `NAME.map.br`.
+        let is_map = name
+            .to_string_lossy()
+            .split('.')
+            .any(|ending| ending == "map");
+        if entry.file_type()?.is_dir() {
+            copy_without_maps(&entry.path(), &target)?;
+        } else if !is_map {
+            fs::copy(entry.path(), target)?;
+        }
+    }
+    Ok(())
 }

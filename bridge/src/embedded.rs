@@ -7,7 +7,7 @@
 //!    Browsers take brotli over TLS and on this machine only.
 //! 2. The mark (`ETag`) is the content's hash: an unchanged file costs a 304, whatever the
 //!    program's own age.
-//! 3. Source maps stay out of the program: they are as large as all the rest.
+//! 3. Source maps stay out of the program (`build.rs`): they are as large as all the rest.
 
 use axum::body::Body;
 use axum::http::{HeaderMap, Method, StatusCode, header};
@@ -19,11 +19,9 @@ type Find = fn(&str) -> Option<EmbeddedFile>;
 
 #[cfg(has_page)]
 fn find(name: &str) -> Option<EmbeddedFile> {
-    /// What `SLAMLAB_PAGE` named when the program was built.
+    /// What `SLAMLAB_PAGE` named when the program was built, but for its source maps.
     #[derive(rust_embed::RustEmbed)]
     #[folder = "$SLAMLAB_PAGE_FOLDER"]
-    #[exclude = "*.map"]
-    #[exclude = "*.map.*"]
     struct Built;
 
     <Built as rust_embed::RustEmbed>::get(name)

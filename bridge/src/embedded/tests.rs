@@ -7,7 +7,6 @@ use super::*;
 
 #[derive(RustEmbed)]
 #[folder = "tests/page"]
-#[exclude = "*.map"]
 struct Small;
 
 fn ask(path: &str, headers: &[(header::HeaderName, &'static str)]) -> Response {
@@ -103,7 +102,6 @@ async fn what_the_browser_has_is_not_sent_again() {
 async fn nothing_else_is_there() {
     for path in [
         "/nothing.js",
-        "/main-Q3KX7ABC.js.map",
         "/../Cargo.toml",
         "/%2e%2e/Cargo.toml",
         "/fonts/",
