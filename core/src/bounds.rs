@@ -1,5 +1,5 @@
 //! What a figure of a configuration may be, said once: a configuration's `validate` and the table
-//! of settings take it from the same constant.
+//! of settings take it from the same constant. And what it is by default, said where it stands.
 
 use std::fmt;
 
@@ -14,6 +14,28 @@ pub const POSITIVE: Bounds = [f64::MIN_POSITIVE, f64::MAX];
 pub const FINITE: Bounds = [f64::MIN, f64::MAX];
 /// A part of a whole, or a probability.
 pub const PART: Bounds = [0.0, 1.0];
+
+/// A configuration whose fields stand with their defaults, as `name: type = value`.
+macro_rules! config {
+    (
+        $(#[$attribute:meta])*
+        pub struct $name:ident {
+            $($(#[$doc:meta])* pub $field:ident: $kind:ty = $default:expr,)*
+        }
+    ) => {
+        $(#[$attribute])*
+        pub struct $name {
+            $($(#[$doc])* pub $field: $kind,)*
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default,)* }
+            }
+        }
+    };
+}
+pub(crate) use config;
 
 /// A figure outside of its bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -35,7 +35,7 @@ pub use method::{Method, UnknownMethod};
 use prepared::PreparedScan;
 pub use prior_map::{PriorMap, PriorMapFit, PriorMapMatching};
 pub use sonars::SonarsConfig;
-pub use view::{OwnMap, View};
+pub use view::View;
 
 /// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

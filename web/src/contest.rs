@@ -224,7 +224,6 @@ impl WebRun {
         };
         let map_from_world = sim.experiment.map_from_world();
         let walls = sim.experiment.sim().caster().walls().iter();
-        let into_map = |w: &Segment| Segment::new(map_from_world * w.a, map_from_world * w.b);
-        Ok(walls.map(|wall| into_map(&wall.segment)).collect())
+        Ok(walls.map(|wall| map_from_world * wall.segment).collect())
     }
 }

@@ -56,11 +56,11 @@ impl WebRun {
     #[must_use]
     pub fn prior_map_walls(&self) -> Vec<f32> {
         let slam = self.slam();
-        let lines = match slam.view().prior_map_fit {
-            Some(_) => slam.config().prior_map.lines.as_slice(),
+        let faces = match slam.view().prior_map_fit {
+            Some(_) => slam.config().prior_map.faces.as_slice(),
             None => &[],
         };
-        let ends = lines.iter().flat_map(|line| line.ends);
+        let ends = faces.iter().flat_map(|face| [face.a, face.b]);
         ends.flat_map(pair).collect()
     }
 

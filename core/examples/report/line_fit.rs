@@ -32,7 +32,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     let (mut nees, mut bias, mut stated, mut found) =
         (0.0, Vector2::zeros(), Vector2::zeros(), Vector2::zeros());
     for seed in 0..seeds {
-        let fit = fit_line(&wall(seed), 0.0, 0.0)?;
+        let fit = fit_line(&wall(seed), 0.0).context("no line")?;
         let error = Vector2::new(wrap(fit.line.alpha() - ALPHA), fit.line.r() - R);
         let sigma = Vector2::new(fit.cov[(0, 0)].sqrt(), fit.cov[(1, 1)].sqrt());
         let factor = fit.cov.cholesky().context("a singular covariance")?;

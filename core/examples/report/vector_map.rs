@@ -113,7 +113,7 @@ impl Run {
         let world_from_map = experiment.map_from_world().inverse();
         let map: Vec<Segment> = map_of(&experiment)
             .iter()
-            .map(|s| Segment::new(world_from_map * s.a, world_from_map * s.b))
+            .map(|s| world_from_map * *s)
             .collect();
         let mut errors: Vec<f64> = points_on(&map).map(|p| nearest(&walls, p)).collect();
         errors.sort_by(f64::total_cmp);

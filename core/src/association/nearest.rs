@@ -16,7 +16,7 @@
 //! scan together.
 
 use super::Paired;
-use crate::bounds::{Bounds, NOT_NEGATIVE, OutOfBounds, POSITIVE, check, or_no_limit};
+use crate::bounds::{Bounds, NOT_NEGATIVE, OutOfBounds, POSITIVE, check, config, or_no_limit};
 use crate::geom::CHI2_2DOF_99;
 
 /// How the lines of a scan find their landmarks.
@@ -41,45 +41,32 @@ impl AssociationMethod {
     ];
 }
 
-/// How near a sighting must be to its landmark.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AssociationConfig {
-    /// One by one or together. Default [`AssociationMethod::Joint`].
-    pub method: AssociationMethod,
-    /// Largest d² of a match. Default 9.21, 99 % of χ² with 2 degrees of freedom. Larger: more
-    /// matches, more wrong ones.
-    pub gate: f64,
-    /// Smallest d² to every landmark of a new one. Default 25. Larger: fewer duplicates, new walls
-    /// found later. Below [`Self::gate`] it counts as that.
-    pub new_gate: f64,
-    /// Matched together: largest d² of a line from where all other lines of its scan expect it.
-    /// Default 13.82, 99.9 %. Growing: spoilt lines get in among many good ones.
-    pub outlier_gate: f64,
-    /// A second candidate must be this much worse in d². Default 4: e² times less likely.
-    pub ambiguity: f64,
-    /// Largest free distance between the seen and the known part of one wall, m. Default 0.5: less
-    /// than a door.
-    pub max_gap: f64,
-    /// Candidates closer than this (m, and rad) to each other are the same place: then no
-    /// ambiguity. Default 0.03.
-    pub same_place: f64,
-    /// Matched together: sets tried before the best one so far is taken, since the worst case grows
-    /// exponentially. Default 5 000: a few milliseconds.
-    pub most_sets: usize,
-}
-
-impl Default for AssociationConfig {
-    fn default() -> Self {
-        Self {
-            method: AssociationMethod::default(),
-            gate: CHI2_2DOF_99,
-            new_gate: 25.0,
-            outlier_gate: 13.82,
-            ambiguity: 4.0,
-            max_gap: 0.5,
-            same_place: 0.03,
-            most_sets: 5_000,
-        }
+config! {
+    /// How near a sighting must be to its landmark.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct AssociationConfig {
+        /// One by one or together. Default [`AssociationMethod::Joint`].
+        pub method: AssociationMethod = AssociationMethod::default(),
+        /// Largest d² of a match. Default 9.21, 99 % of χ² with 2 degrees of freedom. Larger: more
+        /// matches, more wrong ones.
+        pub gate: f64 = CHI2_2DOF_99,
+        /// Smallest d² to every landmark of a new one. Default 25. Larger: fewer duplicates, new
+        /// walls found later. Below [`Self::gate`] it counts as that.
+        pub new_gate: f64 = 25.0,
+        /// Matched together: largest d² of a line from where all other lines of its scan expect it.
+        /// Default 13.82, 99.9 %. Growing: spoilt lines get in among many good ones.
+        pub outlier_gate: f64 = 13.82,
+        /// A second candidate must be this much worse in d². Default 4: e² times less likely.
+        pub ambiguity: f64 = 4.0,
+        /// Largest free distance between the seen and the known part of one wall, m. Default 0.5:
+        /// less than a door.
+        pub max_gap: f64 = 0.5,
+        /// Candidates closer than this (m, and rad) to each other are the same place: then no
+        /// ambiguity. Default 0.03.
+        pub same_place: f64 = 0.03,
+        /// Matched together: sets tried before the best one so far is taken, since the worst case
+        /// grows exponentially. Default 5 000: a few milliseconds.
+        pub most_sets: usize = 5_000,
     }
 }
 

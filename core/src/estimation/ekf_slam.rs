@@ -54,7 +54,6 @@ use nalgebra::{Matrix2, Matrix3, Matrix5, Point2};
 pub(super) use self::input::check_feature;
 use self::joint::JointScratch;
 use self::landmark::Entry;
-pub(super) use self::robot_state::RobotState;
 use self::robot_state::{POSE, ROBOT};
 use self::sweep::{as_seen, order};
 use super::covariance::Covariance;
@@ -71,7 +70,7 @@ pub use self::landmark::{Landmark, LandmarkId};
 pub use self::report::{
     Considered, Explanation, Fix, Gate, Match, Merged, Rejection, UpdateReport, Verdict,
 };
-pub use self::robot_state::OdometryErrors;
+pub use self::robot_state::{OdometryErrors, RobotState};
 pub use self::sweep::SweepTiming;
 
 /// Of the candidates of a line, the report keeps this many.

@@ -23,15 +23,15 @@ pub use covariance::{Column, Covariance};
 pub use drive_fit::DriveFit;
 pub use ekf_slam::{
     Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Fix, Gate,
-    Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejection, SweepTiming,
-    UpdateReport, Verdict,
+    Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejection, RobotState,
+    SweepTiming, UpdateReport, Verdict,
 };
-pub use line_localisation::{LineLocaliser, PriorLine};
+pub use line_localisation::LineLocaliser;
 pub use measures::{align, ate_rmse};
 pub use odometry_fit::{Drive, DriveExtent, FittedParameter, OdometryFit, OdometryFitError};
 pub use pose_graph::{Edge, PoseGraph, information_at_end};
 pub use relations::{RelationErrors, relation_errors};
-pub use scan_localisation::{ScanLocaliser, ScanLocaliserConfig};
+pub use scan_localisation::ScanLocaliser;
 pub use scan_matching::{ScanMatcher, ScanMatcherConfig, ScanMatcherError};
 pub use submap::ClosureConfig;
 pub use sweep_smoother::{BeamPose, SweepSmoother};

@@ -115,7 +115,7 @@ impl PoseGraph {
             let before = self.poses.clone();
             let mut largest = 0.0_f64;
             for (pose, d) in self.poses.iter_mut().skip(1).zip(&step) {
-                *pose = Pose2::new(pose.x() - d.x, pose.y() - d.y, pose.heading() - d.z);
+                *pose = pose.plus(&-d);
                 largest = largest.max(d.amax());
             }
             let after = self.cost();

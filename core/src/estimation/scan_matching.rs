@@ -144,7 +144,7 @@ impl ScanMatcher {
             .pending
             .take()
             .unwrap_or_else(|| Odometry::standing(points.stamp));
-        let predicted = carried_on(&self.local_estimate(), &moved);
+        let predicted = moved.after(&self.local_estimate());
         let registration = (!self.running.surfels().is_empty()).then(|| {
             let prior = self.prior(&predicted, &moved);
             *locate(&surfaces, &self.running, &prior, 0, &self.config.locate).registration()
@@ -173,8 +173,7 @@ impl ScanMatcher {
     #[must_use]
     pub fn estimate(&self) -> PoseEstimate {
         let at_scan = self.estimate_at_scan();
-        self.pending
-            .map_or(at_scan, |since| carried_on(&at_scan, &since))
+        self.pending.map_or(at_scan, |since| since.after(&at_scan))
     }
 
     fn estimate_at_scan(&self) -> PoseEstimate {
@@ -327,21 +326,6 @@ impl ScanMatcher {
             self.begin_redraw(self.config.last_redraw * shift);
             self.draw_on(budget);
         }
-    }
-}
-
-/// An estimate moved on by odometry.
-fn carried_on(before: &PoseEstimate, moved: &Odometry) -> PoseEstimate {
-    let before = Odometry {
-        from: moved.from,
-        to: moved.from,
-        motion: before.pose,
-        cov: before.cov,
-    };
-    let now = before.then(moved);
-    PoseEstimate {
-        pose: now.motion,
-        cov: now.cov,
     }
 }
 

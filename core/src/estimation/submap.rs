@@ -14,59 +14,64 @@
 use nalgebra::{Matrix3, Point2, Vector3};
 
 use super::pose_graph::information_at_end;
-use crate::bounds::Bounds;
-use crate::geom::Pose2;
+use crate::bounds::{Bounds, config};
+use crate::geom::{Pose2, pose_cov};
 use crate::map::{Surfel, SurfelConfig, SurfelMap, cells_on_ray};
 use crate::points::OrientedPoint;
 use crate::registration::{
     MatchConfig, Prior, SearchConfig, SearchWindow, Verdict, register, search_and_match,
 };
 
-/// When two submaps are one place.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClosureConfig {
-    /// Widest search to either side, m. Default 8.
-    pub max_shift: f64,
-    /// Widest search to either side, rad. Default 0.6.
-    pub max_turn: f64,
-    /// The window is so many standard deviations of what is known of the pose, to either side.
-    /// Default 3; larger finds loops after worse drives, and more wrong ones.
-    pub doubt_sigmas: f64,
-    /// In a window no wider than this the submaps are matched without a search: matching pulls them
-    /// in from as far. Default 0.3 m and 0.06 rad.
-    pub match_reach: SearchWindow,
-    /// How poses are searched for. Default [`SearchConfig::between_submaps`].
-    pub search: SearchConfig,
-    /// Matched without a search, the relative pose is never believed better beforehand than this,
-    /// m. Default 0.02.
-    pub prior_sigma: f64,
-    /// The same, rad. Default 0.005.
-    pub prior_turn_sigma: f64,
-    /// A surface agrees that lies nearer than this to one of the other submap, m, across it.
-    /// Default 0.08: larger takes the two sides of a thin wall for one.
-    pub agree_within: f64,
-    /// Cosine of the largest angle between surfaces that agree. Default 0.5.
-    pub agree_cosine: f64,
-    /// Least number of surfaces that agree. Default 80.
-    pub min_agreeing: usize,
-    /// Least part that agrees, of all that could. Default 0.75.
-    pub min_agreement: f64,
-    /// The same where the pose had to be searched for. Default 0.85.
-    pub min_agreement_searched: f64,
-    /// A closure is never believed better than this, m. Default 0.015.
-    pub sigma: f64,
-    /// A closure is never believed better than this, rad. Default 0.003.
-    pub turn_sigma: f64,
-    /// What a closure says at least, 1/m² and 1/rad²: nothing is known worse than to ten metres and
-    /// ten radians. Default 0.01.
-    pub min_information: f64,
-    /// Scale of the Cauchy kernel by which wrong closures lose their say, in standard deviations.
-    /// Default 3; larger listens to more.
-    pub kernel: f64,
-    /// Most iterations of the optimisation after a closure. Default 30.
-    pub max_iterations: usize,
-    /// Earlier submaps that are tried for each new one. Default 10.
-    pub candidates: usize,
+config! {
+    /// When two submaps are one place.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct ClosureConfig {
+        /// Widest search to either side, m. Default 8.
+        pub max_shift: f64 = 8.0,
+        /// Widest search to either side, rad. Default 0.6.
+        pub max_turn: f64 = 0.6,
+        /// The window is so many standard deviations of what is known of the pose, to either side.
+        /// Default 3; larger finds loops after worse drives, and more wrong ones.
+        pub doubt_sigmas: f64 = 3.0,
+        /// In a window no wider than this the submaps are matched without a search: matching pulls
+        /// them in from as far. Default 0.3 m and 0.06 rad.
+        pub match_reach: SearchWindow = SearchWindow {
+            shift: 0.3,
+            turn: 0.06,
+        },
+        /// How poses are searched for. Default [`SearchConfig::between_submaps`].
+        pub search: SearchConfig = SearchConfig::between_submaps(),
+        /// Matched without a search, the relative pose is never believed better beforehand than
+        /// this, m. Default 0.02.
+        pub prior_sigma: f64 = 0.02,
+        /// The same, rad. Default 0.005.
+        pub prior_turn_sigma: f64 = 0.005,
+        /// A surface agrees that lies nearer than this to one of the other submap, m, across it.
+        /// Default 0.08: larger takes the two sides of a thin wall for one.
+        pub agree_within: f64 = 0.08,
+        /// Cosine of the largest angle between surfaces that agree. Default 0.5.
+        pub agree_cosine: f64 = 0.5,
+        /// Least number of surfaces that agree. Default 80.
+        pub min_agreeing: usize = 80,
+        /// Least part that agrees, of all that could. Default 0.75.
+        pub min_agreement: f64 = 0.75,
+        /// The same where the pose had to be searched for. Default 0.85.
+        pub min_agreement_searched: f64 = 0.85,
+        /// A closure is never believed better than this, m. Default 0.015.
+        pub sigma: f64 = 0.015,
+        /// A closure is never believed better than this, rad. Default 0.003.
+        pub turn_sigma: f64 = 0.003,
+        /// What a closure says at least, 1/m² and 1/rad²: nothing is known worse than to ten metres
+        /// and ten radians. Default 0.01.
+        pub min_information: f64 = 0.01,
+        /// Scale of the Cauchy kernel by which wrong closures lose their say, in standard
+        /// deviations. Default 3; larger listens to more.
+        pub kernel: f64 = 3.0,
+        /// Most iterations of the optimisation after a closure. Default 30.
+        pub max_iterations: usize = 30,
+        /// Earlier submaps that are tried for each new one. Default 10.
+        pub candidates: usize = 10,
+    }
 }
 
 impl ClosureConfig {
@@ -74,34 +79,6 @@ impl ClosureConfig {
     pub const MAX_SHIFT: Bounds = [0.1, 50.0];
     /// What [`Self::min_agreement`] may be.
     pub const MIN_AGREEMENT: Bounds = [0.1, 1.0];
-}
-
-impl Default for ClosureConfig {
-    fn default() -> Self {
-        Self {
-            max_shift: 8.0,
-            max_turn: 0.6,
-            doubt_sigmas: 3.0,
-            match_reach: SearchWindow {
-                shift: 0.3,
-                turn: 0.06,
-            },
-            search: SearchConfig::between_submaps(),
-            prior_sigma: 0.02,
-            prior_turn_sigma: 0.005,
-            agree_within: 0.08,
-            agree_cosine: 0.5,
-            min_agreeing: 80,
-            min_agreement: 0.75,
-            min_agreement_searched: 0.85,
-            sigma: 0.015,
-            turn_sigma: 0.003,
-            min_information: 0.01,
-            kernel: 3.0,
-            max_iterations: 30,
-            candidates: 10,
-        }
-    }
 }
 
 impl ClosureConfig {
@@ -217,18 +194,14 @@ impl ClosedSubmap {
             config.min_agreement
         };
         let reverse = SurfelMap::from_surfels(*surfels, other.surfels.clone());
-        let there = self.agreement(&map, other, &motion, config);
-        let back = other.agreement(&reverse, self, &motion.inverse(), config);
-        if !there.holds(least, config) || !back.holds(least, config) {
+        let agree = self.agrees_with(&map, other, &motion, least, config)
+            && other.agrees_with(&reverse, self, &motion.inverse(), least, config);
+        if !agree {
             return None;
         }
-        let floor = Vector3::new(
-            config.sigma * config.sigma,
-            config.sigma * config.sigma,
-            config.turn_sigma * config.turn_sigma,
-        );
+        let floor = pose_cov(config.sigma, config.turn_sigma);
         let weak = Matrix3::from_diagonal_element(config.min_information);
-        let cov = (found.information + weak).try_inverse()? + Matrix3::from_diagonal(&floor);
+        let cov = (found.information + weak).try_inverse()? + floor;
         Some(Closure {
             motion,
             information: information_at_end(&motion, &cov.try_inverse()?),
@@ -245,18 +218,17 @@ impl ClosedSubmap {
             .collect()
     }
 
-    /// Compares the surfels of `other` with what this submap, indexed in `map`, saw there.
-    fn agreement(
+    /// Whether of the surfels of `other` at least this part agree with what this submap, indexed in
+    /// `map`, saw there.
+    fn agrees_with(
         &self,
         map: &SurfelMap,
         other: &Self,
         self_from_other: &Pose2,
+        least: f64,
         config: &ClosureConfig,
-    ) -> Agreement {
-        let mut agreement = Agreement {
-            agree: 0,
-            contradict: 0,
-        };
+    ) -> bool {
+        let (mut agree, mut contradict) = (0, 0);
         for surfel in &other.surfels {
             let place = *self_from_other * surfel.position;
             let on_surface = map.nearest(place).is_some_and(|s| {
@@ -264,24 +236,12 @@ impl ClosedSubmap {
                     && s.normal.dot(&self_from_other.rotate(surfel.normal)) > config.agree_cosine
             });
             if on_surface {
-                agreement.agree += 1;
+                agree += 1;
             } else if self.free.contains(place) {
-                agreement.contradict += 1;
+                contradict += 1;
             }
         }
-        agreement
-    }
-}
-
-struct Agreement {
-    agree: usize,
-    contradict: usize,
-}
-
-impl Agreement {
-    fn holds(&self, least: f64, config: &ClosureConfig) -> bool {
-        let all = (self.agree + self.contradict) as f64;
-        self.agree >= config.min_agreeing && self.agree as f64 >= least * all
+        agree >= config.min_agreeing && agree as f64 >= least * (agree + contradict) as f64
     }
 }
 

@@ -21,10 +21,10 @@
 #[cfg(test)]
 mod tests;
 
-use nalgebra::Vector2;
+use nalgebra::Vector3;
 
 use super::ekf_slam::Fix;
-use crate::geom::{Pose2, wrap};
+use crate::geom::Pose2;
 use crate::points::{MotionHistory, MovedSince};
 use crate::robot::{Scan, Stamp};
 
@@ -52,16 +52,10 @@ struct Knot {
     /// L before and after.
     prior: f64,
     posterior: f64,
-    /// What this fix and all later ones change in the pose before, and L after that.
-    change: Change,
+    /// What this fix and all later ones change in the pose before, (x, y, θ) in the map frame, and
+    /// L after that.
+    change: Vector3<f64>,
     smoothed: f64,
-}
-
-/// A correction of a pose, map frame.
-#[derive(Clone, Copy, Debug)]
-struct Change {
-    shift: Vector2<f64>,
-    turn: f64,
 }
 
 impl SweepSmoother {
@@ -122,21 +116,16 @@ fn knots(start: &(MovedSince, f64), fixes: &[Fix], history: &MotionHistory) -> V
             since,
             prior,
             posterior,
-            change: Change::NONE,
+            change: fix.after.minus(&fix.before),
             smoothed: posterior,
         });
         (from, variance) = (since, posterior);
     }
     let mut later: Option<Knot> = None;
     for knot in knots.iter_mut().rev() {
-        let own = Change {
-            shift: knot.fix.after.position() - knot.fix.before.position(),
-            turn: wrap(knot.fix.after.heading() - knot.fix.before.heading()),
-        };
-        knot.change = own;
         if let Some(next) = &later {
             let (change, smoothed) = next.passed_back(knot.posterior);
-            knot.change = own.and(&change);
+            knot.change += change;
             knot.smoothed = smoothed;
         }
         later = Some(*knot);
@@ -166,7 +155,7 @@ impl Sweep {
         let (change, heading_variance) = next.passed_back(variance.min(next.prior));
         let by_odometry = next.fix.before * next.since.pose.inverse() * moved.pose;
         BeamPose {
-            robot_from_then: *now_from_map * change.applied_to(&by_odometry),
+            robot_from_then: *now_from_map * by_odometry.plus(&change),
             heading_variance,
         }
     }
@@ -175,40 +164,14 @@ impl Sweep {
 impl Knot {
     /// Step 2: what this fix and the later ones change at an instant before it at which L is
     /// `variance`, and what is left of L.
-    fn passed_back(&self, variance: f64) -> (Change, f64) {
+    fn passed_back(&self, variance: f64) -> (Vector3<f64>, f64) {
         let part = if self.prior > 0.0 {
             variance / self.prior
         } else {
             1.0
         };
-        let change = Change {
-            shift: self.change.shift * part,
-            turn: self.change.turn * part,
-        };
         let left = variance + part * part * (self.smoothed - self.prior);
-        (change, left.max(0.0))
-    }
-}
-
-impl Change {
-    const NONE: Self = Self {
-        shift: Vector2::new(0.0, 0.0),
-        turn: 0.0,
-    };
-
-    fn and(&self, other: &Self) -> Self {
-        Self {
-            shift: self.shift + other.shift,
-            turn: self.turn + other.turn,
-        }
-    }
-
-    fn applied_to(&self, pose: &Pose2) -> Pose2 {
-        Pose2::new(
-            pose.x() + self.shift.x,
-            pose.y() + self.shift.y,
-            pose.heading() + self.turn,
-        )
+        (self.change * part, left.max(0.0))
     }
 }
 

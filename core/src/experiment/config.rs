@@ -1,12 +1,11 @@
 //! What makes a run.
 
-use crate::estimation::PriorLine;
 use crate::pilot::{Mode, PilotConfig};
 use crate::robot::{OdometryCalibration, RobotModel, TrackWear};
 use crate::settings::Settings;
 use crate::sim::sensors::SonarModel;
 use crate::sim::{SensorModel, World};
-use crate::slam::{Method, SlamConfig};
+use crate::slam::{Method, PriorMap, SlamConfig};
 
 /// What makes a run; the same configuration makes the same run.
 #[derive(Clone, Debug)]
@@ -72,9 +71,10 @@ impl ExperimentConfig {
     /// The settings of estimation; for a prior map without one of its own, the walls of the world.
     pub(super) fn slam_with_walls(&self) -> SlamConfig {
         let mut slam = self.slam.clone();
-        if self.method == Method::PriorMap && slam.prior_map.lines.is_empty() {
-            let walls: Vec<_> = self.world.walls().iter().map(|w| w.segment).collect();
-            slam.prior_map.lines = PriorLine::of_walls(&walls, &self.world.start.inverse());
+        if self.method == Method::PriorMap && slam.prior_map.faces.is_empty() {
+            let walls = self.world.walls();
+            let walls = walls.iter().map(|wall| wall.segment);
+            slam.prior_map.faces = PriorMap::of_walls(walls, &self.world.start).faces;
         }
         slam
     }

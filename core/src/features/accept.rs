@@ -30,7 +30,7 @@ pub(super) fn accept(
     }
     piece.start = first;
     piece.end = last + 1;
-    let fit = fit_columns(columns, &piece).ok()?;
+    let fit = fit_columns(columns, &piece)?;
     let is_sure = fit.n_points >= config.min_points.max(3)
         && (fit.ends[1] - fit.ends[0]).norm() >= config.min_length
         && fit.cov[(0, 0)] <= config.max_alpha_sigma * config.max_alpha_sigma;

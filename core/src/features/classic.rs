@@ -13,19 +13,16 @@ use std::ops::Range;
 
 use super::columns::Columns;
 use super::piece::{LargestDistance, Piece};
+use crate::bounds::config;
 use crate::lanes::run;
 
-/// When points are one line, by a fixed distance.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Classic {
-    /// Farthest that a point may be from its line, m. Default 0.1. Larger: fewer walls torn by
-    /// noise, fewer shallow corners found.
-    pub threshold: f64,
-}
-
-impl Default for Classic {
-    fn default() -> Self {
-        Self { threshold: 0.1 }
+config! {
+    /// When points are one line, by a fixed distance.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Classic {
+        /// Farthest that a point may be from its line, m. Default 0.1. Larger: fewer walls torn by
+        /// noise, fewer shallow corners found.
+        pub threshold: f64 = 0.1,
     }
 }
 

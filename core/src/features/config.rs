@@ -4,7 +4,7 @@ use super::classic::Classic;
 use super::fit::BadBeam;
 use super::noise_aware::NoiseAware;
 use super::pilch::Pilch;
-use crate::bounds::{Bounds, OutOfBounds, PART, check, or_no_limit};
+use crate::bounds::{Bounds, OutOfBounds, PART, check, config, or_no_limit};
 use crate::points::{BreakRule, SegmentationConfig, SpacingModel};
 
 /// How a run of points is split into lines.
@@ -59,62 +59,42 @@ pub struct LineConfig {
     pub accept: AcceptConfig,
 }
 
-/// When two neighbouring pieces may be one line.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MergeConfig {
-    /// At most this many points between that belong to neither. Default 3.
-    pub gap_points: usize,
-    /// At most this far apart where something lies between, m. Default 0.3: not over a door.
-    pub gap: f64,
-    /// Whether also where the points do not belong together: over a door, behind a pillar. Default
-    /// no; `gap` then says how far.
-    pub across_runs: bool,
-}
-
-impl Default for MergeConfig {
-    fn default() -> Self {
-        Self {
-            gap_points: 3,
-            gap: 0.3,
-            across_runs: false,
-        }
+config! {
+    /// When two neighbouring pieces may be one line.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct MergeConfig {
+        /// At most this many points between that belong to neither. Default 3.
+        pub gap_points: usize = 3,
+        /// At most this far apart where something lies between, m. Default 0.3: not over a door.
+        pub gap: f64 = 0.3,
+        /// Whether also where the points do not belong together: over a door, behind a pillar.
+        /// Default no; `gap` then says how far.
+        pub across_runs: bool = false,
     }
 }
 
-/// Which lines are kept.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AcceptConfig {
-    /// Points given up at either end of a piece. Default 2: 1 gives longer lines and a less honest
-    /// map.
-    pub trim: usize,
-    /// Fewest points of a line. Default 7. Larger: fewer, safer lines.
-    pub min_points: usize,
-    /// Shortest line, m. Default 0.5: people and most pillars are narrower.
-    pub min_length: f64,
-    /// Largest standard deviation of α, rad. Default 0.04: with 0.1 the filter's pose was 1.5 times
-    /// as far off as it said in `office` and `loop`; what is linear at 2° is not at 6°.
-    pub max_alpha_sigma: f64,
-    /// Largest χ² of the residuals, in standard deviations above its mean. Default 2.5: one true
-    /// line in 160 is lost, and nearly every line across a corner.
-    pub max_chi2_sigmas: f64,
-    /// Largest bend (the quadratic term of the residuals) in standard deviations. Default 2: one
-    /// true line in 20 is lost, most pillars go.
-    pub max_bend_sigmas: f64,
-    /// How far from flat a wall may be, m, one standard deviation. Default 0.002.
-    pub surface_sigma: f64,
-}
-
-impl Default for AcceptConfig {
-    fn default() -> Self {
-        Self {
-            trim: 2,
-            min_points: 7,
-            min_length: 0.5,
-            max_alpha_sigma: 0.04,
-            max_chi2_sigmas: 2.5,
-            max_bend_sigmas: 2.0,
-            surface_sigma: 0.002,
-        }
+config! {
+    /// Which lines are kept.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct AcceptConfig {
+        /// Points given up at either end of a piece. Default 2: 1 gives longer lines and a less
+        /// honest map.
+        pub trim: usize = 2,
+        /// Fewest points of a line. Default 7. Larger: fewer, safer lines.
+        pub min_points: usize = 7,
+        /// Shortest line, m. Default 0.5: people and most pillars are narrower.
+        pub min_length: f64 = 0.5,
+        /// Largest standard deviation of α, rad. Default 0.04: with 0.1 the filter's pose was 1.5
+        /// times as far off as it said in `office` and `loop`; what is linear at 2° is not at 6°.
+        pub max_alpha_sigma: f64 = 0.04,
+        /// Largest χ² of the residuals, in standard deviations above its mean. Default 2.5: one
+        /// true line in 160 is lost, and nearly every line across a corner.
+        pub max_chi2_sigmas: f64 = 2.5,
+        /// Largest bend (the quadratic term of the residuals) in standard deviations. Default 2:
+        /// one true line in 20 is lost, most pillars go.
+        pub max_bend_sigmas: f64 = 2.0,
+        /// How far from flat a wall may be, m, one standard deviation. Default 0.002.
+        pub surface_sigma: f64 = 0.002,
     }
 }
 
@@ -219,28 +199,17 @@ impl LineConfig {
     /// # Errors    [`LineError::Bounds`] with the first one out of range.
     pub fn validate(&self) -> Result<(), LineError> {
         let limit = |figure, value, bounds| (figure, or_no_limit(value, bounds), bounds);
-        let (segmentation, accept) = (&self.segmentation, &self.accept);
-        let [chi2, bend] = [accept.max_chi2_sigmas, accept.max_bend_sigmas];
+        let (accept, step) = (&self.accept, self.segmentation.max_step);
+        let (chi2, bend) = (accept.max_chi2_sigmas, accept.max_bend_sigmas);
+        let (alpha, surface) = (accept.max_alpha_sigma, accept.surface_sigma);
         check(&[
-            (
-                "segmentation.max_step",
-                segmentation.max_step,
-                Self::MAX_STEP,
-            ),
+            ("segmentation.max_step", step, Self::MAX_STEP),
             ("merge.gap", self.merge.gap, Self::GAP),
             ("accept.min_length", accept.min_length, Self::MIN_LENGTH),
-            limit(
-                "accept.max_alpha_sigma",
-                accept.max_alpha_sigma,
-                Self::MAX_ALPHA_SIGMA,
-            ),
+            limit("accept.max_alpha_sigma", alpha, Self::MAX_ALPHA_SIGMA),
             limit("accept.max_chi2_sigmas", chi2, Self::MAX_SIGMAS),
             limit("accept.max_bend_sigmas", bend, Self::MAX_SIGMAS),
-            (
-                "accept.surface_sigma",
-                accept.surface_sigma,
-                Self::SURFACE_SIGMA,
-            ),
+            ("accept.surface_sigma", surface, Self::SURFACE_SIGMA),
         ])?;
         match self.split {
             SplitRule::NoiseAware(rule) => check(&[
@@ -255,33 +224,24 @@ impl LineConfig {
                 ("split.min_r2", rule.min_r2, Self::MIN_R2),
             ])?,
         }
-        Ok(match segmentation.rule {
+        Ok(match self.segmentation.rule {
             BreakRule::Adaptive {
-                grazing_angle,
+                grazing_angle: angle,
                 n_sigmas,
             } => check(&[
-                (
-                    "segmentation.grazing_angle",
-                    grazing_angle,
-                    Self::GRAZING_ANGLE,
-                ),
+                ("segmentation.grazing_angle", angle, Self::GRAZING_ANGLE),
                 ("segmentation.n_sigmas", n_sigmas, Self::BREAK_SIGMAS),
             ]),
             BreakRule::MeanRatio { ratio } => {
                 check(&[("segmentation.ratio", ratio, Self::BREAK_RATIO)])
             }
-            BreakRule::Spacing { spacing, ratio } => check(&[
+            BreakRule::Spacing {
+                spacing: SpacingModel { slope, offset },
+                ratio,
+            } => check(&[
                 ("segmentation.ratio", ratio, Self::BREAK_RATIO),
-                (
-                    "segmentation.spacing.slope",
-                    spacing.slope,
-                    Self::SPACING_SLOPE,
-                ),
-                (
-                    "segmentation.spacing.offset",
-                    spacing.offset,
-                    Self::SPACING_OFFSET,
-                ),
+                ("segmentation.spacing.slope", slope, Self::SPACING_SLOPE),
+                ("segmentation.spacing.offset", offset, Self::SPACING_OFFSET),
             ]),
         }?)
     }

@@ -59,7 +59,7 @@ impl LineExtractor {
         lines.clear();
         for &piece in &self.pieces {
             if let Some((fit, chi2)) = accept(&mut self.columns, piece, &self.config.accept) {
-                let beam = points.beams.get(self.columns.source(fit.first()));
+                let beam = points.beams.get(self.columns.source(fit.first));
                 let origin = beam.map_or(points.sensor_in_robot, |beam| beam.origin_in_robot);
                 lines.push(fit.feature(&self.columns, chi2, origin));
             }

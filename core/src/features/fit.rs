@@ -24,7 +24,6 @@ use nalgebra::{Matrix2, Point2, Vector2};
 use super::columns::{Columns, Noise};
 use super::feature::LineFeature;
 use super::piece::Piece;
-use crate::bounds::{NOT_NEGATIVE, OutOfBounds, check};
 use crate::geom::Line;
 use crate::points::Beam;
 use residuals::Residuals;
@@ -48,48 +47,11 @@ pub struct BadBeam {
     pub sigma: f64,
 }
 
-/// Why no line goes through some beams.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum FitError {
-    /// A line needs two points.
-    #[error("{n_points} points; a line needs at least 2")]
-    TooFew {
-        /// How many there are.
-        n_points: usize,
-    },
-    /// The points are not longer than they are wide.
-    #[error(
-        "points spread {along:.3} along the line and {across:.3} across it (weighted, noise removed); no direction stands out"
-    )]
-    Degenerate {
-        /// Weighted scatter along the line.
-        along: f64,
-        /// Weighted scatter across the line.
-        across: f64,
-    },
-    /// The beams run along the line: their ranges say nothing about where it lies.
-    #[error(
-        "beams meet the line at {incidence:.1e} rad (root mean square); its distance from the sensor is not measured"
-    )]
-    Unobservable {
-        /// Sine of the angle between beams and line, with what the bearings measure.
-        incidence: f64,
-    },
-    /// A beam whose numbers cannot be used.
-    #[error(transparent)]
-    Beam(#[from] BadBeam),
-    /// Noise that is no standard deviation.
-    #[error(transparent)]
-    Noise(#[from] OutOfBounds),
-}
-
-/// Fits one line to `beams`.
+/// Fits one line to `beams`. `None` where no line goes through them: there are fewer than two, no
+/// direction stands out, or they run along the line, so that their ranges say nothing about where
+/// it lies.
 ///
-/// # Units    `bearing_sigma`: rad. `surface_sigma`: how far from flat a wall may be, m; it enters
-/// the χ² only.
-/// # Errors   [`FitError`]: fewer than 2 beams, no direction that stands out, beams along the line,
-/// numbers that are not finite.
+/// # Units    `bearing_sigma`: rad, not negative.
 /// # Source   TDK 2016 §4.1; Arras & Siegwart (1997). The noise's own scatter is removed, see the
 /// module.
 /// # Example
@@ -106,32 +68,20 @@ pub enum FitError {
 ///     is_hit: true,
 ///     quality: None,
 /// };
-/// let wall = fit_line(&[on_x_2(-1.0), on_x_2(0.0), on_x_2(1.0)], 0.0, 0.0).unwrap();
+/// let wall = fit_line(&[on_x_2(-1.0), on_x_2(0.0), on_x_2(1.0)], 0.0).unwrap();
 /// assert!(wall.line.alpha().abs() < 1e-9 && (wall.line.r() - 2.0).abs() < 1e-9);
 /// ```
-pub fn fit_line(
-    beams: &[Beam],
-    bearing_sigma: f64,
-    surface_sigma: f64,
-) -> Result<LineFeature, FitError> {
-    check(&[
-        ("bearing_sigma", bearing_sigma, NOT_NEGATIVE),
-        ("surface_sigma", surface_sigma, NOT_NEGATIVE),
-    ])?;
-    check_beams(beams)?;
+#[must_use]
+pub fn fit_line(beams: &[Beam], bearing_sigma: f64) -> Option<LineFeature> {
     let mut columns = Columns::default();
     let noise = Noise {
         bearing_sigma,
-        surface_sigma,
+        surface_sigma: 0.0,
     };
-    columns.load(beams, std::iter::once(0..beams.len()), noise);
-    let all = Piece::whole(&columns, 0..columns.len());
-    let origin = beams
-        .first()
-        .map_or_else(Point2::origin, |b| b.origin_in_robot);
-    let fit = fit_columns(&columns, &all)?;
+    columns.load(beams, [0..beams.len()], noise);
+    let fit = fit_columns(&columns, &Piece::whole(&columns, 0..columns.len()))?;
     let chi2 = fit.residuals(&columns, false).chi2;
-    Ok(fit.feature(&columns, chi2, origin))
+    Some(fit.feature(&columns, chi2, beams.first()?.origin_in_robot))
 }
 
 /// Refuses the first beam whose numbers cannot be used.
@@ -171,7 +121,8 @@ pub(super) struct Fit {
     pub(super) n_points: usize,
     frame: Frame,
     by_heading: [Vector2<f64>; 2],
-    first: usize,
+    /// Index of the first point.
+    pub(super) first: usize,
     last: usize,
 }
 
@@ -195,22 +146,14 @@ impl Fit {
             by_heading: self.by_heading,
         }
     }
-
-    /// Index of the first point.
-    pub(super) fn first(&self) -> usize {
-        self.first
-    }
 }
 
-/// Fits one line to the points of a piece that are not skipped.
-pub(super) fn fit_columns(columns: &Columns, piece: &Piece) -> Result<Fit, FitError> {
-    let (Some(first), Some(last)) = (piece.first(columns), piece.last(columns)) else {
-        return Err(FitError::TooFew { n_points: 0 });
-    };
+/// [`fit_line`] for the points of a piece that are not skipped.
+pub(super) fn fit_columns(columns: &Columns, piece: &Piece) -> Option<Fit> {
+    let (first, last) = (piece.first(columns)?, piece.last(columns)?);
     let scatter = Scatter::of(columns, piece);
-    let n_points = scatter.n_points;
-    if n_points < 2 {
-        return Err(FitError::TooFew { n_points });
+    if scatter.n_points < 2 {
+        return None;
     }
     let frame = scatter.frame()?;
     let faded = Faded::between(columns.number(first), columns.number(last));
@@ -219,11 +162,11 @@ pub(super) fn fit_columns(columns: &Columns, piece: &Piece) -> Result<Fit, FitEr
         let p = columns.point(index);
         p - frame.normal * (frame.normal.dot(&p.coords) - frame.line.r())
     };
-    Ok(Fit {
+    Some(Fit {
         line: frame.line,
         cov: sums.covariance(&scatter, &frame)?,
         ends: [foot(first), foot(last)],
-        n_points,
+        n_points: scatter.n_points,
         frame,
         by_heading: sums.by_heading(&scatter, &frame),
         first,

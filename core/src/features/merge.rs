@@ -82,7 +82,7 @@ fn union(columns: &Columns, a: &Piece, b: &Piece, rule: &SplitRule) -> Option<Pi
 
 /// χ² of the difference of (α, r), where both pieces have a line of their own.
 fn agree(columns: &Columns, a: &Piece, b: &Piece) -> bool {
-    let (Ok(a), Ok(b)) = (fit_columns(columns, a), fit_columns(columns, b)) else {
+    let (Some(a), Some(b)) = (fit_columns(columns, a), fit_columns(columns, b)) else {
         // Too short to have a direction: the test of the union decides alone.
         return true;
     };

@@ -17,6 +17,6 @@ pub use classic::Classic;
 pub use config::{AcceptConfig, LineConfig, LineError, MergeConfig, SplitRule};
 pub use extract::LineExtractor;
 pub use feature::LineFeature;
-pub use fit::{BadBeam, FitError, fit_line};
+pub use fit::{BadBeam, fit_line};
 pub use noise_aware::NoiseAware;
 pub use pilch::Pilch;

@@ -14,27 +14,21 @@ use nalgebra::Vector2;
 
 use super::columns::Columns;
 use super::piece::Piece;
+use crate::bounds::config;
 use crate::lanes::{Kernel, Lanes, greatest, run, total};
 
-/// When points are one line, by what is known of their noise.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NoiseAware {
-    /// k of the split test. Default 3. Larger: fewer true walls are split, shallower corners stay
-    /// undetected. A true wall of 10 to 100 points is split once in 8 (k = 1), 60 (k = 2), 800
-    /// (k = 3) times, as the test measures; 3 is where splits no longer show among the lines that
-    /// other gates refuse (1 in 20).
-    pub split_k: f64,
-    /// A point this many standard deviations off its line is skipped. Default 4.5: one true point
-    /// in 150 000.
-    pub max_residual: f64,
-}
-
-impl Default for NoiseAware {
-    fn default() -> Self {
-        Self {
-            split_k: 3.0,
-            max_residual: 4.5,
-        }
+config! {
+    /// When points are one line, by what is known of their noise.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct NoiseAware {
+        /// k of the split test. Default 3. Larger: fewer true walls are split, shallower corners
+        /// stay undetected. A true wall of 10 to 100 points is split once in 8 (k = 1), 60 (k = 2),
+        /// 800 (k = 3) times, as the test measures; 3 is where splits no longer show among the
+        /// lines that other gates refuse (1 in 20).
+        pub split_k: f64 = 3.0,
+        /// A point this many standard deviations off its line is skipped. Default 4.5: one true
+        /// point in 150 000.
+        pub max_residual: f64 = 4.5,
     }
 }
 

@@ -19,25 +19,19 @@ use super::columns::Columns;
 use super::moments::Moments;
 use super::piece::Piece;
 
-/// When points are one line, by the error of a regression.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pilch {
-    /// Largest sum of squared distances, m². Default 0.03 (3 dm²). It does not grow with the number
-    /// of points: long walls and noisy ones are cut.
-    pub max_error: f64,
-    /// Least share of the scatter that the line explains. Default 0.98.
-    pub min_r2: f64,
-    /// Fewest points of a line, at least 2. Default 6.
-    pub min_points: usize,
-}
+use crate::bounds::config;
 
-impl Default for Pilch {
-    fn default() -> Self {
-        Self {
-            max_error: 0.03,
-            min_r2: 0.98,
-            min_points: 6,
-        }
+config! {
+    /// When points are one line, by the error of a regression.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Pilch {
+        /// Largest sum of squared distances, m². Default 0.03 (3 dm²). It does not grow with the
+        /// number of points: long walls and noisy ones are cut.
+        pub max_error: f64 = 0.03,
+        /// Least share of the scatter that the line explains. Default 0.98.
+        pub min_r2: f64 = 0.98,
+        /// Fewest points of a line, at least 2. Default 6.
+        pub min_points: usize = 6,
     }
 }
 

@@ -1,8 +1,8 @@
 //! Covariances, and the estimate that carries one.
 
-use nalgebra::{Matrix3, SMatrix};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::{Pose2, wrap};
+use super::Pose2;
 
 /// 99 % quantile of χ² with 2 degrees of freedom.
 pub const CHI2_2DOF_99: f64 = 9.210_340_371_976_18;
@@ -34,14 +34,16 @@ impl PoseEstimate {
     /// Source: Bar-Shalom, Li & Kirubarajan (2001), eq. (5.4.2-1).
     #[must_use]
     pub fn nees(&self, truth: &Pose2) -> Option<f64> {
-        let error = nalgebra::Vector3::new(
-            self.pose.x() - truth.x(),
-            self.pose.y() - truth.y(),
-            wrap(self.pose.heading() - truth.heading()),
-        );
+        let error = self.pose.minus(truth);
         let solved = self.cov.cholesky()?.solve(&error);
         Some(error.dot(&solved))
     }
+}
+
+/// Covariance of (x, y, θ) where each is known by itself, to `way` m and `turn` rad.
+#[must_use]
+pub fn pose_cov(way: f64, turn: f64) -> Matrix3<f64> {
+    Matrix3::from_diagonal(&Vector3::new(way * way, way * way, turn * turn))
 }
 
 /// Makes a matrix symmetric to the bit by averaging it with its transpose.

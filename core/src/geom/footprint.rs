@@ -30,15 +30,10 @@ impl Footprint {
     #[must_use]
     pub fn rectangle(length: f64, width: f64) -> Option<Self> {
         let corner = |x: f64, y: f64| Point2::new(0.5 * length * x, 0.5 * width * y);
-        let corners = || {
-            vec![
-                corner(1.0, -1.0),
-                corner(1.0, 1.0),
-                corner(-1.0, 1.0),
-                corner(-1.0, -1.0),
-            ]
-        };
-        (length > 0.0 && width > 0.0).then(|| Self { corners: corners() })
+        let signs = [(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)];
+        (length > 0.0 && width > 0.0).then(|| Self {
+            corners: signs.map(|(x, y)| corner(x, y)).to_vec(),
+        })
     }
 
     /// Radius of the largest disc about the centre within it, m.
@@ -92,8 +87,7 @@ impl Footprint {
     /// robot that does not touch the wall.
     #[must_use]
     pub fn nearest(&self, pose: &Pose2, wall: &Segment) -> [Point2<f64>; 2] {
-        let inverse = pose.inverse();
-        let seen = Segment::new(inverse * wall.a, inverse * wall.b);
+        let seen = pose.inverse() * *wall;
         let of_corners = self.corners.iter().map(|&c| [c, seen.closest_point(c)]);
         let of_ends = [seen.a, seen.b].map(|end| [self.closest_point(end), end]);
         let pairs = of_corners.chain(of_ends);
@@ -130,10 +124,7 @@ impl Footprint {
     }
 
     fn sweeps_over(&self, pose: &Pose2, turn: f64, wall: &Segment) -> bool {
-        let in_robot = {
-            let inverse = pose.inverse();
-            Segment::new(inverse * wall.a, inverse * wall.b)
-        };
+        let in_robot = pose.inverse() * *wall;
         // Corners go round by `turn`; as the robot sees it, ends of walls go round the other way.
         let by_corner = self.corners.iter().any(|&c| meets(c, turn, &in_robot));
         let sides = || sides_of(&self.corners).map(|(a, b)| Segment::new(*a, *b));

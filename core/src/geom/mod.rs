@@ -11,7 +11,7 @@ mod segment;
 
 pub use angle::{sin_cos, wrap};
 pub use chi2::chi2_quantile;
-pub use covariance::{CHI2_2DOF_99, PoseEstimate, symmetrize};
+pub use covariance::{CHI2_2DOF_99, PoseEstimate, pose_cov, symmetrize};
 pub use footprint::Footprint;
 pub use line::Line;
 pub use pose2::Pose2;

@@ -2,7 +2,7 @@
 
 use std::ops::Mul;
 
-use nalgebra::{Isometry2, Matrix3, Point2, Translation2, UnitComplex, Vector2};
+use nalgebra::{Isometry2, Matrix3, Point2, Translation2, UnitComplex, Vector2, Vector3};
 
 use super::{sin_cos, wrap};
 
@@ -84,6 +84,19 @@ impl Pose2 {
     #[must_use]
     pub fn delta_to(&self, to: &Self) -> Self {
         self.inverse() * *to
+    }
+
+    /// This pose with `by` added to (x, y, θ).
+    #[must_use]
+    pub fn plus(&self, by: &Vector3<f64>) -> Self {
+        Self::new(self.x() + by.x, self.y() + by.y, self.heading() + by.z)
+    }
+
+    /// (x, y, θ) less that of `other`; the turn is wrapped.
+    #[must_use]
+    pub fn minus(&self, other: &Self) -> Vector3<f64> {
+        let turn = wrap(self.heading() - other.heading());
+        (self.position() - other.position()).push(turn)
     }
 
     /// A part of this motion: `fraction` 0 is none, 1 is all, along the arc of constant speed and

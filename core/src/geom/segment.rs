@@ -1,6 +1,10 @@
 //! Straight pieces of wall.
 
+use std::ops::Mul;
+
 use nalgebra::{Point2, Vector2};
+
+use super::Pose2;
 
 /// The straight piece between two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,6 +94,15 @@ impl Segment {
         let distance = to_a.perp(&along) / denominator;
         let t = to_a.perp(&direction) / denominator;
         (distance >= 0.0 && (0.0..=1.0).contains(&t)).then_some(distance)
+    }
+}
+
+/// Moves a segment, both ends.
+impl Mul<Segment> for Pose2 {
+    type Output = Segment;
+
+    fn mul(self, segment: Segment) -> Segment {
+        Segment::new(self * segment.a, self * segment.b)
     }
 }
 

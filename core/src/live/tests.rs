@@ -3,8 +3,7 @@
 use nalgebra::Point2;
 
 use super::*;
-use crate::estimation::PriorLine;
-use crate::geom::{Pose2, Segment};
+use crate::geom::Pose2;
 use crate::pilot::{Finish, Status};
 use crate::replay::{Log, Replay};
 use crate::robot::Command;
@@ -248,13 +247,11 @@ fn a_robot_behind_a_bridge_finds_itself_in_a_prior_map_and_fits_another_building
     let goal = Point2::new(0.7, 0.0);
     let known_to = |name: &str| {
         let world = worlds::builtin(name).unwrap();
-        let walls: Vec<Segment> = world.walls().iter().map(|wall| wall.segment).collect();
+        let walls = world.walls();
+        let walls = walls.iter().map(|wall| wall.segment);
         let mut live = live();
         live.config.method = Method::PriorMap;
-        live.config.prior_map = Some(PriorMap {
-            lines: PriorLine::of_walls(&walls, &world.start.inverse()),
-            ..PriorMap::default()
-        });
+        live.config.prior_map = Some(PriorMap::of_walls(walls, &world.start));
         live
     };
     let (mut bridge, mut live) = drive(Bridge::new(SensorModel::lidar()), known_to("arena"), goal);

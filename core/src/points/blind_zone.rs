@@ -114,7 +114,7 @@ impl BlindZone {
             .windows(2)
             .filter_map(|pair| {
                 let [a, b] = pair else { return None };
-                let surface = Segment::new(sensor_from_before * *a, sensor_from_before * *b);
+                let surface = sensor_from_before * Segment::new(*a, *b);
                 let is_near = surface.distance(Point2::origin()) < blind;
                 (is_near && (a - b).norm() < LINK).then_some(surface)
             })

@@ -20,69 +20,52 @@
 use nalgebra::{Matrix2, Matrix3, Point2, SymmetricEigen, Vector2, Vector3};
 
 use super::{Prior, Registration, RegistrationMethod, Target, Verdict};
-use crate::geom::{Pose2, PoseEstimate, symmetrize, wrap};
+use crate::bounds::config;
+use crate::geom::{Pose2, PoseEstimate, symmetrize};
 use crate::map::Surfel;
 use crate::points::OrientedPoint;
 
-/// How to match.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MatchConfig {
-    /// What is made as small as possible. Default: distances of points to lines.
-    pub method: RegistrationMethod,
-    /// Most iterations. Default 20.
-    pub max_iterations: usize,
-    /// Scale of the kernel at the first iteration, m. Default 0.15.
-    pub first_kernel: f64,
-    /// Scale of the kernel at the end, m. Default 0.03; larger listens to more, smaller to less.
-    pub last_kernel: f64,
-    /// What is left of the kernel's scale after an iteration. Default 0.5; larger forgives worse
-    /// starts and takes longer.
-    pub kernel_shrink: f64,
-    /// Points within so many of the kernel's scales of their surface lie on it. Default 2.
-    pub inlier_kernels: f64,
-    /// Standard deviation of a residual, m: a point's noise and the map's. Default 0.03.
-    pub sigma: f64,
-    /// Points that say one thing, since neighbours err alike. Default 3; larger gives larger
-    /// covariances.
-    pub redundancy: f64,
-    /// Cosine of the largest angle between surfaces that may be the same. Default 0.7.
-    pub min_cosine: f64,
-    /// Whether a surface is met from behind as well: walls of a drawing have no thickness. Default
-    /// false.
-    pub two_sided: bool,
-    /// Fewer matched points than this are too few. Default 12.
-    pub min_points: usize,
-    /// Where fewer of the points than this part lie on the map, the points' say is lowered with the
-    /// square of the part: what little matches there may match by chance. Default 0.5.
-    pub full_overlap: f64,
-    /// A direction is degenerate where it gets less than this part of the points' say. Default
-    /// 0.02.
-    pub min_share: f64,
-    /// A step smaller than this is nothing, m. Default 2e-4: a hundredth of the noise of a lidar.
-    pub shift_tolerance: f64,
-    /// A step smaller than this is nothing, rad. Default 1e-4.
-    pub turn_tolerance: f64,
-}
-
-impl Default for MatchConfig {
-    fn default() -> Self {
-        Self {
-            method: RegistrationMethod::default(),
-            max_iterations: 20,
-            first_kernel: 0.15,
-            last_kernel: 0.03,
-            kernel_shrink: 0.5,
-            inlier_kernels: 2.0,
-            sigma: 0.03,
-            redundancy: 3.0,
-            min_cosine: 0.7,
-            two_sided: false,
-            min_points: 12,
-            full_overlap: 0.5,
-            min_share: 0.02,
-            shift_tolerance: 2e-4,
-            turn_tolerance: 1e-4,
-        }
+config! {
+    /// How to match.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct MatchConfig {
+        /// What is made as small as possible. Default: distances of points to lines.
+        pub method: RegistrationMethod = RegistrationMethod::default(),
+        /// Most iterations. Default 20.
+        pub max_iterations: usize = 20,
+        /// Scale of the kernel at the first iteration, m. Default 0.15.
+        pub first_kernel: f64 = 0.15,
+        /// Scale of the kernel at the end, m. Default 0.03; larger listens to more, smaller to
+        /// less.
+        pub last_kernel: f64 = 0.03,
+        /// What is left of the kernel's scale after an iteration. Default 0.5; larger forgives
+        /// worse starts and takes longer.
+        pub kernel_shrink: f64 = 0.5,
+        /// Points within so many of the kernel's scales of their surface lie on it. Default 2.
+        pub inlier_kernels: f64 = 2.0,
+        /// Standard deviation of a residual, m: a point's noise and the map's. Default 0.03.
+        pub sigma: f64 = 0.03,
+        /// Points that say one thing, since neighbours err alike. Default 3; larger gives larger
+        /// covariances.
+        pub redundancy: f64 = 3.0,
+        /// Cosine of the largest angle between surfaces that may be the same. Default 0.7.
+        pub min_cosine: f64 = 0.7,
+        /// Whether a surface is met from behind as well: walls of a drawing have no thickness.
+        /// Default false.
+        pub two_sided: bool = false,
+        /// Fewer matched points than this are too few. Default 12.
+        pub min_points: usize = 12,
+        /// Where fewer of the points than this part lie on the map, the points' say is lowered with
+        /// the square of the part: what little matches there may match by chance. Default 0.5.
+        pub full_overlap: f64 = 0.5,
+        /// A direction is degenerate where it gets less than this part of the points' say. Default
+        /// 0.02.
+        pub min_share: f64 = 0.02,
+        /// A step smaller than this is nothing, m. Default 2e-4: a hundredth of the noise of a
+        /// lidar.
+        pub shift_tolerance: f64 = 2e-4,
+        /// A step smaller than this is nothing, rad. Default 1e-4.
+        pub turn_tolerance: f64 = 1e-4,
     }
 }
 
@@ -166,22 +149,14 @@ pub(super) fn register(
             sums.silence(&free);
         }
         let weight = weight_of(&sums);
-        let off = Vector3::new(
-            pose.x() - prior.pose.x(),
-            pose.y() - prior.pose.y(),
-            wrap(pose.heading() - prior.pose.heading()),
-        );
+        let off = pose.minus(&prior.pose);
         let hessian = sums.hessian * weight + prior.information;
         let gradient = sums.gradient * weight + prior.information * off;
         let Some(cholesky) = hessian.cholesky() else {
             break;
         };
         let step = -cholesky.solve(&gradient);
-        pose = Pose2::new(
-            pose.x() + step.x,
-            pose.y() + step.y,
-            pose.heading() + step.z,
-        );
+        pose = pose.plus(&step);
         let at_end = kernel <= config.last_kernel;
         settled = at_end
             && step.x.abs().max(step.y.abs()) < config.shift_tolerance

@@ -20,7 +20,6 @@
 use nalgebra::{Matrix3, Point2};
 
 use super::{MatchConfig, Prior, Registration, SearchWindow, Target, Verdict, register, search};
-use crate::bounds::{Bounds, OutOfBounds, PART, check};
 use crate::geom::Pose2;
 use crate::map::LikelihoodPyramid;
 use crate::points::OrientedPoint;
@@ -92,27 +91,6 @@ impl LocateConfig {
             found_above: [0.5, 0.8],
             min_gain: 0.0,
         }
-    }
-
-    /// Checks the figures.
-    ///
-    /// # Errors   [`OutOfBounds`], naming the first one.
-    pub fn validate(&self) -> Result<(), OutOfBounds> {
-        const SHIFT: Bounds = [0.0, 100.0];
-        const TURN: Bounds = [0.0, 3.2];
-        let scans = self.widest_after as f64;
-        check(&[
-            ("lost_below", self.lost_below, PART),
-            ("found_above[0]", self.found_above[0], PART),
-            ("found_above[1]", self.found_above[1], PART),
-            ("min_gain", self.min_gain, PART),
-            ("window.shift", self.window.shift, SHIFT),
-            ("window.turn", self.window.turn, TURN),
-            ("widest.shift", self.widest.shift, SHIFT),
-            ("widest.turn", self.widest.turn, TURN),
-            ("widest_after", scans, [1.0, 1e6]),
-        ])?;
-        self.search.validate()
     }
 }
 
@@ -200,24 +178,6 @@ impl SearchConfig {
             LikelihoodPyramid::new(places.clone(), cell, cell, self.levels)
         })
     }
-
-    /// Checks the figures.
-    ///
-    /// # Errors   [`OutOfBounds`], naming the first one.
-    pub fn validate(&self) -> Result<(), OutOfBounds> {
-        let (coarser, levels) = (f64::from(self.coarser), self.levels as f64);
-        check(&[
-            ("search.cell", self.cell, [0.01, 10.0]),
-            ("search.coarser", coarser, [0.0, 10.0]),
-            ("search.levels", levels, [1.0, 12.0]),
-            (
-                "search.most_points",
-                self.most_points as f64,
-                [1.0, f64::MAX],
-            ),
-            ("search.min_score", self.min_score, PART),
-        ])
-    }
 }
 
 /// Where points lie.
@@ -266,17 +226,10 @@ pub fn locate<T: Target>(
             && found.overlap > matched.overlap + config.min_gain
     };
     let (search, matching) = (&config.search, &config.matching);
-    search_and_match(
-        points,
-        Point2::origin(),
-        target,
-        prior,
-        &window,
-        search,
-        matching,
-    )
-    .filter(explains_more)
-    .map_or(Located::Lost(matched), Located::Found)
+    let pivot = Point2::origin();
+    search_and_match(points, pivot, target, prior, &window, search, matching)
+        .filter(explains_more)
+        .map_or(Located::Lost(matched), Located::Found)
 }
 
 /// Step 2 by itself: the best pose in `window` around the believed one, matched. `None` where none

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Matrix3, SMatrix};
 
 use super::{OdometryNoise, RobotModel, Stamp};
-use crate::geom::{Pose2, sin_cos, symmetrize};
+use crate::geom::{Pose2, PoseEstimate, sin_cos, symmetrize};
 
 /// The robot's own estimate of its motion between two stamps, in the robot frame at the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,22 +65,36 @@ impl Odometry {
     /// This motion followed by `next`, covariances composed to first order.
     #[must_use]
     pub fn then(&self, next: &Self) -> Self {
-        let (cos, sin) = self.motion.cos_sin();
-        let (dx, dy) = (next.motion.x(), next.motion.y());
+        let before = PoseEstimate {
+            pose: self.motion,
+            cov: self.cov,
+        };
+        let PoseEstimate { pose: motion, cov } = next.after(&before);
+        Self {
+            from: self.from,
+            to: next.to,
+            motion,
+            cov,
+        }
+    }
+
+    /// Where this motion leads to from `before`, covariances composed to first order.
+    #[must_use]
+    pub fn after(&self, before: &PoseEstimate) -> PoseEstimate {
+        let (cos, sin) = before.pose.cos_sin();
+        let (dx, dy) = (self.motion.x(), self.motion.y());
         #[rustfmt::skip]
-        let by_first = Matrix3::new(
+        let by_before = Matrix3::new(
             1.0, 0.0, -sin * dx - cos * dy,
             0.0, 1.0,  cos * dx - sin * dy,
             0.0, 0.0, 1.0,
         );
-        let by_second = self.motion.rotation();
-        let mut cov = by_first * self.cov * by_first.transpose()
-            + by_second * next.cov * by_second.transpose();
+        let by_motion = before.pose.rotation();
+        let mut cov = by_before * before.cov * by_before.transpose()
+            + by_motion * self.cov * by_motion.transpose();
         symmetrize(&mut cov);
-        Self {
-            from: self.from,
-            to: next.to,
-            motion: self.motion * next.motion,
+        PoseEstimate {
+            pose: before.pose * self.motion,
             cov,
         }
     }

@@ -8,11 +8,9 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::{Matrix3, Vector3};
-
-use crate::estimation::PriorLine;
+use crate::bounds::config;
 use crate::features::LineFeature;
-use crate::geom::{Pose2, PoseEstimate, Segment, sin_cos};
+use crate::geom::{Pose2, PoseEstimate, Segment, pose_cov, sin_cos};
 use crate::points::Points;
 
 /// Scans over which it is judged whether the map fits.
@@ -46,51 +44,50 @@ impl PriorMapMatching {
     ];
 }
 
-/// A map to be localised in.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PriorMap {
-    /// Its lines, map frame; the robot begins at the origin.
-    pub lines: Vec<PriorLine>,
-    /// How far its walls may be off, m: standard deviation. Default 0.01; of a grid, a third of its
-    /// cells.
-    pub sigma: f64,
-    /// How far off the robot's first pose may be, m and rad: standard deviations. Default 0: the
-    /// map is placed by where the robot is.
-    pub start_sigmas: [f64; 2],
-}
-
-impl Default for PriorMap {
-    fn default() -> Self {
-        Self {
-            lines: vec![],
-            sigma: 0.01,
-            start_sigmas: [0.0; 2],
-        }
+config! {
+    /// A map to be localised in.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct PriorMap {
+        /// The faces of its walls, map frame, with what is free to the left of the way from `a` to
+        /// `b`; the robot begins at the origin.
+        pub faces: Vec<Segment> = vec![],
+        /// How far its walls may be off, m: standard deviation. Default 0.01; of a grid, a third of
+        /// its cells.
+        pub sigma: f64 = 0.01,
+        /// How far off the robot's first pose may be, m and rad: standard deviations. Default 0:
+        /// the map is placed by where the robot is.
+        pub start_sigmas: [f64; 2] = [0.0; 2],
     }
 }
 
 impl PriorMap {
-    /// A map in a frame of its own, in which the robot begins at `file_from_robot`. `faces` have
-    /// what is free to the left of the way from `a` to `b`; `sigma` as in [`Self::sigma`].
+    /// A map in a frame of its own, in which the robot begins at `file_from_robot`; `faces` as in
+    /// [`Self::faces`], `sigma` as in [`Self::sigma`].
     #[must_use]
     pub fn of_faces(faces: &[Segment], sigma: f64, file_from_robot: &Pose2) -> Self {
         let to = file_from_robot.inverse();
-        let moved = |face: &Segment| Segment::new(to * face.a, to * face.b);
-        let lines = faces.iter().map(moved);
+        let moved = faces.iter().map(|face| to * *face);
         Self {
-            lines: lines.filter_map(|f| PriorLine::left_face(&f)).collect(),
+            faces: moved.filter(has_length).collect(),
             sigma,
             ..Self::default()
         }
     }
 
+    /// Both faces of thin walls, where the robot begins at `world_from_robot`.
+    #[must_use]
+    pub fn of_walls(walls: impl Iterator<Item = Segment>, world_from_robot: &Pose2) -> Self {
+        let both = walls.flat_map(|wall| [wall, Segment::new(wall.b, wall.a)]);
+        let sigma = Self::default().sigma;
+        Self::of_faces(&both.collect::<Vec<_>>(), sigma, world_from_robot)
+    }
+
     /// Where the robot begins.
     pub(super) fn start(&self) -> PoseEstimate {
-        let [position, heading] = self.start_sigmas;
-        let sigmas = Vector3::new(position, position, heading);
+        let [way, turn] = self.start_sigmas;
         PoseEstimate {
             pose: Pose2::identity(),
-            cov: Matrix3::from_diagonal(&sigmas.component_mul(&sigmas)),
+            cov: pose_cov(way, turn),
         }
     }
 
@@ -123,6 +120,10 @@ impl PriorMap {
     }
 }
 
+fn has_length(face: &Segment) -> bool {
+    face.length() > 0.0 && face.length().is_finite()
+}
+
 /// How much of what was hit lately is a wall of the prior map.
 #[derive(Clone, Debug, Default)]
 pub struct PriorMapFit {
@@ -153,12 +154,8 @@ impl PriorMapFit {
         for beam in hits.step_by(EVERY) {
             let at = *map_from_robot * beam.end_in_robot;
             let near = AT_WALL + 3.0 * libm::hypot(known.sigma, beam.sigma);
-            let is_there = |line: &PriorLine| {
-                let [a, b] = line.ends;
-                Segment::new(a, b).distance(at) <= near
-            };
             scan[0] += 1;
-            scan[1] += usize::from(known.lines.iter().any(is_there));
+            scan[1] += usize::from(known.faces.iter().any(|face| face.distance(at) <= near));
         }
         if self.scans.len() == JUDGED_SCANS {
             self.scans.pop_front();

@@ -3,7 +3,6 @@
 use nalgebra::Point2;
 
 use super::*;
-use crate::estimation::PriorLine;
 use crate::experiment::{Experiment, ExperimentConfig};
 use crate::format::building::BuildingFile;
 use crate::format::map_server::{self, MapImage, MapMode, OccupancyMap};
@@ -14,10 +13,7 @@ use crate::sim::{SensorModel, worlds};
 pub(super) fn config() -> SlamConfig {
     let wall = Segment::new(Point2::new(2.0, -1.0), Point2::new(2.0, 1.0));
     SlamConfig {
-        prior_map: PriorMap {
-            lines: PriorLine::both_faces(&wall),
-            ..PriorMap::default()
-        },
+        prior_map: PriorMap::of_walls([wall].into_iter(), &Pose2::identity()),
         ..SlamConfig::default()
     }
 }
@@ -84,12 +80,10 @@ fn a_map_that_was_saved_is_a_map_to_be_found_in() {
 fn in_another_frame(world: &str, file_from_robot: &Pose2) -> PriorMap {
     let world = worlds::builtin(world).unwrap();
     let file_from_world = *file_from_robot * world.start.inverse();
-    let both = |s: Segment| [Segment::new(s.a, s.b), Segment::new(s.b, s.a)];
+    let both = |s: Segment| [s, Segment::new(s.b, s.a)];
     let walls = world.walls();
     let walls = walls.iter().flat_map(|wall| both(wall.segment));
-    let faces: Vec<Segment> = walls
-        .map(|s| Segment::new(file_from_world * s.a, file_from_world * s.b))
-        .collect();
+    let faces: Vec<Segment> = walls.map(|s| file_from_world * s).collect();
     PriorMap::of_faces(&faces, 0.01, file_from_robot)
 }
 
@@ -112,13 +106,12 @@ fn a_start_that_is_roughly_known_becomes_exact() {
     let mut known = in_another_frame("doors", &truth);
     let exact = PriorMap::of_faces(&[], 0.01, &said);
     let to = said.inverse() * truth;
-    for line in &mut known.lines {
-        let ends = line.ends.map(|end| to * end);
-        *line = PriorLine::left_face(&Segment::new(ends[0], ends[1])).unwrap();
+    for face in &mut known.faces {
+        *face = to * *face;
     }
     known = PriorMap {
         start_sigmas: [0.1, 0.05],
-        lines: known.lines,
+        faces: known.faces,
         ..exact
     };
     let (_, _, experiment) = drive(known, 60.0);
@@ -143,9 +136,8 @@ fn a_map_of_another_building_or_place_does_not_fit() {
     let start = worlds::builtin("doors").unwrap().start;
     let mut elsewhere = in_another_frame("doors", &start);
     let by = Pose2::new(1.3, 0.8, 0.6);
-    for line in &mut elsewhere.lines {
-        let [a, b] = line.ends.map(|end| by * end);
-        *line = PriorLine::left_face(&Segment::new(a, b)).unwrap();
+    for face in &mut elsewhere.faces {
+        *face = by * *face;
     }
     let fit = |by, known: &PriorMap| {
         let (_, _, experiment) = drive_by(by, known.clone(), 20.0);

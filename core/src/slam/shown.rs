@@ -2,7 +2,8 @@
 
 use nalgebra::Point2;
 
-use super::{Method, OwnMap, Slam, SlamConfig, View};
+use super::{Method, Slam, SlamConfig, View};
+use crate::estimation::ScanMatcher;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::{Grid, VectorMap};
@@ -31,7 +32,7 @@ impl Slam {
     /// The occupancy grid.
     #[must_use]
     pub fn grid(&self) -> &Grid {
-        self.view().map.map_or(&self.grid, OwnMap::grid)
+        self.view().map.map_or(&self.grid, ScanMatcher::grid)
     }
 
     /// The walls as segments with ends; empty for methods without lines.
@@ -90,13 +91,13 @@ impl Slam {
     #[must_use]
     pub fn trajectory(&self) -> Vec<(Stamp, Pose2)> {
         let own = self.view().map;
-        own.map_or_else(|| self.track.clone(), OwnMap::trajectory)
+        own.map_or_else(|| self.track.clone(), |map| map.trajectory().collect())
     }
 
     /// Grows by one whenever the grid was redrawn: what was shown of the old one is void then.
     #[must_use]
     pub fn grid_version(&self) -> u64 {
-        self.view().map.map_or(0, OwnMap::version)
+        self.view().map.map_or(0, ScanMatcher::grid_version)
     }
 
     /// Adds pose, walls and map to a hash.

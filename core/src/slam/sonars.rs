@@ -6,33 +6,27 @@
 //! again after a loop is not followed.
 
 use super::{Slam, SlamError};
+use crate::bounds::config;
 use crate::map::{Evidence, EvidenceConfig, Grid, GridConfig, Layer, Layers};
 use crate::points::Points;
 use crate::robot::Scan;
 
-/// What sonars beside the main sensor draw, and which map is shown.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SonarsConfig {
-    /// How their echoes change their grid. Default: hit 0.6, miss 0.45, for an echo says less than
-    /// a beam of light; the cells are as large as those of the main grid whatever stands here.
-    pub grid: GridConfig,
-    /// Their cones. Default: half an opening of 15°.
-    pub evidence: EvidenceConfig,
-    /// Which map is shown. Default the main one.
-    pub shown: Layer,
-}
-
-impl Default for SonarsConfig {
-    fn default() -> Self {
-        Self {
-            grid: GridConfig {
-                hit: 0.6,
-                miss: 0.45,
-                ..GridConfig::default()
-            },
-            evidence: EvidenceConfig::cones(0.262),
-            shown: Layer::Main,
-        }
+config! {
+    /// What sonars beside the main sensor draw, and which map is shown.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct SonarsConfig {
+        /// How their echoes change their grid. Default: hit 0.6, miss 0.45, for an echo says less
+        /// than a beam of light; the cells are as large as those of the main grid whatever stands
+        /// here.
+        pub grid: GridConfig = GridConfig {
+            hit: 0.6,
+            miss: 0.45,
+            ..GridConfig::default()
+        },
+        /// Their cones. Default: half an opening of 15°.
+        pub evidence: EvidenceConfig = EvidenceConfig::cones(0.262),
+        /// Which map is shown. Default the main one.
+        pub shown: Layer = Layer::Main,
     }
 }
 

@@ -1,15 +1,10 @@
 //! What a method shows of itself.
 
-use std::fmt::Debug;
-
 use super::PriorMapFit;
 use crate::estimation::{
-    Correlations, Landmark, Match, OdometryErrors, SymmetricMatrix, UpdateReport,
+    Correlations, Landmark, Match, OdometryErrors, ScanMatcher, SymmetricMatrix, UpdateReport,
 };
 use crate::features::LineFeature;
-use crate::geom::Pose2;
-use crate::map::Grid;
-use crate::robot::Stamp;
 
 /// What a method shows of itself after the last scan. What it does not have is empty.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,7 +24,7 @@ pub struct View<'a> {
     /// Number of loops closed by the pose graph.
     pub loop_closures: usize,
     /// The map and trajectory of a method that changes what it has drawn.
-    pub map: Option<&'a dyn OwnMap>,
+    pub map: Option<&'a ScanMatcher>,
 }
 
 impl<'a> View<'a> {
@@ -46,16 +41,4 @@ impl<'a> View<'a> {
         let covariance = self.covariance?;
         Some(Correlations::of(covariance, self.landmarks))
     }
-}
-
-/// Map and trajectory of a method that keeps them itself, since it changes what it has drawn.
-pub trait OwnMap: Debug {
-    /// The map.
-    fn grid(&self) -> &Grid;
-
-    /// Grows by one whenever the map was redrawn: what was shown of the old one is void then.
-    fn version(&self) -> u64;
-
-    /// The pose at each scan, as known now.
-    fn trajectory(&self) -> Vec<(Stamp, Pose2)>;
 }

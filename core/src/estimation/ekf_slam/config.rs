@@ -2,7 +2,7 @@
 
 use super::OdometryErrors;
 use crate::association::AssociationConfig;
-use crate::bounds::{Bounds, NOT_NEGATIVE, OutOfBounds, check};
+use crate::bounds::{Bounds, NOT_NEGATIVE, OutOfBounds, check, config};
 
 /// Where the Jacobians are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,100 +22,73 @@ impl Consistency {
     ];
 }
 
-/// When two landmarks are surely one wall.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MergeConfig {
-    /// Largest d² of their difference. Default 13.82, 99.9 % of χ² with 2 degrees of freedom: parts
-    /// of a wall that was seen for the last time are compared with the same error for ever; at 95 %
-    /// one pair in twenty stayed apart. Larger: more wrong merges.
-    pub gate: f64,
-    /// The difference and two standard deviations of it must not be greater than this, rad. Default
-    /// 0.05.
-    pub alpha: f64,
-    /// The same for r where the two parts are nearest, m. Default 0.04: less than a wall is thick.
-    pub r: f64,
-    /// A difference is known to be small if so many of its standard deviations are. Default 2;
-    /// larger merges later.
-    pub sigmas: f64,
-    /// Parts of one wall in one scan may overlap by so much, m, as a corner's last beam is shared.
-    /// Default 0.1.
-    pub shared: f64,
-    /// Two landmarks on one line count as doubles if they overlap by so much, m. Default 0.3;
-    /// smaller drops more.
-    pub doubled: f64,
-    /// Two landmarks of a greater angle, rad, are not compared. Default 0.3.
-    pub max_turn: f64,
-}
-
-impl Default for MergeConfig {
-    fn default() -> Self {
-        Self {
-            gate: 13.82,
-            alpha: 0.05,
-            r: 0.04,
-            sigmas: 2.0,
-            shared: 0.1,
-            doubled: 0.3,
-            max_turn: 0.3,
-        }
+config! {
+    /// When two landmarks are surely one wall.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct MergeConfig {
+        /// Largest d² of their difference. Default 13.82, 99.9 % of χ² with 2 degrees of freedom:
+        /// parts of a wall that was seen for the last time are compared with the same error for
+        /// ever; at 95 % one pair in twenty stayed apart. Larger: more wrong merges.
+        pub gate: f64 = 13.82,
+        /// The difference and two standard deviations of it must not be greater than this, rad.
+        /// Default 0.05.
+        pub alpha: f64 = 0.05,
+        /// The same for r where the two parts are nearest, m. Default 0.04: less than a wall is
+        /// thick.
+        pub r: f64 = 0.04,
+        /// A difference is known to be small if so many of its standard deviations are. Default 2;
+        /// larger merges later.
+        pub sigmas: f64 = 2.0,
+        /// Parts of one wall in one scan may overlap by so much, m, as a corner's last beam is
+        /// shared. Default 0.1.
+        pub shared: f64 = 0.1,
+        /// Two landmarks on one line count as doubles if they overlap by so much, m. Default 0.3;
+        /// smaller drops more.
+        pub doubled: f64 = 0.3,
+        /// Two landmarks of a greater angle, rad, are not compared. Default 0.3.
+        pub max_turn: f64 = 0.3,
     }
 }
 
-/// Settings of the filter.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EkfConfig {
-    /// How sightings are matched.
-    pub association: AssociationConfig,
-    /// When two landmarks become one.
-    pub merge: MergeConfig,
-    /// A line is not compared with a landmark whose direction differs by more, rad. Default 0.8:
-    /// more than a robot turns unnoticed; smaller is quicker and loses a robot that did.
-    pub max_turn: f64,
-    /// A landmark is not compared closer if its r alone is further off than this many times the
-    /// gate for new walls. Default 4; larger is slower.
-    pub far_gates: f64,
-    /// The known ends of a wall are as wide as so many standard deviations of the robot's position
-    /// along it. Default 3; larger matches lines farther beside the known part.
-    pub along_sigmas: f64,
-    /// Where the Jacobians are taken.
-    pub consistency: Consistency,
-    /// Sightings after which a line counts as a wall. Default 3.
-    pub confirm_sightings: u32,
-    /// Scans after which a line that is not confirmed is forgotten. Default 15.
-    pub patience: u32,
-    /// What the fit does not know about α (skew within a sweep, walls that are not flat), rad.
-    /// Default 0.001. Added to each sighting; growing makes the filter more cautious. This and
-    /// `r_sigma` are a part of why NIS is 0.83 of what it should be on tours
-    /// (`report -- ekf-consistency`). Without both it is 0.89, and the pose's NEES (3 is honest) at
-    /// the end of 50 tours of `office` rises from 2.6 to 3.7, of `loop` from 3.4 to 4.4: the errors
-    /// of a scan's sightings hang together.
-    pub alpha_sigma: f64,
-    /// What the fit does not know about r, m. Default 0.002.
-    pub r_sigma: f64,
-    /// Standard deviations of the systematic errors of the odometry, known beforehand: by default
-    /// 0.1 rad/m (tracks of the RP6 that run 2 % apart) and 0.03. 0 takes the odometry for free of
-    /// them.
-    pub odometry_prior: OdometryErrors,
-}
-
-impl Default for EkfConfig {
-    fn default() -> Self {
-        Self {
-            association: AssociationConfig::default(),
-            merge: MergeConfig::default(),
-            max_turn: 0.8,
-            far_gates: 4.0,
-            along_sigmas: 3.0,
-            consistency: Consistency::FirstEstimates,
-            confirm_sightings: 3,
-            patience: 15,
-            alpha_sigma: 0.001,
-            r_sigma: 0.002,
-            odometry_prior: OdometryErrors {
-                curvature: 0.1,
-                turn_scale: 0.03,
-            },
-        }
+config! {
+    /// Settings of the filter.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct EkfConfig {
+        /// How sightings are matched.
+        pub association: AssociationConfig = AssociationConfig::default(),
+        /// When two landmarks become one.
+        pub merge: MergeConfig = MergeConfig::default(),
+        /// A line is not compared with a landmark whose direction differs by more, rad. Default
+        /// 0.8: more than a robot turns unnoticed; smaller is quicker and loses a robot that did.
+        pub max_turn: f64 = 0.8,
+        /// A landmark is not compared closer if its r alone is further off than this many times the
+        /// gate for new walls. Default 4; larger is slower.
+        pub far_gates: f64 = 4.0,
+        /// The known ends of a wall are as wide as so many standard deviations of the robot's
+        /// position along it. Default 3; larger matches lines farther beside the known part.
+        pub along_sigmas: f64 = 3.0,
+        /// Where the Jacobians are taken.
+        pub consistency: Consistency = Consistency::FirstEstimates,
+        /// Sightings after which a line counts as a wall. Default 3.
+        pub confirm_sightings: u32 = 3,
+        /// Scans after which a line that is not confirmed is forgotten. Default 15.
+        pub patience: u32 = 15,
+        /// What the fit does not know about α (skew within a sweep, walls that are not flat), rad.
+        /// Default 0.001. Added to each sighting; growing makes the filter more cautious. This and
+        /// `r_sigma` are a part of why NIS is 0.83 of what it should be on tours (`report --
+        /// ekf-consistency`). Without both it is 0.89, and the pose's NEES (3 is honest) at the end
+        /// of 50 tours of `office` rises from 2.6 to 3.7, of `loop` from 3.4 to 4.4: the errors of
+        /// a scan's sightings hang together.
+        pub alpha_sigma: f64 = 0.001,
+        /// What the fit does not know about r, m. Default 0.002.
+        pub r_sigma: f64 = 0.002,
+        /// Standard deviations of the systematic errors of the odometry, known beforehand: by
+        /// default 0.1 rad/m (tracks of the RP6 that run 2 % apart) and 0.03. 0 takes the odometry
+        /// for free of them.
+        pub odometry_prior: OdometryErrors = OdometryErrors {
+            curvature: 0.1,
+            turn_scale: 0.03,
+        },
     }
 }
 
@@ -141,6 +114,7 @@ impl EkfConfig {
     pub fn validate(&self) -> Result<(), OutOfBounds> {
         self.association.validate()?;
         let (merge, prior) = (&self.merge, &self.odometry_prior);
+        let (curvature, turn) = (prior.curvature, prior.turn_scale);
         let sightings = f64::from(self.confirm_sightings);
         check(&[
             ("merge.gate", merge.gate, Self::MERGE_GATE),
@@ -155,16 +129,8 @@ impl EkfConfig {
             ("along_sigmas", self.along_sigmas, NOT_NEGATIVE),
             ("alpha_sigma", self.alpha_sigma, Self::ALPHA_SIGMA),
             ("r_sigma", self.r_sigma, Self::R_SIGMA),
-            (
-                "odometry_prior.curvature",
-                prior.curvature,
-                Self::PRIOR_CURVATURE,
-            ),
-            (
-                "odometry_prior.turn_scale",
-                prior.turn_scale,
-                Self::PRIOR_TURN_SCALE,
-            ),
+            ("odometry_prior.curvature", curvature, Self::PRIOR_CURVATURE),
+            ("odometry_prior.turn_scale", turn, Self::PRIOR_TURN_SCALE),
             ("confirm_sightings", sightings, Self::CONFIRM_SIGHTINGS),
             ("patience", f64::from(self.patience), Self::PATIENCE),
         ])

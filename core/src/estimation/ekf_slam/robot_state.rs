@@ -38,11 +38,13 @@ pub struct OdometryErrors {
 
 /// Pose and systematic errors with their covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::estimation) struct RobotState {
-    pub(in crate::estimation) pose: Pose2,
-    pub(in crate::estimation) errors: OdometryErrors,
-    /// Of (x, y, θ, κ, s).
-    pub(in crate::estimation) cov: Matrix5<f64>,
+pub struct RobotState {
+    /// The pose in the map.
+    pub pose: Pose2,
+    /// What is known of the odometry's errors.
+    pub errors: OdometryErrors,
+    /// Covariance of (x, y, θ, κ, s).
+    pub cov: Matrix5<f64>,
 }
 
 /// One step of the robot.
@@ -119,13 +121,11 @@ impl RobotState {
         }
     }
 
-    /// At `start`.
+    /// At `start`, map frame, with odometry as good as `prior` says (standard deviations; 0 for one
+    /// without systematic errors).
     ///
     /// # Errors   [`EkfError::Bounds`] where start or prior are no numbers.
-    pub(in crate::estimation) fn starting(
-        start: &PoseEstimate,
-        prior: &OdometryErrors,
-    ) -> Result<Self, EkfError> {
+    pub fn starting(start: &PoseEstimate, prior: &OdometryErrors) -> Result<Self, EkfError> {
         let at = &start.pose;
         check(&[
             ("start.pose", at.x() + at.y() + at.heading(), FINITE),
@@ -143,7 +143,7 @@ impl RobotState {
     /// Moves by odometry.
     ///
     /// # Errors   [`EkfError::Odometry`]; then nothing has changed.
-    pub(in crate::estimation) fn predict(&mut self, odometry: &Odometry) -> Result<(), EkfError> {
+    pub fn predict(&mut self, odometry: &Odometry) -> Result<(), EkfError> {
         odometry.validate()?;
         *self = self.moved_by(odometry);
         Ok(())
@@ -159,7 +159,9 @@ impl RobotState {
         }
     }
 
-    pub(in crate::estimation) fn estimate(&self) -> PoseEstimate {
+    /// The pose with its covariance.
+    #[must_use]
+    pub fn estimate(&self) -> PoseEstimate {
         PoseEstimate {
             pose: self.pose,
             cov: self.cov.fixed_view::<POSE, POSE>(0, 0).into_owned(),

@@ -1,7 +1,7 @@
 //! Step 3: what the state expects to see of a landmark, how far a sighting is from it, and how it
 //! corrects the whole state.
 
-use nalgebra::{Matrix2, Matrix2x3, Point2, Vector2};
+use nalgebra::{Matrix2, Matrix2x3, Point2, Vector2, Vector3};
 
 use super::super::covariance::Column;
 use super::super::line_model::{Linearisation, observe};
@@ -217,11 +217,7 @@ impl EkfSlam {
             .zip(second.iter())
             .map(|(a, b)| a * whitened[0] + b * whitened[1]);
         let mut shift = || shifts.next().unwrap_or(0.0);
-        self.pose = Pose2::new(
-            self.pose.x() + shift(),
-            self.pose.y() + shift(),
-            self.pose.heading() + shift(),
-        );
+        self.pose = self.pose.plus(&Vector3::from_fn(|_, _| shift()));
         self.errors.curvature += shift();
         self.errors.turn_scale += shift();
         for entry in &mut self.landmarks {

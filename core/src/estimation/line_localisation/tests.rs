@@ -3,28 +3,29 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::geom::{Line, sides_of};
+use crate::estimation::OdometryErrors;
+use crate::geom::{Line, Pose2, PoseEstimate, sides_of};
 use crate::points::fixture::normal;
-use crate::robot::{OdometryNoise, Stamp, Tracks};
+use crate::robot::{Odometry, OdometryNoise, Stamp, Tracks};
 
 const WIDTH: f64 = 0.2;
 
 /// A room of 5 x 4 m, seen from inside.
-fn room() -> Vec<PriorLine> {
+fn room() -> Vec<Segment> {
     let corners = [(0.0, 0.0), (5.0, 0.0), (5.0, 4.0), (0.0, 4.0)].map(|(x, y)| Point2::new(x, y));
     sides_of(&corners)
-        .filter_map(|(a, b)| PriorLine::left_face(&Segment::new(*a, *b)))
+        .map(|(a, b)| Segment::new(*a, *b))
         .collect()
 }
 
 /// A known line as it is seen from `pose`, with errors drawn from `cov`.
 fn sighting(
-    known: &PriorLine,
+    known: &Segment,
     pose: &Pose2,
     cov: &Matrix2<f64>,
     rng: &mut ChaCha8Rng,
 ) -> LineFeature {
-    let ends = known.ends.map(|end| pose.inverse() * end);
+    let ends = [known.a, known.b].map(|end| pose.inverse() * end);
     let line = Line::through(ends[0], ends[1]).unwrap();
     let e = cov.cholesky().unwrap().l() * Vector2::new(normal(rng), normal(rng));
     let line = Line::new(line.alpha() + e.x, line.r() + e.y);
@@ -49,23 +50,23 @@ fn at(pose: Pose2, sigmas: [f64; 3]) -> PoseEstimate {
     }
 }
 
-fn localiser(start: &PoseEstimate) -> LineLocaliser {
-    let exact = OdometryErrors::default();
-    LineLocaliser::new(room(), start, &exact, AssociationConfig::default()).unwrap()
+/// In the room, with exact odometry.
+fn begun(start: &PoseEstimate, association: AssociationConfig) -> (LineLocaliser, RobotState) {
+    let state = RobotState::starting(start, &OdometryErrors::default()).unwrap();
+    (LineLocaliser::new(&room(), association).unwrap(), state)
 }
 
 #[test]
 fn faces_look_to_both_sides() {
     let wall = Segment::new(Point2::new(1.0, 0.0), Point2::new(1.0, 2.0));
-    let [left, right] = PriorLine::both_faces(&wall)[..] else {
-        panic!("two faces");
-    };
+    let [left, right] =
+        [wall, Segment::new(wall.b, wall.a)].map(|face| Face::left_of(&face).unwrap());
     // Seen from x < 1 the normal into the wall points along +x.
     assert!(left.alpha.abs() < 1e-12 && (left.r - 1.0).abs() < 1e-12);
     assert!(
         (right.alpha.abs() - std::f64::consts::PI).abs() < 1e-12 && (right.r + 1.0).abs() < 1e-12
     );
-    assert!(PriorLine::left_face(&Segment::new(wall.a, wall.a)).is_none());
+    assert!(Face::left_of(&Segment::new(wall.a, wall.a)).is_none());
 }
 
 #[test]
@@ -73,16 +74,16 @@ fn information_of_a_standing_robot_adds_up() {
     // Heading 0, one wall ahead: x and θ are measured independently, y is not. By hand: 1/σ² =
     // 1/σ₀² + n/σ_z².
     let truth = Pose2::new(2.0, 1.5, 0.0);
-    let mut slam = localiser(&at(truth, [0.1, 0.2, 0.05]));
+    let start = at(truth, [0.1, 0.2, 0.05]);
+    let (localiser, mut state) = begun(&start, AssociationConfig::default());
     let cov = Matrix2::new(4e-4, 0.0, 0.0, 9e-4);
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let ahead = room()[1];
     for n in 1..=20 {
-        let matches = slam
-            .update(&[sighting(&ahead, &truth, &cov, &mut rng)])
-            .unwrap();
+        let seen = sighting(&ahead, &truth, &cov, &mut rng);
+        let matches = localiser.update(&mut state, &[seen]).unwrap();
         assert_eq!(matches, [(0, 1)]);
-        let found = slam.estimate().cov;
+        let found = state.estimate().cov;
         let expect = |prior: f64, measured: f64| 1.0 / (1.0 / prior + f64::from(n) / measured);
         assert!((found[(0, 0)] - expect(0.01, 9e-4)).abs() < 1e-12);
         assert!((found[(1, 1)] - 0.04).abs() < 1e-12);
@@ -116,8 +117,7 @@ fn average_nees_lies_in_the_band_of_the_mean() {
             1.0 + 0.05 * normal(&mut rng),
             0.03 * normal(&mut rng),
         );
-        let mut slam =
-            LineLocaliser::new(room(), &start, &OdometryErrors::default(), wide).unwrap();
+        let (localiser, mut state) = begun(&start, wide);
         for step in 0..60 {
             let turn = if step % 15 > 11 { 0.05 } else { 0.0 };
             let tracks = Tracks {
@@ -129,22 +129,23 @@ fn average_nees_lies_in_the_band_of_the_mean() {
             let e = q.cholesky().unwrap().l()
                 * Vector3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng));
             truth = truth * Pose2::new(motion.x() + e.x, motion.y() + e.y, motion.heading() + e.z);
-            slam.predict(&Odometry {
-                from: Stamp(0),
-                to: Stamp(1),
-                motion,
-                cov: q,
-            })
-            .unwrap();
+            state
+                .predict(&Odometry {
+                    from: Stamp(0),
+                    to: Stamp(1),
+                    motion,
+                    cov: q,
+                })
+                .unwrap();
             // Two of the walls at a time.
             let seen = [step % 4, (step + 1) % 4];
             let features = seen.map(|wall| sighting(&room()[wall], &truth, &cov, &mut rng));
-            for (feature, line) in slam.update(&features).unwrap() {
+            for (feature, line) in localiser.update(&mut state, &features).unwrap() {
                 matched += 1;
                 wrong += usize::from(line != seen[feature]);
             }
         }
-        sum += slam.estimate().nees(&truth).unwrap();
+        sum += state.estimate().nees(&truth).unwrap();
     }
     let mean = sum / runs as f64;
     println!("NEES {mean:.3}, {matched} matched, {wrong} wrong");
@@ -158,15 +159,19 @@ fn average_nees_lies_in_the_band_of_the_mean() {
 #[test]
 fn bad_input_is_named_and_changes_nothing() {
     let truth = Pose2::new(2.0, 1.5, 0.0);
-    let mut slam = localiser(&at(truth, [0.1, 0.2, 0.05]));
-    let before = slam.estimate();
+    let start = at(truth, [0.1, 0.2, 0.05]);
+    let (localiser, mut state) = begun(&start, AssociationConfig::default());
+    let before = state.estimate();
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let mut bad = sighting(&room()[0], &truth, &(Matrix2::identity() * 1e-4), &mut rng);
     bad.cov = Matrix2::new(1.0, 2.0, 2.0, 1.0);
-    let error = slam.update(&[bad]).unwrap_err().to_string();
+    let error = localiser
+        .update(&mut state, &[bad])
+        .unwrap_err()
+        .to_string();
     assert!(error.starts_with("feature 0: "), "{error}");
     let mut odometry = Odometry::standing(Stamp(0));
     odometry.motion = Pose2::new(f64::NAN, 0.0, 0.0);
-    assert!(slam.predict(&odometry).is_err());
-    assert_eq!(slam.estimate(), before);
+    assert!(state.predict(&odometry).is_err());
+    assert_eq!(state.estimate(), before);
 }

@@ -1,10 +1,10 @@
 //! One scan in the running submap: what odometry believes beforehand, and what of its doubt stays
 //! after the match.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
 use super::ScanMatcher;
-use crate::geom::{PoseEstimate, symmetrize};
+use crate::geom::{PoseEstimate, pose_cov, symmetrize};
 use crate::registration::{Prior, Registration, Verdict};
 use crate::robot::Odometry;
 
@@ -60,7 +60,6 @@ impl ScanMatcher {
 
     /// What odometry is not believed better than between two scans.
     fn odometry_floor(&self) -> Matrix3<f64> {
-        let (way, turn) = (self.config.odometry_sigma, self.config.odometry_turn_sigma);
-        Matrix3::from_diagonal(&Vector3::new(way * way, way * way, turn * turn))
+        pose_cov(self.config.odometry_sigma, self.config.odometry_turn_sigma)
     }
 }

@@ -5,19 +5,18 @@
 //! comparisons to be made are listed when a submap is closed; the matcher works off one at each
 //! scan.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
 use super::super::pose_graph::{Edge, information_at_end};
 use super::super::submap::Doubt;
 use super::ScanMatcher;
-use crate::geom::{Pose2, symmetrize};
+use crate::geom::{Pose2, pose_cov, symmetrize};
 
 impl ScanMatcher {
     /// The edge from a submap to the one that follows it.
     pub(super) fn join_to_next(&mut self, old: usize, old_from_new: &Pose2, map_from_new: Pose2) {
-        let (way, turn) = (self.config.submap_sigma, self.config.submap_turn_sigma);
-        let floor = Vector3::new(way * way, way * way, turn * turn);
-        let cov = self.way_cov + Matrix3::from_diagonal(&floor);
+        let floor = pose_cov(self.config.submap_sigma, self.config.submap_turn_sigma);
+        let cov = self.way_cov + floor;
         let information = cov.try_inverse().unwrap_or_else(Matrix3::identity);
         let new = self.graph.add_pose(map_from_new);
         // Both ends exist, and a match that is not finite was never accepted.

@@ -9,7 +9,6 @@ use std::ops::Range;
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::FitError;
 use crate::features::columns::Columns;
 #[cfg(test)]
 use crate::features::columns::Sample;
@@ -97,23 +96,24 @@ impl Scatter {
         }
     }
 
-    pub(super) fn frame(&self) -> Result<Frame, FitError> {
+    /// `None` where no direction stands out.
+    pub(super) fn frame(&self) -> Option<Frame> {
         let (double, cross) = (self.yy - self.xx, -2.0 * self.xy);
-        // Eigenvalues of the scatter: the line runs along the greater.
+        // The greater eigenvalue of the scatter: the line runs along it.
         let spread = (double * double + cross * cross).sqrt();
         let both = self.xx + self.yy;
-        let (along, across) = (0.5 * (both + spread), 0.5 * (both - spread));
+        let along = 0.5 * (both + spread);
         // A spread along the line of a few standard deviations of one point is no direction. Nor is
         // one that only stands out because the noise that was taken off has left less than nothing
         // across it.
         if !(along > 4.0 && spread > 4.0 && spread.is_finite()) {
-            return Err(FitError::Degenerate { along, across });
+            return None;
         }
         let normal = normal_of_scatter(self.xx, self.xy, self.yy);
         let r = normal.dot(&self.mean);
         let sign = if r < 0.0 { -1.0 } else { 1.0 };
         let (normal, tangent) = (normal * sign, Vector2::new(-normal.y, normal.x) * sign);
-        Ok(Frame {
+        Some(Frame {
             line: Line::new(0.5 * libm::atan2(cross, double), r),
             normal,
             tangent,
@@ -217,27 +217,17 @@ impl Sums {
         })
     }
 
-    /// Covariance of (α, r).
-    pub(super) fn covariance(
-        &self,
-        scatter: &Scatter,
-        frame: &Frame,
-    ) -> Result<Matrix2<f64>, FitError> {
+    /// Covariance of (α, r); `None` where the distance is not measured.
+    pub(super) fn covariance(&self, scatter: &Scatter, frame: &Frame) -> Option<Matrix2<f64>> {
         let (spread, w, mean_t) = (frame.spread, scatter.w, frame.mean_t);
-        let incidence_squared = self.c / w;
         let aa = self.a / (spread * spread);
         let a_n = -self.b / (spread * w);
         let nn = self.c / (w * w);
         let ar = a_n + mean_t * aa;
         let rr = nn + 2.0 * mean_t * a_n + mean_t * mean_t * aa;
         // 3e-5 rad: at 30 m the line is a millimetre wide.
-        let is_seen = incidence_squared > 1e-9 && aa > 0.0 && aa * nn - a_n * a_n > 1e-12 * aa * nn;
-        if !(is_seen && rr.is_finite() && aa * rr - ar * ar > 0.0) {
-            return Err(FitError::Unobservable {
-                incidence: incidence_squared.sqrt(),
-            });
-        }
-        Ok(Matrix2::new(aa, ar, ar, rr))
+        let is_seen = self.c / w > 1e-9 && aa > 0.0 && aa * nn - a_n * a_n > 1e-12 * aa * nn;
+        (is_seen && rr.is_finite() && aa * rr - ar * ar > 0.0).then(|| Matrix2::new(aa, ar, ar, rr))
     }
 
     /// Change of (α, r) by a heading that was off by 1 rad at the first beam, and at the last.
@@ -350,7 +340,7 @@ mod tests {
             let plain = scatter(&kept);
             let found_scatter = Matrix2::new(found.xx, found.xy, found.xy, found.yy);
             prop_assert!((found_scatter - plain).norm() <= 1e-9 * plain.norm(), "{found_scatter} {plain}");
-            let Ok(fit) = fit_columns(&columns, &piece) else {
+            let Some(fit) = fit_columns(&columns, &piece) else {
                 return Ok(());
             };
             let faded = Faded::between(columns.number(fit.first), columns.number(fit.last));

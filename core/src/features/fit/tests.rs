@@ -33,7 +33,7 @@ fn exact(alpha: f64, r: f64, from: f64, to: f64) -> Vec<Beam> {
 #[test]
 fn clean_points_give_their_line_at_every_angle() {
     for alpha in [0.0, FRAC_PI_4, FRAC_PI_2, 3.0, PI, -3.0, -FRAC_PI_2, -0.1] {
-        let fit = fit_line(&exact(alpha, 1.5, -0.7, 1.9), 0.0, 0.0).unwrap();
+        let fit = fit_line(&exact(alpha, 1.5, -0.7, 1.9), 0.0).unwrap();
         assert!(
             wrap(fit.line.alpha() - alpha).abs() < 1e-3,
             "{alpha}: {fit:?}"
@@ -48,7 +48,7 @@ fn clean_points_give_their_line_at_every_angle() {
 fn covariance_of_a_wall_seen_head_on_from_afar_is_that_of_a_regression() {
     // Beams nearly parallel to the normal: var r̄ = σ²/n at the middle, var α = σ²/Σt².
     let beams = exact(0.3, 100.0, -1.0, 1.0);
-    let fit = fit_line(&beams, 0.0, 0.0).unwrap();
+    let fit = fit_line(&beams, 0.0).unwrap();
     let tangent = Vector2::new(-libm::sin(0.3), libm::cos(0.3));
     let t: Vec<f64> = beams
         .iter()
@@ -74,33 +74,15 @@ fn line_behind_the_sensor_is_seen_from_the_other_side() {
             }
         })
         .collect();
-    let fit = fit_line(&beams, 0.0, 0.0).unwrap();
+    let fit = fit_line(&beams, 0.0).unwrap();
     assert!((fit.line.r() - 0.05).abs() < 1e-3 && !fit.seen_from_origin_side);
 }
 
 #[test]
-fn what_is_no_line_is_an_error_that_says_why() {
-    assert_eq!(
-        fit_line(&[beam(0.0, 1.0, 0.1)], 0.0, 0.0),
-        Err(FitError::TooFew { n_points: 1 })
-    );
+fn through_one_point_or_a_spot_goes_no_line() {
+    assert_eq!(fit_line(&[beam(0.0, 1.0, 0.1)], 0.0), None);
     let spot = [beam(0.0, 1.0, 0.01), beam(0.0, 1.0, 0.01)];
-    assert!(matches!(
-        fit_line(&spot, 0.0, 0.0),
-        Err(FitError::Degenerate { .. })
-    ));
-    for (range, sigma) in [
-        (f64::NAN, 0.1),
-        (1.0, 0.0),
-        (1.0, f64::NAN),
-        (f64::INFINITY, 0.1),
-    ] {
-        let error = fit_line(&[beam(0.0, range, sigma), beam(0.1, 1.0, 0.1)], 0.0, 0.0);
-        assert!(
-            matches!(error, Err(FitError::Beam(BadBeam { beam_idx: 0, .. }))),
-            "{error:?}"
-        );
-    }
+    assert_eq!(fit_line(&spot, 0.0), None);
 }
 
 /// Average NEES and mean error in standard deviations over `seeds` noisy scans of one wall.
@@ -122,7 +104,7 @@ fn monte_carlo(
                 beam(b + bearing_sigma * normal(&mut rng), range, sigma)
             })
             .collect();
-        let fit = fit_line(&beams, bearing_sigma, 0.0).unwrap();
+        let fit = fit_line(&beams, bearing_sigma).unwrap();
         let error = Vector2::new(wrap(fit.line.alpha() - line[0]), fit.line.r() - line[1]);
         nees += error.dot(&fit.cov.cholesky().unwrap().solve(&error));
         for axis in 0..2 {
@@ -175,7 +157,7 @@ proptest! {
                 .enumerate()
                 .map(|(i, &(b, d, s))| if i == nudged { beam(b + db, d + dr, s) } else { beam(b, d, s) })
                 .collect();
-            fit_line(&beams, bearing_sigma, 0.0).unwrap()
+            fit_line(&beams, bearing_sigma).unwrap()
         };
         let mut numeric = Matrix2::zeros();
         for (i, &(_, _, sigma)) in polar.iter().enumerate() {

@@ -5,6 +5,7 @@ use proptest::prelude::*;
 
 use super::super::{register, sums};
 use super::*;
+use crate::geom::wrap;
 use crate::map::{SurfelConfig, SurfelMap};
 
 type Corner = (f64, f64);

@@ -1,9 +1,9 @@
 //! Localisation in a prior map, by its lines or by whole scans.
 
 use super::{Estimator, PreparedScan, SlamConfig, SlamError, View};
-use crate::estimation::{LineLocaliser, ScanLocaliser, ScanLocaliserConfig};
+use crate::estimation::{LineLocaliser, RobotState, ScanLocaliser};
 use crate::features::{LineExtractor, LineFeature};
-use crate::geom::{PoseEstimate, Segment};
+use crate::geom::PoseEstimate;
 use crate::map::Evidence;
 use crate::points::oriented_points;
 use crate::robot::Odometry;
@@ -11,8 +11,20 @@ use crate::slam::{PriorMapFit, PriorMapMatching};
 
 pub(super) fn begin(config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError> {
     config.lines.validate()?;
+    let map = &config.prior_map;
+    if map.faces.is_empty() {
+        return Err(SlamError::NoPriorMap);
+    }
     Ok(Box::new(InPriorMap {
-        localiser: Localiser::new(config)?,
+        state: RobotState::starting(&map.start(), &config.ekf.odometry_prior)?,
+        localiser: match config.prior_map_matching {
+            PriorMapMatching::Lines => {
+                Localiser::Lines(LineLocaliser::new(&map.faces, config.ekf.association)?)
+            }
+            PriorMapMatching::Surfaces => {
+                Localiser::Surfaces(Box::new(ScanLocaliser::new(&map.faces)?))
+            }
+        },
         extractor: LineExtractor::new(config.lines),
         features: vec![],
         fit: PriorMapFit::default(),
@@ -21,6 +33,7 @@ pub(super) fn begin(config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError
 
 #[derive(Debug)]
 struct InPriorMap {
+    state: RobotState,
     localiser: Localiser,
     extractor: LineExtractor,
     /// Of the last scan.
@@ -30,44 +43,13 @@ struct InPriorMap {
 
 #[derive(Debug)]
 enum Localiser {
-    Lines(Box<LineLocaliser>),
+    Lines(LineLocaliser),
     Surfaces(Box<ScanLocaliser>),
-}
-
-impl Localiser {
-    fn new(config: &SlamConfig) -> Result<Self, SlamError> {
-        let map = &config.prior_map;
-        if map.lines.is_empty() {
-            return Err(SlamError::NoPriorMap);
-        }
-        let (start, prior) = (map.start(), &config.ekf.odometry_prior);
-        Ok(match config.prior_map_matching {
-            PriorMapMatching::Lines => Self::Lines(Box::new(LineLocaliser::new(
-                map.lines.clone(),
-                &start,
-                prior,
-                config.ekf.association,
-            )?)),
-            PriorMapMatching::Surfaces => Self::Surfaces(Box::new(ScanLocaliser::new(
-                map.lines.iter().map(|line| {
-                    let [a, b] = line.ends;
-                    Segment::new(a, b)
-                }),
-                &start,
-                prior,
-                ScanLocaliserConfig::default(),
-            )?)),
-        })
-    }
 }
 
 impl Estimator for InPriorMap {
     fn predict(&mut self, odometry: &Odometry) -> Result<(), SlamError> {
-        match &mut self.localiser {
-            Localiser::Lines(localiser) => localiser.predict(odometry)?,
-            Localiser::Surfaces(localiser) => localiser.predict(odometry)?,
-        }
-        Ok(())
+        Ok(self.state.predict(odometry)?)
     }
 
     fn update(&mut self, scan: &PreparedScan) -> Result<Option<Evidence>, SlamError> {
@@ -77,12 +59,12 @@ impl Estimator for InPriorMap {
         match &mut self.localiser {
             Localiser::Lines(localiser) => {
                 let loosened = self.features.iter().map(|f| map.loosened(f, &turned));
-                localiser.update(&loosened.collect::<Vec<_>>())?;
+                localiser.update(&mut self.state, &loosened.collect::<Vec<_>>())?;
             }
             Localiser::Surfaces(localiser) => {
                 let surfaces = oriented_points(&scan.points, &scan.config.matcher.oriented);
                 let mean = turned.iter().sum::<f64>() / turned.len().max(1) as f64;
-                localiser.update(&surfaces, mean);
+                localiser.update(&mut self.state, &surfaces, mean);
             }
         }
         self.fit.push(&scan.points, &self.estimate().pose, map);
@@ -90,10 +72,7 @@ impl Estimator for InPriorMap {
     }
 
     fn estimate(&self) -> PoseEstimate {
-        match &self.localiser {
-            Localiser::Lines(localiser) => localiser.estimate(),
-            Localiser::Surfaces(localiser) => localiser.estimate(),
-        }
+        self.state.estimate()
     }
 
     fn view(&self) -> View<'_> {

@@ -3,10 +3,9 @@
 
 use super::{Estimator, PreparedScan, SlamConfig, SlamError, View};
 use crate::estimation::ScanMatcher;
-use crate::geom::{Pose2, PoseEstimate};
-use crate::map::{Evidence, Grid};
-use crate::robot::{Odometry, Stamp};
-use crate::slam::OwnMap;
+use crate::geom::PoseEstimate;
+use crate::map::Evidence;
+use crate::robot::Odometry;
 
 pub(super) fn begin(config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError> {
     Ok(Box::new(ScanMatcher::new(config.matcher)?))
@@ -37,19 +36,5 @@ impl Estimator for ScanMatcher {
 
     fn finish(&mut self) {
         Self::finish(self);
-    }
-}
-
-impl OwnMap for ScanMatcher {
-    fn grid(&self) -> &Grid {
-        Self::grid(self)
-    }
-
-    fn version(&self) -> u64 {
-        self.grid_version()
-    }
-
-    fn trajectory(&self) -> Vec<(Stamp, Pose2)> {
-        Self::trajectory(self).collect()
     }
 }
