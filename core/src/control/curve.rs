@@ -17,7 +17,7 @@
 
 use nalgebra::Point2;
 
-use super::follow::{FollowConfig, Steering, turn_rate, turns_on_spot};
+use super::follow::{BRAKING, FollowConfig, Steering, turn_rate, turns_on_spot};
 use crate::geom::{Pose2, wrap};
 use crate::plan::{Path, Piece};
 use crate::robot::RobotModel;
@@ -113,7 +113,7 @@ impl CurveFollower {
         let to_aim = aim - pose.position();
         let distance = to_aim.norm().max(1e-3);
         let error = wrap(libm::atan2(to_aim.y, to_aim.x) - pose.heading());
-        self.is_turning = turns_on_spot(self.is_turning, error, config);
+        self.is_turning = turns_on_spot(self.is_turning, error);
         if self.is_turning {
             let turn = turn_rate(error, model, config);
             return Steering::Velocity { forward: 0.0, turn };
@@ -197,7 +197,7 @@ fn aim(run: &[Place], way: f64) -> Point2<f64> {
 
 /// The speed from which every arc ahead, and the end, can be braked for.
 fn speed(run: &[Place], from: usize, left: f64, model: &RobotModel, config: &FollowConfig) -> f64 {
-    let brake = config.braking * model.max_acceleration;
+    let brake = BRAKING * model.max_acceleration;
     let most = config.pace * model.max_speed;
     let turn = TURN_PART * config.pace * model.max_turn_rate;
     let left = left.max(0.0);

@@ -27,10 +27,13 @@ use super::rrt::RrtConfig;
 use super::sampler::Sampler;
 use super::search::Search;
 use super::shorten::{densify, shorten};
-use super::smooth::{Piece, SmoothConfig, smooth};
+use super::smooth::{Piece, smooth};
 use super::wavefront::Wavefront;
 use crate::geom::Segment;
 use crate::map::Grid;
+
+/// How far a robot too near to a wall looks for a free place, m, beyond the distance it keeps.
+pub(crate) const ESCAPE_REACH: f64 = 0.3;
 
 /// How routes are planned.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,14 +50,11 @@ pub struct RouteConfig {
     pub shortening: Shortening,
     /// How trees grow, and for how many iterations.
     pub rrt: RrtConfig,
-    /// How corners are rounded for continuous driving; `None`, the default: they are not, the robot
-    /// turns on the spot.
-    pub rounding: Option<SmoothConfig>,
+    /// Whether corners are rounded for continuous driving. Default false: the robot turns on the
+    /// spot.
+    pub is_rounded: bool,
     /// How far the goal may be moved off a wall, m. Default 0.3.
     pub goal_reach: f64,
-    /// How far a robot too near to a wall looks for a free place, m, beyond the distance it keeps.
-    /// Default 0.3.
-    pub escape_reach: f64,
 }
 
 impl Default for RouteConfig {
@@ -65,9 +65,8 @@ impl Default for RouteConfig {
             planner: Planner::RrtConnect,
             shortening: Shortening::Chords,
             rrt: RrtConfig::default(),
-            rounding: None,
+            is_rounded: false,
             goal_reach: 0.3,
-            escape_reach: 0.3,
         }
     }
 }
@@ -190,9 +189,9 @@ pub fn plan_route(
             Ok(mut route) => {
                 route.margin = margin;
                 route.iterations += failure.iterations;
-                if let Some(rounding) = &config.rounding {
+                if config.is_rounded {
                     let space = space.with_keep(radius + route.least_margin());
-                    route.pieces = smooth(&route.path, &space, rounding);
+                    route.pieces = smooth(&route.path, &space);
                 }
                 return Ok(route);
             }
@@ -220,7 +219,7 @@ fn plan_in(
         iterations: 0,
         tree: vec![],
     };
-    let Some(free_start) = space.escape(start, space.keep() + config.escape_reach) else {
+    let Some(free_start) = space.escape(start, space.keep() + ESCAPE_REACH) else {
         return Err(fail(NoPath::StartBlocked {
             x: start.x,
             y: start.y,

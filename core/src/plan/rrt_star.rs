@@ -38,6 +38,7 @@ use super::rrt_connect::RrtConnect;
 use super::sampler::Sampler;
 use super::search::Planning;
 use super::shorten::shorten;
+use super::tree::MIN_GROWTH;
 use crate::geom::{Segment, sin_cos};
 
 /// Gains less than this are rounding, m.
@@ -194,7 +195,7 @@ impl RrtStar {
             drawn
         };
         let is_free = space.leg_is_free(&Segment::new(from, aim));
-        (is_free && reach >= self.config.min_growth).then_some((aim, nearest))
+        (is_free && reach >= MIN_GROWTH).then_some((aim, nearest))
     }
 
     /// Collects the vertices within the radius of the new point, the shortest way over them first.

@@ -15,6 +15,9 @@ use super::point_index::ring_around;
 use crate::geom::Segment;
 use crate::map::cells_on_ray;
 
+/// Growth shorter than this is dropped, m: trees do not swarm along walls.
+pub(super) const MIN_GROWTH: f64 = 0.02;
+
 /// A point of the tree, and where it hangs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Vertex {
@@ -132,13 +135,8 @@ impl Tree {
     }
 
     /// Grows from the nearest point of the tree to the last collision-free one towards `target`;
-    /// `None` where that is less than `least` metres.
-    pub(super) fn extend(
-        &mut self,
-        space: &dyn ConfigSpace,
-        target: Point2<f64>,
-        least: f64,
-    ) -> Option<Grown> {
+    /// `None` where that is less than [`MIN_GROWTH`].
+    pub(super) fn extend(&mut self, space: &dyn ConfigSpace, target: Point2<f64>) -> Option<Grown> {
         let nearest = self.nearest(target);
         if nearest.distance == 0.0 {
             let index = self.split(&nearest);
@@ -150,7 +148,7 @@ impl Tree {
         let leg = Segment::new(nearest.point, target);
         let free = space.free_length(&leg);
         let arrived = free >= leg.length();
-        if !arrived && free < least {
+        if !arrived && free < MIN_GROWTH {
             return None;
         }
         let point = if arrived {

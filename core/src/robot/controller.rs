@@ -29,7 +29,7 @@ mod riccati;
 #[cfg(test)]
 mod tests;
 
-pub use design::{ControllerConfig, DesignError, Gains, ObserverGains};
+pub use design::{DesignError, Gains, ObserverGains};
 pub use discrete::discretize;
 pub use observer::Observer;
 pub use riccati::{RiccatiError, filter_gain, regulator_gain, riccati};
@@ -91,9 +91,8 @@ impl DriveController {
         train: &DriveTrain,
         period: f64,
         radians_per_count: f64,
-        config: &ControllerConfig,
     ) -> Result<Self, DesignError> {
-        let gains = Gains::design(train, period, radians_per_count, config)?;
+        let gains = Gains::design(train, period, radians_per_count)?;
         Ok(Self {
             train: *train,
             supply: train.battery,

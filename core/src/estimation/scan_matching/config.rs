@@ -3,14 +3,11 @@
 use super::super::submap::ClosureConfig;
 use crate::bounds::{Bounds, OutOfBounds, check};
 use crate::map::{EvidenceConfig, GridConfig, GridError, SurfelConfig};
-use crate::points::OrientedConfig;
 use crate::registration::LocateConfig;
 
 /// How scan matching works.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScanMatcherConfig {
-    /// How surfaces are found in it.
-    pub oriented: OrientedConfig,
     /// How submaps are kept.
     pub surfels: SurfelConfig,
     /// How scans are located in them, and submaps in one another. Default
@@ -69,7 +66,6 @@ pub struct ScanMatcherConfig {
 impl Default for ScanMatcherConfig {
     fn default() -> Self {
         Self {
-            oriented: OrientedConfig::default(),
             surfels: SurfelConfig::default(),
             locate: LocateConfig::in_submap(),
             grid: GridConfig {
