@@ -51,20 +51,6 @@ impl Default for FollowConfig {
     }
 }
 
-/// What to do now.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Steering {
-    /// Drive with these speeds, m/s and rad/s.
-    Velocity {
-        /// Forward speed, m/s.
-        forward: f64,
-        /// Turn rate, rad/s.
-        turn: f64,
-    },
-    /// The path has been driven.
-    Arrived,
-}
-
 /// Follows one path.
 #[derive(Clone, Debug)]
 pub enum Follower {
@@ -96,8 +82,13 @@ impl Follower {
         }
     }
 
-    /// The speeds for this tick.
-    pub fn steer(&mut self, pose: &Pose2, model: &RobotModel, config: &FollowConfig) -> Steering {
+    /// The speeds for this tick, m/s and rad/s; `None` when the path has been driven.
+    pub fn steer(
+        &mut self,
+        pose: &Pose2,
+        model: &RobotModel,
+        config: &FollowConfig,
+    ) -> Option<(f64, f64)> {
         match self {
             Self::Legs(legs) => legs.steer(pose, model, config),
             Self::Curve(curve) => curve.steer(pose, model, config),
@@ -137,8 +128,13 @@ impl LegFollower {
         }
     }
 
-    /// The speeds for this tick.
-    pub fn steer(&mut self, pose: &Pose2, model: &RobotModel, config: &FollowConfig) -> Steering {
+    /// The speeds for this tick, m/s and rad/s; `None` when the path has been driven.
+    pub fn steer(
+        &mut self,
+        pose: &Pose2,
+        model: &RobotModel,
+        config: &FollowConfig,
+    ) -> Option<(f64, f64)> {
         while let Some(&leg) = self.legs.get(self.current) {
             if !has_ended(&leg, pose.position(), config) {
                 return self.along(&leg, pose, model, config);
@@ -146,7 +142,7 @@ impl LegFollower {
             self.current += 1;
             self.is_turning |= self.corner() > SOFT_CORNER;
         }
-        Steering::Arrived
+        None
     }
 
     fn along(
@@ -155,7 +151,7 @@ impl LegFollower {
         pose: &Pose2,
         model: &RobotModel,
         config: &FollowConfig,
-    ) -> Steering {
+    ) -> Option<(f64, f64)> {
         let length = leg.length();
         let direction = leg.vector() / length;
         let done = (pose.position() - leg.a).dot(&direction);
@@ -167,7 +163,7 @@ impl LegFollower {
         self.is_turning = turns_on_spot(self.is_turning, error);
         let turn = turn_rate(error, model, config);
         if self.is_turning {
-            return Steering::Velocity { forward: 0.0, turn };
+            return Some((0.0, turn));
         }
         let brake = BRAKING * model.max_acceleration;
         let next = self.legs.get(self.current + 1);
@@ -181,13 +177,9 @@ impl LegFollower {
         // The last centimetres: proportional, no faster than the braking curve.
         let by_distance = at_end + 2.0 * left + 0.01;
         let by_heading = model.max_speed * (1.0 - error.abs() / ASTRAY).max(0.0);
-        Steering::Velocity {
-            forward: (config.pace * model.max_speed)
-                .min(by_braking)
-                .min(by_distance)
-                .min(by_heading),
-            turn,
-        }
+        let by_pace = config.pace * model.max_speed;
+        let forward = by_pace.min(by_braking).min(by_distance).min(by_heading);
+        Some((forward, turn))
     }
 
     /// Angle between the leg before the current one and the current one; π where there is none.

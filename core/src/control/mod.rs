@@ -16,7 +16,7 @@ mod watch;
 mod window;
 
 pub use curve::CurveFollower;
-pub use follow::{FollowConfig, Follower, LegFollower, Steering};
+pub use follow::{FollowConfig, Follower, LegFollower};
 pub use guard::SafeMode;
 pub use outline::limit_outline;
 pub use safe::{SafeConfig, Underway, limit_speed, within_model};

@@ -59,11 +59,11 @@ proptest! {
         let (mut off, mut turned, mut arrived) = (0.0_f64, 0.0, false);
         for _ in 0..20_000 {
             match follower.steer(&pose, &model, &config) {
-                Steering::Velocity { forward, turn } => {
+                Some((forward, turn)) => {
                     prop_assert!((0.0..=model.max_speed).contains(&forward) && turn.abs() <= model.max_turn_rate);
                     pose = drive(pose, &mut speeds, (forward, turn), &model);
                 }
-                Steering::Arrived => { arrived = true; break; }
+                None => { arrived = true; break; }
             }
             turned += (speeds.1 * TICK).abs();
             off = path.legs().map(|leg| leg.distance(pose.position())).fold(f64::INFINITY, f64::min).max(off);

@@ -300,9 +300,10 @@ impl Pilot {
         // Before the first scan everything is unknown: that is no wall around the robot.
         let is_blank = !space.states().contains(&CellState::Free);
         let Some(start) = space.escape(here, reach) else {
-            let (x, y) = (here.x, here.y);
-            let blocked = NoPath::StartBlocked { x, y };
-            return if is_blank { Ok(vec![]) } else { Err(blocked) };
+            return match is_blank {
+                true => Ok(vec![]),
+                false => Err(NoPath::StartBlocked(here)),
+            };
         };
         let wave = Wavefront::new(&space, start);
         let mut found = find_frontiers(&space, &wave, &self.config.frontier);
@@ -414,8 +415,8 @@ impl Pilot {
         if self.mode == Mode::Explore && !self.errand.is_homeward() {
             self.errand.explorer.give_up(Reason::NoWay);
         } else {
-            let (x, y) = (now.estimate.pose.x(), now.estimate.pose.y());
-            self.give_up_errand(Failure::Stuck { x, y, attempts });
+            let at = now.estimate.pose.position();
+            self.give_up_errand(Failure::Stuck { at, attempts });
         }
     }
 }

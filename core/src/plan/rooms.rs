@@ -21,7 +21,7 @@ use rand::Rng;
 
 use super::cspace::ConfigSpace;
 use super::lattice::Lattice;
-use super::path::Path;
+use super::path::{Path, way_to};
 use super::query::Query;
 use super::search::Planning;
 use super::theta_star::ThetaStar;
@@ -202,14 +202,9 @@ fn way_over_doors(
             }
         }
     }
-    let mut crossed = vec![start];
-    let mut door = best.map(|(_, door)| door);
-    door?;
-    while let Some(at) = door {
-        crossed.push(ways[at].into);
-        door = ways[at].from;
-    }
-    Some(crossed)
+    let doors = way_to(best?.1, |&door| ways[door].from);
+    let crossed = doors.into_iter().map(|door| ways[door].into);
+    Some(crossed.chain([start]).collect())
 }
 
 /// How a door is come through.

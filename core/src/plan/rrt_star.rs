@@ -30,7 +30,7 @@ use rand::{Rng, RngExt};
 
 use super::branches::Branches;
 use super::cspace::ConfigSpace;
-use super::path::Path;
+use super::path::{Path, way_to};
 use super::point_index::PointIndex;
 use super::query::Query;
 use super::rrt::RrtConfig;
@@ -276,14 +276,10 @@ impl Planning for RrtStar {
     }
 
     fn path(&self) -> Option<Path> {
-        let (mut at, _) = self.goal?;
-        let mut points = vec![self.query.goal, self.index.points()[at]];
-        while let Some(parent) = self.branches.parent(at) {
-            at = parent;
-            points.push(self.index.points()[at]);
-        }
+        let way = way_to(self.goal?.0, |at| self.branches.parent(*at));
+        let mut points: Vec<_> = way.iter().map(|&at| self.index.points()[at]).collect();
+        points.push(self.query.goal);
         points.dedup();
-        points.reverse();
         Some(Path { points })
     }
 

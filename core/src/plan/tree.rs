@@ -11,6 +11,7 @@
 use nalgebra::Point2;
 
 use super::cspace::ConfigSpace;
+use super::path::way_to;
 use super::point_index::ring_around;
 use crate::geom::Segment;
 use crate::map::cells_on_ray;
@@ -174,14 +175,9 @@ impl Tree {
 
     /// The points from the root to a vertex.
     pub(super) fn branch(&self, vertex: usize) -> Vec<Point2<f64>> {
-        let mut points = vec![self.vertices[vertex].point];
-        let mut at = vertex;
-        while self.vertices[at].parent != at {
-            at = self.vertices[at].parent;
-            points.push(self.vertices[at].point);
-        }
-        points.reverse();
-        points
+        let before = |&at: &usize| Some(self.vertices[at].parent).filter(|parent| *parent != at);
+        let way = way_to(vertex, before).into_iter();
+        way.map(|at| self.vertices[at].point).collect()
     }
 }
 

@@ -47,12 +47,12 @@ fn ride(follower: &mut Follower, points: &[Point2<f64>], heading: f64, model: &R
     };
     while ride.seconds < 600.0 {
         match follower.steer(&pose, model, &config) {
-            Steering::Velocity { forward, turn } => {
+            Some((forward, turn)) => {
                 assert!((0.0..=model.max_speed).contains(&forward), "{forward} m/s");
                 assert!(turn.abs() <= model.max_turn_rate, "{turn} rad/s");
                 pose = drive(pose, &mut speeds, (forward, turn), model);
             }
-            Steering::Arrived => {
+            None => {
                 ride.arrived = true;
                 break;
             }
@@ -210,7 +210,7 @@ fn nothing_to_drive_has_arrived() {
     let mut follower = CurveFollower::new(&[]);
     let model = RobotModel::rp6();
     let steering = follower.steer(&Pose2::identity(), &model, &FollowConfig::default());
-    assert_eq!(steering, Steering::Arrived);
+    assert_eq!(steering, None);
     assert!(follower.remaining().points.is_empty());
 }
 
@@ -229,7 +229,7 @@ proptest! {
         // Looking along the line it drives off.
         follower.steer(&Pose2::identity(), &model, &config);
         let pose = Pose2::new(0.1, y, heading);
-        let Steering::Velocity { forward, turn } = follower.steer(&pose, &model, &config) else {
+        let Some((forward, turn)) = follower.steer(&pose, &model, &config) else {
             return Err(TestCaseError::fail("it has not arrived"));
         };
         let to_aim = Point2::new(0.1 + ahead, 0.0) - pose.position();
