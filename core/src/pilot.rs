@@ -237,7 +237,7 @@ impl Pilot {
     /// Whether all is explored, and the robot on its way back to where it began.
     #[must_use]
     pub fn is_homeward(&self) -> bool {
-        self.errand.is_homeward()
+        self.errand.homeward.is_some()
     }
 
     /// Whether a continuous sensor has fallen silent.

@@ -147,11 +147,7 @@ impl Topology {
     /// The topology of all that a grid holds.
     #[must_use]
     pub fn of_grid(grid: &Grid, config: &TopologyConfig) -> Self {
-        let origin = CellIndex { col: 0, row: 0 };
-        let rect = grid.bounds().unwrap_or(CellRect {
-            min: origin,
-            max: origin,
-        });
+        let rect = grid.bounds().unwrap_or(CellRect::of_size(0, 0));
         Self::of_cells(rect, grid.resolution(), &grid.states(rect), config)
     }
 

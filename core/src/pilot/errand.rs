@@ -34,7 +34,7 @@ pub(super) struct Errand {
     /// Standing at an exploration goal since.
     pub(super) arrived: Option<Stamp>,
     /// What stays unknown, reported once the robot is home again.
-    homeward: Option<Remaining>,
+    pub(super) homeward: Option<Remaining>,
     empty_scans: usize,
     failed_plans: usize,
     last_scan: Option<Stamp>,
@@ -42,7 +42,7 @@ pub(super) struct Errand {
 
 /// Centres of what stays unknown when an exploration ends, m.
 #[derive(Clone, Debug, PartialEq)]
-struct Remaining {
+pub(super) struct Remaining {
     unreached: Vec<Point2<f64>>,
     fruitless: Vec<Point2<f64>>,
 }
@@ -83,11 +83,6 @@ impl Errand {
     fn drop_route(&mut self) {
         self.route = None;
         self.follower = None;
-    }
-
-    /// Whether all is explored, and the robot on its way back to where it began.
-    pub(super) fn is_homeward(&self) -> bool {
-        self.homeward.is_some()
     }
 }
 
@@ -133,7 +128,7 @@ impl Pilot {
                 self.errand.drop_route();
             }
         }
-        if self.mode == Mode::Explore && !self.errand.is_homeward() {
+        if self.mode == Mode::Explore && !self.is_homeward() {
             self.errand.explorer.pass(here);
             if self.errand.explorer.target_has_vanished(now.grid) {
                 self.errand.drop_route();
@@ -146,7 +141,7 @@ impl Pilot {
     /// tour?
     fn reconsider(&mut self, now: &Situation) {
         let is_touring = self.mode == Mode::Explore
-            && !self.errand.is_homeward()
+            && !self.is_homeward()
             && self.config.frontier.choice == FrontierChoice::ShortestTour;
         let Some(goal) = self.errand.explorer.target.as_ref().and_then(|t| t.goal) else {
             return;
@@ -222,7 +217,7 @@ impl Pilot {
 
     /// Chooses a frontier and plans to it; `false` where the robot has to stand.
     pub(super) fn plan_exploration(&mut self, now: &Situation) -> bool {
-        if self.errand.is_homeward() {
+        if self.is_homeward() {
             return self.plan_to(HOME, now);
         }
         self.status = Status::Scanning;
@@ -412,7 +407,7 @@ impl Pilot {
             return;
         }
         let attempts = std::mem::take(&mut self.errand.stuck) - 1;
-        if self.mode == Mode::Explore && !self.errand.is_homeward() {
+        if self.mode == Mode::Explore && !self.is_homeward() {
             self.errand.explorer.give_up(Reason::NoWay);
         } else {
             let at = now.estimate.pose.position();

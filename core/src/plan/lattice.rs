@@ -29,15 +29,10 @@ const TIGHT: u8 = 1;
 const WIDE: u8 = 2;
 
 /// The eight neighbours, straight ones first.
+#[rustfmt::skip]
 pub(super) const AROUND: [(i32, i32); 8] = [
-    (1, 0),
-    (-1, 0),
-    (0, 1),
-    (0, -1),
-    (1, 1),
-    (-1, 1),
-    (1, -1),
-    (-1, -1),
+    (1, 0), (-1, 0), (0, 1), (0, -1),
+    (1, 1), (-1, 1), (1, -1), (-1, -1),
 ];
 
 /// Which cells are open. Cells are numbered row by row; those at the border are never open.

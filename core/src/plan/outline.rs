@@ -42,23 +42,12 @@ const SIDE: f64 = 0.05;
 /// What a radian of turning counts, m; larger makes fewer turns and longer ways.
 const TURNING: f64 = 0.1;
 /// The 16 steps, in the order of their headings.
+#[rustfmt::skip]
 const STEPS: [(i32, i32); 16] = [
-    (1, 0),
-    (2, 1),
-    (1, 1),
-    (1, 2),
-    (0, 1),
-    (-1, 2),
-    (-1, 1),
-    (-2, 1),
-    (-1, 0),
-    (-2, -1),
-    (-1, -1),
-    (-1, -2),
-    (0, -1),
-    (1, -2),
-    (1, -1),
-    (2, -1),
+    (1, 0), (2, 1), (1, 1), (1, 2),
+    (0, 1), (-1, 2), (-1, 1), (-2, 1),
+    (-1, 0), (-2, -1), (-1, -1), (-1, -2),
+    (0, -1), (1, -2), (1, -1), (2, -1),
 ];
 /// The goal is tried from places within so many cell sides of it.
 const NEAR: f64 = 3.0;
@@ -282,14 +271,11 @@ impl Planning for OutlineSearch {
     }
 
     fn edges(&self) -> Vec<Segment> {
-        let point = |at: At| self.places.get(&at)?.as_ref().map(|place| place.point);
         let edge = |state: &State| {
             let from = self.states[state.from].at;
+            let leg = Segment::new(self.point(from)?, self.point(state.at)?);
             // At the start nothing was driven yet.
-            if from == state.at {
-                return None;
-            }
-            Some(Segment::new(point(from)?, point(state.at)?))
+            (from != state.at).then_some(leg)
         };
         self.states.iter().filter_map(edge).collect()
     }

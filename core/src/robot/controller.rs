@@ -105,24 +105,12 @@ impl DriveController {
         })
     }
 
-    /// The gains it uses.
-    #[must_use]
-    pub fn gains(&self) -> &Gains {
-        &self.gains
-    }
-
     /// Takes what the battery gives now, V: saturation falls with it. It never counts on more than
     /// the drive train's own figure; what is no number leaves it as it was.
     pub fn set_supply(&mut self, volts: f64) {
         if volts.is_finite() {
             self.supply = volts.clamp(0.0, self.train.battery);
         }
-    }
-
-    /// What the observers make of the counts, left and right.
-    #[must_use]
-    pub fn observers(&self) -> &[Observer; 2] {
-        &self.observers
     }
 
     /// The angles that are wished by now.
